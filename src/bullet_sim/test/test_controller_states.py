@@ -76,10 +76,10 @@ def command(manager, number):
     if isinstance(control, TrajectoryControl):
         if number % 20 == 0:
             points = Point(0.05, (angle, 0.3)), Point(0.4, (-angle, 0.1), (0.1, 0.2))
-            control.pursue(Command(("b", "c"), points), Goal(lambda *_: None))
+            control.execute(Command(("b", "c"), points), Goal(lambda *_: None))
     elif isinstance(control, GripperControl):
         if number % 20 == 0:
-            control.pursue(GripperGoal(angle, 3.0, lambda *_: None))
+            control.execute(GripperGoal(angle, 3.0, lambda *_: None))
     elif control.config.claims:
         sizes = getattr(control, "command_sizes", (len(control.joints),))
         manager.command("c", [angle, 0.4, 0.2][: sizes[-1]])

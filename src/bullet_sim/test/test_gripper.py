@@ -60,7 +60,7 @@ class Gripper:
     def goal(self, position, max_effort=5.0):
         """Pursue a goal."""
         goal = GripperGoal(position, max_effort, lambda *outcome: self.outcomes.append(outcome))
-        self.control.pursue(goal)
+        self.control.execute(goal)
         return goal
 
     def run(self, seconds):

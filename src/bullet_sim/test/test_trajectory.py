@@ -107,7 +107,7 @@ class Arm:
     def goal(self, command, **fields):
         """Pursue a goal."""
         goal = Goal(lambda *outcome: self.outcomes.append(outcome), **fields)
-        self.control.pursue(command, goal)
+        self.control.execute(command, goal)
         return goal
 
 
@@ -232,7 +232,7 @@ def test_a_goal_succeeds_when_all_joints_are_where_they_should_be():
         ({}, ("aborted", -4, "arm path error"), 0.1),
         ({"path": (("arm", Tolerance(-1.0)),)}, ("aborted", -5, "arm goal error"), 0.8),
         (
-            {"path": (("arm", Tolerance(-1.0)),), "patience": 1.0},
+            {"path": (("arm", Tolerance(-1.0)),), "goal_time_tolerance": 1.0},
             ("aborted", -5, "arm goal error"),
             1.5,
         ),

@@ -211,15 +211,15 @@ def test_a_motion_goes_on_and_the_goal_of_the_present_is_cancelled():
     manager.switch(["t"], [])
     arm = manager.get("t")
 
-    def pursue(name, position):
+    def execute(name, position):
         goal = Goal(lambda outcome, code, text: ends.append((name, outcome)))
-        arm.pursue(Command(("arm",), (Point(0.6, (position,)),)), goal)
+        arm.execute(Command(("arm",), (Point(0.6, (position,)),)), goal)
 
-    pursue("first", 1.0)
+    execute("first", 1.0)
     world.step(200)
     state = world.save_state()
     expected = trace(world, lambda *_: None)
-    pursue("second", -1.0)
+    execute("second", -1.0)
     world.step(100)
     world.restore_state(state)
     assert ends == [("first", "canceled"), ("second", "canceled")]

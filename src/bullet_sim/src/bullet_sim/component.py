@@ -76,7 +76,7 @@ class Component(Stateful):
     """Part of one model that acts or measures while the simulation runs."""
 
     def start(self, time: float) -> None:
-        """Begin: a controller is switched on, a sensor has its first subscriber.
+        """Start: a controller is switched on, a sensor has its first subscriber.
 
         Args:
             time: of the component's clock [s].
@@ -91,11 +91,11 @@ class Component(Stateful):
         """
 
     def stop(self) -> None:
-        """End: a controller is switched off, a sensor's last subscriber is gone."""
+        """Stop: a controller is switched off, a sensor has lost its last subscriber."""
 
     def reset(self, time: float) -> None:
-        """Begin as configured, after a reset of the world; `time` [s] as start()'s."""
+        """Start as configured, after a reset of the world; `time` [s] as start()'s."""
         self.start(time)
 
     def close(self) -> None:
-        """End for good: the model is deleted."""
+        """Shut down: the model is deleted."""

@@ -1,7 +1,7 @@
 """Rigid transforms and rotations: positions [m] with unit quaternions (x, y, z, w).
 
-A pose is (position (3,) [m], orientation quaternion (x, y, z, w)). `R` of frame B in frame A turns
-a vector written in B into the same vector written in A.
+A pose is (position (3,) [m], orientation quaternion (x, y, z, w)). `R` of frame B in frame A
+rotates a vector written in B into the same vector written in A.
 """
 
 import math
@@ -78,15 +78,16 @@ def multiply(a: Vector, b: Vector) -> Quat:
 
 
 def compose(
-    position: Vector, orientation: Vector, offset: Vector, turn: Vector
+    position: Vector, orientation: Vector, offset: Vector, rotation: Vector
 ) -> tuple[Vec3, Quat]:
-    """Pose of a frame that has a pose in another one; numbers alone, several times Pose's pace.
+    """Pose of a frame that has a pose in another one.
 
+    On plain numbers, several times as fast as Pose.
     (PyBullet's multiplyTransforms has single precision.)
 
     Args:
         position, orientation: of the other frame, unit quaternion.
-        offset, turn: of the frame in it.
+        offset, rotation: of the frame in it.
     """
     x, y, z, w = orientation
     a, b, c = offset
@@ -96,7 +97,7 @@ def compose(
         position[0] + a + w * i + y * k - z * j,
         position[1] + b + w * j + z * i - x * k,
         position[2] + c + w * k + x * j - y * i,
-    ), multiply(orientation, turn)
+    ), multiply(orientation, rotation)
 
 
 def velocity_at(point: Vec3, centre: Vec3, linear: Vec3, angular: Vec3) -> Vec3:

@@ -10,11 +10,11 @@ class Registry(Generic[T]):
     """Built-in entries by name, and those that others add.
 
     Args:
-        what: an entry in messages, e.g. "controller type".
+        label: of an entry in messages, e.g. "controller type".
     """
 
-    def __init__(self, what: str) -> None:
-        self.what = what
+    def __init__(self, label: str) -> None:
+        self.label = label
         self._entries: dict[str, T] = {}
         self._sources: list[tuple[Callable[[str], T | None], Callable[[], tuple[str, ...]]]] = []
 
@@ -32,7 +32,7 @@ class Registry(Generic[T]):
         def enter(entry: T) -> T:
             for name in names:
                 if name in self._entries:
-                    raise ValueError(f"{self.what} '{name}' is registered already")
+                    raise ValueError(f"{self.label} '{name}' is registered already")
                 self._entries[name] = entry
             for key, value in facts.items():
                 setattr(entry, key, value)
@@ -43,11 +43,11 @@ class Registry(Generic[T]):
     def add_source(
         self, find: Callable[[str], T | None], names: Callable[[], tuple[str, ...]]
     ) -> Callable[[], None]:
-        """Ask others for what is not built in, in the order of these calls.
+        """Add entries that are looked up when none is built in, in the order of these calls.
 
         Args:
-            find: function of a name that gives an entry, or None for an unknown name.
-            names: function that gives all names that it knows.
+            find: function: name -> entry, or None for an unknown name.
+            names: function that returns all names that it knows.
 
         Returns:
             Function that removes the source.
@@ -60,7 +60,7 @@ class Registry(Generic[T]):
         """The entry of a name.
 
         Raises:
-            KeyError: nobody knows it.
+            KeyError: unknown.
         """
         if name in self._entries:
             return self._entries[name]
@@ -71,7 +71,7 @@ class Registry(Generic[T]):
         raise KeyError(name)
 
     def is_built_in(self, name: str) -> bool:
-        """Whether it is registered, and no source has to be asked."""
+        """Whether it is registered itself, without a source."""
         return name in self._entries
 
     def names(self) -> tuple[str, ...]:

@@ -38,7 +38,7 @@ class WorldState:
         placed: what Model.set_state has set, of each model.
         time_step: [s].
         step_count: steps made.
-        next_check: time of the next look for implausible states [s].
+        next_check: time of the next check for implausible states [s].
     """
 
     models: dict[str, Model]
@@ -89,7 +89,7 @@ def restore(
         reload: function that loads all models into a cleared engine.
 
     Returns:
-        What is not as it was: one sentence, or ''.
+        What is not as it was: one message, or ''.
     """
     world.contacts.begin_restore()
     world.models = dict(state.models)
@@ -107,7 +107,7 @@ def restore(
 
 
 def parts_of(world: "World", order: "ModelOrder") -> list[Stateful]:
-    """What has a state beside the bodies: forces, contacts, order, joints and controllers."""
+    """What has a state besides the bodies: forces, contacts, order, joints and controllers."""
     parts: list[Stateful] = [world.forces, world.contacts, order]
     for model in world.models.values():
         parts.append(model.joints)
@@ -219,7 +219,7 @@ class ModelOrder(Stateful):
         self._changed = self._deleted = False  # models were spawned or deleted; deleted
 
     def add_of_file(self, names: Iterable[str]) -> None:
-        """Add names of models that a world file holds, in its order."""
+        """Add names of models that a world file contains, in its order."""
         self._of_file += tuple(names)
 
     def sorted(self, names: Iterable[str]) -> list[str]:
@@ -244,7 +244,7 @@ class ModelOrder(Stateful):
         self._fresh, self._changed, self._deleted = True, False, False
 
     def take_change(self) -> tuple[bool, bool]:
-        """What has happened to the models before the first step, since this was asked last.
+        """What has happened to the models before the first step, since the last call.
 
         Returns:
             (whether models were spawned or deleted, whether some were deleted).
@@ -297,7 +297,7 @@ class Loader:
         folder = self._folder.path
         try:
             return Model(self._engine, self._next_key, description, pose.normalised(), folder)
-        except OSError as error:  # the disk is full, or somebody has removed the folder
+        except OSError as error:  # the disk is full, or the folder was removed
             raise ModelError(
                 f"'{description.name}' cannot be prepared in {folder}: {error.strerror or error}"
             ) from error
@@ -393,7 +393,7 @@ class World:
         """Load a WorldDescription: gravity, step and models.
 
         Returns:
-            Warnings (ReadWarning), one sentence each; a model that cannot be loaded is one.
+            Warnings (ReadWarning), one message each; a model that cannot be loaded is one.
         """
         self.name, self.scene = described.name, described.scene
         self._engine.set_gravity(described.gravity)
@@ -457,9 +457,10 @@ class World:
         ]
         mimics = [model.mimics for model in self.models.values() if model.mimics]
         self.contacts.prepare(self.models)
-        updates = [each.update for each in (*managers, *mimics)]
+        updates: list[Callable[[float], None]] = [each.update for each in managers]
+        updates += [each.update for each in mimics]
         engine, forces, time_step = self._engine, self.forces, self.time_step
-        contacts = None if self.contacts.is_quiet else self.contacts
+        contacts = None if self.contacts.is_idle else self.contacts
         end = self.step_count + count
         while self.step_count < end:
             stride = end - self.step_count
@@ -499,7 +500,7 @@ class World:
     def sort_models(self) -> bool:
         """Sort the models: those of the world file in file order, then the others by name.
 
-        A reset keeps the order (see ModelOrder).
+        A reset retains the order (see ModelOrder).
 
         Returns:
             Whether the order has changed.
@@ -542,12 +543,12 @@ class World:
         return save(self, self._order, self._next_check)
 
     def restore_state(self, state: WorldState) -> str:
-        """Go back to a saved state; what follows is equal to the bit to what followed then.
+        """Go back to a saved state; what follows is bit-identical to what followed then.
 
         Properties (masses, gravity, lights) stay as they are now.
 
         Returns:
-            What is not as it was, one sentence, or ''.
+            What is not as it was, one message, or ''.
 
         Raises:
             WorldError: models or controllers came or went since; nothing has changed then.

@@ -230,7 +230,7 @@ class Trajectories(GoalTopics, Commands):
     def _execute(self, handle: Any, name: str, command: Command, goal: Goal) -> None:
         """Check and accept a goal (simulation thread)."""
         self._check_running()
-        self.controller.pursue(command, goal)
+        self.controller.execute(command, goal)
         self._accept(handle, name, goal)
 
     # published topics ------------------------------------------------------------------------
@@ -305,5 +305,5 @@ class Gripper(GoalTopics):
         problem = check_goal(goal.position, goal.max_effort)
         if problem:
             raise ControllerError(problem)
-        self.controller.pursue(goal)
+        self.controller.execute(goal)
         self._accept(handle, name, goal)

@@ -37,8 +37,8 @@ def check_command(name: str, values: Iterable[float], counts: Sequence[int]) -> 
     """
     values = tuple(float(value) for value in values)
     if len(values) not in counts:
-        wanted = " or ".join(map(str, counts))
-        raise CommandError(f"command of '{name}' has {len(values)} values, must have {wanted}")
+        expected = " or ".join(map(str, counts))
+        raise CommandError(f"command of '{name}' has {len(values)} values, must have {expected}")
     for value in values:
         if not abs(value) <= MAX_COMMAND:
             raise CommandError(
@@ -72,7 +72,7 @@ class Settings:
 
     Args:
         values: the mapping.
-        what: name for messages, e.g. "controller 'drive'".
+        label: name for messages, e.g. "controller 'drive'".
 
     Attributes:
         name: of the controller whose settings these are.
@@ -81,10 +81,10 @@ class Settings:
         ControllerError: it is no mapping.
     """
 
-    def __init__(self, values: Any, what: str, name: str = "") -> None:
+    def __init__(self, values: Any, label: str, name: str = "") -> None:
         if not isinstance(values, dict):
-            raise ControllerError(f"{what} is {values!r}, must be a mapping")
-        self.what, self.name = what, name
+            raise ControllerError(f"{label} is {values!r}, must be a mapping")
+        self.label, self.name = label, name
         self._values: dict[Any, Any] = values
         self._asked: set[str] = set()
         self._blocks: list[Settings] = []
@@ -98,32 +98,34 @@ class Settings:
         return key in self._values
 
     def number(self, key: str, default: Any, above: float | None = None) -> Any:
-        """A finite number; a missing one gives `default` unchecked.
+        """A finite number; the default, unchecked, if it is missing.
 
         Args:
-            above: what it must be greater than.
+            above: exclusive minimum.
         """
         self._asked.add(key)
         if key not in self._values:
             return default
         value = as_number(self._values[key])
         if value is None or (above is not None and value <= above):
-            wanted = "a finite number" if above is None else f"a number above {above:g}"
-            raise ControllerError(f"{self.what} has {key} {self._values[key]!r}, must be {wanted}")
+            expected = "a finite number" if above is None else f"a number above {above:g}"
+            raise ControllerError(
+                f"{self.label} has {key} {self._values[key]!r}, must be {expected}"
+            )
         return value
 
     def flag(self, key: str, default: bool) -> bool:
         """True or false."""
         value = self.get(key, default)
         if not isinstance(value, bool):
-            raise ControllerError(f"{self.what} has {key} {value!r}, must be true or false")
+            raise ControllerError(f"{self.label} has {key} {value!r}, must be true or false")
         return value
 
     def text(self, key: str, default: str | None) -> str:
         """A string that is not empty."""
         value = self.get(key, default)
         if not isinstance(value, str) or not value:
-            raise ControllerError(f"{self.what} has {key} {value!r}, must be a name")
+            raise ControllerError(f"{self.label} has {key} {value!r}, must be a name")
         return value
 
     def rate(self) -> float:
@@ -135,25 +137,27 @@ class Settings:
         """The name of one of the robot's movable joints; `known` are all of them."""
         name: str = self.get(key)
         if name is None:
-            raise ControllerError(f"{self.what} has {key} {name!r}, must be a joint name")
-        check_joints([name], self.what, known)
+            raise ControllerError(f"{self.label} has {key} {name!r}, must be a joint name")
+        check_joints([name], self.label, known)
         return name
 
     def joints(self, key: str, known: Sequence[str]) -> tuple[str, ...]:
         """As joint(), of a list of at least one."""
         names = self.get(key)
         if not isinstance(names, list) or not names:
-            raise ControllerError(f"{self.what} has {key} {names!r}, must be a list of joint names")
-        check_joints(names, self.what, known)
+            raise ControllerError(
+                f"{self.label} has {key} {names!r}, must be a list of joint names"
+            )
+        check_joints(names, self.label, known)
         return tuple(names)
 
     def block(self, *keys: str) -> "Settings":
         """Settings of a mapping within this one; a missing one is empty."""
         inner = self
         for key in keys:
-            found = Settings(inner.get(key, {}), f"{inner.what} {key}")
-            inner._blocks.append(found)
-            inner = found
+            block = Settings(inner.get(key, {}), f"{inner.label} {key}")
+            inner._blocks.append(block)
+            inner = block
         return inner
 
     def ignore(self, *keys: str) -> list[str]:
@@ -162,15 +166,15 @@ class Settings:
         return [key for key in keys if key in self._values]
 
     def unknown(self) -> list[str]:
-        """A sentence for each key that was not read, also in nested blocks."""
-        own = [
-            f"{self.what} has key '{key}', which means nothing here and is ignored"
+        """A message for each key that was not read, also in nested blocks."""
+        unread = [
+            f"{self.label} has key '{key}', which means nothing here and is ignored"
             for key in sorted(set(self._values) - self._asked, key=str)
         ]
-        return own + [text for block in self._blocks for text in block.unknown()]
+        return unread + [text for block in self._blocks for text in block.unknown()]
 
 
-def check_joints(joints: Sequence[Any], what: str, known: Sequence[str]) -> None:
+def check_joints(joints: Sequence[Any], label: str, known: Sequence[str]) -> None:
     """Check joints' names.
 
     Raises:
@@ -179,11 +183,11 @@ def check_joints(joints: Sequence[Any], what: str, known: Sequence[str]) -> None
     for number, joint in enumerate(joints):
         if joint not in known:
             raise ControllerError(
-                f"{what} names joint '{joint}', which does not exist; joints "
+                f"{label} names joint '{joint}', which does not exist; joints "
                 f"are {', '.join(known) or '(none)'}"
             )
         if joint in joints[:number]:
-            raise ControllerError(f"{what} names joint '{joint}' twice, must be once")
+            raise ControllerError(f"{label} names joint '{joint}' twice, must be once")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -196,8 +200,8 @@ class ControllerConfig:
         joints: joint names; empty for a state controller that reports all.
         claims: (interface, joint names) pairs; empty for a controller that commands nothing.
         publish_rate: of what it reports [Hz].
-        notes: sentences about keys that are accepted without effect.
-        warnings: sentences about keys that are ignored.
+        notes: messages about keys that are accepted without effect.
+        warnings: messages about keys that are ignored.
     """
 
     name: str
@@ -212,8 +216,8 @@ class ControllerConfig:
 class Controller(Component):
     """A loaded controller.
 
-    A subclass says in `configure` what its entry in the YAML file has to say, and in `update` what
-    it does. Joints' positions and velocities are those of the last update, or start.
+    A subclass defines in `configure` what its entry in the YAML file has to contain, and in
+    `update` what it does. Joints' positions and velocities are those of the last update, or start.
 
     Args:
         config: result of configure().
@@ -247,7 +251,7 @@ class Controller(Component):
         Args:
             settings: the entry.
             joints: names of the robot's movable joints.
-            description: of the robot, for what the entry does not say; None: it has to.
+            description: of the robot, for what the entry does not contain; None: it has to.
 
         Raises:
             ControllerError: names the key, the value and what is valid.
@@ -301,27 +305,27 @@ def configure(
     Raises:
         ControllerError: names the entry, the value and what would be valid.
     """
-    what = f"controller '{name}'"
+    label = f"controller '{name}'"
     if not isinstance(values, dict):
         raise ControllerError(
-            f"{what} has configuration {values!r}, must be a mapping with type and joint"
+            f"{label} has configuration {values!r}, must be a mapping with type and joint"
         )
-    settings = Settings(values, what, name)
+    settings = Settings(values, label, name)
     type_name = str(settings.get("type"))
     try:
-        kind = CONTROLLERS.find(type_name)
+        controller_type = CONTROLLERS.find(type_name)
     except KeyError:
         raise ControllerError(
-            f"{what} has type '{values.get('type')}', must be one of "
+            f"{label} has type '{values.get('type')}', must be one of "
             f"{', '.join(CONTROLLERS.names())}"
         ) from None
     try:
-        config = kind.configure(settings, tuple(joints), description)
+        config = controller_type.configure(settings, tuple(joints), description)
     except SimError:
         raise
-    except Exception as error:  # of a class of somebody else's
+    except Exception as error:  # of a class of another package
         raise ControllerError(
-            f"{what} cannot be configured, its class raises {type(error).__name__}: {error}"
+            f"{label} cannot be configured, its class raises {type(error).__name__}: {error}"
         ) from error
     warnings = (*config.warnings, *settings.unknown())
-    return kind, replace(config, type=type_name, warnings=warnings)
+    return controller_type, replace(config, type=type_name, warnings=warnings)

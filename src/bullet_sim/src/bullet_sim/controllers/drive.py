@@ -2,7 +2,9 @@
 
 import collections
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -11,27 +13,35 @@ from bullet_sim.controllers.base import (
     CONTROLLERS,
     Controller,
     ControllerConfig,
+    Settings,
     as_number,
     check_command,
     check_joints,
 )
+from bullet_sim.controllers.hardware import Hardware
+from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.errors import ControllerError
-from bullet_sim.pose import Pose
+from bullet_sim.plugins.drives import WheelDriveSpec
+from bullet_sim.pose import Array, Pose, Vec3
+
+Claims = tuple[tuple[str, tuple[str, ...]], ...]
 
 
-def _joint(description, name):
+def _with_joint(description: ModelDescription | None, name: str) -> ModelDescription:
     if description is None or name not in description.joints:
         raise ControllerError(f"joint '{name}' is not in the robot's description")
-    return description.joints[name]
+    return description
 
 
-def joint_position(description, name):
+def joint_position(description: ModelDescription | None, name: str) -> Vec3:
     """Position (3,) [m] of a joint in the root link's frame, all joints at 0.
 
     Raises:
         ControllerError: no such joint.
     """
-    pose, joint = Pose(), _joint(description, name)
+    description = _with_joint(description, name)
+    pose = Pose()
+    joint: Joint | None = description.joints[name]
     parents = {j.child: j for j in description.joints.values()}
     while joint is not None:
         pose = joint.origin * pose
@@ -39,13 +49,14 @@ def joint_position(description, name):
     return pose.position
 
 
-def wheel_radius(description, name):
+def wheel_radius(description: ModelDescription | None, name: str) -> float:
     """Radius [m] of the cylinder or sphere with which a joint's child link collides.
 
     Raises:
         ControllerError: no such joint, or the link has neither.
     """
-    link = description.links[_joint(description, name).child]
+    description = _with_joint(description, name)
+    link = description.links[description.joints[name].child]
     for shape in link.collisions:
         if shape.geometry.kind in ("cylinder", "sphere"):
             return shape.geometry.size[0]
@@ -64,19 +75,19 @@ class SpeedLimiter:
         jerk: change of acceleration per time [m/s^3, rad/s^3].
     """
 
-    velocity: tuple = None
-    acceleration: tuple = None
-    jerk: tuple = None
+    velocity: tuple[float, float] | None = None
+    acceleration: tuple[float, float] | None = None
+    jerk: tuple[float, float] | None = None
 
-    def limit(self, wanted, last, last_but_one, period):
-        """The wanted velocity, limited.
+    def limit(self, target: float, last: float, last_but_one: float, period: float) -> float:
+        """The target velocity, limited.
 
         Args:
-            wanted: commanded velocity.
+            target: commanded velocity.
             last, last_but_one: velocities of the last two periods.
             period: [s].
         """
-        value = wanted
+        value = target
         if self.jerk is not None:
             change = last - last_but_one
             bounds = [2.0 * jerk * period * period for jerk in self.jerk]
@@ -88,15 +99,12 @@ class SpeedLimiter:
         return value
 
 
-def _clamp(value, bounds):
+def _clamp(value: float, bounds: Sequence[float]) -> float:
     return min(max(value, bounds[0]), bounds[1])
 
 
-def parse_limiter(settings):
+def parse_limiter(settings: Settings) -> SpeedLimiter:
     """SpeedLimiter from a `linear/x` or `angular/z` block.
-
-    Args:
-        settings: Settings of the block.
 
     Raises:
         ControllerError: a limit is switched on without its max, or min is above max.
@@ -109,11 +117,11 @@ def parse_limiter(settings):
             continue
         if math.isnan(high):
             raise ControllerError(
-                f"{settings.what} has has_{quantity}_limits without max_{quantity}"
+                f"{settings.label} has has_{quantity}_limits without max_{quantity}"
             )
         if low > 0 or high < 0:
             raise ControllerError(
-                f"{settings.what} has min_{quantity} {low} and max_{quantity} "
+                f"{settings.label} has min_{quantity} {low} and max_{quantity} "
                 f"{high}; 0 must lie between them"
             )
         pairs[quantity] = (low, high)
@@ -129,7 +137,7 @@ _WITHOUT_EFFECT = (
 
 @dataclass(frozen=True, kw_only=True)
 class BaseConfig(ControllerConfig):
-    """Configuration that all kinds of bases share.
+    """Configuration that all types of bases share.
 
     Attributes:
         linear, angular: SpeedLimiters of the command.
@@ -177,20 +185,15 @@ class DriveConfig(BaseConfig):
     steer_multiplier: float = 1.0
 
 
-def common(settings, claims):
-    """Values of a BaseConfig.
-
-    Args:
-        settings: Settings of the entry.
-        claims: (interface, joint names) pairs.
-    """
+def common(settings: Settings, claims: Claims) -> dict[str, Any]:
+    """Values of a BaseConfig."""
     ignored = settings.ignore(*_WITHOUT_EFFECT)
     return {
         "name": settings.name,
         "joints": tuple(joint for _, names in claims for joint in names),
         "claims": claims,
         "publish_rate": settings.rate(),
-        "notes": tuple(f"{settings.what}: {key} has no effect here" for key in ignored),
+        "notes": tuple(f"{settings.label}: {key} has no effect here" for key in ignored),
         "linear": parse_limiter(settings.block("linear", "x")),
         "angular": parse_limiter(settings.block("angular", "z")),
         "timeout": settings.number("cmd_vel_timeout", 0.5),
@@ -206,28 +209,28 @@ def common(settings, claims):
     }
 
 
-def _diagonal(settings, key):
+def _diagonal(settings: Settings, key: str) -> tuple[float, ...]:
     value = settings.get(key, [0.0] * 6)
     numbers = [as_number(v) for v in value] if isinstance(value, list) else []
     if len(numbers) != 6 or any(number is None or number < 0 for number in numbers):
         raise ControllerError(
-            f"{settings.what} has {key} {value!r}, must be six numbers, none below 0"
+            f"{settings.label} has {key} {value!r}, must be six numbers, none below 0"
         )
-    return tuple(numbers)
+    return tuple(number for number in numbers if number is not None)
 
 
-def wheel_names(settings, key):
+def wheel_names(settings: Settings, key: str) -> tuple[str, ...]:
     """Joint names: a list, or one name alone."""
     value = settings.get(key)
     names = value if isinstance(value, list) else [value]
     if not names or not all(isinstance(name, str) and name for name in names):
         raise ControllerError(
-            f"{settings.what} has {key} {value!r}, must be a joint name or a list of them"
+            f"{settings.label} has {key} {value!r}, must be a joint name or a list of them"
         )
     return tuple(names)
 
 
-def size(settings, key, measure):
+def size(settings: Settings, key: str, measure: Callable[[], float]) -> float:
     """A length [m] from the settings, or as measured in the URDF."""
     value = settings.number(key, None, above=0.0)
     if value is not None:
@@ -235,19 +238,19 @@ def size(settings, key, measure):
     try:
         return measure()
     except ControllerError as error:
-        raise ControllerError(f"{settings.what} has no {key}, and {error}") from None
+        raise ControllerError(f"{settings.label} has no {key}, and {error}") from None
 
 
-def _distance(description, first, second):
+def _distance(description: ModelDescription | None, first: str, second: str) -> float:
     a, b = joint_position(description, first), joint_position(description, second)
     distance = sum((p - q) ** 2 for p, q in zip(a, b)) ** 0.5
     if not distance > 0:
-        raise ControllerError(f"joints '{first}' and '{second}' are at the same place")
+        raise ControllerError(f"joints '{first}' and '{second}' are at the same position")
     return distance
 
 
 MIN_PERIOD = 1e-4  # [s] shorter periods give no velocity
-STRAIGHT = 1e-6  # [rad] an arc that turns less counts as straight
+STRAIGHT = 1e-6  # [rad] an arc that rotates less counts as straight
 MAX_ARC = 1e12  # [m, rad] longer arcs are ignored
 
 
@@ -260,29 +263,31 @@ class Odometry(Stateful):
     Attributes:
         x, y: [m] in the frame in which it started.
         heading: [rad], left positive, not wrapped.
-        linear, angular: [m/s, rad/s] in the robot's own frame.
+        linear, angular: [m/s, rad/s] in the robot's frame.
         lateral: velocity to the left [m/s]: wheels do not slide.
     """
 
     STATE = ("x", "y", "heading", "linear", "angular", "_arcs", "_time")
     lateral = 0.0
 
-    def __init__(self, window=10):
-        self._arcs = collections.deque(maxlen=max(1, window))
+    def __init__(self, window: int = 10) -> None:
+        self._arcs: collections.deque[tuple[float, float]] = collections.deque(
+            maxlen=max(1, window)
+        )
         self.reset()
 
-    def reset(self, time=0.0):
+    def reset(self, time: float = 0.0) -> None:
         """Back to the origin, at rest."""
         self.x = self.y = self.heading = 0.0
         self.start(time)
 
-    def start(self, time):
+    def start(self, time: float) -> None:
         """Continue from the present pose, at rest."""
         self.linear = self.angular = 0.0
         self._arcs.clear()
         self._time = time
 
-    def move(self, distance, turn, time):
+    def move(self, distance: float, turn: float, time: float) -> None:
         """Add an arc.
 
         Args:
@@ -317,8 +322,8 @@ class Drive(Controller):
     """Base class of bases' controllers: time-out, limits, odometry.
 
     Attributes:
-        odometry: Odometry.
-        limited: (forward [m/s], turning) command after the limits.
+        odometry: Odometry, or an object with its attributes.
+        limited: (forward [m/s], yaw rate [rad/s] or steering angle [rad]) command after the limits.
         command_sizes: numbers that a command may have.
     """
 
@@ -326,7 +331,7 @@ class Drive(Controller):
         "odometry",
         "limited",
         "_before",
-        "_wanted",
+        "_target",
         "_age",
         "_written",
         "_positions",
@@ -334,26 +339,31 @@ class Drive(Controller):
     )
     periodic = limits_rate = True
     interface = "velocity"
-    command_sizes = (2,)
+    command_sizes: ClassVar[tuple[int, ...]] = (2,)
 
     @classmethod
-    def configure(cls, settings, joints, description):
+    def configure(
+        cls, settings: Settings, joints: tuple[str, ...], description: ModelDescription | None
+    ) -> BaseConfig:
         """Check an entry of the YAML file; see Controller.configure."""
         config = cls._configure(settings, description)
-        check_joints(config.joints, settings.what, joints)
+        check_joints(config.joints, settings.label, joints)
         return config
 
-    def __init__(self, config, hardware):
+    def __init__(self, config: Any, hardware: Hardware) -> None:
         super().__init__(config, hardware)
-        self.odometry = Odometry(config.window)
-        self._positions, self._time = (0.0,) * len(self.joints), 0.0
+        self.odometry: Any = Odometry(config.window)
+        self._positions: tuple[float, ...] = (0.0,) * len(self.joints)
+        self._time = 0.0
         self._forget()
 
-    def _forget(self):
-        self.limited = self._before = (0.0, 0.0)
-        self._wanted, self._age, self._written = (0.0, 0.0), math.inf, None
+    def _forget(self) -> None:
+        self.limited: tuple[float, ...] = (0.0, 0.0)
+        self._before: tuple[float, ...] = (0.0, 0.0)
+        self._target: tuple[float, ...] = (0.0, 0.0)
+        self._age, self._written = math.inf, None
 
-    def start(self, time):
+    def start(self, time: float) -> None:
         """Start at rest and continue the odometry."""
         self._forget()
         self._positions = tuple(joint.position for joint in self.joints)
@@ -361,35 +371,35 @@ class Drive(Controller):
         self.odometry.start(time)
         self._write_once(self._outputs(0.0, 0.0))
 
-    def reset(self, time):
+    def reset(self, time: float) -> None:
         """Start at the origin."""
         self.odometry.reset(time)
         self.start(time)
 
-    def check(self, values):
+    def check(self, values: Any) -> tuple[float, ...]:
         """Check a command of command_sizes numbers."""
         return check_command(self.config.name, values, self.command_sizes)
 
-    def command(self, values):
+    def command(self, values: tuple[float, ...]) -> None:
         """Set (forward [m/s], turning); valid until the time-out."""
-        self._wanted, self._age = values, 0.0
+        self._target, self._age = values, 0.0
 
-    def update(self, time, period):
+    def update(self, time: float, period: float) -> None:
         """Odometry, then wheel speeds within the limits."""
         self.observe(time)
         config = self.config
-        wanted = self._wanted if self._age <= config.timeout else (0.0, 0.0)
+        target = self._target if self._age <= config.timeout else (0.0, 0.0)
         self._age += period
         now = tuple(
             limiter.limit(value, last, before, period)
             for limiter, value, last, before in zip(
-                (config.linear, config.angular), wanted, self.limited, self._before
+                (config.linear, config.angular), target, self.limited, self._before
             )
         )
         self._before, self.limited = self.limited, now
         self._write_once(self._outputs(*now))
 
-    def observe(self, time):
+    def observe(self, time: float) -> None:
         """Update the odometry to the joints' state."""
         if self.config.open_loop:
             period = time - self._time
@@ -402,7 +412,35 @@ class Drive(Controller):
         self._time = time
         self.odometry.move(distance, turn, time)
 
-    def _write_once(self, outputs):
+    @classmethod
+    def _configure(cls, settings: Settings, description: ModelDescription | None) -> BaseConfig:
+        """The configuration; its joints are still to be checked."""
+        raise NotImplementedError
+
+    def _outputs(self, linear: float, angular: float) -> Any:
+        """What is written for a command within the limits."""
+        raise NotImplementedError
+
+    def _write(self, outputs: Any) -> None:
+        """Command the joints."""
+        raise NotImplementedError
+
+    def _motion(self, linear: float, angular: float) -> tuple[float, float]:
+        """Velocity [m/s] and yaw rate [rad/s] for a command within the limits."""
+        raise NotImplementedError
+
+    def _travelled(
+        self, turned: Sequence[float], positions: Sequence[float]
+    ) -> tuple[float, float]:
+        """Distance [m] and change of heading [rad].
+
+        Args:
+            turned: changes of the joints' positions [rad].
+            positions: of the joints [rad].
+        """
+        raise NotImplementedError
+
+    def _write_once(self, outputs: Any) -> None:
         if outputs != self._written:
             self._written = outputs
             self._write(outputs)
@@ -413,11 +451,11 @@ class DiffDrive(Drive):
     """Left and right wheels; commands are m/s forward and rad/s to the left."""
 
     @classmethod
-    def _configure(cls, settings, description):
+    def _configure(cls, settings: Settings, description: ModelDescription | None) -> DriveConfig:
         left, right = wheel_names(settings, "left_wheel"), wheel_names(settings, "right_wheel")
         if len(left) != len(right):
             raise ControllerError(
-                f"{settings.what} has {len(left)} left and {len(right)} right wheels, must be as "
+                f"{settings.label} has {len(left)} left and {len(right)} right wheels, must be as "
                 "many"
             )
         both = settings.number("wheel_radius_multiplier", 1.0, above=0.0)
@@ -429,27 +467,27 @@ class DiffDrive(Drive):
             left,
             right,
             separation * settings.number("wheel_separation_multiplier", 1.0, above=0.0),
-            tuple(
-                radius * settings.number(f"{side}_wheel_radius_multiplier", both, above=0.0)
-                for side in ("left", "right")
+            (
+                radius * settings.number("left_wheel_radius_multiplier", both, above=0.0),
+                radius * settings.number("right_wheel_radius_multiplier", both, above=0.0),
             ),
             **common(settings, (("velocity", left + right),)),
         )
 
-    def _outputs(self, linear, angular):
+    def _outputs(self, linear: float, angular: float) -> tuple[float, float]:
         config = self.config
         across = angular * config.separation / 2
         return (linear - across) / config.radii[0], (linear + across) / config.radii[1]
 
-    def _write(self, outputs):
+    def _write(self, outputs: tuple[float, float]) -> None:
         config = self.config
         speeds = (outputs[0],) * len(config.left) + (outputs[1],) * len(config.right)
         self.hardware.command("velocity", self.joints, speeds)
 
-    def _motion(self, linear, angular):
+    def _motion(self, linear: float, angular: float) -> tuple[float, float]:
         return linear, angular
 
-    def _travelled(self, turned, _):
+    def _travelled(self, turned: Sequence[float], _: Sequence[float]) -> tuple[float, float]:
         config, count = self.config, len(self.config.left)
         left, right = (
             radius * math.fsum(angles) / count
@@ -470,7 +508,7 @@ class Ackermann(Drive):
     """
 
     @classmethod
-    def _configure(cls, settings, description):
+    def _configure(cls, settings: Settings, description: ModelDescription | None) -> DriveConfig:
         rear = settings.text("rear_wheel", "rear_wheel_joint")
         front = settings.text("front_steer", "front_steer_joint")
         radius = size(settings, "wheel_radius", lambda: wheel_radius(description, rear))
@@ -491,21 +529,23 @@ class Ackermann(Drive):
         )
         if not config.separation > 0:
             raise ControllerError(
-                f"{settings.what} has wheel_separation_h {separation}, must be above 0 [m]"
+                f"{settings.label} has wheel_separation_h {separation}, must be above 0 [m]"
             )
         return config
 
-    def _outputs(self, linear, angle):
+    def _outputs(self, linear: float, angle: float) -> tuple[float, float]:
         return linear / self.config.radii[1], angle
 
-    def _write(self, outputs):
+    def _write(self, outputs: tuple[float, float]) -> None:
         self.hardware.command("velocity", self.joints[:1], outputs[:1])
         self.hardware.command("position", self.joints[1:], outputs[1:])
 
-    def _motion(self, linear, angle):
+    def _motion(self, linear: float, angle: float) -> tuple[float, float]:
         return linear, linear * math.tan(angle) / self.config.separation
 
-    def _travelled(self, turned, positions):
+    def _travelled(
+        self, turned: Sequence[float], positions: Sequence[float]
+    ) -> tuple[float, float]:
         config = self.config
         distance = turned[0] * config.radii[0]
         angle = positions[1] * config.steer_multiplier
@@ -513,58 +553,58 @@ class Ackermann(Drive):
 
 
 class WheelDrive(Stateful):
-    """Wheel speeds of both sides for a command, and odometry from the wheels' angles.
+    """Wheel speeds of both sides for a command, and odometry from the wheels' angles."""
 
-    Args:
-        spec: WheelDriveSpec.
-    """
+    STATE = ("_speeds", "_angles", "_pose2d", "_twist")
 
-    STATE = ("_speeds", "_angles", "_place", "_twist")
-
-    def __init__(self, spec):
+    def __init__(self, spec: WheelDriveSpec) -> None:
         self._spec = spec
         self.restart()
 
-    def restart(self):
+    def restart(self) -> None:
         """Restart at rest, odometry at zero."""
         self._speeds = np.zeros(2)  # of the rims, left and right [m/s]
-        self._angles = None
-        self._place = np.zeros(3)  # x, y [m], yaw [rad]
-        self._twist = np.zeros(2)  # forward [m/s], left turn [rad/s]
+        self._angles: Array | None = None
+        self._pose2d = np.zeros(3)  # x, y [m], yaw [rad]
+        self._twist = np.zeros(2)  # forward [m/s], yaw rate [rad/s]
 
-    def wheel_speeds(self, forward, turn, elapsed):
+    def wheel_speeds(self, forward: float, turn: float, elapsed: float) -> tuple[float, float]:
         """Speeds [rad/s] of the left and the right wheels.
 
         Args:
             forward: commanded speed [m/s].
-            turn: commanded turn to the left [rad/s].
+            turn: commanded yaw rate [rad/s], left positive.
             elapsed: simulated time since the last call [s], for the acceleration limit.
         """
         half = turn * self._spec.separation / 2.0
-        wanted = np.array((forward - half, forward + half))
+        target = np.array((forward - half, forward + half))
         if self._spec.acceleration > 0.0:
-            most = self._spec.acceleration * elapsed
-            wanted = self._speeds + np.clip(wanted - self._speeds, -most, most)
-        self._speeds = wanted
-        return tuple((wanted / (self._spec.diameter / 2.0)).tolist())
+            max_change = self._spec.acceleration * elapsed
+            target = self._speeds + np.clip(target - self._speeds, -max_change, max_change)
+        self._speeds = target
+        left, right = (target / (self._spec.diameter / 2.0)).tolist()
+        return left, right
 
-    def measure(self, left, right, elapsed):
+    def measure(self, left: float, right: float, elapsed: float) -> None:
         """Update with the angles [rad] of a left and a right wheel, `elapsed` s after the last."""
         angles = np.array((left, right))
         if self._angles is not None and elapsed > 0.0:
-            way = (angles - self._angles) * self._spec.diameter / 2.0
-            forward, turned = way.mean(), (way[1] - way[0]) / self._spec.separation
-            middle = self._place[2] + turned / 2.0
-            self._place += (forward * math.cos(middle), forward * math.sin(middle), turned)
+            distances = (angles - self._angles) * self._spec.diameter / 2.0
+            forward, turned = (
+                distances.mean(),
+                (distances[1] - distances[0]) / self._spec.separation,
+            )
+            mean_yaw = self._pose2d[2] + turned / 2.0
+            self._pose2d += (forward * math.cos(mean_yaw), forward * math.sin(mean_yaw), turned)
             self._twist = np.array((forward, turned)) / elapsed
         self._angles = angles
 
     @property
-    def pose(self):
+    def pose(self) -> Pose:
         """Pose in the odometry frame by the wheels."""
-        return Pose.from_xyz_rpy((self._place[0], self._place[1], 0.0), (0, 0, self._place[2]))
+        return Pose.from_xyz_rpy((self._pose2d[0], self._pose2d[1], 0.0), (0, 0, self._pose2d[2]))
 
     @property
-    def twist(self):
+    def twist(self) -> tuple[Array, Array]:
         """Linear (3,) [m/s] and angular (3,) [rad/s] velocity by the wheels, base's axes."""
         return (np.array((self._twist[0], 0.0, 0.0)), np.array((0.0, 0.0, self._twist[1])))

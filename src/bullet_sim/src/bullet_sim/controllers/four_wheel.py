@@ -8,10 +8,11 @@ v cos(d) (tan(front) - tan(rear)) / wheel_base.
 
 import collections
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from bullet_sim.component import Stateful
-from bullet_sim.controllers.base import CONTROLLERS
+from bullet_sim.controllers.base import CONTROLLERS, Settings
 from bullet_sim.controllers.drive import (
     MAX_ARC,
     MIN_PERIOD,
@@ -23,7 +24,12 @@ from bullet_sim.controllers.drive import (
     wheel_names,
     wheel_radius,
 )
+from bullet_sim.controllers.hardware import Hardware
+from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ControllerError
+from bullet_sim.pose import Vec3
+
+Outputs = tuple[tuple[float, ...], tuple[float, ...]]  # speeds [rad/s], steering angles [rad]
 
 _KEYS = ("front_wheel", "rear_wheel", "front_steering", "rear_steering")
 
@@ -40,15 +46,15 @@ class FourWheelConfig(BaseConfig):
         wheel_base: between the axles [m].
     """
 
-    wheels: tuple[str, str, str, str]
-    steers: tuple[str, str, str, str]
+    wheels: tuple[str, ...]
+    steers: tuple[str, ...]
     track: float
     offset: float
     radius: float
     wheel_base: float
 
 
-def _apart(description, first, second):
+def _apart(description: ModelDescription | None, first: str, second: str) -> float:
     """Distance of two joints seen from above [m]."""
     a, b = joint_position(description, first), joint_position(description, second)
     return math.hypot(a[0] - b[0], a[1] - b[1])
@@ -58,11 +64,10 @@ STOPPED = 1e-3  # [m/s] commands of less stand still
 PARALLEL = 1e-2  # difference of the tangents of an axle's wheels below which they are parallel
 
 
-def for_twist(config, forward, turn):
+def for_twist(config: FourWheelConfig, forward: float, turn: float) -> Outputs:
     """Wheels for a velocity of the body, both axles steering against each other.
 
     Args:
-        config: FourWheelConfig.
         forward: [m/s].
         turn: to the left [rad/s].
 
@@ -83,7 +88,7 @@ def for_twist(config, forward, turn):
     return (*speeds, *speeds), (*angles, *(-angle for angle in angles))
 
 
-def for_angles(config, speed, front, rear):
+def for_angles(config: FourWheelConfig, speed: float, front: float, rear: float) -> Outputs:
     """Wheels for a speed [m/s] and the steering angles [rad] of both axles' virtual middle wheels.
 
     Returns:
@@ -93,7 +98,8 @@ def for_angles(config, speed, front, rear):
     tangents = [math.tan(min(max(a, -math.pi / 2), math.pi / 2)) for a in (front, rear)]
     spread = config.track * (tangents[0] - tangents[1]) / 2.0
     turn = speed * (tangents[0] - tangents[1]) / base
-    angles, speeds = [], []
+    angles: list[float] = []
+    speeds: list[float] = []
     for tangent in tangents:
         pair = [0.0, 0.0]
         if abs(base - abs(spread)) > STOPPED:
@@ -105,7 +111,7 @@ def for_angles(config, speed, front, rear):
     return tuple(speeds), tuple(angles)
 
 
-def _rims(config, forward, turn, lateral):
+def _rims(config: FourWheelConfig, forward: float, turn: float, lateral: float) -> list[float]:
     """Speeds [rad/s] of the left and the right wheel of an axle that moves like this."""
     return [
         (
@@ -117,7 +123,7 @@ def _rims(config, forward, turn, lateral):
     ]
 
 
-def middle_angle(left, right):
+def middle_angle(left: float, right: float) -> float:
     """Angle [rad] of an axle's virtual middle wheel, from those of its two."""
     if abs(left) <= 1e-3 and abs(right) <= 1e-3:
         return 0.0
@@ -125,11 +131,12 @@ def middle_angle(left, right):
     return math.atan(2.0 * math.tan(left) * math.tan(right) / total) if total else 0.0
 
 
-def body_motion(config, speeds, front, rear):
+def body_motion(
+    config: FourWheelConfig, speeds: Sequence[float], front: float, rear: float
+) -> Vec3:
     """Velocity of the body's middle from its wheels.
 
     Args:
-        config: FourWheelConfig.
         speeds: of the wheels [rad/s], order as for_twist.
         front, rear: middle_angle of both axles [rad].
 
@@ -146,14 +153,16 @@ def body_motion(config, speeds, front, rear):
     return forward, lateral, turn
 
 
-def _axle_speed(config, left, right, curvature, cosine):
+def _axle_speed(
+    config: FourWheelConfig, left: float, right: float, curvature: float, cosine: float
+) -> float:
     """Speed [m/s] along an axle's middle wheel: its wheels' distances from the centre are known."""
     half, squares, total = config.track * curvature / 2.0, 0.0, 0.0
     for side, rim in ((-1.0, left), (1.0, right)):
         distance = math.sqrt(max(1.0 + 2.0 * side * half * cosine + half**2, 1e-12))
-        own = rim * config.radius / (1.0 + side * config.offset * curvature / distance)
-        squares += own**2
-        total += own
+        speed = rim * config.radius / (1.0 + side * config.offset * curvature / distance)
+        squares += speed**2
+        total += speed
     return math.copysign(math.sqrt(squares / (2.0 + 2.0 * half**2)), total)
 
 
@@ -165,7 +174,7 @@ class FourWheelOdometry(Stateful):
 
     Attributes:
         x, y [m], heading [rad]: as Odometry's.
-        linear, lateral [m/s], angular [rad/s]: in the robot's own frame, of the last period.
+        linear, lateral [m/s], angular [rad/s]: in the robot's frame, of the last period.
         speed: forward or backwards [m/s]; acceleration [m/s^2], jerk [m/s^3]: its means.
         angles: of the virtual front and rear wheel [rad]; rates: their means [rad/s].
     """
@@ -185,16 +194,18 @@ class FourWheelOdometry(Stateful):
         "_rates",
     )
 
-    def __init__(self, window=10):
-        self._rates = [collections.deque(maxlen=max(1, window)) for _ in range(4)]
+    def __init__(self, window: int = 10) -> None:
+        self._rates: list[collections.deque[float]] = [
+            collections.deque(maxlen=max(1, window)) for _ in range(4)
+        ]
         self.reset()
 
-    def reset(self, _time=0.0):
+    def reset(self, _time: float = 0.0) -> None:
         """Back to the origin, at rest."""
         self.x = self.y = self.heading = 0.0
         self.start()
 
-    def start(self, _time=0.0):
+    def start(self, _time: float = 0.0) -> None:
         """Continue from the present pose, at rest."""
         self.linear = self.lateral = self.angular = self.speed = 0.0
         self.acceleration = self.jerk = 0.0
@@ -202,7 +213,7 @@ class FourWheelOdometry(Stateful):
         for rates in self._rates:
             rates.clear()
 
-    def move(self, motion, angles, period):
+    def move(self, motion: Vec3, angles: tuple[float, float], period: float) -> None:
         """Add a period [s] with a motion (as body_motion gives it) and steering angles [rad].
 
         A motion that is NaN or further than any wheel can travel is ignored.
@@ -218,13 +229,14 @@ class FourWheelOdometry(Stateful):
         speed = math.copysign(math.hypot(self.linear, self.lateral), self.linear)
         acceleration = self._mean(0, (speed - self.speed) / period)
         self.jerk = self._mean(1, (acceleration - self.acceleration) / period)
-        self.rates = tuple(
-            self._mean(2 + n, (angles[n] - self.angles[n]) / period) for n in range(2)
+        self.rates = (
+            self._mean(2, (angles[0] - self.angles[0]) / period),
+            self._mean(3, (angles[1] - self.angles[1]) / period),
         )
         self.speed, self.acceleration, self.angles = speed, acceleration, angles
 
-    def _mean(self, number, value):
-        rates = self._rates[number]
+    def _mean(self, index: int, value: float) -> float:
+        rates = self._rates[index]
         rates.append(value)
         return math.fsum(rates) / len(rates)
 
@@ -236,12 +248,15 @@ class FourWheel(Drive):
     command_sizes = (2, 3)
 
     @classmethod
-    def _configure(cls, settings, description):
+    def _configure(
+        cls, settings: Settings, description: ModelDescription | None
+    ) -> FourWheelConfig:
         pairs = {key: wheel_names(settings, key) for key in _KEYS}
         for key, names in pairs.items():
             if len(names) != 2:
                 raise ControllerError(
-                    f"{settings.what} has {len(names)} joints in {key}, must be two: left and right"
+                    f"{settings.label} has {len(names)} joints in {key}, must be two: left and "
+                    "right"
                 )
         wheels = pairs["front_wheel"] + pairs["rear_wheel"]
         steers = pairs["front_steering"] + pairs["rear_steering"]
@@ -251,35 +266,35 @@ class FourWheel(Drive):
         try:
             offset = _apart(description, steers[0], wheels[0])
         except ControllerError as error:
-            raise ControllerError(f"{settings.what}: {error}") from None
+            raise ControllerError(f"{settings.label}: {error}") from None
         settings.ignore("wheel_steering_y_offset")  # upstream writes it there, from the URDF
         for name, value in (("wheel_base", base), ("wheel_radius", radius)):
             if not value > 0:
-                raise ControllerError(f"{settings.what} has {name} {value}, must be above 0 [m]")
+                raise ControllerError(f"{settings.label} has {name} {value}, must be above 0 [m]")
         values = common(settings, (("velocity", wheels), ("position", steers)))
         return FourWheelConfig(wheels, steers, track - 2 * offset, offset, radius, base, **values)
 
-    def __init__(self, config, hardware):
+    def __init__(self, config: FourWheelConfig, hardware: Hardware) -> None:
         super().__init__(config, hardware)
         self.odometry = FourWheelOdometry(config.window)
 
-    def update(self, time, period):
+    def update(self, time: float, period: float) -> None:
         """Odometry, then wheels and steering within the limits."""
         self.observe(time)
         config = self.config
-        wanted = self._wanted if self._age <= config.timeout else (0.0,) * len(self._wanted)
+        target = self._target if self._age <= config.timeout else (0.0,) * len(self._target)
         self._age += period
-        forward = config.linear.limit(wanted[0], self.limited[0], self._before[0], period)
+        forward = config.linear.limit(target[0], self.limited[0], self._before[0], period)
         turn = self.limited[1]
-        if len(wanted) == 2:
-            turn = config.angular.limit(wanted[1], turn, self._before[1], period)
+        if len(target) == 2:
+            turn = config.angular.limit(target[1], turn, self._before[1], period)
             outputs = for_twist(config, forward, turn)
         else:
-            outputs = for_angles(config, forward, *wanted[1:])
+            outputs = for_angles(config, forward, *target[1:])
         self._before, self.limited = self.limited, (forward, turn)
         self._write_once(outputs)
 
-    def observe(self, time):
+    def observe(self, time: float) -> None:
         """Update the odometry to the joints' state."""
         period = time - self._time
         if period < MIN_PERIOD:
@@ -291,9 +306,9 @@ class FourWheel(Drive):
         motion = body_motion(self.config, speeds, front, rear)
         self.odometry.move(motion, (front, rear), period)
 
-    def _outputs(self, forward, turn):
+    def _outputs(self, forward: float, turn: float) -> Outputs:
         return for_twist(self.config, forward, turn)
 
-    def _write(self, outputs):
+    def _write(self, outputs: Outputs) -> None:
         self.hardware.command("velocity", self.joints[:4], outputs[0])
         self.hardware.command("position", self.joints[4:], outputs[1])

@@ -1,11 +1,15 @@
 """Opens and closes a gripper, as gripper_action_controller does."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
-from bullet_sim.controllers.base import CONTROLLERS, Controller
+from bullet_sim.controllers.base import CONTROLLERS, Controller, Settings
+from bullet_sim.controllers.hardware import Hardware
 from bullet_sim.controllers.pid import Pid, PidConfig
 from bullet_sim.controllers.trajectory import parse_gains
+from bullet_sim.description.model import ModelDescription
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +41,7 @@ class GripperGoal:
 
     position: float
     max_effort: float
-    finished: object
+    finished: "Callable[[str, Grip], object]"
 
 
 @dataclass(frozen=True)
@@ -54,26 +58,29 @@ class GripperControl(Controller):
     """Moves one joint to a goal's position; a goal ends when it is there or does not move on.
 
     Attributes:
-        goal: the GripperGoal that is pursued, or None.
+        goal: the GripperGoal that is executed, or None.
     """
 
     STATE = ("goal", "_position", "_max_effort", "_effort", "_moved", "pids")
     periodic = True
 
     @classmethod
-    def configure(cls, settings, joints, description):
+    def configure(
+        cls, settings: Settings, joints: tuple[str, ...], description: ModelDescription | None
+    ) -> GripperConfig:
         """Check an entry of the YAML file; see Controller.configure."""
-        names, warnings = (settings.joint("joint", joints),), []
+        names = (settings.joint("joint", joints),)
+        warnings: list[str] = []
         settings.ignore("gains")
-        regulated = cls.interface != "position"
+        has_pid = cls.interface != "position"
         rate = settings.number("action_monitor_rate", 20.0, above=0.0)
         return GripperConfig(
             name=settings.name,
             joints=names,
             claims=((cls.interface, names),),
             publish_rate=rate,
-            gains=parse_gains(settings, names, warnings) if regulated else (),
-            gain_names=tuple(f"gains/{name}" for name in names) if regulated else (),
+            gains=parse_gains(settings, names, warnings) if has_pid else (),
+            gain_names=tuple(f"gains/{name}" for name in names) if has_pid else (),
             tolerance=abs(settings.number("goal_tolerance", 0.01)),
             max_effort=abs(settings.number("max_effort", 0.0)),
             stall_speed=settings.number("stall_velocity_threshold", 0.001),
@@ -81,13 +88,14 @@ class GripperControl(Controller):
             warnings=tuple(warnings),
         )
 
-    def __init__(self, config, hardware):
+    def __init__(self, config: GripperConfig, hardware: Hardware) -> None:
         super().__init__(config, hardware)
         self.pids = tuple(Pid(gains, self.joints[0]) for gains in config.gains)
-        self.goal, self._position, self._max_effort = None, 0.0, 0.0
-        self._effort, self._moved = 0.0, 0.0
+        self.goal: GripperGoal | None = None
+        self._position = self._max_effort = self._effort = 0.0
+        self._moved: float | None = 0.0
 
-    def start(self, time):
+    def start(self, time: float) -> None:
         """Hold the joint where it is, with the configured effort."""
         self._finish("canceled")
         for pid in self.pids:
@@ -95,16 +103,16 @@ class GripperControl(Controller):
         self._moved, self._effort = time, 0.0
         self._hold()
 
-    def stop(self):
+    def stop(self) -> None:
         """Cancel the goal and stop controlling."""
         self._finish("canceled")
         super().stop()
 
-    def _hold(self):
+    def _hold(self) -> None:
         self.hardware.read()
         self._position, self._max_effort = self.joints[0].position, self.config.max_effort
 
-    def set_state(self, state):
+    def set_state(self, state: dict[str, Any]) -> None:
         """Restore; a goal that is not the restored one is cancelled."""
         present = self.goal
         super().set_state(state)
@@ -112,38 +120,38 @@ class GripperControl(Controller):
             self.goal = present
             self._finish("canceled")
 
-    def pursue(self, goal):
-        """Pursue a goal; the one before is cancelled."""
+    def execute(self, goal: GripperGoal) -> None:
+        """Execute a goal; the one before is cancelled."""
         self._finish("canceled")
         self.goal, self._position, self._max_effort = goal, goal.position, goal.max_effort
         self._moved = None  # from the next update on
 
-    def cancel(self, goal):
+    def cancel(self, goal: GripperGoal) -> None:
         """Give a goal up: hold the joint where it is."""
         if goal is self.goal:
             self._hold()
             self._finish("canceled")
 
-    def _finish(self, outcome, grip=Grip()):
+    def _finish(self, outcome: str, grip: Grip = Grip()) -> None:
         goal, self.goal = self.goal, None
         if goal is not None:
             goal.finished(outcome, grip)
 
-    def update(self, time, period):
-        """Judge the goal, command the joint."""
+    def update(self, time: float, period: float) -> None:
+        """Evaluate the goal, command the joint."""
         (joint,) = self.joints
         error = self._position - joint.position
         if self.goal is not None:
-            self._judge(error, joint.position, joint.velocity, time)
+            self._evaluate(error, joint.position, joint.velocity, time)
         if self.interface == "position":
             joint.set_position(self._position)
             self._effort = self._max_effort
             return
-        most = abs(self._max_effort)
-        effort = self.pids[0].update(error, joint.velocity, period, 0.0, limit=most)
-        self._effort = min(max(effort, -most), most)
+        max_effort = abs(self._max_effort)
+        effort = self.pids[0].update(error, joint.velocity, period, 0.0, limit=max_effort)
+        self._effort = min(max(effort, -max_effort), max_effort)
 
-    def _judge(self, error, position, velocity, time):
+    def _evaluate(self, error: float, position: float, velocity: float, time: float) -> None:
         config = self.config
         if self._moved is None or abs(velocity) > config.stall_speed:
             self._moved = time
@@ -167,8 +175,8 @@ class EffortGripper(GripperControl):
     interface = "effort"
 
 
-def check_goal(position, max_effort):
-    """Why a goal cannot be pursued, or ''."""
+def check_goal(position: float, max_effort: float) -> str:
+    """Why a goal cannot be executed, or ''."""
     if not (math.isfinite(position) and math.isfinite(max_effort)):
         return f"gripper goal is {position} with {max_effort}, must be finite numbers"
     return ""

@@ -1,8 +1,8 @@
 """Commands to joints: on the engine's motors, or by an effort from a PID.
 
 Hardware interface of the controllers: joint velocities, positions and efforts, as in
-gazebo_ros_control. A velocity or position command is set on the engine's motor, which holds it. An
-effort is applied before every step. A joint with gains of its own (gazebo_ros_control/pid_gains)
+gazebo_ros_control. A velocity or position command is set on the engine's motor, which tracks it. An
+effort is applied before every step. A joint with gains (gazebo_ros_control/pid_gains)
 follows velocity and position commands by an effort from a PID.
 """
 
@@ -21,7 +21,7 @@ class JointHandle:
 
     Attributes:
         name: of the joint.
-        limits: its Joint of the description: kind, limits of position, velocity and effort.
+        limits: its Joint of the description: type, limits of position, velocity and effort.
         inertia: that its effort moves [kg m^2, kg]; None: unknown.
         position, velocity: [rad, m], [rad/s, m/s], of the last Hardware.read().
         hardware: whose joint it is.
@@ -87,7 +87,7 @@ class Hardware(Stateful):
         self._inertias = inertias or {}
         self.efforts: dict[str, float] = {}
         self.tracked: dict[str, tuple[float, float]] = {}
-        self._pids: dict[str, Pid] = {}  # of the joints with gains of their own ...
+        self._pids: dict[str, Pid] = {}  # of the joints with gains ...
         self._targets: dict[str, tuple[str, float]] = {}  # ... and what they follow
         self.put_before(joints, interfaces or {})
 
@@ -128,16 +128,16 @@ class Hardware(Stateful):
         self.joints.read(self._handles.values())
 
     # interfaces -------------------------------------------------------------------------------
-    def check_interface(self, what: str, interface: str, names: Iterable[str]) -> list[str]:
+    def check_interface(self, label: str, interface: str, names: Iterable[str]) -> list[str]:
         """Check that joints have a hardware interface.
 
         Args:
-            what: the controller, for messages.
+            label: the controller, for messages.
             interface: velocity, position or effort.
             names: joint names.
 
         Returns:
-            Sentences about joints without <transmission>, which have all interfaces here.
+            Messages about joints without <transmission>, which have all interfaces here.
 
         Raises:
             ControllerError: a joint's transmissions have other interfaces only.
@@ -149,13 +149,13 @@ class Hardware(Stateful):
                 without.append(name)
             elif offered and interface not in offered:
                 raise ControllerError(
-                    f"{what} needs the {interface} interface of joint '{name}', whose "
+                    f"{label} needs the {interface} interface of joint '{name}', whose "
                     f"<transmission> offers {' and '.join(offered)}"
                 )
         if not without:
             return []
         return [
-            f"{what}: no <transmission> names {', '.join(without)}; gazebo_ros_control would "
+            f"{label}: no <transmission> names {', '.join(without)}; gazebo_ros_control would "
             "refuse the controller, here such joints take any"
         ]
 
@@ -176,7 +176,7 @@ class Hardware(Stateful):
             self._pids[joint] = Pid(gains, self._handles[joint])
 
     def pid(self, joint: str) -> Pid | None:
-        """The Pid of a joint with gains of its own, or None."""
+        """The Pid of a joint with gains, or None."""
         return self._pids.get(joint)
 
     # commands ---------------------------------------------------------------------------------
@@ -213,14 +213,16 @@ class Hardware(Stateful):
         """Drop the commands: the joints move freely, with their friction."""
         names = tuple(names)
         for name in names:
-            for commands in (self._targets, self.efforts, self.tracked):
-                commands.pop(name, None)
+            self._targets.pop(name, None)
+            self.efforts.pop(name, None)
+            self.tracked.pop(name, None)
         self.joints.release(names)
 
     def restart(self) -> None:
         """Drop all commands: the body was loaded again."""
-        for commands in (self._targets, self.efforts, self.tracked):
-            commands.clear()
+        self._targets.clear()
+        self.efforts.clear()
+        self.tracked.clear()
 
     # every step -------------------------------------------------------------------------------
     @property

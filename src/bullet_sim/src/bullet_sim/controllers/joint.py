@@ -40,42 +40,46 @@ class JointState(Controller):
     def configure(
         cls, settings: Settings, joints: tuple[str, ...], description: ModelDescription | None
     ) -> JointStateConfig:
-        wanted = settings.get("joints") or []
-        if not isinstance(wanted, list):
+        requested = settings.get("joints") or []
+        if not isinstance(requested, list):
             raise ControllerError(
-                f"{settings.what} has joints {wanted!r}, must be a list of joint names"
+                f"{settings.label} has joints {requested!r}, must be a list of joint names"
             )
-        check_joints(wanted, settings.what, joints)
+        check_joints(requested, settings.label, joints)
         settings.ignore("interface_name")
         extra = settings.get("extra_joints", [])
         if not isinstance(extra, list):
-            raise ControllerError(f"{settings.what} has extra_joints {extra!r}, must be a list")
-        rows, warnings = [], []
+            raise ControllerError(f"{settings.label} has extra_joints {extra!r}, must be a list")
+        extra_joints: list[tuple[str, float, float, float]] = []
+        warnings: list[str] = []
         for number, item in enumerate(extra):
-            row = Settings(item, f"{settings.what} extra_joints #{number}")
-            values = (row.number(key, 0.0) for key in ("position", "velocity", "effort"))
-            rows.append((row.text("name", None), *values))
-            warnings += row.unknown()
+            entry = Settings(item, f"{settings.label} extra_joints #{number}")
+            name = entry.text("name", None)
+            position, velocity, effort = (
+                entry.number(key, 0.0) for key in ("position", "velocity", "effort")
+            )
+            extra_joints.append((name, position, velocity, effort))
+            warnings += entry.unknown()
         return JointStateConfig(
             name=settings.name,
-            joints=tuple(wanted),
+            joints=tuple(requested),
             publish_rate=settings.rate(),
-            extra_joints=tuple(rows),
+            extra_joints=tuple(extra_joints),
             warnings=tuple(warnings),
         )
 
 
 class SensorController(Controller):
-    """Reports all of a robot's sensors of one kind; commands nothing.
+    """Reports all of a robot's sensors of one type; commands nothing.
 
     Attributes:
         sensor: class of the sensors' specifications.
-        words: for such sensors, in messages.
+        sensor_names: for such sensors, in messages.
     """
 
     limits_rate = True
     sensor: ClassVar[type]
-    words: ClassVar[str]
+    sensor_names: ClassVar[str]
 
     @classmethod
     def configure(
@@ -84,11 +88,11 @@ class SensorController(Controller):
         sensors = () if description is None else description.sensors
         if not any(isinstance(spec, cls.sensor) for spec in sensors):
             raise ControllerError(
-                f"{settings.what} publishes {cls.words}, of which the robot has none"
+                f"{settings.label} publishes {cls.sensor_names}, of which the robot has none"
             )
         if settings.number("publish_rate", None, above=0.0) is None:
             raise ControllerError(
-                f"{settings.what} has no publish_rate, which {settings.get('type')} needs [Hz]"
+                f"{settings.label} has no publish_rate, which {settings.get('type')} needs [Hz]"
             )
         return ControllerConfig(name=settings.name, publish_rate=settings.rate())
 
@@ -97,7 +101,7 @@ class SensorController(Controller):
 class ImuController(SensorController):
     """Reports IMUs."""
 
-    interface, sensor, words = "imu", ImuSpec, "IMUs"
+    interface, sensor, sensor_names = "imu", ImuSpec, "IMUs"
 
 
 @CONTROLLERS.register("force_torque_sensor_controller/ForceTorqueSensorController")
@@ -105,7 +109,7 @@ class ForceTorqueController(SensorController):
     """Reports forces and torques of joints."""
 
     interface, sensor = "force_torque", ForceTorqueSpec
-    words = "force and torque of joints (libgazebo_ros_ft_sensor.so)"
+    sensor_names = "force and torque of joints (libgazebo_ros_ft_sensor.so)"
 
 
 class JointCommand(Controller):
@@ -117,35 +121,37 @@ class JointCommand(Controller):
     def configure(
         cls, settings: Settings, joints: tuple[str, ...], description: ModelDescription | None
     ) -> PidConfig:
-        what, kind, warnings = settings.what, settings.get("type"), []
+        label, type_name = settings.label, settings.get("type")
+        warnings: list[str] = []
         names = (
             settings.joints("joints", joints) if cls.group else (settings.joint("joint", joints),)
         )
         settings.ignore("publish_rate")
-        wanted = settings.get("interface_name")
-        if wanted not in (None, cls.interface):
+        requested = settings.get("interface_name")
+        if requested not in (None, cls.interface):
             raise ControllerError(
-                f"{what} has interface_name '{wanted}', must be '{cls.interface}' for {kind}"
+                f"{label} has interface_name '{requested}', must be '{cls.interface}' for "
+                f"{type_name}"
             )
         config = PidConfig(name=settings.name, joints=names, claims=((cls.interface, names),))
         if cls.goal is None:
             if "pid" not in settings:
                 return config
-            parse_pid(settings.get("pid"), what, warnings)
+            parse_pid(settings.get("pid"), label, warnings)
             note = (
-                f"{what}: pid is accepted and not used, as upstream: {kind} hands its "
+                f"{label}: pid is accepted and not used, as upstream: {type_name} passes its "
                 "command to the joint within the limits of the URDF"
             )
             return replace(config, notes=(note,), warnings=tuple(warnings))
         gains, published = [], []
         for name in names:
-            holder = settings.block(name) if cls.group else settings
-            if "pid" not in holder:
+            block = settings.block(name) if cls.group else settings
+            if "pid" not in block:
                 raise ControllerError(
-                    f"{holder.what} has no pid, which {kind} needs: a mapping with p, i, d"
+                    f"{block.label} has no pid, which {type_name} needs: a mapping with p, i, d"
                 )
-            values = holder.get("pid")
-            gains.append(parse_pid(values, holder.what, warnings))
+            values = block.get("pid")
+            gains.append(parse_pid(values, block.label, warnings))
             published.append(values.get("publish_state") is True)
         return replace(
             config,

@@ -68,14 +68,14 @@ class Manager(Stateful):
         if name in self._loaded:
             raise ControllerError(f"controller '{name}' is loaded already")
         hardware = self.hardware
-        kind, config = configure(name, values, hardware.names, self._description)
+        controller_type, config = configure(name, values, hardware.names, self._description)
         warnings = [
             text
             for interface, joints in config.claims
             for text in hardware.check_interface(f"controller '{name}'", interface, joints)
         ]
         config = replace(config, warnings=(*config.warnings, *warnings))
-        self._loaded[name] = kind(config, hardware)
+        self._loaded[name] = controller_type(config, hardware)
         self._states[name] = INITIALIZED
         return config
 
@@ -116,17 +116,17 @@ class Manager(Stateful):
 
         Args:
             start, stop: controller names.
-            strict: True: an invalid name refuses the whole switch; False: it is left out.
+            strict: True: an invalid name refuses the whole switch; False: it is skipped.
 
         Returns:
-            Reasons why names were left out (best effort).
+            Reasons why names were skipped (best effort).
 
         Raises:
             ControllerError: strict and a name is invalid; nothing has changed then.
         """
-        left_out: list[str] = []
-        stopping = self._fitting(stop, strict, left_out, self.is_running, "is not running")
-        starting = self._startable(start, stopping, strict, left_out)
+        skipped: list[str] = []
+        stopping = self._select(stop, strict, skipped, self.is_running, "is not running")
+        starting = self._startable(start, stopping, strict, skipped)
         for name in stopping:
             self._states[name] = STOPPED
             self._loaded[name].stop()
@@ -138,7 +138,7 @@ class Manager(Stateful):
             except Exception as error:
                 self._fail(self._loaded[name], error)
         self._sort()
-        return left_out
+        return skipped
 
     def _sort(self) -> None:
         """Note which of the running controllers are updated."""
@@ -150,7 +150,7 @@ class Manager(Stateful):
         self._updates = [each.update for each in self._periodic]
 
     def _startable(
-        self, start: Iterable[str], stopping: list[str], strict: bool, left_out: list[str]
+        self, start: Iterable[str], stopping: list[str], strict: bool, skipped: list[str]
     ) -> list[str]:
         """The controllers of `start` whose joints are free once those of `stopping` stop."""
         claimed = {
@@ -160,10 +160,10 @@ class Manager(Stateful):
             for joint in self._claims(name)
         }
         starting: list[str] = []
-        for name in self._fitting(
+        for name in self._select(
             start,
             strict,
-            left_out,
+            skipped,
             lambda n: not self.is_running(n) or n in stopping,
             "is running already",
         ):
@@ -176,14 +176,14 @@ class Manager(Stateful):
             reason = f"controller '{name}' cannot start: {rival}"
             if strict:
                 raise ControllerError(reason)
-            left_out.append(reason)
+            skipped.append(reason)
         return starting
 
-    def _fitting(
+    def _select(
         self,
         names: Iterable[str],
         strict: bool,
-        left_out: list[str],
+        skipped: list[str],
         fits: Callable[[str], bool],
         otherwise: str,
     ) -> list[str]:
@@ -198,7 +198,7 @@ class Manager(Stateful):
             except ControllerError as error:
                 if strict:
                     raise
-                left_out.append(str(error))
+                skipped.append(str(error))
         return chosen
 
     def _claims(self, name: str) -> list[str]:

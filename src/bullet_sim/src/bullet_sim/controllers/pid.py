@@ -15,7 +15,7 @@ import functools
 import math
 from dataclasses import dataclass
 from math import inf, isfinite, remainder
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bullet_sim.component import Stateful
 from bullet_sim.controllers.base import ControllerConfig, as_number
@@ -30,12 +30,12 @@ _TURN = 2.0 * math.pi
 
 
 def shortest_distance(start: float, end: float) -> float:
-    """The shortest turn [rad] from one angle to another, in (-pi, pi]."""
+    """The shortest rotation [rad] from one angle to another, in (-pi, pi]."""
     return -remainder(start - end, _TURN)
 
 
 def distance_within(start: float, end: float, lower: float, upper: float) -> float:
-    """The shortest turn [rad] to an angle (up to whole turns) that stays within limits.
+    """The shortest rotation [rad] to an angle (up to full rotations) that stays within limits.
 
     Args:
         start: where the joint is [rad].
@@ -43,7 +43,7 @@ def distance_within(start: float, end: float, lower: float, upper: float) -> flo
         lower, upper: limits [rad].
 
     Returns:
-        The shorter way round if it ends within the limits, else the longer one if that does, else
+        The shorter rotation if it ends within the limits, else the longer one if that does, else
         end - start.
     """
     short = shortest_distance(start, end)
@@ -58,18 +58,18 @@ def position_error(joint: Joint, position: float, target: float) -> float:
     """Error [rad, m] of a joint's position, as ros_control's position controllers see it.
 
     Args:
-        joint: with its kind and limits.
+        joint: with its type and limits.
         position, target: [rad, m]; a target beyond the joint's limits counts as the limit.
     """
-    lower = joint.lower
-    if lower is not None:
-        target = min(max(target, lower), joint.upper)
+    lower, upper = joint.lower, joint.upper
+    if lower is not None and upper is not None:
+        target = min(max(target, lower), upper)
     if joint.kind == "prismatic":
         return target - position
     error = -remainder(position - target, _TURN)
-    if lower is None or lower - TOLERANCE <= position + error <= joint.upper + TOLERANCE:
+    if lower is None or upper is None or lower - TOLERANCE <= position + error <= upper + TOLERANCE:
         return error
-    return distance_within(position, target, lower, joint.upper)
+    return distance_within(position, target, lower, upper)
 
 
 NUMBERS = ("p", "i", "d", "i_clamp", "i_clamp_max", "i_clamp_min")
@@ -115,11 +115,11 @@ class Pid(Stateful):
     """A PID that commands its joint's effort, or only computes its output.
 
     Where the gains are stiff for the inertia that the joint's effort moves, the joint tracks the
-    closed form's velocity with at most the effort instead (see the module's text).
+    closed form's velocity with at most the effort instead (see the module's docstring).
 
     Args:
         gains: PidGains; may be replaced at any time, the state stays.
-        joint: JointHandle whose error it sees; None: the caller knows.
+        joint: JointHandle of the errors; None: the caller has its state.
         goal: "position" or "velocity", of which the errors are.
         acts: whether it commands the joint's effort.
 
@@ -154,7 +154,8 @@ class Pid(Stateful):
         goal: str = "position",
         acts: bool = True,
     ) -> None:
-        self.gains, self.goal, self.joint, self.target = gains, goal, joint, 0.0
+        self.gains, self.goal, self.target = gains, goal, 0.0
+        self.joint: Any = joint
         self._acts = acts and joint is not None
         self._gains: PidGains | None = None  # those that the following were computed for
         self._period, self._is_stiff = 0.0, False
@@ -190,8 +191,8 @@ class Pid(Stateful):
             period: since the last update, and to the next [s].
             goal_velocity: of the set point of a position [rad/s, m/s]; None: unknown, the error's
                 rate is its difference to the last, 0 at the first (no jump at a start).
-            feedforward: effort beside the PID's [N m, N].
-            limit: most effort either way [N m, N].
+            feedforward: effort in addition to the PID's [N m, N].
+            limit: max effort in either direction [N m, N].
 
         Returns:
             The output; 0, without a change of terms, when an input is not finite or no time
@@ -266,7 +267,7 @@ class Pid(Stateful):
             self.goal, self._gains, self._mean = goal, None, None
 
     def _prepare(self, period: float) -> None:
-        """Find out whether gains are stiff, and their closed form."""
+        """Determine whether gains are stiff, and their closed form."""
         gains, joint = self.gains, self.joint
         self._gains, self._period, self._motion = gains, period, ()
         inertia = joint.inertia if self._acts else None
@@ -279,38 +280,39 @@ class Pid(Stateful):
             self._share = -math.expm1(-gains.p * period / (inertia + gains.d))
 
 
-def parse_pid(values, what, warnings=None):
+def parse_pid(values: Any, label: str, warnings: list[str] | None = None) -> PidGains:
     """Check a `pid` mapping.
 
     Args:
         values: mapping with p, i, d, and i_clamp or i_clamp_min and i_clamp_max.
-        what: name for messages.
-        warnings: list to which a sentence per unknown key is added; None: none.
+        label: name for messages.
+        warnings: list to which a message per unknown key is added; None: none.
 
     Raises:
         ControllerError: not a mapping, not a finite number, a gain beyond MAX_GAIN, no p.
     """
     if not isinstance(values, dict):
-        raise ControllerError(f"{what} pid is {values!r}, must be a mapping with p, i, d")
+        raise ControllerError(f"{label} pid is {values!r}, must be a mapping with p, i, d")
     if warnings is not None:
         warnings.extend(
-            f"{what} pid has key '{key}', which is not one of {', '.join(KEYS)}; it is ignored"
+            f"{label} pid has key '{key}', which is not one of {', '.join(KEYS)}; it is ignored"
             for key in sorted(set(values) - set(KEYS), key=str)
         )
     if "p" not in values:
-        raise ControllerError(f"{what} pid has no p")
-    numbers = {}
+        raise ControllerError(f"{label} pid has no p")
+    numbers: dict[str, float] = {}
     for key in NUMBERS:
-        numbers[key] = as_number(values.get(key, 0.0))
-        if numbers[key] is None:
-            raise ControllerError(f"{what} pid {key} is {values[key]!r}, must be a finite number")
-        if key in ("p", "i", "d") and abs(numbers[key]) > MAX_GAIN:
+        number = as_number(values.get(key, 0.0))
+        if number is None:
+            raise ControllerError(f"{label} pid {key} is {values[key]!r}, must be a finite number")
+        if key in ("p", "i", "d") and abs(number) > MAX_GAIN:
             raise ControllerError(
-                f"{what} pid {key} is {values[key]!r}, must be from {-MAX_GAIN:g} to {MAX_GAIN:g}"
+                f"{label} pid {key} is {values[key]!r}, must be from {-MAX_GAIN:g} to {MAX_GAIN:g}"
             )
+        numbers[key] = number
     antiwindup = values.get("antiwindup", False)
     if not isinstance(antiwindup, bool):
-        raise ControllerError(f"{what} pid antiwindup is {antiwindup!r}, must be true or false")
+        raise ControllerError(f"{label} pid antiwindup is {antiwindup!r}, must be true or false")
     low = numbers["i_clamp_min"] if "i_clamp_min" in values else numbers["i_clamp"]
     high = numbers["i_clamp_max"] if "i_clamp_max" in values else numbers["i_clamp"]
     return PidGains(numbers["p"], numbers["i"], numbers["d"], -abs(low), abs(high), antiwindup)
@@ -322,14 +324,14 @@ SOFT_SPRING = 0.0025  # p T^2 / I
 
 
 @functools.lru_cache(maxsize=1024)
-def is_stiff(gains, goal, inertia, period):
+def is_stiff(gains: PidGains, goal: str, inertia: float, period: float) -> bool:
     """Whether gains are unstable or inaccurate as a constant torque over a period.
 
     Args:
         gains: PidGains that give an effort.
         goal: "velocity" or "position".
         inertia: that the joint moves [kg m^2, kg].
-        period: over which the effort is held [s].
+        period: over which the effort is constant [s].
     """
     if goal == "velocity":
         return gains.p >= 0.0 and gains.d >= 0.0 and gains.p * period > SOFT_DAMPING * inertia
@@ -339,7 +341,9 @@ def is_stiff(gains, goal, inertia, period):
 
 
 @functools.lru_cache(maxsize=1024)
-def oscillator(p, d, inertia, period):
+def oscillator(
+    p: float, d: float, inertia: float, period: float
+) -> tuple[float, float, float, float]:
     """Free motion of a joint under tau = p (q_d - q) - d v over a period.
 
     Args:
@@ -372,6 +376,6 @@ def oscillator(p, d, inertia, period):
     return phi, psi, rate, phi
 
 
-def _grown(rate, time):
+def _grown(rate: float, time: float) -> float:
     """Integral of exp(rate t) from 0 to time."""
     return math.expm1(rate * time) / rate if abs(rate * time) > 1e-12 else time

@@ -1,15 +1,18 @@
 """The joints of steer_bot_hardware_gazebo: a car with one wheel and one steering joint to command.
 
 Its controllers see a rear wheel and a front steering joint that need not exist; commands to them
-turn the four wheels and the two front hinges of the car.
+drive the four wheels and the two front hinges of the car.
 """
 
 import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from bullet_sim.controllers.base import Settings
 from bullet_sim.controllers.drive import joint_position
-from bullet_sim.description.model import Joint
+from bullet_sim.controllers.hardware import JointHandle
+from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.errors import ControllerError
 
 NAMESPACE = "steer_bot_hardware_gazebo"
@@ -35,7 +38,7 @@ class SteerBotConfig:
     track: float
     wheel_base: float
 
-    def interfaces(self):
+    def interfaces(self) -> dict[str, tuple[str, ...]]:
         """Joint name -> offered interfaces."""
         velocity = (self.rear_wheel, *self.rear_wheels)
         position = (self.front_steer, *self.front_steers)
@@ -46,67 +49,77 @@ class SteerBotConfig:
         }
 
 
-def parse_steer_bot(values, what, joints, description=None):
+def parse_steer_bot(
+    values: Any, label: str, joints: Sequence[str], description: ModelDescription | None = None
+) -> SteerBotConfig:
     """Check the parameters.
 
     Args:
         values: mapping from the parameter server.
-        what: its name, for messages.
+        label: its name, for messages.
         joints: names of the robot's movable joints.
-        description: ModelDescription, for sizes that are not given.
+        description: for sizes that are not given.
 
     Raises:
         ControllerError: names the parameter, its value and what is valid.
     """
-    settings = Settings(values or {}, what)
-    pairs = [
+    settings = Settings(values or {}, label)
+    rear_wheels, front_wheels, front_steers = (
         _pair(settings, f"virtual_{key}", joints)
         for key in ("rear_wheels", "front_wheels", "front_steers")
-    ]
+    )
     return SteerBotConfig(
         settings.text("rear_wheel", None),
         settings.text("front_steer", None),
-        *pairs,
+        rear_wheels,
+        front_wheels,
+        front_steers,
         ackermann=settings.flag("enable_ackermann_link", True),
-        track=_size(settings, "wheel_separation_w", description, pairs[2], 1),
+        track=_size(settings, "wheel_separation_w", description, front_steers, 1),
         wheel_base=_size(
-            settings, "wheel_separation_h", description, (pairs[2][0], pairs[0][0]), 0
+            settings, "wheel_separation_h", description, (front_steers[0], rear_wheels[0]), 0
         ),
     )
 
 
-def _pair(settings, key, joints):
+def _pair(settings: Settings, key: str, joints: Sequence[str]) -> tuple[str, str]:
     names = settings.get(key)
     if not isinstance(names, list) or len(names) != 2 or not set(names) <= set(joints):
         raise ControllerError(
-            f"{settings.what} has {key} {names!r}, must be two joints, right and left; joints are "
+            f"{settings.label} has {key} {names!r}, must be two joints, right and left; joints are "
             f"{', '.join(joints) or '(none)'}"
         )
-    return tuple(names)
+    right, left = names
+    return right, left
 
 
-def _size(settings, key, description, joints, axis):
+def _size(
+    settings: Settings,
+    key: str,
+    description: ModelDescription | None,
+    joints: Iterable[str],
+    axis: int,
+) -> float:
     value = settings.number(key, None, above=0.0)
     if value is None:
         first, second = (joint_position(description, name)[axis] for name in joints)
         value = abs(first - second)
         if not value > 0:
-            raise ControllerError(f"{settings.what} has no {key}, and the URDF does not tell it")
+            raise ControllerError(f"{settings.label} has no {key}, and the URDF does not give it")
     return value
 
 
 class SteerBotJoints:
-    """Stands before a car's Joints: the same methods, with the two commanded joints.
+    """In place of a car's Joints: the same methods, with the two commanded joints.
 
     Args:
-        joints: Joints of the car.
-        config: SteerBotConfig.
+        joints: bullet_sim.models.joints.Joints of the car.
 
     Attributes:
         names, limits: as of Joints.
     """
 
-    def __init__(self, joints, config):
+    def __init__(self, joints: Any, config: SteerBotConfig) -> None:
         self._joints, self._config = joints, config
         real = (*config.rear_wheels, *config.front_wheels, *config.front_steers)
         both = (config.rear_wheel, config.front_steer)
@@ -119,12 +132,12 @@ class SteerBotJoints:
             config.rear_wheel: config.rear_wheels,
             config.front_steer: config.front_steers,
         }
-        numbers = {name: number for number, name in enumerate(joints.names)}
+        indices = {name: index for index, name in enumerate(joints.names)}
         self._sources = [
-            [numbers[source] for source in self._means.get(name, (name,))] for name in self.names
+            [indices[source] for source in self._means.get(name, (name,))] for name in self.names
         ]
 
-    def read(self, handles):
+    def read(self, handles: Iterable[JointHandle]) -> None:
         """As Joints.read; the commanded joints have their pair's mean."""
         positions, velocities = self._joints.state()
         for name, handle in zip(self.names, handles):
@@ -134,32 +147,32 @@ class SteerBotJoints:
                 for values in (positions, velocities)
             )
 
-    def columns(self, numbers):
+    def columns(self, indices: Iterable[int]) -> list[list[float]]:
         """As Joints.columns."""
         of_car = self._joints.columns(range(len(self._joints.names)))
         return [
             [
-                math.fsum(column[source] for source in self._sources[number])
-                / len(self._sources[number])
-                for number in numbers
+                math.fsum(column[source] for source in self._sources[index])
+                / len(self._sources[index])
+                for index in indices
             ]
             for column in of_car
         ]
 
-    def drive_velocities(self, names, values):
-        """Turn all four wheels as the rear wheel is commanded; other names have no effect."""
+    def drive_velocities(self, names: Iterable[str], values: Iterable[float]) -> None:
+        """Drive all four wheels as the rear wheel is commanded; other names have no effect."""
         wheels = (*self._config.rear_wheels, *self._config.front_wheels)
         for name, value in zip(names, values):
             if name == self._config.rear_wheel:
                 self._joints.drive_velocities(wheels, (value,) * 4)
 
-    def drive_positions(self, names, values):
-        """Turn both hinges as the front steering joint is commanded; others have no effect."""
+    def drive_positions(self, names: Iterable[str], values: Iterable[float]) -> None:
+        """Rotate both hinges as the front steering joint is commanded; others have no effect."""
         for name, value in zip(names, values):
             if name == self._config.front_steer:
                 self._joints.drive_positions(self._config.front_steers, self.hinge_angles(value))
 
-    def hinge_angles(self, angle):
+    def hinge_angles(self, angle: float) -> tuple[float, float]:
         """Angles [rad] of the right and the left hinge for one of the virtual middle wheel.
 
         As upstream, which counts half the track only.
@@ -168,14 +181,13 @@ class SteerBotJoints:
         if not config.ackermann:
             return angle, angle
         ahead, across = 2.0 * config.wheel_base, config.track / 2.0 * math.tan(angle)
-        return tuple(
-            math.atan2(ahead * math.tan(angle), ahead + side * across) for side in (1.0, -1.0)
-        )
+        along = ahead * math.tan(angle)
+        return math.atan2(along, ahead + across), math.atan2(along, ahead - across)
 
-    def apply_efforts(self, efforts):
+    def apply_efforts(self, efforts: Mapping[str, float]) -> None:
         """Nothing: no joint takes efforts."""
 
-    def release(self, names):
+    def release(self, names: Iterable[str]) -> None:
         """Release what the joints move."""
         config = self._config
         if config.rear_wheel in names:

@@ -2,11 +2,15 @@
 
 import copy
 import math
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from bullet_sim.component import Stateful
-from bullet_sim.controllers.base import CONTROLLERS, Controller
-from bullet_sim.controllers.pid import Pid, PidConfig, parse_pid, shortest_distance
+from bullet_sim.controllers.base import CONTROLLERS, Controller, Settings
+from bullet_sim.controllers.hardware import Hardware
+from bullet_sim.controllers.pid import Pid, PidConfig, PidGains, parse_pid, shortest_distance
+from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import CommandError, ControllerError
 
 
@@ -18,12 +22,12 @@ class Tolerance:
     velocity: float = 0.0
     acceleration: float = 0.0
 
-    def holds(self, position, velocity):
+    def holds(self, position: float, velocity: float) -> bool:
         """Whether errors of position and velocity are within; accelerations are not measured."""
         return not (abs(position) > self.position > 0.0 or abs(velocity) > self.velocity > 0.0)
 
-    def updated(self, other):
-        """With another's bounds: above 0 they replace, below 0 they remove, 0 leaves its own."""
+    def updated(self, other: "Tolerance") -> "Tolerance":
+        """With another's bounds: above 0 they replace, below 0 they remove, 0 leaves these."""
         return Tolerance(
             *(
                 theirs if theirs > 0.0 else 0.0 if theirs < 0.0 else own
@@ -31,34 +35,41 @@ class Tolerance:
             )
         )
 
-    def values(self):
+    def values(self) -> tuple[float, float, float]:
         """Position, velocity, acceleration."""
         return self.position, self.velocity, self.acceleration
 
 
 NO_TOLERANCE = Tolerance()
+NamedTolerances = Iterable[tuple[str, Tolerance]]  # by joint name
 
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Tolerances of a whole trajectory.
+    """Tolerances of a full trajectory.
 
     Attributes:
-        path, arrival: a Tolerance of each joint on the way and at the end.
-        patience: time after the end to get within `arrival` [s].
+        path, arrival: a Tolerance of each joint along the path and at the end.
+        goal_time_tolerance: time after the end to get within `arrival` [s].
     """
 
     path: tuple[Tolerance, ...]
     arrival: tuple[Tolerance, ...]
-    patience: float = 0.0
+    goal_time_tolerance: float = 0.0
 
-    def updated(self, joints, path, arrival, patience):
+    def updated(
+        self,
+        joints: Sequence[str],
+        path: NamedTolerances,
+        arrival: NamedTolerances,
+        goal_time_tolerance: float,
+    ) -> "Tolerances":
         """With those of a goal.
 
         Args:
             joints: names, in the controller's order.
             path, arrival: (joint name, Tolerance) pairs.
-            patience: above 0 it replaces, below 0 it is 0, 0 leaves its own [s].
+            goal_time_tolerance: above 0 it replaces, below 0 it is 0, 0 leaves the present one [s].
         """
         changed = []
         for own, pairs in ((self.path, path), (self.arrival, arrival)):
@@ -67,8 +78,10 @@ class Tolerances:
                 if name in mine:
                     mine[name] = mine[name].updated(tolerance)
             changed.append(tuple(mine.values()))
-        wait = self.patience if patience == 0 else max(0.0, patience)
-        return replace(self, path=changed[0], arrival=changed[1], patience=wait)
+        wait = (
+            self.goal_time_tolerance if goal_time_tolerance == 0 else max(0.0, goal_time_tolerance)
+        )
+        return replace(self, path=changed[0], arrival=changed[1], goal_time_tolerance=wait)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,8 +89,8 @@ class TrajectoryConfig(PidConfig):
     """Configuration of a trajectory controller.
 
     Attributes:
-        tolerances: Tolerances of goals that give none.
-        stop_duration: time in which a cancelled trajectory comes to rest [s]; 0: at once.
+        tolerances: Tolerances of goals without their own.
+        stop_duration: time in which a cancelled trajectory comes to rest [s]; 0: immediately.
         monitor_rate: of the action's feedback [Hz].
         partial: trajectories may leave joints out.
         feedforward: of each joint's velocity.
@@ -90,7 +103,9 @@ class TrajectoryConfig(PidConfig):
     feedforward: tuple[float, ...] = ()
 
 
-def parse_gains(settings, joints, warnings):
+def parse_gains(
+    settings: Settings, joints: Sequence[str], warnings: list[str]
+) -> tuple[PidGains, ...]:
     """PidGains of each joint from `gains`.
 
     Raises:
@@ -100,10 +115,12 @@ def parse_gains(settings, joints, warnings):
     missing = [joint for joint in joints if joint not in block]
     if missing:
         raise ControllerError(
-            f"{settings.what} has no gains of {', '.join(missing)}, which its interface needs: "
+            f"{settings.label} has no gains of {', '.join(missing)}, which its interface needs: "
             "gains/JOINT with p, i, d"
         )
-    return tuple(parse_pid(block.get(joint), f"{block.what} {joint}", warnings) for joint in joints)
+    return tuple(
+        parse_pid(block.get(joint), f"{block.label} {joint}", warnings) for joint in joints
+    )
 
 
 @dataclass(frozen=True)
@@ -125,30 +142,30 @@ class Segment:
     Args:
         start, end: times [s].
         first, last: Ends.
-        goal: whose segment it is; None: nobody's.
+        goal: that it belongs to; None: no goal.
         from_start: time of the first end since the start of its trajectory [s].
         path, arrival: Tolerances along it and of its end.
-        patience: time after its end to get within `arrival` [s].
+        goal_time_tolerance: time after its end to get within `arrival` [s].
     """
 
     def __init__(
         self,
-        start,
-        first,
-        end,
-        last,
-        goal=None,
-        from_start=0.0,
+        start: float,
+        first: End,
+        end: float,
+        last: End,
+        goal: "Goal | None" = None,
+        from_start: float = 0.0,
         path: Tolerance = NO_TOLERANCE,
         arrival: Tolerance = NO_TOLERANCE,
-        patience=0.0,
-    ):
+        goal_time_tolerance: float = 0.0,
+    ) -> None:
         self.start, self.end = start, end
         self.goal, self.from_start = goal, from_start
-        self.path, self.arrival, self.patience = path, arrival, patience
+        self.path, self.arrival, self.goal_time_tolerance = path, arrival, goal_time_tolerance
         self._coefficients = _coefficients(first, last, end - start)
 
-    def sample(self, time):
+    def sample(self, time: float) -> tuple[float, float, float]:
         """Position, velocity and acceleration at a time; at rest before and after it."""
         duration = self.end - self.start
         t = min(max(time - self.start, 0.0), duration)
@@ -162,31 +179,31 @@ class Segment:
         return position, velocity, acceleration
 
 
-def _coefficients(first, last, duration):
+def _coefficients(first: End, last: End, duration: float) -> tuple[float, ...]:
     """Of 1, t, t^2 ... for a segment's ends."""
-    p, way = first.position, last.position - first.position
+    p, distance = first.position, last.position - first.position
     if duration <= 0.0:
         return (p,)
     if first.velocity is None or last.velocity is None:
-        return p, way / duration
-    # in units of the duration: what is left beyond the start's own motion
+        return p, distance / duration
+    # in units of the duration: what is left beyond the start's motion
     u, v = first.velocity * duration, last.velocity * duration
     if first.acceleration is None or last.acceleration is None:
-        scaled = (p, u, 3.0 * way - 2.0 * u - v, u + v - 2.0 * way)
+        scaled: tuple[float, ...] = (p, u, 3.0 * distance - 2.0 * u - v, u + v - 2.0 * distance)
     else:
         a, b = first.acceleration * duration**2 / 2.0, last.acceleration * duration**2 / 2.0
         scaled = (
             p,
             u,
             a,
-            10.0 * way - 6.0 * u - 4.0 * v - 3.0 * a + b,
-            -15.0 * way + 8.0 * u + 7.0 * v + 3.0 * a - 2.0 * b,
-            6.0 * way - 3.0 * u - 3.0 * v - a + b,
+            10.0 * distance - 6.0 * u - 4.0 * v - 3.0 * a + b,
+            -15.0 * distance + 8.0 * u + 7.0 * v + 3.0 * a - 2.0 * b,
+            6.0 * distance - 3.0 * u - 3.0 * v - a + b,
         )
     return tuple(c / duration**n for n, c in enumerate(scaled))
 
 
-def active(segments, time):
+def active(segments: Sequence[Segment], time: float) -> Segment:
     """The segment that acts at a time: the last that has started, or the first."""
     for segment in reversed(segments):
         if segment.start <= time:
@@ -207,12 +224,12 @@ class Point:
     velocities: tuple[float, ...] = ()
     accelerations: tuple[float, ...] = ()
 
-    def end(self, number, offset=0.0):
+    def end(self, index: int, offset: float = 0.0) -> End:
         """End of a segment: the values of one joint."""
         return End(
-            self.positions[number] + offset,
-            self.velocities[number] if self.velocities else None,
-            self.accelerations[number] if self.accelerations else None,
+            self.positions[index] + offset,
+            self.velocities[index] if self.velocities else None,
+            self.accelerations[index] if self.accelerations else None,
         )
 
 
@@ -222,8 +239,8 @@ class Command:
 
     Attributes:
         joints: names, in the order of the points' values.
-        points: Points; none: stop where you are.
-        stamp: ROS time of its start [s]; 0: at once.
+        points: Points; none: stop where the joints are.
+        stamp: ROS time of its start [s]; 0: immediately.
     """
 
     joints: tuple[str, ...]
@@ -231,7 +248,7 @@ class Command:
     stamp: float = 0.0
 
 
-def check(command, joints, partial):
+def check(command: Command, joints: Sequence[str], partial: bool) -> None:
     """Check a command.
 
     Args:
@@ -255,20 +272,20 @@ def check(command, joints, partial):
             "which only allow_partial_joints_goal permits"
         )
     count, before = len(command.joints), -math.inf
-    for number, point in enumerate(command.points):
-        for what in ("positions", "velocities", "accelerations"):
-            values = getattr(point, what)
-            if len(values) != count and (values or what == "positions"):
+    for index, point in enumerate(command.points):
+        for quantity in ("positions", "velocities", "accelerations"):
+            values = getattr(point, quantity)
+            if len(values) != count and (values or quantity == "positions"):
                 raise CommandError(
-                    f"trajectory point #{number} has {len(values)} {what}, must have {count}"
+                    f"trajectory point #{index} has {len(values)} {quantity}, must have {count}"
                 )
             if not all(math.isfinite(value) for value in values):
                 raise CommandError(
-                    f"trajectory point #{number} has {what} {values}, must be finite numbers"
+                    f"trajectory point #{index} has {quantity} {values}, must be finite numbers"
                 )
         if not point.time > before:
             raise CommandError(
-                f"trajectory point #{number} is at {point.time} s, must be after {before} s"
+                f"trajectory point #{index} is at {point.time} s, must be after {before} s"
             )
         before = point.time
 
@@ -277,7 +294,16 @@ class JointsError(CommandError):
     """A trajectory names other joints than its controller has."""
 
 
-def join(current, command, joints, now, ahead, continuous, goal=None, tolerances=None):
+def join(
+    current: Sequence[list[Segment]],
+    command: Command,
+    joints: Sequence[str],
+    now: float,
+    ahead: float,
+    continuous: Sequence[bool],
+    goal: "Goal | None" = None,
+    tolerances: Tolerances | None = None,
+) -> list[list[Segment]]:
     """Each joint's segments from now on: what it does until the command starts, then the command.
 
     Args:
@@ -286,8 +312,8 @@ def join(current, command, joints, now, ahead, continuous, goal=None, tolerances
         joints: names of the controller's joints.
         now: controllers' time of the next update [s].
         ahead: time from now to the command's start [s], negative for a start in the past.
-        continuous: whether each joint turns without end, and takes the shorter way.
-        goal: whose command it is; None: nobody's.
+        continuous: whether each joint rotates without limits, and takes the shorter direction.
+        goal: of the command; None: no goal.
         tolerances: Tolerances of the goal.
 
     Returns:
@@ -304,22 +330,23 @@ def join(current, command, joints, now, ahead, continuous, goal=None, tolerances
             f"all {len(command.points)} points of the trajectory are in the past, "
             f"the last by {late:.3g} s"
         )
-    leave, result = max(start, now), []
-    for number, name in enumerate(joints):
-        segments = current[number]
+    leave = max(start, now)
+    result: list[list[Segment]] = []
+    for index, name in enumerate(joints):
+        segments = current[index]
         if name not in command.joints:
             left = [segment for segment in segments if segment.end >= now] or segments[-1:]
-            result.append([_given(segment, goal) for segment in left])
+            result.append([_for_goal(segment, goal) for segment in left])
             continue
         column = command.joints.index(name)
-        values = (
-            (tolerances.path[number], tolerances.arrival[number], tolerances.patience)
+        values: tuple[Any, ...] = (
+            (tolerances.path[index], tolerances.arrival[index], tolerances.goal_time_tolerance)
             if tolerances is not None
             else ()
         )
-        kept = [s for s in segments if s is active(segments, now) or now < s.start <= leave]
+        remaining = [s for s in segments if s is active(segments, now) or now < s.start <= leave]
         here = End(*active(segments, leave).sample(leave))
-        offset = _offset(here.position, points[0].end(column).position) * continuous[number]
+        offset = _offset(here.position, points[0].end(column).position) * continuous[index]
         made, before, since = [], here, 0.0
         time = leave
         for point in points:
@@ -327,28 +354,34 @@ def join(current, command, joints, now, ahead, continuous, goal=None, tolerances
             end = start + point.time
             made.append(Segment(time, before, end, after, goal, since, *values))
             time, before, since = end, after, point.time
-        result.append(kept + made)
+        result.append(remaining + made)
     return result
 
 
-def _offset(here, there):
-    """Whole turns [rad] that bring an angle nearest to another."""
+def _offset(here: float, there: float) -> float:
+    """Full rotations [rad] that bring an angle closest to another."""
     return here + shortest_distance(here, there) - there
 
 
-def _given(segment, goal):
+def _for_goal(segment: Segment, goal: "Goal | None") -> Segment:
     """A segment that counts for another goal from now on, without tolerances."""
-    given = copy.copy(segment)
-    given.goal = goal
-    return given
+    copied = copy.copy(segment)
+    copied.goal = goal
+    return copied
 
 
-def hold(positions, now, goal=None):
+def hold(positions: Iterable[float], now: float, goal: "Goal | None" = None) -> list[list[Segment]]:
     """Segments that hold positions [rad, m] from a time on."""
     return [[Segment(now, End(p), now, End(p), goal)] for p in positions]
 
 
-def stop(positions, velocities, now, duration, goal=None):
+def stop(
+    positions: Iterable[float],
+    velocities: Iterable[float],
+    now: float,
+    duration: float,
+    goal: "Goal | None" = None,
+) -> list[list[Segment]]:
     """Segments that come to rest within a duration [s].
 
     Each is the first half of the symmetric motion that would return with the opposite velocity.
@@ -371,28 +404,34 @@ class Goal(Stateful):
 
     Attributes:
         path, arrival: (joint name, Tolerance) pairs that differ from the configuration.
-        patience: goal_time_tolerance [s].
+        goal_time_tolerance: of the action's goal [s], see Tolerances.updated.
         finished: called once with (outcome, code, text): "succeeded", "aborted" or "canceled".
         arrived: joints that were within their tolerance at the end.
     """
 
     STATE = ("arrived",)
 
-    finished: object
-    path: tuple = ()
-    arrival: tuple = ()
-    patience: float = 0.0
-    arrived: set = field(default_factory=set)
+    finished: Callable[[str, int, str], object]
+    path: tuple[tuple[str, Tolerance], ...] = ()
+    arrival: tuple[tuple[str, Tolerance], ...] = ()
+    goal_time_tolerance: float = 0.0
+    arrived: set[str] = field(default_factory=set)
 
 
 @dataclass
 class Motion:
     """Positions, velocities, accelerations of all joints, and the time since a segment's start."""
 
-    positions: list
-    velocities: list
-    accelerations: list = ()
+    positions: list[float]
+    velocities: list[float]
+    accelerations: Sequence[float] = ()
     from_start: float = 0.0
+
+
+def _desired(segments: Iterable[Segment], time: float) -> Motion:
+    """The motion along a segment of each joint."""
+    positions, velocities, accelerations = zip(*(segment.sample(time) for segment in segments))
+    return Motion(list(positions), list(velocities), list(accelerations))
 
 
 class TrajectoryControl(Controller):
@@ -408,9 +447,12 @@ class TrajectoryControl(Controller):
     periodic = group = True
 
     @classmethod
-    def configure(cls, settings, joints, description):
+    def configure(
+        cls, settings: Settings, joints: tuple[str, ...], description: ModelDescription | None
+    ) -> TrajectoryConfig:
         """Check an entry of the YAML file; see Controller.configure."""
-        names, warnings = settings.joints("joints", joints), []
+        names = settings.joints("joints", joints)
+        warnings: list[str] = []
         limits = settings.block("constraints")
         stopped = limits.number("stopped_velocity_tolerance", 0.01)
         path, arrival = [], []
@@ -420,14 +462,14 @@ class TrajectoryControl(Controller):
             arrival.append(Tolerance(own.number("goal", 0.0), stopped))
         ahead = settings.block("velocity_ff")
         settings.ignore("verbose", "gains")
-        regulated = cls.interface != "position"
+        has_pid = cls.interface != "position"
         return TrajectoryConfig(
             name=settings.name,
             joints=names,
             claims=((cls.interface, names),),
             publish_rate=settings.number("state_publish_rate", 50.0, above=0.0),
-            gains=parse_gains(settings, names, warnings) if regulated else (),
-            gain_names=tuple(f"gains/{name}" for name in names) if regulated else (),
+            gains=parse_gains(settings, names, warnings) if has_pid else (),
+            gain_names=tuple(f"gains/{name}" for name in names) if has_pid else (),
             tolerances=Tolerances(tuple(path), tuple(arrival), limits.number("goal_time", 0.0)),
             stop_duration=settings.number("stop_trajectory_duration", 0.0),
             monitor_rate=settings.number("action_monitor_rate", 20.0, above=0.0),
@@ -436,7 +478,7 @@ class TrajectoryControl(Controller):
             warnings=tuple(warnings),
         )
 
-    def __init__(self, config, hardware):
+    def __init__(self, config: TrajectoryConfig, hardware: Hardware) -> None:
         super().__init__(config, hardware)
         by_effort = self.interface == "effort"
         self.pids = tuple(
@@ -445,12 +487,16 @@ class TrajectoryControl(Controller):
         )
         self._continuous = [joint.limits.kind == "continuous" for joint in self.joints]
         self._prismatic = [joint.limits.kind == "prismatic" for joint in self.joints]
-        self.clock = lambda: 0.0
-        self.goal = self.desired = self.actual = self.error = None
-        self.time, self._next, self._segments = 0.0, 0.0, []
+        self.clock: Callable[[], float] = lambda: 0.0
+        self.goal: Goal | None = None
+        self.desired: Motion | None = None
+        self.actual: Motion | None = None
+        self.error: Motion | None = None
+        self.time = self._next = 0.0
+        self._segments: list[list[Segment]] = []
 
     # life cycle -------------------------------------------------------------------------------
-    def start(self, time):
+    def start(self, time: float) -> None:
         """Hold the joints where they are."""
         self._finish("canceled")
         self.desired = self.actual = self.error = None
@@ -462,20 +508,20 @@ class TrajectoryControl(Controller):
         values = positions if self.interface == "position" else [0.0] * len(positions)
         self.hardware.command(self.interface, self.joints, values)
 
-    def stop(self):
+    def stop(self) -> None:
         """Cancel the goal and stop controlling."""
         self._finish("canceled")
         super().stop()
 
-    def _finish(self, outcome, code=SUCCESSFUL, text=""):
+    def _finish(self, outcome: str, code: int = SUCCESSFUL, text: str = "") -> None:
         goal, self.goal = self.goal, None
         if goal is not None:
             goal.finished(outcome, code, text)
 
-    def set_state(self, state):
+    def set_state(self, state: dict[str, Any]) -> None:
         """Restore; a goal that is not the restored one is cancelled.
 
-        A restored one that has ended since has nobody to report to: the motion goes on without it.
+        A restored one that has finished since cannot be reported: the motion continues without it.
         """
         present = self.goal
         super().set_state(state)
@@ -484,13 +530,13 @@ class TrajectoryControl(Controller):
             self._finish("canceled")
 
     # commands ---------------------------------------------------------------------------------
-    def check(self, command):
-        """Check a plan.Command; returns it."""
+    def check(self, command: Command) -> Command:
+        """Check a Command; returns it."""
         check(command, self.config.joints, self.config.partial)
         return command
 
-    def command(self, command):
-        """Follow a checked plan.Command; a goal is cancelled.
+    def command(self, command: Command) -> None:
+        """Follow a checked Command; a goal is cancelled.
 
         Raises:
             CommandError: it lies in the past.
@@ -498,8 +544,8 @@ class TrajectoryControl(Controller):
         self._follow(command, None)
         self._finish("canceled")
 
-    def pursue(self, command, goal):
-        """Follow a plan.Command for a Goal; the one before is cancelled.
+    def execute(self, command: Command, goal: Goal) -> None:
+        """Follow a Command for a Goal; the one before is cancelled.
 
         Raises:
             CommandError: it cannot be followed; a JointsError where its joints are wrong.
@@ -509,20 +555,22 @@ class TrajectoryControl(Controller):
         self._finish("canceled")
         self.goal = goal
 
-    def cancel(self, goal):
+    def cancel(self, goal: Goal) -> None:
         """Give a goal up and come to rest."""
         if goal is self.goal:
             self.goal = None
             self._rest(None)
             goal.finished("canceled", SUCCESSFUL, "")
 
-    def _follow(self, command, goal):
+    def _follow(self, command: Command, goal: Goal | None) -> None:
         if not command.points:
             self._rest(goal)
             return
-        tolerances = goal and self.config.tolerances.updated(
-            self.config.joints, goal.path, goal.arrival, goal.patience
-        )
+        tolerances = None
+        if goal is not None:
+            tolerances = self.config.tolerances.updated(
+                self.config.joints, goal.path, goal.arrival, goal.goal_time_tolerance
+            )
         self._segments = join(
             self._segments,
             command,
@@ -534,7 +582,7 @@ class TrajectoryControl(Controller):
             tolerances,
         )
 
-    def _rest(self, goal):
+    def _rest(self, goal: Goal | None) -> None:
         """Stop: where the joints are, or within the time that is configured."""
         duration, desired = self.config.stop_duration, self.desired
         if duration > 0.0 and desired is not None:
@@ -544,7 +592,7 @@ class TrajectoryControl(Controller):
             positions = [joint.position for joint in self.joints]
             self._segments = hold(positions, self._next, goal)
 
-    def planned(self, time):
+    def planned(self, time: float) -> Motion:
         """Motion that is planned for a ROS time [s].
 
         Raises:
@@ -555,68 +603,68 @@ class TrajectoryControl(Controller):
             raise ControllerError(
                 f"controller '{self.config.name}' has no trajectory for a time before its start"
             )
-        columns = zip(*(active(s, time).sample(time) for s in self._segments))
-        return Motion(*map(list, columns))
+        return _desired([active(of_joint, time) for of_joint in self._segments], time)
 
     # every period -----------------------------------------------------------------------------
-    def update(self, time, period):
-        """Compare with the trajectory, judge the goal, command the joints."""
+    def update(self, time: float, period: float) -> None:
+        """Compare with the trajectory, evaluate the goal, command the joints."""
         self.time, self._next = time, time + period
         segments = [active(of_joint, time) for of_joint in self._segments]
-        self.desired = Motion(*map(list, zip(*(s.sample(time) for s in segments))))
-        self.actual = Motion(
+        self.desired = desired = _desired(segments, time)
+        self.actual = actual = Motion(
             [joint.position for joint in self.joints], [joint.velocity for joint in self.joints]
         )
-        self.error = Motion(
+        self.error = error = Motion(
             [
-                wanted - now if along else shortest_distance(now, wanted)
-                for now, wanted, along in zip(
-                    self.actual.positions, self.desired.positions, self._prismatic
-                )
+                target - now if along else shortest_distance(now, target)
+                for now, target, along in zip(actual.positions, desired.positions, self._prismatic)
             ],
-            [w - v for w, v in zip(self.desired.velocities, self.actual.velocities)],
+            [w - v for w, v in zip(desired.velocities, actual.velocities)],
         )
         since = segments[0].from_start
-        self.desired.from_start = since
-        self.actual.from_start = time - segments[0].start + since
-        self.error.from_start = since - self.actual.from_start
+        desired.from_start = since
+        actual.from_start = time - segments[0].start + since
+        error.from_start = since - actual.from_start
         if self.goal is not None:
-            self._judge(segments, time)
-        self._write(period)
+            self._evaluate(self.goal, error, segments, time)
+        self._write(desired, actual, error, period)
 
-    def _judge(self, segments, time):
-        for number, (name, segment) in enumerate(zip(self.config.joints, segments)):
-            error = self.error.positions[number]
-            errors = error, self.error.velocities[number]
-            if segment.goal is not self.goal:
+    def _evaluate(
+        self, goal: Goal, motion_error: Motion, segments: Sequence[Segment], time: float
+    ) -> None:
+        """Finish the goal if it is reached or a tolerance violated."""
+        for index, (name, segment) in enumerate(zip(self.config.joints, segments)):
+            error = motion_error.positions[index]
+            errors = error, motion_error.velocities[index]
+            if segment.goal is not goal:
                 continue
             if time < segment.end:
                 if not segment.path.holds(*errors):
                     self._finish("aborted", PATH_VIOLATED, f"{name} path error {error:f}")
                     return
-            elif segment is self._segments[number][-1]:
+            elif segment is self._segments[index][-1]:
                 if segment.arrival.holds(*errors):
-                    self.goal.arrived.add(name)
-                elif time >= segment.end + segment.patience:
+                    goal.arrived.add(name)
+                elif time >= segment.end + segment.goal_time_tolerance:
                     self._finish("aborted", GOAL_VIOLATED, f"{name} goal error {error:f}")
                     return
-        if len(self.goal.arrived) == len(self.config.joints):
+        if len(goal.arrived) == len(self.config.joints):
             self._finish("succeeded")
 
-    def _write(self, period):
+    def _write(self, desired: Motion, actual: Motion, error: Motion, period: float) -> None:
         if self.interface == "position":
-            self.hardware.command("position", self.joints, self.desired.positions)
+            self.hardware.command("position", self.joints, desired.positions)
             return
         outputs = []
-        for pid, error, wanted, speed, ahead in zip(
+        for pid, deviation, velocity, measured, gain in zip(
             self.pids,
-            self.error.positions,
-            self.desired.velocities,
-            self.actual.velocities,
+            error.positions,
+            desired.velocities,
+            actual.velocities,
             self.config.feedforward,
         ):
-            output = pid.update(error, speed, period, wanted, ahead * wanted)
-            outputs.append(output + ahead * wanted)
+            output = pid.update(deviation, measured, period, velocity, gain * velocity)
+            outputs.append(output + gain * velocity)
         if self.interface == "velocity":
             self.hardware.command("velocity", self.joints, outputs)
 

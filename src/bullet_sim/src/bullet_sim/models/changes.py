@@ -1,17 +1,23 @@
 """Changes to loaded models: wrenches, efforts, properties of links and joints."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bullet_sim.component import Stateful
 from bullet_sim.errors import CommandError, ModelError
-from bullet_sim.pose import matrix_from_quaternion
+from bullet_sim.pose import Array, Vector, matrix_from_quaternion
+
+if TYPE_CHECKING:
+    from bullet_sim.models.model import Model
 
 
-def step_range(step_count, time_step, start, duration):
+def step_range(
+    step_count: int, time_step: float, start: float, duration: float
+) -> tuple[int, float]:
     """Physics steps during which a wrench or an effort acts.
 
     Args:
@@ -21,7 +27,7 @@ def step_range(step_count, time_step, start, duration):
         duration: [s]; negative: without end; shorter than a step: one step; 0: not at all.
 
     Returns:
-        (first, end): it acts in the steps first <= number < end; end may be infinite.
+        (first, end): it acts in the steps first <= index < end; end may be infinite.
 
     Raises:
         CommandError: a number is NaN or infinite.
@@ -37,7 +43,7 @@ def step_range(step_count, time_step, start, duration):
 
 @dataclass(frozen=True)
 class _Load:
-    model: object
+    model: "Model"
     part: str  # name of the link or joint
     kind: str  # 'link' or 'joint'
     first: int
@@ -50,21 +56,21 @@ class Forces(Stateful):
 
     STATE = ("_loads",)
 
-    def __init__(self):
-        self._loads = []
+    def __init__(self) -> None:
+        self._loads: list[_Load] = []
 
     @property
-    def active(self):
+    def active(self) -> bool:
         """Whether a wrench or an effort acts now or later."""
         return bool(self._loads)
 
-    def apply_wrench(self, model, link, force, torque, steps):
+    def apply_wrench(
+        self, model: "Model", link: str, force: Vector, torque: Vector, steps: tuple[int, float]
+    ) -> None:
         """Apply a force at the centre of mass of a link's rigid part, and a torque.
 
         Args:
-            model: of the world.
-            link: link name.
-            force, torque: (3,) [N], [N m] along world axes; they keep their direction.
+            force, torque: (3,) [N], [N m] along world axes; they do not rotate with the link.
             steps: as step_range gives it.
 
         Raises:
@@ -75,7 +81,9 @@ class Forces(Stateful):
         force, torque = np.asarray(force, float), np.asarray(torque, float)
         self._add(model, link, "link", steps, lambda: model.apply_wrench(index, force, torque))
 
-    def apply_effort(self, model, joint, effort, steps):
+    def apply_effort(
+        self, model: "Model", joint: str, effort: float, steps: tuple[int, float]
+    ) -> float:
         """Apply an effort [N m, N] to a joint in addition to its controller; clipped to its limit.
 
         Returns:
@@ -89,46 +97,53 @@ class Forces(Stateful):
         self._add(model, joint, "joint", steps, lambda: model.joints.add_effort(joint, effort))
         return effort
 
-    def _add(self, model, part, kind, steps, apply):
+    def _add(
+        self,
+        model: "Model",
+        part: str,
+        kind: str,
+        steps: tuple[int, float],
+        apply: Callable[[], None],
+    ) -> None:
         if steps[1] > steps[0]:
             self._loads.append(_Load(model, part, kind, *steps, apply))
 
     @staticmethod
-    def _check(model, what, values):
+    def _check(model: "Model", label: str, values: Iterable[float]) -> None:
         for value in values:
             if not math.isfinite(value):
-                raise CommandError(f"{what} of '{model.name}' has {value}, must be finite")
+                raise CommandError(f"{label} of '{model.name}' has {value}, must be finite")
         if model.is_static:
-            raise CommandError(f"{what} of '{model.name}' has no effect: the model is static")
+            raise CommandError(f"{label} of '{model.name}' has no effect: the model is static")
 
-    def apply(self, step):
+    def apply(self, step: int) -> None:
         """Apply all that act in the next physics step; `step` is the number of steps made."""
         for load in self._loads:
             if load.first <= step < load.end:
                 load.apply()
         self._loads = [load for load in self._loads if load.end > step + 1]
 
-    def clear_link(self, model, link):
-        """End all wrenches on a link; returns how many there were."""
+    def clear_link(self, model: "Model", link: str) -> int:
+        """Clear all wrenches on a link; returns how many there were."""
         return self._remove(
             lambda load: (load.model, load.kind, load.part) == (model, "link", link)
         )
 
-    def clear_joint(self, model, joint):
-        """End all efforts on a joint; returns how many there were."""
+    def clear_joint(self, model: "Model", joint: str) -> int:
+        """Clear all efforts on a joint; returns how many there were."""
         return self._remove(
             lambda load: (load.model, load.kind, load.part) == (model, "joint", joint)
         )
 
-    def remove_model(self, model):
-        """End all wrenches and efforts on a model; returns how many there were."""
+    def remove_model(self, model: "Model") -> int:
+        """Clear all wrenches and efforts on a model; returns how many there were."""
         return self._remove(lambda load: load.model is model)
 
-    def clear(self):
-        """End all wrenches and efforts."""
+    def clear(self) -> None:
+        """Clear all wrenches and efforts."""
         self._loads = []
 
-    def _remove(self, matches):
+    def _remove(self, matches: Callable[[_Load], bool]) -> int:
         others = [load for load in self._loads if not matches(load)]
         count = len(self._loads) - len(others)
         self._loads = others
@@ -138,7 +153,7 @@ class Forces(Stateful):
 TOLERANCE = 1e-6  # relative tolerance of values that cannot change
 
 
-def link_properties(model, link):
+def link_properties(model: "Model", link: str) -> tuple[float, Array, Array]:
     """Mass and inertia of a link.
 
     A link that fixed joints merge into another, or a model's static link, has those of its
@@ -151,11 +166,13 @@ def link_properties(model, link):
         ModelError: no such link.
     """
     model.link_in_body(link)
-    found = model.rigid_parts.get(link) or model.description.links[link]
-    return found.mass, found.centre, found.inertia
+    part = model.rigid_parts.get(link) or model.description.links[link]
+    return part.mass, part.centre, part.inertia
 
 
-def set_link_properties(model, link, mass, centre, inertia, gravity):
+def set_link_properties(
+    model: "Model", link: str, mass: float, centre: Vector, inertia: Array, gravity: bool
+) -> None:
     """Change a link's mass and inertia; survives a reset of the world.
 
     Args:
@@ -167,78 +184,81 @@ def set_link_properties(model, link, mass, centre, inertia, gravity):
         ModelError: the request is impossible or not physical; nothing has changed then.
     """
     index, _ = model.link_in_body(link)
-    what = f"link '{link}' of '{model.name}'"
+    label = f"link '{link}' of '{model.name}'"
     part = model.rigid_parts.get(link)
     if model.is_static:
-        raise ModelError(f"{what} never moves: the model is static")
+        raise ModelError(f"{label} never moves: the model is static")
     if part is None:
         raise ModelError(
-            f"{what} is merged into another by a fixed joint; change one of "
+            f"{label} is merged into another by a fixed joint; change one of "
             f"{', '.join(model.rigid_parts)}"
         )
     inertia = np.asarray(inertia, float)
     if not (np.isfinite(inertia).all() and math.isfinite(mass) and mass > 0):
         raise ModelError(
-            f"{what}: mass is {mass} kg, inertia {inertia.tolist()}; must be finite, "
+            f"{label}: mass is {mass} kg, inertia {inertia.tolist()}; must be finite, "
             "the mass above 0"
         )
     if not gravity:
-        raise ModelError(f"{what}: gravity_mode cannot be switched off here")
+        raise ModelError(f"{label}: gravity_mode cannot be switched off here")
     if not np.allclose(centre, part.centre, rtol=0.0, atol=1e-6):
-        raise ModelError(f"{what}: the centre of mass cannot move, it is {part.centre.tolist()} m")
+        raise ModelError(f"{label}: the centre of mass cannot move, it is {part.centre.tolist()} m")
     moments, before = _moments(model, index, inertia), part.inertia
     if moments is None:
         raise ModelError(
-            f"{what}: inertia {inertia.tolist()} has other principal axes than "
+            f"{label}: inertia {inertia.tolist()} has other principal axes than "
             f"{before.tolist()}, which cannot change"
         )
     if moments.min() <= 0:
-        raise ModelError(f"{what}: inertia {inertia.tolist()} is not positive definite")
-    model.change(("mass", link), lambda: model.engine.set_mass(model.body, index, mass, moments))
+        raise ModelError(f"{label}: inertia {inertia.tolist()} is not positive definite")
+    values = mass, moments
+    model.change(("mass", link), lambda: model.engine.set_mass(model.body, index, *values))
     part.mass, part.inertia = float(mass), inertia
 
 
-def _moments(model, index, inertia):
+def _moments(model: "Model", index: int, inertia: Array) -> Array | None:
     """Moments (3,) of an inertia along the loaded principal axes; None if those do not fit."""
     axes = matrix_from_quaternion(model.engine.principal_axes(model.body, index))
-    turned = axes.T @ inertia @ axes
-    off = turned - np.diag(np.diag(turned))
-    return np.diag(turned) if np.abs(off).max() <= TOLERANCE * np.abs(turned).max() else None
+    rotated = axes.T @ inertia @ axes
+    off = rotated - np.diag(np.diag(rotated))
+    return np.diag(rotated) if np.abs(off).max() <= TOLERANCE * np.abs(rotated).max() else None
 
 
-def set_joint_stops(model, joint, lower=None, upper=None):
-    """Change a joint's stops [rad, m]; None keeps one; survives a reset of the world.
+def set_joint_stops(
+    model: "Model", joint: str, lower: float | None = None, upper: float | None = None
+) -> None:
+    """Change a joint's limits [rad, m]; None leaves one; survives a reset of the world.
 
     Raises:
         ModelError: the joint has no stops, or lower is above upper, or not finite.
     """
-    number, limits = model.joints.index(joint), model.joints.limits[joint]
-    what = f"joint '{joint}' of '{model.name}'"
-    if limits.lower is None:
-        raise ModelError(f"{what} is {limits.kind} and has no stops to change")
-    lower = limits.lower if lower is None else float(lower)
-    upper = limits.upper if upper is None else float(upper)
-    if not (math.isfinite(lower) and math.isfinite(upper) and lower <= upper):
-        raise ModelError(f"{what}: stops are {lower} and {upper}, must be finite, the lower first")
+    index, limits = model.joints.index(joint), model.joints.limits[joint]
+    label = f"joint '{joint}' of '{model.name}'"
+    if limits.lower is None or limits.upper is None:
+        raise ModelError(f"{label} is {limits.kind} and has no stops to change")
+    low = limits.lower if lower is None else float(lower)
+    high = limits.upper if upper is None else float(upper)
+    if not (math.isfinite(low) and math.isfinite(high) and low <= high):
+        raise ModelError(f"{label}: stops are {low} and {high}, must be finite, the lower first")
     model.change(
-        ("stops", joint), lambda: model.engine.set_joint_limits(model.body, number, lower, upper)
+        ("stops", joint), lambda: model.engine.set_joint_limits(model.body, index, low, high)
     )
-    limits.lower, limits.upper = lower, upper
+    limits.lower, limits.upper = low, high
 
 
-def set_joint_damping(model, joint, damping):
+def set_joint_damping(model: "Model", joint: str, damping: float) -> None:
     """Change a joint's damping [N m s/rad, N s/m]; survives a reset of the world.
 
     Raises:
         ModelError: negative or not finite.
     """
-    number = model.joints.index(joint)
+    index = model.joints.index(joint)
     if not (math.isfinite(damping) and damping >= 0):
         raise ModelError(
             f"joint '{joint}' of '{model.name}': damping is {damping}, must be 0 or more"
         )
     model.change(
         ("damping", joint),
-        lambda: model.engine.set_joint_damping(model.body, number, float(damping)),
+        lambda: model.engine.set_joint_damping(model.body, index, float(damping)),
     )
     model.joints.limits[joint].damping = float(damping)

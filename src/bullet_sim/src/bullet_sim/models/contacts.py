@@ -9,20 +9,29 @@ next, and where moving links touch each other, it follows what the link touches 
 
 Sliding friction of skid-steered wheels, opposite to their slip. Bullet solves friction along two
 fixed directions, each with its own effective mass, and scales both impulses into the friction cone.
-Along the way a wheel rolls that mass is small, so the force of a sliding wheel turns towards the
-axle: a skid-steered base turns at 0.3 to 0.7 of the rate that Coulomb friction gives. Here the
+In the direction of rolling that mass is small, so the force of a sliding wheel rotates towards the
+axle: a skid-steered base rotates at 0.3 to 0.7 of the rate that Coulomb friction gives. Here the
 difference between Bullet's force of the last step and the one opposite to the slip acts as an
 external force on the next. A wheel that does not slide gets none.
 """
 
 import math
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bullet_sim.component import Stateful
-from bullet_sim.models.model import implausible_state
+from bullet_sim.description.model import Joint, Link, Surface
+from bullet_sim.models.model import Model, implausible_state
 from bullet_sim.models.release import Release
-from bullet_sim.pose import Pose, matrix_from_quaternion
+from bullet_sim.pose import Array, Pose, Vec3, matrix_from_quaternion
+
+if TYPE_CHECKING:
+    from bullet_sim.engine import Engine
+
+Key = tuple[int, int]  # body, link
+Pair = tuple[float, float]  # coefficients along the first and the second direction
 
 DEFAULT = 1.0  # coefficient where a file gives none, as in Gazebo
 # First direction where no fdir1 is given: what ODE makes of a normal that points upwards.
@@ -30,52 +39,46 @@ _ACROSS = (0.0, 1.0, 0.0)
 
 
 class Friction(Stateful):
-    """Coefficients of all links of a world.
+    """Coefficients of all links of a world."""
 
-    Args:
-        engine: the Engine.
-    """
+    STATE = ("_given", "_axis", "_fixed", "_updated", "followers")
 
-    STATE = ("_given", "_axis", "_fixed", "_updated", "watched")
-
-    def __init__(self, engine):
+    def __init__(self, engine: "Engine") -> None:
         self._engine = engine
-        self._given = {}  # (body, link) -> (mu1, mu2), of all links with collisions
-        self._axis = {}  # (body, link) -> principal axis of the first direction, of moving links
-        self._fixed = set()  # bodies that never move
-        self._updated = {}  # (body, link) -> (pair, factor) that update() has set
-        self.watched = ()  # bodies whose links follow what they touch
+        self._given: dict[Key, Pair] = {}  # of all links with collisions
+        self._axis: dict[Key, int] = {}  # principal axis of the first direction, of moving links
+        self._fixed: set[int] = set()  # bodies that never move
+        self._updated: dict[Key, tuple[Pair, float]] = {}  # pair, factor that update() has set
+        self.followers: tuple[int, ...] = ()  # bodies whose coefficients depend on what they touch
 
-    def assign(self, models):
-        """Give every link its coefficient; call it when models came or went.
-
-        Args:
-            models: of the world.
-        """
+    def assign(self, models: Iterable[Model]) -> None:
+        """Give every link its coefficient; call it when models came or went."""
         self._given, self._axis, self._fixed, self._updated = {}, {}, set(), {}
         models = list(models)
         ghosts = {model.body for model in models if model.is_ghost}
         for model in models:
             self._read(model)
         grounds = self._grounds()
-        uneven = set()
+        following: set[int] = set()
         for (body, link), mine in self._given.items():
             if body in self._fixed:
                 self._engine.set_friction(body, link, 1.0)
                 continue
             pairs = {_pair(mine, ground) for ground in grounds} or {mine}
             if len(pairs) > 1:
-                uneven.add(body)
+                following.add(body)
             self._set(body, link, min(pairs), 1.0)
         moving = {body for body, _ in self._given} - self._fixed - ghosts
         if len(moving) > 1:  # they may touch each other; a product with 1 is right as it is
-            uneven |= {body for (body, _), mu in self._given.items() if mu != (1.0, 1.0)} & moving
-        self.watched = tuple(sorted(uneven))
+            following |= {
+                body for (body, _), mu in self._given.items() if mu != (1.0, 1.0)
+            } & moving
+        self.followers = tuple(sorted(following))
 
-    def _grounds(self):
+    def _grounds(self) -> set[Pair]:
         return {mu for (body, _), mu in self._given.items() if body in self._fixed}
 
-    def _read(self, model):
+    def _read(self, model: Model) -> None:
         immobile = model.is_static
         if immobile:
             self._fixed.add(model.body)
@@ -87,62 +90,62 @@ class Friction(Stateful):
             if first != second and not immobile:
                 self._axis[model.body, index] = self._principal(model.body, index, surface)
 
-    def _principal(self, body, link, surface):
-        """Number of the principal axis that is nearest to the first direction of friction."""
+    def _principal(self, body: int, link: int, surface: Surface) -> int:
+        """Index of the principal axis that is closest to the first direction of friction."""
         state = self._engine.link_state(body, link)
-        turn = matrix_from_quaternion(self._engine.principal_axes(body, link))
+        axes = matrix_from_quaternion(self._engine.principal_axes(body, link))
         direction = surface.direction
         if direction is None:
             direction = matrix_from_quaternion(state[1]).T @ np.array(_ACROSS)
-        return int(np.argmax(np.abs(turn.T @ np.asarray(direction))))
+        return int(np.argmax(np.abs(axes.T @ np.asarray(direction))))
 
-    def _set(self, body, link, pair, other):
+    def _set(self, body: int, link: int, pair: Pair, other: float) -> None:
         """Set a coefficient such that times `other` it is that of a pair."""
         first, second = pair
-        most = max(first, second)
+        coefficient = max(first, second)
         scale = None
         axis = self._axis.get((body, link))
         if axis is not None and first != second:
-            scale = [second / most] * 3
-            scale[axis] = first / most
+            scale = [second / coefficient] * 3
+            scale[axis] = first / coefficient
         else:
-            most = min(first, second)
-        self._engine.set_friction(body, link, most / other if other > 0.0 else 0.0, scale)
+            coefficient = min(first, second)
+        self._engine.set_friction(body, link, coefficient / other if other > 0.0 else 0.0, scale)
 
-    def restart(self):
+    def restart(self) -> None:
         """Set the coefficients that links have before they touch anything."""
         for body, link in self._updated:
             pairs = {_pair(self._given[body, link], ground) for ground in self._grounds()}
             self._set(body, link, min(pairs, default=self._given[body, link]), 1.0)
         self._updated = {}
 
-    def resume(self):
+    def resume(self) -> None:
         """Set the coefficients of `_updated`, which was restored."""
-        for (body, link), wanted in self._updated.items():
-            self._set(body, link, *wanted)
+        for (body, link), setting in self._updated.items():
+            self._set(body, link, *setting)
 
-    def update(self):
-        """Fit the watched links to what each presses on hardest."""
-        partners = {}  # (body, link) -> (force, (body, link) of the other)
-        for body in self.watched:
+    def update(self) -> None:
+        """Set the coefficients of such links by what each presses on hardest."""
+        partners: dict[Key, tuple[float, Key]] = {}  # force, the other link
+        for body in self.followers:
             for link, other, other_link, force in self._engine.touching(body):
                 if force > partners.get((body, link), (0.0,))[0] and (
                     {(body, link), (other, other_link)} <= self._given.keys()
                 ):
                     partners[body, link] = force, (other, other_link)
-        for mine, (_, other) in partners.items():
+        for mine, (_, partner) in partners.items():
             factor = 1.0
-            if other[0] not in self._fixed:
-                if partners.get(other, (0.0, None))[1] == mine and mine < other:
+            if partner[0] not in self._fixed:
+                if partners.get(partner, (0.0, None))[1] == mine and mine < partner:
                     continue  # of two that press on each other one is left as it is
-                factor = self._engine.friction(*other)
-            wanted = _pair(self._given[mine], self._given[other]), factor
-            if wanted != self._updated.get(mine):
-                self._updated[mine] = wanted
-                self._set(*mine, *wanted)
+                factor = self._engine.friction(*partner)
+            setting = _pair(self._given[mine], self._given[partner]), factor
+            if setting != self._updated.get(mine):
+                self._updated[mine] = setting
+                self._set(*mine, *setting)
 
 
-def _pair(mine, other):
+def _pair(mine: Pair, other: Pair) -> Pair:
     """Coefficients of a pair along both directions."""
     return min(mine[0], other[0]), min(mine[1], other[1])
 
@@ -152,8 +155,8 @@ _APART = 1e-3  # [m] between axles that count as two
 _PARALLEL = 0.999  # cosine between axles that count as parallel
 
 
-def skid_wheels(joints, links):
-    """Links that are wheels of a base that must skid to turn.
+def skid_wheels(joints: Iterable[Joint], links: Mapping[str, Link]) -> list[str]:
+    """Links that are wheels of a base that must skid to rotate.
 
     Args:
         joints: Joints of a model without fixed ones.
@@ -163,47 +166,44 @@ def skid_wheels(joints, links):
         Names of the children of unlimited joints that share a parent, where three or more have
         parallel axles, not all on one line.
     """
-    axles = {}
+    axles: dict[str, list[Joint]] = {}
     for joint in joints:
         if joint.kind in ("revolute", "continuous") and joint.lower is None:
             if links[joint.child].collisions:
                 axles.setdefault(joint.parent, []).append(joint)
-    found = []
+    wheels = []
     for siblings in axles.values():
         for first in siblings:
             axis = _axle(first)
             parallel = [j for j in siblings if abs(axis @ _axle(j)) > _PARALLEL]
             if len(parallel) >= 3 and any(_distance(first, j, axis) > _APART for j in parallel):
-                found.append(first.child)
-    return found
+                wheels.append(first.child)
+    return wheels
 
 
-def _axle(joint):
+def _axle(joint: Joint) -> Array:
     axis = joint.origin.matrix @ joint.anchor.matrix @ np.asarray(joint.axis)
     return axis / np.linalg.norm(axis)
 
 
-def _distance(first, second, axis):
+def _distance(first: Joint, second: Joint, axis: Array) -> float:
     """Distance [m] of two parallel axles."""
     offset = np.subtract(second.origin.position, first.origin.position)
     return float(np.linalg.norm(offset - (offset @ axis) * axis))
 
 
 class Slip(Stateful):
-    """Turns the friction of sliding wheels against their slip.
-
-    Args:
-        engine: the Engine.
-    """
+    """Directs the friction of sliding wheels against their slip."""
 
     STATE = ("_wheels", "_forces")
 
-    def __init__(self, engine):
+    def __init__(self, engine: "Engine") -> None:
         self._engine = engine
-        self._wheels = {}  # body -> set of link indices
-        self._forces = []  # (body, link, force, point) for the next step
+        self._wheels: dict[int, set[int]] = {}  # body -> link indices
+        # (body, link, force, point) for the next step
+        self._forces: list[tuple[int, int, tuple[float, ...], Vec3]] = []
 
-    def assign(self, models):
+    def assign(self, models: Iterable[Model]) -> None:
         """Find the wheels of all models."""
         self._wheels, self._forces = {}, []
         for model in models:
@@ -212,21 +212,21 @@ class Slip(Stateful):
                 self._wheels[model.body] = {model.index(name) for name in names}
 
     @property
-    def watching(self):
+    def has_wheels(self) -> bool:
         """Whether there are such wheels."""
         return bool(self._wheels)
 
     @property
-    def active(self):
+    def active(self) -> bool:
         """Whether wheels slide, so that every step counts."""
         return bool(self._forces)
 
-    def apply(self):
+    def apply(self) -> None:
         """Apply the forces for the next step."""
         for force in self._forces:
             self._engine.apply_force(*force)
 
-    def update(self):
+    def update(self) -> None:
         """Compute the forces from the sliding contacts of the last step."""
         self._forces = [
             (body, link, _correction(force, velocity, limit), point)
@@ -235,27 +235,24 @@ class Slip(Stateful):
         ]
 
 
-def _correction(force, velocity, limit):
+def _correction(force: Vec3, velocity: Vec3, limit: float) -> tuple[float, ...]:
     """Coulomb's force [N] against a slip less the force that acts."""
     speed = math.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + velocity[2] ** 2)
-    share = min(1.0, speed / SLOWEST - 1.0)
-    return tuple(share * (-limit * v / speed - f) for v, f in zip(velocity, force))
+    ratio = min(1.0, speed / SLOWEST - 1.0)
+    return tuple(ratio * (-limit * v / speed - f) for v, f in zip(velocity, force))
 
 
 class Weight(Stateful):
-    """Upward forces on links without gravity.
-
-    Args:
-        engine: the Engine.
-    """
+    """Upward forces on links without gravity."""
 
     STATE = ("_links",)
 
-    def __init__(self, engine):
+    def __init__(self, engine: "Engine") -> None:
         self._engine = engine
-        self._links = []  # (model, link name, mass [kg], centre (3,) in the link's frame)
+        # (model, link name, mass [kg], centre (3,) in the link's frame)
+        self._links: list[tuple[Model, str, float, Array]] = []
 
-    def assign(self, models):
+    def assign(self, models: Iterable[Model]) -> None:
         """Find the links of all models."""
         self._links = [
             (model, link.name, link.mass, link.centre)
@@ -266,11 +263,11 @@ class Weight(Stateful):
         ]
 
     @property
-    def active(self):
+    def active(self) -> bool:
         """Whether there are such links."""
         return bool(self._links)
 
-    def apply(self):
+    def apply(self) -> None:
         """Apply the forces for the next step."""
         gravity = self._engine.gravity
         for model, name, mass, centre in self._links:
@@ -290,72 +287,71 @@ class Contacts(Stateful):
     Contacts are checked at fixed step counts, so that results do not depend on the size of batches.
 
     Args:
-        engine: the Engine.
-        on_implausible: function of one sentence, called once for each model whose state is
+        on_implausible: function of a message, called once for each model whose state is
             implausible.
     """
 
     STATE = ("_friction", "_slip", "_release", "_weight", "_changed", "_reported")
     CACHE = ("_models",)
 
-    def __init__(self, engine, on_implausible=None):
+    def __init__(
+        self, engine: "Engine", on_implausible: Callable[[str], None] | None = None
+    ) -> None:
         self._engine = engine
         self.on_implausible = on_implausible
         self._friction, self._slip = Friction(engine), Slip(engine)
         self._release, self._weight = Release(engine), Weight(engine)
-        self._models, self._changed, self._reported = {}, False, set()
+        self._models: dict[str, Model] = {}
+        self._changed = False
+        self._reported: set[str] = set()
 
-    def model_added(self, model):
+    def model_added(self, model: Model) -> None:
         """A model was spawned or reloaded."""
         self._changed = True
         self._release.check_later(model)
 
-    def model_moved(self, model):
+    def model_moved(self, model: Model) -> None:
         """The pose of a model was set."""
         self._release.check_later(model)
 
-    def model_removed(self, model):
+    def model_removed(self, model: Model) -> None:
         """A model is about to be deleted."""
         self._changed = True
         self._release.remove(model)
         self._reported.discard(model.name)
 
-    def clear(self):
+    def clear(self) -> None:
         """All models are about to be reloaded."""
         self._changed, self._reported = True, set()
         self._release.clear()
 
     @property
-    def is_releasing(self):
-        """Whether models are on their way out of others."""
+    def is_releasing(self) -> bool:
+        """Whether models are being pushed out of others."""
         return self._release.moving
 
     @property
-    def is_quiet(self):
+    def is_idle(self) -> bool:
         """Whether stride, apply_forces and update have nothing to do, until a model changes."""
         return not (
-            self._slip.watching
-            or self._friction.watched
+            self._slip.has_wheels
+            or self._friction.followers
             or self._release.active
             or self._weight.active
         )
 
-    def begin_restore(self):
-        """A saved state is about to be restored: end what the engine does for the present one."""
+    def begin_restore(self) -> None:
+        """A saved state is about to be restored: stop what the engine does for the present one."""
         self._release.end()
         self._friction.restart()
 
-    def end_restore(self):
+    def end_restore(self) -> None:
         """A saved state was restored: have the engine do what belongs to it."""
         self._friction.resume()
         self._release.resume()
 
-    def prepare(self, models):
-        """Before the first step after a change.
-
-        Args:
-            models: of the world, by name.
-        """
+    def prepare(self, models: dict[str, Model]) -> None:
+        """Before the first step after a change; `models` of the world by name."""
         if not self._changed:
             return
         self._changed, self._models = False, models
@@ -363,15 +359,15 @@ class Contacts(Stateful):
         self._slip.assign(models.values())
         self._weight.assign(models.values())
 
-    def stride(self, step, count):
-        """How many of `count` steps can be made at once, `step` steps having been made."""
+    def stride(self, step: int, count: int) -> int:
+        """How many of `count` steps can be made in one call, `step` steps having been made."""
         if self._slip.active or self._release.active or self._weight.active:
             return 1
-        if self._slip.watching or self._friction.watched:
+        if self._slip.has_wheels or self._friction.followers:
             return min(count, CHECK_STEPS - step % CHECK_STEPS)
         return count
 
-    def apply_forces(self):
+    def apply_forces(self) -> None:
         """Apply forces for the next step."""
         if self._release.active:
             self._release.move()
@@ -380,15 +376,15 @@ class Contacts(Stateful):
         if self._slip.active:
             self._slip.apply()
 
-    def update(self, step):
+    def update(self, step: int) -> None:
         """After a stride, `step` steps having been made."""
         due = step % CHECK_STEPS == 0
-        if self._slip.watching and (due or self._slip.active):
+        if self._slip.has_wheels and (due or self._slip.active):
             self._slip.update()
-        if due and self._friction.watched:
+        if due and self._friction.followers:
             self._friction.update()
 
-    def check(self):
+    def check(self) -> None:
         """Report each model with an implausible state once."""
         for name, model in self._models.items():
             if name in self._reported or model.is_static or self.on_implausible is None:

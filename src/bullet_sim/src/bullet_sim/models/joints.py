@@ -1,12 +1,20 @@
 """A robot's movable joints: state as arrays, motors by joint name, mimic joints."""
 
 import math
+from collections.abc import Iterable, Mapping, Sequence
 from math import inf, isfinite
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bullet_sim.component import Stateful
+from bullet_sim.description.model import Joint, Mimic
 from bullet_sim.errors import ModelError
+from bullet_sim.pose import Array
+
+if TYPE_CHECKING:
+    from bullet_sim.controllers.hardware import JointHandle
+    from bullet_sim.engine import Engine
 
 UNLIMITED_EFFORT = 1e6  # [N m, N] where the URDF gives no limit
 UNLIMITED_SPEED = 1e4  # [rad/s, m/s]
@@ -14,18 +22,12 @@ MAX_POSITION = 1e9  # [rad, m] that set_positions takes
 
 
 class Joints(Stateful):
-    """Movable joints of one body.
-
-    Args:
-        engine: the Engine.
-        body: body number.
-        joints: bullet_sim.description.model.Joint list.
-    """
+    """Movable joints of one body."""
 
     STATE = ("_applied",)
-    CACHE = ("_body", "_tracked", "_numbers")
+    CACHE = ("_body", "_tracked", "_indices")
 
-    def __init__(self, engine, body, joints):
+    def __init__(self, engine: "Engine", body: int, joints: Iterable[Joint]) -> None:
         self._engine, self._body = engine, body
         by_name = {joint.name: joint for joint in joints}
         self._engine_order = engine.joint_names(body)
@@ -33,47 +35,48 @@ class Joints(Stateful):
         self.names = tuple(by_name)
         self.limits = by_name
         self._permutation = [self._index[name] for name in self.names]
-        # joint, greatest effort, least and greatest velocity, friction; the stops may change
-        self._rows = {
+        # joint, max effort, min and max velocity, friction; the joint's limits may change
+        self._bounds: dict[str, tuple[Any, float, float, float, float]] = {
             name: (
                 joint,
-                self.greatest_effort(name),
+                self.max_effort(name),
                 -self._speed(name),
                 self._speed(name),
                 joint.friction,
             )
             for name, joint in by_name.items()
         }
-        self._applied = {}
-        self._tracked, self._numbers = [], []  # the joints of the last track()
+        self._applied: dict[str, float] = {}
+        self._tracked: list[str] = []
+        self._indices: list[int] = []  # the joints of the last track()
 
-    def rebind(self, body):
+    def rebind(self, body: int) -> None:
         """Continue with a reloaded body."""
         self._body = body
         self._applied = {}
 
-    def read(self, handles):
+    def read(self, handles: "Iterable[JointHandle]") -> None:
         """Read positions [rad, m] and velocities into handles, one a joint in names' order."""
         states = self._engine.joint_states(self._body)
         for handle, index in zip(handles, self._permutation):
             handle.position, handle.velocity, _, _ = states[index]
 
-    def arrays(self):
+    def arrays(self) -> tuple[Array, ...]:
         """Positions [rad, m], velocities, efforts [N m, N]: three (n,) arrays in names' order."""
         return tuple(map(np.array, self.columns(range(len(self.names)))))
 
-    def columns(self, numbers):
-        """As arrays(), three lists of plain numbers, of some joints by their numbers in names."""
+    def columns(self, indices: Sequence[int]) -> tuple[list[float], list[float], list[float]]:
+        """As arrays(), three lists of plain numbers, of some joints by their indices in names."""
         states = self._engine.joint_states(self._body)
-        order = [self._permutation[number] for number in numbers]
+        order = [self._permutation[index] for index in indices]
         efforts = [states[i][3] for i in order]
         for name, effort in self._applied.items():
-            number = self.names.index(name)
-            if number in numbers:
-                efforts[numbers.index(number)] += effort
+            index = self.names.index(name)
+            if index in indices:
+                efforts[indices.index(index)] += effort
         return [states[i][0] for i in order], [states[i][1] for i in order], efforts
 
-    def state(self):
+    def state(self) -> tuple[dict[str, float], dict[str, float]]:
         """Positions and velocities as two mappings from the joints' names."""
         states = self._engine.joint_states(self._body)
         positions, velocities = {}, {}
@@ -82,13 +85,13 @@ class Joints(Stateful):
             velocities[name] = velocity
         return positions, velocities
 
-    def positions_of(self, names):
+    def positions_of(self, names: Iterable[str]) -> tuple[float, ...]:
         """Positions of some joints, as a tuple."""
         positions = self._engine.read_joints(self._body)[0]
         return tuple(float(positions[self._index[name]]) for name in names)
 
-    def index(self, name):
-        """Number of a joint in the engine.
+    def index(self, name: str) -> int:
+        """Index of a joint in the engine.
 
         Raises:
             ModelError: no such movable joint.
@@ -100,15 +103,15 @@ class Joints(Stateful):
             )
         return self._index[name]
 
-    def set_positions(self, values):
+    def set_positions(self, values: Mapping[str, float]) -> None:
         """Set joints to positions (mapping name -> [rad, m]), at rest; others are not changed.
 
-        A position beyond a joint's stop is set to the stop.
+        A position beyond a joint's limit is set to the limit.
 
         Raises:
             ModelError: no such movable joint, or a position that is NaN or out of bounds.
         """
-        numbers = {name: self.index(name) for name in values}
+        indices = {name: self.index(name) for name in values}
         for name, value in values.items():
             if not abs(value) <= MAX_POSITION:
                 raise ModelError(
@@ -116,34 +119,36 @@ class Joints(Stateful):
                     f"most {MAX_POSITION:g} rad or m"
                 )
         for name, value in values.items():
-            self._engine.put_joint(self._body, numbers[name], self._within_stops(name, value))
+            self._engine.put_joint(self._body, indices[name], self._clamped(name, value))
 
-    def _within_stops(self, name, value):
+    def _clamped(self, name: str, value: float) -> float:
         limits = self.limits[name]
-        return value if limits.lower is None else min(max(value, limits.lower), limits.upper)
+        if limits.lower is None or limits.upper is None:
+            return value
+        return min(max(value, limits.lower), limits.upper)
 
-    def clip_effort(self, name, effort):
+    def clip_effort(self, name: str, effort: float) -> float:
         """The effort [N m, N], not above the joint's limit in the URDF.
 
         Raises:
             ModelError: no such movable joint.
         """
         self.index(name)
-        limit = self.greatest_effort(name)
+        limit = self.max_effort(name)
         return min(max(effort, -limit), limit)
 
-    def add_effort(self, name, effort):
+    def add_effort(self, name: str, effort: float) -> None:
         """Apply an effort [N m, N] for the next step, in addition to the joint's motor."""
         self._engine.drive_effort(self._body, self._index[name], effort)
 
-    def greatest_effort(self, name):
-        """A joint's effort limit [N m, N], or a very great one."""
+    def max_effort(self, name: str) -> float:
+        """A joint's effort limit [N m, N], or UNLIMITED_EFFORT."""
         return self.limits[name].effort or UNLIMITED_EFFORT
 
-    def _speed(self, name):
+    def _speed(self, name: str) -> float:
         return self.limits[name].velocity or UNLIMITED_SPEED
 
-    def drive_velocities(self, names, values):
+    def drive_velocities(self, names: Iterable[str], values: Iterable[float]) -> None:
         """Track velocities, clipped to the URDF's velocity limits."""
         for name, value in zip(names, values):
             speed = self._speed(name)
@@ -151,33 +156,33 @@ class Joints(Stateful):
                 self._body,
                 self._index[name],
                 min(max(value, -speed), speed),
-                self.greatest_effort(name),
+                self.max_effort(name),
             )
 
-    def drive_within(self, name, velocity, effort):
+    def drive_within(self, name: str, velocity: float, effort: float) -> None:
         """Track a velocity [rad/s, m/s] with at most an effort [N m, N]."""
         speed = self._speed(name)
         self._applied.pop(name, None)
         velocity = min(max(velocity, -speed), speed)
         self._engine.drive_velocity(self._body, self._index[name], velocity, effort)
 
-    def drive_positions(self, names, values):
+    def drive_positions(self, names: Iterable[str], values: Iterable[float]) -> None:
         """Track positions, clipped to the URDF's position limits."""
         for name, value in zip(names, values):
-            limits = self.limits[name]
-            if limits.lower is not None:
-                value = min(max(value, limits.lower), limits.upper)
+            value = self._clamped(name, value)
             self._engine.drive_position(
-                self._body, self._index[name], value, self.greatest_effort(name), self._speed(name)
+                self._body, self._index[name], value, self.max_effort(name), self._speed(name)
             )
 
-    def apply_efforts(self, efforts):
+    def apply_efforts(self, efforts: Mapping[str, float]) -> None:
         """Apply efforts (mapping name -> effort [N m, N]) during the next step."""
-        numbers = [self._index[name] for name in efforts]
-        self._engine.drive_efforts(self._body, numbers, list(efforts.values()))
+        indices = [self._index[name] for name in efforts]
+        self._engine.drive_efforts(self._body, indices, list(efforts.values()))
         self._applied.update(efforts)
 
-    def track(self, targets, handles):
+    def track(
+        self, targets: Mapping[str, tuple[float, float]], handles: "Mapping[str, JointHandle]"
+    ) -> None:
         """Track velocities, each with at most an effort, within effort_bounds.
 
         The joints' own friction acts against it. What is not finite counts as 0.
@@ -188,22 +193,22 @@ class Joints(Stateful):
         """
         names = list(targets)
         if names != self._tracked:
-            self._tracked, self._numbers = names, [self._index[name] for name in names]
+            self._tracked, self._indices = names, [self._index[name] for name in names]
         if self._applied:
             for name in names:
                 self._applied.pop(name, None)
-        rows, speeds, efforts = self._rows, [], []
+        bounds, speeds, efforts = self._bounds, [], []
         for name, (speed, effort) in targets.items():
-            limits, most, least_speed, greatest_speed, friction = rows[name]
+            limits, max_effort, min_speed, max_speed, friction = bounds[name]
             handle, lower = handles[name], limits.lower
             velocity = handle.velocity
-            if not least_speed <= velocity <= greatest_speed or (
+            if not min_speed <= velocity <= max_speed or (
                 lower is not None and not lower <= handle.position <= limits.upper
             ):
                 low, high = self.effort_bounds(name, handle.position, velocity)
-                most = high if speed > velocity else -low
-            if not effort <= most:
-                effort = most if isfinite(effort) else 0.0
+                max_effort = high if speed > velocity else -low
+            if not effort <= max_effort:
+                effort = max_effort if isfinite(effort) else 0.0
             if not -inf < speed < inf:
                 speed = 0.0
             if friction >= effort > 0.0:
@@ -212,35 +217,35 @@ class Joints(Stateful):
                 effort -= friction
             speeds.append(speed)
             efforts.append(effort if effort > 0.0 else 0.0)
-        self._engine.drive_velocities(self._body, self._numbers, speeds, efforts)
+        self._engine.drive_velocities(self._body, self._indices, speeds, efforts)
 
-    def effort_bounds(self, name, position, velocity):
-        """Least and greatest effort [N m, N] a joint's motor may give in a state.
+    def effort_bounds(self, name: str, position: float, velocity: float) -> tuple[float, float]:
+        """Min and max effort [N m, N] a joint's motor may give in a state.
 
         As ros_control's saturation: the URDF's effort limit, and no push further beyond a limit of
         position or velocity. A limit of 0 counts as none.
         """
-        limits, high, least_speed, greatest_speed, _ = self._rows[name]
+        limits, high, min_speed, max_speed, _ = self._bounds[name]
         low = -high
         if limits.lower is not None:
             if position < limits.lower:
                 low = 0.0
             if position > limits.upper:
                 high = 0.0
-        if velocity < least_speed:
+        if velocity < min_speed:
             low = 0.0
-        elif velocity > greatest_speed:
+        elif velocity > max_speed:
             high = 0.0
         return low, high
 
-    def release(self, names):
+    def release(self, names: Iterable[str]) -> None:
         """Release joints: they move freely, with their friction."""
         for name in names:
             self._applied.pop(name, None)
             self._engine.release(self._body, self._index[name])
 
 
-_SHARE = 0.5  # of the remaining error that one step takes away at most ...
+_FRACTION = 0.5  # of the remaining error that one step takes away at most ...
 _BRAKE = 0.5  # ... and of the effort that is counted on to brake in time
 
 
@@ -251,34 +256,35 @@ class Mimics:
     moves it with at most its effort.
 
     Args:
-        joints: bullet_sim.models.joints.Joints.
-        rows: Mimics of the description by the name of the joint that follows.
+        mimics: Mimics of the description by the name of the joint that follows.
         inertias: joint name -> inertia that its effort moves [kg m^2, kg].
     """
 
-    def __init__(self, joints, rows, inertias):
+    def __init__(
+        self, joints: Joints, mimics: Mapping[str, Mimic], inertias: Mapping[str, float]
+    ) -> None:
         self._joints = joints
         known = set(joints.names)
-        self._rows = []
-        for name, mimic in rows.items():
+        self._following: list[tuple[str, Mimic, float, float]] = []
+        for name, mimic in mimics.items():
             if name in known and mimic.joint in known:
-                effort = joints.greatest_effort(name)
+                effort = joints.max_effort(name)
                 effort = effort if mimic.max_effort is None else mimic.max_effort
-                self._rows.append((name, mimic, effort, _BRAKE * effort / inertias[name]))
+                self._following.append((name, mimic, effort, _BRAKE * effort / inertias[name]))
 
-    def __bool__(self):
-        return bool(self._rows)
+    def __bool__(self) -> bool:
+        return bool(self._following)
 
-    def update(self, period):
+    def update(self, period: float) -> None:
         """Drive the joints for a step of this length [s]."""
         positions, velocities = self._joints.state()
-        for name, mimic, effort, braking in self._rows:
+        for name, mimic, effort, braking in self._following:
             limits = self._joints.limits[name]
             target = positions[mimic.joint] * mimic.multiplier + mimic.offset
-            if limits.lower is not None:
+            if limits.lower is not None and limits.upper is not None:
                 target = min(max(target, limits.lower), limits.upper)
             error, speed = target - positions[name], 0.0
             if abs(error) >= mimic.sensitiveness:
-                close = min(_SHARE * abs(error) / period, math.sqrt(2.0 * braking * abs(error)))
+                close = min(_FRACTION * abs(error) / period, math.sqrt(2.0 * braking * abs(error)))
                 speed = velocities[mimic.joint] * mimic.multiplier + math.copysign(close, error)
             self._joints.drive_within(name, speed, effort)

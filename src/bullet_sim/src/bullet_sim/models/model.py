@@ -2,68 +2,81 @@
 
 import math
 import os
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bullet_sim.controllers.manager import Manager
-from bullet_sim.description.lump import joint_inertias, lump
-from bullet_sim.description.model import EVERYTHING, visual_links
+from bullet_sim.description.lump import LumpedModel, joint_inertias, lump
+from bullet_sim.description.model import (
+    EVERYTHING,
+    Joint,
+    Link,
+    ModelDescription,
+    Shape,
+    visual_links,
+)
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes.prepare import prepare_meshes
 from bullet_sim.models.joints import UNLIMITED_EFFORT, UNLIMITED_SPEED, Joints, Mimics
 from bullet_sim.models.urdf_writer import prepared_urdf
-from bullet_sim.pose import PLACEABLE, Pose, cross
+from bullet_sim.pose import PLACEABLE, Array, Pose, Quat, Vec3, Vector, cross
 from bullet_sim.snapshot import BodySource, BodyState
+
+if TYPE_CHECKING:
+    from bullet_sim.engine import Engine
 
 FARTHEST = 2e3  # [m] from the origin
 FASTEST = 200.0  # [m/s]
-PERIOD = 0.25  # [s] of simulated time between two looks
+PERIOD = 0.25  # [s] of simulated time between two checks
 
 
-def implausible_state(model, engine):
+def implausible_state(model: "Model", engine: "Engine") -> str | None:
     """Describe what is implausible about a model's position and velocity, or None.
 
-    Args:
-        model: of the world.
-        engine: the Engine.
-
     Returns:
-        One sentence that names the model.
+        A message that names the model.
     """
     position, _, linear, _ = engine.link_motion(model.body, -1)
-    place = ", ".join(f"{value:.4g}" for value in position)
+    text = ", ".join(f"{value:.4g}" for value in position)
     if not all(math.isfinite(value) for value in (*position, *linear)):
         return (
-            f"model '{model.name}' has no finite position or velocity any more ({place}); delete "
+            f"model '{model.name}' has no finite position or velocity any more ({text}); delete "
             "and spawn it again, and look at its masses, inertias and gains"
         )
     speed = math.hypot(*linear)
     if speed > FASTEST:
         return (
-            f"model '{model.name}' moves at {speed:.4g} m/s at ({place}), faster than makes sense "
+            f"model '{model.name}' moves at {speed:.4g} m/s at ({text}), faster than makes sense "
             f"(above {FASTEST:g} m/s); look at its masses, inertias, gains and where it was spawned"
         )
     if math.hypot(*position) > FARTHEST:
         return (
-            f"model '{model.name}' has left: it is at ({place}), more than {FARTHEST:g} m from the "
+            f"model '{model.name}' has left: it is at ({text}), more than {FARTHEST:g} m from the "
             "origin; is there a ground below it?"
         )
     return None
 
 
-def load_body(engine, source, pose, lumped, description):
+def load_body(
+    engine: "Engine",
+    source: BodySource,
+    pose: Pose,
+    lumped: LumpedModel,
+    description: ModelDescription,
+) -> tuple[int, dict[str, int], dict[str, int]]:
     """Load a body.
 
     Args:
-        engine: the Engine.
-        source: BodySource, which names the prepared URDF.
+        source: names the prepared URDF.
         pose: world Pose of the root link's frame.
-        lumped: LumpedModel that the URDF was written from.
-        description: its ModelDescription.
+        lumped: the URDF was written from it.
+        description: of which `lumped` was made.
 
     Returns:
-        The body's number; its links' numbers by name; those of the child links of measured joints,
+        The body's index; its links' indices by name; those of the child links of measured joints,
         by the joints' names.
 
     Raises:
@@ -96,12 +109,14 @@ def load_body(engine, source, pose, lumped, description):
             engine.measure_joint(body, links[joint.child])
     names = engine.joint_names(body)
     for joint in lumped.welds:
-        number = names.index(joint.name)
-        engine.drive_position(body, number, 0.0, UNLIMITED_EFFORT, UNLIMITED_SPEED)
+        index = names.index(joint.name)
+        engine.drive_position(body, index, 0.0, UNLIMITED_EFFORT, UNLIMITED_SPEED)
     return body, links, measured
 
 
-def _set_surfaces(engine, body, links, lumped):
+def _set_surfaces(
+    engine: "Engine", body: int, links: Mapping[str, int], lumped: LumpedModel
+) -> None:
     for name, link in lumped.links.items():
         surface = link.surface
         engine.set_surface(body, links[name], surface.stiffness, surface.damping)
@@ -111,35 +126,43 @@ def _set_surfaces(engine, body, links, lumped):
 
 MAX_VELOCITY = 1e6  # [m/s, rad/s] bound of set_state along each axis
 _SAME = Pose()
+Placed = tuple[Pose, Vector, Vector]  # pose and velocities of set_state
+
+
+def _plain(position: Array, orientation: Array) -> tuple[Vec3, Quat]:
+    """As tuples of Python's floats."""
+    x, y, z = position.tolist()
+    a, b, c, w = orientation.tolist()
+    return (x, y, z), (a, b, c, w)
 
 
 class Model:
     """A loaded ModelDescription.
 
     Args:
-        engine: the Engine.
         key: identifier in snapshots.
-        description: ModelDescription.
         pose: world Pose of the root link's frame.
         folder: where the prepared URDF is written.
 
     Attributes:
-        body: its number in the engine.
+        body: its index in the engine.
         measured: joint name -> index in the engine of the child link, of joints that are measured.
 
     Raises:
         ModelError: PyBullet refuses it.
     """
 
-    def __init__(self, engine, key, description, pose, folder):
+    def __init__(
+        self, engine: "Engine", key: int, description: ModelDescription, pose: Pose, folder: str
+    ) -> None:
         self.name = description.name
         self.description = description
         self.initial_pose = pose
         self._engine = engine
         self._key = key
-        self._changes = {}
+        self._changes: dict[tuple[str, str], Callable[[], None]] = {}
         self.is_ghost = False
-        self.on_moved = lambda model: None  # called after set_state
+        self.on_moved: Callable[[Model], None] = lambda model: None  # called after set_state
         self._lumped = lump(description)
         visuals = prepare_meshes(self._lumped, folder, description.warn)
         path = os.path.join(folder, f"{key}.urdf")
@@ -147,7 +170,7 @@ class Model:
             file.write(prepared_urdf(self._lumped, description.static))
         self.source = BodySource(key, path, description.static or description.fixed_base)
         self._load()
-        order = sorted(self._links, key=self._links.get)
+        order = sorted(self._links, key=self._links.__getitem__)
         self.source = replace(self.source, links=visual_links(self._lumped, order, visuals))
         self.joints = Joints(engine, self.body, self._lumped.joints)
         inertias = joint_inertias(self._lumped, description.fixed_base)
@@ -159,15 +182,15 @@ class Model:
             else Manager(self.joints, description, inertias)
         )
 
-    def _load(self):
-        self.placed = None  # what set_state has set since it was loaded
+    def _load(self) -> None:
+        self.placed: Placed | None = None  # what set_state has set since it was loaded
         self.body, self._links, self.measured = load_body(
             self._engine, self.source, self.initial_pose, self._lumped, self.description
         )
         for change in self._changes.values():
             change()
 
-    def change(self, key, change):
+    def change(self, key: tuple[str, str], change: Callable[[], None]) -> None:
         """Apply a change to the body now and after every reload.
 
         Args:
@@ -177,34 +200,35 @@ class Model:
         change()
         self._changes[key] = change
 
-    def make_ghost(self):
-        """Let the model touch only what never moves; call it before the first step.
+    def make_ghost(self) -> None:
+        """Allow the model contacts only with what never moves; call it before the first step.
 
         Several robots can then train in one world, each as if it were alone.
         """
         self.is_ghost = True
         for name in self._lumped.links:
-            self.change(
-                ("ghost", name),
-                lambda name=name: self._engine.set_ghost(self.body, self._links[name]),
-            )
 
-    def apply_wrench(self, index, force, torque):
+            def set_ghost(name: str = name) -> None:
+                self._engine.set_ghost(self.body, self._links[name])
+
+            self.change(("ghost", name), set_ghost)
+
+    def apply_wrench(self, index: int, force: Vector, torque: Vector) -> None:
         """Apply a force and a torque (world axes) to a link of the body for one step."""
         self._engine.apply_wrench(self.body, index, force, torque)
 
-    def reload(self):
+    def reload(self) -> None:
         """Reload into a cleared engine, at the initial pose; controllers restart."""
         self._load()
         self.joints.rebind(self.body)
         if self.manager is not None:
             self.manager.restart()
 
-    def save_state(self):
+    def save_state(self) -> tuple[Placed | None, Any]:
         """The pose and velocity set by set_state since it was loaded (or None), and the joints."""
         return self.placed, () if self.is_static else self._engine.read_joints(self.body)[0]
 
-    def restore_state(self, state):
+    def restore_state(self, state: tuple[Placed | None, Any]) -> None:
         """Restore the result of save_state() after a reload; controllers restart."""
         placed, joints = state
         if placed is not None:
@@ -215,35 +239,35 @@ class Model:
                 self.manager.restart()
 
     @property
-    def is_static(self):
+    def is_static(self) -> bool:
         """Whether it never moves."""
         return self.description.static
 
     @property
-    def engine(self):
+    def engine(self) -> "Engine":
         """The engine that simulates the body."""
         return self._engine
 
     @property
-    def rigid_parts(self):
+    def rigid_parts(self) -> dict[str, Link]:
         """Links that remain when fixed joints are merged: Link by name."""
         return self._lumped.links
 
     @property
-    def parts_joints(self):
+    def parts_joints(self) -> tuple[Joint, ...]:
         """Joints that remain when fixed joints are merged."""
         return self._lumped.joints
 
-    def index(self, part):
-        """Number in the engine of one of the rigid_parts."""
+    def index(self, part: str) -> int:
+        """Index in the engine of one of the rigid_parts."""
         return self._links[part]
 
     @property
-    def link_names(self):
+    def link_names(self) -> tuple[str, ...]:
         """Names of all links of the original description."""
         return tuple(self.description.links)
 
-    def link_in_body(self, link):
+    def link_in_body(self, link: str) -> tuple[int, Pose]:
         """The link of the body that a link is merged into: (its index in the engine, Pose in it).
 
         Raises:
@@ -256,21 +280,21 @@ class Model:
         name, pose = self._lumped.frames[link]
         return self._links[name], pose
 
-    def frame_at(self, index):
+    def frame_at(self, index: int) -> tuple[Vec3, Quat]:
         """World pose of a link's frame (index in the engine): position and quaternion, tuples."""
         position, orientation, _, _ = self._engine.link_state(self.body, index)
-        return tuple(position.tolist()), tuple(orientation.tolist())
+        return _plain(position, orientation)
 
-    def collisions_at(self, index):
+    def collisions_at(self, index: int) -> tuple[str, list[Shape]]:
         """Collision Shapes of a link of the body (index in the engine), in its frame.
 
         Returns:
             Name of the link, Shapes with the links and names that they had in the file.
         """
-        name = next(name for name, found in self._links.items() if found == index)
+        name = next(name for name, other in self._links.items() if other == index)
         return name, self._lumped.links[name].collisions
 
-    def link_state(self, link):
+    def link_state(self, link: str) -> tuple[Pose, Array, Array]:
         """Pose of a link's frame and its origin's velocity in the world.
 
         Returns:
@@ -278,13 +302,13 @@ class Model:
         """
         index, offset = self.link_in_body(link)
         position, orientation, linear, angular = self._engine.link_state(self.body, index)
-        frame = Pose(tuple(position.tolist()), tuple(orientation.tolist()))
+        frame = Pose(*_plain(position, orientation))
         if offset == _SAME:  # not merged into another link
             return frame, linear, angular
         arm = frame.matrix @ np.asarray(offset.position)
         return frame * offset, linear + cross(angular, arm), angular
 
-    def link_motion(self, link):
+    def link_motion(self, link: str) -> tuple[Vec3, Quat, Vec3, Vec3]:
         """As link_state, in four tuples: position, quaternion, linear and angular velocity."""
         index, offset = self.link_in_body(link)
         if offset == _SAME:
@@ -292,12 +316,14 @@ class Model:
         return self._engine.link_motion(self.body, index, (offset.position, offset.orientation))
 
     @property
-    def pose(self):
+    def pose(self) -> Pose:
         """World pose of the root link's frame."""
         position, orientation = self._engine.base_pose(self.body)
-        return Pose(tuple(position), tuple(orientation))
+        return Pose(position, orientation)
 
-    def set_state(self, pose, linear=(0, 0, 0), angular=(0, 0, 0)):
+    def set_state(
+        self, pose: Pose, linear: Vector = (0, 0, 0), angular: Vector = (0, 0, 0)
+    ) -> None:
         """Put the root link's frame at a world pose with a velocity (world axes).
 
         Raises:
@@ -315,7 +341,7 @@ class Model:
         self.placed = (pose, linear, angular)
         self.on_moved(self)
 
-    def set_velocity(self, linear, angular=(0, 0, 0)):
+    def set_velocity(self, linear: Vector, angular: Vector = (0, 0, 0)) -> None:
         """Set the velocity of the root link's frame for the next step [m/s, rad/s], world axes.
 
         Raises:
@@ -325,7 +351,7 @@ class Model:
         if not self.is_static:
             self._engine.set_base_velocity(self.body, linear, angular)
 
-    def _check_velocity(self, linear, angular):
+    def _check_velocity(self, linear: Vector, angular: Vector) -> None:
         if not all(abs(value) <= MAX_VELOCITY for value in (*linear, *angular)):
             raise ModelError(
                 f"velocity for model '{self.name}' is {tuple(linear)}, "
@@ -333,13 +359,13 @@ class Model:
                 "or rad/s along each axis"
             )
 
-    def state(self):
+    def state(self) -> BodyState:
         """BodyState for a snapshot."""
         position, orientation = self._engine.base_pose(self.body)
         joints = () if self.is_static else tuple(self._engine.read_joints(self.body)[0].tolist())
-        return BodyState(self._key, tuple(position), tuple(orientation), joints)
+        return BodyState(self._key, position, orientation, joints)
 
-    def remove(self):
+    def remove(self) -> None:
         """Remove it from the engine and delete its file."""
         self._engine.remove(self.body)
         if os.path.exists(self.source.path):

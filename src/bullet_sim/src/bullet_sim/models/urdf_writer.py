@@ -1,18 +1,21 @@
 """LumpedModel -> a URDF text that PyBullet loads safely."""
 
 import xml.etree.ElementTree as ET
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
 
-from bullet_sim.description.model import Geometry, Shape
-from bullet_sim.pose import Pose
+from bullet_sim.description.lump import LumpedModel
+from bullet_sim.description.model import Geometry, Joint, Link, Shape
+from bullet_sim.pose import Array, Pose, Quat
 
 DEFAULT_COLOR = (0.7, 0.7, 0.7, 1.0)
 
 # Wheels. A cylinder rolling on a plane touches with one of its two edges, which one depends on a
 # camber of arc minutes; a DeepRacer's wheels then scrub up to half a wheel width off the track that
 # Ackermann's wheel speeds assume, and the Coulomb friction spent on that lets the car drift out
-# (3 % wider circles). A tyre is crowned: a thin disc of the full radius in the middle, the
+# (3 % wider circles). A tyre is crowned: a thin disc of the full radius in the centre, the
 # shoulders lower, by more than the 2 % at which Bullet keeps contact points that do not touch
 # (each costs time: with a drop of 1 % a step took twice as long). The outline, which lidar and
 # walls see, stays within CROWN_DROP of the description's; visuals are untouched.
@@ -26,35 +29,34 @@ ROLLING_RESISTANCE = 0.01
 STANDARD_GRAVITY = 9.81  # [m/s^2]
 
 
-def _words(values):
+def _text(values: Iterable[float]) -> str:
     return " ".join(repr(float(v)) for v in values)
 
 
-def _origin(parent, pose):
-    ET.SubElement(parent, "origin", xyz=_words(pose.position), rpy=_words(pose.rpy))
+def _origin(parent: ET.Element, pose: Pose) -> None:
+    ET.SubElement(parent, "origin", xyz=_text(pose.position), rpy=_text(pose.rpy))
 
 
-def _geometry(parent, geometry):
-    holder = ET.SubElement(parent, "geometry")
+def _geometry(parent: ET.Element, geometry: Geometry) -> None:
+    element = ET.SubElement(parent, "geometry")
     if geometry.kind == "box":
-        ET.SubElement(holder, "box", size=_words(geometry.size))
+        ET.SubElement(element, "box", size=_text(geometry.size))
     elif geometry.kind == "cylinder":
         ET.SubElement(
-            holder, "cylinder", radius=_words(geometry.size[:1]), length=_words(geometry.size[1:])
+            element, "cylinder", radius=_text(geometry.size[:1]), length=_text(geometry.size[1:])
         )
     elif geometry.kind == "sphere":
-        ET.SubElement(holder, "sphere", radius=_words(geometry.size))
+        ET.SubElement(element, "sphere", radius=_text(geometry.size))
     elif geometry.kind == "plane":
-        ET.SubElement(holder, "plane", normal="0 0 1")
+        ET.SubElement(element, "plane", normal="0 0 1")
     else:
-        ET.SubElement(holder, "mesh", filename=geometry.path, scale=_words(geometry.scale))
+        ET.SubElement(element, "mesh", filename=geometry.path, scale=_text(geometry.scale))
 
 
-def prepared_urdf(lumped, static):
+def prepared_urdf(lumped: LumpedModel, static: bool) -> str:
     """Text for PyBullet: absolute mesh paths, every moving link with mass and inertia.
 
     Args:
-        lumped: LumpedModel.
         static: True: no masses, meshes collide as they are; False: meshes collide as hulls,
             wheels are crowned and have a rolling resistance (see the constants).
     """
@@ -63,13 +65,13 @@ def prepared_urdf(lumped, static):
     for link in lumped.links.values():
         element = ET.SubElement(robot, "link", name=link.name)
         _inertial(element, link, static)
-        for number, shape in enumerate(link.visuals):
+        for index, shape in enumerate(link.visuals):
             visual = ET.SubElement(element, "visual")
             _origin(visual, shape.pose)
             _geometry(visual, shape.geometry)
             if shape.color is not None or shape.geometry.kind != "mesh":
-                material = ET.SubElement(visual, "material", name=f"{link.name}_{number}")
-                ET.SubElement(material, "color", rgba=_words(shape.color or DEFAULT_COLOR))
+                material = ET.SubElement(visual, "material", name=f"{link.name}_{index}")
+                ET.SubElement(material, "color", rgba=_text(shape.color or DEFAULT_COLOR))
         for shape in _crowned(link.collisions, wheels.get(link.name)):
             collision = ET.SubElement(element, "collision")
             if static and shape.geometry.kind == "mesh":
@@ -89,8 +91,8 @@ def prepared_urdf(lumped, static):
     return ET.tostring(robot, encoding="unicode")
 
 
-def _wheels(lumped):
-    """Map of link name -> collision Shape that is a wheel: a cylinder on its own joint's axis."""
+def _wheels(lumped: LumpedModel) -> dict[str, Shape]:
+    """Map of link name -> collision Shape that is a wheel: a cylinder on its joint's axis."""
     wheels = {}
     for joint in lumped.joints:
         if joint.kind not in ("revolute", "continuous") or joint.lower is not None:
@@ -108,7 +110,7 @@ def _wheels(lumped):
     return wheels
 
 
-def _crowned(shapes, wheel):
+def _crowned(shapes: Iterable[Shape], wheel: Shape | None) -> Iterator[Shape]:
     """The shapes, with the one that is a wheel (or None) as a crowned tyre of two cylinders."""
     for shape in shapes:
         if shape is not wheel:
@@ -119,14 +121,15 @@ def _crowned(shapes, wheel):
             yield Shape(Geometry("cylinder", size), shape.pose, shape.color)
 
 
-def _inertial(element, link, static):
+def _inertial(element: ET.Element, link: Link, static: bool) -> None:
     inertial = ET.SubElement(element, "inertial")
     mass, inertia = (0.0, np.zeros((3, 3))) if static else (link.mass, link.inertia)
     if static:
         _origin(inertial, Pose())
     else:
-        inertia, turn = _principal(inertia)
-        _origin(inertial, Pose(tuple(link.centre.tolist()), turn))
+        inertia, axes = _principal(inertia)
+        x, y, z = link.centre.tolist()
+        _origin(inertial, Pose((x, y, z), axes))
     ET.SubElement(inertial, "mass", value=repr(float(mass)))
     ET.SubElement(
         inertial,
@@ -140,7 +143,7 @@ def _inertial(element, link, static):
     )
 
 
-def _principal(inertia):
+def _principal(inertia: Array) -> tuple[Array, Quat]:
     """Principal moments on the diagonal (3, 3) and the quaternion of their axes.
 
     PyBullet reads only the diagonal, so off-diagonal terms go into the inertial frame.
@@ -153,7 +156,7 @@ def _principal(inertia):
     return np.diag(moments), quaternion_from_matrix(axes)
 
 
-def quaternion_from_matrix(matrix):
+def quaternion_from_matrix(matrix: Any) -> Quat:
     """Unit quaternion (x, y, z, w) of a rotation matrix (3, 3), after Bar-Itzhack (2000).
 
     The eigenvector of the greatest eigenvalue of a symmetric 4x4 matrix; stable everywhere.
@@ -168,10 +171,11 @@ def quaternion_from_matrix(matrix):
         ]
     )
     values, vectors = np.linalg.eigh(k / 3.0)
-    return tuple(vectors[:, np.argmax(values)].tolist())
+    x, y, z, w = vectors[:, np.argmax(values)].tolist()
+    return x, y, z, w
 
 
-def _joint(robot, joint, friction):
+def _joint(robot: ET.Element, joint: Joint, friction: float) -> None:
     kind = joint.kind
     if kind in ("revolute", "prismatic") and (joint.lower is None or joint.lower == joint.upper):
         kind = "continuous" if kind == "revolute" and joint.lower is None else kind
@@ -179,7 +183,7 @@ def _joint(robot, joint, friction):
     ET.SubElement(element, "parent", link=joint.parent)
     ET.SubElement(element, "child", link=joint.child)
     _origin(element, joint.origin)
-    ET.SubElement(element, "axis", xyz=_words(joint.axis))
+    ET.SubElement(element, "axis", xyz=_text(joint.axis))
     lower, upper = (0.0, -1.0) if joint.lower is None else (joint.lower, joint.upper)
     ET.SubElement(
         element,

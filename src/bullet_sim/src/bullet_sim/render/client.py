@@ -3,10 +3,16 @@
 import sys
 import threading
 from collections import Counter, deque
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
 
+from bullet_sim.description.world import Scene
 from bullet_sim.errors import RenderError
-from bullet_sim.render.request import DEFAULT, RENDERERS, Frame, Renderer
-from bullet_sim.render.worker_process import AHEAD, Restarts, Worker
+from bullet_sim.render.request import DEFAULT, RENDERERS, CameraRequest, Frame, Quality, Renderer
+from bullet_sim.render.worker_process import AHEAD, Offsets, Restarts, Worker
+from bullet_sim.snapshot import BodySource, Snapshot
+
+Sources = tuple[tuple[BodySource, ...], Scene | None]
 
 
 class BlockingRequest:
@@ -18,9 +24,10 @@ class BlockingRequest:
         done: set when it is complete or has failed.
     """
 
-    def __init__(self, snapshot, requests):
+    def __init__(self, snapshot: Snapshot, requests: list[CameraRequest]) -> None:
         self.snapshot, self.requests = snapshot, requests
-        self.frames, self.error = {}, ""
+        self.frames: dict[str, Frame] = {}
+        self.error = ""
         self.done = threading.Event()
 
 
@@ -30,8 +37,6 @@ class Order:
     Args:
         job: BlockingRequest whose pictures these are, or None.
         sources: (BodySources, Scene or None) that are new to the worker, or None.
-        snapshot: Snapshot.
-        requests: CameraRequests.
         epoch: RenderClient.epoch.
 
     Attributes:
@@ -39,12 +44,20 @@ class Order:
         count: of the requests.
     """
 
-    def __init__(self, job, sources, snapshot, requests, epoch):
+    def __init__(
+        self,
+        job: BlockingRequest | None,
+        sources: Sources | None,
+        snapshot: Snapshot,
+        requests: list[CameraRequest],
+        epoch: int,
+    ) -> None:
         self.job, self._sources, self._snapshot = job, sources, snapshot
-        self._requests, self._epoch, self._offsets = requests, epoch, ()
+        self._requests, self._epoch = requests, epoch
+        self._offsets: list[Offsets] = []
         self.count = len(requests)
 
-    def send(self, worker):
+    def send(self, worker: Worker) -> None:
         """Send it; if the worker is gone, reading its answer fails."""
         self._offsets = worker.buffers.next_layout(self._requests)
         try:
@@ -52,7 +65,7 @@ class Order:
         except OSError:
             pass
 
-    def frame(self, worker, number, zero_copy):
+    def frame(self, worker: Worker, number: int, zero_copy: bool) -> Frame:
         """The finished picture of a request.
 
         Args:
@@ -64,9 +77,9 @@ class Order:
         arrays = worker.memory.pictures(request, self._offsets[number])
         if not zero_copy:
             arrays = [None if array is None else array.copy() for array in arrays]
-        return Frame(
-            request.name, self._snapshot.time, self._snapshot.step, *arrays, epoch=self._epoch
-        )
+        rgb, depth, labels = arrays
+        snapshot, epoch = self._snapshot, self._epoch
+        return Frame(request.name, snapshot.time, snapshot.step, rgb, depth, labels, epoch)
 
 
 class OrderQueue:
@@ -79,31 +92,35 @@ class OrderQueue:
         failed: why there will be no pictures any more, or ''.
     """
 
-    def __init__(self):
-        self.dropped, self.epoch = Counter(), 0
+    def __init__(self) -> None:
+        self.dropped: Counter[str] = Counter()
+        self.epoch = 0
         self.closing, self.failed = False, ""
         self._changed = threading.Condition()
-        self._pending = {}  # camera name -> (snapshot, request), oldest camera first
-        self._blocking = None
-        self._sources, self._scene, self._sources_sent = None, None, True
+        # camera name -> (snapshot, request), oldest camera first
+        self._pending: dict[str, tuple[Snapshot, CameraRequest]] = {}
+        self._blocking: BlockingRequest | None = None
+        self._sources: Sources | None = None
+        self._scene: Scene | None = None
+        self._sources_sent = True
 
-    def has_pending(self):
+    def has_pending(self) -> bool:
         """Whether a request of submit() is queued."""
         return bool(self._pending)
 
-    def set_sources(self, sources, scene=None):
+    def set_sources(self, sources: Iterable[BodySource], scene: Scene | None = None) -> None:
         """Set the bodies and the Scene (None: as before) that go with the next order."""
         with self._changed:
             self._scene = scene or self._scene
             self._sources = (tuple(sources), self._scene)
             self._sources_sent = False
 
-    def resend_sources(self):
+    def resend_sources(self) -> None:
         """Let the bodies go with the next order again: the worker is a new one."""
         with self._changed:
             self._sources_sent = self._sources is None
 
-    def submit(self, snapshot, requests):
+    def submit(self, snapshot: Snapshot, requests: Iterable[CameraRequest]) -> None:
         """Queue requests of a snapshot; each replaces the queued one of its camera."""
         with self._changed:
             for request in requests:
@@ -113,13 +130,13 @@ class OrderQueue:
                     self._pending[request.name] = (snapshot, request)
             self._changed.notify()
 
-    def discard(self):
+    def discard(self) -> None:
         """Drop queued requests and begin a new epoch."""
         with self._changed:
             self.epoch += 1
             self._pending.clear()
 
-    def put_blocking(self, job):
+    def put_blocking(self, job: BlockingRequest) -> None:
         """Queue a BlockingRequest before all others.
 
         Raises:
@@ -133,13 +150,13 @@ class OrderQueue:
             self._blocking = job
             self._changed.notify()
 
-    def withdraw(self, job):
+    def withdraw(self, job: BlockingRequest) -> None:
         """Remove a BlockingRequest that is still queued."""
         with self._changed:
             if self._blocking is job:
                 self._blocking = None
 
-    def next_order(self, wait):
+    def next_order(self, wait: bool) -> Order | None:
         """The next order: a blocking request first, else the oldest queued request and all others
         of the same snapshot.
 
@@ -167,19 +184,19 @@ class OrderQueue:
             self._sources_sent = True
             return Order(job, sources, snapshot, requests, self.epoch)
 
-    def fail(self, reason):
+    def fail(self, reason: str) -> None:
         """Take no requests any more, for a reason, and drop the queued ones."""
         with self._changed:
             self.failed = reason
             self._pending.clear()
 
-    def close(self):
+    def close(self) -> None:
         """Take no requests any more; wakes the thread that waits for an order."""
         with self._changed:
             self.closing = True
             self._changed.notify()
 
-    def end_blocking(self):
+    def end_blocking(self) -> None:
         """Let a queued BlockingRequest fail: nobody takes orders any more."""
         with self._changed:
             if self._blocking and not self._blocking.done.is_set():
@@ -210,35 +227,40 @@ class RenderClient:
     """
 
     def __init__(
-        self, on_frame=None, on_error=None, environment=None, zero_copy=False, quality=DEFAULT
-    ):
-        self.on_frame = on_frame or (lambda frame: None)
-        self.on_error = on_error or (lambda text: None)
-        self.renderer = None
+        self,
+        on_frame: Callable[[Frame], object] | None = None,
+        on_error: Callable[[str], object] | None = None,
+        environment: Mapping[str, str] | None = None,
+        zero_copy: bool = False,
+        quality: Quality = DEFAULT,
+    ) -> None:
+        self.on_frame: Callable[[Frame], object] = on_frame or (lambda frame: None)
+        self.on_error: Callable[[str], object] = on_error or (lambda text: None)
+        self.renderer: Renderer | None = None
         self._environment, self._zero_copy = dict(environment or {}), zero_copy
         self._quality = quality
-        self._worker = None
-        self._thread = None
+        self._worker: Any = None  # a Worker, once start() has returned
+        self._thread: threading.Thread | None = None
         self._orders = OrderQueue()
         self._restarts = Restarts(self._environment, quality)
 
     @property
-    def dropped(self):
+    def dropped(self) -> "Counter[str]":
         """Counter of camera name -> requests that were replaced before being drawn."""
         return self._orders.dropped
 
     @property
-    def restarts(self):
+    def restarts(self) -> int:
         """How often the worker was restarted."""
         return self._restarts.count
 
     @property
-    def epoch(self):
+    def epoch(self) -> int:
         """Number of discard() calls; a Frame has the epoch of its request."""
         return self._orders.epoch
 
     # for the caller's threads -----------------------------------------------------------------
-    def start(self, kind="auto"):
+    def start(self, kind: str = "auto") -> Renderer:
         """Start the worker and wait until its renderer has drawn a test picture (about 1 s).
 
         Args:
@@ -269,7 +291,7 @@ class RenderClient:
         self._thread.start()
         return self.renderer
 
-    def set_sources(self, sources, scene=None):
+    def set_sources(self, sources: Iterable[BodySource], scene: Scene | None = None) -> None:
         """Set the bodies; sent to the worker before the next request.
 
         Args:
@@ -278,7 +300,7 @@ class RenderClient:
         """
         self._orders.set_sources(sources, scene)
 
-    def submit(self, snapshot, requests):
+    def submit(self, snapshot: Snapshot, requests: Iterable[CameraRequest]) -> None:
         """Request pictures; returns at once.
 
         Args:
@@ -287,16 +309,16 @@ class RenderClient:
         """
         self._orders.submit(snapshot, requests)
 
-    def discard(self):
+    def discard(self) -> None:
         """Drop queued requests; a picture being drawn is still emitted, with the old epoch."""
         self._orders.discard()
 
-    def render_sync(self, snapshot, requests, timeout=SYNC_TIMEOUT):
+    def render_sync(
+        self, snapshot: Snapshot, requests: Iterable[CameraRequest], timeout: float = SYNC_TIMEOUT
+    ) -> list[Frame]:
         """Render now and wait for the pictures (lockstep), for which on_frame is not called.
 
         Args:
-            snapshot: Snapshot.
-            requests: iterable of CameraRequest.
             timeout: [s] of wall time for all of them.
 
         Returns:
@@ -321,7 +343,7 @@ class RenderClient:
             )
         return [job.frames[request.name] for request in requests]
 
-    def close(self):
+    def close(self) -> None:
         """End the worker and the thread; no callback is called after that. Idempotent."""
         self._orders.close()
         if self._worker is not None:
@@ -332,19 +354,19 @@ class RenderClient:
             self._thread.join(5.0)
 
     @property
-    def worker_pid(self):
+    def worker_pid(self) -> int:
         """Process id of the worker."""
         return self._worker.process.pid
 
-    def __enter__(self):
+    def __enter__(self) -> "RenderClient":
         return self
 
-    def __exit__(self, *exception):
+    def __exit__(self, *exception: object) -> None:
         self.close()
 
     # the client's own thread ------------------------------------------------------------------
-    def _run(self):
-        sent = deque()  # orders that the worker has, the oldest first
+    def _run(self) -> None:
+        sent: deque[Order] = deque()  # orders that the worker has, the oldest first
         last = None  # the newest picture, emitted while the worker draws the next one
         while True:
             self._send_orders(sent, wait=last is None)
@@ -367,7 +389,7 @@ class RenderClient:
         self._orders.end_blocking()
         self._worker.close(kill=True)
 
-    def _send_orders(self, sent, wait):
+    def _send_orders(self, sent: "deque[Order]", wait: bool) -> None:
         """Send what is queued, until the worker has AHEAD orders; wait for one when it has none."""
         while len(sent) < AHEAD:
             order = self._orders.next_order(wait=wait and not sent)
@@ -376,7 +398,7 @@ class RenderClient:
             order.send(self._worker)
             sent.append(order)
 
-    def _collect(self, order):
+    def _collect(self, order: Order) -> Frame | None:
         """Wait for the pictures of an order; emit all but the last, which is returned."""
         last = None
         while True:
@@ -397,11 +419,11 @@ class RenderClient:
                 else:
                     last = order.frame(self._worker, rest[0], self._zero_copy)
 
-    def _emit(self, frame):
+    def _emit(self, frame: Frame | None) -> None:
         if frame is not None and not self._orders.closing:
             self._call(self.on_frame, frame)
 
-    def _call(self, function, argument):
+    def _call(self, function: Callable[[Any], object], argument: object) -> None:
         """Run a callback; its exception must not end the thread."""
         try:
             function(argument)
@@ -411,7 +433,7 @@ class RenderClient:
             else:
                 self._call(self.on_error, f"on_frame failed: {type(error).__name__}: {error}")
 
-    def _restart_worker(self, lost):
+    def _restart_worker(self, lost: Iterable[Order]) -> bool:
         """Restart the worker after it died with these orders; returns whether it runs."""
         worker, message = self._restarts.replace(self._worker)
         if worker:

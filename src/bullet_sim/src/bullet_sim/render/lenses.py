@@ -8,21 +8,29 @@ the plane at distance 1 and r^2 = x^2 + y^2
 """
 
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import lru_cache
 
 import cv2
 import numpy as np
 
-from bullet_sim.pose import Pose, quaternion_from_rpy
+from bullet_sim.plugins.cameras import Lens
+from bullet_sim.pose import Array, Pose, quaternion_from_rpy
+from bullet_sim.render.request import CameraRequest
 from bullet_sim.sensors import camera
+
+Draw = Callable[[CameraRequest], tuple[Array, Array | None]]  # Pictures.picture
+DrawLabels = Callable[[CameraRequest], Array]  # Pictures.label_picture
 
 WIDEST = math.tan(math.radians(80.0))  # of the pinhole that is warped, half its width at distance 1
 ITERATIONS = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-10)
 
 
 @lru_cache(maxsize=16)
-def plan_pinhole(width, height, horizontal_fov, distortion):
+def plan_pinhole(
+    width: int, height: int, horizontal_fov: float, distortion: tuple[float, ...]
+) -> tuple[tuple[int, int, float], Array]:
     """The pinhole to draw for a lens, and where each of the lens's pixels is in its picture.
 
     Args:
@@ -46,10 +54,12 @@ def plan_pinhole(width, height, horizontal_fov, distortion):
     size = [2 * math.ceil(focal * value) + 3 for value in reach]
     fov = 2.0 * math.atan(size[0] / (2.0 * focal))
     places = focal * straight + (np.array(size) - 1.0) / 2.0
-    return (*size, fov), places.reshape(height, width, 2).astype(np.float32)
+    return (size[0], size[1], fov), places.reshape(height, width, 2).astype(np.float32)
 
 
-def distorted_picture(draw, request, rgb=None, depth=None):
+def distorted_picture(
+    draw: Draw, request: CameraRequest, rgb: Array | None = None, depth: Array | None = None
+) -> tuple[Array, Array | None]:
     """A picture through the lens of a request.
 
     Args:
@@ -62,14 +72,14 @@ def distorted_picture(draw, request, rgb=None, depth=None):
     """
     wide, places = _pinhole(request)
     colors, metres = draw(wide)
-    rgb = cv2.remap(colors, places, None, cv2.INTER_LINEAR, dst=rgb)
-    if metres is not None:  # distances are not mixed across edges
-        depth = cv2.remap(metres, places, None, cv2.INTER_NEAREST, dst=depth)
-        return rgb, depth
-    return rgb, None
+    warped: Array = cv2.remap(colors, places, None, cv2.INTER_LINEAR, dst=rgb)
+    if metres is None:
+        return warped, None
+    # distances are not mixed across edges
+    return warped, cv2.remap(metres, places, None, cv2.INTER_NEAREST, dst=depth)
 
 
-def distorted_labels(draw, request):
+def distorted_labels(draw: DrawLabels, request: CameraRequest) -> Array:
     """A label image through the lens of a request.
 
     Args:
@@ -84,7 +94,7 @@ def distorted_labels(draw, request):
     return cv2.remap(draw(wide).astype(np.float32), places, None, cv2.INTER_NEAREST)
 
 
-def _pinhole(request):
+def _pinhole(request: CameraRequest) -> tuple[CameraRequest, Array]:
     """The request of the pinhole to draw, and where the lens's pixels are in its picture."""
     (width, height, fov), places = plan_pinhole(
         request.width, request.height, request.horizontal_fov, request.distortion
@@ -105,11 +115,15 @@ SIDES = (
 )
 MARGIN = 2  # [px] that a side's picture goes beyond its edge, for what lies between two pixels
 SMALLEST, LARGEST = 64, 1024  # [px] of a side's picture
-_INVERSE = {"tan": np.arctan, "sin": np.arcsin, "id": np.asarray}
-_FUNCTION = {"tan": math.tan, "sin": math.sin, "id": float}
+_INVERSE: dict[str, Callable[[Array], Array]] = {
+    "tan": np.arctan,
+    "sin": np.arcsin,
+    "id": np.asarray,
+}
+_FUNCTION: dict[str, Callable[[float], float]] = {"tan": math.tan, "sin": math.sin, "id": float}
 
 
-def directions(width, height, lens):
+def directions(width: int, height: int, lens: Lens) -> Array:
     """Where each pixel of a lens looks.
 
     Args:
@@ -134,7 +148,9 @@ def directions(width, height, lens):
 
 
 @lru_cache(maxsize=8)
-def plan_sides(width, height, lens):
+def plan_sides(
+    width: int, height: int, lens: Lens
+) -> tuple[int, float, tuple[tuple[int, Array, Array], ...]]:
     """The sides to draw.
 
     Returns:
@@ -161,7 +177,7 @@ def plan_sides(width, height, lens):
     return size, 2.0 * math.atan(size / (2.0 * focal)), tuple(found)
 
 
-def wide_picture(draw, request, rgb=None):
+def wide_picture(draw: Draw, request: CameraRequest, rgb: Array | None = None) -> Array:
     """A picture through the Lens of a request; black where it sees nothing.
 
     Args:
@@ -180,7 +196,7 @@ def wide_picture(draw, request, rgb=None):
     return rgb
 
 
-def wide_labels(draw, request):
+def wide_labels(draw: DrawLabels, request: CameraRequest) -> Array:
     """A label image through the Lens of a request; 0 where it sees nothing.
 
     Args:
@@ -197,7 +213,7 @@ def wide_labels(draw, request):
     return found
 
 
-def _sides(request):
+def _sides(request: CameraRequest) -> Iterator[tuple[CameraRequest, Array, Array]]:
     """For each side that is seen: request of its pinhole, places of the pixels in it, mask."""
     size, angle, sides = plan_sides(request.width, request.height, request.lens)
     pose = Pose.from_xyz_rpy(*request.pose)

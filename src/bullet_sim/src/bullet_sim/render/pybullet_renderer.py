@@ -1,15 +1,20 @@
 """A copy of the world in an engine of PyBullet, whose renderers draw it."""
 
 import math
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 
+from bullet_sim.description.world import Scene
 from bullet_sim.engine import Engine
 from bullet_sim.engine.camera import PyBulletCamera
 from bullet_sim.errors import RenderError
-from bullet_sim.pose import sensor_in_world
+from bullet_sim.pose import Array, sensor_in_world
 from bullet_sim.render.renderer import Pictures, check_body, check_link, paint_sky
+from bullet_sim.render.request import CameraRequest
 from bullet_sim.sensors import camera
+from bullet_sim.snapshot import BodySource, BodyState, Snapshot
 
 # TinyRenderer's rasteriser puts everything this far right and down [px]; OpenGL's does not.
 RASTER_OFFSET = {"tiny": (0.5, -0.5), "egl": (0.0, 0.0)}
@@ -29,36 +34,35 @@ class PyBulletRenderer(Pictures):
         RenderError: as PyBulletCamera.
     """
 
-    def __init__(self, kind="auto"):
+    def __init__(self, kind: str = "auto") -> None:
         self._engine = Engine(draw=True)  # never stepped
         self._camera = PyBulletCamera(self._engine, kind)
         self._offset = RASTER_OFFSET[self._camera.kind]
         self._coarse = self._camera.kind == "egl"
-        self._sources = {}
-        self._bodies = {}
-        self._states = {}
+        self._sources: dict[int, BodySource] = {}
+        self._bodies: dict[int, int] = {}  # key -> body
+        self._states: dict[int, BodyState] = {}
 
-    def sync_sources(self, sources, scene=None):
+    def sync_sources(self, sources: Iterable[BodySource], scene: Scene | None = None) -> None:
         """Load new bodies, remove missing ones, reload those that changed under the same key.
 
         A body that cannot be loaded is left out until its source changes; the others are loaded.
 
         Args:
-            sources: iterable of BodySource.
             scene: ignored: PyBullet's renderers have a light of their own.
 
         Raises:
             RenderError: bodies that could not be loaded, all in one message.
         """
-        wanted = {source.key: source for source in sources}
-        for key in [key for key, source in self._sources.items() if wanted.get(key) != source]:
+        current = {source.key: source for source in sources}
+        for key in [key for key, source in self._sources.items() if current.get(key) != source]:
             del self._sources[key]
             self._states.pop(key, None)
             if key in self._bodies:
                 self._engine.remove(self._bodies.pop(key))
         failures = []
-        for key in sorted(wanted.keys() - self._sources.keys()):
-            source = wanted[key]
+        for key in sorted(current.keys() - self._sources.keys()):
+            source = current[key]
             self._sources[key] = source
             try:
                 self._bodies[key] = self._engine.load(
@@ -69,11 +73,10 @@ class PyBulletRenderer(Pictures):
         if failures:
             raise RenderError("not drawn: " + "; ".join(failures))
 
-    def apply(self, snapshot):
+    def apply(self, snapshot: Snapshot) -> None:
         """Set every body to its state in the snapshot; bodies without one stay.
 
-        Args:
-            snapshot: Snapshot; states of keys that are not loaded are ignored.
+        States of keys that are not loaded are ignored.
         """
         for state in snapshot.bodies:
             body = self._bodies.get(state.key)
@@ -84,7 +87,9 @@ class PyBulletRenderer(Pictures):
                 self._engine.set_joint_positions(body, state.joints)
             self._states[state.key] = state
 
-    def picture(self, request, rgb=None, depth=None):
+    def picture(
+        self, request: CameraRequest, rgb: Array | None = None, depth: Array | None = None
+    ) -> tuple[Array, Array | None]:
         """See Pictures."""
         position, rotation = self._camera_pose(request)
         view = camera.view_matrix(position, rotation)
@@ -101,7 +106,7 @@ class PyBulletRenderer(Pictures):
         depth[:] = metres
         return rgb, depth
 
-    def label_picture(self, request):
+    def label_picture(self, request: CameraRequest) -> Array:
         """See Pictures."""
         view = camera.view_matrix(*self._camera_pose(request))
         projection = self._projection(request, request.near, request.far)
@@ -111,7 +116,7 @@ class PyBulletRenderer(Pictures):
             found[seen == body] = key
         return found
 
-    def _projection(self, request, near, far):
+    def _projection(self, request: CameraRequest, near: float, far: float) -> tuple[float, ...]:
         return camera.projection_matrix(
             request.horizontal_fov,
             request.width / request.height,
@@ -120,14 +125,21 @@ class PyBulletRenderer(Pictures):
             shift=(-self._offset[0] / request.width, -self._offset[1] / request.height),
         )
 
-    def _draw(self, request, view, near, far, out=None):
+    def _draw(
+        self,
+        request: CameraRequest,
+        view: tuple[float, ...],
+        near: float,
+        far: float,
+        out: Array | None = None,
+    ) -> tuple[Array, Any]:
         """Colours and, if requested, distances [m] between two clip distances."""
         projection = self._projection(request, near, far)
         rgb, buffer = self._camera.render(request.width, request.height, view, projection, out=out)
         metres = camera.metres_from_buffer(buffer, near, far) if request.depth else None
         return paint_sky(rgb, buffer), metres
 
-    def _camera_pose(self, request):
+    def _camera_pose(self, request: CameraRequest) -> tuple[Array, Array]:
         if request.key is None:
             return sensor_in_world((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), request.pose)
         check_body(request, self._bodies)
@@ -137,6 +149,6 @@ class PyBulletRenderer(Pictures):
             positions[request.link_index], orientations[request.link_index], request.pose
         )
 
-    def close(self):
+    def close(self) -> None:
         """Close the engine."""
         self._engine.close()

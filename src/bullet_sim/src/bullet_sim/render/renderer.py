@@ -1,24 +1,28 @@
 """What both renderers share: pictures of a request, the sources of models, the sky."""
 
 import zlib
+from collections.abc import Collection
 from functools import lru_cache
 
 import cv2
 import numpy as np
 
 from bullet_sim.description.lump import lump
-from bullet_sim.description.model import depth_first, visual_links
+from bullet_sim.description.model import VisualLink, depth_first, visual_links
 from bullet_sim.errors import RenderError
 from bullet_sim.formats.urdf import parse_urdf
+from bullet_sim.pose import Array
 from bullet_sim.render import lenses
+from bullet_sim.render.request import CameraRequest
 from bullet_sim.sensors import camera
 from bullet_sim.sensors.camera import FAR_DEPTH
+from bullet_sim.snapshot import BodySource
 
 ZENITH = (110, 160, 220)
 HORIZON = (205, 222, 240)
 
 
-def gradient(height):
+def gradient(height: int) -> Array:
     """Sky colours of one image column, (H, 1, 3) uint8: ZENITH on top, HORIZON from the middle
     down (in image rows: it does not tilt with the camera)."""
     mix = np.minimum(np.arange(height) / max(height / 2.0, 1.0), 1.0)[:, None, None]
@@ -26,11 +30,11 @@ def gradient(height):
 
 
 @lru_cache(maxsize=16)
-def _whole(height, width):
+def _whole(height: int, width: int) -> Array:
     return np.ascontiguousarray(np.broadcast_to(gradient(height), (height, width, 3)))
 
 
-def paint_sky(rgb, depth):
+def paint_sky(rgb: Array, depth: Array) -> Array:
     """Replace pixels where nothing was drawn.
 
     Args:
@@ -44,7 +48,7 @@ def paint_sky(rgb, depth):
     return cv2.copyTo(_whole(*rgb.shape[:2]), empty, rgb)  # 20 times as fast as numpy's masks
 
 
-def links_of(source):
+def links_of(source: BodySource) -> tuple[VisualLink, ...]:
     """VisualLinks of a BodySource; read from its file when it has none.
 
     Raises:
@@ -60,11 +64,12 @@ def links_of(source):
 class Pictures:
     """A renderer: what draws implements `picture` and `label_picture`."""
 
-    def picture(self, request, rgb=None, depth=None):
+    def picture(
+        self, request: CameraRequest, rgb: Array | None = None, depth: Array | None = None
+    ) -> tuple[Array, Array | None]:
         """What a camera sees of the applied snapshot, without noise.
 
         Args:
-            request: CameraRequest.
             rgb, depth: arrays of the right shape and type that take the result; None: new ones.
 
         Returns:
@@ -76,11 +81,8 @@ class Pictures:
         """
         raise NotImplementedError
 
-    def label_picture(self, request):
+    def label_picture(self, request: CameraRequest) -> Array:
         """Which body a pinhole camera sees in each pixel of the applied snapshot.
-
-        Args:
-            request: CameraRequest.
 
         Returns:
             (H, W) int32, BodySource.key, 0 where nothing is.
@@ -90,11 +92,10 @@ class Pictures:
         """
         raise NotImplementedError
 
-    def labels(self, request, out=None):
+    def labels(self, request: CameraRequest, out: Array | None = None) -> Array:
         """A label image through the camera's lens; labels of neighbours are never mixed.
 
         Args:
-            request: CameraRequest.
             out: (H, W) int32 that takes the result; None: a new one.
 
         Returns, Raises:
@@ -110,15 +111,20 @@ class Pictures:
             out[:] = self.label_picture(request)
         return out
 
-    def render(self, request, step=0):
+    def render(self, request: CameraRequest, step: int = 0) -> Array:
         """Draw one camera's view; as render_with_depth, without the distances."""
         return self.render_with_depth(request, step)[0]
 
-    def render_with_depth(self, request, step=0, rgb=None, depth=None):
+    def render_with_depth(
+        self,
+        request: CameraRequest,
+        step: int = 0,
+        rgb: Array | None = None,
+        depth: Array | None = None,
+    ) -> tuple[Array, Array | None]:
         """Draw one camera's view, with its noise.
 
         Args:
-            request: CameraRequest.
             step: physics step of the applied snapshot; chooses the noise.
             rgb, depth: as of picture().
 
@@ -145,7 +151,7 @@ class Pictures:
         return rgb, depth
 
 
-def check_body(request, loaded):
+def check_body(request: CameraRequest, loaded: Collection[int]) -> None:
     """Raise RenderError when the body of a request's camera is not among the loaded keys."""
     if request.key not in loaded:
         raise RenderError(
@@ -153,7 +159,7 @@ def check_body(request, loaded):
         )
 
 
-def check_link(request, count):
+def check_link(request: CameraRequest, count: int) -> None:
     """Raise RenderError when a request's body has only `count` links."""
     if not 0 <= request.link_index < count:
         raise RenderError(
@@ -162,15 +168,11 @@ def check_link(request, count):
         )
 
 
-def noise_generator(request, step):
+def noise_generator(request: CameraRequest, step: int) -> np.random.Generator:
     """Generator of one frame's noise: the same for the same seed, camera name and step,
     however many frames were left out before.
 
     Args:
-        request: CameraRequest.
         step: physics step, >= 0.
-
-    Returns:
-        numpy.random.Generator.
     """
     return np.random.default_rng([request.seed, zlib.crc32(request.name.encode()), step])

@@ -1,10 +1,11 @@
 """Messages between the render client and its worker: picklable values."""
 
 from dataclasses import dataclass
-
-import numpy as np
+from typing import Any
 
 from bullet_sim.plugins.cameras import DepthCameraSpec, Lens
+from bullet_sim.plugins.xml import PoseTuple
+from bullet_sim.pose import Array
 
 RENDERERS = ("auto", "gl", "tiny")
 SWITCHES = ("auto", "true", "false")
@@ -33,7 +34,7 @@ class CameraRequest:
     name: str
     key: int | None
     link_index: int
-    pose: tuple
+    pose: PoseTuple
     width: int
     height: int
     horizontal_fov: float
@@ -43,19 +44,19 @@ class CameraRequest:
     seed: int = 0
     noise_mean: float = 0.0
     depth: bool = False
-    distortion: tuple = ()
+    distortion: tuple[float, ...] = ()
     lens: Lens | None = None
     labels: bool = False
 
     @classmethod
-    def from_spec(cls, spec, key, link_index, seed=0):
+    def from_spec(cls, spec: Any, key: int, link_index: int, seed: int = 0) -> "CameraRequest":
         """Request for a CameraSpec whose link is row `link_index` of body `key`."""
-        xyz, rpy = spec.pose
+        (x, y, z), (roll, pitch, yaw) = spec.pose
         return cls(
             spec.name,
             int(key),
             int(link_index),
-            (tuple(map(float, xyz)), tuple(map(float, rpy))),
+            ((float(x), float(y), float(z)), (float(roll), float(pitch), float(yaw))),
             int(spec.width),
             int(spec.height),
             float(spec.horizontal_fov),
@@ -89,9 +90,9 @@ class Frame:
     camera: str
     time: float
     step: int
-    rgb: np.ndarray
-    depth: np.ndarray | None = None
-    labels: np.ndarray | None = None
+    rgb: Array
+    depth: Array | None = None
+    labels: Array | None = None
     epoch: int = 0
 
 
@@ -117,7 +118,7 @@ class Quality:
     shadows: str = "auto"
     antialias: str = "auto"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if value not in SWITCHES:
                 raise ValueError(f"{name} is '{value}', must be one of {', '.join(SWITCHES)}")

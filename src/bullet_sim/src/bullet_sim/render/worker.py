@@ -18,13 +18,15 @@ import select
 import signal
 import sys
 import threading
+from collections.abc import Iterable, Sequence
 from multiprocessing.connection import Connection
+from typing import Any
 
 from bullet_sim.errors import RenderError
 from bullet_sim.files import OwnFolder
 from bullet_sim.render.request import CameraRequest, Quality
-from bullet_sim.render.worker_process import SharedMemory
-from bullet_sim.snapshot import BodySource
+from bullet_sim.render.worker_process import Offsets, SharedMemory
+from bullet_sim.snapshot import BodySource, Snapshot
 
 _has_files = threading.Lock()  # held while there are temporary files
 NICENESS = 5  # lower priority than the physics and the user's nodes
@@ -33,7 +35,7 @@ PROBE_URDF = """<robot name="probe"><link name="base"><visual>
 <material name="red"><color rgba="1 0 0 1"/></material></visual></link></robot>"""
 
 
-def check_renderer(renderer):
+def check_renderer(renderer: Any) -> None:
     """Draw a red box and check the picture: some drivers start but draw nothing.
 
     Args:
@@ -60,12 +62,11 @@ def check_renderer(renderer):
         raise RenderError(f"the renderer drew a red box as RGB {(red, green, blue)}")
 
 
-def make_renderer(kind, quality):
+def make_renderer(kind: str, quality: Quality) -> tuple[Any, str]:
     """The Pictures of a kind, and what draws in a few words.
 
     Args:
         kind: 'gl', or 'tiny' or 'egl' of PyBullet.
-        quality: Quality.
 
     Raises:
         RenderError: it does not start.
@@ -80,9 +81,17 @@ def make_renderer(kind, quality):
     return PyBulletRenderer(kind), "PyBullet"
 
 
-def draw(connection, renderer, memory, sources, snapshot, requests, layout):
+def draw(
+    connection: Connection,
+    renderer: Any,
+    memory: SharedMemory,
+    sources: tuple[Iterable[BodySource], Any] | None,
+    snapshot: Snapshot,
+    requests: Sequence[CameraRequest],
+    layout: Sequence[Offsets],
+) -> None:
     """Answer one message; see the module's docstring."""
-    answers = []
+    answers: list[tuple[Any, ...]] = []
     if sources is not None:
         try:
             renderer.sync_sources(*sources)
@@ -104,7 +113,7 @@ def draw(connection, renderer, memory, sources, snapshot, requests, layout):
     connection.send([*answers, ("done",)])
 
 
-def warm_up():
+def warm_up() -> None:
     """Import what reads meshes and pictures while nothing is asked for yet."""
     for name in ("trimesh", "PIL.Image", "collada"):
         try:
@@ -113,7 +122,7 @@ def warm_up():
             pass  # said when a mesh needs it
 
 
-def serve(connection, memory, kind, quality):
+def serve(connection: Connection, memory: SharedMemory, kind: str, quality: Quality) -> None:
     """Start the renderer, send `ready`, draw until the connection closes."""
     renderer, details = make_renderer(kind, quality)
     check_renderer(renderer)
@@ -129,7 +138,7 @@ def serve(connection, memory, kind, quality):
         renderer.close()
 
 
-def end_with_parent(socket):
+def end_with_parent(socket: int) -> None:
     """End the process as soon as the other end of the socket closes, whatever it does meanwhile.
 
     Args:
@@ -142,7 +151,7 @@ def end_with_parent(socket):
         os._exit(0)
 
 
-def main(arguments):
+def main(arguments: list[str]) -> None:
     """Args: arguments: [socket file descriptor, memory file descriptor, kind, Quality's values]."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.nice(NICENESS)

@@ -9,14 +9,18 @@ import struct
 import subprocess
 import sys
 import time
+from collections.abc import Iterable, Mapping
 from multiprocessing.connection import Connection
+from typing import Any
 
 import numpy as np
 
 from bullet_sim.child import Child
 from bullet_sim.errors import RenderError
-from bullet_sim.render.request import DEFAULT
+from bullet_sim.pose import Array
+from bullet_sim.render.request import DEFAULT, CameraRequest, Quality
 
+Offsets = tuple[int | None, ...]  # of the colors, distances and labels of a picture [bytes]
 ALIGNMENT = 64  # [bytes] of every array
 
 
@@ -30,15 +34,16 @@ class SharedMemory:
         fd: file descriptor.
     """
 
-    def __init__(self, fd=None):
+    def __init__(self, fd: int | None = None) -> None:
         self.fd = os.memfd_create("pictures") if fd is None else fd
-        self._map, self._size = None, 0
+        self._map: Any = None  # an mmap
+        self._size = 0
 
-    def grow(self, size):
+    def grow(self, size: int) -> None:
         """Set its size [bytes]; existing arrays stay valid."""
         os.ftruncate(self.fd, size)
 
-    def array(self, offset, shape, kind):
+    def array(self, offset: int, shape: tuple[int, ...], kind: Any) -> Array:
         """An array in it.
 
         Args:
@@ -51,41 +56,39 @@ class SharedMemory:
             self._map = mmap.mmap(self.fd, self._size)  # the old one is freed with its arrays
         return np.frombuffer(self._map, kind, count, offset).reshape(shape)
 
-    def pictures(self, request, offsets):
+    def pictures(self, request: CameraRequest, offsets: Offsets) -> list[Any]:
         """The arrays of a request's pictures.
 
         Args:
-            request: CameraRequest.
             offsets: as layout gives them.
 
         Returns:
             [(H, W, 3) uint8 colours, (H, W) float32 distances or None, (H, W) int32 labels or None]
         """
         size = request.height, request.width
+        kinds: tuple[tuple[Any, tuple[int, ...]], ...]
         kinds = (np.uint8, (*size, 3)), (np.float32, size), (np.int32, size)
         return [
             None if offset is None else self.array(offset, shape, kind)
             for offset, (kind, shape) in zip(offsets, kinds)
         ]
 
-    def close(self):
+    def close(self) -> None:
         """Close the file descriptor; the memory is freed with the last array."""
         if self.fd >= 0:
             os.close(self.fd)
         self.fd, self._map, self._size = -1, None, 0
 
 
-def layout(requests):
+def layout(requests: Iterable[CameraRequest]) -> tuple[list[Offsets], int]:
     """Layout of the pictures of some cameras in a buffer.
-
-    Args:
-        requests: CameraRequests.
 
     Returns:
         List of (offset of the colours, of the distances or None, of the labels or None), and the
         buffer's size [bytes].
     """
-    found, end = [], 0
+    found: list[Offsets] = []
+    end = 0
     for request in requests:
         pixels = request.width * request.height
         colours, end = end, _aligned(end + 3 * pixels)
@@ -98,7 +101,7 @@ def layout(requests):
     return found, end
 
 
-def _aligned(size):
+def _aligned(size: int) -> int:
     return -(-size // ALIGNMENT) * ALIGNMENT
 
 
@@ -110,11 +113,11 @@ class BufferRing:
         count: of the buffers.
     """
 
-    def __init__(self, memory, count):
+    def __init__(self, memory: SharedMemory, count: int) -> None:
         self._memory, self._end = memory, 0
         self._buffers = [(0, 0)] * count  # (offset, size)
 
-    def next_layout(self, requests):
+    def next_layout(self, requests: Iterable[CameraRequest]) -> list[Offsets]:
         """Layout of pictures in the next buffer.
 
         Returns:
@@ -163,7 +166,13 @@ class Worker:
         RenderError: it did not start; the message has the end of its output.
     """
 
-    def __init__(self, kind, environment, quality=DEFAULT, timeout=START_TIMEOUT):
+    def __init__(
+        self,
+        kind: str,
+        environment: Mapping[str, str],
+        quality: Quality = DEFAULT,
+        timeout: float = START_TIMEOUT,
+    ) -> None:
         paths = [_ROOT, os.environ.get("PYTHONPATH", "")]
         variables = dict(os.environ, **environment)
         variables["PYTHONPATH"] = os.pathsep.join(path for path in paths if path)
@@ -195,14 +204,15 @@ class Worker:
             self.close(kill=True)
             raise
 
-    def receive(self):
+    def receive(self) -> Any:
         """The next message from it.
 
         Raises:
             EOFError, OSError: it ended, or was killed here because it hung: no answer for
                 HANG_TIMEOUT and no processor time used meanwhile, as when it is stopped.
         """
-        used, idle = None, 0
+        used: int | None = None
+        idle = 0
         while not self._has_answer():
             try:
                 # One system call: each gives up the GIL, for which the physics competes.
@@ -225,14 +235,14 @@ class Worker:
         answer, self._unread = self._unread[_HEADER.size : end], self._unread[end:]
         return pickle.loads(answer)
 
-    def _answer_end(self):
+    def _answer_end(self) -> int:
         """Where the first answer among the received bytes ends, as Connection.send frames it."""
         return _HEADER.size + _HEADER.unpack_from(self._unread)[0]
 
-    def _has_answer(self):
+    def _has_answer(self) -> bool:
         return len(self._unread) >= _HEADER.size and len(self._unread) >= self._answer_end()
 
-    def _stat(self):
+    def _stat(self) -> tuple[str, int]:
         """State and processor time [ticks] of the process."""
         try:
             with open(f"/proc/{self.process.pid}/stat", encoding="ascii", errors="replace") as file:
@@ -241,7 +251,7 @@ class Worker:
             return "", 0
         return words[0], int(words[11]) + int(words[12])
 
-    def exit_reason(self):
+    def exit_reason(self) -> str:
         """The reason why the process ended, in one line."""
         if self._hung:
             return self._hung
@@ -251,7 +261,7 @@ class Worker:
             return f"{self._child.name} closed its connection"
         return self._child.ending()
 
-    def close(self, kill=False):
+    def close(self, kill: bool = False) -> None:
         """End the process by closing its connection; kill: by SIGKILL."""
         self.connection.close()
         self._child.shut_down()
@@ -277,12 +287,12 @@ class Restarts:
         count: of all restarts.
     """
 
-    def __init__(self, environment, quality):
+    def __init__(self, environment: Mapping[str, str], quality: Quality) -> None:
         self._environment, self._quality = environment, quality
-        self._last = []  # times of the last restarts
+        self._last: list[float] = []  # times of the last restarts
         self.count = 0
 
-    def replace(self, dead):
+    def replace(self, dead: Worker) -> tuple[Worker | None, str]:
         """Close a Worker that has died and start another one.
 
         Returns:

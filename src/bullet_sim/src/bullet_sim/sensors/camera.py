@@ -4,22 +4,26 @@ Frames: the camera frame is Gazebo's (x along the view, y left, z up); the optic
 REP 103's (x right, y down, z along the view). Both have the same origin.
 
 Pixels: integer coordinates are pixel centres, (0, 0) is the centre of the top left pixel, as
-in OpenCV and image_geometry. OpenGL puts the optical axis in the middle of the image, which
+in OpenCV and image_geometry. OpenGL puts the optical axis at the centre of the image, which
 is ((width - 1) / 2, (height - 1) / 2) in these coordinates. Gazebo Classic writes
-(width + 1) / 2 in its camera_info, one pixel off its picture; we do not follow it.
+(width + 1) / 2 in its camera_info, one pixel off its image; we do not follow it.
 """
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-FAR_DEPTH = np.float32(0.9999998)  # depth buffer value at and beyond which nothing was drawn
-MAX_SIDE, MAX_PIXELS = 16384, 2**26  # of a picture: what OpenGL takes, and 200 MB
+from bullet_sim.pose import Array, Vector
+
+FAR_DEPTH = np.float32(0.9999998)  # depth buffer value at and beyond which nothing was rendered
+MAX_SIDE, MAX_PIXELS = 16384, 2**26  # of an image: what OpenGL takes, and 200 MB
 OPTICAL_FROM_CAMERA = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 
 
-def check(width, height, horizontal_fov, near, far):
-    """Raise ValueError, naming the value, when no picture could be made with these.
+def check(width: int, height: int, horizontal_fov: float, near: float, far: float) -> None:
+    """Raise ValueError, naming the value, when no image could be rendered with these.
 
     Args:
         width, height: [px].
@@ -39,7 +43,7 @@ def check(width, height, horizontal_fov, near, far):
         raise ValueError(f"clip near {near}, far {far}: 0 < near < far m is expected")
 
 
-def intrinsics(width, height, horizontal_fov):
+def intrinsics(width: int, height: int, horizontal_fov: float) -> Array:
     """Pinhole matrix K in the optical frame, square pixels.
 
     fx = width / (2 tan(horizontal_fov / 2)), fy = fx (sensor_msgs/CameraInfo's K).
@@ -57,7 +61,9 @@ def intrinsics(width, height, horizontal_fov):
     )
 
 
-def camera_info_arrays(width, height, horizontal_fov, distortion=()):
+def camera_info_arrays(
+    width: int, height: int, horizontal_fov: float, distortion: Sequence[float] = ()
+) -> tuple[Array, Array, Array, Array]:
     """D, K, R and P of a sensor_msgs/CameraInfo ('plumb_bob').
 
     Args:
@@ -74,7 +80,7 @@ def camera_info_arrays(width, height, horizontal_fov, distortion=()):
     return d, k.ravel(), np.eye(3).ravel(), p.ravel()
 
 
-def project(points_in_optical, k):
+def project(points_in_optical: Any, k: Any) -> Array:
     """Pixels of 3D points.
 
     Args:
@@ -88,7 +94,7 @@ def project(points_in_optical, k):
     return uvw[:, :2] / uvw[:, 2:]
 
 
-def view_matrix(position, rotation):
+def view_matrix(position: Vector, rotation: Array) -> tuple[float, ...]:
     """OpenGL view matrix of a camera that looks along its +x with +z up.
 
     Args:
@@ -105,14 +111,20 @@ def view_matrix(position, rotation):
     return tuple(view.T.ravel())
 
 
-def projection_matrix(horizontal_fov, aspect, near, far, shift=(0.0, 0.0)):
+def projection_matrix(
+    horizontal_fov: float,
+    aspect: float,
+    near: float,
+    far: float,
+    shift: tuple[float, float] = (0.0, 0.0),
+) -> tuple[float, ...]:
     """OpenGL perspective matrix (glFrustum's).
 
     Args:
         horizontal_fov: [rad].
         aspect: width / height.
         near, far: clip distances along the optical axis [m].
-        shift: moves the picture right and down, in widths and heights of the image.
+        shift: moves the image right and down, in widths and heights of the image.
 
     Returns:
         16 floats, column-major.
@@ -139,7 +151,7 @@ def projection_matrix(horizontal_fov, aspect, near, far, shift=(0.0, 0.0)):
     )
 
 
-def metres_from_buffer(buffer, near, far):
+def metres_from_buffer(buffer: Array, near: float, far: float) -> Array:
     """Distances along the optical axis of an OpenGL depth buffer.
 
     The inverse of projection_matrix: d = (1/near - 1/z) / (1/near - 1/far).
@@ -149,15 +161,15 @@ def metres_from_buffer(buffer, near, far):
         near, far: clip distances [m].
 
     Returns:
-        (H, W) float32 [m]; far where nothing was drawn.
+        (H, W) float32 [m]; far where nothing was rendered.
     """
     wide = np.asarray(buffer, dtype=np.float64)
     distance = near * far / (far - wide * (far - near))
     return np.where(wide >= FAR_DEPTH, far, distance).astype(np.float32)
 
 
-def points(depth, k):
-    """Points of a depth picture in the optical frame.
+def points(depth: Array, k: Array) -> Array:
+    """Points of a depth image in the optical frame.
 
     Args:
         depth: (H, W) float32 [m] along the optical axis; NaN stays NaN.
@@ -172,12 +184,12 @@ def points(depth, k):
     return np.stack([x, y, depth], axis=2).astype(np.float32)
 
 
-def within(depth, low, high):
-    """A depth picture with NaN where it is not low < depth < high [m]."""
+def within(depth: Array, low: float, high: float) -> Array:
+    """A depth image with NaN where it is not low < depth < high [m]."""
     return np.where((depth > low) & (depth < high), depth, np.float32(np.nan))
 
 
-def add_noise(rgb, stddev, rng, mean=0.0):
+def add_noise(rgb: Array, stddev: float, rng: Any, mean: float = 0.0) -> Array:
     """Gaussian noise on every channel, cut off at 0 and 255.
 
     Args:

@@ -1,20 +1,21 @@
 """Contacts of a body as a bumper reports them: grouped by pairs of collision shapes."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from bullet_sim.description.model import ModelDescription, Shape
 from bullet_sim.errors import ModelError
+from bullet_sim.plugins.forces import ContactSpec
+from bullet_sim.pose import Vector
 
 
-def watched_links(spec, description):
+def watched_links(spec: ContactSpec, description: ModelDescription) -> set[tuple[str, str]]:
     """Links and shape names of a ContactSpec.
 
     Names are those of the description's collisions or, as sdformat makes them, LINK_collision,
     LINK_collision_1 ... and PARENT_fixed_joint_lump__LINK_collision ... for links on fixed
     joints.
-
-    Args:
-        spec: ContactSpec.
-        description: ModelDescription.
 
     Returns:
         Set of (link, shape name); shape name '' means all shapes of the link.
@@ -27,12 +28,12 @@ def watched_links(spec, description):
     known = {
         shape.name: link.name for link in description.links.values() for shape in link.collisions
     }
-    found = set()
+    watched = set()
     for name in spec.collisions:
         plain = name.rsplit("::", 1)[-1].rsplit("_fixed_joint_lump__", 1)[-1]
         if plain in known:
             numbered = "_fixed_joint_lump__" in name  # sdformat numbers those through
-            found.add((known[plain], "" if numbered else plain))
+            watched.add((known[plain], "" if numbered else plain))
             continue
         link = plain.rsplit("_collision", 1)[0]
         if link not in description.links or not description.links[link].collisions:
@@ -40,11 +41,11 @@ def watched_links(spec, description):
                 f"contact sensor '{spec.name}' watches collision '{name}', which "
                 f"does not exist; collisions are {', '.join(known) or '(none)'}"
             )
-        found.add((link, ""))
-    return found
+        watched.add((link, ""))
+    return watched
 
 
-def distance(shape, point):
+def distance(shape: Shape, point: Vector) -> float:
     """Distance [m] from a point of the link's frame to a shape's surface, 0 inside.
 
     Exact for spheres, boxes and cylinders; a mesh counts as a point at its origin, a plane as
@@ -68,7 +69,7 @@ def distance(shape, point):
     return abs(float(local[2])) if geometry.kind == "plane" else float(np.linalg.norm(local))
 
 
-def nearest(shapes, point):
+def nearest(shapes: Sequence[Shape], point: Vector) -> Shape | None:
     """The shape of a link that a contact point belongs to, or None when it has none.
 
     Args:

@@ -1,18 +1,25 @@
 """Ground truth, IMU, GPS, magnetometer and joint wrenches."""
 
 import math
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bullet_sim.description.lump import WELD_AXIS
-from bullet_sim.pose import rotation_matrix, rows_from_quaternion
+from bullet_sim.pose import Array, Vec3, Vector, rotation_matrix, rows_from_quaternion
+
+if TYPE_CHECKING:
+    from bullet_sim.models.model import Model
 
 GRAVITY_IN_WORLD = (0.0, 0.0, -9.81)
 
 
 def reading(
-    orientation, angular_velocity_in_world, acceleration_in_world, gravity_in_world=GRAVITY_IN_WORLD
-):
+    orientation: Vector,
+    angular_velocity_in_world: Vector,
+    acceleration_in_world: Vector,
+    gravity_in_world: Vector = GRAVITY_IN_WORLD,
+) -> tuple[Array, Array]:
     """Angular velocity and specific force; at rest +9.81 m/s^2 upwards (REP 145).
 
     Args:
@@ -29,7 +36,7 @@ def reading(
     return to_sensor @ np.asarray(angular_velocity_in_world, dtype=float), to_sensor @ force
 
 
-def mean_acceleration(velocity, velocity_before, elapsed):
+def mean_acceleration(velocity: Vector, velocity_before: Vector, elapsed: float) -> Array:
     """Acceleration over one sensor period.
 
     Args:
@@ -44,7 +51,7 @@ def mean_acceleration(velocity, velocity_before, elapsed):
     return (np.asarray(velocity, dtype=float) - np.asarray(velocity_before)) / elapsed
 
 
-def add_noise(values, stddev, rng, mean=0.0):
+def add_noise(values: Vector, stddev: float, rng: Any, mean: float = 0.0) -> Any:
     """White Gaussian noise of a mean and a standard deviation (unit of `values`); 0 = none."""
     if mean:
         values = np.asarray(values, dtype=float) + mean
@@ -53,7 +60,9 @@ def add_noise(values, stddev, rng, mean=0.0):
     return values + rng.normal(0.0, stddev, np.shape(values))
 
 
-def twist(orientation, linear_in_world, angular_in_world, in_child=True):
+def twist(
+    orientation: Vector, linear_in_world: Vector, angular_in_world: Vector, in_child: bool = True
+) -> tuple[Vec3, Vec3]:
     """Twist of a link in the axes an Odometry message asks for.
 
     nav_msgs/Odometry: the twist is in the child frame. Gazebo's p3d plugin leaves it in the
@@ -72,7 +81,8 @@ def twist(orientation, linear_in_world, angular_in_world, in_child=True):
         ValueError: the orientation has length zero or is not finite.
     """
     if not in_child:
-        return tuple(map(float, linear_in_world)), tuple(map(float, angular_in_world))
+        (u, v, w), (p, q, r) = map(float, linear_in_world), map(float, angular_in_world)
+        return (u, v, w), (p, q, r)
     (a, d, g), (b, e, h), (c, f, i) = rows_from_quaternion(orientation)  # its transpose
     (u, v, w), (p, q, r) = linear_in_world, angular_in_world
     return (
@@ -85,7 +95,7 @@ EQUATORIAL_RADIUS = 6378137.0  # [m], WGS 84
 FLATTENING = 1.0 / 298.257223563  # WGS 84
 
 
-def radii(latitude):
+def radii(latitude: float) -> tuple[float, float]:
     """Metres per radian of latitude and of longitude, on the ellipsoid.
 
     Args:
@@ -101,7 +111,7 @@ def radii(latitude):
     return vertical * (1.0 - eccentricity) * factor, vertical * math.cos(math.radians(latitude))
 
 
-def to_north_west(heading, x, y):
+def to_north_west(heading: float, x: float, y: float) -> tuple[float, float]:
     """Components to the north and to the west of a horizontal vector of the world.
 
     Args:
@@ -111,8 +121,10 @@ def to_north_west(heading, x, y):
     return c * x + s * y, -s * x + c * y
 
 
-def fix(position, latitude, longitude, altitude, heading):
-    """Geodetic place of a point of the world, whose origin is given.
+def fix(
+    position: Vector, latitude: float, longitude: float, altitude: float, heading: float
+) -> Vec3:
+    """Geodetic position of a point of the world, whose origin is given.
 
     Args:
         position: (3,) [m] in the world.
@@ -132,7 +144,7 @@ def fix(position, latitude, longitude, altitude, heading):
     )
 
 
-def field(magnitude, heading, declination, inclination):
+def field(magnitude: float, heading: float, declination: float, inclination: float) -> Array:
     """The earth's magnetic field along the world's axes, (3,), in the unit of its magnitude.
 
     Args:
@@ -151,7 +163,7 @@ def field(magnitude, heading, declination, inclination):
     )
 
 
-def joint_wrench(model, joint):
+def joint_wrench(model: "Model", joint: str) -> tuple[Array, Array]:
     """Force and torque of a joint's child link on its parent link.
 
     Args:
@@ -172,13 +184,19 @@ def joint_wrench(model, joint):
     return -force, -torque
 
 
-def net_wrench(mass, inertia, before, after, period):
+def net_wrench(
+    mass: float,
+    inertia: Array,
+    before: tuple[Array, Array],
+    after: tuple[Array, Array],
+    period: float,
+) -> tuple[Array, Array]:
     """Mean net force and torque on a rigid body over a period.
 
     Args:
         mass: [kg].
         inertia: (3, 3) [kg m^2] about its centre, world axes.
-        before, after: (velocity of the centre (3,), turn rate (3,)), world axes.
+        before, after: (velocity of the centre (3,), angular velocity (3,)), world axes.
         period: [s].
 
     Returns:

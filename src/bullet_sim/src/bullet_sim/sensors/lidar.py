@@ -1,8 +1,14 @@
 """Lidars of one layer and of several, by ray casts."""
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
-from bullet_sim.pose import matrix_from_rpy, rotation_matrix
+from bullet_sim.pose import Array, Vector, matrix_from_rpy, rotation_matrix
+
+if TYPE_CHECKING:
+    from bullet_sim.engine import Engine
+    from bullet_sim.plugins.lidars import LayeredRays
 
 MAX_RAYS = 1_000_000  # of a scan; it costs some 100 bytes for each
 
@@ -24,7 +30,7 @@ class Lidar:
             noise.
     """
 
-    def __init__(self, spec):
+    def __init__(self, spec: Any) -> None:
         if int(spec.samples) != spec.samples or spec.samples < 1:
             raise ValueError(
                 f"lidar {spec.name}: samples {spec.samples}, a whole number >= 1 is expected"
@@ -51,28 +57,36 @@ class Lidar:
         self.angles = np.linspace(spec.min_angle, spec.max_angle, n)
         self.angle_increment = (spec.max_angle - spec.min_angle) / (n - 1) if n > 1 else 0.0
         self.directions = np.column_stack([np.cos(self.angles), np.sin(self.angles), np.zeros(n)])
-        self._place = np.asarray(spec.pose[0], dtype=float)  # in the link's frame, as the rays
+        self._position = np.asarray(spec.pose[0], dtype=float)  # in the link's frame, as the rays
         self._aim()
 
-    def _aim(self):
-        """Turns the directions into the link's frame, and boxes them."""
+    def _aim(self) -> None:
+        """Rotate the directions into the link's frame, and compute their bounding box."""
         self._rays = self.directions @ matrix_from_rpy(self.spec.pose[1]).T
         low, high = np.minimum(self._rays.min(axis=0), 0.0), np.maximum(self._rays.max(axis=0), 0.0)
-        self._middle, self._half = (low + high) / 2.0, (high - low) / 2.0
+        self._centre, self._half = (low + high) / 2.0, (high - low) / 2.0
 
-    def scan(self, engine, link_position, link_orientation, rng=None, own_body=None, too_near=True):
+    def scan(
+        self,
+        engine: "Engine",
+        link_position: Vector,
+        link_orientation: Vector,
+        rng: Any = None,
+        own_body: int | None = None,
+        too_near: bool = True,
+    ) -> Array:
         """One sweep, all rays at the same instant.
 
         A ray is cast from range_min to range_max, and a short one from the sensor's origin to
-        range_min, in which the sensor's own body (its housing) does not count.
+        range_min, in which the sensor's body (its housing) does not count.
 
         Args:
             engine: casts the rays, see RayCaster.sweep.
             link_position: (3,) [m], the sensor's link in the world.
             link_orientation: (x, y, z, w), the sensor's link in the world.
             rng: numpy.random.Generator for the noise; needed when noise_stddev > 0.
-            own_body: the engine's number of the body that carries the sensor.
-            too_near: whether to look for what is nearer than range_min.
+            own_body: the engine's index of the body that carries the sensor.
+            too_near: whether to detect what is closer than range_min.
 
         Returns:
             (n,) float32 [m], min_angle first; +inf: nothing up to range_max; -inf: something
@@ -85,7 +99,7 @@ class Lidar:
                 "needs a random generator (rng)"
             )
         rotation = rotation_matrix(link_orientation)
-        position = np.asarray(link_position, dtype=float) + rotation @ self._place
+        position = np.asarray(link_position, dtype=float) + rotation @ self._position
         ranges = engine.rays.sweep(
             position,
             self._rays @ rotation.T,
@@ -103,11 +117,11 @@ class Lidar:
             ranges = np.where(np.isfinite(ranges), noisy, ranges)
         return ranges.astype(np.float32)
 
-    def _box(self, position, rotation):
+    def _box(self, position: Array, rotation: Array) -> tuple[Array, Array]:
         """Two corners (3,) [m] of a box in the world that contains all rays."""
-        middle, half = rotation @ self._middle, np.abs(rotation) @ self._half
-        reach = self.spec.range_max
-        return position + reach * (middle - half), position + reach * (middle + half)
+        centre, half = rotation @ self._centre, np.abs(rotation) @ self._half
+        range_max = self.spec.range_max
+        return position + range_max * (centre - half), position + range_max * (centre + half)
 
 
 class LayeredLidar(Lidar):
@@ -116,13 +130,13 @@ class LayeredLidar(Lidar):
     The layers of one direction follow each other, lowest first.
 
     Attributes:
-        rings: (samples * layers,) number of each ray's layer.
+        rings: (samples * layers,) index of each ray's layer.
 
     Raises:
         ValueError: as Lidar; no layer, elevations in the wrong order.
     """
 
-    def __init__(self, spec):
+    def __init__(self, spec: "LayeredRays") -> None:
         super().__init__(spec)
         if spec.layers < 1:
             raise ValueError(f"lidar {spec.name}: layers {spec.layers}, at least 1 is expected")
@@ -145,7 +159,7 @@ class LayeredLidar(Lidar):
         )
         self._aim()
 
-    def points(self, ranges):
+    def points(self, ranges: Array) -> Array:
         """Points (n, 3) float32 [m] in the sensor frame; NaN where nothing was hit."""
-        reached = np.where(np.isfinite(ranges), ranges, np.nan)
-        return (self.directions * reached[:, None]).astype(np.float32)
+        hits = np.where(np.isfinite(ranges), ranges, np.nan)
+        return (self.directions * hits[:, None]).astype(np.float32)

@@ -1,14 +1,19 @@
 """Views of a world for the viewer: picklable values, made on request."""
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bullet_sim.description.world import Scene
 from bullet_sim.plugins.lidars import RaySpec
-from bullet_sim.pose import sensor_in_world
+from bullet_sim.pose import Array, sensor_in_world
 from bullet_sim.sensors.lidar import Lidar
 from bullet_sim.snapshot import BodySource, Snapshot
+
+if TYPE_CHECKING:
+    from bullet_sim.models.model import Model
 
 MAX_RAYS = 240  # per lidar that are cast for the viewer
 
@@ -17,17 +22,17 @@ MAX_RAYS = 240  # per lidar that are cast for the viewer
 class Rays:
     """Rays of one lidar: from origin (3,) to ends (n, 3), float32 [m] in the world frame."""
 
-    origin: np.ndarray
-    ends: np.ndarray
+    origin: Array
+    ends: Array
 
 
 @dataclass(frozen=True)
 class Contacts:
-    """Contact points: places (n, 3) [m], unit normals (n, 3) and normal forces (n,) [N], world."""
+    """Contact points: positions (n, 3) [m], unit normals (n, 3), normal forces [N]; world."""
 
-    places: np.ndarray
-    normals: np.ndarray
-    forces: np.ndarray
+    places: Array
+    normals: Array
+    forces: Array
 
 
 @dataclass(frozen=True)
@@ -35,8 +40,8 @@ class LinkFrames:
     """Frames of a model's links in the world: names, origins (n, 3) [m], rotations (n, 3, 3)."""
 
     names: tuple[str, ...]
-    origins: np.ndarray
-    rotations: np.ndarray
+    origins: Array
+    rotations: Array
 
 
 @dataclass(frozen=True)
@@ -57,9 +62,9 @@ class WorldView:
         sources: bodies for a mirror; None: as in the last view, as is the scene.
         snapshot: Snapshot.
         rays: of the lidars with <visualize>.
-        paused: whether simulated time stands still.
+        paused: whether simulated time does not advance.
         scene: lights and background.
-        contacts: what presses on what; None: not asked for.
+        contacts: all contact points; None: not requested.
         frames: of the selected model; None: none is selected.
     """
 
@@ -80,13 +85,14 @@ class Observer:
         world: World. To be called in the thread that owns its engine.
     """
 
-    def __init__(self, world):
+    def __init__(self, world: Any) -> None:
         self._world = world
-        self._shown = None
+        self._last_sources: tuple[tuple[BodySource, ...], Scene] | None = None
         self._selected, self._with_contacts = "", False
-        self._cast = {}  # (key, number of the sensor) -> (Lidar, time of the rays [s], Rays)
+        # (key, index of the sensor) -> (Lidar, time of the rays [s], Rays)
+        self._cast: dict[tuple[int, int], tuple[Lidar, float, Rays]] = {}
 
-    def show(self, selected, contacts):
+    def show(self, selected: str, contacts: bool) -> None:
         """Choose what else the next views have.
 
         Args:
@@ -95,20 +101,13 @@ class Observer:
         """
         self._selected, self._with_contacts = str(selected), bool(contacts)
 
-    def view(self, paused):
-        """View of the world now.
-
-        Args:
-            paused: WorldView.paused.
-
-        Returns:
-            WorldView.
-        """
+    def view(self, paused: bool) -> WorldView:
+        """View of the world now."""
         models = self._world.models.values()
         sources = tuple(self._world.sources())
-        shown = (sources, self._world.scene)
-        changed = sources if shown != self._shown else None
-        self._shown = shown
+        current = (sources, self._world.scene)
+        changed = sources if current != self._last_sources else None
+        self._last_sources = current
         return WorldView(
             tuple(Entry(model.source.key, model.name, model.is_static) for model in models),
             changed,
@@ -120,7 +119,7 @@ class Observer:
             self._frames(),
         )
 
-    def _frames(self):
+    def _frames(self) -> LinkFrames | None:
         """LinkFrames of the selected model, or None."""
         model = self._world.models.get(self._selected)
         if model is None:
@@ -130,21 +129,22 @@ class Observer:
         rotations = np.reshape([pose.matrix for pose in poses], (-1, 3, 3))
         return LinkFrames(tuple(model.link_names), origins, rotations)
 
-    def _rays(self, models):
+    def _rays(self, models: "Iterable[Model]") -> Iterator[Rays]:
         """Rays of all visualised lidars, cast again when their next scan would be due."""
         now, before, self._cast = self._world.time, self._cast, {}
         for model in models:
-            for number, spec in enumerate(model.description.sensors):
+            for index, spec in enumerate(model.description.sensors):
                 if not isinstance(spec, RaySpec) or not spec.visualize:
                     continue
-                key = (model.source.key, number)
-                lidar, time, rays = before.get(key) or (Lidar(spec), None, None)
-                if time is None or not time <= now < time + 1.0 / spec.rate:
-                    time, rays = now, self._cast_rays(model, lidar)
-                self._cast[key] = (lidar, time, rays)
-                yield rays
+                key = (model.source.key, index)
+                last = before.get(key)
+                if last is None or not last[1] <= now < last[1] + 1.0 / spec.rate:
+                    lidar = Lidar(spec) if last is None else last[0]
+                    last = lidar, now, self._cast_rays(model, lidar)
+                self._cast[key] = last
+                yield last[2]
 
-    def _cast_rays(self, model, lidar):
+    def _cast_rays(self, model: "Model", lidar: Lidar) -> Rays:
         spec = lidar.spec
         link = model.link_state(spec.link)[0]
         origin, rotation = sensor_in_world(link.position, link.orientation, spec.pose)

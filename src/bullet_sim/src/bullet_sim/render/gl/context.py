@@ -2,11 +2,13 @@
 
 import ctypes
 import os
+from typing import Any
 
 import cv2
 import numpy as np
 
 from bullet_sim.errors import RenderError
+from bullet_sim.pose import Array
 
 LOWER_LEFT, ZERO_TO_ONE = 0x8CA1, 0x935F
 RENDERBUFFER, DEPTH_COMPONENT32F = 0x8D41, 0x8CAC
@@ -14,7 +16,7 @@ READ_FRAMEBUFFER, DRAW_FRAMEBUFFER = 0x8CA8, 0x8CA9
 COLOR_BUFFER_BIT, NEAREST = 0x4000, 0x2600
 
 
-def _function(name, *kinds):
+def _function(name: str, *kinds: Any) -> Any:
     """A function of the current context.
 
     Raises:
@@ -35,7 +37,7 @@ class Calls:
         OSError: one of them is missing.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         number, whole = ctypes.c_uint, ctypes.c_int
         self._current = ctypes.CDLL("libEGL.so.1").eglGetCurrentContext
         self._current.restype, self._current.argtypes = ctypes.c_void_p, []
@@ -47,22 +49,22 @@ class Calls:
         self._bind_framebuffer = _function("glBindFramebuffer", number, number)
         self._blit = _function("glBlitFramebuffer", *[whole] * 8, number, number)
 
-    def current(self):
+    def current(self) -> Any:
         """A number that tells the context that is current in this thread; None: none is."""
         return self._current()
 
-    def depth_from_zero_to_one(self):
+    def depth_from_zero_to_one(self) -> None:
         """Clip z to 0..w, for a reversed depth buffer that is as precise far away as near by."""
         self._clip_control(LOWER_LEFT, ZERO_TO_ONE)
 
-    def make_depth_float(self, renderbuffer):
+    def make_depth_float(self, renderbuffer: Any) -> None:
         """Give a depth Renderbuffer of moderngl, which has 24 bits, 32 floating-point ones."""
         self._bind_renderbuffer(RENDERBUFFER, renderbuffer.glo)
         width, height = renderbuffer.size
         self._storage(RENDERBUFFER, renderbuffer.samples, DEPTH_COMPONENT32F, width, height)
         self._bind_renderbuffer(RENDERBUFFER, 0)
 
-    def resolve(self, source, target):
+    def resolve(self, source: Any, target: Any) -> None:
         """Copy the colours of a Framebuffer with several samples a pixel to one with one."""
         size = (0, 0, *source.size)
         self._bind_framebuffer(READ_FRAMEBUFFER, source.glo)
@@ -87,13 +89,15 @@ class Context:
         RenderError: none can be made; the message says why.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         try:
             import moderngl
+
+            create_context: Any = moderngl.create_context  # its type hint is wrong
         except ImportError as error:
             raise RenderError(f"the Python package moderngl is missing: {error}") from error
         try:
-            self.gl = moderngl.create_context(
+            self.gl = create_context(
                 require=LEAST_VERSION,
                 standalone=True,
                 backend="egl",
@@ -111,16 +115,16 @@ class Context:
         self.calls.depth_from_zero_to_one()
         self.gl.gc_mode = "context_gc"
 
-    def use(self):
+    def use(self) -> None:
         """Make it current in the calling thread, where another one may be."""
         if self.calls.current() != self._own:
             self.gl.__enter__()
 
-    def collect(self):
+    def collect(self) -> None:
         """Free what is not referenced any more."""
         self.gl.gc()
 
-    def close(self):
+    def close(self) -> None:
         """Release it; what was made in it goes with it. Again: nothing."""
         if self._closed:
             return
@@ -137,7 +141,6 @@ class Target:
     """A framebuffer of one size.
 
     Args:
-        context: Context.
         width, height: [px].
         samples: a pixel; 0: one.
 
@@ -145,7 +148,7 @@ class Target:
         draw: Framebuffer to draw to.
     """
 
-    def __init__(self, context, width, height, samples):
+    def __init__(self, context: Context, width: int, height: int, samples: int) -> None:
         gl, size = context.gl, (width, height)
         self._calls, self.size = context.calls, size
         depth = gl.depth_renderbuffer(size, samples=samples)
@@ -154,19 +157,19 @@ class Target:
         self._flat = gl.framebuffer([gl.renderbuffer(size, 4)]) if samples else self.draw
         self._rgba = np.empty((height, width, 4), np.uint8)
 
-    def colors(self, out=None):
+    def colors(self, out: Array | None = None) -> Array:
         """The colours, (H, W, 3) uint8, in `out` or a new array."""
         if self._flat is not self.draw:
             self._calls.resolve(self.draw, self._flat)
         self._flat.read_into(self._rgba, components=4)
         return cv2.cvtColor(self._rgba, cv2.COLOR_RGBA2RGB, dst=out)
 
-    def labels(self):
+    def labels(self) -> Array:
         """The numbers that the label program draws, (H, W) int32; of targets with one sample."""
         self._flat.read_into(self._rgba, components=4)
         return (self._rgba.view("<u4")[:, :, 0] & 0xFFFFFF).astype(np.int32)
 
-    def depth(self):
+    def depth(self) -> Array:
         """The depth buffer, (H, W) float32; of targets with one sample a pixel."""
         found = np.empty(self.size[::-1], np.float32)
         self.draw.read_into(found, attachment=-1, dtype="f4", components=1)
@@ -176,10 +179,11 @@ class Target:
 class Targets:
     """Targets by size, the least recently used ones dropped."""
 
-    def __init__(self, context):
-        self._context, self._kept = context, {}
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._kept: dict[tuple[int, int, int], Target] = {}
 
-    def get(self, width, height, samples):
+    def get(self, width: int, height: int, samples: int) -> Target:
         """The Target of a size."""
         key = (width, height, samples)
         target = self._kept.pop(key, None) or Target(self._context, *key)

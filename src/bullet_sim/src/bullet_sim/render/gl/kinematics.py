@@ -1,16 +1,22 @@
 """Where all links of all bodies are, from a snapshot: a few numpy calls however many there are."""
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
+from bullet_sim.description.model import VisualLink
+from bullet_sim.pose import Array, Pose
+from bullet_sim.snapshot import BodyState, Snapshot
 
-def pose_matrix(pose):
+
+def pose_matrix(pose: Pose) -> Array:
     """(4, 4) of a Pose."""
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = pose.matrix, pose.position
     return matrix
 
 
-def matrices(positions, quaternions):
+def matrices(positions: Array, quaternions: Array) -> Array:
     """(n, 4, 4) of positions (n, 3) [m] and quaternions (n, 4) (x, y, z, w) of any length."""
     q = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
     x, y, z, w = q.T
@@ -24,7 +30,7 @@ def matrices(positions, quaternions):
     return found
 
 
-def turns(axes, angles):
+def turns(axes: Array, angles: Array) -> Array:
     """(n, 4, 4) of rotations about unit axes (n, 3) by angles (n,) [rad] (Rodrigues)."""
     x, y, z = axes.T
     cross = np.zeros((len(axes), 3, 3))
@@ -39,7 +45,9 @@ def turns(axes, angles):
 class Level:
     """Links at one depth of the trees: rows, those of their parents, and their joints."""
 
-    def __init__(self, rows, links, firsts):
+    def __init__(
+        self, rows: Sequence[int], links: Sequence[VisualLink], firsts: Sequence[int]
+    ) -> None:
         self.rows = np.array(rows)
         self.parents = np.array([firsts[row] + links[row].parent for row in rows])
         self.origins = np.array([pose_matrix(links[row].origin) for row in rows])
@@ -52,17 +60,17 @@ class Level:
 class Kinematics:
     """The links of all bodies in one table.
 
-    Args:
-        bodies: dict of key -> tuple of VisualLink.
-
     Attributes:
         firsts: key -> row of the body's root link.
         places: (n, 4, 4) float64, the links' frames in the world.
         changed: (n,) bool, whether the body of a link was somewhere else in the last snapshot.
     """
 
-    def __init__(self, bodies):
-        links, first_of, self.firsts, self._joint_rows = [], [], {}, {}
+    def __init__(self, bodies: Mapping[int, Sequence[VisualLink]]) -> None:
+        links: list[VisualLink] = []
+        first_of: list[int] = []
+        self.firsts: dict[int, int] = {}
+        self._joint_rows: dict[int, list[int]] = {}
         for key, chain in bodies.items():
             first = self.firsts[key] = len(links)
             links += chain
@@ -70,21 +78,21 @@ class Kinematics:
             self._joint_rows[key] = [
                 row for row, link in enumerate(chain, first) if link.kind != "fixed"
             ]
-        depths = []
+        depths: list[int] = []
         for row, link in enumerate(links):
             depths.append(0 if link.parent < 0 else depths[first_of[row] + link.parent] + 1)
         self.places = np.tile(np.eye(4), (len(links), 1, 1))
         self.changed = np.ones(len(links), bool)
         self._positions = np.zeros(len(links))  # of the joints
         self.counts = {key: len(chain) for key, chain in bodies.items()}
-        self._states = {}
+        self._states: dict[int, BodyState] = {}
         self._levels = [
             Level([row for row, found in enumerate(depths) if found == depth], links, first_of)
             for depth in range(1, max(depths, default=0) + 1)
         ]
         self._propagate()
 
-    def apply(self, snapshot):
+    def apply(self, snapshot: "Snapshot | _Bodies") -> None:
         """Put the links where a Snapshot has them; bodies without a state stay."""
         moved = [
             state
@@ -108,7 +116,7 @@ class Kinematics:
                 self._positions[joints[:count]] = state.joints[:count]
         self._propagate()
 
-    def _propagate(self):
+    def _propagate(self) -> None:
         for level in self._levels:
             local, angles = level.origins, self._positions[level.rows]
             if len(level.turning):
@@ -121,7 +129,7 @@ class Kinematics:
                 local[chosen, :3, 3:] += local[chosen, :3, :3] @ shift
             self.places[level.rows] = self.places[level.parents] @ local
 
-    def keep_from(self, other):
+    def keep_from(self, other: "Kinematics") -> None:
         """Take the states of bodies that another table has, too."""
         known = [state for key, state in other._states.items() if key in self.firsts]
         if known:
@@ -132,5 +140,5 @@ class Kinematics:
 class _Bodies:
     """What apply() needs of a Snapshot."""
 
-    def __init__(self, bodies):
+    def __init__(self, bodies: list[BodyState]) -> None:
         self.bodies = bodies

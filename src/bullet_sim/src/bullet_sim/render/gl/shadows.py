@@ -4,7 +4,11 @@ The first is drawn again only when the scene changes or, in a wide world, when t
 another part of it. The second is drawn for each snapshot and fits what moves, so that it is fine.
 """
 
+from typing import Any
+
 import numpy as np
+
+from bullet_sim.pose import Array, Vector
 
 WIDEST = 32.0  # [m] edge of the part of the world that a map covers
 CELL = 8.0  # [m] the part follows the camera in steps of this
@@ -16,7 +20,7 @@ NOTHING = "nothing"  # what a map shows without casters
 OFFSET = 1.6  # texels by which surfaces that the sun grazes are moved out before the comparison
 
 
-def sun_axes(towards):
+def sun_axes(towards: Vector) -> Array:
     """(3, 3) whose rows are two axes across the light and the one away from the sun.
 
     Args:
@@ -44,12 +48,14 @@ class Map:
         drawn: what it shows.
     """
 
-    def __init__(self, gl, most):
-        self._gl, self._most, self._made = gl, most, {}
-        self.clip, self.offset, self.drawn = np.eye(4), 0.0, NOTHING
+    def __init__(self, gl: Any, most: int) -> None:
+        self._gl, self._most = gl, most
+        self._made: dict[int, tuple[Any, Any]] = {}
+        self.clip, self.offset = np.eye(4), 0.0
+        self.drawn: object = NOTHING
         self._choose(SMALLEST)
 
-    def _choose(self, size):
+    def _choose(self, size: int) -> None:
         """Use a texture of that edge [px]."""
         if size not in self._made:
             texture = self._gl.depth_texture((size, size))
@@ -59,7 +65,9 @@ class Map:
             self._made[size] = texture, self._gl.framebuffer(depth_attachment=texture)
         self.texture, self.target = self._made[size]
 
-    def fit(self, axes, low, high, origin, finest=FINEST):
+    def fit(
+        self, axes: Array, low: Array, high: Array, origin: Array, finest: float = FINEST
+    ) -> None:
         """Cover a box of the light's axes.
 
         Args:
@@ -83,7 +91,7 @@ class Map:
         self.clip = np.diag([2.0 / edge, 2.0 / edge, 1.0 / depth, 1.0]) @ clip
         self.offset = OFFSET * texel
 
-    def lookup(self):
+    def lookup(self) -> Array:
         """(4, 4) from places to texture coordinates and depth, all 0..1."""
         half = np.diag([0.5, 0.5, 1.0, 1.0])
         half[:2, 3] = 0.5
@@ -99,11 +107,11 @@ class Shadows:
         size: edge of the map of what stands still [px].
     """
 
-    def __init__(self, gl, program, size):
+    def __init__(self, gl: Any, program: Any, size: int) -> None:
         self._gl, self._program = gl, program
         self.fixed, self.moving = Map(gl, size), Map(gl, size // 4)
 
-    def update(self, stage, casts, towards, eye, focal):
+    def update(self, stage: Any, casts: Array, towards: Vector, eye: Array, focal: float) -> None:
         """Draw the maps that have changed.
 
         Args:
@@ -129,11 +137,20 @@ class Shadows:
                 self._draw(shadow, stage, chosen, axes, part, name, texel)
 
     @property
-    def present(self):
+    def present(self) -> int:
         """1 if the map of what stands still shows something, and 2 if that of what moves does."""
         return (self.fixed.drawn != NOTHING) + 2 * (self.moving.drawn != NOTHING)
 
-    def _draw(self, shadow, stage, casts, axes, part, name, texel):
+    def _draw(
+        self,
+        shadow: Map,
+        stage: Any,
+        casts: Array,
+        axes: Array,
+        part: tuple[float, ...],
+        name: str,
+        texel: float,
+    ) -> None:
         places = stage.centres @ axes.T
         low, high = places - stage.radii[:, None], places + stage.radii[:, None]
         middle = np.array(part) * CELL
@@ -154,7 +171,7 @@ class Shadows:
             if selection:
                 stage.array(batch, selection, self._program).render(instances=selection.count)
 
-    def _clear(self, shadow):
+    def _clear(self, shadow: Map) -> None:
         shadow.target.use()
         self._gl.enable_only(self._gl.DEPTH_TEST | self._gl.CULL_FACE)
         self._gl.front_face = "ccw"
