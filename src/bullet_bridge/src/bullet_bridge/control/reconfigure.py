@@ -5,7 +5,7 @@ import math
 import threading
 import types
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import rospy
 from bullet_sim.controllers import steer_bot
@@ -17,6 +17,7 @@ from dynamic_reconfigure.server import Server
 
 if TYPE_CHECKING:
     from bullet_sim.controllers.hardware import Hardware
+    from bullet_sim.controllers.manager import Manager
     from bullet_sim.models.model import Model
 
     from bullet_bridge.loop.jobs import JobQueue
@@ -153,8 +154,9 @@ def set_hardware(model: "Model", namespace: str, tunings: Tunings) -> None:
         model: of the core, with a manager.
         namespace: of its controllers.
     """
+    hardware = cast("Manager", model.manager).hardware
     if model.description.robot_sim_type != STEER_BOT_SIM_TYPE:
-        _set_joint_gains(model.manager.hardware, f"{namespace}/{PID_GAINS}", tunings)
+        _set_joint_gains(hardware, f"{namespace}/{PID_GAINS}", tunings)
         return
     where = f"{namespace}/{steer_bot.NAMESPACE}"
     try:
@@ -164,9 +166,7 @@ def set_hardware(model: "Model", namespace: str, tunings: Tunings) -> None:
     except SimError as error:
         rospy.logerr("%s; the joints are those of the URDF", error)
         return
-    model.manager.hardware.put_before(
-        steer_bot.SteerBotJoints(model.joints, config), config.interfaces()
-    )
+    hardware.put_before(steer_bot.SteerBotJoints(model.joints, config), config.interfaces())
 
 
 def _set_joint_gains(hardware: "Hardware", where: str, tunings: Tunings) -> None:

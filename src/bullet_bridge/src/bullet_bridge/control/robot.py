@@ -4,7 +4,7 @@ import functools
 import threading
 import traceback
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import rospy
 from bullet_sim.controllers.pid import PidConfig
@@ -21,6 +21,7 @@ from bullet_bridge.transport.publishing import all_or_none
 
 if TYPE_CHECKING:
     from bullet_sim.controllers import Controller
+    from bullet_sim.controllers.manager import Manager
     from bullet_sim.models.model import Model
     from bullet_sim.world import World
 
@@ -48,7 +49,8 @@ class RobotControl:
         received: ReceivedCounts | None = None,
     ) -> None:
         self._jobs = jobs
-        self.world, self.model, self.manager = world, model, model.manager
+        self.world, self.model = world, model
+        self.manager = cast("Manager", model.manager)  # a model without one has no RobotControl
         self.namespace = "/" + namespace.strip("/") if namespace.strip("/") else ""
         self.received = received or ReceivedCounts()
         self._commands: dict[str, Any] = {}

@@ -119,6 +119,8 @@ class WheelDrivePlugin(ModelPlugin):
         return conversions.transform_to_msg(time, joint.parent, joint.child, pose)
 
     def _odometry_message(self, time: float) -> Odometry:
+        linear: Any
+        angular: Any
         if self.spec.from_wheels:
             pose, (linear, angular) = self._drive.pose, self._drive.twist
         else:
@@ -205,7 +207,7 @@ class PlanarMovePlugin(ModelPlugin):
         if self._due.due(self.world.step_count):
             self._publish(time, pose, linear, angular)
 
-    def _publish(self, time: float, pose: Pose, linear: Array, angular: Array) -> None:
+    def _publish(self, time: float, pose: Pose, linear: Any, angular: Any) -> None:
         linear, angular = inertial.twist(pose.orientation, linear, angular)
         message = odometry_message(time, self.spec, pose, linear, angular)
         self._odometry.publish(message)

@@ -38,6 +38,8 @@ class GroundTruthSensor(Sensor):
         )
 
     def update(self, time: float, period: float) -> None:
+        linear: Any
+        angular: Any
         if self._offset is None:
             position, orientation, linear, angular = self.model.link_motion(self.spec.link)
         else:
@@ -157,7 +159,7 @@ class ForceTorqueSensor(Sensor):
     message = WrenchStamped
 
     def measure(self, time: float) -> WrenchStamped:
-        wrench = joint_wrench(self.model, self.spec.joint)
+        wrench: Any = joint_wrench(self.model, self.spec.joint)
         if self.spec.noise_stddev:
             wrench = [v + self.rng.normal(0.0, self.spec.noise_stddev, 3) for v in wrench]
         return wrench_message(time, self.spec.frame_id, *wrench)

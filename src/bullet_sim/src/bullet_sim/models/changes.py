@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -171,7 +171,7 @@ def link_properties(model: "Model", link: str) -> tuple[float, Array, Array]:
 
 
 def set_link_properties(
-    model: "Model", link: str, mass: float, centre: Vector, inertia: Array, gravity: bool
+    model: "Model", link: str, mass: float, centre: Vector, inertia: Any, gravity: bool
 ) -> None:
     """Change a link's mass and inertia; survives a reset of the world.
 
