@@ -65,7 +65,7 @@ def gym_lap_time(policy, track):
     env = DeepRacerEnv(track)
     lap = drive(env, PolicyDriver(policy), {"start": -LEAD / env.scene.projector.length})
     assert lap.is_lap, lap.end
-    steps, period = [(0.0, 0.0), *lap.way[:, :2]], env.scene.period
+    steps, period = [(0.0, 0.0), *lap.trajectory[:, :2]], env.scene.period
     crossed = next(
         number
         for number, ((before, _), (x, y)) in enumerate(zip(steps, steps[1:]))
@@ -73,4 +73,4 @@ def gym_lap_time(policy, track):
     )
     env.close()
     # the gym's lap ends where it began, LEAD before the line
-    return lap.time - crossed * period + LEAD / lap.way[-1, 2]
+    return lap.time - crossed * period + LEAD / lap.trajectory[-1, 2]

@@ -484,3 +484,12 @@ def test_without_a_function_for_them_exceptions_come_out(faulty, manager):
     with pytest.raises(ControllerError, match="'bad' cannot be configured.*TypeError: wrong"):
         manager.load("bad", {"type": "my/Faulty", "where": "configure"})
     assert "my/Faulty" in Manager.types()
+
+
+@pytest.mark.parametrize("attribute, value", [("interface", "torque"), ("configure", lambda *_: 3)])
+def test_a_class_without_an_interface_or_a_configuration_is_refused(
+    faulty, manager, monkeypatch, attribute, value
+):
+    monkeypatch.setattr(Faulty, attribute, value)
+    with pytest.raises(ControllerError, match="'bad' has a class.*velocity, position, effort"):
+        manager.load("bad", {"type": "my/Faulty"})

@@ -327,5 +327,11 @@ def configure(
         raise ControllerError(
             f"{label} cannot be configured, its class raises {type(error).__name__}: {error}"
         ) from error
+    interface = getattr(controller_type, "interface", None)
+    if interface not in INTERFACES or not isinstance(config, ControllerConfig):
+        raise ControllerError(
+            f"{label} has a class with interface {interface!r} and configuration {config!r}, must "
+            f"be one of {', '.join(INTERFACES)} and a ControllerConfig"
+        )
     warnings = (*config.warnings, *settings.unknown())
     return controller_type, replace(config, type=type_name, warnings=warnings)
