@@ -86,7 +86,7 @@ def test_a_sweep_that_was_cut_off_goes_on(sweep, number, status):
     again, output = sweep.run(GRID)
     assert again == 0 and " of 3: " not in output
     status, output = sweep.run(GRID.replace("easy", "medium"))
-    assert status == 1 and "holds a sweep whose fixed is" in output
+    assert status == 1 and "has a sweep whose fixed is" in output
 
 
 def test_more_trials_are_other_trials(sweep):
