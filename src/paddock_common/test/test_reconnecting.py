@@ -1,5 +1,6 @@
 """Requests to the master after a connection has ended: which, and how often."""
 
+import socket
 import threading
 import time
 from types import SimpleNamespace
@@ -85,6 +86,18 @@ def test_the_number_of_requests_is_limited(topics, uris, requests, connected):
     made.connection_ended("/t", URI, worked=True)
     wait_until_idle(master, made)
     assert (master.requests, master.connected) == (requests, connected)
+
+
+def test_a_master_that_does_not_respond_blocks_no_thread(topics, monkeypatch):
+    monkeypatch.setattr(subscriptions, "RESPONSE_TIMEOUT", 0.1)
+    made = subscriptions.Reconnecting()
+    with socket.create_server(("127.0.0.1", 0)) as server:  # accepts and never responds
+        server.settimeout(LIMIT)
+        monkeypatch.setenv("ROS_MASTER_URI", f"http://127.0.0.1:{server.getsockname()[1]}")
+        made.connection_ended("/t", URI, worked=True)
+        requests = [server.accept()[0] for _ in subscriptions.DELAYS]
+    for request in requests:
+        request.close()
 
 
 def test_a_connection_that_fails_again_and_again_is_abandoned(topics):

@@ -19,7 +19,6 @@ import logging
 import threading
 import time
 import weakref
-import xmlrpc.client
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -30,9 +29,12 @@ from rospy.impl import tcpros_pubsub
 from rospy.impl.masterslave import ROSHandler
 from rospy.impl.registration import RegManager, get_registration_listeners, get_topic_manager
 
+from paddock_common.master import proxy
+
 # [s] before each request about one publisher; after the last there is none until the master sends
 # an update about it. A publisher that was killed stays in the master's list.
 DELAYS = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8)
+RESPONSE_TIMEOUT = 10.0  # [s] for each response of the master
 DRAIN_TIMEOUT = 2.0  # [s] for reading the rest of a connection that is replaced
 _log = logging.getLogger("rospy.reconnecting")  # has no console handler
 
@@ -49,10 +51,13 @@ def request_publishers(topics: Iterable[str]) -> dict[str, set[str]]:
 
     Returns:
         Topic -> addresses of its publishers.
+
+    Raises:
+        paddock_common.master.ERRORS: The master did not respond in time, or not with XML-RPC.
     """
     caller = rospy.get_name()
-    with xmlrpc.client.ServerProxy(rosgraph.get_master_uri()) as server:
-        master: Any = server
+    master: Any
+    with proxy(rosgraph.get_master_uri(), RESPONSE_TIMEOUT) as master:
         publishers = dict(master.getSystemState(caller)[2][0])
         names = {name for topic in topics for name in publishers.get(topic, ())}
         nodes = {name: master.lookupNode(caller, name) for name in names}
@@ -79,12 +84,9 @@ class Reconnecting:
     ) -> None:
         self._request, self._connect = request, connect
         self._changed = threading.Condition()
-        self._due: dict[
-            tuple[str, str], float
-        ] = {}  # (topic, address) -> time of the next check [s]
-        self._attempts: dict[
-            tuple[str, str], int
-        ] = {}  # (topic, address) -> number of failed attempts
+        # Both by (topic, address): time of the next check [s], number of failed attempts.
+        self._due: dict[tuple[str, str], float] = {}
+        self._attempts: dict[tuple[str, str], int] = {}
         self._thread: threading.Thread | None = None
 
     def connection_ended(self, topic: str, uri: str, worked: bool) -> None:
