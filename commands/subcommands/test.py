@@ -1,13 +1,14 @@
 """Runs the tests with pytest: unit tests, linters, and nodes on ROS graphs of their own.
 
-FILTER is unit, lint, ros, or part of a file's name (./run test circle, ./run test bullet_sim). Five
-stages run only when they are asked for: ./run test soak (two minutes of ./run soak, as CI does),
-./run test learning (trainings; it installs torch, Ray and Optuna), ./run test desk (the desk in
-Chromium, which it installs), ./run test tutorials (what the tutorials say to type) and ./run test
-long (more and longer drives of the truck). What else starts with a dash goes to pytest, such as -x
-or --durations=50. JUnit's file, logs and the launch files of ROS tests are in test-results/. At the
-end come the slowest tests, the flaky ones (failed and passed in their last ten runs) and what
-failed. The last line is the sum; the exit status is 0 only if nothing failed.
+FILTER is unit, lint, ros, the name of a folder (./run test standins: all tests below it) or part of
+a file's name (./run test circle, ./run test bullet_sim). Five stages run only when they are asked
+for: ./run test soak (two minutes of ./run soak, as CI does), ./run test learning (trainings; it
+installs torch, Ray and Optuna), ./run test desk (the desk in Chromium, which it installs), ./run
+test tutorials (what the tutorials say to type) and ./run test long (more and longer drives of the
+truck). What else starts with a dash goes to pytest, such as -x or --durations=50. JUnit's file,
+logs and the launch files of ROS tests are in test-results/. At the end come the slowest tests, the
+flaky ones (failed and passed in their last ten runs) and what failed. The last line is the sum; the
+exit status is 0 only if nothing failed.
 """
 
 import os

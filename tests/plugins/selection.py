@@ -1,7 +1,8 @@
 """Which tests run, in which order: `./run test FILTER`, the longest files first, flaky tests.
 
-Each folder of tests belongs to a stage, which is a marker, too. A filter is a stage or part of a
-file's name, such as circle, bullet_sim or bullet_sim/test_skid.
+Each folder of tests belongs to a stage, which is a marker, too. A filter is a stage, the name of a
+folder that the file is below, or part of the file's name, such as standins, circle, bullet_sim or
+bullet_sim/test_skid.
 """
 
 import pytest
@@ -88,8 +89,9 @@ def pytest_ignore_collect(collection_path, config):
         )
         return None if inside else True
     if filters and collection_path.is_file() and stage not in filters and stage != "lint":
-        name = name_of(collection_path, root)
-        return None if any(word in name for word in filters if word not in STAGES) else True
+        name, folders = name_of(collection_path, root), collection_path.relative_to(root).parts[:-1]
+        words = [word for word in filters if word not in STAGES]
+        return None if any(word in name or word in folders for word in words) else True
     return None
 
 

@@ -98,18 +98,22 @@ def project(tmp_path):
 
 SKID, CIRCLE = "src/car/test/test_skid.py", "tests/ros/test_circle.py"
 TWISTS, LONG = "tests/long/test_a.py", "tests/unit/test_long_drives.py"
+STANDIN, PHYSICS = "src/standins/joy/test/test_pad.py", "tests/physics/test_slip.py"
 
 
 @pytest.mark.parametrize(
     ("filters", "expected"),
     [
-        ((), {SKID, CIRCLE, LONG, "tests/lint/test_lint.py"}),
-        (("unit",), {SKID, LONG}),
+        ((), {SKID, CIRCLE, LONG, STANDIN, PHYSICS, "tests/lint/test_lint.py"}),
+        (("unit",), {SKID, LONG, STANDIN, PHYSICS}),
         (("project",), {LONG}),
         (("ros",), {CIRCLE}),
         (("circ",), {CIRCLE}),
         (("car",), {SKID}),
         (("car/test_sk", "circle"), {SKID, CIRCLE}),
+        (("standins",), {STANDIN}),  # a folder
+        (("joy",), {STANDIN}),
+        (("physics",), {PHYSICS}),
         (("long",), {TWISTS}),  # a stage, and no part of a name
         (("lint",), {"tests/lint/test_lint.py"}),
         (("mypy",), {"tests/lint/test_lint.py"}),
@@ -117,7 +121,7 @@ TWISTS, LONG = "tests/long/test_a.py", "tests/unit/test_long_drives.py"
     ],
 )
 def test_filters(project, filters, expected):
-    for path in (SKID, CIRCLE, TWISTS, LONG):
+    for path in (SKID, CIRCLE, TWISTS, LONG, STANDIN, PHYSICS):
         project.add(path)
     assert set(project.names(*filters)) == expected
 
