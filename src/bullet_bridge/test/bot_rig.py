@@ -38,7 +38,7 @@ class FakeEndpoint:
 
 
 class Tuning:
-    """Stands in for a PidTuning: stores its arguments."""
+    """Stands in for a PidServer: stores its arguments."""
 
     def __init__(self, gains, apply):
         self.gains, self.apply, self.closed = gains, apply, False
@@ -49,7 +49,7 @@ class Tuning:
 
 
 class Bot:
-    """World without gravity, model, RobotControl; endpoints and tunings by name, the log.
+    """World without gravity, model, RobotControl; endpoints and PID servers by name, the log.
 
     Args:
         monkeypatch: pytest's.
@@ -59,20 +59,20 @@ class Bot:
     """
 
     def __init__(self, monkeypatch, urdf, params, pose=Pose()):
-        self.endpoints, self.tunings, self.log = {}, {}, []
+        self.endpoints, self.pid_servers, self.log = {}, {}, []
 
         def make(name, kind, call=None, **_):
             self.endpoints[name] = FakeEndpoint(name, kind, call)
             return self.endpoints[name]
 
         def tune(namespace, gains, apply):
-            self.tunings[namespace] = Tuning(gains, apply)
-            return self.tunings[namespace]
+            self.pid_servers[namespace] = Tuning(gains, apply)
+            return self.pid_servers[namespace]
 
         for kind in ("Subscriber", "Service"):
             monkeypatch.setattr(control.rospy, kind, make)
         monkeypatch.setattr(controller_topics, "publisher", make)
-        monkeypatch.setattr(reconfigure, "PidTuning", tune)
+        monkeypatch.setattr(reconfigure, "PidServer", tune)
         monkeypatch.setattr(
             control.rospy, "get_param", lambda name, default=None: params.get(name, default)
         )

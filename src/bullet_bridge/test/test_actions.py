@@ -224,7 +224,7 @@ def test_a_wrong_command_is_one_error(bot):
 
 def test_gains_can_be_tuned_and_unloading_ends_the_action(bot):
     assert bot.load("arm")
-    assert set(bot.tunings) == {"/bot/arm/gains/a", "/bot/arm/gains/b"}
+    assert set(bot.pid_servers) == {"/bot/arm/gains/a", "/bot/arm/gains/b"}
     assert bot.unload("arm")
     assert Actions.made[ACTION].closed and bot.endpoints["/bot/arm/query_state"].closed
 

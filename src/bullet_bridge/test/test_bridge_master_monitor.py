@@ -5,21 +5,21 @@ import threading
 from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
-from bullet_bridge.transport import master_watch
-from bullet_bridge.transport.master_watch import (
+from bullet_bridge.transport import master_monitor
+from bullet_bridge.transport.master_monitor import (
     REFUSED_TIME,
     UNRESPONSIVE_TIME,
-    MasterWatch,
+    ShutdownMonitor,
     master_pid,
 )
 
 
 class Rig:
-    """A watch with a clock and a master of its own."""
+    """A monitor with a clock and a master of its own."""
 
     def __init__(self):
         self.response, self.time, self.logged, self.ended = 7, 0.0, [], []
-        self.watch = MasterWatch(
+        self.monitor = ShutdownMonitor(
             self.ended.append, "http://m:1", self.logged.append, self._ask, lambda: self.time
         )
 
@@ -32,7 +32,7 @@ class Rig:
         """Asks once a second."""
         for _ in range(int(seconds)):
             self.time += 1.0
-            self.watch.monitor.check()
+            self.monitor.check()
 
 
 @pytest.fixture(name="rig")
@@ -68,7 +68,7 @@ def test_a_dead_master_ends_the_simulation(rig):
     assert rig.ended == []
     rig.go_on(2)
     assert rig.ended[0] == "the ROS master at http://m:1 has exited: the simulation shuts down"
-    assert rig.watch.reason
+    assert rig.monitor.reason
 
 
 def test_a_short_refusal_is_borne(rig):
@@ -87,15 +87,15 @@ def test_another_master_ends_the_simulation(rig):
     assert "another ROS master runs at http://m:1" in rig.ended[0]
 
 
-def test_a_closed_watch_ends_nothing(rig):
-    rig.watch.monitor.close()
+def test_a_closed_monitor_ends_nothing(rig):
+    rig.monitor.close()
     rig.response = 8
     rig.go_on(1)
     assert rig.ended == []
 
 
 def test_the_pid_of_a_real_server(monkeypatch):
-    monkeypatch.setattr(master_watch, "RESPONSE_TIMEOUT", 0.3)
+    monkeypatch.setattr(master_monitor, "RESPONSE_TIMEOUT", 0.3)
     with SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False) as server:
         server.register_function(lambda caller: [1, "", 4711], "getPid")
         thread = threading.Thread(target=server.serve_forever)

@@ -139,11 +139,13 @@ def test_nothing_is_published_while_it_is_stopped(bot):
 def test_a_pid_of_each_joint_can_be_tuned(bot):
     assert bot.ask("load_controller", name="arms").ok
     assert bot.endpoints["/bot/arms/command"].kind is Float64MultiArray
-    assert bot.tunings["/bot/arms/left/pid"].gains == PidGains(6.0)
-    bot.in_thread(lambda: bot.tunings["/bot/arms/left/pid"].apply(PidGains(9.0)))
+    assert bot.pid_servers["/bot/arms/left/pid"].gains == PidGains(6.0)
+    bot.in_thread(lambda: bot.pid_servers["/bot/arms/left/pid"].apply(PidGains(9.0)))
     assert [pid.gains.p for pid in bot.model.manager.get("arms").pids] == [5.0, 9.0]
     assert bot.ask("unload_controller", name="arms").ok
-    assert bot.tunings["/bot/arms/left/pid"].closed and bot.tunings["/bot/arms/arm/pid"].closed
+    assert (
+        bot.pid_servers["/bot/arms/left/pid"].closed and bot.pid_servers["/bot/arms/arm/pid"].closed
+    )
 
 
 def test_gains_of_joints_are_read_and_wrong_ones_are_named(bot):
@@ -154,7 +156,7 @@ def test_gains_of_joints_are_read_and_wrong_ones_are_named(bot):
     assert "joint 'nose', which does not exist" in text
     assert "/bot/gazebo_ros_control/pid_gains/arm pid has no p; the gains are not used" in text
     bot.in_thread(
-        lambda: bot.tunings["/bot/gazebo_ros_control/pid_gains/spare"].apply(PidGains(2.0))
+        lambda: bot.pid_servers["/bot/gazebo_ros_control/pid_gains/spare"].apply(PidGains(2.0))
     )
     assert hardware.pid("spare").gains.p == 2.0
 
@@ -246,7 +248,7 @@ def test_unload_and_close_close_all_endpoints(bot):
     assert not bot.endpoints["/bot/arm/state"].closed
     bot.control.close()
     assert all(endpoint.closed for endpoint in bot.endpoints.values())
-    assert all(tuning.closed for tuning in bot.tunings.values())
+    assert all(tuning.closed for tuning in bot.pid_servers.values())
 
 
 @pytest.mark.parametrize("error", [control.rospy.ROSException("bad name"), OSError("no master")])
@@ -254,7 +256,7 @@ def test_a_controller_whose_topics_fail_is_unloaded(bot, monkeypatch, error):
     def fail(*_):
         raise error
 
-    monkeypatch.setattr(reconfigure, "PidTuning", fail)
+    monkeypatch.setattr(reconfigure, "PidServer", fail)
     assert not bot.ask("load_controller", name="arm").ok
     assert bot.ask("list_controllers").controller == []
     assert bot.endpoints["/bot/arm/command"].closed and bot.endpoints["/bot/arm/state"].closed

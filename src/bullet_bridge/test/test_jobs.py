@@ -6,7 +6,7 @@ import threading
 import time
 
 import pytest
-from bullet_bridge.loop.jobs import Ended, JobQueue
+from bullet_bridge.loop.jobs import JobQueue, QueueClosed
 
 
 @pytest.fixture(name="owned")
@@ -98,7 +98,7 @@ def test_close_ends_waiting_and_later_calls():
     waiting.join(90.0)
     assert not waiting.is_alive()
     ask()
-    assert [type(error) for error in errors] == [Ended, Ended]
+    assert [type(error) for error in errors] == [QueueClosed, QueueClosed]
 
 
 def test_a_slow_signal_handler_does_not_stop_the_wait():
@@ -152,7 +152,7 @@ def test_what_ends_the_owner_does_not_hold_up_the_caller():
     def ask():
         try:
             jobs.call(lambda: (_ for _ in ()).throw(KeyboardInterrupt()), timeout=90.0)
-        except Ended as error:
+        except QueueClosed as error:
             errors.append(error)
 
     caller = threading.Thread(target=ask)

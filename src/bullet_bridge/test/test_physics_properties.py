@@ -3,8 +3,7 @@
 import math
 
 import pytest
-from bullet_bridge.services import physics as physics_tuning
-from bullet_bridge.services import physics_config
+from bullet_bridge.services import physics, physics_config
 from bullet_bridge.services.physics import PhysicsProperties
 from bullet_sim.errors import WorldError
 from bullet_sim.pose import Pose
@@ -89,11 +88,11 @@ def test_impossible_values_change_nothing(properties, requested, reason):
 
 
 def test_reconfiguring_asks_only_for_what_differs(properties):
-    before = physics_tuning.as_config(properties.read())
+    before = physics.as_config(properties.read())
     assert set(before) == set(physics_config.type) == set(physics_config.defaults)
-    assert physics_tuning.requested_changes(dict(before), before) == {}
+    assert physics.requested_changes(dict(before), before) == {}
     config = dict(before, gravity_x=1.0, sor_pgs_iters=7, erp=0.9)
-    assert physics_tuning.requested_changes(config, before) == {
+    assert physics.requested_changes(config, before) == {
         "gravity": (1.0, 0.0, -9.81),
         "iterations": 7,
     }

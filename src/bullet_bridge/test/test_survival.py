@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 import rospy
-from bullet_bridge.control.reconfigure import NAMES, PidTuning
+from bullet_bridge.control.reconfigure import NAMES, PidServer
 from bullet_bridge.loop import server
 from bullet_bridge.plugins import base as plugin_base
 from bullet_bridge.robots import Robots
@@ -163,14 +163,14 @@ def test_a_wheel_plugin_keeps_its_last_good_command(world, topics, value):
 
 # tuning -------------------------------------------------------------------------------------------
 class Tuned:
-    """A PidTuning whose service is called as rospy calls it."""
+    """A PidServer whose service is called as rospy calls it."""
 
     def __init__(self, monkeypatch):
         self.taken, self.parameters, self.fault = [], {}, None
         monkeypatch.setattr(rospy, "Publisher", lambda name, kind, **_: Topic(name, kind))
         monkeypatch.setattr(rospy, "Service", lambda *_: None)
         monkeypatch.setattr(rospy, "set_param", self.parameters.__setitem__)
-        self.tuning = PidTuning("/bot/arm/pid", PidGains(2.0, 0.5, 0.1, -1.0, 1.0), self.apply)
+        self.tuning = PidServer("/bot/arm/pid", PidGains(2.0, 0.5, 0.1, -1.0, 1.0), self.apply)
 
     def apply(self, gains):
         """Apply or refuse."""

@@ -28,7 +28,7 @@ from bullet_bridge.robots import Robots
 from bullet_bridge.services.gazebo import GazeboServices
 from bullet_bridge.services.simulation import DescribeService, StatisticsService, StepService
 from bullet_bridge.transport import publishing
-from bullet_bridge.transport.master_watch import MasterWatch
+from bullet_bridge.transport.master_monitor import ShutdownMonitor
 from bullet_bridge.transport.relay import Relay
 from paddock_common import nodes
 
@@ -115,8 +115,8 @@ def main() -> int:
     # A subscription to its /clock would cost a socket and a thread: SimClock sets the time.
     nodes.init_interruptible("gazebo", disable_rostime=True)
     exit_with_roslaunch()
-    master = MasterWatch(end)
-    master.monitor.start()
+    master = ShutdownMonitor(end)
+    master.start()
     with ExitStack() as parts:
         try:
             make_server(parts).run()
@@ -124,7 +124,7 @@ def main() -> int:
             rospy.logfatal("%s", error)
             return 1
         finally:
-            master.monitor.close()
+            master.close()
     return 1 if master.reason else 0
 
 

@@ -76,7 +76,7 @@ class ValuesServer(Server):
         self.config.update(self._values)
 
 
-class PidTuning:
+class PidServer:
     """dynamic_reconfigure server of one PID.
 
     Args:
@@ -114,12 +114,12 @@ class PidTuning:
 PID_GAINS = "gazebo_ros_control/pid_gains"
 
 
-class Tunings:
+class PidServers:
     """The dynamic_reconfigure servers of a robot's PIDs, by their owners."""
 
     def __init__(self, jobs: "JobQueue") -> None:
         self._jobs, self._lock = jobs, threading.Lock()
-        self._servers: dict[str, list[PidTuning]] = {}
+        self._servers: dict[str, list[PidServer]] = {}
 
     def add(
         self, owner: str, namespace: str, gains: PidGains, apply: Callable[[PidGains], Any]
@@ -131,23 +131,23 @@ class Tunings:
             namespace: of the parameters.
             apply: function of PidGains, run in the simulation thread.
         """
-        server = PidTuning(namespace, gains, lambda new: self._jobs.call(lambda: apply(new)))
+        server = PidServer(namespace, gains, lambda new: self._jobs.call(lambda: apply(new)))
         with self._lock:
             self._servers.setdefault(owner, []).append(server)
 
-    def take(self, owner: str) -> list[PidTuning]:
+    def take(self, owner: str) -> list[PidServer]:
         """Servers of an owner, which the caller closes."""
         with self._lock:
             return self._servers.pop(owner, [])
 
-    def take_all(self) -> list[PidTuning]:
+    def take_all(self) -> list[PidServer]:
         """All servers, which the caller closes."""
         with self._lock:
             servers, self._servers = self._servers, {}
         return [server for of_owner in servers.values() for server in of_owner]
 
 
-def set_hardware(model: "Model", namespace: str, tunings: Tunings) -> None:
+def set_hardware(model: "Model", namespace: str, pid_servers: PidServers) -> None:
     """Set up the hardware layer that a model's <robotSimType> names.
 
     Args:
@@ -156,7 +156,7 @@ def set_hardware(model: "Model", namespace: str, tunings: Tunings) -> None:
     """
     hardware = cast("Manager", model.manager).hardware
     if model.description.robot_sim_type != STEER_BOT_SIM_TYPE:
-        _set_joint_gains(hardware, f"{namespace}/{PID_GAINS}", tunings)
+        _set_joint_gains(hardware, f"{namespace}/{PID_GAINS}", pid_servers)
         return
     where = f"{namespace}/{steer_bot.NAMESPACE}"
     try:
@@ -169,7 +169,7 @@ def set_hardware(model: "Model", namespace: str, tunings: Tunings) -> None:
     hardware.put_before(steer_bot.SteerBotJoints(model.joints, config), config.interfaces())
 
 
-def _set_joint_gains(hardware: "Hardware", where: str, tunings: Tunings) -> None:
+def _set_joint_gains(hardware: "Hardware", where: str, pid_servers: PidServers) -> None:
     """Read the gains of joints that follow their commands by a PID."""
     entries = rospy.get_param(where, None) or {}
     if not isinstance(entries, dict):
@@ -180,7 +180,7 @@ def _set_joint_gains(hardware: "Hardware", where: str, tunings: Tunings) -> None
         try:
             gains = parse_pid(values, f"{where}/{joint}", warnings)
             hardware.set_gains(joint, gains)
-            tunings.add(
+            pid_servers.add(
                 PID_GAINS,
                 f"{where}/{joint}",
                 gains,

@@ -11,11 +11,11 @@ from bullet_sim.controllers.pid import PidConfig
 from bullet_sim.errors import ControllerError, SimError
 
 from bullet_bridge.control import actions  # noqa: F401  enters its topics
-from bullet_bridge.control.reconfigure import PidTuning, Tunings, set_hardware
+from bullet_bridge.control.reconfigure import PidServer, PidServers, set_hardware
 from bullet_bridge.control.services import ControllerServices
 from bullet_bridge.control.topics import Topics, topics_of
 from bullet_bridge.loop.clock import NEVER, SubscribedSchedule
-from bullet_bridge.loop.jobs import Ended, JobQueue
+from bullet_bridge.loop.jobs import JobQueue, QueueClosed
 from bullet_bridge.loop.received import ReceivedCounts
 from bullet_bridge.transport.publishing import all_or_none
 
@@ -56,7 +56,7 @@ class RobotControl:
         self._commands: dict[str, Any] = {}
         self._lock = threading.Lock()
         self._topics: dict[str, Topics] = {}
-        self._tunings = Tunings(jobs)
+        self._pid_servers = PidServers(jobs)
         self._logged: set[str] = set()
         # Those of running controllers that publish, and their schedules.
         self._publishing: dict[str, Topics] = {}
@@ -65,7 +65,7 @@ class RobotControl:
         self.refused: dict[str, str] = {}
         self.manager.on_failure = self._failed
         try:
-            set_hardware(model, self.namespace, self._tunings)
+            set_hardware(model, self.namespace, self._pid_servers)
             self._services = ControllerServices(
                 self.namespace, self.manager, self._run_job, self._load, self._unload
             )
@@ -194,7 +194,7 @@ class RobotControl:
         if isinstance(config, PidConfig):
             for pid, gains, path in zip(controller.pids, config.gains, config.gain_names):
                 namespace = f"{self.namespace}/{config.name}/{path}"
-                self._tunings.add(
+                self._pid_servers.add(
                     config.name, namespace, gains, functools.partial(setattr, pid, "gains")
                 )
 
@@ -221,19 +221,19 @@ class RobotControl:
             log("%s: %s", self.namespace, text)
 
     def _unload(self, name: str) -> bool:
-        def work() -> tuple[Topics | None, list[PidTuning]]:
+        def work() -> tuple[Topics | None, list[PidServer]]:
             self.manager.unload(name)
             with self._lock:
                 self._commands.pop(name, None)
-            return self._topics.pop(name, None), self._tunings.take(name)
+            return self._topics.pop(name, None), self._pid_servers.take(name)
 
         done = self._run_job(work)
         if done is None:
             return False
-        topics, tunings = done
+        topics, pid_servers = done
         if topics is not None:
             topics.close()
-        for server in tunings:
+        for server in pid_servers:
             server.close()
         return True
 
@@ -245,7 +245,7 @@ class RobotControl:
         """Result of a job, or None with the reason in the log."""
         try:
             return self._jobs.call(work)
-        except Ended:
+        except QueueClosed:
             return None  # while the simulation shuts down no reason is logged
         except (SimError, TimeoutError) as error:
             rospy.logerr("%s: %s", self.namespace, error)
@@ -258,10 +258,10 @@ class RobotControl:
         self._close_topics()
 
     def _close_topics(self) -> None:
-        """Close topics and tunings, each once."""
+        """Close topics and PID servers, each once."""
         with self._lock:
             topics, self._topics = self._topics, {}
         for each in topics.values():
             each.close()
-        for server in self._tunings.take_all():
+        for server in self._pid_servers.take_all():
             server.close()

@@ -10,7 +10,7 @@ TIMEOUT = 30.0  # [s] wall time a caller waits for its job
 T = TypeVar("T")
 
 
-class Ended(TimeoutError):
+class QueueClosed(TimeoutError):
     """The simulation has ended and takes no more jobs."""
 
 
@@ -36,14 +36,14 @@ class JobQueue:
         self._closed = False
 
     def close(self) -> None:
-        """Raise Ended in all waiting and later callers, so that none blocks the shutdown."""
+        """Raise QueueClosed in all waiting and later callers, so that none blocks the shutdown."""
         self._closed = True
         while True:
             try:
                 job = self._jobs.popleft()
             except IndexError:
                 return
-            job.error = Ended("the simulation has ended")
+            job.error = QueueClosed("the simulation has ended")
             job.done.set()
 
     def waiting(self) -> int:
@@ -56,7 +56,7 @@ class JobQueue:
         Raises:
             TimeoutError: the owner did not start it within `timeout` seconds of wall time; it is
                 cancelled then. A job that has started is waited for.
-            Ended: the simulation has ended.
+            QueueClosed: the simulation has ended.
             Exception: what the job raised.
         """
         job = _Job(work)
@@ -98,8 +98,8 @@ class JobQueue:
                 job.result = job.work()
             except Exception as error:  # raised in the caller
                 job.error = error
-            except BaseException:  # ends the owner's loop; the caller gets Ended
-                job.error = Ended("the simulation has ended")
+            except BaseException:  # ends the owner's loop; the caller gets QueueClosed
+                job.error = QueueClosed("the simulation has ended")
                 raise
             finally:
                 job.done.set()

@@ -18,7 +18,7 @@ from bullet_sim.render.request import DEFAULT, Quality
 from bullet_sim.sensors.views import Observer
 from std_srvs.srv import Trigger, TriggerResponse
 
-from bullet_bridge.loop.jobs import Ended, JobQueue
+from bullet_bridge.loop.jobs import JobQueue, QueueClosed
 
 if TYPE_CHECKING:
     from bullet_sim.world import World
@@ -114,7 +114,7 @@ class ViewerLink:
                 response = self._execute(observer, *message)
                 if response:
                     self._connection.send(response)
-        except (EOFError, OSError, Ended):
+        except (EOFError, OSError, QueueClosed):
             pass
         finally:
             self._connection.close()
@@ -128,7 +128,7 @@ class ViewerLink:
         """Execute a request; returns the response or None.
 
         Raises:
-            Ended: the simulation has ended.
+            QueueClosed: the simulation has ended.
         """
         server = self._server
         jobs = {
@@ -141,7 +141,7 @@ class ViewerLink:
         }
         try:
             return self._jobs.call(jobs[request])
-        except Ended:
+        except QueueClosed:
             raise
         except (SimError, TimeoutError) as error:
             return ("error", str(error))

@@ -6,7 +6,7 @@ from bullet_bridge.plugins.states import PerformanceTopic, StateTopics
 from bullet_bridge.services.lights import LightServices
 from bullet_bridge.services.links import JointServices, LinkServices
 from bullet_bridge.services.models import ModelServices
-from bullet_bridge.services.physics import PhysicsProperties, PhysicsServices, PhysicsTuning
+from bullet_bridge.services.physics import PhysicsProperties, PhysicsServer, PhysicsServices
 from bullet_bridge.services.simulation import StateServices
 
 if TYPE_CHECKING:
@@ -43,6 +43,6 @@ class GazeboServices:
         JointServices(prefix, world, jobs)
         properties = PhysicsProperties(world, server)
         PhysicsServices(prefix, jobs, server, properties)
-        PhysicsTuning(prefix, jobs, properties)
+        PhysicsServer(prefix, jobs, properties)
         StateServices(prefix, jobs, server)
         LightServices(prefix, world, jobs, robots.show_scene)

@@ -206,7 +206,7 @@ def requested_changes(config: Mapping[str, Any], before: Mapping[str, Any]) -> d
     return changes
 
 
-class PhysicsTuning:
+class PhysicsServer:
     """dynamic_reconfigure server of the world; to be created before the simulation runs.
 
     Args:

@@ -25,8 +25,8 @@ def master_pid(uri: str) -> int:
     return pid
 
 
-class MasterWatch:
-    """Queries the master's process id; shuts down when the master has exited or was replaced.
+class ShutdownMonitor(MasterMonitor):
+    """Monitors the master's process id; shuts down when the master has exited or was replaced.
 
     A master that is unresponsive but runs, as when it is stopped or its machine is suspended, is
     waited for without a time-out.
@@ -35,11 +35,9 @@ class MasterWatch:
         end: called once with the reason why the simulation has to shut down.
         uri: of the master; None: that of this node.
         warn: called with one line of text.
-        identity: function of the URI -> process id.
-        now: clock [s].
+        identity, now: as of MasterMonitor.
 
     Attributes:
-        monitor: MasterMonitor, to be started.
         reason: why the simulation has to shut down; '' as long as it need not.
     """
 
@@ -51,29 +49,27 @@ class MasterWatch:
         identity: Callable[[str], int] = master_pid,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
+        super().__init__(uri or rosgraph.get_master_uri(), identity, self._decide, now)
         self._end, self._warn = end, warn
         self._warned, self.reason = False, ""
-        uri = uri or rosgraph.get_master_uri()
-        self.monitor = MasterMonitor(uri, identity, self._check, now)
 
-    def _check(self) -> None:
-        uri = self.monitor.uri
-        if self.monitor.replaced:
+    def _decide(self) -> None:
+        if self.replaced:
             self._end_with(
-                f"another ROS master runs at {uri} now, which does not know this simulation"
+                f"another ROS master runs at {self.uri} now, which does not know this simulation"
             )
-        elif self.monitor.refused_for >= REFUSED_TIME:
-            self._end_with(f"the ROS master at {uri} has exited")
-        elif self._warned != (self.monitor.unresponsive_for >= UNRESPONSIVE_TIME):
+        elif self.refused_for >= REFUSED_TIME:
+            self._end_with(f"the ROS master at {self.uri} has exited")
+        elif self._warned != (self.unresponsive_for >= UNRESPONSIVE_TIME):
             self._warned = not self._warned
             self._warn(
-                f"the ROS master at {uri} does not respond; the simulation continues, new nodes "
-                "cannot connect meanwhile"
+                f"the ROS master at {self.uri} does not respond; the simulation continues, new "
+                "nodes cannot connect meanwhile"
                 if self._warned
-                else f"the ROS master at {uri} responds again"
+                else f"the ROS master at {self.uri} responds again"
             )
 
     def _end_with(self, reason: str) -> None:
         self.reason = reason
-        self.monitor.close()
+        self.close()
         self._end(f"{reason}: the simulation shuts down")
