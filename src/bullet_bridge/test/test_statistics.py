@@ -3,6 +3,7 @@
 import json
 import threading
 
+import pytest
 from bullet_bridge.loop.clock import Pace
 from bullet_bridge.loop.jobs import JobQueue
 from bullet_bridge.services import simulation as module
@@ -23,11 +24,18 @@ class Server:
         return self.pace.statistics()
 
 
-def test_figures_come_as_json(monkeypatch):
-    monkeypatch.setattr(module.rospy, "Service", lambda *_: None)
+@pytest.fixture
+def handlers(monkeypatch):
+    """The handlers of the advertised services."""
+    made = []
+    monkeypatch.setattr(module.rospy, "Service", lambda _name, _type, handle: made.append(handle))
+    return made
+
+
+def test_figures_come_as_json(handlers):
     jobs, responses = JobQueue(), []
-    service = module.StatisticsService(jobs, Server())
-    asker = threading.Thread(target=lambda: responses.append(service.handle(None)))
+    module.advertise_json("~statistics", jobs, Server().statistics)
+    asker = threading.Thread(target=lambda: responses.append(handlers[0](None)))
     asker.start()
     while asker.is_alive():
         jobs.run_pending(wait=0.01)
@@ -37,9 +45,9 @@ def test_figures_come_as_json(monkeypatch):
     assert abs(values["real_time_factor"] - 0.5) < 1e-9
 
 
-def test_when_the_simulation_has_ended_it_says_so(monkeypatch):
-    monkeypatch.setattr(module.rospy, "Service", lambda *_: None)
+def test_when_the_simulation_has_ended_it_says_so(handlers):
     jobs = JobQueue()
     jobs.close()
-    response = module.StatisticsService(jobs, Server()).handle(None)
+    module.advertise_json("~statistics", jobs, Server().statistics)
+    response = handlers[0](None)
     assert not response.success and "has ended" in response.message

@@ -180,7 +180,7 @@ class Tuned:
 
     def ask(self, **values):
         """Call set_parameters; the values that it responds with."""
-        response = self.tuning._server._set_callback(SimpleNamespace(config=encode_config(values)))
+        response = self.tuning._set_callback(SimpleNamespace(config=encode_config(values)))
         return {row.name: row.value for row in response.doubles}
 
 

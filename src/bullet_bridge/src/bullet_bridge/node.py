@@ -26,7 +26,7 @@ from bullet_bridge.plugins.viewer_link import ViewerLink
 from bullet_bridge.resolve import Resolver, load_world
 from bullet_bridge.robots import Robots
 from bullet_bridge.services.gazebo import GazeboServices
-from bullet_bridge.services.simulation import DescribeService, StatisticsService, StepService
+from bullet_bridge.services.simulation import Describer, StepService, advertise_json
 from bullet_bridge.transport import publishing
 from bullet_bridge.transport.master_monitor import ShutdownMonitor
 from bullet_bridge.transport.relay import Relay
@@ -39,7 +39,6 @@ class Config:
 
     Attributes:
         world_file: SDF world to load; empty: an empty world.
-        paused: start paused.
         real_time_factor: simulated seconds per wall second; 0: as fast as possible.
         world_pace: no real_time_factor is given; that of the world file counts.
         lockstep: start paused; time advances only by /gazebo/step, which waits for all images.
@@ -133,9 +132,6 @@ def make_server(parts: ExitStack) -> Server:
 
     Args:
         parts: ExitStack that closes it, in reverse order.
-
-    Returns:
-        Server, ready to run.
     """
     world = World()
     parts.callback(world.close)
@@ -162,8 +158,8 @@ def make_server(parts: ExitStack) -> Server:
     clock = SimClock(config.clock_rate, world.time_step, set_time=set_time)
     server = Server(world, jobs, robots, config, clock, relay=relay)
     GazeboServices(world, jobs, robots, server, resolve, config.states_rate, rospy.get_name())
-    StatisticsService(jobs, server)
-    DescribeService(jobs, world, robots, described)
+    advertise_json("~statistics", jobs, server.statistics)
+    advertise_json("~describe", jobs, Describer(world, robots, described).describe)
     StepService(jobs, server, received, config.step_timeout)
     robots.connect_world_models()
     viewer = ViewerLink(jobs, world, server, config.renderer, quality=quality_of(config))

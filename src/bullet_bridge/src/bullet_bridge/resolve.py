@@ -212,7 +212,6 @@ def exported_folders(packages: rospkg.RosPack, key: str) -> list[str]:
     """Folders that packages name in their <export><gazebo_ros KEY="..."/>, in order.
 
     Args:
-        packages: rospkg.RosPack.
         key: gazebo_model_path (models) or gazebo_media_path (worlds, materials).
     """
     folders = []
@@ -267,7 +266,6 @@ def log_warnings(warnings: Sequence[str], model: str = "") -> None:
     """Log one line a cause; the single messages go to the node's log file.
 
     Args:
-        warnings: ReadWarnings.
         model: name of the model that they are about, for lines that do not name it.
     """
     lines = grouped(warnings)

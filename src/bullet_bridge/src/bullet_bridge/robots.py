@@ -32,7 +32,6 @@ class Robots:
 
     Args:
         seed: base of all noise seeds.
-        received: ReceivedCounts of the commands.
         extensions: Extensions, which have users' plugin classes.
 
     The loop calls next_due and publish in every batch, so what they use is stored as flat lists and

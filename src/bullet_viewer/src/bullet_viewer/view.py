@@ -177,7 +177,6 @@ class OverlayPainter:
     """Paints with a QPainter over the image of a camera.
 
     Args:
-        painter: QPainter.
         pose: (xyz [m], rpy [rad]) of the camera.
         horizontal_fov: [rad].
         width, height: of the painted image [px].
@@ -238,9 +237,6 @@ class View(QWidget):
 
     Left drag: orbit the target. Right or middle drag: shift. Wheel: closer, farther. Left click:
     select.
-
-    Attributes:
-        camera: OrbitCamera.
     """
 
     moved = pyqtSignal()  # the user moved the camera

@@ -50,8 +50,6 @@ class Renderer(QObject):
         """Request an image; the signal `rendered` or `failed` follows.
 
         Args:
-            snapshot: Snapshot.
-            camera: OrbitCamera.
             width, height: [px].
             labels: whether the Frame also has the body of each pixel.
         """
@@ -90,12 +88,7 @@ FIRST_DISTANCE = 2.0  # distance of the camera from the first model that can mov
 
 
 class ViewerWindow(QMainWindow):
-    """Requests views of the world from the feed and shows their images.
-
-    Args:
-        feed: Feed.
-        renderer: Renderer.
-    """
+    """Requests views of the world from the feed and shows their images."""
 
     def __init__(self, feed, renderer):
         super().__init__()

@@ -16,7 +16,6 @@ class FilmSettings:
     """Private parameters.
 
     Attributes:
-        path: Path of the video file.
         rate: Frames per second of the film; images that arrive faster in ROS time are skipped.
     """
 

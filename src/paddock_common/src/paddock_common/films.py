@@ -15,22 +15,14 @@ CLOCK = Fraction(1, 90000)  # unit of the frames' time stamps [s]
 
 
 class FrameTimes:
-    """Selects the frames of a film from a stream that may be faster than its rate.
-
-    Args:
-        rate: Frames per second.
-    """
+    """Selects the frames of a film from a stream that may be faster than its rate [Hz]."""
 
     def __init__(self, rate: float) -> None:
         self._period = 1.0 / rate
         self._next: float | None = None
 
     def due(self, time: float) -> bool:
-        """Returns whether a frame is due; the first one is, and one after a backward time jump.
-
-        Args:
-            time: Time stamp of the frame [s].
-        """
+        """Returns whether a frame of a time [s] is due; the first is, and one after a jump back."""
         due = self._next
         if due is not None and due - 1.0 < time < due - 1e-6:
             return False
@@ -44,7 +36,6 @@ class FilmWriter:
     """Writes one film; the first image sets its size. Another thread may close it.
 
     Args:
-        path: Path of the file.
         rate: Frames per second of the film; each lasts 1 / rate.
 
     Raises:

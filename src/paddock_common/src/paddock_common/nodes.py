@@ -203,10 +203,6 @@ def init_node(name: str, **options: Any) -> None:
 
     Every node of Paddock starts here: its subscriptions reconnect to their publishers, and it shuts
     down without follow-up errors and without using a full CPU.
-
-    Args:
-        name: Name of the node.
-        options: Options of rospy.init_node.
     """
     close_server_with_node()
     suppress_shutdown_errors()
@@ -242,10 +238,6 @@ def init_interruptible(name: str, **options: Any) -> None:
     """Calls rospy.init_node for a node whose shutdown runs in its own thread.
 
     A signal before the node is initialized terminates the process immediately.
-
-    Args:
-        name: Name of the node.
-        options: Options of rospy.init_node.
     """
     for number in SIGNALS:
         signal.signal(number, signal.SIG_DFL)
@@ -276,7 +268,6 @@ def start(name: str, make: Callable[[], T], errors: Errors = ValueError) -> T:
     """Starts a node.
 
     Args:
-        name: Name of the node.
         make: Class or function without arguments that connects the node.
         errors: Exceptions that prevent the start: they are logged, and the process exits with
             status 1.

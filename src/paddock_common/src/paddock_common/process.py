@@ -80,9 +80,6 @@ def exit_with_roslaunch(number: int = signal.SIGTERM) -> bool:
 
     Does nothing if the parent is another program: a shell may exit before its children.
 
-    Args:
-        number: The signal.
-
     Returns:
         Whether roslaunch is the parent.
     """
@@ -96,10 +93,6 @@ def exit_with_roslaunch(number: int = signal.SIGTERM) -> bool:
 
 def signal_at_exit_of(parent: int, number: int = signal.SIGTERM) -> bool:
     """Makes the kernel send this process a signal when its parent exits.
-
-    Args:
-        parent: Process id of the parent.
-        number: The signal.
 
     Returns:
         Whether it is still the parent; if not, it has exited before and no signal will be sent.

@@ -166,7 +166,6 @@ def ruled(default: Any, rule: Rule, name: str = "") -> Any:
     """Returns a dataclass field with a default and a Rule.
 
     Args:
-        default: Default value.
         name: Name of the parameter; "": the field's.
     """
     return field(default=default, metadata={_RULE: rule, _NAME: name})
@@ -176,8 +175,6 @@ def number(default: float, name: str = "", **limits: Any) -> Any:
     """Returns a field for a finite number.
 
     Args:
-        default: Default value.
-        name: Name of the parameter; "": the field's.
         limits: Arguments of Number.
     """
     return ruled(default, Number(**limits), name)
@@ -202,7 +199,6 @@ def check(settings: Any, error: type[Exception] = ValueError, prefix: str = "") 
     """Checks every field that has a rule; for a dataclass's __post_init__.
 
     Args:
-        settings: Dataclass instance.
         prefix: Prefix of the names in messages.
 
     Raises:

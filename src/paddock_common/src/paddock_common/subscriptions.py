@@ -94,7 +94,6 @@ class Reconnecting:
 
         Args:
             topic: Resolved name.
-            uri: Address of the publisher.
             worked: Whether the connection had been established.
         """
         with self._changed:

@@ -101,7 +101,6 @@ def wait_ended(pid: int, limit: float) -> None:
     """Waits until a process has exited.
 
     Args:
-        pid: Process id.
         limit: Longest wait in wall time [s].
 
     Raises:
@@ -299,8 +298,6 @@ def running(
 
     Args:
         environment: As yielded by ros_master.
-        command: Its program and arguments.
-        options: Options of subprocess.Popen.
     """
     process = subprocess.Popen(
         command,
@@ -321,7 +318,6 @@ def slow_close(folder: Path, environment: dict[str, str]) -> dict[str, str]:
     """Returns the environment of nodes with a delay between closing topics and their shutdown.
 
     Args:
-        folder: Folder to write to.
         environment: As yielded by ros_master.
     """
     (folder / "sitecustomize.py").write_text(SLOW_CLOSE)
@@ -357,8 +353,6 @@ def assert_clean_exit(
         node: Name of the node with a slash.
         command: Program and arguments that start it.
         topics: Topics that it has to receive before it is stopped.
-        number: Number of the signal.
-        options: Options of subprocess.Popen.
 
     Raises:
         AssertionError: It prints an error, or does not exit.

@@ -31,9 +31,6 @@ def wait_until(
         poll_period: wall-clock time between two checks [s].
         is_shutdown: whether a shutdown was requested; None: rospy.is_shutdown.
 
-    Returns:
-        The value of check.
-
     Raises:
         WaitTimeout: the time limit was exceeded.
         rospy.ROSInterruptException: a shutdown was requested meanwhile.

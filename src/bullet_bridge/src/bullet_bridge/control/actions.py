@@ -104,7 +104,6 @@ class ActionTopics:
 
     Args:
         name: of the action, resolved.
-        action: its type.
         on_goal: function of a ServerGoalHandle, which accepts or rejects it.
         on_cancel: function of a ServerGoalHandle.
     """

@@ -59,7 +59,8 @@ class ValuesServer(Server):
     Args:
         config: module that dynamic_reconfigure's generator would make.
         values: name -> first value.
-        callback, namespace: as of Server.
+        callback: as of Server; not called before the server is made.
+        namespace: of its topics, service and parameters, e.g. '/bot/arm/pid'.
     """
 
     def __init__(
@@ -70,45 +71,41 @@ class ValuesServer(Server):
         namespace: str,
     ) -> None:
         self._values = values
-        super().__init__(config, callback, namespace)
+        super().__init__(config, lambda first, _: first, namespace)
+        self.callback = callback
 
     def _copy_from_parameter_server(self) -> None:
         self.config.update(self._values)
 
 
-class PidServer:
+class PidServer(ValuesServer):
     """dynamic_reconfigure server of one PID.
 
     Args:
-        namespace: of its topics, service and parameters, e.g. '/bot/arm/pid'.
-        gains: PidGains now.
         apply: function that sets new PidGains in the simulation; its SimErrors and time-outs are
             logged, and the last gains are published again.
     """
 
     def __init__(self, namespace: str, gains: PidGains, apply: Callable[[PidGains], Any]) -> None:
-        self._namespace, self._apply, self._started = namespace, apply, False
-        self._last = gains
-        values = {name: getattr(gains, name) for name in NAMES}
-        self._server = ValuesServer(config_type(gains), values, self._changed, namespace)
-        self._started = True
+        self._namespace, self._apply = namespace, apply
+        self._last = {name: getattr(gains, name) for name in NAMES}
+        super().__init__(config_type(gains), self._last, self._changed, namespace)
 
     def _changed(self, config: Any, _level: int) -> Any:
-        if self._started:
-            try:
-                gains = _checked(config)
-                self._apply(gains)
-                self._last = gains
-            except (SimError, TimeoutError) as error:
-                rospy.logerr("%s: %s", self._namespace, error)
-                config.update({name: getattr(self._last, name) for name in NAMES})
+        try:
+            gains = _checked(config)
+            self._apply(gains)
+            self._last = {name: getattr(gains, name) for name in NAMES}
+        except (SimError, TimeoutError) as error:
+            rospy.logerr("%s: %s", self._namespace, error)
+            config.update(self._last)
         return config
 
     def close(self) -> None:
         """Shut down the service and unregister the topics."""
-        self._server.set_service.shutdown("the controller is unloaded")
-        self._server.descr_topic.unregister()
-        self._server.update_topic.unregister()
+        self.set_service.shutdown("the controller is unloaded")
+        self.descr_topic.unregister()
+        self.update_topic.unregister()
 
 
 PID_GAINS = "gazebo_ros_control/pid_gains"
@@ -151,8 +148,7 @@ def set_hardware(model: "Model", namespace: str, pid_servers: PidServers) -> Non
     """Set up the hardware layer that a model's <robotSimType> names.
 
     Args:
-        model: of the core, with a manager.
-        namespace: of its controllers.
+        namespace: of the model's controllers.
     """
     hardware = cast("Manager", model.manager).hardware
     if model.description.robot_sim_type != STEER_BOT_SIM_TYPE:

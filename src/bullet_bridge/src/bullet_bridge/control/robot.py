@@ -33,7 +33,6 @@ class RobotControl:
 
     Args:
         namespace: e.g. '/racecar'.
-        received: ReceivedCounts of the commands.
 
     Attributes:
         closed: the model is deleted; no controller can be loaded.

@@ -5,22 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import rospy
 from bullet_sim.controllers.base import INTERFACES
+from controller_manager_msgs import srv
 from controller_manager_msgs.msg import ControllerState, HardwareInterfaceResources
-from controller_manager_msgs.srv import (
-    ListControllers,
-    ListControllersResponse,
-    ListControllerTypes,
-    ListControllerTypesResponse,
-    LoadController,
-    LoadControllerResponse,
-    ReloadControllerLibraries,
-    ReloadControllerLibrariesResponse,
-    SwitchController,
-    SwitchControllerRequest,
-    SwitchControllerResponse,
-    UnloadController,
-    UnloadControllerResponse,
-)
 
 if TYPE_CHECKING:
     from bullet_sim.controllers.manager import Manager
@@ -31,7 +17,6 @@ class ControllerServices:
 
     Args:
         namespace: of the robot, '' or with a leading slash.
-        manager: bullet_sim.controllers.manager.Manager.
         run_job: function that runs a callable in the simulation thread and returns its result, or
             None after it has logged the error.
         load, unload: functions name -> whether it succeeded.
@@ -50,12 +35,12 @@ class ControllerServices:
         self._services = []
         try:
             for name, service, handler in (
-                ("load_controller", LoadController, self._load),
-                ("unload_controller", UnloadController, self._unload),
-                ("switch_controller", SwitchController, self._switch),
-                ("list_controllers", ListControllers, self._list),
-                ("list_controller_types", ListControllerTypes, self._types),
-                ("reload_controller_libraries", ReloadControllerLibraries, self._reload),
+                ("load_controller", srv.LoadController, self._load),
+                ("unload_controller", srv.UnloadController, self._unload),
+                ("switch_controller", srv.SwitchController, self._switch),
+                ("list_controllers", srv.ListControllers, self._list),
+                ("list_controller_types", srv.ListControllerTypes, self._types),
+                ("reload_controller_libraries", srv.ReloadControllerLibraries, self._reload),
             ):
                 self._services.append(
                     rospy.Service(f"{namespace}/controller_manager/{name}", service, handler)
@@ -70,27 +55,27 @@ class ControllerServices:
         text = text.strip("/")
         return text[len(prefix) :] if len(prefix) > 1 and text.startswith(prefix) else text
 
-    def _load(self, request: Any) -> LoadControllerResponse:
-        return LoadControllerResponse(ok=self._do_load(self._name(request.name)))
+    def _load(self, request: Any) -> srv.LoadControllerResponse:
+        return srv.LoadControllerResponse(ok=self._do_load(self._name(request.name)))
 
-    def _unload(self, request: Any) -> UnloadControllerResponse:
-        return UnloadControllerResponse(ok=self._do_unload(self._name(request.name)))
+    def _unload(self, request: Any) -> srv.UnloadControllerResponse:
+        return srv.UnloadControllerResponse(ok=self._do_unload(self._name(request.name)))
 
-    def _switch(self, request: Any) -> SwitchControllerResponse:
+    def _switch(self, request: Any) -> srv.SwitchControllerResponse:
         start, stop = (
             [self._name(name) for name in names]
             for names in (request.start_controllers, request.stop_controllers)
         )
-        strict = request.strictness != SwitchControllerRequest.BEST_EFFORT
+        strict = request.strictness != srv.SwitchControllerRequest.BEST_EFFORT
         skipped = self._run_job(lambda: self._manager.switch(start, stop, strict))
         if skipped is None:
-            return SwitchControllerResponse(ok=False)
+            return srv.SwitchControllerResponse(ok=False)
         for reason in skipped:
             rospy.logwarn("%s: %s", self._namespace, reason)
-        return SwitchControllerResponse(ok=True)
+        return srv.SwitchControllerResponse(ok=True)
 
-    def _list(self, _: Any) -> ListControllersResponse:
-        response = ListControllersResponse()
+    def _list(self, _: Any) -> srv.ListControllersResponse:
+        response = srv.ListControllersResponse()
         for controller, config, state in self._run_job(self._manager.list) or []:
             claims = config.claims or ((controller.interface, ()),)
             response.controller.append(
@@ -108,17 +93,17 @@ class ControllerServices:
             )
         return response
 
-    def _types(self, _: Any) -> ListControllerTypesResponse:
+    def _types(self, _: Any) -> srv.ListControllerTypesResponse:
         types = self._manager.types()
-        return ListControllerTypesResponse(
+        return srv.ListControllerTypesResponse(
             types=types, base_classes=["controller_interface::ControllerBase"] * len(types)
         )
 
-    def _reload(self, request: Any) -> ReloadControllerLibrariesResponse:
+    def _reload(self, request: Any) -> srv.ReloadControllerLibrariesResponse:
         """There are no libraries; as upstream, force_kill stops and unloads all controllers."""
         loaded = self._run_job(self._manager.list)
         if loaded is None:
-            return ReloadControllerLibrariesResponse(ok=False)
+            return srv.ReloadControllerLibrariesResponse(ok=False)
         if loaded and not request.force_kill:
             rospy.logerr(
                 "%s: controllers are loaded (%s); reload_controller_libraries needs "
@@ -126,11 +111,11 @@ class ControllerServices:
                 self._namespace,
                 ", ".join(config.name for _, config, _ in loaded),
             )
-            return ReloadControllerLibrariesResponse(ok=False)
+            return srv.ReloadControllerLibrariesResponse(ok=False)
         running = [config.name for _, config, state in loaded if state == "running"]
         if running and self._run_job(lambda: self._manager.switch([], running)) is None:
-            return ReloadControllerLibrariesResponse(ok=False)
-        return ReloadControllerLibrariesResponse(
+            return srv.ReloadControllerLibrariesResponse(ok=False)
+        return srv.ReloadControllerLibrariesResponse(
             ok=all([self._do_unload(config.name) for _, config, _ in loaded])
         )
 

@@ -146,7 +146,6 @@ class Topics:
 
     Args:
         robot: RobotControl: namespace, world, model, manager, received, buffer_command.
-        controller: Controller.
 
     Attributes:
         controller, config: the controller and its configuration.

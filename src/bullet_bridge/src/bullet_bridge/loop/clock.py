@@ -105,7 +105,6 @@ class SubscribedSchedule(Schedule):
     gets messages of the same times as if there had been one from the start.
 
     Args:
-        rate, time_step, start: see Schedule.
         has_subscribers: function -> whether the topic has subscribers.
         on_start: function that is called when it has some again.
 
@@ -163,9 +162,6 @@ class Pace:
         factor: simulated seconds per wall second; 0: as fast as possible.
         now: function that returns wall time [s].
         on_measured: called with the measured real time factor after each full WINDOW.
-
-    Attributes:
-        factor: as above.
     """
 
     def __init__(

@@ -71,9 +71,6 @@ class StepRequests:
     Args:
         robots: Robots, whose failures to publish are reported.
         before_done: called when the steps are made, before their caller continues.
-
-    Attributes:
-        steps: Steps, or None.
     """
 
     def __init__(
@@ -84,9 +81,6 @@ class StepRequests:
 
     def begin(self, count: int) -> Steps:
         """Take a request for so many steps.
-
-        Returns:
-            The Steps.
 
         Raises:
             WorldError: steps are being made already.
@@ -101,7 +95,6 @@ class StepRequests:
         """Make steps of the request, and end it after its last one.
 
         Args:
-            advance: Server.advance.
             limit: maximum number of steps at a time.
         """
         steps, before = self.steps, self._world.step_count
@@ -128,10 +121,7 @@ class Server:
     """The simulation loop of a world.
 
     Args:
-        jobs: JobQueue that other threads fill.
         robots: Robots, given their commands and published in every batch.
-        config: Config.
-        clock: SimClock; None: a new one.
         now: function that returns wall time [s].
     """
 

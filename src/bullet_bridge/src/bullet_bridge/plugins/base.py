@@ -72,7 +72,6 @@ class ModelPlugin(Component):
     """Acts on its model, has topics. It runs whether or not there are subscribers.
 
     Attributes:
-        context, world, model, spec: as above.
         schedule: of its updates.
         rng: generator of its noise, seeded.
         updated: time of the last update, or of the reset [s].
@@ -120,8 +119,6 @@ class ModelPlugin(Component):
         """A publisher, which is closed with the plugin.
 
         Args:
-            topic: its full name.
-            message: class of the messages.
             options: see transport.publishing.publisher.
         """
         endpoint = publisher(topic, message, **options)
@@ -174,7 +171,6 @@ class Sensor(ModelPlugin):
     """Publishes what it measures while it has subscribers.
 
     Attributes:
-        message: class of its messages.
         relayed: see transport.publishing.publisher.
         pub: publisher on the topic of the specification.
     """

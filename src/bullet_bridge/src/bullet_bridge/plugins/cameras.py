@@ -35,7 +35,6 @@ class Cameras:
         renderer: auto, gl or tiny.
         wait: True: wait for each due image, as in lockstep: none is skipped, and the physics
             waits for the renderer.
-        quality: Quality of the OpenGL renderer.
         scene: function without arguments that returns the world's Scene.
     """
 

@@ -100,7 +100,6 @@ def joint_pose(joint: "Joint", value: float) -> tuple[Vec3, Quat]:
     """The child link's frame in the parent link's.
 
     Args:
-        joint: bullet_sim.description.model.Joint.
         value: its position [rad, m].
 
     Returns:

@@ -43,7 +43,6 @@ class ViewerLink:
         server: Server, for pause, step and reset.
         renderer: auto, gl or tiny.
         command: of the viewer process; socket, renderer and the Quality's values are appended.
-        quality: Quality of the OpenGL renderer.
     """
 
     def __init__(

@@ -21,7 +21,6 @@ class GazeboServices:
     """Creates all of them.
 
     Args:
-        resolve: function URI -> path.
         states_rate: of model_states and link_states [Hz].
         prefix: of all names.
     """

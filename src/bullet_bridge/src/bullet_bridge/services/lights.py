@@ -10,14 +10,7 @@ import rospy
 from bullet_sim.description.world import RGB, Light
 from bullet_sim.errors import WorldError
 from bullet_sim.pose import PLACEABLE, Pose
-from gazebo_msgs.srv import (
-    DeleteLight,
-    DeleteLightResponse,
-    GetLightProperties,
-    GetLightPropertiesResponse,
-    SetLightProperties,
-    SetLightPropertiesResponse,
-)
+from gazebo_msgs import srv
 from std_msgs.msg import ColorRGBA
 
 from bullet_bridge.services.handlers import service_handler
@@ -34,7 +27,6 @@ class LightServices:
     """Services about the lights of a world's Scene.
 
     Args:
-        prefix: of the service names.
         show: function without arguments, called after a change (simulation thread).
     """
 
@@ -43,9 +35,9 @@ class LightServices:
     ) -> None:
         self._world, self._jobs, self._show = world, jobs, show
         for name, service, work in (
-            ("get_light_properties", GetLightProperties, self._get),
-            ("set_light_properties", SetLightProperties, self._set),
-            ("delete_light", DeleteLight, self._delete),
+            ("get_light_properties", srv.GetLightProperties, self._get),
+            ("set_light_properties", srv.SetLightProperties, self._set),
+            ("delete_light", srv.DeleteLight, self._delete),
         ):
             rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
 
@@ -57,22 +49,22 @@ class LightServices:
             raise WorldError(f"light '{name}' does not exist; lights are {names}")
         return light
 
-    def _get(self, request: Any) -> GetLightPropertiesResponse:
+    def _get(self, request: Any) -> srv.GetLightPropertiesResponse:
         light = self._jobs.call(lambda: self._light(request.light_name))
-        return GetLightPropertiesResponse(
+        return srv.GetLightPropertiesResponse(
             diffuse=ColorRGBA(*light.diffuse, 1.0),
             attenuation_constant=light.constant,
             attenuation_linear=light.linear,
             attenuation_quadratic=light.quadratic,
         )
 
-    def _set(self, request: Any) -> SetLightPropertiesResponse:
+    def _set(self, request: Any) -> srv.SetLightPropertiesResponse:
         self._jobs.call(lambda: self._change(request.light_name, lambda old: changed(old, request)))
-        return SetLightPropertiesResponse()
+        return srv.SetLightPropertiesResponse()
 
-    def _delete(self, request: Any) -> DeleteLightResponse:
+    def _delete(self, request: Any) -> srv.DeleteLightResponse:
         self._jobs.call(lambda: self._change(request.light_name, lambda _: None))
-        return DeleteLightResponse()
+        return srv.DeleteLightResponse()
 
     def _change(self, name: str, change: Callable[[Light], Light | None]) -> None:
         """Replace a light by what `change` makes of it; None: delete it."""

@@ -1,5 +1,6 @@
 """Services about links and joints: state, properties, wrenches and efforts."""
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -8,29 +9,8 @@ from bullet_sim.errors import ModelError, SimError
 from bullet_sim.models import changes
 from bullet_sim.models.changes import step_range
 from bullet_sim.pose import PLACEABLE, Array, Pose
+from gazebo_msgs import srv
 from gazebo_msgs.msg import LinkState
-from gazebo_msgs.srv import (
-    ApplyBodyWrench,
-    ApplyBodyWrenchResponse,
-    ApplyJointEffort,
-    ApplyJointEffortResponse,
-    BodyRequest,
-    BodyRequestResponse,
-    GetJointProperties,
-    GetJointPropertiesResponse,
-    GetLinkProperties,
-    GetLinkPropertiesResponse,
-    GetLinkState,
-    GetLinkStateResponse,
-    JointRequest,
-    JointRequestResponse,
-    SetJointProperties,
-    SetJointPropertiesResponse,
-    SetLinkProperties,
-    SetLinkPropertiesResponse,
-    SetLinkState,
-    SetLinkStateResponse,
-)
 from geometry_msgs.msg import Pose as PoseMsg
 
 from bullet_bridge.services.entities import WORLD_FRAMES, find_frame, find_joint, find_link
@@ -44,41 +24,59 @@ if TYPE_CHECKING:
     from bullet_bridge.loop.received import ReceivedCounts
 
 
-class LinkServices:
-    """Services that read, move, change and push links.
+def clearing(jobs: "JobQueue", clear: Callable[[Any], Any], response: type) -> Callable[[Any], Any]:
+    """Handler that runs clear(request) as a job; an error is logged alone, as in gazebo_ros."""
 
-    Args:
-        prefix: of the service names.
-        received: ReceivedCounts of the messages.
-    """
+    def work(request: Any) -> None:
+        try:
+            jobs.call(lambda: clear(request))
+        except SimError as error:
+            rospy.logerr("%s", error)
+
+    return empty_service_handler(work, response)
+
+
+def requested_steps(world: "World", request: Any) -> tuple[int, float]:
+    """The range of physics steps of a request with start_time and duration."""
+    return step_range(
+        world.step_count, world.time_step, request.start_time.to_sec(), request.duration.to_sec()
+    )
+
+
+class LinkServices:
+    """Services that read, move, change and push links."""
 
     def __init__(
         self, prefix: str, world: "World", jobs: "JobQueue", received: "ReceivedCounts"
     ) -> None:
         self._world, self._jobs = world, jobs
         for name, service, work in (
-            ("get_link_state", GetLinkState, self._get_state),
-            ("set_link_state", SetLinkState, lambda request: self._set_state(request.link_state)),
-            ("get_link_properties", GetLinkProperties, self._get_properties),
-            ("set_link_properties", SetLinkProperties, self._set_properties),
-            ("apply_body_wrench", ApplyBodyWrench, self._push),
+            ("get_link_state", srv.GetLinkState, self._get_state),
+            ("set_link_state", srv.SetLinkState, lambda r: self._set_state(r.link_state)),
+            ("get_link_properties", srv.GetLinkProperties, self._get_properties),
+            ("set_link_properties", srv.SetLinkProperties, self._set_properties),
+            ("apply_body_wrench", srv.ApplyBodyWrench, self._push),
         ):
             rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
         rospy.Service(
             f"{prefix}/clear_body_wrenches",
-            BodyRequest,
-            empty_service_handler(self._clear, BodyRequestResponse),
+            srv.BodyRequest,
+            clearing(
+                jobs,
+                lambda r: world.forces.clear_link(*find_link(world, r.body_name, "body")),
+                srv.BodyRequestResponse,
+            ),
         )
         received.subscribe(f"{prefix}/set_link_state", LinkState, topic_callback(self._set_state))
 
-    def _get_state(self, request: Any) -> GetLinkStateResponse:
+    def _get_state(self, request: Any) -> srv.GetLinkStateResponse:
         def work() -> tuple[Pose, Array, Array]:
             model, link = find_link(self._world, request.link_name)
             frame = find_frame(self._world, request.reference_frame)
             return frame.inward(*model.link_state(link))
 
         pose, linear, angular = self._jobs.call(work)
-        return GetLinkStateResponse(
+        return srv.GetLinkStateResponse(
             link_state=LinkState(
                 link_name=request.link_name,
                 pose=pose_to_msg(pose),
@@ -88,7 +86,7 @@ class LinkServices:
             status_message="got the state",
         )
 
-    def _set_state(self, state: LinkState) -> SetLinkStateResponse:
+    def _set_state(self, state: LinkState) -> srv.SetLinkStateResponse:
         pose = pose_from_msg(state.pose)
         linear, angular = vector(state.twist.linear), vector(state.twist.angular)
 
@@ -114,9 +112,9 @@ class LinkServices:
             model.set_state(root, linear_of_root, angular_in_world)
 
         self._jobs.call(work)
-        return SetLinkStateResponse(status_message=f"moved '{state.link_name}'")
+        return srv.SetLinkStateResponse(status_message=f"moved '{state.link_name}'")
 
-    def _get_properties(self, request: Any) -> GetLinkPropertiesResponse:
+    def _get_properties(self, request: Any) -> srv.GetLinkPropertiesResponse:
         def work() -> tuple[float, Array, Array]:
             return changes.link_properties(*find_link(self._world, request.link_name))
 
@@ -124,7 +122,7 @@ class LinkServices:
         com = PoseMsg()
         com.position.x, com.position.y, com.position.z = (float(c) for c in center)
         com.orientation.w = 1.0
-        return GetLinkPropertiesResponse(
+        return srv.GetLinkPropertiesResponse(
             com=com,
             gravity_mode=True,
             mass=mass,
@@ -137,7 +135,7 @@ class LinkServices:
             status_message="got the properties",
         )
 
-    def _set_properties(self, request: Any) -> SetLinkPropertiesResponse:
+    def _set_properties(self, request: Any) -> srv.SetLinkPropertiesResponse:
         inertia = [
             [request.ixx, request.ixy, request.ixz],
             [request.ixy, request.iyy, request.iyz],
@@ -156,9 +154,9 @@ class LinkServices:
             )
 
         self._jobs.call(work)
-        return SetLinkPropertiesResponse(status_message=f"changed '{request.link_name}'")
+        return srv.SetLinkPropertiesResponse(status_message=f"changed '{request.link_name}'")
 
-    def _push(self, request: Any) -> ApplyBodyWrenchResponse:
+    def _push(self, request: Any) -> srv.ApplyBodyWrenchResponse:
         """Wrench of a request, rotated into world axes about the center of mass.
 
         As in gazebo_ros, the force acts at the body's center of mass; reference_point and, for
@@ -177,67 +175,49 @@ class LinkServices:
                 moment = frame.matrix @ torque + np.cross(
                     np.subtract(frame.position, body.position), rotated
                 )
-            self._world.forces.apply_wrench(
-                model,
-                link,
-                rotated,
-                moment,
-                step_range(
-                    self._world.step_count,
-                    self._world.time_step,
-                    request.start_time.to_sec(),
-                    request.duration.to_sec(),
-                ),
-            )
+            steps = requested_steps(self._world, request)
+            self._world.forces.apply_wrench(model, link, rotated, moment, steps)
 
         self._jobs.call(work)
-        return ApplyBodyWrenchResponse(status_message=f"wrench on '{request.body_name}' is set")
-
-    def _clear(self, request: Any) -> None:
-        try:
-            self._jobs.call(
-                lambda: self._world.forces.clear_link(
-                    *find_link(self._world, request.body_name, "body")
-                )
-            )
-        except SimError as error:  # the response is empty and gazebo_ros always responds
-            rospy.logerr("%s", error)
+        return srv.ApplyBodyWrenchResponse(status_message=f"wrench on '{request.body_name}' is set")
 
 
 TYPES = {
-    "revolute": GetJointPropertiesResponse.REVOLUTE,
-    "continuous": GetJointPropertiesResponse.CONTINUOUS,
-    "prismatic": GetJointPropertiesResponse.PRISMATIC,
-    "fixed": GetJointPropertiesResponse.FIXED,
+    "revolute": srv.GetJointPropertiesResponse.REVOLUTE,
+    "continuous": srv.GetJointPropertiesResponse.CONTINUOUS,
+    "prismatic": srv.GetJointPropertiesResponse.PRISMATIC,
+    "fixed": srv.GetJointPropertiesResponse.FIXED,
 }
 CHANGEABLE = ("damping", "loStop", "hiStop")
 
 
 class JointServices:
-    """Services that read, change and drive joints.
-
-    Args:
-        prefix: of the service names.
-    """
+    """Services that read, change and drive joints."""
 
     def __init__(self, prefix: str, world: "World", jobs: "JobQueue") -> None:
         self._world, self._jobs = world, jobs
         for name, service, work in (
-            ("get_joint_properties", GetJointProperties, self._get_properties),
-            ("set_joint_properties", SetJointProperties, self._set_properties),
-            ("apply_joint_effort", ApplyJointEffort, self._drive),
+            ("get_joint_properties", srv.GetJointProperties, self._get_properties),
+            ("set_joint_properties", srv.SetJointProperties, self._set_properties),
+            ("apply_joint_effort", srv.ApplyJointEffort, self._drive),
         ):
             rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
         rospy.Service(
             f"{prefix}/clear_joint_forces",
-            JointRequest,
-            empty_service_handler(self._clear, JointRequestResponse),
+            srv.JointRequest,
+            clearing(
+                jobs,
+                lambda r: world.forces.clear_joint(*find_joint(world, r.joint_name)),
+                srv.JointRequestResponse,
+            ),
         )
 
-    def _get_properties(self, request: Any) -> GetJointPropertiesResponse:
-        def work() -> GetJointPropertiesResponse:
+    def _get_properties(self, request: Any) -> srv.GetJointPropertiesResponse:
+        def work() -> srv.GetJointPropertiesResponse:
             model, joint = find_joint(self._world, request.joint_name)
-            response = GetJointPropertiesResponse(type=TYPES[model.description.joints[joint].kind])
+            response = srv.GetJointPropertiesResponse(
+                type=TYPES[model.description.joints[joint].kind]
+            )
             if joint in model.joints.names:
                 index = model.joints.names.index(joint)
                 positions, rates, _ = model.joints.arrays()
@@ -250,7 +230,7 @@ class JointServices:
         response.status_message = "got the properties"
         return response
 
-    def _set_properties(self, request: Any) -> SetJointPropertiesResponse:
+    def _set_properties(self, request: Any) -> srv.SetJointPropertiesResponse:
         config = request.ode_joint_config
         given = {
             name: list(getattr(config, name)) for name in config.__slots__ if getattr(config, name)
@@ -282,35 +262,18 @@ class JointServices:
                 changes.set_joint_damping(model, joint, given["damping"][0])
 
         self._jobs.call(work)
-        return SetJointPropertiesResponse(
+        return srv.SetJointPropertiesResponse(
             status_message=f"changed {', '.join(given)} of '{request.joint_name}'"
         )
 
-    def _drive(self, request: Any) -> ApplyJointEffortResponse:
+    def _drive(self, request: Any) -> srv.ApplyJointEffortResponse:
         def work() -> float:
             model, joint = find_joint(self._world, request.joint_name)
-            return self._world.forces.apply_effort(
-                model,
-                joint,
-                request.effort,
-                step_range(
-                    self._world.step_count,
-                    self._world.time_step,
-                    request.start_time.to_sec(),
-                    request.duration.to_sec(),
-                ),
-            )
+            steps = requested_steps(self._world, request)
+            return self._world.forces.apply_effort(model, joint, request.effort, steps)
 
         effort = self._jobs.call(work)
         text = f"effort on '{request.joint_name}' is set"
         if effort != request.effort:
             text += f", clipped to {effort:g}, the limit of its description"
-        return ApplyJointEffortResponse(status_message=text)
-
-    def _clear(self, request: Any) -> None:
-        try:
-            self._jobs.call(
-                lambda: self._world.forces.clear_joint(*find_joint(self._world, request.joint_name))
-            )
-        except SimError as error:  # the response is empty and gazebo_ros always responds
-            rospy.logerr("%s", error)
+        return srv.ApplyJointEffortResponse(status_message=text)

@@ -9,23 +9,8 @@ import rospy
 from bullet_sim.errors import ModelError, SimError
 from bullet_sim.pose import Array, Pose
 from bullet_sim.xml_reader import parse
+from gazebo_msgs import srv
 from gazebo_msgs.msg import ModelState
-from gazebo_msgs.srv import (
-    DeleteModel,
-    DeleteModelResponse,
-    GetModelProperties,
-    GetModelPropertiesResponse,
-    GetModelState,
-    GetModelStateResponse,
-    GetWorldProperties,
-    GetWorldPropertiesResponse,
-    SetModelConfiguration,
-    SetModelConfigurationResponse,
-    SetModelState,
-    SetModelStateResponse,
-    SpawnModel,
-    SpawnModelResponse,
-)
 
 from bullet_bridge.services.entities import ConnectedModels, find_frame
 from bullet_bridge.services.handlers import service_handler, topic_callback
@@ -68,12 +53,7 @@ def with_robot_namespace(text: Any, namespace: str) -> Any:
 
 
 class ModelServices:
-    """Services that spawn, delete, move and query models.
-
-    Args:
-        prefix: of the service names, e.g. '/gazebo'.
-        resolve: function URI -> path.
-    """
+    """Services that spawn, delete, move and query models."""
 
     def __init__(
         self,
@@ -86,25 +66,21 @@ class ModelServices:
         self._world, self._jobs, self._robots, self._resolve = world, jobs, robots, resolve
         self._requests: dict[str, int] = {}
         for name, service, work in (
-            ("spawn_urdf_model", SpawnModel, lambda r: self._spawn(r, world.spawn_urdf)),
-            ("spawn_sdf_model", SpawnModel, lambda r: self._spawn(r, world.spawn_sdf)),
-            ("delete_model", DeleteModel, self._delete),
-            ("get_model_state", GetModelState, self._get_state),
-            (
-                "set_model_state",
-                SetModelState,
-                lambda request: self._set_state(request.model_state),
-            ),
-            ("set_model_configuration", SetModelConfiguration, self._set_configuration),
-            ("get_world_properties", GetWorldProperties, self._get_world),
-            ("get_model_properties", GetModelProperties, self._get_properties),
+            ("spawn_urdf_model", srv.SpawnModel, lambda r: self._spawn(r, world.spawn_urdf)),
+            ("spawn_sdf_model", srv.SpawnModel, lambda r: self._spawn(r, world.spawn_sdf)),
+            ("delete_model", srv.DeleteModel, self._delete),
+            ("get_model_state", srv.GetModelState, self._get_state),
+            ("set_model_state", srv.SetModelState, lambda r: self._set_state(r.model_state)),
+            ("set_model_configuration", srv.SetModelConfiguration, self._set_configuration),
+            ("get_world_properties", srv.GetWorldProperties, self._get_world),
+            ("get_model_properties", srv.GetModelProperties, self._get_properties),
         ):
             rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
         robots.received.subscribe(
             f"{prefix}/set_model_state", ModelState, topic_callback(self._set_state)
         )
 
-    def _spawn(self, request: Any, spawn: "Callable[..., Model]") -> SpawnModelResponse:
+    def _spawn(self, request: Any, spawn: "Callable[..., Model]") -> srv.SpawnModelResponse:
         pose = pose_from_msg(request.initial_pose)
         text = with_robot_namespace(request.model_xml, request.robot_namespace)
 
@@ -122,7 +98,7 @@ class ModelServices:
         except Exception:
             self._remove(model.name)  # so that no part of it remains
             raise
-        return SpawnModelResponse(status_message=f"spawned '{model.name}'")
+        return srv.SpawnModelResponse(status_message=f"spawned '{model.name}'")
 
     def _remove(self, name: str) -> None:
         def work() -> list[Any]:
@@ -133,18 +109,18 @@ class ModelServices:
             part.close()
         gc.collect()  # rospy's topics refer to themselves and own a file descriptor each until then
 
-    def _delete(self, request: Any) -> DeleteModelResponse:
+    def _delete(self, request: Any) -> srv.DeleteModelResponse:
         self._remove(request.model_name)
-        return DeleteModelResponse(status_message=f"deleted '{request.model_name}'")
+        return srv.DeleteModelResponse(status_message=f"deleted '{request.model_name}'")
 
-    def _get_state(self, request: Any) -> GetModelStateResponse:
+    def _get_state(self, request: Any) -> srv.GetModelStateResponse:
         def work() -> tuple[float, tuple[Pose, Array, Array]]:
             model = self._world.model(request.model_name)
             frame = find_frame(self._world, request.relative_entity_name)
             return self._world.time, frame.inward(*model.link_state(model.description.root))
 
         time, (pose, linear, angular) = self._jobs.call(work)
-        response = GetModelStateResponse(
+        response = srv.GetModelStateResponse(
             pose=pose_to_msg(pose),
             twist=twist_to_msg(linear, angular),
             status_message="got the state",
@@ -155,7 +131,7 @@ class ModelServices:
         response.header.frame_id = request.relative_entity_name
         return response
 
-    def _set_state(self, state: ModelState) -> SetModelStateResponse:
+    def _set_state(self, state: ModelState) -> srv.SetModelStateResponse:
         pose = pose_from_msg(state.pose)
         linear, angular = vector(state.twist.linear), vector(state.twist.angular)
 
@@ -166,9 +142,9 @@ class ModelServices:
             )
 
         self._jobs.call(work)
-        return SetModelStateResponse(status_message=f"moved '{state.model_name}'")
+        return srv.SetModelStateResponse(status_message=f"moved '{state.model_name}'")
 
-    def _set_configuration(self, request: Any) -> SetModelConfigurationResponse:
+    def _set_configuration(self, request: Any) -> srv.SetModelConfigurationResponse:
         names, positions = request.joint_names, request.joint_positions
         if len(names) != len(positions):
             raise ModelError(
@@ -180,17 +156,19 @@ class ModelServices:
                 dict(zip(names, positions))
             )
         )
-        return SetModelConfigurationResponse(
+        return srv.SetModelConfigurationResponse(
             status_message=f"set {len(names)} joints of '{request.model_name}'"
         )
 
-    def _get_world(self, _: Any) -> GetWorldPropertiesResponse:
+    def _get_world(self, _: Any) -> srv.GetWorldPropertiesResponse:
         time, names = self._jobs.call(lambda: (self._world.time, list(self._world.models)))
-        return GetWorldPropertiesResponse(sim_time=time, model_names=names, rendering_enabled=True)
+        return srv.GetWorldPropertiesResponse(
+            sim_time=time, model_names=names, rendering_enabled=True
+        )
 
-    def _get_properties(self, request: Any) -> GetModelPropertiesResponse:
+    def _get_properties(self, request: Any) -> srv.GetModelPropertiesResponse:
         model = self._jobs.call(lambda: self._world.model(request.model_name))
-        return GetModelPropertiesResponse(  # links that fixed joints merge: none, as in Gazebo
+        return srv.GetModelPropertiesResponse(  # links that fixed joints merge: none, as in Gazebo
             canonical_body_name=model.description.root,
             body_names=list(model.rigid_parts),
             geom_names=[

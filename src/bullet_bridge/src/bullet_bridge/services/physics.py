@@ -8,13 +8,8 @@ from typing import TYPE_CHECKING, Any
 import rospy
 from bullet_sim.description.world import MIN_STEP
 from bullet_sim.errors import SimError, WorldError
+from gazebo_msgs import srv
 from gazebo_msgs.msg import ODEPhysics
-from gazebo_msgs.srv import (
-    GetPhysicsProperties,
-    GetPhysicsPropertiesResponse,
-    SetPhysicsProperties,
-    SetPhysicsPropertiesResponse,
-)
 from geometry_msgs.msg import Vector3
 from std_srvs.srv import Empty
 
@@ -118,11 +113,7 @@ class PhysicsProperties:
 
 
 class PhysicsServices:
-    """Pausing, resetting, gravity, step and pace.
-
-    Args:
-        prefix: of the service names.
-    """
+    """Pausing, resetting, gravity, step and pace."""
 
     def __init__(
         self, prefix: str, jobs: "JobQueue", server: "Server", properties: PhysicsProperties
@@ -137,8 +128,8 @@ class PhysicsServices:
         for name, job in empty.items():
             self._add_empty(f"{prefix}/{name}", job)
         for name, service, work in (
-            ("get_physics_properties", GetPhysicsProperties, self._get),
-            ("set_physics_properties", SetPhysicsProperties, self._set),
+            ("get_physics_properties", srv.GetPhysicsProperties, self._get),
+            ("set_physics_properties", srv.SetPhysicsProperties, self._set),
         ):
             rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
 
@@ -146,9 +137,9 @@ class PhysicsServices:
         """Service with an empty request and response that runs a job."""
         rospy.Service(name, Empty, empty_service_handler(lambda _: self._jobs.call(job)))
 
-    def _get(self, _: Any) -> GetPhysicsPropertiesResponse:
+    def _get(self, _: Any) -> srv.GetPhysicsPropertiesResponse:
         now = self._jobs.call(self._properties.read)
-        return GetPhysicsPropertiesResponse(
+        return srv.GetPhysicsPropertiesResponse(
             time_step=now.time_step,
             pause=self._server.paused,
             max_update_rate=now.max_update_rate,
@@ -157,7 +148,7 @@ class PhysicsServices:
             status_message="got the properties",
         )
 
-    def _set(self, request: Any) -> SetPhysicsPropertiesResponse:
+    def _set(self, request: Any) -> srv.SetPhysicsPropertiesResponse:
         config = request.ode_config
         self._jobs.call(
             lambda: self._properties.change(
@@ -175,7 +166,7 @@ class PhysicsServices:
         text = "physics properties set"
         if others:
             text += f"; ignored, settings of the engine ODE: {', '.join(others)}"
-        return SetPhysicsPropertiesResponse(status_message=text)
+        return srv.SetPhysicsPropertiesResponse(status_message=text)
 
 
 AXES = ("gravity_x", "gravity_y", "gravity_z")
@@ -206,23 +197,15 @@ def requested_changes(config: Mapping[str, Any], before: Mapping[str, Any]) -> d
     return changes
 
 
-class PhysicsServer:
-    """dynamic_reconfigure server of the world; to be created before the simulation runs.
-
-    Args:
-        namespace: of its service, topics and parameters.
-    """
+class PhysicsServer(ValuesServer):
+    """dynamic_reconfigure server of the world; to be created before the simulation runs."""
 
     def __init__(self, namespace: str, jobs: "JobQueue", properties: PhysicsProperties) -> None:
         self._jobs, self._properties = jobs, properties
         self._last = as_config(properties.read())
-        self._started = False
-        self._server = ValuesServer(physics_config, self._last, self._changed, namespace)
-        self._started = True
+        super().__init__(physics_config, self._last, self._changed, namespace)
 
     def _changed(self, config: Any, _level: int) -> Any:
-        if not self._started:
-            return config
         changes = requested_changes(config, self._last)
         try:
             self._jobs.call(lambda: self._properties.change(**changes))

@@ -1,6 +1,7 @@
 """Services beyond Gazebo's: step, save and restore states, describe, statistics."""
 
 import json
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import rospy
@@ -26,11 +27,7 @@ if TYPE_CHECKING:
 
 
 class StateServices:
-    """Stores states by their names, in memory.
-
-    Args:
-        prefix: of the service names.
-    """
+    """Stores states by their names, in memory."""
 
     def __init__(self, prefix: str, jobs: "JobQueue", server: "Server") -> None:
         self._jobs, self._server = jobs, server
@@ -70,8 +67,20 @@ class StateServices:
         return self._states[name]
 
 
-class DescribeService:
-    """Responds to std_srvs/Trigger with what is in the world.
+def advertise_json(name: str, jobs: "JobQueue", work: Callable[[], Any]) -> None:
+    """Advertise a std_srvs/Trigger service that responds with the result of a job, as JSON."""
+
+    def handle(_: Any) -> TriggerResponse:
+        try:
+            return TriggerResponse(True, json.dumps(jobs.call(work)))
+        except TimeoutError as error:
+            return TriggerResponse(False, str(error))
+
+    rospy.Service(name, Trigger, handle)
+
+
+class Describer:
+    """Describes what is in the world.
 
     Args:
         described: WorldDescription that was loaded, or None.
@@ -79,26 +88,18 @@ class DescribeService:
 
     def __init__(
         self,
-        jobs: "JobQueue",
         world: "World",
         robots: "ConnectedModels",
         described: "WorldDescription | None" = None,
     ) -> None:
-        self._jobs, self._world, self._robots = jobs, world, robots
+        self._world, self._robots = world, robots
         warnings = [] if described is None else described.warnings
         self._static_props = set() if described is None else _static_props(described)
         self._warnings = [warning for warning in warnings if not is_loss(warning)]
         self._losses = [warning for warning in warnings if is_loss(warning)]
-        self._service = rospy.Service("~describe", Trigger, self.handle)
 
-    def handle(self, _: Any) -> TriggerResponse:
-        """Handle a request."""
-        try:
-            return TriggerResponse(True, json.dumps(self._jobs.call(self._describe)))
-        except TimeoutError as error:
-            return TriggerResponse(False, str(error))
-
-    def _describe(self) -> dict[str, Any]:
+    def describe(self) -> dict[str, Any]:
+        """The world and its models (simulation thread)."""
         return {
             "world": self._world.name,
             "time_step": self._world.time_step,
@@ -168,7 +169,6 @@ class StepService:
     """Waits for commands, makes steps, responds when all due messages are published.
 
     Args:
-        received: ReceivedCounts of the command topics.
         timeout: wall time [s] to wait for commands.
     """
 
@@ -225,19 +225,3 @@ class StepService:
                 raise ValueError(f"topic '{name}' is given twice")
             required[name] = count
         return required
-
-
-class StatisticsService:
-    """Responds to std_srvs/Trigger with the result of Server.statistics."""
-
-    def __init__(self, jobs: "JobQueue", server: "Server") -> None:
-        self._jobs, self._server = jobs, server
-        self._service = rospy.Service("~statistics", Trigger, self.handle)
-
-    def handle(self, _: Any) -> TriggerResponse:
-        """Handle a request."""
-        try:
-            values = self._jobs.call(self._server.statistics)
-        except TimeoutError as error:
-            return TriggerResponse(False, str(error))
-        return TriggerResponse(True, json.dumps(values))

@@ -83,11 +83,7 @@ class Packed:
 
 
 class PackedJointState(Packed):
-    """sensor_msgs/JointState.
-
-    Args:
-        names: of the joints.
-    """
+    """sensor_msgs/JointState."""
 
     def __init__(self, publisher: rospy.Publisher, names: Sequence[str]) -> None:
         super().__init__(publisher)
@@ -118,7 +114,6 @@ class PackedOdometry(Packed):
     """nav_msgs/Odometry.
 
     Args:
-        frame, child_frame: frame names.
         variance: on the diagonals of both covariances.
     """
 

@@ -71,7 +71,6 @@ class DirectConnection(ConnectionWrapper):
     """Writes to the subscriber's socket in the publishing thread.
 
     Args:
-        connection: rospy transport with a socket.
         limit: queue size [messages], the oldest is dropped beyond; None: no queue, a write blocks
             until the kernel has accepted the full message.
     """

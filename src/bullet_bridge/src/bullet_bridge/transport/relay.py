@@ -38,7 +38,6 @@ class RelayChannel:
     """Starts the relay process, writes to it and reads from it.
 
     Attributes:
-        process: subprocess.Popen.
         name: for messages, with the process id.
 
     Raises:
@@ -179,7 +178,6 @@ class Relay:
         """Pass the socket of a rospy transport to the relay process.
 
         Args:
-            connection: the transport.
             limit: queue size [messages], the oldest is dropped beyond.
 
         Returns:
