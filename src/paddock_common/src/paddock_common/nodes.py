@@ -264,19 +264,20 @@ def handle_signals() -> None:
     atexit.register(finish)
 
 
-def start(name: str, make: Callable[[], T], errors: Errors = ValueError) -> T:
+def start(name: str, make: Callable[[], T], errors: Errors = ValueError, **options: Any) -> T:
     """Starts a node.
 
     Args:
         make: Class or function without arguments that connects the node.
         errors: Exceptions that prevent the start: they are logged, and the process exits with
             status 1.
+        options: Options of rospy.init_node.
 
     Returns:
         The result of `make`.
     """
     tolerate_log_errors()
-    init_interruptible(name)
+    init_interruptible(name, **options)
     exit_with_roslaunch()
     try:
         return make()
@@ -285,8 +286,8 @@ def start(name: str, make: Callable[[], T], errors: Errors = ValueError) -> T:
         sys.exit(1)
 
 
-def run(name: str, make: Callable[[], T], errors: Errors = ValueError) -> T:
+def run(name: str, make: Callable[[], T], errors: Errors = ValueError, **options: Any) -> T:
     """Starts a node and waits until ROS shuts down; arguments as those of start."""
-    node = start(name, make, errors)
+    node = start(name, make, errors, **options)
     rospy.spin()
     return node

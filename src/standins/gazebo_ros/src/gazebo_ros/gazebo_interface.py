@@ -20,30 +20,16 @@ def spawn_sdf_model_client(
     Returns:
         Whether it was spawned; the reason is in the log.
     """
-    return _spawn(
-        "spawn_sdf_model",
-        gazebo_namespace,
-        model_name,
-        model_xml,
-        robot_namespace,
-        initial_pose,
-        reference_frame,
-    )
+    values = model_name, model_xml, robot_namespace, initial_pose, reference_frame
+    return _call(gazebo_namespace, "spawn_sdf_model", SpawnModel, *values)
 
 
 def spawn_urdf_model_client(
     model_name, model_xml, robot_namespace, initial_pose, reference_frame, gazebo_namespace
 ):
     """Spawns a URDF model; arguments and result as for spawn_sdf_model_client."""
-    return _spawn(
-        "spawn_urdf_model",
-        gazebo_namespace,
-        model_name,
-        model_xml,
-        robot_namespace,
-        initial_pose,
-        reference_frame,
-    )
+    values = model_name, model_xml, robot_namespace, initial_pose, reference_frame
+    return _call(gazebo_namespace, "spawn_urdf_model", SpawnModel, *values)
 
 
 def set_model_configuration_client(
@@ -54,30 +40,8 @@ def set_model_configuration_client(
     Returns:
         Whether they were set; the reason is in the log.
     """
-    return _call(
-        gazebo_namespace,
-        "set_model_configuration",
-        SetModelConfiguration,
-        model_name,
-        model_param_name,
-        joint_names,
-        joint_positions,
-    )
-
-
-def _spawn(
-    service, gazebo_namespace, model_name, model_xml, robot_namespace, initial_pose, reference_frame
-):
-    return _call(
-        gazebo_namespace,
-        service,
-        SpawnModel,
-        model_name,
-        model_xml,
-        robot_namespace,
-        initial_pose,
-        reference_frame,
-    )
+    values = model_name, model_param_name, joint_names, joint_positions
+    return _call(gazebo_namespace, "set_model_configuration", SetModelConfiguration, *values)
 
 
 def _call(namespace, service, service_type, *values):

@@ -13,6 +13,17 @@ from paddock_common import nodes, waiting
 
 EMPTY_WORLD = "worlds/empty.world"
 ROS_PLUGINS = ("libgazebo_ros_api_plugin.so", "libgazebo_ros_paths_plugin.so")
+VALUES_WITHOUT_EFFECT = (
+    ("-g", "--gui-plugin"),
+    ("-o", "--profile"),
+    ("-p", "--play"),
+    ("--iters",),
+    ("--record_path",),
+    ("--record_encoding",),
+    ("--record_period",),
+    ("--record_filter",),
+)
+FLAGS_WITHOUT_EFFECT = (("-r", "--record"), ("--record_resources",), ("--lockstep",))
 
 
 def parse(argv, program="gzserver"):
@@ -49,18 +60,9 @@ def parse(argv, program="gzserver"):
         metavar="FILE",
         help="plugins for ROS are built in, others are skipped",
     )
-    for flags in (
-        ("-g", "--gui-plugin"),
-        ("-o", "--profile"),
-        ("-p", "--play"),
-        ("--iters",),
-        ("--record_path",),
-        ("--record_encoding",),
-        ("--record_period",),
-        ("--record_filter",),
-    ):
+    for flags in VALUES_WITHOUT_EFFECT:
         parser.add_argument(*flags, metavar="X", help="without effect")
-    for flags in (("-r", "--record"), ("--record_resources",), ("--lockstep",)):
+    for flags in FLAGS_WITHOUT_EFFECT:
         parser.add_argument(*flags, action="store_true", help="without effect")
     parser.add_argument("-v", "--version", action="version", version="Gazebo stand-in on PyBullet")
     options, unknown = parser.parse_known_args(argv)
@@ -75,21 +77,9 @@ def _without_effect(options):
         for name in options.server_plugin
         if name.rsplit("/", 1)[-1] not in ROS_PLUGINS
     ]
-    for name in (
-        "gui_plugin",
-        "profile",
-        "play",
-        "iters",
-        "record_path",
-        "record_encoding",
-        "record_period",
-        "record_filter",
-        "record",
-        "record_resources",
-        "lockstep",
-    ):
-        if getattr(options, name):
-            notes.append(f"--{name} has no effect here")
+    for *_, flag in VALUES_WITHOUT_EFFECT + FLAGS_WITHOUT_EFFECT:
+        if getattr(options, flag.lstrip("-").replace("-", "_")):
+            notes.append(f"{flag} has no effect here")
     return notes
 
 

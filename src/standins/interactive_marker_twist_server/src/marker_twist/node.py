@@ -139,14 +139,13 @@ def _control(name, axis):
     )
 
 
-def main():
-    """Runs the node; returns 1 when a parameter is wrong."""
-    nodes.init_interruptible("marker_server")
-    try:
-        drag = read(rospy.get_param("~", {}))
-    except ValueError as error:
-        rospy.logfatal("marker_server: %s", error)
-        return 1
+def connect():
+    """Connects the node.
+
+    Raises:
+        ValueError: A parameter is wrong.
+    """
+    drag = read(rospy.get_param("~", {}))
     publisher = rospy.Publisher("~cmd_vel", Twist, queue_size=1)
     server = InteractiveMarkerServer("twist_marker_server")
     marker = marker_of(
@@ -168,5 +167,8 @@ def main():
     # Nobody has moved it yet. rospy's server, unlike roscpp's, counts its start as a movement by
     # somebody else and refuses all others for a second, which does not end where the clock stands.
     server.marker_contexts[marker.name].last_feedback = rospy.Time()
-    rospy.spin()
-    return 0
+
+
+def main():
+    """Runs the node."""
+    nodes.run("marker_server", connect)

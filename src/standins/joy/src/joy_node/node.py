@@ -3,6 +3,7 @@
 import time
 
 import rospy
+from paddock_common.settings import Number, parameter
 from sensor_msgs.msg import Joy
 
 from joy_node.sdl_pads import SdlPads
@@ -56,9 +57,8 @@ class PublishTimer:
         self._due, self._last = float("inf"), now
 
 
-REST_NOISE = (
-    0.02  # fraction of the full range: an axis that moved less since the start counts as not moved
-)
+# Fraction of the full range: an axis that moved less since the start counts as not moved.
+REST_NOISE = 0.02
 
 
 class PadState:
@@ -209,27 +209,25 @@ POLL_PERIOD = 0.004  # wall time between two readings [s]
 IDLE_PERIOD = 0.1  # wall time between two checks without a pad [s]
 
 
-def _number(name, default):
-    value = rospy.get_param("~" + name, default)
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise ValueError(f"{name} is {value!r}, must be a number")
-    return float(value)
-
-
-def make_driver(pads, publisher):
-    """Driver with this node's parameters.
+def make_driver():
+    """SdlPads and a Driver with this node's parameters.
 
     Raises:
         ValueError: names the parameter, its value and what is valid.
     """
+
+    def number(name, default):
+        return float(parameter(rospy.get_param, name, default, Number()))
+
+    device = str(rospy.get_param("~dev", "/dev/input/js0"))
+    pads = SdlPads(device, rospy.get_param("~dev_name", ""))
+    publisher = rospy.Publisher("joy", Joy, queue_size=1)
     state = PadState(
-        _number("deadzone", 0.05),
+        number("deadzone", 0.05),
         bool(rospy.get_param("~default_trig_val", False)),
         bool(rospy.get_param("~sticky_buttons", False)),
     )
-    timer = PublishTimer(_number("autorepeat_rate", 0.0), _number("coalesce_interval", 0.001))
-
-    device = str(rospy.get_param("~dev", "/dev/input/js0"))
+    timer = PublishTimer(number("autorepeat_rate", 0.0), number("coalesce_interval", 0.001))
 
     def send(axes, buttons):
         message = Joy(axes=axes, buttons=buttons)
@@ -237,20 +235,13 @@ def make_driver(pads, publisher):
         message.header.frame_id = device
         publisher.publish(message)
 
-    return Driver(pads.open, state, timer, send, rospy.loginfo, label=pads.label)
+    return pads, Driver(pads.open, state, timer, send, rospy.loginfo, label=pads.label)
 
 
 def main():
-    """Runs the node; returns 1 when a parameter is wrong."""
-    nodes.init_interruptible("joy_node")
-    try:
-        pads = SdlPads(rospy.get_param("~dev", "/dev/input/js0"), rospy.get_param("~dev_name", ""))
-        driver = make_driver(pads, rospy.Publisher("joy", Joy, queue_size=1))
-    except ValueError as error:
-        rospy.logfatal("joy_node: %s", error)
-        return 1
+    """Runs the node."""
+    pads, driver = nodes.start("joy_node", make_driver)
     while not rospy.is_shutdown():
         time.sleep(POLL_PERIOD if driver.spin_once() else IDLE_PERIOD)
     driver.close()
     pads.close()
-    return 0

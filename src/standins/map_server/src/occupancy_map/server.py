@@ -7,12 +7,7 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import Point, Pose
 from nav_msgs.msg import MapMetaData, OccupancyGrid
-from nav_msgs.srv import (
-    GetMap,
-    GetMapResponse,
-    LoadMap,
-    LoadMapResponse,
-)
+from nav_msgs.srv import GetMap, GetMapResponse, LoadMap, LoadMapResponse
 from paddock_common.geometry import quaternion_of, yaw_of
 
 from occupancy_map.files import FREE_THRESH, OCCUPIED_THRESH, Map, from_image, load
@@ -29,10 +24,7 @@ def to_message(grid, frame, stamp):
         resolution=grid.resolution,
         width=grid.cells.shape[1],
         height=grid.cells.shape[0],
-        origin=Pose(
-            Point(x, y, 0.0),
-            quaternion_of(yaw),
-        ),
+        origin=Pose(Point(x, y, 0.0), quaternion_of(yaw)),
     )
     message.data = grid.cells.ravel().tolist()
     return message
@@ -63,11 +55,10 @@ class MapServer:
 
     Args:
         grid: Map.
-        frame: Its frame.
     """
 
-    def __init__(self, grid, frame):
-        self._frame, self._lock = frame, threading.Lock()
+    def __init__(self, grid):
+        self._frame, self._lock = str(rospy.get_param("~frame_id", "map")), threading.Lock()
         self._map = rospy.Publisher("map", OccupancyGrid, queue_size=1, latch=True)
         self._info = rospy.Publisher("map_metadata", MapMetaData, queue_size=1, latch=True)
         self._publish(grid)
@@ -116,17 +107,10 @@ def _read(arguments):
 
 
 def main():
-    """Runs the node; returns 1 when the map cannot be read, 2 for a wrong command line."""
+    """Runs the node; returns 2 for a wrong command line."""
     arguments = rospy.myargv(sys.argv)[1:]
     if len(arguments) not in (1, 2):
         print(USAGE, file=sys.stderr)
         return 2
-    nodes.init_interruptible("map_server", anonymous=True)
-    try:
-        grid = _read(arguments)
-    except ValueError as error:
-        rospy.logfatal("map_server: %s", error)
-        return 1
-    MapServer(grid, str(rospy.get_param("~frame_id", "map")))
-    rospy.spin()
+    nodes.run("map_server", lambda: MapServer(_read(arguments)), anonymous=True)
     return 0

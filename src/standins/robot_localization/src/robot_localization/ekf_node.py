@@ -165,6 +165,8 @@ class EkfNode:
     """
 
     def __init__(self, name):
+        if name.startswith("ukf"):
+            rospy.logwarn("%s: this stand-in runs the extended Kalman filter", name)
         parameters = rospy.get_param("~", {})
         prefix_at = rospy.search_param("tf_prefix")
         self._options, notes = options.read(
@@ -343,14 +345,5 @@ class EkfNode:
 
 
 def main(name="ekf_localization_node"):
-    """Runs the node; returns 1 when a parameter is wrong."""
-    nodes.init_interruptible(name)
-    if name.startswith("ukf"):
-        rospy.logwarn("%s: this stand-in runs the extended Kalman filter", name)
-    try:
-        EkfNode(name)
-    except ValueError as error:
-        rospy.logfatal("%s: %s", name, error)
-        return 1
-    rospy.spin()
-    return 0
+    """Runs the node."""
+    nodes.run(name, lambda: EkfNode(name))

@@ -274,12 +274,5 @@ class NavsatNode:
 
 
 def main():
-    """Runs the node; returns 1 when a parameter is wrong."""
-    nodes.init_interruptible("navsat_transform_node")
-    try:
-        NavsatNode()
-    except ValueError as error:
-        rospy.logfatal("navsat_transform_node: %s", error)
-        return 1
-    rospy.spin()
-    return 0
+    """Runs the node."""
+    nodes.run("navsat_transform_node", NavsatNode)

@@ -153,14 +153,13 @@ def _integer(name, value):
     return int(value)
 
 
-def main():
-    """Runs the node; returns 1 when a parameter is wrong."""
-    nodes.init_interruptible("teleop_twist_joy_node")
-    try:
-        mapping = read(rospy.get_param("~", {}))
-    except ValueError as error:
-        rospy.logfatal("teleop_twist_joy: %s", error)
-        return 1
+def connect():
+    """Connects the node.
+
+    Raises:
+        ValueError: A parameter is wrong.
+    """
+    mapping = read(rospy.get_param("~", {}))
     rospy.loginfo("teleop_twist_joy: enable button %d", mapping.enable_button)
     if mapping.turbo_button >= 0:
         rospy.loginfo("teleop_twist_joy: turbo button %d", mapping.turbo_button)
@@ -181,5 +180,8 @@ def main():
             publisher.publish(Twist(Vector3(*command[:3]), Vector3(*command[3:])))
 
     rospy.Subscriber("joy", Joy, publish_command, queue_size=1)
-    rospy.spin()
-    return 0
+
+
+def main():
+    """Runs the node."""
+    nodes.run("teleop_twist_joy_node", connect)

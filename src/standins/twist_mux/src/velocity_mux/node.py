@@ -39,13 +39,15 @@ def arrow(twist):
     return marker
 
 
-def show_marker():
-    """Runs the node."""
-    nodes.init_interruptible("twist_marker")
+def connect_marker():
+    """Connects twist_marker."""
     publisher = rospy.Publisher("marker", Marker, queue_size=1, latch=True)
     rospy.Subscriber("twist", Twist, lambda twist: publisher.publish(arrow(twist)), queue_size=1)
-    rospy.spin()
-    return 0
+
+
+def show_marker():
+    """Runs twist_marker."""
+    nodes.run("twist_marker", connect_marker)
 
 
 DIAGNOSTICS_PERIOD = 1.0  # wall time [s]
@@ -124,6 +126,4 @@ def _diagnostic_text(state, entry):
 
 def main():
     """Runs the node."""
-    nodes.init_interruptible("twist_mux")
-    MuxNode().spin()
-    return 0
+    nodes.start("twist_mux", MuxNode).spin()

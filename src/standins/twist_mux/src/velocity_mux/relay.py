@@ -169,14 +169,8 @@ class Relay:
 
 
 def main():
-    """Runs the node; returns 1 when a parameter is wrong."""
-    nodes.init_interruptible("joystick_relay")
-    try:
-        relay = Relay()
-    except ValueError as error:
-        rospy.logfatal("joystick_relay: %s", error)
-        return 1
+    """Runs the node."""
+    relay = nodes.start("joystick_relay", Relay)
     while not rospy.is_shutdown():
         relay.show()
         rospy.rostime.wallsleep(MARKER_PERIOD)
-    return 0
