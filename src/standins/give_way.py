@@ -57,7 +57,6 @@ def give_way(folder, real):
 
 
 def main():
-    """Entry point."""
     folders = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
     for name in give_way(HERE, real_packages(list(DEFAULT_FOLDERS) + folders)):
         print(name)

@@ -21,19 +21,15 @@ class FakeEndpoint:
         self.sent, self.closed, self.connections, self.impl = [], False, 1, Impl(self)
 
     def publish(self, message):
-        """Store it."""
         self.sent.append(message)
 
     def get_num_connections(self):
-        """As set."""
         return self.connections
 
     def unregister(self):
-        """Close."""
         self.closed = True
 
     def shutdown(self, _reason=""):
-        """Close."""
         self.closed = True
 
 
@@ -44,7 +40,6 @@ class Tuning:
         self.gains, self.apply, self.closed = gains, apply, False
 
     def close(self):
-        """Close."""
         self.closed = True
 
 
@@ -108,15 +103,12 @@ class Bot:
         )
 
     def load(self, name):
-        """Whether load_controller returns ok."""
         return self.ask("load_controller", name=name).ok
 
     def unload(self, name):
-        """Whether unload_controller returns ok."""
         return self.ask("unload_controller", name=name).ok
 
     def switch(self, start=(), stop=(), strictness=2):
-        """Whether switch_controller returns ok."""
         return self.ask(
             "switch_controller",
             start_controllers=list(start),
@@ -125,7 +117,6 @@ class Bot:
         ).ok
 
     def start(self, name):
-        """Load and start."""
         assert self.load(name) and self.switch(start=[name])
 
     def states(self):

@@ -25,7 +25,6 @@ class Impl:
         """Nobody else publishes."""
 
     def write_data(self, data):
-        """Read back, hand over."""
         assert len(data) == 4 + int.from_bytes(data[:4], "little")
         self._owner.publish(self._owner.kind().deserialize(data[4:]))
 
@@ -57,7 +56,6 @@ class FakeReceivedCounts:
     topic = take = None
 
     def subscribe(self, topic, kind, callback, **_options):
-        """Store it."""
         self.topic, self.take = topic, callback
         return Topic(topic, kind)
 
@@ -69,15 +67,12 @@ class FakeCameras:
         self.sensors, self.requests = [], []
 
     def add(self, sensor):
-        """Store it."""
         self.sensors.append(sensor)
 
     def remove(self, sensor):
-        """Remove it."""
         self.sensors.remove(sensor)
 
     def request(self, request):
-        """Store it."""
         self.requests.append(request)
 
 

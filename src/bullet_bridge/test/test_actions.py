@@ -51,7 +51,6 @@ class Handle:
         self.goal, self.name, self.logged, self.feedback = goal, name, [], []
 
     def get_goal(self):
-        """The goal."""
         return self.goal
 
     def get_goal_id(self):
@@ -60,7 +59,6 @@ class Handle:
         return type("GoalID", (), {"id": self.name})
 
     def publish_feedback(self, feedback):
-        """Record."""
         self.feedback.append(feedback)
 
     def _end(self, what, *rest):
@@ -83,15 +81,12 @@ class Actions:
         Actions.made[name] = self
 
     def has_subscribers(self):
-        """Always."""
         return True
 
     def post(self, call, *arguments):
-        """At once."""
         call(*arguments)
 
     def unregister(self):
-        """Close."""
         self.closed = True
 
 

@@ -29,7 +29,6 @@ class Rig:
         return self.response
 
     def go_on(self, seconds):
-        """Asks once a second."""
         for _ in range(int(seconds)):
             self.time += 1.0
             self.monitor.check()

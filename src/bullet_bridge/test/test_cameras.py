@@ -25,15 +25,12 @@ class Client:
         return SimpleNamespace(kind="tiny", reason="", details="a test")
 
     def set_sources(self, sources, _scene):
-        """Keep them."""
         self.sources = sources
 
     def submit(self, snapshot, requests):
-        """Keep them."""
         self.waiting += [(snapshot, request, self.epoch) for request in requests]
 
     def render_sync(self, snapshot, requests):
-        """At once."""
         return [
             SimpleNamespace(camera=request.name, time=snapshot, epoch=self.epoch, labels=None)
             for request in requests
@@ -44,7 +41,6 @@ class Client:
         self.epoch += 1
 
     def finish(self):
-        """The requested images are rendered."""
         waiting, self.waiting = self.waiting, []
         for snapshot, request, epoch in waiting:
             self.on_frame(
@@ -59,12 +55,10 @@ class Camera:
         self.request, self.times = SimpleNamespace(name=name), []
 
     def publish_frame(self, frame):
-        """Store it."""
         self.times.append(frame.time)
 
 
 def drawn(cameras, world, camera):
-    """Have a camera's image rendered."""
     cameras.request(camera.request)
     cameras.flush(world)
 

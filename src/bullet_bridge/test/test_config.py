@@ -7,7 +7,6 @@ from bullet_bridge.node import Config, parse_config
 
 
 def parse(**values):
-    """Config of given parameters."""
     return parse_config(values.get)
 
 

@@ -55,7 +55,6 @@ class Bot(bot_rig.Bot):
 
 @pytest.fixture(name="bot")
 def bot_in_a_world(monkeypatch):
-    """The robot, freed afterwards."""
     bot = Bot(monkeypatch)
     yield bot
     bot.world.close()
@@ -233,7 +232,6 @@ class Tuning:
         self.made.append(self)
 
     def close(self):
-        """Count."""
         self.closed += 1
 
 

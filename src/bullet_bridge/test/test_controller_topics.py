@@ -99,7 +99,6 @@ def _bot(monkeypatch):
 
 
 def twist(linear, angular):
-    """A Twist."""
     message = Twist()
     message.linear.x, message.angular.z = linear, angular
     return message

@@ -14,7 +14,6 @@ from geometry_msgs.msg import Pose as PoseMsg
 
 
 def packs(message):
-    """Whether a message can be sent."""
     message.serialize(io.BytesIO())
     return True
 

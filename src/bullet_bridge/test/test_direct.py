@@ -25,18 +25,15 @@ class Transport:
         self.stat_bytes = self.stat_num_msg = 0
 
     def set_cleanup_callback(self, callback):
-        """Store it."""
         self.callback = callback
 
     def close(self):
-        """Close as rospy's transport does."""
         if not self.done:
             self.done = True
             self.socket.close()
             self.callback(self)
 
     def read(self, size):
-        """Read at the other end."""
         self.far.settimeout(90.0)
         got = bytearray()
         while len(got) < size:
@@ -155,7 +152,6 @@ class Impl:
         self.connections, self.resolved_name = [], "/topic"
 
     def add_connection(self, connection):
-        """Store it."""
         self.connections.append(connection)
         return True
 
@@ -165,8 +161,6 @@ def test_publishers_send_directly(monkeypatch, transport, lockstep, limit):
     impl = Impl()
 
     class Publisher:
-        """Fake of rospy.Publisher."""
-
         def __init__(self, *_, **options):
             assert options["queue_size"] is None
             self.impl = impl

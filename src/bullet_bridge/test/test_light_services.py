@@ -17,7 +17,6 @@ class Direct:
 
     @staticmethod
     def call(job):
-        """Run it."""
         return job()
 
 

@@ -29,24 +29,19 @@ class FakeRobots:
         """No messages."""
 
     def connect(self, model, _namespace):
-        """Note it, or fail."""
         self.names.append(model.name)
         if self.fault is not None:
             raise self.fault
 
     def disconnect(self, name):
-        """Give back what is to be closed."""
         self.names.remove(name)
         return [self]
 
     def close(self):
-        """Note it."""
         self.closed.append(True)
 
 
 class Desk:
-    """The services with everything around them."""
-
     def __init__(self, monkeypatch):
         self.handlers, self.log = {}, []
         monkeypatch.setattr(
@@ -78,7 +73,6 @@ class Desk:
         return results[0]
 
     def spawn(self, name="bot", text=URDF, frame=""):
-        """Answer to a spawn request."""
         return self.call(
             "spawn_urdf_model",
             srv.SpawnModelRequest(

@@ -23,11 +23,9 @@ class FakeServer:
         self.world, self.real_time_factor = world, 1.0
 
     def set_pace(self, factor):
-        """New pace."""
         self.real_time_factor = factor
 
     def set_time_step(self, time_step):
-        """New step."""
         self.world.set_time_step(time_step)
 
 

@@ -58,7 +58,6 @@ def _cart(world):
 
 
 def made(spec, world, model, received=None):
-    """The plugin of a spec."""
     return plugin_of(world, model, spec, 1, received)
 
 

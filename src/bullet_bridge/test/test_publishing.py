@@ -8,13 +8,10 @@ from bullet_bridge.transport.publishing import all_or_none, publisher
 
 
 class FakePublisher:
-    """Fake of rospy.Publisher."""
-
     def __init__(self, topic, _kind, **_):
         self.topic, self.closed = topic, 0
 
     def unregister(self):
-        """Count it."""
         self.closed += 1
 
 

@@ -78,7 +78,6 @@ class Taker:
     names = ()
 
     def load(self, described):
-        """Keep them."""
         self.names = [model.name for model, _ in described.models]
         return []
 

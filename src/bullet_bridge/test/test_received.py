@@ -9,13 +9,10 @@ from bullet_bridge.loop.received import ReceivedCounts
 
 
 class FakeSubscriber:
-    """Stands in for rospy.Subscriber."""
-
     def __init__(self, name, kind, call, **options):
         self.name, self.kind, self.call, self.options, self.closed = name, kind, call, options, 0
 
     def unregister(self):
-        """Close."""
         self.closed += 1
 
 
@@ -27,7 +24,6 @@ def _received(monkeypatch):
 
 
 def fake(counted):
-    """The fake inside a counted subscriber."""
     return counted._subscriber
 
 

@@ -20,7 +20,6 @@ DEADLINE = 90.0  # [s]
 
 
 def wait(condition, what):
-    """Poll until a condition holds."""
     deadline = time.monotonic() + DEADLINE
     while not condition():
         assert time.monotonic() < deadline, f"{what} within {DEADLINE} s"
@@ -298,8 +297,6 @@ def test_publishers_use_the_relay_while_it_is_alive(
     impl, relay = Impl(), Relay(failures.append)
 
     class Publisher:
-        """Fake of rospy.Publisher."""
-
         def __init__(self, *_, **__):
             self.impl = impl
 

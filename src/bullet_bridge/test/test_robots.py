@@ -12,8 +12,6 @@ from bullet_bridge import robots as module
 
 
 class Spec(SimpleNamespace):
-    """A sensor's specification."""
-
     topic, link = "/topic", "base"
 
 
@@ -34,30 +32,24 @@ class Part:
         self.updated, self.error = 0.0, None
 
     def needs_update(self):
-        """As set."""
         return self.subscribed
 
     def update(self, time, period):
-        """Store it."""
         if self.error is not None:
             raise self.error
         self.times.append(time)
         assert period > 0.0
 
     def reset(self, _time):
-        """Restart."""
         self.restarts += 1
         self.updated = 0.0
         self.schedule.restart(0)
 
     def close(self):
-        """Close."""
         self.closed = True
 
 
 class Rig:
-    """Robots with fakes around it."""
-
     def __init__(self, monkeypatch):
         self.made, self.errors, self.before_register = [], [], lambda: None
 
@@ -258,8 +250,6 @@ def test_failures_of_images_are_returned(rig):
 
 
 class Control:
-    """Stands in for RobotControl."""
-
     during_init = None
 
     def __init__(self, _jobs, _world, model, namespace, _received):
@@ -272,11 +262,9 @@ class Control:
         """Nothing to update."""
 
     def next_due(self, check=True):
-        """Never."""
         return math.inf
 
     def close(self):
-        """Close."""
         self.closed_here = True
 
 

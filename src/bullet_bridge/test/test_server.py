@@ -18,7 +18,6 @@ class Wall:
         self.time = 100.0
 
     def now(self):
-        """The time."""
         return self.time
 
 
@@ -35,21 +34,17 @@ class World:
         return self.step_count * self.time_step
 
     def step(self, count):
-        """Work."""
         self.batches.append(count)
         self.step_count += count
         self.wall.time += count * self.cost
 
     def sort_before_start(self):
-        """Nothing to do."""
         return False
 
     def sort_models(self):
-        """Record the call."""
         self.calls.append("sort_models")
 
     def reset(self, time):
-        """Restart."""
         self.calls.append(("reset", time))
         if time:
             self.step_count = 0
@@ -62,7 +57,6 @@ class Jobs:
         self.wall = wall
 
     def run_pending(self, wait=0.0):
-        """Wait."""
         self.wall.time += wait
         return 0
 
@@ -75,15 +69,12 @@ class Robots:
         self.seen, self.applied, self.failures, self.restarts = [], [], [], 0
 
     def apply_commands(self):
-        """Commands."""
         self.applied.append(True)
 
     def next_due(self):
-        """Next due step."""
         return self.schedule.next if self.schedule else math.inf
 
     def publish(self, step, _time):
-        """Store it."""
         if self.schedule and self.schedule.due(step):
             self.seen.append(step)
 
@@ -91,20 +82,16 @@ class Robots:
         """Nothing to do."""
 
     def restart(self):
-        """Restart."""
         self.restarts += 1
         if self.schedule:
             self.schedule.restart(0)
 
     def take_failures(self):
-        """Return and clear."""
         failures, self.failures = self.failures, []
         return failures
 
 
 class Rig:
-    """A server with fakes around it."""
-
     def __init__(self, cost=1e-5, rate=0.0, clock_rate=200.0, **config):
         self.wall = Wall()
         self.world, self.robots = World(self.wall, cost), Robots(rate)
@@ -311,16 +298,13 @@ class Reporter:
         self.schedule, self.seen, self.restarts = Schedule(1000 / 7, 0.001), [], 0
 
     def next_due(self):
-        """Next due step."""
         return self.schedule.next
 
     def publish(self, step, time):
-        """Store it."""
         if self.schedule.due(step):
             self.seen.append((step, round(time, 6)))
 
     def restart(self):
-        """Restart."""
         self.restarts += 1
         self.schedule.restart(0)
 

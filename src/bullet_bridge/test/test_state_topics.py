@@ -26,11 +26,9 @@ class Topic:
         self.made[name] = self
 
     def publish(self, message):
-        """Store it."""
         self.sent.append(message)
 
     def get_num_connections(self):
-        """Subscribers."""
         return self.subscribers
 
 

@@ -20,7 +20,6 @@ class Server:
         self.pace.delay(1.0)
 
     def statistics(self):
-        """As Server's."""
         return self.pace.statistics()
 
 

@@ -21,7 +21,6 @@ class Server:
         self.paused, self.error, self.made = True, "", []
 
     def begin_steps(self, count):
-        """Make them."""
         if self.made and self.made[-1] == "busy":
             raise WorldError("busy")
         self.made.append(count)
@@ -47,12 +46,10 @@ class Rig:
         self.owner.start()
 
     def own(self):
-        """Run jobs."""
         while not self.end.is_set():
             self.jobs.run_pending(wait=0.01)
 
     def ask(self, n=1, topics=(), counts=()):
-        """Answer of the service."""
         return self.service.handle(StepRequest(n, list(topics), list(counts)))
 
 

@@ -102,7 +102,6 @@ def test_a_controller_that_cannot_be_published_stops_no_other(world, topics, mon
             return 10 * (1 + (published[-1] // 10 if published else 0))
 
         def publish(self, step, _time):
-            """As logged."""
             if self.name == "a":
                 raise error
             published.append(step)
@@ -173,7 +172,6 @@ class Tuned:
         self.tuning = PidServer("/bot/arm/pid", PidGains(2.0, 0.5, 0.1, -1.0, 1.0), self.apply)
 
     def apply(self, gains):
-        """Apply or refuse."""
         if self.fault is not None:
             raise self.fault
         self.taken.append(gains)

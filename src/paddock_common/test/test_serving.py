@@ -12,7 +12,6 @@ LIMIT, IDLE = 10.0, 0.8  # [s]; it polls for 0.5 s at a time
 
 @pytest.fixture
 def node():
-    """A node with a running server."""
     node = XmlRpcNode(0, XmlRpcHandler())
     node.start()
     deadline = time.monotonic() + LIMIT

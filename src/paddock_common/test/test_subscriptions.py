@@ -160,7 +160,6 @@ class Process:
             self._lines.put(line.strip())
 
     def expect(self, expected, limit=LIMIT):
-        """Waits for a line."""
         end = time.monotonic() + limit
         while time.monotonic() < end:
             try:
@@ -171,7 +170,6 @@ class Process:
         raise AssertionError(f"{expected}: not within {limit:g} s")
 
     def proceed(self):
-        """Makes it continue."""
         self.process.stdin.write("\n")
         self.process.stdin.flush()
 

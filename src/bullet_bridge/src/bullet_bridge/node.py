@@ -174,7 +174,6 @@ def make_server(parts: ExitStack) -> Server:
 
 
 def quality_of(config: Config) -> Quality:
-    """Quality of the OpenGL renderer."""
     return Quality(config.shadows, config.antialias)
 
 

@@ -187,7 +187,6 @@ class OverlayPainter:
         self._eye = np.array(pose[0])
 
     def paint(self, overlay):
-        """Paint an Overlay."""
         for rays in overlay.rays:
             self._lines(rays.origin, rays.ends, RAY_COLOR, 1.0)
         if overlay.contacts is not None:
@@ -254,7 +253,6 @@ class View(QWidget):
         self.setSizePolicy(QSizePolicy.Expanding, QSizePolicy.Expanding)
 
     def sizeHint(self):
-        """Preferred size."""
         return QSize(960, 600)
 
     def show_image(self, rgb, overlay, pose, horizontal_fov):
@@ -334,7 +332,6 @@ class View(QWidget):
         return QPointF(event.localPos() - self._pressed).manhattanLength() < CLICK_SLACK
 
     def wheelEvent(self, event):
-        """Zoom."""
         self.camera.zoom(event.angleDelta().y() / WHEEL_NOTCH)
         self.moved.emit()
         event.accept()

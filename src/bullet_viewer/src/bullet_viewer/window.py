@@ -73,7 +73,6 @@ class Renderer(QObject):
         )
 
     def close(self):
-        """Stop the worker."""
         if self._starter.is_alive():
             self._starter.join(10.0)
         self._client.close()
@@ -213,7 +212,6 @@ class ViewerWindow(QMainWindow):
         )
 
     def _show(self, frame):
-        """Show a finished Frame."""
         if frame.labels is not None and self._clicked is not None:
             self._pick(frame.labels)
         if self._rendering is not None:

@@ -48,5 +48,4 @@ class FilmNode:
 
 
 def main() -> None:
-    """Runs the node."""
     run("film", FilmNode)

@@ -87,7 +87,6 @@ class MasterMonitor:
         return 0.0 if since is None else self._now() - since
 
     def start(self) -> None:
-        """Starts the thread."""
         threading.Thread(target=self._run, name="master-monitor", daemon=True).start()
 
     def close(self) -> None:
@@ -95,7 +94,6 @@ class MasterMonitor:
         self._closed.set()
 
     def check(self) -> None:
-        """Sends one request."""
         try:
             identity = self._identity(self.uri)
         except ConnectionRefusedError:

@@ -60,7 +60,6 @@ class Number(Rule):
     unit: str = ""
 
     def complaint(self, value: Any) -> str:
-        """As Rule.complaint."""
         valid = self._range()
         if not is_number(value) or (self.integer and not isinstance(value, numbers.Integral)):
             noun = "a whole number" if self.integer else "a number"
@@ -93,7 +92,6 @@ class Flag(Rule):
     """True or false."""
 
     def complaint(self, value: Any) -> str:
-        """As Rule.complaint."""
         return "" if isinstance(value, bool) else "true or false"
 
 
@@ -110,7 +108,6 @@ class Choice(Rule):
     text: str = ""
 
     def complaint(self, value: Any) -> str:
-        """As Rule.complaint."""
         for valid in self.values:
             if value == valid and isinstance(value, bool) == isinstance(valid, bool):
                 return ""
@@ -128,7 +125,6 @@ class Text(Rule):
     empty: bool = False
 
     def complaint(self, value: Any) -> str:
-        """As Rule.complaint."""
         if isinstance(value, str) and (value or self.empty):
             return ""
         return "a text" if self.empty else "a name"

@@ -15,21 +15,16 @@ class FakePad:
         self.reading, self.there, self.closed = REST, True, 0
 
     def attached(self):
-        """Whether it is still there."""
         return self.there
 
     def read(self):
-        """Numbers."""
         return self.reading
 
     def close(self):
-        """Count it."""
         self.closed += 1
 
 
 class Bench:
-    """A driver with everything around it."""
-
     def __init__(self, pad, state=None, **sending):
         self.pad, self.time, self.sent, self.logged, self.attempts = pad, 100.0, [], [], 0
         self.driver = Driver(

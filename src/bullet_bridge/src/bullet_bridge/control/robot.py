@@ -120,7 +120,6 @@ class RobotControl:
         self.refresh()
 
     def publish(self, step: int, time: float) -> None:
-        """Publish what is due."""
         for topics in self._publishing.values():
             topics.publish(step, time)
 

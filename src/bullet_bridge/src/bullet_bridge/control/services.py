@@ -120,6 +120,5 @@ class ControllerServices:
         )
 
     def close(self) -> None:
-        """Shut down the services."""
         for service in self._services:
             service.shutdown("model deleted")

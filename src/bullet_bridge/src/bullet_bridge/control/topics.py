@@ -186,7 +186,6 @@ class Topics:
         return f"{self._robot.namespace}/{self.config.name}"
 
     def is_periodic(self) -> bool:
-        """Whether the controller publishes periodically."""
         return bool(self.schedules)
 
     def publish(self, step: int, time: float) -> None:
@@ -198,7 +197,6 @@ class Topics:
             schedule.restart(step)
 
     def close(self) -> None:
-        """Unregister the topics."""
         for endpoint in self._endpoints:
             endpoint.unregister()
 
@@ -388,12 +386,10 @@ class Sensors(Topics):
                 sensor.updated = time
 
     def restart(self, step: int) -> None:
-        """Restart schedules and noise."""
         for sensor in self._sensors:
             sensor.reset(self._robot.world.time)
 
     def close(self) -> None:
-        """Unregister the topics."""
         for sensor in self._sensors:
             sensor.close()
         super().close()

@@ -47,7 +47,6 @@ class JobQueue:
             job.done.set()
 
     def waiting(self) -> int:
-        """Number of queued jobs."""
         return len(self._jobs)
 
     def call(self, work: Callable[[], T], timeout: float = TIMEOUT) -> T:

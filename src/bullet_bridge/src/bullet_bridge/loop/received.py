@@ -162,10 +162,8 @@ class _Counted:
             raise
 
     def get_num_connections(self) -> int:
-        """Number of publishers connected."""
         return self._subscriber.get_num_connections()
 
     def unregister(self) -> None:
-        """End the subscription."""
         self._subscriber.unregister()
         self._counts.remove(self._topic, self)

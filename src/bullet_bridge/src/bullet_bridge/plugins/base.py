@@ -189,7 +189,6 @@ class Sensor(ModelPlugin):
         raise NotImplementedError
 
     def update(self, time: float, period: float) -> None:
-        """Publish a measurement."""
         message = self.measure(time)
         if message is not None:
             self.pub.publish(message)

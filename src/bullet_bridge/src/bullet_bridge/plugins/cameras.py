@@ -107,14 +107,12 @@ class Cameras:
         self._legend = publisher(rospy.resolve_name("~labels"), String, latch=True)
 
     def add(self, sensor: "CameraSensor") -> None:
-        """Add a camera sensor."""
         self.start()
         if self._legend is not None:
             sensor.add_labels()
         self._sensors[sensor.request.name] = sensor
 
     def remove(self, sensor: "CameraSensor") -> None:
-        """Remove a camera sensor."""
         if self._sensors.get(sensor.request.name) is sensor:  # not a later one of the same name
             del self._sensors[sensor.request.name]
 

@@ -106,7 +106,6 @@ class PerformanceTopic:
         self.restart()
 
     def restart(self) -> None:
-        """Restart the measurement."""
         self._since = (self._clock(), self._world.time, dict(self._counts()))
 
     def next_due(self) -> int:

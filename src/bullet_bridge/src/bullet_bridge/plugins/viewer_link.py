@@ -77,7 +77,6 @@ class ViewerLink:
         return self._child and self._child.process
 
     def is_open(self) -> bool:
-        """Whether a viewer is running."""
         return self._thread is not None and self._thread.is_alive()
 
     def open(self) -> str:
@@ -152,7 +151,6 @@ class ViewerLink:
         self._server.begin_steps(count)
 
     def close(self) -> None:
-        """Shut the viewer down."""
         self._closing = True
         if self.is_open():
             self._child.shut_down()  # the viewer exits, which ends the thread

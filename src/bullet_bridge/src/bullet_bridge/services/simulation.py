@@ -49,8 +49,6 @@ class StateServices:
         return StateResponse(status_message=f"saved '{name}' at {time:.3f} s")
 
     def restore(self, request: Any) -> StateResponse:
-        """Restore a state."""
-
         def work() -> tuple[str, float]:
             return self._server.restore_state(self._get(request.name)), self._server.time
 
@@ -180,7 +178,6 @@ class StepService:
         self._service = rospy.Service("~step", Step, self.handle)
 
     def handle(self, request: Any) -> StepResponse:
-        """Handle a Step request."""
         try:
             required = self._required(request)
             self._jobs.call(self._check)

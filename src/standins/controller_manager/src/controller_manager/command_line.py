@@ -181,7 +181,6 @@ SHORT = {"lc": "list", "lt": "list-types", "sp": "spawn", "kl": "kill"}
 
 
 def usage():
-    """Returns the help text."""
     rows = [
         f"  {name + (' <name> ...' if entry[1] else ''):<28} {entry[2]}"
         for name, entry in COMMANDS.items()

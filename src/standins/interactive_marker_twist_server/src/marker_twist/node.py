@@ -170,5 +170,4 @@ def connect():
 
 
 def main():
-    """Runs the node."""
     nodes.run("marker_server", connect)

@@ -53,7 +53,6 @@ class PublishTimer:
         self._due, self._last = float("inf"), float("inf")
 
     def start(self, now):
-        """Restart autorepeat."""
         self._due, self._last = float("inf"), now
 
 
@@ -199,7 +198,6 @@ class Driver:
         self._send(self._state.axes, self._state.buttons)
 
     def close(self):
-        """Close the pad."""
         if self._pad is not None:
             self._pad.close()
             self._pad = None
@@ -239,7 +237,6 @@ def make_driver():
 
 
 def main():
-    """Runs the node."""
     pads, driver = nodes.start("joy_node", make_driver)
     while not rospy.is_shutdown():
         time.sleep(POLL_PERIOD if driver.spin_once() else IDLE_PERIOD)

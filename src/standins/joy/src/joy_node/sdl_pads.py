@@ -38,7 +38,6 @@ class SdlPad:
         self.name = joystick.get_name()
 
     def attached(self):
-        """Whether it is still connected."""
         return self._joystick.get_instance_id() not in self._removed()
 
     def read(self):
@@ -51,7 +50,6 @@ class SdlPad:
         )
 
     def close(self):
-        """Close it."""
         self._joystick.quit()
 
 
@@ -92,6 +90,5 @@ class SdlPads:
         return None
 
     def close(self):
-        """Close SDL."""
         pygame.joystick.quit()
         pygame.display.quit()

@@ -345,5 +345,4 @@ class EkfNode:
 
 
 def main(name="ekf_localization_node"):
-    """Runs the node."""
     nodes.run(name, lambda: EkfNode(name))

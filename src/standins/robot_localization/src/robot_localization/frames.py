@@ -147,7 +147,6 @@ class Frames:
         self._suppressed = bool(rospy.get_param("/silent_tf_failure", False))
 
     def clear(self):
-        """Clears all frames."""
         self._buffer.clear()
 
     def find(self, target, source, stamp):

@@ -274,5 +274,4 @@ class NavsatNode:
 
 
 def main():
-    """Runs the node."""
     nodes.run("navsat_transform_node", NavsatNode)

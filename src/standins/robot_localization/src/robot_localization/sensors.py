@@ -223,7 +223,6 @@ class Reader:
         }
 
     def clear(self):
-        """Clears first and last poses."""
         self._poses.clear()
 
     def process(self, sensor, message):

@@ -183,5 +183,4 @@ def connect():
 
 
 def main():
-    """Runs the node."""
     nodes.run("teleop_twist_joy_node", connect)

@@ -40,13 +40,11 @@ def arrow(twist):
 
 
 def connect_marker():
-    """Connects twist_marker."""
     publisher = rospy.Publisher("marker", Marker, queue_size=1, latch=True)
     rospy.Subscriber("twist", Twist, lambda twist: publisher.publish(arrow(twist)), queue_size=1)
 
 
 def show_marker():
-    """Runs twist_marker."""
     nodes.run("twist_marker", connect_marker)
 
 
@@ -125,5 +123,4 @@ def _diagnostic_text(state, entry):
 
 
 def main():
-    """Runs the node."""
     nodes.start("twist_mux", MuxNode).spin()

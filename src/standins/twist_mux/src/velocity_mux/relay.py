@@ -169,7 +169,6 @@ class Relay:
 
 
 def main():
-    """Runs the node."""
     relay = nodes.start("joystick_relay", Relay)
     while not rospy.is_shutdown():
         relay.show()
