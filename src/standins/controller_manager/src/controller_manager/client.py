@@ -28,16 +28,12 @@ class Spawner:
         self.started = []
 
     def bring_up(self, controllers, start):
-        """Loads controllers and starts those that loaded, all in one step.
+        """Loads controllers, starts those that loaded, in one step; returns whether all worked.
 
         If one of them cannot start (for example its joint is claimed), the others start without it.
 
         Args:
-            controllers: names.
             start: False leaves them stopped.
-
-        Returns:
-            Whether everything succeeded.
         """
         for name in controllers:
             if self._manager.load(name):
@@ -152,15 +148,10 @@ class ManagerClient:
         return bool(self.call("unload_controller", controller).ok)
 
     def switch(self, start=(), stop=(), strict=True):
-        """Stops and starts controllers in one control step.
+        """Stops and starts controllers in one control step; returns whether that worked.
 
         Args:
-            start: names to start.
-            stop: names to stop.
             strict: one that cannot be switched refuses all; False switches the others.
-
-        Returns:
-            Whether that worked.
         """
         request = srv.SwitchControllerRequest
         return bool(

@@ -28,7 +28,6 @@ def wait_for_true(topic, stop_requested):
     """Waits for a Bool that is true; logs when none has arrived for a while.
 
     Args:
-        topic: name.
         stop_requested: of start_node.
     """
     received = []
@@ -50,8 +49,6 @@ def take_down_quietly(spawner, manager, timeout):
     roslaunch stops all nodes together, and the controllers stop with the simulator.
 
     Args:
-        spawner: client.Spawner.
-        manager: ManagerClient.
         timeout: wall-clock limit [s].
     """
     failures = []
@@ -92,9 +89,6 @@ def run(opts, manager, spawner, stop_requested):
     """Loads and starts the controllers and waits for the shutdown; returns the exit code.
 
     Args:
-        opts: of command_line.parse_spawner.
-        manager: ManagerClient.
-        spawner: client.Spawner.
         stop_requested: of start_node.
     """
     start_time = time.monotonic()

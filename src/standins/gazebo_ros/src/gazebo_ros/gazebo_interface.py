@@ -10,7 +10,6 @@ def spawn_sdf_model_client(
     """Spawns an SDF model.
 
     Args:
-        model_name: name of the new model.
         model_xml: SDF text.
         robot_namespace: for plugins that name none.
         initial_pose: geometry_msgs/Pose in the reference frame.

@@ -31,7 +31,6 @@ def parse(argv, program="gzserver"):
 
     Args:
         argv: arguments without the program's name and without ROS remappings.
-        program: name for the help text.
 
     Returns:
         (argparse.Namespace, list of messages about options without effect).

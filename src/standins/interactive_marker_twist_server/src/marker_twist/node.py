@@ -113,7 +113,6 @@ def marker_of(link, robot, size, axes):
 
     Args:
         link: Frame that it hangs in.
-        robot: Name of the robot.
         size: Of the marker [m].
         axes: Of x, y, z.
     """

@@ -142,10 +142,7 @@ class Driver:
     Args:
         open_pad: function -> pad or None. A pad has name, attached(), read() -> (axes, buttons,
             hats) for PadState.update, and close().
-        state: PadState.
-        timer: PublishTimer.
         send: function (axes, buttons).
-        log: function (text).
         clock: function -> wall time [s].
         label: name of the pad for the log.
     """

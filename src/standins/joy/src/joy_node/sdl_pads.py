@@ -29,7 +29,6 @@ class SdlPad:
     """One opened pad.
 
     Args:
-        joystick: pygame.joystick.Joystick.
         removed: function -> set of the instance IDs of disconnected pads.
     """
 

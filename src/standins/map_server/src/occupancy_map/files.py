@@ -27,7 +27,6 @@ def from_pixels(pixels, occupied_thresh, free_thresh, negate=False, mode="trinar
         occupied_thresh: Darkness, 0..1.
         free_thresh: Darkness, 0..1.
         negate: Whether black and white are swapped.
-        mode: One of MODES.
 
     Returns:
         (H, W) int8; row 0 is the image's lowest.
@@ -183,12 +182,8 @@ def save(name, grid, occupied=65, free=25):
 
     Args:
         name: Path without suffix.
-        grid: Map.
         occupied: See to_pixels.
         free: See to_pixels.
-
-    Returns:
-        Paths of image and map file.
 
     Raises:
         OSError: A file cannot be written.

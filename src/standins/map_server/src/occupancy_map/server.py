@@ -51,11 +51,7 @@ USAGE = "usage: map_server MAP.yaml, or (old) map_server IMAGE RESOLUTION"
 
 
 class MapServer:
-    """Publishes a map and serves it.
-
-    Args:
-        grid: Map.
-    """
+    """Publishes a map and serves it."""
 
     def __init__(self, grid):
         self._frame, self._lock = str(rospy.get_param("~frame_id", "map")), threading.Lock()

@@ -160,7 +160,6 @@ class Fusion:
     """A queue in front of a filter.
 
     Args:
-        ekf: Ekf.
         sensor_timeout: Time without a measurement after which the state is predicted [s].
         to_now: Whether to predict up to the present each time.
         history: Maximum age of a late measurement [s]; None: late ones correct the present

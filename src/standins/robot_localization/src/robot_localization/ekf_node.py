@@ -21,7 +21,7 @@ from sensor_msgs.msg import Imu
 from std_srvs.srv import Empty, EmptyResponse
 
 from paddock_common import nodes
-from robot_localization import options, sensors
+from robot_localization import options, sensors, srv
 from robot_localization.ekf import (
     ACCELERATION,
     ANGLES,
@@ -36,24 +36,13 @@ from robot_localization.ekf import (
 )
 from robot_localization.frames import Frames, Transform, matrix, to_message, to_quaternion
 from robot_localization.sensors import Reader, configuration_warnings
-from robot_localization.srv import (
-    SetPose,
-    SetPoseResponse,
-    ToggleFilterProcessing,
-    ToggleFilterProcessingResponse,
-)
 
 PERIOD = 1.0  # wall time between two messages [s]
 LARGE = 1e3  # a variance from which on a value is not known
 
 
 class Diagnostics:
-    """Warnings about the sensors, rate of the estimates, outliers.
-
-    Args:
-        options: Options.
-        sensors: Sensors of the node.
-    """
+    """Warnings about the sensors, rate of the estimates, outliers."""
 
     def __init__(self, options, sensors):
         self._warnings = configuration_warnings(sensors, options.two_d_mode)
@@ -128,9 +117,7 @@ def acceleration(ekf, robot, stamp, rates_change, step):
     """geometry_msgs/AccelWithCovarianceStamped of an Ekf.
 
     Args:
-        ekf: Ekf.
         robot: Name of its frame.
-        stamp: rospy.Time.
         rates_change: (3,) change of the angular rates [rad/s^2].
         step: Time between the two rates that it is made of [s].
     """
@@ -205,9 +192,9 @@ class EkfNode:
         self._broadcaster = tf2_ros.TransformBroadcaster()
         self._interfaces = [
             rospy.Subscriber("set_pose", PoseWithCovarianceStamped, self._set_pose, queue_size=1),
-            rospy.Service("set_pose", SetPose, self._set_pose_service),
+            rospy.Service("set_pose", srv.SetPose, self._set_pose_service),
             rospy.Service("~enable", Empty, self._enable),
-            rospy.Service("~toggle", ToggleFilterProcessing, self._toggle),
+            rospy.Service("~toggle", srv.ToggleFilterProcessing, self._toggle),
         ] + [
             rospy.Subscriber(
                 sensor.topic,
@@ -270,7 +257,7 @@ class EkfNode:
 
     def _set_pose_service(self, request):
         self._set_pose(request.pose)
-        return SetPoseResponse()
+        return srv.SetPoseResponse()
 
     def _enable(self, _):
         self._enabled = True
@@ -278,7 +265,7 @@ class EkfNode:
 
     def _toggle(self, request):
         changed, self._on = request.on != self._on, request.on
-        return ToggleFilterProcessingResponse(status=changed)
+        return srv.ToggleFilterProcessingResponse(status=changed)
 
     def update(self):
         """Processes the received messages and publishes the estimate."""

@@ -115,12 +115,19 @@ def twice(rotation):
 WARN_PERIOD = 5.0  # between two warnings about a frame [s]
 
 
+def rotation_of(message):
+    """(3, 3) rotation of a geometry_msgs/Quaternion."""
+    return from_quaternion(message.x, message.y, message.z, message.w)
+
+
+def vector(message):
+    """(3,) array of a geometry_msgs/Point or Vector3."""
+    return np.array((message.x, message.y, message.z))
+
+
 def to_transform(position, orientation):
     """Transform of a geometry_msgs position (Point or Vector3) and Quaternion."""
-    return Transform(
-        from_quaternion(orientation.x, orientation.y, orientation.z, orientation.w),
-        np.array((position.x, position.y, position.z)),
-    )
+    return Transform(rotation_of(orientation), vector(position))
 
 
 def to_message(transform, parent, child, stamp):

@@ -285,7 +285,6 @@ def fix_as_odometry(alignment, fix, world, position):
     """A fix in the world's frame.
 
     Args:
-        alignment: Alignment.
         fix: NavSatFix, for its stamp and covariance.
         world: name of the frame.
         position: (3,) in it [m].
@@ -307,7 +306,6 @@ def odometry_as_fix(alignment, odometry, robot, pose):
     """The robot's position on the earth.
 
     Args:
-        alignment: Alignment.
         odometry: Odometry, for its stamp and covariance.
         robot: name of the robot's frame.
         pose: of the odometry, see to_transform.

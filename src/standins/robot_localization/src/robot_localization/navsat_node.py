@@ -1,5 +1,6 @@
 """The node navsat_transform_node: topics, services, transforms."""
 
+import functools
 import math
 import threading
 
@@ -13,85 +14,60 @@ from paddock_common.settings import converted
 from sensor_msgs.msg import Imu, NavSatFix, NavSatStatus
 
 from paddock_common import nodes
-from robot_localization.frames import Frames, from_quaternion, matrix, to_message, to_transform
+from robot_localization import srv
+from robot_localization.frames import Frames, matrix, rotation_of, to_message, to_transform, vector
 from robot_localization.navsat import Alignment, NotAligned, fix_as_odometry, odometry_as_fix
 from robot_localization.options import truth
-from robot_localization.srv import (
-    FromLL,
-    FromLLResponse,
-    SetDatum,
-    SetDatumResponse,
-    SetUTMZone,
-    SetUTMZoneResponse,
-    ToLL,
-    ToLLResponse,
-)
 
 
 class Services:
     """Services of an Alignment.
 
     Args:
-        alignment: Alignment.
         lock: acquired while it is used.
         on_zone: called with the lock acquired, after a zone was set.
     """
 
     def __init__(self, alignment, lock, on_zone):
         self._alignment, self._lock, self._on_zone = alignment, lock, on_zone
-        self._interfaces = [
-            rospy.Service("datum", SetDatum, self._set_datum),
-            rospy.Service("toLL", ToLL, self._to_geodetic),
-            rospy.Service("fromLL", FromLL, self._to_world),
-            rospy.Service("setUTMZone", SetUTMZone, self._set_zone),
-        ]
+        for name, service, work in (
+            ("datum", srv.SetDatum, self._set_datum),
+            ("toLL", srv.ToLL, self._to_geodetic),
+            ("fromLL", srv.FromLL, self._to_world),
+            ("setUTMZone", srv.SetUTMZone, self._set_zone),
+        ):
+            rospy.Service(name, service, functools.partial(self._handle, work))
+
+    def _handle(self, work, request):
+        with self._lock:
+            try:
+                return work(request)
+            except (NotAligned, ValueError) as error:
+                raise rospy.ServiceException(str(error)) from None
 
     def _set_datum(self, request):
-        position, orientation = request.geo_pose.position, request.geo_pose.orientation
-        with self._lock:
-            try:
-                self._alignment.set_datum(
-                    position.latitude,
-                    position.longitude,
-                    position.altitude,
-                    from_quaternion(orientation.x, orientation.y, orientation.z, orientation.w),
-                )
-            except ValueError as error:
-                raise rospy.ServiceException(str(error)) from None
-        return SetDatumResponse()
+        position = request.geo_pose.position
+        self._alignment.set_datum(
+            position.latitude,
+            position.longitude,
+            position.altitude,
+            rotation_of(request.geo_pose.orientation),
+        )
+        return srv.SetDatumResponse()
 
     def _set_zone(self, request):
-        with self._lock:
-            try:
-                self._alignment.set_zone(request.utm_zone)
-            except ValueError as error:
-                raise rospy.ServiceException(str(error)) from None
-            self._on_zone()
-        return SetUTMZoneResponse()
+        self._alignment.set_zone(request.utm_zone)
+        self._on_zone()
+        return srv.SetUTMZoneResponse()
 
     def _to_geodetic(self, request):
-        point = request.map_point
-        with self._lock:
-            try:
-                return ToLLResponse(
-                    GeoPoint(*self._alignment.to_geodetic(np.array((point.x, point.y, point.z))))
-                )
-            except (NotAligned, ValueError) as error:
-                raise rospy.ServiceException(str(error)) from None
+        position = vector(request.map_point)
+        return srv.ToLLResponse(GeoPoint(*self._alignment.to_geodetic(position)))
 
     def _to_world(self, request):
-        position = request.ll_point
-        with self._lock:
-            try:
-                return FromLLResponse(
-                    Point(
-                        *self._alignment.to_world(
-                            position.latitude, position.longitude, position.altitude
-                        ).tolist()
-                    )
-                )
-            except (NotAligned, ValueError) as error:
-                raise rospy.ServiceException(str(error)) from None
+        point = request.ll_point
+        position = self._alignment.to_world(point.latitude, point.longitude, point.altitude)
+        return srv.FromLLResponse(Point(*position.tolist()))
 
 
 WARN_PERIOD = 5.0  # between two equal warnings [s]
@@ -147,8 +123,8 @@ class NavsatNode:
         self._filtered = None
         if true("publish_filtered_gps"):
             self._filtered = rospy.Publisher("gps/filtered", NavSatFix, queue_size=10)
+        Services(self._alignment, self._lock, self._listen_to_heading)
         self._interfaces = [
-            Services(self._alignment, self._lock, self._listen_to_heading),
             rospy.Subscriber("odometry/filtered", Odometry, self._on_odometry, queue_size=1),
             rospy.Subscriber("gps/fix", NavSatFix, self._on_fix, queue_size=1),
         ]
@@ -186,10 +162,7 @@ class NavsatNode:
                 return
             mount = self._frames.find(self._robot, message.header.frame_id, message.header.stamp)
             if mount is not None and not self._alignment.manual:
-                orientation = message.orientation
-                attitude = from_quaternion(
-                    orientation.x, orientation.y, orientation.z, orientation.w
-                )
+                attitude = rotation_of(message.orientation)
                 self._alignment.set_attitude(attitude @ mount.rotation.T)
 
     def _on_fix(self, message):

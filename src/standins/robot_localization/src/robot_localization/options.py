@@ -110,7 +110,6 @@ def read(parameters, prefix=""):
     """Reads the options; a wrong one stays as it is by default.
 
     Args:
-        parameters: Dict of the node's parameters.
         prefix: tf_prefix: put before the frames' names.
 
     Returns:
@@ -169,9 +168,6 @@ def _complete(options, prefix):
 
 def read_arrays(parameters):
     """Reads first state, first covariance and process noise; a wrong one is not used.
-
-    Args:
-        parameters: Dict of the node's parameters.
 
     Returns:
         (dict of arguments of Ekf, one message for each that is not used).

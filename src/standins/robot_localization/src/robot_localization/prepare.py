@@ -162,9 +162,6 @@ def twist(linear, angular, covariance, used, mount=IDENTITY, rates=None):
         mount: Transform: the sensor in the robot.
         rates: (3,) angular rates of the robot, for a sensor off its centre [rad/s];
             None: `angular`.
-
-    Returns:
-        StateValues.
     """
     angular = mount.rotation @ angular
     rates = angular if rates is None else rates
@@ -187,9 +184,6 @@ def acceleration(measured, covariance, used, mount, rates, rates_change):
         mount: Transform: the sensor in the robot.
         rates: (3,) angular rates of the robot [rad/s].
         rates_change: (3,) their change [rad/s^2].
-
-    Returns:
-        StateValues.
     """
     arm, rotation = mount.translation, mount.rotation
     value = rotation @ measured

@@ -16,7 +16,7 @@ from robot_localization.ekf import (
     TWIST,
     Measurement,
 )
-from robot_localization.frames import IDENTITY, from_quaternion, matrix, to_transform
+from robot_localization.frames import IDENTITY, matrix, rotation_of, to_transform, vector
 from robot_localization.options import truth
 from robot_localization.prepare import PoseInput, acceleration, gravity_of, twist
 
@@ -49,7 +49,6 @@ class Sensor:
     Attributes:
         name: Such as odom0.
         input_type: One of INPUT_TYPES.
-        topic: Its topic.
         used: 15 truth values: which values of the state it measures.
         differential: Whether poses are used as velocities between two of them.
         relative: Whether poses are relative to the first one.
@@ -79,9 +78,6 @@ class Sensor:
 
 def read(parameters):
     """Reads the sensors; an invalid one is skipped.
-
-    Args:
-        parameters: Dict of the node's parameters.
 
     Returns:
         (sensors, one message for each that is skipped or changed).
@@ -170,7 +166,6 @@ def configuration_warnings(sensors, planar):
     """What in the sensors' choice leads to a poor estimate.
 
     Args:
-        sensors: Of read.
         planar: Whether the filter is in the plane.
 
     Returns:
@@ -201,8 +196,6 @@ class Reader:
     """Transforms messages into the filter's frames and passes them on.
 
     Args:
-        options: Options.
-        frames: Frames.
         ekf: Ekf, for angular rates and attitude.
         add: Function of a Measurement.
 
@@ -287,8 +280,8 @@ class Reader:
         if mount is None:
             return
         values = twist(
-            _vector(value.twist.linear),
-            _vector(value.twist.angular),
+            vector(value.twist.linear),
+            vector(value.twist.angular),
             _square(value.covariance, 6),
             sensor.used[TWIST],
             mount,
@@ -301,8 +294,7 @@ class Reader:
         mount = self._frames.find(self._options.base_link_frame, message.header.frame_id, stamp)
         if mount is None:
             return
-        orientation = message.orientation
-        attitude = from_quaternion(orientation.x, orientation.y, orientation.z, orientation.w)
+        attitude = rotation_of(message.orientation)
         if sensor.uses(POSE) and not _absent(message.orientation_covariance):
             covariance = _square(message.orientation_covariance, 3)
             values = self._memory(sensor).process_attitude(
@@ -312,14 +304,14 @@ class Reader:
         if sensor.uses(TWIST) and not _absent(message.angular_velocity_covariance):
             covariance = np.zeros((6, 6))
             covariance[3:, 3:] = _square(message.angular_velocity_covariance, 3)
-            rates = _vector(message.angular_velocity)
+            rates = vector(message.angular_velocity)
             values = twist(np.zeros(3), rates, covariance, sensor.used[TWIST], mount)
             self._send(sensor, TWIST, stamp, values)
         if sensor.uses(ACCELERATION) and not _absent(message.linear_acceleration_covariance):
             self._process_acceleration(sensor, message, attitude, mount)
 
     def _process_acceleration(self, sensor, message, attitude, mount):
-        measured = _vector(message.linear_acceleration)
+        measured = vector(message.linear_acceleration)
         if sensor.remove_gravity:
             if _absent(message.orientation_covariance):
                 attitude = matrix(*self._ekf.state[ANGLES]) @ mount.rotation
@@ -335,10 +327,6 @@ class Reader:
             self.rates_change,
         )
         self._send(sensor, ACCELERATION, message.header.stamp, values)
-
-
-def _vector(value):
-    return np.array((value.x, value.y, value.z))
 
 
 def _square(values, size):

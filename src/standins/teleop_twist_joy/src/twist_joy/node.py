@@ -14,11 +14,7 @@ NUMBER = Number()
 
 
 class Deadman:
-    """Converts a pad's messages to commands.
-
-    Args:
-        mapping: Mapping.
-    """
+    """Converts a pad's messages to commands."""
 
     def __init__(self, mapping):
         self._mapping = mapping
@@ -83,10 +79,6 @@ class Mapping:
 
     def velocity(self, axes, turbo):
         """Speeds of a pad's axes.
-
-        Args:
-            axes: Joy.axes.
-            turbo: Whether the turbo button is held.
 
         Returns:
             (x, y, z [m/s], roll, pitch, yaw [rad/s]).

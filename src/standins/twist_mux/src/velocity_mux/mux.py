@@ -30,7 +30,6 @@ def read(list_name, value):
 
     Args:
         list_name: "topics" or "locks", for the messages.
-        value: The parameter's value.
 
     Returns:
         (entries, one message for each entry that is skipped or changed).
@@ -72,11 +71,7 @@ def _entry(item):
 
 
 class Input:
-    """An entry and the time of its last message.
-
-    Args:
-        entry: Entry.
-    """
+    """An entry and the time of its last message."""
 
     def __init__(self, entry):
         self.entry = entry
