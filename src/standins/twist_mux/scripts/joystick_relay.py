@@ -1,9 +1,7 @@
 #!/usr/bin/env python3
 """Scale a joystick's velocity commands and publish their priority."""
 
-import sys
-
 from velocity_mux.relay import main
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

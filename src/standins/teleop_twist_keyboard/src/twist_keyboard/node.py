@@ -262,22 +262,24 @@ def drive(terminal, keys, sender, key_timeout):
             print(keys.status())
 
 
+def read_parameters():
+    """Keys, time-out of a key [s] or None, repeat rate [Hz], Terminal.
+
+    Raises:
+        ValueError: A parameter is wrong or there is no terminal.
+    """
+    keys = Keys(
+        _number("speed", 0.5),
+        _number("turn", 1.0),
+        _number("speed_limit", 1000.0),
+        _number("turn_limit", 1000.0),
+    )
+    rates = _number("key_timeout", 0.5) or None, _number("repeat_rate", 0.0)
+    return keys, *rates, Terminal(sys.stdin.fileno())
+
+
 def main():
-    """Runs the node; returns 1 when a parameter is wrong or there is no terminal."""
-    nodes.init_interruptible("teleop_twist_keyboard")
-    try:
-        keys = Keys(
-            _number("speed", 0.5),
-            _number("turn", 1.0),
-            _number("speed_limit", 1000.0),
-            _number("turn_limit", 1000.0),
-        )
-        key_timeout = _number("key_timeout", 0.5) or None
-        repeat_rate = _number("repeat_rate", 0.0)
-        terminal = Terminal(sys.stdin.fileno())
-    except ValueError as error:
-        rospy.logfatal("teleop_twist_keyboard: %s", error)
-        return 1
+    keys, key_timeout, repeat_rate, terminal = nodes.start("teleop_twist_keyboard", read_parameters)
     with terminal:
         sender = Sender(
             repeat_rate,
@@ -290,4 +292,3 @@ def main():
                 drive(terminal, keys, sender, key_timeout)
         finally:
             sender.close()
-    return 0
