@@ -4,33 +4,13 @@ import threading
 
 from bullet_bridge.control import reconfigure
 from bullet_bridge.control import robot as control
-from bullet_bridge.control import topics as controller_topics
 from bullet_bridge.control.robot import RobotControl
 from bullet_bridge.loop.jobs import JobQueue
+from bullet_bridge.plugins import base
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from controller_manager_msgs import srv
-from fake_impl import Impl
-
-
-class FakeEndpoint:
-    """Stands in for publishers, subscribers and services."""
-
-    def __init__(self, name, kind, call=None, **_):
-        self.name, self.kind, self.call = name, kind, call
-        self.sent, self.closed, self.connections, self.impl = [], False, 1, Impl(self)
-
-    def publish(self, message):
-        self.sent.append(message)
-
-    def get_num_connections(self):
-        return self.connections
-
-    def unregister(self):
-        self.closed = True
-
-    def shutdown(self, _reason=""):
-        self.closed = True
+from fake_impl import Topic
 
 
 class Tuning:
@@ -57,7 +37,7 @@ class Bot:
         self.endpoints, self.pid_servers, self.log = {}, {}, []
 
         def make(name, kind, call=None, **_):
-            self.endpoints[name] = FakeEndpoint(name, kind, call)
+            self.endpoints[name] = Topic(name, kind, call)
             return self.endpoints[name]
 
         def tune(namespace, gains, apply):
@@ -66,7 +46,7 @@ class Bot:
 
         for kind in ("Subscriber", "Service"):
             monkeypatch.setattr(control.rospy, kind, make)
-        monkeypatch.setattr(controller_topics, "publisher", make)
+        monkeypatch.setattr(base, "publisher", make)
         monkeypatch.setattr(reconfigure, "PidServer", tune)
         monkeypatch.setattr(
             control.rospy, "get_param", lambda name, default=None: params.get(name, default)

@@ -30,10 +30,10 @@ class Impl:
 
 
 class Topic:
-    """Stands in for a publisher."""
+    """Stands in for publishers, subscribers and services."""
 
-    def __init__(self, name, kind):
-        self.name, self.kind, self.messages, self.subscribers = name, kind, [], 1
+    def __init__(self, name, kind, call=None, **_):
+        self.name, self.kind, self.call, self.messages, self.subscribers = name, kind, call, [], 1
         self.closed, self.impl = False, Impl(self)
 
     def publish(self, message):
@@ -48,6 +48,9 @@ class Topic:
     def unregister(self):
         """Close; nothing stands behind it any more, as with rospy's."""
         self.closed, self.impl = True, None
+
+    def shutdown(self, _reason):
+        self.closed = True
 
 
 class FakeReceivedCounts:

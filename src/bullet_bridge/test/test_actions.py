@@ -123,8 +123,8 @@ def test_a_command_is_followed_and_the_state_tells_it(bot):
     bot.endpoints["/bot/arm/command"].call(message((0.5, (0.4, 0.2))))
     bot.run(1000)
     state = bot.endpoints["/bot/arm/state"]
-    assert state.kind is JointTrajectoryControllerState and len(state.sent) == 100
-    half, last = state.sent[24], state.sent[-1]
+    assert state.kind is JointTrajectoryControllerState and len(state.messages) == 100
+    half, last = state.messages[24], state.messages[-1]
     assert half.header.stamp.to_sec() == 0.249 and half.joint_names == ["a", "b"]
     assert half.desired.positions == pytest.approx((0.4 * 0.498, 0.2 * 0.498))
     assert half.desired.velocities == pytest.approx((0.8, 0.4))

@@ -176,7 +176,7 @@ def test_a_stopped_controller_ignores_commands(bot):
 def test_joint_states_come_at_their_rate(bot):
     bot.load("states")
     bot.run(100)
-    sent = bot.endpoints["/bot/joint_states"].sent
+    sent = bot.endpoints["/bot/joint_states"].messages
     assert sent == []
     bot.switch(start=["states"])
     bot.run(1000)

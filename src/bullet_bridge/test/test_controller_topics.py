@@ -7,6 +7,7 @@ from bot_rig import Bot
 from bullet_bridge.control import reconfigure
 from bullet_bridge.control import robot as control
 from bullet_bridge.control.reconfigure import config_type
+from bullet_bridge.plugins import base
 from bullet_sim.controllers.pid import PidGains
 from control_msgs.msg import JointControllerState, PidState
 from four_wheel_steering_msgs.msg import FourWheelSteering, FourWheelSteeringStamped
@@ -109,11 +110,11 @@ def test_state_comes_every_tenth_step_with_the_time_of_its_measurement(bot):
     bot.endpoints["/bot/arm/command"].call(Float64(0.5))
     bot.run(100)
     endpoint = bot.endpoints["/bot/arm/state"]
-    assert endpoint.kind is JointControllerState and len(endpoint.sent) == 10
-    assert [m.header.stamp.to_nsec() for m in endpoint.sent] == [
+    assert endpoint.kind is JointControllerState and len(endpoint.messages) == 10
+    assert [m.header.stamp.to_nsec() for m in endpoint.messages] == [
         (10 * k - 1) * 1_000_000 for k in range(1, 11)
     ]
-    first = endpoint.sent[0]
+    first = endpoint.messages[0]
     assert (first.set_point, first.p, first.d, first.time_step) == (0.5, 5.0, 1.0, 0.001)
     assert first.error == pytest.approx(0.5 - first.process_value)
 
@@ -123,8 +124,8 @@ def test_publish_state_publishes_the_pid_state_of_every_update(bot):
     bot.endpoints["/bot/arm/command"].call(Float64(0.5))
     bot.run(20)
     endpoint = bot.endpoints["/bot/arm/pid/state"]
-    assert endpoint.kind is PidState and len(endpoint.sent) == 20
-    message = endpoint.sent[-1]
+    assert endpoint.kind is PidState and len(endpoint.messages) == 20
+    message = endpoint.messages[-1]
     assert message.p_term == pytest.approx(5.0 * message.error)
     assert message.output == pytest.approx(message.p_term + message.i_term + message.d_term)
 
@@ -132,7 +133,7 @@ def test_publish_state_publishes_the_pid_state_of_every_update(bot):
 def test_nothing_is_published_while_it_is_stopped(bot):
     bot.ask("load_controller", name="arm")
     bot.run(50)
-    assert bot.control.next_due() == math.inf and bot.endpoints["/bot/arm/state"].sent == []
+    assert bot.control.next_due() == math.inf and bot.endpoints["/bot/arm/state"].messages == []
 
 
 def test_a_pid_of_each_joint_can_be_tuned(bot):
@@ -168,8 +169,8 @@ def test_a_base_with_four_steered_wheels_takes_and_gives_its_own_message(bot):
     )
     bot.run(400)
     state = bot.endpoints["/bot/four/odom_steer"]
-    assert state.kind is FourWheelSteeringStamped and len(state.sent) == 40
-    last, odometry = state.sent[-1], bot.endpoints["/bot/four/odom"].sent[-1]
+    assert state.kind is FourWheelSteeringStamped and len(state.messages) == 40
+    last, odometry = state.messages[-1], bot.endpoints["/bot/four/odom"].messages[-1]
     assert (last.header.frame_id, last.header.stamp) == ("odom", odometry.header.stamp)
     assert last.data.speed == pytest.approx(0.5, rel=0.02)
     assert last.data.front_steering_angle == pytest.approx(0.2, rel=0.02)
@@ -184,8 +185,8 @@ def test_odometry_is_that_of_its_stamp(bot):
     bot.endpoints["/bot/base/cmd_vel"].call(twist(0.4, 0.0))
     bot.run(300)
     endpoint = bot.endpoints["/bot/base/odom"]
-    assert endpoint.kind is Odometry and len(endpoint.sent) == 30
-    last = endpoint.sent[-1]
+    assert endpoint.kind is Odometry and len(endpoint.messages) == 30
+    last = endpoint.messages[-1]
     joints = dict(zip(bot.model.joints.names, bot.model.joints.arrays()[0]))
     assert last.header.stamp.to_nsec() == 300_000_000
     assert last.pose.pose.position.x == pytest.approx(
@@ -193,10 +194,10 @@ def test_odometry_is_that_of_its_stamp(bot):
     )
     assert last.twist.twist.linear.x == pytest.approx(0.4, rel=1e-3)
     assert (last.header.frame_id, last.child_frame_id) == ("odom", "footprint")
-    moved = bot.endpoints["/tf"].sent[-1].transforms[0]
+    moved = bot.endpoints["/tf"].messages[-1].transforms[0]
     assert moved.transform.translation.x == last.pose.pose.position.x
     assert (moved.header, moved.child_frame_id) == (last.header, "footprint")
-    limited = bot.endpoints["/bot/base/cmd_vel_out"].sent
+    limited = bot.endpoints["/bot/base/cmd_vel_out"].messages
     assert len(limited) == 300 and limited[-1].twist.linear.x == 0.4
 
 
@@ -216,7 +217,7 @@ def test_a_second_publisher_makes_it_brake_where_that_is_forbidden(bot):
     endpoint = bot.endpoints["/bot/base/cmd_vel"]
     endpoint.call(twist(0.4, 0.0))
     bot.run(10)
-    endpoint.connections = 2
+    endpoint.subscribers = 2
     endpoint.call(twist(0.4, 0.0))
     bot.run(10)
     assert bot.model.manager.get("base").limited == (0.0, 0.0)
@@ -260,6 +261,19 @@ def test_a_controller_whose_topics_fail_is_unloaded(bot, monkeypatch, error):
     assert bot.ask("list_controllers").controller == []
     assert bot.endpoints["/bot/arm/command"].closed and bot.endpoints["/bot/arm/state"].closed
     assert any(f"controller 'arm' cannot be made: {error}" in text for text in bot.log)
+
+
+def test_a_controller_whose_publisher_fails_leaves_no_subscription(bot, monkeypatch):
+    make = base.publisher
+
+    def refuse(topic, *rest):
+        if topic == "/bot/base/odom":
+            raise control.rospy.ROSException("bad name")
+        return make(topic, *rest)
+
+    monkeypatch.setattr(base, "publisher", refuse)
+    assert not bot.load("base")
+    assert bot.endpoints["/bot/base/cmd_vel"].closed
 
 
 def test_unloading_drops_a_buffered_command(bot):

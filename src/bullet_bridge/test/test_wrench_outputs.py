@@ -212,14 +212,14 @@ PARAMS = {
 }
 
 
-def test_sensors_are_published_under_their_names_by_their_controllers(topics, monkeypatch):
+def test_sensors_are_published_under_their_names_by_their_controllers(monkeypatch):
     tags = {"jointName": "j", "topicName": "load"}
     text = _robot("fixed", _plugin("gazebo_ros_ft_sensor", tags) + IMU + CONTROL)
     bot = Bot(monkeypatch, text, PARAMS)
     bot.start("imus")
     bot.start("loads")
     bot.run(200)
-    imus, loads = topics["/bot/body"], topics["/bot/j"]
+    imus, loads = bot.endpoints["/bot/body"], bot.endpoints["/bot/j"]
     assert (imus.kind, len(imus.messages)) == (Imu, 20)
     assert imus.messages[-1].header.frame_id == "imu_frame"
     assert (loads.kind, len(loads.messages)) == (WrenchStamped, 10)
@@ -229,7 +229,7 @@ def test_sensors_are_published_under_their_names_by_their_controllers(topics, mo
     bot.world.close()
 
 
-def test_a_robot_without_such_sensors_refuses_the_controller(topics, monkeypatch):
+def test_a_robot_without_such_sensors_refuses_the_controller(monkeypatch):
     bot = Bot(monkeypatch, _robot("revolute", CONTROL), PARAMS)
     assert not bot.load("loads") and "of which the robot has none" in bot.log[-1]
     bot.world.close()

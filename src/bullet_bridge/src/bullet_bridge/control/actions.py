@@ -186,7 +186,7 @@ class Trajectories(GoalTopics, Commands):
     def __init__(self, robot: "RobotControl", controller: Any) -> None:
         super().__init__(robot, controller)
         controller.clock = lambda: robot.world.time
-        self._state = self._publisher(f"{self.name}/state", JointTrajectoryControllerState)
+        self._state = self.publisher(f"{self.name}/state", JointTrajectoryControllerState)
         self._state_schedule = self._every(self.config.publish_rate, self._state)
         self._serve("follow_joint_trajectory", FollowJointTrajectoryAction)
         self._feedback_schedule = self._every_while(

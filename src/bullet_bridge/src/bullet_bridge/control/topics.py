@@ -18,10 +18,9 @@ from std_msgs.msg import Float64, Float64MultiArray
 from tf2_msgs.msg import TFMessage
 
 from bullet_bridge.loop.clock import SubscribedSchedule
-from bullet_bridge.plugins.base import PluginContext, make_plugin
+from bullet_bridge.plugins.base import PluginContext, RosPart, make_plugin
 from bullet_bridge.transport.conversions import stamp
 from bullet_bridge.transport.packed import PackedJointState
-from bullet_bridge.transport.publishing import publisher
 
 if TYPE_CHECKING:
     from bullet_sim.controllers.joint import Sample
@@ -141,7 +140,7 @@ def topics_of(robot: "RobotControl", controller: Any) -> "Topics":
 STATE_EVERY = 10  # updates of a PID controller between two messages on its state topic
 
 
-class Topics:
+class Topics(RosPart):
     """Topics of one controller. The base class has none.
 
     Args:
@@ -153,9 +152,9 @@ class Topics:
     """
 
     def __init__(self, robot: "RobotControl", controller: Any) -> None:
+        super().__init__(robot.received)
         self._robot, self.controller, self.config = robot, controller, controller.config
         self.schedules: list[SubscribedSchedule] = []
-        self._endpoints: list[Any] = []
 
     def _every(self, rate: float, *publishers: Any) -> SubscribedSchedule:
         """A SubscribedSchedule [Hz] for publishers, at most once per physics step."""
@@ -175,11 +174,6 @@ class Topics:
         self.schedules.append(schedule)
         return schedule
 
-    def _publisher(self, topic: str, message_type: type) -> rospy.Publisher:
-        made = publisher(topic, message_type)
-        self._endpoints.append(made)
-        return made
-
     @property
     def name(self) -> str:
         """Namespace of the controller."""
@@ -196,10 +190,6 @@ class Topics:
         for schedule in self.schedules:
             schedule.restart(step)
 
-    def close(self) -> None:
-        for endpoint in self._endpoints:
-            endpoint.unregister()
-
 
 @ros_side(joint.JointState)
 class JointStates(Topics):
@@ -208,7 +198,7 @@ class JointStates(Topics):
     def __init__(self, robot: "RobotControl", controller: Any) -> None:
         super().__init__(robot, controller)
         config = self.config
-        self._states = self._publisher(f"{robot.namespace}/joint_states", JointState)
+        self._states = self.publisher(f"{robot.namespace}/joint_states", JointState)
         self._schedule = self._every(config.publish_rate, self._states)
         names = robot.manager.hardware.names
         self._numbers = [names.index(name) for name in config.joints or names]
@@ -234,10 +224,9 @@ class Commands(Topics):
 
     def __init__(self, robot: "RobotControl", controller: Any) -> None:
         super().__init__(robot, controller)
-        self._subscriber = robot.received.subscribe(
+        self._subscriber = self.subscribe(
             f"{self.name}/{self.topic}", self._message_type(), self._on_command, tcp_nodelay=True
         )
-        self._endpoints.append(self._subscriber)
 
     def _message_type(self) -> type:
         several = self.controller.group or len(self.config.joints) != 1
@@ -259,13 +248,13 @@ class PidCommands(Commands):
         rate = 1.0 / robot.manager.control_period(robot.world.time_step)
         self._state: Any = None
         if not controller.group:
-            self._state = self._publisher(f"{self.name}/state", JointControllerState)
+            self._state = self.publisher(f"{self.name}/state", JointControllerState)
             self._schedule = self._every(rate / STATE_EVERY, self._state)
         self._inner: list[tuple[SubscribedSchedule, int, Any]] = []
         config = self.config
         for number, (published, gains) in enumerate(zip(config.publish_pid, config.gain_names)):
             if published:
-                states = self._publisher(f"{self.name}/{gains}/state", PidState)
+                states = self.publisher(f"{self.name}/{gains}/state", PidState)
                 self._inner.append((self._every(rate, states), number, states))
 
     def publish(self, step: int, time: float) -> None:
@@ -291,14 +280,14 @@ class Drive(Commands):
 
     def __init__(self, robot: "RobotControl", controller: Any) -> None:
         super().__init__(robot, controller)
-        self._odometry = self._publisher(f"{self.name}/odom", Odometry)
+        self._odometry = self.publisher(f"{self.name}/odom", Odometry)
         config = self.config
-        self._transform = self._publisher("/tf", TFMessage) if config.publish_tf else None
+        self._transform = self.publisher("/tf", TFMessage) if config.publish_tf else None
         self._outputs = [out for out in (self._odometry, self._transform) if out is not None]
         self._schedule = self._every(config.publish_rate, *self._outputs)
         self._limited = None
         if config.publish_command:
-            self._limited = self._publisher(f"{self.name}/cmd_vel_out", TwistStamped)
+            self._limited = self.publisher(f"{self.name}/cmd_vel_out", TwistStamped)
             self._limited_schedule = self._every(
                 1.0 / robot.manager.control_period(robot.world.time_step), self._limited
             )
@@ -336,12 +325,9 @@ class FourWheelDrive(Drive):
 
     def __init__(self, robot: "RobotControl", controller: Any) -> None:
         super().__init__(robot, controller)
-        self._endpoints.append(
-            robot.received.subscribe(
-                f"{self.name}/cmd_four_wheel_steering", FourWheelSteering, self._on_angles
-            )
-        )
-        self._steering = self._publisher(f"{self.name}/odom_steer", FourWheelSteeringStamped)
+        topic = f"{self.name}/cmd_four_wheel_steering"
+        self.subscribe(topic, FourWheelSteering, self._on_angles)
+        self._steering = self.publisher(f"{self.name}/odom_steer", FourWheelSteeringStamped)
         self._steering_schedule = self._every(self.config.publish_rate, self._steering)
 
     def _on_angles(self, message: Any) -> None:

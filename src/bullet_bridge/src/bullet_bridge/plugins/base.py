@@ -68,7 +68,41 @@ def make_plugin(
     return plugin
 
 
-class ModelPlugin(Component):
+class RosPart:
+    """Has topics, which are closed with it.
+
+    Args:
+        received: ReceivedCounts of the messages that it receives.
+    """
+
+    def __init__(self, received: Any) -> None:
+        self._received = received
+        self._publishers: list[Any] = []
+        self._endpoints: list[Any] = []
+
+    def publisher(self, topic: str, message: type, **options: Any) -> rospy.Publisher:
+        """A publisher; options: see transport.publishing.publisher."""
+        endpoint = publisher(topic, message, **options)
+        self._publishers.append(endpoint)
+        self._endpoints.append(endpoint)
+        return endpoint
+
+    def subscribe(
+        self, topic: str, message: type, callback: Callable[[Any], None], **options: Any
+    ) -> Any:
+        """Subscribe to a topic; `callback` gets each message; options: of rospy.Subscriber."""
+        endpoint = self._received.subscribe(topic, message, callback, **options)
+        note_endpoint(endpoint)
+        self._endpoints.append(endpoint)
+        return endpoint
+
+    def close(self) -> None:
+        """Unregister the topics."""
+        for endpoint in self._endpoints:
+            endpoint.unregister()
+
+
+class ModelPlugin(RosPart, Component):
     """Acts on its model, has topics. It runs whether or not there are subscribers.
 
     Attributes:
@@ -81,16 +115,15 @@ class ModelPlugin(Component):
     """
 
     STATE: ClassVar[tuple[str, ...]] = ("schedule", "rng", "updated")
-    CACHE: ClassVar[tuple[str, ...]] = ("_endpoints", "_publishers")
+    CACHE: ClassVar[tuple[str, ...]] = ("_endpoints",)
     every_step: ClassVar[bool] = False
     always: ClassVar[bool] = True
     reports: ClassVar[bool] = False
 
     def __init__(self, context: PluginContext) -> None:
+        super().__init__(context.received)
         self.context, self.updated = context, 0.0
         self.world, self.model, self.spec = context.world, context.model, context.spec
-        self._publishers: list[Any] = []
-        self._endpoints: list[Any] = []
         self.rng = np.random.default_rng(context.seed)
         fastest = 1.0 / self.world.time_step  # as in Gazebo: at most one message per step
         rate = fastest if self.every_step else min(self.spec.rate or fastest, fastest)
@@ -114,24 +147,6 @@ class ModelPlugin(Component):
         Raises:
             SimError: names the error and what would be valid; the plugin is skipped.
         """
-
-    def publisher(self, topic: str, message: type, **options: Any) -> rospy.Publisher:
-        """A publisher, which is closed with the plugin.
-
-        Args:
-            options: see transport.publishing.publisher.
-        """
-        endpoint = publisher(topic, message, **options)
-        self._publishers.append(endpoint)
-        self._endpoints.append(endpoint)
-        return endpoint
-
-    def subscribe(self, topic: str, message: type, callback: Callable[[Any], None]) -> Any:
-        """Subscribe to a topic until the plugin is closed; `callback` gets each message."""
-        endpoint = self.context.received.subscribe(topic, message, callback)
-        note_endpoint(endpoint)
-        self._endpoints.append(endpoint)
-        return endpoint
 
     def message_type(self) -> str:
         """Type of what it publishes first, e.g. 'sensor_msgs/Imu'; '' if it publishes nothing."""
@@ -160,11 +175,6 @@ class ModelPlugin(Component):
     def pose(self) -> Pose:
         """Pose of the sensor frame in the world."""
         return self.sensor_state()[0]
-
-    def close(self) -> None:
-        """Unregister the topics."""
-        for endpoint in self._endpoints:
-            endpoint.unregister()
 
 
 class Sensor(ModelPlugin):
