@@ -79,16 +79,18 @@ class FakeCameras:
         self.requests.append(request)
 
 
-def fake_publishers(monkeypatch):
-    """Topics by name, of the publishers that plugins make from now on."""
+def fake_publishers(monkeypatch, *modules, subscribers=1):
+    """Topics by name, of the publishers that plugins, and other modules, make from now on."""
     made = {}
 
     def publisher(name, kind, **_):
         if name not in made or made[name].closed:
             made[name] = Topic(name, kind)
+            made[name].subscribers = subscribers
         return made[name]
 
-    monkeypatch.setattr(base, "publisher", publisher)
+    for module in (base, *modules):
+        monkeypatch.setattr(module, "publisher", publisher)
     return made
 
 

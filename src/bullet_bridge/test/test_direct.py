@@ -7,6 +7,7 @@ import time
 import pytest
 from bullet_bridge.transport import publishing
 from bullet_bridge.transport.publishing import DirectConnection
+from paddock_common.testing import wait_for
 from rospy.exceptions import TransportTerminated
 
 SIZE = 50000  # [B]
@@ -137,10 +138,7 @@ def test_the_thread_of_a_stalled_subscriber_ends_with_it(transport):
         connection.write_data(message(number))
     assert threading.active_count() == before + 1
     transport.far.close()
-    deadline = time.monotonic() + 90.0
-    while threading.active_count() > before and time.monotonic() < deadline:
-        time.sleep(0.01)
-    assert threading.active_count() == before
+    wait_for(lambda: threading.active_count() == before, "the end of the thread")
 
 
 class Impl:

@@ -12,18 +12,11 @@ from bullet_bridge.transport import publishing
 from bullet_bridge.transport import relay as module
 from bullet_bridge.transport.publishing import DirectConnection
 from bullet_bridge.transport.relay import Relay, RelayedConnection
-from paddock_common.testing import pid_from_killed, wait_ended
+from paddock_common.testing import pid_from_killed, wait_ended, wait_for
 from rospy.exceptions import TransportTerminated
 from test_direct import SIZE, Impl, Transport, message
 
 DEADLINE = 90.0  # [s]
-
-
-def wait(condition, what):
-    deadline = time.monotonic() + DEADLINE
-    while not condition():
-        assert time.monotonic() < deadline, f"{what} within {DEADLINE} s"
-        time.sleep(0.005)
 
 
 @pytest.fixture(name="failures")
@@ -149,7 +142,7 @@ def test_a_closed_subscriber_ends_only_its_own_connection(relay, transports):
             return gone.done
         return False
 
-    wait(closed, "the end of the connection")
+    wait_for(closed, "the end of the connection")
     connections[1].write_data(b"b")
     assert stays.read(1) == b"b"
     assert descriptors(relay) == before - 1
@@ -170,10 +163,10 @@ def test_when_the_relay_dies_its_connections_are_closed(relay, failures, transpo
     transport = transports()
     connection = relay.add_subscriber(transport, 10)
     os.kill(relay.process.pid, signal.SIGKILL)
-    wait(lambda: failures, "the failure message")
+    wait_for(lambda: failures, "the failure message")
     assert f"pid {relay.process.pid}" in failures[0] and "sends directly" in failures[0]
     assert transport.done and not relay.alive
-    wait(lambda: failures[1:] == ["reconnected"], "the reconnection")
+    wait_for(lambda: failures[1:] == ["reconnected"], "the reconnection")
     with pytest.raises(TransportTerminated):
         connection.write_data(b"x")
     relay.put(b"harmless")
@@ -190,7 +183,7 @@ def test_a_relay_that_hangs_is_killed(relay, failures, transports, monkeypatch):
             connection.write_data(message(number))
     except TransportTerminated:
         pass
-    wait(lambda: failures, "the failure message")
+    wait_for(lambda: failures, "the failure message")
     assert "read nothing for 0.3 s" in failures[0] and transport.done
 
 
@@ -200,7 +193,7 @@ def test_a_relay_that_hangs_while_nothing_is_sent_is_killed_by_drain(relay, fail
     begin = time.monotonic()
     relay.drain()
     assert time.monotonic() - begin < DEADLINE and not relay.alive
-    wait(lambda: failures, "the failure message")
+    wait_for(lambda: failures, "the failure message")
     assert "did not respond for 0.3 s" in failures[0]
 
 

@@ -8,6 +8,7 @@ from bullet_bridge.plugins.states import METRICS_PERIOD, PerformanceTopic, State
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from fake_impl import fake_publishers
 
 URDF = (
     '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" '
@@ -16,26 +17,13 @@ URDF = (
 )
 
 
-class Topic:
-    """Stands in for a publisher."""
-
-    made = {}
-
-    def __init__(self, name, _kind):
-        self.sent, self.subscribers = [], 0
-        self.made[name] = self
-
-    def publish(self, message):
-        self.sent.append(message)
-
-    def get_num_connections(self):
-        return self.subscribers
+@pytest.fixture(name="topics")
+def _topics(monkeypatch):
+    return fake_publishers(monkeypatch, state_topics, subscribers=0)
 
 
 @pytest.fixture(name="world")
-def _world(monkeypatch):
-    Topic.made = {}
-    monkeypatch.setattr(state_topics, "publisher", Topic)
+def _world():
     world = World(gravity=(0.0, 0.0, 0.0))
     world.spawn(sdf.ground_plane())
     world.spawn_urdf("bot", URDF, Pose((1, 2, 3)), str)
@@ -52,20 +40,20 @@ def run(world, reporter, steps):
         reporter.publish(world.step_count, world.time)
 
 
-def test_without_subscribers_nothing_is_published(world):
-    topics = StateTopics("/gazebo", world, 100.0)
-    assert topics.next_due() == math.inf
-    run(world, topics, 100)
-    assert all(not topic.sent for topic in Topic.made.values())
+def test_without_subscribers_nothing_is_published(topics, world):
+    reporter = StateTopics("/gazebo", world, 100.0)
+    assert reporter.next_due() == math.inf
+    run(world, reporter, 100)
+    assert all(not topic.messages for topic in topics.values())
 
 
 @pytest.mark.parametrize("rate, expected", [(100.0, 50), (30.0, 15), (5000.0, 500)])
-def test_rate_is_kept_and_never_more_than_one_a_step(world, rate, expected):
-    topics = StateTopics("/gazebo", world, rate)
-    Topic.made["/gazebo/model_states"].subscribers = 1
-    run(world, topics, 500)
-    assert len(Topic.made["/gazebo/model_states"].sent) == expected
-    assert not Topic.made["/gazebo/link_states"].sent
+def test_rate_is_kept_and_never_more_than_one_a_step(topics, world, rate, expected):
+    reporter = StateTopics("/gazebo", world, rate)
+    topics["/gazebo/model_states"].subscribers = 1
+    run(world, reporter, 500)
+    assert len(topics["/gazebo/model_states"].messages) == expected
+    assert not topics["/gazebo/link_states"].messages
 
 
 def test_contents(world):
@@ -79,37 +67,37 @@ def test_contents(world):
         assert message.twist[0].linear.x == 0
 
 
-def test_a_restart_goes_on_from_the_new_time(world):
-    topics = StateTopics("/gazebo", world, 100.0)
-    Topic.made["/gazebo/link_states"].subscribers = 1
-    run(world, topics, 105)
+def test_a_restart_goes_on_from_the_new_time(topics, world):
+    reporter = StateTopics("/gazebo", world, 100.0)
+    topics["/gazebo/link_states"].subscribers = 1
+    run(world, reporter, 105)
     world.reset()
-    topics.restart()
-    assert topics.next_due() == 10
-    run(world, topics, 25)
-    assert len(Topic.made["/gazebo/link_states"].sent) == 10 + 2
+    reporter.restart()
+    assert reporter.next_due() == 10
+    run(world, reporter, 25)
+    assert len(topics["/gazebo/link_states"].messages) == 10 + 2
 
 
-def test_performance(world):
+def test_performance(topics, world):
     now, counts = [50.0], {}
     metrics = PerformanceTopic("/gazebo", world, lambda: counts, lambda: now[0])
-    topic = Topic.made["/gazebo/performance_metrics"]
+    topic = topics["/gazebo/performance_metrics"]
     assert metrics.next_due() == math.inf
     topic.subscribers = 1
     world.step(100)
     counts["w::bot::base::imu"] = 5
     now[0] += METRICS_PERIOD / 2
     metrics.publish(world.step_count, world.time)
-    assert not topic.sent
+    assert not topic.messages
     world.step(100)
     counts["w::bot::base::imu"] = 20
     now[0] += METRICS_PERIOD / 2
     metrics.publish(world.step_count, world.time)
-    message = topic.sent[0]
+    message = topic.messages[0]
     assert message.real_time_factor == pytest.approx(0.2 / METRICS_PERIOD)
     sensor = message.sensors[0]
     assert (sensor.name, sensor.sim_update_rate) == ("w::bot::base::imu", pytest.approx(100))
     assert sensor.real_update_rate == pytest.approx(20 / METRICS_PERIOD)
     now[0] += METRICS_PERIOD
     metrics.publish(world.step_count, world.time)  # no simulated time has passed
-    assert len(topic.sent) == 1
+    assert len(topic.messages) == 1

@@ -1,7 +1,7 @@
 """libpaddock_state_publisher: transforms of joints and of the root link."""
 
 import pytest
-from bullet_bridge.plugins import base, transforms
+from bullet_bridge.plugins import transforms
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.plugins import drives
 from bullet_sim.pose import Pose
@@ -32,8 +32,7 @@ def arm(kind, plugin=PLUGIN):
 
 @pytest.fixture(name="topics")
 def _topics(monkeypatch):
-    made = fake_publishers(monkeypatch)
-    monkeypatch.setattr(transforms, "publisher", base.publisher)
+    made = fake_publishers(monkeypatch, transforms)
     monkeypatch.setattr(transforms, "_fixed", transforms.FixedTransforms())
     return made
 

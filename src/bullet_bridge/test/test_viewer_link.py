@@ -12,6 +12,7 @@ from bullet_bridge.plugins import viewer_link
 from bullet_bridge.plugins.viewer_link import ViewerLink, missing_display
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.world import World
+from paddock_common.testing import wait_for
 
 DEADLINE = 90.0  # [s] of wall time
 CLIENT = """
@@ -71,10 +72,7 @@ class Rig:
         return self.link.open()
 
     def wait_closed(self):
-        end = time.monotonic() + DEADLINE
-        while self.link.is_open():
-            assert time.monotonic() < end, "the viewer did not end"
-            time.sleep(0.01)
+        wait_for(lambda: not self.link.is_open(), "the end of the viewer")
 
     def alive(self):
         return self.jobs.call(lambda: self.world.step() or True, timeout=DEADLINE)

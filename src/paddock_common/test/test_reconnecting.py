@@ -6,6 +6,7 @@ import time
 from types import SimpleNamespace
 
 import pytest
+from paddock_common.testing import wait_for
 from rospy.impl.registration import RegManager
 from rospy.impl.tcpros_base import TCPROSTransport
 from rospy.impl.tcpros_pubsub import TCPROSSub
@@ -139,10 +140,7 @@ def test_connections_that_end_together_make_one_request(topics):
 
     made = subscriptions.Reconnecting(request, master.connect)
     made.connection_ended("/t", "http://first:1/", worked=True)
-    end = time.monotonic() + LIMIT
-    while made._due:  # the thread requests the first
-        assert time.monotonic() < end
-        time.sleep(0.001)
+    wait_for(lambda: not made._due, "the first request")
     for number in range(20):
         made.connection_ended("/t", f"http://node:{number}/", worked=True)
     time.sleep(0.1)

@@ -3,6 +3,7 @@
 import time
 
 import pytest
+from paddock_common.testing import wait_for
 from rosgraph.xmlrpc import XmlRpcHandler, XmlRpcNode
 
 from paddock_common import nodes
@@ -14,10 +15,7 @@ LIMIT, IDLE = 10.0, 0.8  # [s]; it polls for 0.5 s at a time
 def node():
     node = XmlRpcNode(0, XmlRpcHandler())
     node.start()
-    deadline = time.monotonic() + LIMIT
-    while not node.uri:
-        assert time.monotonic() < deadline
-        time.sleep(0.01)
+    wait_for(lambda: node.uri, "the node's address")
     return node
 
 
