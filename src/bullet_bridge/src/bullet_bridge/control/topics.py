@@ -19,7 +19,7 @@ from tf2_msgs.msg import TFMessage
 
 from bullet_bridge.loop.clock import SubscribedSchedule
 from bullet_bridge.plugins.base import PluginContext, RosPart, make_plugin
-from bullet_bridge.transport.conversions import stamp
+from bullet_bridge.transport.conversions import header
 from bullet_bridge.transport.packed import PackedJointState
 
 if TYPE_CHECKING:
@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 
 def controller_state(time: float, sample: "Sample", gains: "PidGains") -> JointControllerState:
     """control_msgs/JointControllerState of a Sample and PidGains; `time` [s] of the sample."""
-    message = JointControllerState(
+    return JointControllerState(
+        header=header(time),
         set_point=sample.set_point,
         process_value=sample.process_value,
         process_value_dot=sample.process_value_dot,
@@ -44,13 +45,12 @@ def controller_state(time: float, sample: "Sample", gains: "PidGains") -> JointC
         i_clamp=gains.i_clamp_max,
         antiwindup=gains.antiwindup,
     )
-    message.header.stamp = stamp(time)
-    return message
 
 
 def pid_state(time: float, period: float, pid: "Pid") -> PidState:
     """control_msgs/PidState of a Pid; `time` and `period` [s] of its last computation."""
-    message = PidState(
+    return PidState(
+        header=header(time),
         timestep=rospy.Duration.from_sec(period),
         error=pid.error,
         error_dot=pid.error_rate,
@@ -64,14 +64,11 @@ def pid_state(time: float, period: float, pid: "Pid") -> PidState:
         i_min=pid.gains.i_clamp_min,
         output=pid.output,
     )
-    message.header.stamp = stamp(time)
-    return message
 
 
 def drive_odometry(time: float, config: drive.BaseConfig, odometry: Any) -> Odometry:
     """nav_msgs/Odometry of a BaseConfig and an Odometry; the twist is in the base's frame."""
-    message = Odometry(child_frame_id=config.base_frame)
-    message.header.stamp, message.header.frame_id = stamp(time), config.odom_frame
+    message = Odometry(header=header(time, config.odom_frame), child_frame_id=config.base_frame)
     position, orientation = message.pose.pose.position, message.pose.pose.orientation
     position.x, position.y = odometry.x, odometry.y
     orientation.z, orientation.w = math.sin(odometry.heading / 2), math.cos(odometry.heading / 2)
@@ -87,8 +84,7 @@ def four_wheel_state(
     time: float, frame: str, odometry: four_wheel.FourWheelOdometry
 ) -> FourWheelSteeringStamped:
     """four_wheel_steering_msgs/FourWheelSteeringStamped of a FourWheelOdometry."""
-    message = FourWheelSteeringStamped()
-    message.header.stamp, message.header.frame_id = stamp(time), frame
+    message = FourWheelSteeringStamped(header=header(time, frame))
     data = message.data
     data.speed, data.acceleration, data.jerk = (
         odometry.speed,
@@ -108,8 +104,7 @@ def _diagonal(values: Sequence[float]) -> list[float]:
 
 def limited_twist(time: float, linear: float, angular: float) -> TwistStamped:
     """geometry_msgs/TwistStamped of a limited command."""
-    message = TwistStamped()
-    message.header.stamp = stamp(time)
+    message = TwistStamped(header=header(time))
     message.twist.linear.x, message.twist.angular.z = linear, angular
     return message
 

@@ -276,11 +276,14 @@ def depth_image(time: float, spec: Any, depth: Array) -> Image:
         data, encoding, size = np.clip(data, 0, 65535).astype("<u2"), "16UC1", 2
     else:
         data, encoding, size = depth.astype("<f4"), "32FC1", 4
-    message = Image(
-        height=height, width=width, encoding=encoding, step=size * width, data=data.tobytes()
+    return Image(
+        header=conversions.header(time, spec.frame_id),
+        height=height,
+        width=width,
+        encoding=encoding,
+        step=size * width,
+        data=data.tobytes(),
     )
-    message.header.stamp, message.header.frame_id = conversions.stamp(time), spec.frame_id
-    return message
 
 
 def point_cloud(time: float, spec: Any, depth: Array, rgb: Array, k: Array) -> PointCloud2:
@@ -294,9 +297,8 @@ def point_cloud(time: float, spec: Any, depth: Array, rgb: Array, k: Array) -> P
     data = np.zeros(depth.shape, _POINT)
     data["xyz"] = camera.points(depth, k)
     data["bgr"] = rgb[:, :, ::-1]
-    message = conversions.cloud(data, _FIELDS, bool(np.isfinite(depth).all()))
-    message.header.stamp, message.header.frame_id = conversions.stamp(time), spec.frame_id
-    return message
+    header = conversions.header(time, spec.frame_id)
+    return conversions.cloud(header, data, _FIELDS, bool(np.isfinite(depth).all()))
 
 
 @ros_side(DepthCameraSpec)

@@ -34,13 +34,12 @@ class JointStatesSensor(Sensor):
 
     def measure(self, time: float) -> JointState:
         positions, velocities = self.model.joints.state()
-        message = JointState(
+        return JointState(
+            header=conversions.header(time),
             name=list(self.spec.joints),
             position=[positions[name] for name in self.spec.joints],
             velocity=[velocities[name] for name in self.spec.joints],
         )
-        message.header.stamp = conversions.stamp(time)
-        return message
 
 
 @ros_side(WheelDriveSpec)
@@ -106,9 +105,9 @@ class WheelDrivePlugin(ModelPlugin):
         """Positions of the wheels, and their frames below the links that carry them."""
         states, frames, names = self._wheel_states, self._wheel_frames, self._wheel_names
         if states is not None and states.get_num_connections() > 0:
-            message = JointState(name=names, position=list(self.model.joints.positions_of(names)))
-            message.header.stamp = conversions.stamp(time)
-            states.publish(message)
+            positions = list(self.model.joints.positions_of(names))
+            header = conversions.header(time)
+            states.publish(JointState(header=header, name=names, position=positions))
         if frames is not None and frames.get_num_connections() > 0:
             frames.publish(TFMessage([self._wheel_transform(name, time) for name in names]))
 
@@ -150,9 +149,8 @@ def odometry_message(time: float, spec: Any, pose: Pose, linear: Array, angular:
         pose: Pose in frame_id.
         linear, angular: (3,) [m/s, rad/s] in the child frame.
     """
-    message = Odometry(child_frame_id=spec.child_frame_id)
-    message.header.stamp = conversions.stamp(time)
-    message.header.frame_id = spec.frame_id
+    header = conversions.header(time, spec.frame_id)
+    message = Odometry(header=header, child_frame_id=spec.child_frame_id)
     message.pose.pose = conversions.pose_to_msg(pose)
     message.twist.twist = conversions.twist_to_msg(linear, angular)
     for covariance in (message.pose.covariance, message.twist.covariance):

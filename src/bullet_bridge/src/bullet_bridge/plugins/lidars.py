@@ -76,8 +76,8 @@ _FIELDS = [
 ]
 
 
-def velodyne_cloud(spec: CloudSpec, points: Array, rings: Array) -> PointCloud2:
-    """sensor_msgs/PointCloud2 of points (n, 3), without stamp.
+def velodyne_cloud(time: float, spec: CloudSpec, points: Array, rings: Array) -> PointCloud2:
+    """sensor_msgs/PointCloud2 of points (n, 3).
 
     Args:
         points: [m] in the sensor frame, the layers of one direction after each other; NaN: none.
@@ -89,7 +89,8 @@ def velodyne_cloud(spec: CloudSpec, points: Array, rings: Array) -> PointCloud2:
         data = data.reshape(-1, spec.layers).T[::-1]
     else:
         data = data[np.isfinite(points).all(axis=1)][None, :]
-    return conversions.cloud(data, _FIELDS, not spec.organized)
+    header = conversions.header(time, spec.frame_id)
+    return conversions.cloud(header, data, _FIELDS, not spec.organized)
 
 
 @ros_side(CloudSpec)
@@ -100,10 +101,8 @@ class CloudSensor(RaysSensor):
     relayed = False
 
     def measure(self, time: float) -> PointCloud2:
-        message = velodyne_cloud(self.spec, self._lidar.points(self._scan()), self._lidar.rings)
-        message.header.stamp = conversions.stamp(time)
-        message.header.frame_id = self.spec.frame_id
-        return message
+        points = self._lidar.points(self._scan())
+        return velodyne_cloud(time, self.spec, points, self._lidar.rings)
 
 
 @ros_side(BlockCloudSpec)
@@ -116,11 +115,11 @@ class BlockLaserSensor(RaysSensor):
     def measure(self, time: float) -> PointCloud:
         points = self._lidar.points(self._scan())
         points = points[np.isfinite(points).all(axis=1)]
-        message = PointCloud(points=[Point32(*point) for point in points.tolist()])
-        message.channels = [ChannelFloat32(name="intensity", values=[0.0] * len(points))]
-        message.header.stamp = conversions.stamp(time)
-        message.header.frame_id = self.spec.frame_id
-        return message
+        return PointCloud(
+            header=conversions.header(time, self.spec.frame_id),
+            points=[Point32(*point) for point in points.tolist()],
+            channels=[ChannelFloat32(name="intensity", values=[0.0] * len(points))],
+        )
 
 
 @ros_side(RangeSpec)
@@ -132,13 +131,11 @@ class RangeSensor(RaysSensor):
     def measure(self, time: float) -> Range:
         spec, ranges = self.spec, self._scan()
         minimum = float(np.clip(ranges.min(), spec.range_min, spec.range_max))
-        message = Range(
+        return Range(
+            header=conversions.header(time, spec.frame_id),
             radiation_type=Range.INFRARED if spec.infrared else Range.ULTRASOUND,
             field_of_view=spec.field_of_view,
             min_range=spec.range_min,
             max_range=spec.range_max,
             range=minimum,
         )
-        message.header.stamp = conversions.stamp(time)
-        message.header.frame_id = spec.frame_id
-        return message

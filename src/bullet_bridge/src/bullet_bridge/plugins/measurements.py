@@ -16,7 +16,6 @@ from sensor_msgs.msg import Imu, MagneticField, NavSatFix
 
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
 from bullet_bridge.transport import conversions
-from bullet_bridge.transport.conversions import stamp
 from bullet_bridge.transport.packed import PackedOdometry
 
 if TYPE_CHECKING:
@@ -101,8 +100,7 @@ class GpsSensor(Sensor):
         noise = self.rng.normal(0.0, 1.0, 6)
         position = np.asarray(pose.position) + spec.offset + noise[:3] * spec.noise_stddev
         velocity = np.asarray(linear) + noise[3:] * spec.velocity_noise_stddev
-        message = NavSatFix()
-        message.header.stamp, message.header.frame_id = conversions.stamp(time), spec.frame_id
+        message = NavSatFix(header=conversions.header(time, spec.frame_id))
         message.status.status, message.status.service = spec.status, spec.service
         message.latitude, message.longitude, message.altitude = inertial.fix(
             position, spec.latitude, spec.longitude, spec.altitude, spec.heading
@@ -136,8 +134,7 @@ class MagneticSensor(Sensor):
         pose, _, _ = self.sensor_state()
         values = pose.matrix.T @ self._field + self.spec.offset
         values = values + add_noise(np.zeros(3), 1.0, self.rng) * self.spec.noise_stddev
-        message = self.message()
-        message.header.stamp, message.header.frame_id = conversions.stamp(time), self.spec.frame_id
+        message = self.message(header=conversions.header(time, self.spec.frame_id))
         vector = message.magnetic_field if self.spec.field_message else message.vector
         vector.x, vector.y, vector.z = values.tolist()
         return message
@@ -145,8 +142,7 @@ class MagneticSensor(Sensor):
 
 def wrench_message(time: float, frame: str, force: Vector, torque: Vector) -> WrenchStamped:
     """geometry_msgs/WrenchStamped of two (3,) [N, N m]."""
-    message = WrenchStamped()
-    message.header.stamp, message.header.frame_id = conversions.stamp(time), frame
+    message = WrenchStamped(header=conversions.header(time, frame))
     message.wrench.force = Vector3(*map(float, force))
     message.wrench.torque = Vector3(*map(float, torque))
     return message
@@ -204,8 +200,7 @@ class ContactSensor(Sensor):
         super().__init__(context)
 
     def measure(self, time: float) -> ContactsState:
-        message = ContactsState()
-        message.header.stamp, message.header.frame_id = stamp(time), self.spec.frame_id
+        message = ContactsState(header=conversions.header(time, self.spec.frame_id))
         pairs: dict[tuple[str, str], tuple[int, list[Any]]] = {}
         for index in self._indices:
             for contact in self.world.engine.contacts(self.model.body, index):

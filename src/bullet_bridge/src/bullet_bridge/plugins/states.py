@@ -9,7 +9,7 @@ import rospy
 from gazebo_msgs.msg import LinkStates, ModelStates, PerformanceMetrics, SensorPerformanceMetric
 
 from bullet_bridge.loop.clock import NEVER, SubscribedSchedule
-from bullet_bridge.transport.conversions import pose_to_msg, stamp, twist_to_msg
+from bullet_bridge.transport.conversions import header, pose_to_msg, twist_to_msg
 from bullet_bridge.transport.publishing import publisher
 
 if TYPE_CHECKING:
@@ -122,8 +122,8 @@ class PerformanceTopic:
         self._since = (now, time, counts)
         if self._topic.get_num_connections() == 0 or time <= sim_start:
             return
-        message = PerformanceMetrics(real_time_factor=(time - sim_start) / (now - start))
-        message.header.stamp = stamp(time)
+        factor = (time - sim_start) / (now - start)
+        message = PerformanceMetrics(header=header(time), real_time_factor=factor)
         for name, count in counts.items():
             count -= before.get(name, 0)
             message.sensors.append(

@@ -9,6 +9,7 @@ from bullet_sim.pose import Array, Pose, Quat, Vector
 from geometry_msgs.msg import Pose as PoseMsg
 from geometry_msgs.msg import TransformStamped, Twist
 from sensor_msgs.msg import CameraInfo, Imu, PointCloud2
+from std_msgs.msg import Header
 
 from bullet_bridge.transport.packed import to_sec_nsec
 
@@ -16,6 +17,11 @@ from bullet_bridge.transport.packed import to_sec_nsec
 def stamp(time: float) -> rospy.Time:
     """rospy.Time of a simulated time [s], rounded to nanoseconds."""
     return rospy.Time(*to_sec_nsec(time))
+
+
+def header(time: float, frame: str = "") -> Header:
+    """std_msgs/Header of a simulated time [s]."""
+    return Header(stamp=stamp(time), frame_id=frame)
 
 
 def pose_from_msg(message: PoseMsg) -> Pose:
@@ -36,8 +42,7 @@ def pose_to_msg(pose: Pose) -> PoseMsg:
 
 def transform_to_msg(time: float, frame: str, child: str, pose: Pose) -> TransformStamped:
     """geometry_msgs/TransformStamped at a time [s] of a child frame's core Pose in a frame."""
-    message = TransformStamped(child_frame_id=child)
-    message.header.stamp, message.header.frame_id = stamp(time), frame
+    message = TransformStamped(header=header(time, frame), child_frame_id=child)
     translation, rotation = message.transform.translation, message.transform.rotation
     translation.x, translation.y, translation.z = pose.position
     rotation.x, rotation.y, rotation.z, rotation.w = pose.orientation
@@ -83,8 +88,8 @@ def camera_info(spec: Any, arrays: tuple[Array, Array, Array, Array]) -> CameraI
     return message
 
 
-def cloud(data: Array, fields: list[Any], is_dense: bool) -> PointCloud2:
-    """sensor_msgs/PointCloud2 (without header) of an (H, W) structured array.
+def cloud(header: Header, data: Array, fields: list[Any], is_dense: bool) -> PointCloud2:
+    """sensor_msgs/PointCloud2 of an (H, W) structured array.
 
     Args:
         fields: PointFields of its type.
@@ -92,6 +97,7 @@ def cloud(data: Array, fields: list[Any], is_dense: bool) -> PointCloud2:
     """
     height, width = data.shape
     return PointCloud2(
+        header=header,
         height=height,
         width=width,
         fields=fields,
@@ -105,8 +111,7 @@ def cloud(data: Array, fields: list[Any], is_dense: bool) -> PointCloud2:
 
 def imu_message(time: float, spec: Any, orientation: Quat, rate: Vector, force: Vector) -> Imu:
     """sensor_msgs/Imu: orientation (x, y, z, w), rate (3,) [rad/s], force (3,) [m/s^2]."""
-    message = Imu()
-    message.header.stamp, message.header.frame_id = stamp(time), spec.frame_id
+    message = Imu(header=header(time, spec.frame_id))
     q, w, a = message.orientation, message.angular_velocity, message.linear_acceleration
     q.x, q.y, q.z, q.w = orientation
     w.x, w.y, w.z = (float(v) for v in rate)
