@@ -65,53 +65,6 @@ class Steps:
         self.left, self.error, self.done = count, "", threading.Event()
 
 
-class StepRequests:
-    """The request that is being served.
-
-    Args:
-        robots: Robots, whose failures to publish are reported.
-        before_done: called when the steps are made, before their caller continues.
-    """
-
-    def __init__(
-        self, world: "World", robots: ModelOutputs, before_done: Callable[[], None]
-    ) -> None:
-        self._world, self._robots, self._before_done = world, robots, before_done
-        self.steps: Any = None
-
-    def begin(self, count: int) -> Steps:
-        """Take a request for so many steps.
-
-        Raises:
-            WorldError: steps are being made already.
-        """
-        if self.steps is not None:
-            raise WorldError(f"{self.steps.left} steps of another call are still to be made")
-        self._robots.take_failures()
-        self.steps = Steps(count)
-        return self.steps
-
-    def make(self, advance: Callable[[int], None], limit: int) -> None:
-        """Make steps of the request, and end it after its last one.
-
-        Args:
-            limit: maximum number of steps at a time.
-        """
-        steps, before = self.steps, self._world.step_count
-        advance(min(steps.left, limit))
-        steps.left -= self._world.step_count - before
-        if steps.left <= 0:
-            self.end("; ".join(self._robots.take_failures()))
-
-    def end(self, error: str) -> None:
-        """End the request, if there is one; error: why it is incomplete, or ''."""
-        steps, self.steps = self.steps, None
-        if steps is not None:
-            self._before_done()
-            steps.error = error
-            steps.done.set()
-
-
 PACED_BATCH = 0.001  # [s] wall time of one batch of steps at a given real time factor
 FREE_BATCH = 0.02  # [s] simulated time of the longest batch when running free
 IDLE_WAIT = 0.05  # [s] longest wait for jobs, after which a shutdown is noticed
@@ -143,7 +96,7 @@ class Server:
         self._pace = Pace(config.real_time_factor, now, self._measured)
         self._clock = clock or SimClock(config.clock_rate, world.time_step)
         self._throttle = ClockThrottle(self._clock, now, world.step_count)
-        self._requests = StepRequests(world, robots, self._settle)
+        self._steps: Steps | None = None  # the request that is being served
         self._reporters: list[Reporter] = []
         self._set_batches()
         self._anchor()
@@ -230,8 +183,8 @@ class Server:
         """One iteration of the loop: jobs, then one batch, or a wait until one is due."""
         if self._jobs.run_pending():
             self._robots.refresh()
-        if self._requests.steps is not None:
-            self._requests.make(self.advance, self._free_batch)
+        if self._steps is not None:
+            self._make_steps(self._steps)
             return
         if self.paused:
             wait = IDLE_WAIT
@@ -290,7 +243,27 @@ class Server:
         """
         if not self.paused:
             raise WorldError("the simulation runs; pause it before stepping")
-        return self._requests.begin(count)
+        if self._steps is not None:
+            raise WorldError(f"{self._steps.left} steps of another call are still to be made")
+        self._robots.take_failures()
+        self._steps = Steps(count)
+        return self._steps
+
+    def _make_steps(self, steps: Steps) -> None:
+        """Make a batch of the requested steps, and end the request after its last one."""
+        before = self._world.step_count
+        self.advance(min(steps.left, self._free_batch))
+        steps.left -= self._world.step_count - before
+        if steps.left <= 0:
+            self._end_steps("; ".join(self._robots.take_failures()))
+
+    def _end_steps(self, error: str) -> None:
+        """End the request, if there is one; error: why it is incomplete, or ''."""
+        steps, self._steps = self._steps, None
+        if steps is not None:
+            self._settle()
+            steps.error = error
+            steps.done.set()
 
     # commands ---------------------------------------------------------------------------------
     def set_paused(self, paused: bool) -> None:
@@ -301,13 +274,13 @@ class Server:
         """
         if not paused and self.lockstep:
             raise WorldError("in lockstep time advances only by /gazebo/step")
-        self._requests.end("the simulation was paused or resumed by another call")
+        self._end_steps("the simulation was paused or resumed by another call")
         self.paused = paused
         self._settle()
 
     def reset(self, time: bool) -> None:
         """Reset the world; with time=True also simulated time, unless it is monotonic."""
-        self._requests.end("the simulation was reset by another call")
+        self._end_steps("the simulation was reset by another call")
         self._world.sort_models()
         self._world.reset(time=time and not self._monotonic)
         self._restart()
@@ -340,7 +313,7 @@ class Server:
             )
         world, robots = state
         note = self._world.restore_state(world)
-        self._requests.end("a state was restored by another call")
+        self._end_steps("a state was restored by another call")
         self._restart()
         self._robots.restore_state(robots)
         return note
