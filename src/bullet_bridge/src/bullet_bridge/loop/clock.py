@@ -226,11 +226,8 @@ def set_process_time(now: rospy.Time) -> None:
     rospy.rostime._rostime_current = now
 
 
-class SimClock:
+class SimClock(Schedule):
     """Publishes simulated time, at times k / rate and on request.
-
-    Attributes:
-        next: physics step after which the next message is due.
 
     Args:
         rate: messages per simulated second [Hz].
@@ -253,26 +250,13 @@ class SimClock:
         self._rate = rate
         self.set_time_step(time_step, 0)
 
-    @property
-    def next(self) -> int:
-        """Physics step after which the next message is due."""
-        return self._schedule.next
-
     def set_time_step(self, time_step: float, step: int) -> None:
         """Continue after a step with another physics step [s]; at most one message per step."""
-        self._schedule = Schedule(min(self._rate, 1.0 / time_step), time_step, step)
-
-    def restart(self, step: int) -> None:
-        """Count on from a step."""
-        self._schedule.restart(step)
-
-    def skip(self, steps: int) -> None:
-        """Skip messages due less than so many steps after the last one."""
-        self._schedule.skip(steps)
+        super().__init__(min(self._rate, 1.0 / time_step), time_step, step)
 
     def publish_due(self, step: int, time: float) -> bool:
         """Publish the time [s] if it is due at this step; returns whether it was."""
-        if not self._schedule.due(step):
+        if not self.due(step):
             return False
         self.publish(time)
         return True
