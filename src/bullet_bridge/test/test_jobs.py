@@ -49,7 +49,7 @@ def test_jobs_run_in_order():
             threading.Thread(target=jobs.call, args=(lambda n=number: done.append(n), 90))
         )
         callers[-1].start()
-        while jobs.waiting() <= number:
+        while len(jobs._jobs) <= number:
             time.sleep(0.001)
     assert done == []
     assert jobs.run_pending() == 5
@@ -92,7 +92,7 @@ def test_close_ends_waiting_and_later_calls():
 
     waiting = threading.Thread(target=ask)
     waiting.start()
-    while not jobs.waiting():
+    while not len(jobs._jobs):
         time.sleep(0.001)
     jobs.close()
     waiting.join(90.0)
@@ -119,7 +119,7 @@ def test_a_job_whose_caller_timed_out_is_not_run():
     jobs, done = JobQueue(), []
     with pytest.raises(TimeoutError):
         jobs.call(lambda: done.append(1), timeout=0.01)
-    assert jobs.waiting() == 0 and jobs.run_pending() == 0 and done == []
+    assert len(jobs._jobs) == 0 and jobs.run_pending() == 0 and done == []
 
 
 def test_a_job_that_was_begun_in_time_is_waited_for():
@@ -157,7 +157,7 @@ def test_what_ends_the_owner_does_not_hold_up_the_caller():
 
     caller = threading.Thread(target=ask)
     caller.start()
-    while not jobs.waiting():
+    while not len(jobs._jobs):
         time.sleep(0.001)
     with pytest.raises(KeyboardInterrupt):
         jobs.run_pending()

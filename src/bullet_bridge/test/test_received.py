@@ -90,11 +90,11 @@ def test_an_unknown_topic_is_an_error_at_once(received, requested):
 def test_a_topic_is_known_until_its_last_subscriber_goes(received):
     first, second = (received.subscribe("/one", str, lambda _: None) for _ in range(2))
     first.unregister()
-    assert received.topics() == ["/one"] and fake(first).closed == 1
+    assert sorted(received._counts) == ["/one"] and fake(first).closed == 1
     second.unregister()
-    assert received.topics() == []
+    assert sorted(received._counts) == []
     fake(second).call("late")
-    assert received.topics() == []
+    assert sorted(received._counts) == []
 
 
 def test_waiting_for_a_topic_that_is_unregistered_fails(received):
@@ -163,4 +163,4 @@ def test_a_topic_that_cannot_be_subscribed_is_not_counted(received, monkeypatch)
     monkeypatch.setattr(module.rospy, "Subscriber", refuse)
     with pytest.raises(ValueError):
         received.subscribe("/one", str, lambda _: None)
-    assert received.topics() == []
+    assert sorted(received._counts) == []

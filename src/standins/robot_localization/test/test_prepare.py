@@ -50,8 +50,6 @@ def test_relative_poses_start_at_zero():
     ):
         values = sensor.process(0.0, pose(x, y, yaw), NOTHING)
         assert values.value[[0, 1, 5]] == pytest.approx(expected)
-    sensor.clear()
-    assert sensor.process(0.0, pose(9.0, 9.0, 1.0), NOTHING).value[:6] == pytest.approx([0.0] * 6)
 
 
 def test_differential_poses_are_velocities_in_the_robot():

@@ -46,9 +46,6 @@ class JobQueue:
             job.error = QueueClosed("the simulation has ended")
             job.done.set()
 
-    def waiting(self) -> int:
-        return len(self._jobs)
-
     def call(self, work: Callable[[], T], timeout: float = TIMEOUT) -> T:
         """Have `work()` run by the owner and return its result.
 

@@ -89,11 +89,6 @@ class ReceivedCounts:
     def _received(self, topic: str) -> int:
         return min(self._counts[topic].values())
 
-    def topics(self) -> list[str]:
-        """Names of all counted topics, sorted."""
-        with self._changed:
-            return sorted(self._counts)
-
     def take(
         self, required: Mapping[str, int], timeout: float, now: Callable[[], float] = time.monotonic
     ) -> Taken:

@@ -75,10 +75,6 @@ class PoseInput:
     def __init__(self, used, differential=False, relative=False):
         self._used = tuple(used)
         self.differential, self._relative = differential, relative
-        self.clear()
-
-    def clear(self):
-        """Clears the first and the last one."""
         self._first = self._last = None
 
     def process(self, time, pose, covariance, frame=IDENTITY, base=IDENTITY, used=None):
