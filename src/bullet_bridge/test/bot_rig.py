@@ -12,6 +12,21 @@ from bullet_sim.world import World
 from controller_manager_msgs import srv
 from fake_impl import Topic
 
+LINK = (
+    '<link name="{0}"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" '
+    'ixy="0" ixz="0" iyz="0"/></inertial></link>'
+)
+CONTROL = '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo>'
+
+
+def held_robot(parts, link=LINK, control=CONTROL):
+    """URDF of the robot 'bot', whose link 'base' is fixed to the world."""
+    return (
+        '<robot name="bot"><link name="world"/><joint name="held" type="fixed">'
+        '<parent link="world"/><child link="base"/></joint>'
+        f"{link.format('base')}{''.join(parts)}{control}</robot>"
+    )
+
 
 class Tuning:
     """Stands in for a PidServer: stores its arguments."""

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 import rospy
-from bot_rig import Bot
+from bot_rig import LINK, Bot, held_robot
 from bullet_bridge.control import actions
 from control_msgs.msg import (
     FollowJointTrajectoryGoal,
@@ -15,22 +15,12 @@ from control_msgs.msg import (
 from control_msgs.srv import QueryTrajectoryStateRequest
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-LINK = (
-    '<link name="{0}"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" '
-    'ixy="0" ixz="0" iyz="0"/></inertial></link>'
-)
 JOINT = (
     '<joint name="{0}" type="revolute"><origin xyz="0 0 {1}"/><parent link="base"/>'
     '<child link="{0}_link"/><axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="50" '
     'velocity="9"/></joint>'
 )
-URDF = (
-    '<robot name="bot"><link name="world"/><joint name="held" type="fixed"><parent link='
-    '"world"/><child link="base"/></joint>'
-    + LINK.format("base")
-    + "".join(LINK.format(f"{n}_link") + JOINT.format(n, at) for n, at in (("a", 0), ("b", 1)))
-    + '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>'
-)
+URDF = held_robot(LINK.format(f"{n}_link") + JOINT.format(n, at) for n, at in (("a", 0), ("b", 1)))
 GAINS = {"p": 200.0, "d": 20.0}
 PARAMS = {
     "/bot/arm": {

@@ -2,8 +2,9 @@
 
 import math
 
+import bot_rig
 import pytest
-from bot_rig import Bot
+from bot_rig import Bot, held_robot
 from bullet_bridge.control import reconfigure
 from bullet_bridge.control import robot as control
 from bullet_bridge.control.reconfigure import config_type
@@ -15,34 +16,25 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Float64, Float64MultiArray
 
-LINK = (
-    '<link name="{0}"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" '
-    'ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><sphere radius="0.1"/></geometry>'
-    "</collision></link>"
-)
+SPHERE = '<collision><geometry><sphere radius="0.1"/></geometry></collision></link>'
+LINK = bot_rig.LINK.replace("</link>", SPHERE)
 JOINT = (
     '<joint name="{0}" type="continuous"><origin xyz="{1}"/><parent link="base"/>'
     '<child link="{0}_link"/><axis xyz="0 1 0"/><limit effort="10" velocity="50"/></joint>'
 )
-URDF = (
-    '<robot name="bot"><link name="world"/><joint name="held" type="fixed"><parent link='
-    '"world"/><child link="base"/></joint>'
-    + LINK.format("base")
-    + "".join(
-        LINK.format(f"{n}_link") + JOINT.format(n, at)
-        for n, at in (
-            ("left", "0 0.2 0"),
-            ("right", "0 -0.2 0"),
-            ("arm", "0 0 1"),
-            ("spare", "0 0 2"),
-            ("tail", "0 0 -1"),
-            ("fl", "0 0 3"),
-            ("fr", "0 0 4"),
-            ("rl", "0 0 5"),
-            ("rr", "0 0 6"),
-        )
-    )
-    + '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>'
+PLACES = {
+    "left": "0 0.2 0",
+    "right": "0 -0.2 0",
+    "arm": "0 0 1",
+    "spare": "0 0 2",
+    "tail": "0 0 -1",
+    "fl": "0 0 3",
+    "fr": "0 0 4",
+    "rl": "0 0 5",
+    "rr": "0 0 6",
+}
+URDF = held_robot(
+    (LINK.format(f"{n}_link") + JOINT.format(n, at) for n, at in PLACES.items()), LINK
 )
 PARAMS = {
     "/bot/arm": {

@@ -1,28 +1,21 @@
 """A car of robotSimType SteerBotHardwareGazebo: parameters, commands and joint states."""
 
 import pytest
-from bot_rig import Bot
+from bot_rig import CONTROL, LINK, Bot, held_robot
 from geometry_msgs.msg import Twist
 
-LINK = (
-    '<link name="{0}"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" '
-    'ixy="0" ixz="0" iyz="0"/></inertial></link>'
-)
 JOINT = (
     '<joint name="{0}" type="continuous"><origin xyz="{1} {2} 0"/><parent link="base"/>'
     '<child link="{0}_link"/><axis xyz="0 1 0"/><limit effort="10" velocity="50"/></joint>'
 )
 NAMES = ("rr", "rl", "fr", "fl", "sr", "sl")
-URDF = (
-    '<robot name="bot"><link name="world"/><joint name="held" type="fixed"><parent link='
-    '"world"/><child link="base"/></joint>'
-    + LINK.format("base")
-    + "".join(
+HARDWARE = "<robotSimType>steer_bot_hardware_gazebo/SteerBotHardwareGazebo</robotSimType>"
+URDF = held_robot(
+    (
         LINK.format(f"{n}_link") + JOINT.format(n, 1.0 if n[0] in "fs" else 0.0, len(n))
         for n in NAMES
-    )
-    + '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"><robotSimType>'
-    "steer_bot_hardware_gazebo/SteerBotHardwareGazebo</robotSimType></plugin></gazebo></robot>"
+    ),
+    control=CONTROL.replace("/></gazebo>", f">{HARDWARE}</plugin></gazebo>"),
 )
 PARAMS = {
     "/bot/steer_bot_hardware_gazebo": {
