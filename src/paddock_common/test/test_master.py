@@ -6,8 +6,9 @@ import sys
 import threading
 
 import pytest
-from paddock_common.master import ERRORS, MasterMonitor, proxy
-from paddock_common.testing import web_page
+from paddock_common.master import ERRORS, MasterMonitor, find_service, proxy
+from paddock_common.testing import ros_master, web_page
+from paddock_common.waiting import WaitTimeout, wait_for_service
 
 from paddock_common import master
 
@@ -24,6 +25,23 @@ def test_an_unresponsive_and_a_missing_server():
             server.getPid("/test")
     with pytest.raises(ConnectionRefusedError), proxy(address, 10.0) as server:
         server.getPid("/test")
+
+
+def test_the_address_of_a_service():
+    with ros_master() as environment:
+        uri = environment["ROS_MASTER_URI"]
+        with proxy(uri, 10.0) as server:
+            server.registerService("/node", "/there", "rosrpc://host:1", "http://host:2")
+        assert find_service(uri, "/test", "/there", 10.0) == "rosrpc://host:1"
+        assert find_service(uri, "/test", "/other", 10.0) is None
+
+
+def test_a_wait_for_a_service_ends_although_the_master_does_not_respond(monkeypatch):
+    with socket.create_server(("127.0.0.1", 0)) as server_socket:  # accepts and never responds
+        uri = f"http://127.0.0.1:{server_socket.getsockname()[1]}"
+        monkeypatch.setenv("ROS_MASTER_URI", uri)
+        with pytest.raises(WaitTimeout, match="service /there did not come within 0.1 s"):
+            wait_for_service("/there", 0.1, lambda: False)
 
 
 class Requests:

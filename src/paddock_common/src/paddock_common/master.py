@@ -46,6 +46,23 @@ class _Transport(xmlrpc.client.Transport):
         return connection
 
 
+def find_service(uri: str, caller: str, service: str, timeout: float) -> str | None:
+    """Returns a service's address, rosrpc://host:port; None if it is not registered.
+
+    Args:
+        uri: The master's address.
+        caller: Name of this node.
+        timeout: Longest wait for the master's response [s]; None is returned without one.
+    """
+    master: Any
+    try:
+        with proxy(uri, timeout) as master:
+            code, _, address = master.lookupService(caller, service)
+    except ERRORS:
+        return None
+    return address if code == 1 else None
+
+
 class MasterMonitor:
     """Requests a ROS master's identity once a second, in a thread.
 

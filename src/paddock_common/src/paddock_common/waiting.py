@@ -7,7 +7,10 @@ from typing import TypeVar
 import rosgraph
 import rospy
 
+from paddock_common.master import find_service
+
 POLL_PERIOD = 0.05  # [s]
+MIN_TIMEOUT = 0.5  # [s] for a response of the master, and for a service that is registered
 T = TypeVar("T")
 
 
@@ -61,20 +64,18 @@ def wait_for_service(
         WaitTimeout: the time limit was exceeded.
         rospy.ROSInterruptException: a shutdown was requested meanwhile.
     """
-    resolved = rospy.resolve_name(name)
-    master = rosgraph.Master(rospy.get_name())
-    start = time.monotonic()
+    resolved, start = rospy.resolve_name(name), time.monotonic()
+
+    def _left() -> float:
+        return max(MIN_TIMEOUT, timeout - (time.monotonic() - start))
 
     def _registered() -> str | None:
-        try:
-            return master.lookupService(resolved)
-        except (rosgraph.MasterException, OSError):
-            return None
+        return find_service(rosgraph.get_master_uri(), rospy.get_name(), resolved, _left())
 
     label = f"service {resolved}"
     wait_until(_registered, timeout, label, is_shutdown=is_shutdown)
     try:
-        rospy.wait_for_service(resolved, max(0.5, timeout - (time.monotonic() - start)))
+        rospy.wait_for_service(resolved, _left())
     except rospy.ROSInterruptException:
         raise
     except rospy.ROSException:

@@ -7,6 +7,7 @@ import time
 import rosgraph
 import rospy
 from controller_manager_msgs import srv
+from paddock_common.master import find_service
 
 from paddock_common import waiting
 
@@ -77,6 +78,9 @@ SERVICES = {
 }
 
 
+MASTER_TIMEOUT = 2.0  # [s] for a response of the master
+
+
 class ManagerError(Exception):
     """The controller manager is missing or a request failed; the text is the reason."""
 
@@ -131,13 +135,15 @@ class ManagerClient:
 
     def is_there(self):
         """Whether the manager's services still respond; also usable during the node's shutdown."""
+        name = self._names["switch_controller"]
+        uri = find_service(rosgraph.get_master_uri(), rospy.get_name(), name, MASTER_TIMEOUT)
         try:
-            uri = rosgraph.Master(rospy.get_name()).lookupService(self._names["switch_controller"])
-            host, port = rospy.core.parse_rosrpc_uri(uri)
-            socket.create_connection((host, port), 0.5).close()
-        except (rosgraph.MasterException, OSError, rospy.exceptions.ROSException):
+            if uri is not None:
+                host, port = rospy.core.parse_rosrpc_uri(uri)
+                socket.create_connection((host, port), 0.5).close()
+        except (OSError, rospy.exceptions.ROSException):
             return False
-        return True
+        return uri is not None
 
     def load(self, controller):
         """Loads a controller; returns whether that worked."""
