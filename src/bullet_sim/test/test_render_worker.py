@@ -204,7 +204,7 @@ def test_forgotten_pictures_do_not_come(shared, inbox):
     try:
         shared.submit(snapshot(step=1), [request()])
         deadline = time.monotonic() + DEADLINE
-        while shared._orders.has_pending() and time.monotonic() < deadline:
+        while shared.has_pending() and time.monotonic() < deadline:
             time.sleep(0.005)  # until it is being drawn
         shared.submit(snapshot(step=2), [request(), request("left")])
         shared.discard()
@@ -234,7 +234,7 @@ def test_the_next_picture_is_drawn_while_the_last_is_handed_on(sources):
         os.kill(client.worker_pid, signal.SIGSTOP)
         client.submit(snapshot(step=1), [request()])
         deadline = time.monotonic() + DEADLINE
-        while client._orders.has_pending() and time.monotonic() < deadline:
+        while client.has_pending() and time.monotonic() < deadline:
             time.sleep(0.005)
         client.submit(snapshot(step=2, pan=0.3), [request()])
         os.kill(client.worker_pid, signal.SIGCONT)
@@ -261,9 +261,9 @@ def test_the_worker_has_its_next_order_before_its_answer_is_read(sources):
         client.submit(snapshot(step=3), [request("third")])
         os.kill(client.worker_pid, signal.SIGSTOP)
         go_on.set()
-        while client._orders.has_pending() and time.monotonic() < deadline:
+        while client.has_pending() and time.monotonic() < deadline:
             time.sleep(0.005)
-        assert not client._orders.has_pending() and seen == ["first"]
+        assert not client.has_pending() and seen == ["first"]
         os.kill(client.worker_pid, signal.SIGCONT)
         while len(seen) < 3 and time.monotonic() < deadline:
             time.sleep(0.005)
@@ -289,7 +289,7 @@ def test_a_worker_that_keeps_dying_is_given_up(client, inbox, monkeypatch):
     client.submit(snapshot(), [request()])
     inbox.wait(lambda: inbox.errors, "a report")
     assert "not started again" in inbox.errors[0]
-    with pytest.raises(RenderError, match="no pictures any more: .*signal 9"):
+    with pytest.raises(RenderError, match="no images any more: .*signal 9"):
         client.render_sync(snapshot(), [request()], DEADLINE)
     client.submit(snapshot(), [request()])  # harmless: physics goes on
     assert client.dropped["eye"] == 1
@@ -311,7 +311,7 @@ def test_hanging_worker_meets_the_deadline(client):
     client.render_sync(snapshot(), [request()], DEADLINE)
     pid = client.worker_pid
     os.kill(pid, signal.SIGSTOP)
-    with pytest.raises(RenderError, match="no picture of eye for step 7 within 0.2 s"):
+    with pytest.raises(RenderError, match="no image of eye for step 7 within 0.2 s"):
         client.render_sync(snapshot(), [request()], 0.2)
     client.close()
     wait_ended(pid, DEADLINE)

@@ -27,8 +27,8 @@ class CameraRequest:
         seed: of the noise; the noise of a frame depends on seed, name and step alone.
         depth: whether distances are requested.
         labels: whether a label image is requested.
-        distortion: (k1, k2, p1, p2, k3) of its lens, see lenses.plumb_bob; (): a pinhole.
-        lens: a wide-angle Lens, see lenses.wide_angle; horizontal_fov does not count then.
+        distortion: (k1, k2, p1, p2, k3) of its lens, see lenses; (): a pinhole.
+        lens: a wide-angle Lens, see lenses; horizontal_fov has no effect then.
     """
 
     name: str
@@ -73,7 +73,7 @@ class CameraRequest:
 
 @dataclass(frozen=True)
 class Frame:
-    """A finished picture.
+    """A finished image.
 
     Attributes:
         camera: CameraRequest.name.
@@ -97,13 +97,13 @@ class Frame:
 
 
 @dataclass(frozen=True)
-class Renderer:
+class RendererInfo:
     """The renderer in use.
 
     Attributes:
         kind: 'gl' or 'tiny'.
         reason: why it is not OpenGL; '' when it is, or when OpenGL was not requested.
-        details: what draws, e.g. the driver's name, with shadows and antialiasing.
+        details: what renders, e.g. the driver's name, with shadows and antialiasing.
     """
 
     kind: str
@@ -113,7 +113,7 @@ class Renderer:
 
 @dataclass(frozen=True)
 class Quality:
-    """Costly features of the OpenGL renderer: 'auto' (as the driver bears it), 'true', 'false'."""
+    """Costly features of the OpenGL renderer: 'auto' (if the driver is fast), 'true', 'false'."""
 
     shadows: str = "auto"
     antialias: str = "auto"

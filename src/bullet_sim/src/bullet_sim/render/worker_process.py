@@ -20,7 +20,7 @@ from bullet_sim.errors import RenderError
 from bullet_sim.pose import Array
 from bullet_sim.render.request import DEFAULT, CameraRequest, Quality
 
-Offsets = tuple[int | None, ...]  # of the colors, distances and labels of a picture [bytes]
+Offsets = tuple[int | None, ...]  # of the colors, distances and labels of an image [bytes]
 ALIGNMENT = 64  # [bytes] of every array
 
 
@@ -35,7 +35,7 @@ class SharedMemory:
     """
 
     def __init__(self, fd: int | None = None) -> None:
-        self.fd = os.memfd_create("pictures") if fd is None else fd
+        self.fd = os.memfd_create("images") if fd is None else fd
         self._map: Any = None  # an mmap
         self._size = 0
 
@@ -43,34 +43,29 @@ class SharedMemory:
         """Set its size [bytes]; existing arrays stay valid."""
         os.ftruncate(self.fd, size)
 
-    def array(self, offset: int, shape: tuple[int, ...], kind: Any) -> Array:
-        """An array in it.
-
-        Args:
-            offset: [bytes].
-            shape, kind: of the array.
-        """
+    def array(self, offset: int, shape: tuple[int, ...], dtype: Any) -> Array:
+        """An array in it, at an offset [bytes]."""
         count = int(np.prod(shape))
-        if offset + count * np.dtype(kind).itemsize > self._size:
+        if offset + count * np.dtype(dtype).itemsize > self._size:
             self._size = os.fstat(self.fd).st_size
             self._map = mmap.mmap(self.fd, self._size)  # the old one is freed with its arrays
-        return np.frombuffer(self._map, kind, count, offset).reshape(shape)
+        return np.frombuffer(self._map, dtype, count, offset).reshape(shape)
 
-    def pictures(self, request: CameraRequest, offsets: Offsets) -> list[Any]:
-        """The arrays of a request's pictures.
+    def images(self, request: CameraRequest, offsets: Offsets) -> list[Any]:
+        """The arrays of a request's images.
 
         Args:
-            offsets: as layout gives them.
+            offsets: as layout returns them.
 
         Returns:
-            [(H, W, 3) uint8 colours, (H, W) float32 distances or None, (H, W) int32 labels or None]
+            [(H, W, 3) uint8 colors, (H, W) float32 distances or None, (H, W) int32 labels or None]
         """
         size = request.height, request.width
-        kinds: tuple[tuple[Any, tuple[int, ...]], ...]
-        kinds = (np.uint8, (*size, 3)), (np.float32, size), (np.int32, size)
+        types: tuple[tuple[Any, tuple[int, ...]], ...]
+        types = (np.uint8, (*size, 3)), (np.float32, size), (np.int32, size)
         return [
-            None if offset is None else self.array(offset, shape, kind)
-            for offset, (kind, shape) in zip(offsets, kinds)
+            None if offset is None else self.array(offset, shape, dtype)
+            for offset, (dtype, shape) in zip(offsets, types)
         ]
 
     def close(self) -> None:
@@ -81,24 +76,24 @@ class SharedMemory:
 
 
 def layout(requests: Iterable[CameraRequest]) -> tuple[list[Offsets], int]:
-    """Layout of the pictures of some cameras in a buffer.
+    """Layout of the images of some cameras in a buffer.
 
     Returns:
-        List of (offset of the colours, of the distances or None, of the labels or None), and the
+        List of (offset of the colors, of the distances or None, of the labels or None), and the
         buffer's size [bytes].
     """
-    found: list[Offsets] = []
+    result: list[Offsets] = []
     end = 0
     for request in requests:
         pixels = request.width * request.height
-        colours, end = end, _aligned(end + 3 * pixels)
+        colors, end = end, _aligned(end + 3 * pixels)
         distances = labels = None
         if request.depth:
             distances, end = end, _aligned(end + 4 * pixels)
         if request.labels:
             labels, end = end, _aligned(end + 4 * pixels)
-        found.append((colours, distances, labels))
-    return found, end
+        result.append((colors, distances, labels))
+    return result, end
 
 
 def _aligned(size: int) -> int:
@@ -109,7 +104,7 @@ class BufferRing:
     """Buffers in a SharedMemory that are used in turn.
 
     Args:
-        memory: SharedMemory of the parent.
+        memory: of the parent.
         count: of the buffers.
     """
 
@@ -118,12 +113,12 @@ class BufferRing:
         self._buffers = [(0, 0)] * count  # (offset, size)
 
     def next_layout(self, requests: Iterable[CameraRequest]) -> list[Offsets]:
-        """Layout of pictures in the next buffer.
+        """Layout of images in the next buffer.
 
         Returns:
-            Offsets in the shared memory, as `layout` gives them.
+            Offsets in the shared memory, as `layout` returns them.
         """
-        found, size = layout(requests)
+        offsets, size = layout(requests)
         (start, room), *others = self._buffers
         if size > room:  # a new buffer at the end, at least twice the size: few are abandoned
             start, room = self._end, max(size, 2 * room)
@@ -131,15 +126,15 @@ class BufferRing:
             self._memory.grow(self._end)
         self._buffers = [*others, (start, room)]
         return [
-            tuple(None if offset is None else start + offset for offset in offsets)
-            for offsets in found
+            tuple(None if offset is None else start + offset for offset in of_request)
+            for of_request in offsets
         ]
 
 
-HANG_TIMEOUT = 2.5  # [s] of wall time without an answer or any use of a processor
-HANG_CHECK = 0.25  # [s] between two looks; a debugger's stop of everything counts as one
+HANG_TIMEOUT = 2.5  # [s] of wall time without a reply or any use of a processor
+HANG_CHECK = 0.25  # [s] between two checks; a debugger's stop of everything counts as one
 START_TIMEOUT = 60.0  # [s] of wall time; a cold Mesa compiles shaders
-AHEAD = 2  # orders that it may have: it begins the next one without waiting for its parent
+AHEAD = 2  # jobs that it may have: it starts the next one without waiting for its parent
 _HEADER = struct.Struct("!i")
 COMMAND = (sys.executable, "-m", "bullet_sim.render.worker")
 _ROOT = str(pathlib.Path(__file__).resolve().parents[2])
@@ -155,12 +150,10 @@ class Worker:
         timeout: for its start, [s] of wall time.
 
     Attributes:
-        details: what draws, in a few words.
+        details: what renders, in a few words.
         connection: multiprocessing Connection to send to; see worker.py for the messages.
-        memory: SharedMemory that it draws to.
-        buffers: BufferRing in it: one for the pictures that are handed on, the others for orders
-            that were sent.
-        process: subprocess.Popen.
+        memory: that it renders to.
+        buffers: in it: one for the images that are passed on, the others for jobs that were sent.
 
     Raises:
         RenderError: it did not start; the message has the end of its output.
@@ -186,14 +179,14 @@ class Worker:
             [self.memory.fd],
             variables,
         )
-        self.process, answers = self._child.process, self._child.socket
-        self.connection = Connection(os.dup(answers.fileno()))
+        self.process, replies = self._child.process, self._child.socket
+        self.connection = Connection(os.dup(replies.fileno()))
         self._unread, self._hung = b"", ""
         try:
             if not self.connection.poll(timeout):
                 raise RenderError(f"the {kind} renderer is not ready after {timeout:g} s")
             _, self.details = self.connection.recv()
-            answers.setsockopt(
+            replies.setsockopt(
                 socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("ll", 0, int(1e6 * HANG_CHECK))
             )
         except (EOFError, ConnectionError):
@@ -208,12 +201,12 @@ class Worker:
         """The next message from it.
 
         Raises:
-            EOFError, OSError: it ended, or was killed here because it hung: no answer for
+            EOFError, OSError: it exited, or was killed here because it hung: no reply for
                 HANG_TIMEOUT and no processor time used meanwhile, as when it is stopped.
         """
         used: int | None = None
         idle = 0
-        while not self._has_answer():
+        while not self._has_reply():
             try:
                 # One system call: each gives up the GIL, for which the physics competes.
                 data = self._child.socket.recv(65536)
@@ -231,28 +224,28 @@ class Worker:
             if not data:
                 raise EOFError("the renderer closed its connection")
             self._unread += data
-        end = self._answer_end()
-        answer, self._unread = self._unread[_HEADER.size : end], self._unread[end:]
-        return pickle.loads(answer)
+        end = self._reply_end()
+        reply, self._unread = self._unread[_HEADER.size : end], self._unread[end:]
+        return pickle.loads(reply)
 
-    def _answer_end(self) -> int:
-        """Where the first answer among the received bytes ends, as Connection.send frames it."""
+    def _reply_end(self) -> int:
+        """Where the first reply among the received bytes ends, as Connection.send frames it."""
         return _HEADER.size + _HEADER.unpack_from(self._unread)[0]
 
-    def _has_answer(self) -> bool:
-        return len(self._unread) >= _HEADER.size and len(self._unread) >= self._answer_end()
+    def _has_reply(self) -> bool:
+        return len(self._unread) >= _HEADER.size and len(self._unread) >= self._reply_end()
 
     def _stat(self) -> tuple[str, int]:
         """State and processor time [ticks] of the process."""
         try:
             with open(f"/proc/{self.process.pid}/stat", encoding="ascii", errors="replace") as file:
-                words = file.read().rpartition(")")[2].split()
+                fields = file.read().rpartition(")")[2].split()
         except OSError:
             return "", 0
-        return words[0], int(words[11]) + int(words[12])
+        return fields[0], int(fields[11]) + int(fields[12])
 
     def exit_reason(self) -> str:
-        """The reason why the process ended, in one line."""
+        """The reason why the process exited, in one line."""
         if self._hung:
             return self._hung
         try:
@@ -262,7 +255,7 @@ class Worker:
         return self._child.ending()
 
     def close(self, kill: bool = False) -> None:
-        """End the process by closing its connection; kill: by SIGKILL."""
+        """Stop the process by closing its connection; kill: by SIGKILL."""
         self.connection.close()
         self._child.shut_down()
         if kill:
@@ -273,7 +266,7 @@ class Worker:
 
 
 MAX_RESTARTS = 3  # within ...
-WINDOW = 60.0  # [s] ... of wall time: a worker that keeps dying is given up
+WINDOW = 60.0  # [s] ... of wall time: a worker that dies again and again is given up
 
 
 class Restarts:
