@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from bullet_sim.component import Stateful
+from bullet_sim.controllers import Controller
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.warnings import add_warning
 from bullet_sim.description.world import MIN_STEP, Scene, WorldDescription
@@ -15,7 +16,7 @@ from bullet_sim.formats import urdf
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.models.changes import Forces
 from bullet_sim.models.contacts import Contacts
-from bullet_sim.models.model import PERIOD, Model
+from bullet_sim.models.model import PERIOD, Model, Placed
 from bullet_sim.pose import PLACEABLE, Pose, Vec3
 from bullet_sim.snapshot import BodySource, Snapshot
 
@@ -43,10 +44,10 @@ class WorldState:
 
     models: dict[str, Model]
     bodies: tuple[int, ...]
-    controllers: tuple[tuple[Any, ...], ...]
+    controllers: tuple[tuple[Controller, ...], ...]
     engine: Any
     parts: tuple[dict[str, Any], ...]
-    placed: tuple[Any, ...]
+    placed: tuple[Placed | None, ...]
     time_step: float
     step_count: int
     next_check: float
@@ -125,7 +126,7 @@ def are_first(bodies: tuple[int, ...]) -> bool:
     return bodies == tuple(range(len(bodies)))
 
 
-def controllers_of(model: Model) -> tuple[Any, ...]:
+def controllers_of(model: Model) -> tuple[Controller, ...]:
     return () if model.manager is None else model.manager.controllers()
 
 
@@ -200,7 +201,7 @@ def check_state(world: "World", state: WorldState) -> None:
         )
 
 
-def _names(controllers: Iterable[Any]) -> str:
+def _names(controllers: Iterable[Controller]) -> str:
     return ", ".join(controller.config.name for controller in controllers) or "(none)"
 
 

@@ -8,12 +8,30 @@ follows velocity and position commands by an effort from a PID.
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Protocol
 
 from bullet_sim.component import Stateful
 from bullet_sim.controllers.pid import Pid, PidGains, position_error
 from bullet_sim.description.model import Joint
 from bullet_sim.errors import ControllerError
+
+
+class RobotJoints(Protocol):
+    """Movable joints of one robot, see models.joints.Joints; SteerBotJoints are others."""
+
+    names: tuple[str, ...]
+    limits: dict[str, Joint]
+
+    def read(self, handles: "Iterable[JointHandle]") -> None: ...
+    def columns(self, indices: Sequence[int]) -> Sequence[list[float]]: ...
+    def drive_velocities(self, names: Iterable[str], values: Iterable[float]) -> None: ...
+    def drive_positions(self, names: Iterable[str], values: Iterable[float]) -> None: ...
+    def effort_bounds(self, name: str, position: float, velocity: float) -> tuple[float, float]: ...
+    def apply_efforts(self, efforts: Mapping[str, float]) -> None: ...
+    def track(
+        self, targets: Mapping[str, tuple[float, float]], handles: "Mapping[str, JointHandle]"
+    ) -> None: ...
+    def release(self, names: Iterable[str]) -> None: ...
 
 
 class JointHandle:
@@ -64,7 +82,6 @@ class Hardware(Stateful):
     """Commands of one robot's joints.
 
     Args:
-        joints: bullet_sim.models.joints.Joints.
         interfaces: mapping joint name -> offered interfaces, from <transmission>s.
         inertias: mapping joint name -> inertia that its effort moves, see description.inertias;
             joints that are not in it get their PIDs' efforts as they are.
@@ -80,7 +97,7 @@ class Hardware(Stateful):
 
     def __init__(
         self,
-        joints: Any,
+        joints: RobotJoints,
         interfaces: Mapping[str, Sequence[str]] | None = None,
         inertias: Mapping[str, float] | None = None,
     ) -> None:
@@ -91,13 +108,8 @@ class Hardware(Stateful):
         self._targets: dict[str, tuple[str, float]] = {}  # ... and what they follow
         self.put_before(joints, interfaces or {})
 
-    def put_before(self, joints: Any, interfaces: Mapping[str, Sequence[str]]) -> None:
-        """Use other joints than the robot's own, e.g. SteerBotJoints before them.
-
-        Args:
-            joints: with the methods of bullet_sim.models.joints.Joints.
-            interfaces: as for the constructor.
-        """
+    def put_before(self, joints: RobotJoints, interfaces: Mapping[str, Sequence[str]]) -> None:
+        """Use other joints than the robot's, e.g. SteerBotJoints before them, with interfaces."""
         self.joints, self._interfaces = joints, interfaces
         self._handles = {
             name: JointHandle(name, joints.limits[name], self._inertias.get(name), self)

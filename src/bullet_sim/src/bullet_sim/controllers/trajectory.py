@@ -482,8 +482,7 @@ class TrajectoryControl(Controller):
         super().__init__(config, hardware)
         by_effort = self.interface == "effort"
         self.pids = tuple(
-            Pid(gains, joint if by_effort else None)
-            for gains, joint in zip(config.gains, self.joints)
+            Pid(gains, joint, acts=by_effort) for gains, joint in zip(config.gains, self.joints)
         )
         self._continuous = [joint.limits.kind == "continuous" for joint in self.joints]
         self._prismatic = [joint.limits.kind == "prismatic" for joint in self.joints]

@@ -1,9 +1,8 @@
 """Messages between the render client and its worker: picklable values."""
 
 from dataclasses import dataclass
-from typing import Any
 
-from bullet_sim.plugins.cameras import DepthCameraSpec, Lens
+from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, Lens
 from bullet_sim.plugins.xml import PoseTuple
 from bullet_sim.pose import Array
 
@@ -49,24 +48,25 @@ class CameraRequest:
     labels: bool = False
 
     @classmethod
-    def from_spec(cls, spec: Any, key: int, link_index: int, seed: int = 0) -> "CameraRequest":
+    def from_spec(
+        cls, spec: CameraSpec, key: int, link_index: int, seed: int = 0
+    ) -> "CameraRequest":
         """Request for a CameraSpec whose link is row `link_index` of body `key`."""
-        (x, y, z), (roll, pitch, yaw) = spec.pose
         return cls(
             spec.name,
-            int(key),
-            int(link_index),
-            ((float(x), float(y), float(z)), (float(roll), float(pitch), float(yaw))),
-            int(spec.width),
-            int(spec.height),
-            float(spec.horizontal_fov),
-            float(spec.near),
-            float(spec.far),
-            float(spec.noise_stddev),
-            int(seed),
-            float(spec.noise_mean),
+            key,
+            link_index,
+            spec.pose,
+            spec.width,
+            spec.height,
+            spec.horizontal_fov,
+            spec.near,
+            spec.far,
+            spec.noise_stddev,
+            seed,
+            spec.noise_mean,
             isinstance(spec, DepthCameraSpec),
-            tuple(map(float, spec.distortion)),
+            spec.distortion,
             spec.lens,
         )
 
