@@ -31,14 +31,11 @@ class WorldState:
     """State of a world.
 
     Attributes:
-        models: the models by name, in order.
-        bodies: their numbers in the engine.
         controllers: of each model, as they were loaded.
         engine: what the engine saved, a BodiesState.
         parts: states of what is computed between steps, see parts_of().
         placed: what Model.set_state has set, of each model.
         time_step: [s].
-        step_count: steps made.
         next_check: time of the next check for implausible states [s].
     """
 

@@ -83,7 +83,6 @@ class SpeedLimiter:
         """The target velocity, limited.
 
         Args:
-            target: commanded velocity.
             last, last_but_one: velocities of the last two periods.
             period: [s].
         """
@@ -144,7 +143,6 @@ class BaseConfig(ControllerConfig):
         timeout: age [s] at which a command counts as 0.
         open_loop: odometry from the commands instead of from the joints.
         window: periods over which the odometry's velocity is averaged.
-        base_frame, odom_frame: frame names.
         publish_tf: odometry also as a transform.
         publish_command: the limited command as a topic.
         single_publisher: stop when more than one publisher sends commands.

@@ -38,11 +38,9 @@ class JointHandle:
     """A joint as the controllers of a robot see it.
 
     Attributes:
-        name: of the joint.
         limits: its Joint of the description: type, limits of position, velocity and effort.
         inertia: that its effort moves [kg m^2, kg]; None: unknown.
         position, velocity: [rad, m], [rad/s, m/s], of the last Hardware.read().
-        hardware: whose joint it is.
     """
 
     __slots__ = ("name", "limits", "inertia", "position", "velocity", "hardware")
@@ -87,7 +85,6 @@ class Hardware(Stateful):
             joints that are not in it get their PIDs' efforts as they are.
 
     Attributes:
-        joints: the joints that controllers see.
         efforts: joint name -> effort [N m, N] over each step.
         tracked: joint name -> (velocity [rad/s, m/s], effort [N m, N]) to track.
     """
@@ -144,9 +141,7 @@ class Hardware(Stateful):
         """Check that joints have a hardware interface.
 
         Args:
-            label: the controller, for messages.
             interface: velocity, position or effort.
-            names: joint names.
 
         Returns:
             Messages about joints without <transmission>, which have all interfaces here.
@@ -199,8 +194,6 @@ class Hardware(Stateful):
 
         Args:
             interface: velocity [rad/s, m/s], position [rad, m] or effort [N m, N].
-            joints: their handles.
-            values: one a joint.
         """
         if interface == "effort":
             for joint, value in zip(joints, values):

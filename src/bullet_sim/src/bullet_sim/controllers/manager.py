@@ -115,7 +115,6 @@ class Manager(Stateful):
         """Stop and start controllers as one step.
 
         Args:
-            start, stop: controller names.
             strict: True: an invalid name refuses the whole switch; False: it is skipped.
 
         Returns:
@@ -208,7 +207,6 @@ class Manager(Stateful):
         """Pass a command to a running controller; a stopped one ignores it.
 
         Args:
-            name: the controller.
             values: what its check() takes: numbers, or a trajectory.
 
         Raises:

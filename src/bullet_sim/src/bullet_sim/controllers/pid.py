@@ -58,7 +58,6 @@ def position_error(joint: Joint, position: float, target: float) -> float:
     """Error [rad, m] of a joint's position, as ros_control's position controllers see it.
 
     Args:
-        joint: with its type and limits.
         position, target: [rad, m]; a target beyond the joint's limits counts as the limit.
     """
     lower, upper = joint.lower, joint.upper
@@ -124,7 +123,6 @@ class Pid(Stateful):
         acts: whether it commands the joint's effort.
 
     Attributes:
-        joint, goal: as above.
         target: of the caller [rad, m, rad/s, m/s].
         error, error_rate, integral: of the last update.
         terms: (p, i, d) parts of the last output.
@@ -286,7 +284,6 @@ def parse_pid(values: Any, label: str, warnings: list[str] | None = None) -> Pid
 
     Args:
         values: mapping with p, i, d, and i_clamp or i_clamp_min and i_clamp_max.
-        label: name for messages.
         warnings: list to which a message per unknown key is added; None: none.
 
     Raises:
@@ -329,7 +326,6 @@ def is_stiff(gains: PidGains, goal: str, inertia: float, period: float) -> bool:
     """Whether gains are unstable or inaccurate as a constant torque over a period.
 
     Args:
-        gains: PidGains that give an effort.
         goal: "velocity" or "position".
         inertia: that the joint moves [kg m^2, kg].
         period: over which the effort is constant [s].

@@ -56,7 +56,6 @@ def parse_steer_bot(
 
     Args:
         values: mapping from the parameter server.
-        label: its name, for messages.
         joints: names of the robot's movable joints.
         description: for sizes that are not given.
 
@@ -116,11 +115,7 @@ class CarJoints(RobotJoints, Protocol):
 
 
 class SteerBotJoints:
-    """In place of a car's Joints: the same methods, with the two commanded joints.
-
-    Attributes:
-        names, limits: as of Joints.
-    """
+    """In place of a car's Joints: the same methods, with the two commanded joints."""
 
     def __init__(self, joints: CarJoints, config: SteerBotConfig) -> None:
         self._joints, self._config = joints, config

@@ -67,7 +67,6 @@ class Tolerances:
         """With those of a goal.
 
         Args:
-            joints: names, in the controller's order.
             path, arrival: (joint name, Tolerance) pairs.
             goal_time_tolerance: above 0 it replaces, below 0 it is 0, 0 leaves the present one [s].
         """
@@ -141,7 +140,6 @@ class Segment:
 
     Args:
         start, end: times [s].
-        first, last: Ends.
         goal: that it belongs to; None: no goal.
         from_start: time of the first end since the start of its trajectory [s].
         path, arrival: Tolerances along it and of its end.
@@ -252,8 +250,6 @@ def check(command: Command, joints: Sequence[str], partial: bool) -> None:
     """Check a command.
 
     Args:
-        command: Command.
-        joints: names of the controller's joints.
         partial: whether some of them may be missing.
 
     Raises:
@@ -307,17 +303,9 @@ def join(
     """Each joint's segments from now on: what it does until the command starts, then the command.
 
     Args:
-        current: lists of Segments, one a joint.
-        command: a checked Command with points.
-        joints: names of the controller's joints.
         now: controllers' time of the next update [s].
         ahead: time from now to the command's start [s], negative for a start in the past.
         continuous: whether each joint rotates without limits, and takes the shorter direction.
-        goal: of the command; None: no goal.
-        tolerances: Tolerances of the goal.
-
-    Returns:
-        Lists of Segments.
 
     Raises:
         CommandError: all points are in the past.

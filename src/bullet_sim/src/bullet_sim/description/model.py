@@ -27,7 +27,6 @@ class Finish:
         emissive: light that it emits.
         shininess: exponent of the highlights.
         opacity: 1 opaque, 0 invisible; multiplies the color's.
-        cast_shadows: whether it casts shadows.
         lit: False: rendered in its color, whatever the light.
     """
 
@@ -76,8 +75,6 @@ class Shape:
     Attributes:
         texture: path of a texture image; empty: none.
         painted: the color replaces a mesh's own materials.
-        finish: how it reflects light.
-        name: name of the collision or visual.
         link: link that had it in the file, before links were merged.
     """
 
@@ -197,7 +194,6 @@ class ModelDescription:
 
     Attributes:
         links, joints: by name, in file order.
-        root: name of the root link.
         sensors: sensor specifications (of bullet_sim.plugins).
         control_namespace: namespace of the ros_control plugin; None: the model has none.
         control_period: of its controllers [s]; 0: every physics step.
@@ -279,7 +275,6 @@ class VisualLink:
         origin: of its frame in the parent's at joint position 0.
         kind: 'fixed', 'revolute' (continuous, too) or 'prismatic'.
         axis: unit vector in its frame.
-        shapes: its visuals.
     """
 
     parent: int = -1

@@ -188,9 +188,6 @@ class Engine:
             self_collide: links collide with each other, those of one joint excepted.
             static: prepared as static: one link, of which meshes collide as they are.
 
-        Returns:
-            The body's number.
-
         Raises:
             ModelError: PyBullet refuses the file.
         """

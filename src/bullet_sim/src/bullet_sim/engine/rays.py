@@ -47,8 +47,6 @@ def read_shapes(client: int, body: int, with_triangles: bool) -> Shapes | None:
     """Shapes of a body's root link, the only one of what never moves.
 
     Args:
-        client: PyBullet's number of the client.
-        body: its number.
         with_triangles: False: boxes and meshes become spheres, too.
 
     Returns:
@@ -103,9 +101,6 @@ FARTHEST = 4000.0  # corner from the middle [m], where single precision has 0.25
 
 class Scenery:
     """The bodies that never move, as they stand.
-
-    Args:
-        client: PyBullet's number of the client.
 
     Attributes:
         planes: (point (3,) [m], normal (3,)) of each in the world.
@@ -261,7 +256,6 @@ class RayCaster:
     """Casts rays at the bodies of an engine.
 
     Args:
-        client: PyBullet's number of the client.
         free: bodies whose root link is not fixed; the caller changes it.
 
     Attributes:

@@ -44,8 +44,6 @@ def read_surface(
         element: <gazebo> of a URDF, or <collision>.
         paths: URDF or SDF of this module.
         surface: changed in place.
-        label: name for warnings.
-        warn: gets a message.
     """
     for key, tags in paths.items():
         for tag in tags:
@@ -148,12 +146,7 @@ _IGNORED = {
 
 
 def apply(robot: Node, model: ModelDescription) -> None:
-    """Read every <gazebo> child of <robot> into the model description.
-
-    Args:
-        robot: the <robot> element.
-        model: its description so far.
-    """
+    """Read every <gazebo> child of <robot> into the model description."""
     for element in robot.findall("gazebo"):
         reference = element.get("reference")
         if reference is None:

@@ -32,8 +32,6 @@ def unit_axis(vector: Vector, default: Vec3, label: str, element: Node) -> Vec3:
     Args:
         vector: (3,).
         default: unit vector.
-        label: for the message.
-        element: takes the warning.
     """
     length = float(np.linalg.norm(vector))
     if length >= 1e-9:
@@ -55,8 +53,6 @@ def set_limits(
 
     Args:
         lower, upper: [rad, m].
-        label: for the message.
-        element: takes the warning.
     """
     if lower is None and upper is None:  # PyBullet has both or neither
         return
@@ -86,12 +82,7 @@ SKIPPED = "joints are left out"
 
 
 def read_joints(robot: Node, model: ModelDescription) -> None:
-    """Add every valid <joint> of a <robot> to the model; others cause warnings.
-
-    Args:
-        robot: the root element.
-        model: with its links.
-    """
+    """Add every valid <joint> of a <robot> to the model; others cause warnings."""
     for element in robot.findall("joint"):
         joint = _joint(element, model)
         if joint is not None:
@@ -228,11 +219,8 @@ def read_joint(
     """Add a <joint> to the model of a reader (model.py), or warn why that is impossible.
 
     Args:
-        element: the <joint>.
         reader: contains the model and the poses of its links.
         prefix: of the names of the nested model that the joint is in.
-        frames: of that model.
-        version: of the SDF document.
     """
     model, poses = reader.model, reader.poses
     name = prefix + (element.get("name") or "joint")

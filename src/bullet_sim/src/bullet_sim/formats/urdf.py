@@ -25,8 +25,6 @@ def parse_transmissions(
     """Read every <transmission> child of <robot>.
 
     Args:
-        robot: root element.
-        joint_names: names of existing joints.
         warn: gets a message for each ignored element.
 
     Returns:
@@ -72,7 +70,6 @@ def parse_urdf(text: str | bytes | Node, resolve: Resolve, name: str = "robot") 
     """Read a URDF.
 
     Args:
-        text: the document.
         resolve: of package://, model://, file:// or a path.
         name: name of the model, used in messages.
 

@@ -193,7 +193,6 @@ def convert(
             painted.
         signs: three of +1 or -1: axes to mirror.
         role: 'visual': one part for each material; 'collision': one part.
-        folder: for the files.
         errors: gets the errors of its images, which are left out.
 
     Returns:

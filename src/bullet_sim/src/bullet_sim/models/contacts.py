@@ -160,7 +160,6 @@ def skid_wheels(joints: Iterable[Joint], links: Mapping[str, Link]) -> list[str]
 
     Args:
         joints: Joints of a model without fixed ones.
-        links: Link by name.
 
     Returns:
         Names of the children of unlimited joints that share a parent, where three or more have

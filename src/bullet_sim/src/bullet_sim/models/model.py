@@ -72,8 +72,6 @@ def load_body(
     Args:
         source: names the prepared URDF.
         pose: world Pose of the root link's frame.
-        lumped: the URDF was written from it.
-        description: of which `lumped` was made.
 
     Returns:
         The body's index; its links' indices by name; those of the child links of measured joints,

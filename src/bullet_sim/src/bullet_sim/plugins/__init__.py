@@ -28,12 +28,7 @@ SENSOR_TYPES = ("camera", "multicamera", "wideanglecamera", "depth", "depth_came
 
 
 def parse_plugin(element: Element, model: ModelDescription) -> None:
-    """Read one model plugin into the model description; an unknown one is a warning.
-
-    Args:
-        element: the <plugin>.
-        model: its description so far.
-    """
+    """Read one model plugin into the model description; an unknown one is a warning."""
     reader = _find(PLUGINS, library(element))
     if reader is None:
         name = element.get("filename")
@@ -53,8 +48,6 @@ def parse_sensor(element: Element, link: str, model: ModelDescription) -> None:
     """Specifications of one <sensor>, which go into the model's list.
 
     Args:
-        element: the <sensor>.
-        link: name of the link that carries it.
         model: its description so far; gets warnings, too.
     """
     kind, name = element.get("type"), element.get("name") or "sensor"

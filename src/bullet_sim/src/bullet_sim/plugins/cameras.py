@@ -48,8 +48,6 @@ class CameraSpec:
     """A color camera that points along +x of its sensor frame, z up.
 
     Attributes:
-        name: sensor name.
-        link: link that carries it.
         pose: (xyz [m], rpy [rad]) of the sensor frame in the link frame.
         width, height: image size [px].
         horizontal_fov: [rad].
@@ -135,12 +133,7 @@ ENCODINGS = {
 
 
 def encoding(camera: Values, model: ModelDescription) -> str:
-    """Encoding of a camera's messages: rgb8, bgr8 or mono8.
-
-    Args:
-        camera: Values of the <camera>.
-        model: gets the warning.
-    """
+    """Encoding of a camera's messages: rgb8, bgr8 or mono8."""
     image_format = camera.text("image/format", "R8G8B8")
     known = ENCODINGS.get(image_format.upper())
     if known is None:
@@ -157,7 +150,6 @@ def field_of_view(camera: Values, wide: bool = False) -> float:
     """Horizontal angle of a camera [rad], below 180 degrees.
 
     Args:
-        camera: Values of the <camera>.
         wide: it has a wide-angle lens, replaced by a pinhole here: a wider angle is no error.
     """
     angle = camera.number("horizontal_fov", FIELD_OF_VIEW)

@@ -11,7 +11,6 @@ class CustomSpec:
 
     Attributes:
         name: of the sensor, or of the plugin of a model.
-        link: that carries it.
         library: name of the plugin's library without folder, 'lib' and '.so'.
         rate: updates per simulated second [Hz]; 0: every physics step.
         topic: resolved <topicName>, by default the plugin's name.

@@ -11,7 +11,6 @@ class ContactSpec:
     """A bumper: contacts of some collision shapes.
 
     Attributes:
-        link: link that carries it.
         collisions: names of the monitored collisions of the description.
         rate: messages per simulated second [Hz]; 0: every physics step.
     """
@@ -30,7 +29,6 @@ class ForceTorqueSpec:
 
     Attributes:
         link: the child link, whose frame it is given in.
-        joint: its name.
         rate: messages per simulated second [Hz]; 0: every physics step.
         noise_stddev: on each number [N, N m].
     """

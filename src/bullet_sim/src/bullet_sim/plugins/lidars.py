@@ -80,11 +80,7 @@ class RangeSpec(LayeredRays):
 
 
 def sweep(ray: Values) -> tuple[float, float]:
-    """(first, last) angle of a lidar [rad], the smaller first.
-
-    Args:
-        ray: Values of the <ray>.
-    """
+    """(first, last) angle of a lidar [rad], the smaller first."""
     first, last = (ray.number(f"scan/horizontal/{end}_angle") for end in ("min", "max"))
     if first <= last:
         return first, last

@@ -33,8 +33,6 @@ class Names:
     """Namespace of one plugin.
 
     Args:
-        plugin: the <plugin> element.
-        model: name of the model.
         default: namespace of a plugin without <robotNamespace>; the namespace of a spawn
             request has been written to that tag.
 
@@ -64,7 +62,6 @@ class Names:
         """Frame name for headers, without a leading slash.
 
         Args:
-            name: as in the file.
             prefixed: put a name without a leading slash below the namespace; cameras and lasers
                 use their namespace as tf_prefix (tf::resolve).
         """
@@ -136,8 +133,6 @@ class Values:
         """Finite numbers with spaces between them.
 
         Args:
-            path: of the tag.
-            count: how many.
             default: where the tag is missing or empty; None: zeros.
             broadcast: a single number counts for all.
 
@@ -165,13 +160,8 @@ class Values:
 class PluginXml(Values):
     """A <plugin> of a model.
 
-    Args:
-        element: the <plugin>.
-        model: that it belongs to.
-
     Attributes:
         name: its name; empty: it has none.
-        names: its namespace.
         label: "plugin 'libNAME.so'", its name in messages.
     """
 
@@ -241,10 +231,6 @@ class SensorXml(PluginXml):
     """A <plugin> of a <sensor>.
 
     Args:
-        element: the <plugin>.
-        model: that it belongs to.
-        sensor: the <sensor>.
-        parent: name of the link that carries it.
         pose: of the sensor in that link's frame.
 
     Attributes:

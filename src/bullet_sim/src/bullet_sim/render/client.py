@@ -50,9 +50,6 @@ class RenderJob:
         blocking: whose images these are, or None.
         sources: what is new to the worker, or None.
         epoch: RenderClient.epoch.
-
-    Attributes:
-        count: of the requests.
     """
 
     def __init__(
@@ -80,7 +77,6 @@ class RenderJob:
         """The finished image of a request.
 
         Args:
-            index: of the request.
             zero_copy: its arrays are those that the worker has written, valid until AHEAD + 1
                 more jobs are sent; False: copies.
         """

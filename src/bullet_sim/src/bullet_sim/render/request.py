@@ -24,7 +24,6 @@ class CameraRequest:
         near, far: clip distances [m].
         noise_stddev, noise_mean: of the full scale, see sensors.camera.add_noise.
         seed: of the noise; the noise of a frame depends on seed, name and step alone.
-        depth: whether distances are requested.
         labels: whether a label image is requested.
         distortion: (k1, k2, p1, p2, k3) of its lens, see lenses; (): a pinhole.
         lens: a wide-angle Lens, see lenses; horizontal_fov has no effect then.
@@ -76,7 +75,6 @@ class Frame:
     """A finished image.
 
     Attributes:
-        camera: CameraRequest.name.
         time: of the snapshot [s].
         step: of the snapshot.
         rgb: (H, W, 3) uint8, top row first.

@@ -143,11 +143,7 @@ def serve(connection: Connection, memory: SharedMemory, kind: str, quality: Qual
 
 
 def exit_with_parent(socket: int) -> None:
-    """Exit as soon as the other end of the socket closes, whatever it does meanwhile.
-
-    Args:
-        socket: file descriptor.
-    """
+    """Exit as soon as the other end of the socket closes, whatever it does meanwhile."""
     poller = select.poll()
     poller.register(socket, 0)  # POLLHUP is always reported
     poller.poll()

@@ -29,9 +29,6 @@ class SharedMemory:
 
     Args:
         fd: file descriptor from another process's SharedMemory; None: new memory.
-
-    Attributes:
-        fd: file descriptor.
     """
 
     def __init__(self, fd: int | None = None) -> None:
@@ -53,9 +50,6 @@ class SharedMemory:
 
     def images(self, request: CameraRequest, offsets: Offsets) -> list[Any]:
         """The arrays of a request's images.
-
-        Args:
-            offsets: as layout returns them.
 
         Returns:
             [(H, W, 3) uint8 colors, (H, W) float32 distances or None, (H, W) int32 labels or None]
@@ -101,12 +95,7 @@ def _aligned(size: int) -> int:
 
 
 class BufferRing:
-    """Buffers in a SharedMemory that are used in turn.
-
-    Args:
-        memory: of the parent.
-        count: of the buffers.
-    """
+    """Buffers in a SharedMemory that are used in turn."""
 
     def __init__(self, memory: SharedMemory, count: int) -> None:
         self._memory, self._end = memory, 0
@@ -146,7 +135,6 @@ class Worker:
     Args:
         kind: 'gl' or 'tiny'.
         environment: variables added to the process's environment.
-        quality: Quality.
         timeout: for its start, [s] of wall time.
 
     Attributes:
@@ -271,10 +259,6 @@ WINDOW = 60.0  # [s] ... of wall time: a worker that dies again and again is giv
 
 class Restarts:
     """Starts workers in place of dead ones, at most MAX_RESTARTS within WINDOW.
-
-    Args:
-        environment: variables for the worker.
-        quality: Quality.
 
     Attributes:
         count: of all restarts.

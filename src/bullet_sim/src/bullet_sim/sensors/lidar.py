@@ -20,7 +20,6 @@ class Lidar:
     max_angle, both included (sensor_msgs/LaserScan).
 
     Attributes:
-        spec: the RaySpec.
         angles: (n,) [rad].
         angle_increment: [rad], 0 for a single ray.
         directions: (n, 3) unit vectors in the sensor frame.

@@ -19,12 +19,7 @@ OpenInclude = Callable[[Node], tuple[Node, Version]]  # <include> -> <model> of 
 
 
 class Frames:
-    """Frames of one <model>: its links, joints, <frame>s and nested models.
-
-    Args:
-        element: the <model>.
-        name: of the model, for messages.
-    """
+    """Frames of one <model>: its links, joints, <frame>s and nested models."""
 
     def __init__(self, element: Node, name: str) -> None:
         self._name = name
@@ -92,9 +87,7 @@ class Frames:
         """Pose of an element with a <pose> in the model's frame.
 
         Args:
-            element: e.g. a <visual>.
             default: name of the frame that its pose is relative to when it names none.
-            label: for messages.
         """
         pose = element.find("pose")
         base = (pose.get("relative_to") if pose is not None else None) or default
@@ -187,9 +180,7 @@ def parse_model_element(
     """Read a <model>.
 
     Args:
-        element: the <model>.
         version: of the SDF document; up to (1, 4) joint axes are in the model's frame.
-        open_include: for models inside models.
 
     Raises:
         ModelError: it has no link.

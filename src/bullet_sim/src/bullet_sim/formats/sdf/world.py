@@ -46,12 +46,7 @@ DOWN = (0.0, 0.0, -1.0)
 
 
 def parse_scene(world: Node, label: str) -> Scene:
-    """Scene of a <world>, without lights.
-
-    Args:
-        world: the <world>.
-        label: name for messages.
-    """
+    """Scene of a <world>, without lights."""
     scene = world.find("scene")
     if scene is None:
         return Scene(lights=())
@@ -79,8 +74,6 @@ def parse_light(element: Node, label: str, pose: Pose | None = None) -> Light:
     """Light of a <light>.
 
     Args:
-        element: the <light>.
-        label: name for messages.
         pose: replaces its own.
     """
     name = element.get("name") or "light"
@@ -322,11 +315,7 @@ def _include(element: Node, described: WorldDescription, resolve: Resolve, label
 
 
 def _opener(resolve: Resolve, warnings: list[ReadWarning]) -> OpenInclude:
-    """Function <include> -> (<model> element, SDF version of its file).
-
-    Args:
-        warnings: gets the file's warnings.
-    """
+    """Function <include> -> (<model> element, SDF version of its file)."""
 
     def open_include(include: Node) -> tuple[Node, Version]:
         path = resolve(child_text(include, "uri", ""))
@@ -356,12 +345,7 @@ def _model_of(sdf: Node, label: str) -> Node:
 def parse_model(
     text: str | bytes | Node, resolve: Resolve, label: str = "model"
 ) -> tuple[ModelDescription, Pose]:
-    """Read an SDF document with one <model>: (ModelDescription, its pose).
-
-    Args:
-        text: the document.
-        label: name for messages.
-    """
+    """Read an SDF document with one <model>: (ModelDescription, its pose)."""
     sdf = parse(text, label)
     if sdf.find("model") is None and sdf.find("world") is not None:
         return _only_model(parse_world(text, resolve, label), label)

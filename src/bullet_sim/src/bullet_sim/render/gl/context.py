@@ -80,8 +80,6 @@ class Context:
     """A new context, current in the calling thread.
 
     Attributes:
-        gl: moderngl.Context.
-        calls: Calls.
         device: the driver's name for what renders.
         software: whether that is the processor.
 

@@ -307,7 +307,6 @@ def frame_bytes(
     Args:
         clip: (4, 4) from positions relative to the origin to clip space.
         eye: (3,) [m] of the camera relative to the origin.
-        sun: directional light.
         lights: (n, 5, 4) of the others, as light_rows returns them.
     """
     block = np.zeros(SIZE, np.float32)
