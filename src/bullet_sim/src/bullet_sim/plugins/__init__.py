@@ -7,7 +7,7 @@ from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ModelError
 from bullet_sim.plugins import cameras, drives, forces, inertial, lidars
 from bullet_sim.plugins.registry import PLUGINS, SENSOR_PLUGINS, SensorReader
-from bullet_sim.plugins.xml import PluginXml, SensorXml, library
+from bullet_sim.plugins.xml import MissingPart, PluginXml, SensorXml, library
 from bullet_sim.registry import Registry
 from bullet_sim.xml_reader import document_root, sdf_pose
 
@@ -39,7 +39,9 @@ def parse_plugin(element: Element, model: ModelDescription) -> None:
         )
         return
     try:
-        reader(PluginXml(element, model))
+        _add(reader(PluginXml(element, model)), model)
+    except MissingPart as error:
+        model.warn(str(error), error.cause, error.item)
     except ModelError as error:
         model.warn(f"{error}; the plugin is left out", "plugins are left out", str(error))
 
@@ -79,10 +81,14 @@ def parse_sensor(element: Element, link: str, model: ModelDescription) -> None:
             )
             continue
         try:
-            specs = reader(SensorXml(plugin, model, element, link, pose))
-            model.sensors += specs if isinstance(specs, list) else [specs]
+            _add(reader(SensorXml(plugin, model, element, link, pose)), model)
         except ModelError as error:
             model.warn(f"{error}; sensor '{name}' is left out", "sensors are left out", f"'{name}'")
+
+
+def _add(specs: Any, model: ModelDescription) -> None:
+    if specs is not None:
+        model.sensors += specs if isinstance(specs, list) else [specs]
 
 
 def _find(registry: Registry[Any], name: str) -> Any:

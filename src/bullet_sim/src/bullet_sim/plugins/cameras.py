@@ -302,13 +302,11 @@ def multicamera(xml: SensorXml) -> list[CameraSpec]:
 
 @sensor_plugin("gazebo_ros_depth_camera", types=("camera", "depth", "depth_camera"))
 def depth_camera(xml: SensorXml) -> DepthCameraSpec:
-    """DepthCameraSpec."""
     return _depth_camera(xml, math.inf)
 
 
 @sensor_plugin("gazebo_ros_openni_kinect", types=("camera", "depth", "depth_camera"))
 def kinect(xml: SensorXml) -> DepthCameraSpec:
-    """DepthCameraSpec."""
     return _depth_camera(xml, 5.0)
 
 
@@ -335,13 +333,14 @@ _STREAMS = {  # sensor's name -> the start of its tags, and the default topic
 
 
 @model_plugin("realsense_gazebo_plugin", reads_sensors=True)
-def realsense(xml: PluginXml) -> None:
+def realsense(xml: PluginXml) -> list[CameraSpec]:
     """Specs of the four cameras of a model, identified by their names.
 
     Topics are below the plugin's own name; camera_info is in the namespace of each image.
     """
     prefix, handle = xml.text("prefix"), xml.name or "realsense"
     sensors = _sensors_by_name(xml)
+    specs: list[CameraSpec] = []
     for stream, (tag, default) in _STREAMS.items():
         name = prefix + stream
         if name not in sensors:
@@ -361,7 +360,7 @@ def realsense(xml: PluginXml) -> None:
         if values["encoding"] == "mono8":
             values["encoding"] = "8UC1"  # as the plugin names it
         if stream != "depth":
-            xml.model.sensors.append(CameraSpec(**values))
+            specs.append(CameraSpec(**values))
             continue
         points = xml.text("pointCloudTopicName", "depth/color/points")
         values.update(noise_mean=0.0, noise_stddev=0.0)
@@ -378,7 +377,8 @@ def realsense(xml: PluginXml) -> None:
             cutoff=xml.number("pointCloudCutoff"),
             cutoff_max=xml.number("pointCloudCutoffMax", 5.0),
         )
-        xml.model.sensors.append(spec)
+        specs.append(spec)
+    return specs
 
 
 def _sensors_by_name(xml: PluginXml) -> dict[str | None, tuple[Element, str]]:

@@ -29,12 +29,11 @@ class CustomSpec:
     xml: PluginXml = field(repr=False, compare=False)
 
 
-def custom_plugin(xml: PluginXml) -> None:
+def custom_plugin(xml: PluginXml) -> CustomSpec:
     """Reader of a plugin of a model; on the link <bodyName>, by default the root link."""
     link = xml.link("bodyName", xml.model.root)
-    if link is not None:
-        rate, name = max(0.0, xml.number("updateRate")), xml.name or library(xml.element)
-        xml.model.sensors.append(_spec(xml, name, name, link, rate, ZERO_POSE))
+    rate, name = max(0.0, xml.number("updateRate")), xml.name or library(xml.element)
+    return _spec(xml, name, name, link, rate, ZERO_POSE)
 
 
 def custom_sensor(xml: SensorXml) -> CustomSpec:

@@ -29,6 +29,18 @@ def library(plugin: Element) -> str:
     return name.removesuffix(".so").removeprefix("lib")
 
 
+class MissingPart(ModelError):
+    """A plugin names a link or a joint that its model lacks.
+
+    Args:
+        cause, item: see ReadWarning.
+    """
+
+    def __init__(self, text: str, cause: str = "", item: str = "") -> None:
+        super().__init__(text)
+        self.cause, self.item = cause, item
+
+
 class Names:
     """Namespace of one plugin.
 
@@ -190,41 +202,40 @@ class PluginXml(Values):
         """Name of the frame that a tag names: see Names.frame."""
         return self.names.frame(self.text(tag, default), prefixed)
 
-    def link(self, tag: str, default: str | None = None) -> str | None:
+    def link(self, tag: str, default: str | None = None) -> str:
         """Link that a tag names as 'link', '/link' or 'model::link'.
 
         Args:
             tag: e.g. "bodyName".
             default: link where the tag is missing; None: it must be there.
 
-        Returns:
-            None, with a warning, where the model has no such link.
+        Raises:
+            MissingPart: the model has no such link.
         """
         text, links = self.text(tag, default or ""), self.model.links
         name = text if text in links else text.rsplit("::", 1)[-1].lstrip("/")
         if name in links:
             return name
         if default is None:
-            return self._known(tag, text, links, "link")
-        self.warn(
+            raise self._missing(tag, text, links, "link")
+        raise MissingPart(
             f"{self.label} has {tag} '{name}', which is no link; it is left out",
             "plugins name a link that does not exist and are left out",
             self.label,
         )
-        return None
 
-    def joint(self, tag: str) -> str | None:
-        """Joint that a tag names; None, with a warning, where the model has no such joint."""
-        return self._known(tag, self.text(tag), self.model.joints, "joint")
+    def joint(self, tag: str) -> str:
+        """Joint that a tag names; raises MissingPart where the model has no such joint."""
+        name, joints = self.text(tag), self.model.joints
+        if name not in joints:
+            raise self._missing(tag, name, joints, "joint")
+        return name
 
-    def _known(self, tag: str, name: str, known: Iterable[str], kind: str) -> str | None:
-        if name in known:
-            return name
-        self.warn(
-            f"{self.label} has {tag} '{name}', which is no {kind}; {kind}s are "
+    def _missing(self, tag: str, name: str, known: Iterable[str], part: str) -> MissingPart:
+        return MissingPart(
+            f"{self.label} has {tag} '{name}', which is no {part}; {part}s are "
             f"{', '.join(known) or '(none)'}; it is left out"
         )
-        return None
 
 
 class SensorXml(PluginXml):
