@@ -343,7 +343,6 @@ class Drive(Controller):
     def configure(
         cls, settings: Settings, joints: tuple[str, ...], description: ModelDescription | None
     ) -> BaseConfig:
-        """Check an entry of the YAML file; see Controller.configure."""
         config = cls._configure(settings, description)
         check_joints(config.joints, settings.label, joints)
         return config

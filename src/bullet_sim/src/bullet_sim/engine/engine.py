@@ -484,7 +484,7 @@ class Engine:
     def release(self, body: int, joint: int) -> None:
         """Release a joint to its friction: a velocity motor to 0 with the friction as its effort.
 
-        The motor stays on under drive_effort: an effort has to overcome it, as in a real joint.
+        The motor stays on under drive_efforts: an effort has to overcome it, as in a real joint.
         """
         self._note_batch(body)
         self._motors[body, joint] = "release", (joint,)
@@ -510,12 +510,8 @@ class Engine:
             self._note_batch(body)
         return self._motors
 
-    def drive_effort(self, body: int, joint: int, effort: float) -> None:
-        """Apply an effort [N m, N] to a joint for the next step only."""
-        self.drive_efforts(body, (joint,), (effort,))
-
     def drive_efforts(self, body: int, joints: Sequence[int], efforts: Sequence[float]) -> None:
-        """As drive_effort, of several joints in one call."""
+        """Apply efforts [N m, N] to joints for the next step only."""
         movable = self.movable[body]
         p.setJointMotorControlArray(
             body,

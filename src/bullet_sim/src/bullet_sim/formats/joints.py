@@ -100,7 +100,7 @@ def _joint(element: Node, model: ModelDescription) -> Joint | None:
     if error:
         element.warn(f"{label} {error}; it is left out", SKIPPED, f"'{name}'")
         return None
-    kind, origin = _urdf_type(element, label), urdf_origin(element, label)
+    kind, origin = _joint_type(element, label, URDF_TYPES), urdf_origin(element, label)
     joint = Joint(name, kind, str(parent), str(child), origin)
     axis = element.find("axis")
     if axis is not None:
@@ -161,16 +161,17 @@ def _urdf_error(name: str, parent: str | None, child: str | None, model: ModelDe
     return "closes a loop" if closes_loop(model, parent, child) else ""
 
 
-def _urdf_type(element: Node, label: str) -> str:
-    kind = element.get("type")
-    if kind in URDF_TYPES:
-        return kind
-    lower = str(kind).strip().lower()
-    used = lower if lower in URDF_TYPES else "fixed"
+def _joint_type(element: Node, label: str, types: tuple[str, ...]) -> str:
+    """Type of a <joint>; one that is none of `types` becomes fixed, with a warning."""
+    given = element.get("type")
+    if given in types:
+        return given
+    lower = str(given).strip().lower()
+    used = lower if lower in types else "fixed"
     element.warn(
-        f"{label} has type '{kind}', must be one of {', '.join(URDF_TYPES)}; {used} is used",
-        "joints have a type that does not exist",
-        f"'{element.get('name')}'",
+        f"{label} has type '{given}', must be one of {', '.join(types)}; {used} is used",
+        f"joints have type '{given}', which is not known here, and are {used}",
+        label,
     )
     return used
 
@@ -226,7 +227,7 @@ def read_joint(
     name = prefix + (element.get("name") or "joint")
     label = f"joint '{name}' of '{model.name}'"
     parent, child = child_text(element, "parent"), child_text(element, "child")
-    kind = _sdf_type(element, label)
+    kind = _joint_type(element, label, SDF_TYPES)
     if child == "world" and kind == "fixed":
         parent, child = child, parent
     if parent == "world" and prefix + str(child) in model.links:
@@ -294,20 +295,6 @@ def _chain(
             )
             reader.poses[link] = reader.poses[original.child] * original.anchor
         parent, origin = link, Pose()
-
-
-def _sdf_type(element: Node, label: str) -> str:
-    kind = element.get("type")
-    if kind in SDF_TYPES:
-        return kind
-    lower = str(kind).strip().lower()
-    used = lower if lower in SDF_TYPES else "fixed"
-    element.warn(
-        f"{label} has type '{kind}', must be one of {', '.join(SDF_TYPES)}; {used} is used",
-        f"joints have type '{kind}', which is not known here, and are {used}",
-        label,
-    )
-    return used
 
 
 def _sdf_error(model: ModelDescription, parent: str | None, child: str | None) -> str:

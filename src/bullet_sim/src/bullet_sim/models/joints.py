@@ -139,7 +139,7 @@ class Joints(Stateful):
 
     def add_effort(self, name: str, effort: float) -> None:
         """Apply an effort [N m, N] for the next step, in addition to the joint's motor."""
-        self._engine.drive_effort(self._body, self._index[name], effort)
+        self._engine.drive_efforts(self._body, (self._index[name],), (effort,))
 
     def max_effort(self, name: str) -> float:
         """A joint's effort limit [N m, N], or UNLIMITED_EFFORT."""

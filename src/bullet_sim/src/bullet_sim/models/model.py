@@ -2,14 +2,14 @@
 
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bullet_sim.controllers.manager import Manager
-from bullet_sim.description.lump import LumpedModel, joint_inertias, lump
+from bullet_sim.description.lump import joint_inertias, lump
 from bullet_sim.description.model import (
     EVERYTHING,
     Joint,
@@ -58,68 +58,6 @@ def implausible_state(model: "Model", engine: "Engine") -> str | None:
             "origin; is there a ground below it?"
         )
     return None
-
-
-def load_body(
-    engine: "Engine",
-    source: BodySource,
-    pose: Pose,
-    lumped: LumpedModel,
-    description: ModelDescription,
-) -> tuple[int, dict[str, int], dict[str, int]]:
-    """Load a body.
-
-    Args:
-        source: names the prepared URDF.
-        pose: world Pose of the root link's frame.
-
-    Returns:
-        The body's index; its links' indices by name; those of the child links of measured joints,
-        by the joints' names.
-
-    Raises:
-        ModelError: PyBullet refuses it.
-    """
-    apart = [
-        name
-        for name, link in lumped.links.items()
-        if not (link.self_collide or description.self_collide)
-    ]
-    self_collide = len(lumped.links) - len(apart) > 1
-    body = engine.load(
-        source.path,
-        pose.position,
-        pose.orientation,
-        source.fixed_base,
-        self_collide=self_collide,
-        static=description.static,
-    )
-    links = engine.link_indices(body)
-    if self_collide:
-        for name in apart:
-            for other in lumped.links:
-                engine.set_pair_collision(body, links[name], body, links[other], False)
-    _set_surfaces(engine, body, links, lumped)
-    measured = {}
-    for joint in (*lumped.joints, *lumped.welds):
-        if joint.name in description.measured:
-            measured[joint.name] = links[joint.child]
-            engine.measure_joint(body, links[joint.child])
-    names = engine.joint_names(body)
-    for joint in lumped.welds:
-        index = names.index(joint.name)
-        engine.drive_position(body, index, 0.0, UNLIMITED_EFFORT, UNLIMITED_SPEED)
-    return body, links, measured
-
-
-def _set_surfaces(
-    engine: "Engine", body: int, links: Mapping[str, int], lumped: LumpedModel
-) -> None:
-    for name, link in lumped.links.items():
-        surface = link.surface
-        engine.set_surface(body, links[name], surface.stiffness, surface.damping)
-        if surface.bitmask != EVERYTHING:
-            engine.set_bitmask(body, links[name], surface.bitmask)
 
 
 MAX_VELOCITY = 1e6  # [m/s, rad/s] bound of set_state along each axis
@@ -182,9 +120,43 @@ class Model:
 
     def _load(self) -> None:
         self.placed: Placed | None = None  # what set_state has set since it was loaded
-        self.body, self._links, self.measured = load_body(
-            self._engine, self.source, self.initial_pose, self._lumped, self.description
+        engine, lumped, description = self._engine, self._lumped, self.description
+        pose, links = self.initial_pose, lumped.links
+        apart = [
+            name
+            for name, link in links.items()
+            if not (link.self_collide or description.self_collide)
+        ]
+        self_collide = len(links) - len(apart) > 1
+        self.body = body = engine.load(
+            self.source.path,
+            pose.position,
+            pose.orientation,
+            self.source.fixed_base,
+            self_collide=self_collide,
+            static=description.static,
         )
+        self._links = index = engine.link_indices(body)
+        if self_collide:
+            for name in apart:
+                for other in links:
+                    engine.set_pair_collision(body, index[name], body, index[other], False)
+        for name, link in links.items():
+            surface = link.surface
+            engine.set_surface(body, index[name], surface.stiffness, surface.damping)
+            if surface.bitmask != EVERYTHING:
+                engine.set_bitmask(body, index[name], surface.bitmask)
+        self.measured = {
+            joint.name: index[joint.child]
+            for joint in (*lumped.joints, *lumped.welds)
+            if joint.name in description.measured
+        }
+        for link_index in self.measured.values():
+            engine.measure_joint(body, link_index)
+        names = engine.joint_names(body)
+        for joint in lumped.welds:
+            number = names.index(joint.name)
+            engine.drive_position(body, number, 0.0, UNLIMITED_EFFORT, UNLIMITED_SPEED)
         for change in self._changes.values():
             change()
 

@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
-from bullet_sim.plugins.xml import ZERO_POSE, PluginXml, PoseTuple, SensorXml, Values
+from bullet_sim.plugins.xml import ZERO_POSE, PluginXml, PoseTuple, SensorXml, Values, library
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import document_root, is_true, sdf_pose, warn_replaced
 
@@ -300,18 +300,14 @@ def multicamera(xml: SensorXml) -> list[CameraSpec]:
     return specs
 
 
-@sensor_plugin("gazebo_ros_depth_camera", types=("camera", "depth", "depth_camera"))
+@sensor_plugin(
+    "gazebo_ros_depth_camera",
+    "gazebo_ros_openni_kinect",
+    types=("camera", "depth", "depth_camera"),
+)
 def depth_camera(xml: SensorXml) -> DepthCameraSpec:
-    return _depth_camera(xml, math.inf)
-
-
-@sensor_plugin("gazebo_ros_openni_kinect", types=("camera", "depth", "depth_camera"))
-def kinect(xml: SensorXml) -> DepthCameraSpec:
-    return _depth_camera(xml, 5.0)
-
-
-def _depth_camera(xml: SensorXml, cutoff_max: float) -> DepthCameraSpec:
     plugin, group = xml.plugin("depth camera"), xml.text("cameraName")
+    cutoff_max = math.inf if library(xml.element) == "gazebo_ros_depth_camera" else 5.0
     return DepthCameraSpec(
         **dict(_camera_values(xml), noise_mean=0.0, noise_stddev=0.0),
         depth_topic=xml.topic("depthImageTopicName", "depth/image_raw", group),
