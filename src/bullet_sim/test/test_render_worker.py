@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from bullet_sim.child import blocking_pair
 from bullet_sim.errors import RenderError
-from bullet_sim.render import worker_process
+from bullet_sim.render import client as module
 from bullet_sim.render.client import RenderClient
 from bullet_sim.render.request import DEFAULT
 from bullet_sim.render.worker import make_renderer
@@ -204,7 +204,7 @@ def test_forgotten_pictures_do_not_come(shared, inbox):
     try:
         shared.submit(snapshot(step=1), [request()])
         deadline = time.monotonic() + DEADLINE
-        while shared.has_pending() and time.monotonic() < deadline:
+        while shared._pending and time.monotonic() < deadline:
             time.sleep(0.005)  # until it is being drawn
         shared.submit(snapshot(step=2), [request(), request("left")])
         shared.discard()
@@ -234,7 +234,7 @@ def test_the_next_picture_is_drawn_while_the_last_is_handed_on(sources):
         os.kill(client.worker_pid, signal.SIGSTOP)
         client.submit(snapshot(step=1), [request()])
         deadline = time.monotonic() + DEADLINE
-        while client.has_pending() and time.monotonic() < deadline:
+        while client._pending and time.monotonic() < deadline:
             time.sleep(0.005)
         client.submit(snapshot(step=2, pan=0.3), [request()])
         os.kill(client.worker_pid, signal.SIGCONT)
@@ -261,9 +261,9 @@ def test_the_worker_has_its_next_order_before_its_answer_is_read(sources):
         client.submit(snapshot(step=3), [request("third")])
         os.kill(client.worker_pid, signal.SIGSTOP)
         go_on.set()
-        while client.has_pending() and time.monotonic() < deadline:
+        while client._pending and time.monotonic() < deadline:
             time.sleep(0.005)
-        assert not client.has_pending() and seen == ["first"]
+        assert not client._pending and seen == ["first"]
         os.kill(client.worker_pid, signal.SIGCONT)
         while len(seen) < 3 and time.monotonic() < deadline:
             time.sleep(0.005)
@@ -284,7 +284,7 @@ def test_killed_worker_is_reported_and_started_again(client, inbox):
 
 
 def test_a_worker_that_keeps_dying_is_given_up(client, inbox, monkeypatch):
-    monkeypatch.setattr(worker_process, "MAX_RESTARTS", 0)
+    monkeypatch.setattr(module, "MAX_RESTARTS", 0)
     os.kill(client.worker_pid, signal.SIGKILL)
     client.submit(snapshot(), [request()])
     inbox.wait(lambda: inbox.errors, "a report")
@@ -296,8 +296,8 @@ def test_a_worker_that_keeps_dying_is_given_up(client, inbox, monkeypatch):
 
 
 def test_a_worker_that_dies_now_and_then_is_always_started_again(client, inbox, monkeypatch):
-    monkeypatch.setattr(worker_process, "MAX_RESTARTS", 1)
-    monkeypatch.setattr(worker_process, "WINDOW", 0.0)  # the last death is long ago
+    monkeypatch.setattr(module, "MAX_RESTARTS", 1)
+    monkeypatch.setattr(module, "WINDOW", 0.0)  # the last death is long ago
     for number in (1, 2):
         os.kill(client.worker_pid, signal.SIGKILL)
         with pytest.raises(RenderError, match="signal 9"):

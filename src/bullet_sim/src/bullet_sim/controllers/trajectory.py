@@ -3,7 +3,7 @@
 import copy
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 from typing import Any, ClassVar
 
 from bullet_sim.component import Stateful
@@ -31,13 +31,9 @@ class Tolerance:
         return Tolerance(
             *(
                 theirs if theirs > 0.0 else 0.0 if theirs < 0.0 else own
-                for own, theirs in zip(self.values(), other.values())
+                for own, theirs in zip(astuple(self), astuple(other))
             )
         )
-
-    def values(self) -> tuple[float, float, float]:
-        """Position, velocity, acceleration."""
-        return self.position, self.velocity, self.acceleration
 
 
 NO_TOLERANCE = Tolerance()

@@ -317,10 +317,6 @@ class Engine:
         linear = np.asarray(linear, float) + np.cross(angular, arm)
         p.resetBaseVelocity(body, tuple(linear), tuple(angular), physicsClientId=self.client)
 
-    def link_state(self, body: int, link: int) -> tuple[Array, ...]:
-        """As link_motion, four arrays."""
-        return tuple(map(np.array, self.link_motion(body, link)))
-
     def link_motion(
         self, body: int, link: int, offset: tuple[Vec3, Quat] | None = None
     ) -> tuple[Vec3, Quat, Vec3, Vec3]:
@@ -383,14 +379,9 @@ class Engine:
         joints = self.movable[body]
         return p.getJointStates(body, joints, physicsClientId=self.client) if joints else ()
 
-    def read_joints(self, body: int) -> tuple[Array, Array, Array]:
-        """Positions, velocities and motor efforts of the movable joints, three (n,) arrays."""
-        states = self.joint_states(body)
-        return (
-            np.array([s[0] for s in states]),
-            np.array([s[1] for s in states]),
-            np.array([s[3] for s in states]),
-        )
+    def joint_positions(self, body: int) -> tuple[float, ...]:
+        """Positions [rad, m] of the movable joints."""
+        return tuple(state[0] for state in self.joint_states(body))
 
     def set_joint_positions(self, body: int, positions: Vector) -> None:
         """Set the movable joints to positions (n,) [rad, m], at rest."""

@@ -87,8 +87,8 @@ class Joints(Stateful):
 
     def positions_of(self, names: Iterable[str]) -> tuple[float, ...]:
         """Positions of some joints, as a tuple."""
-        positions = self._engine.read_joints(self._body)[0]
-        return tuple(float(positions[self._index[name]]) for name in names)
+        positions = self._engine.joint_positions(self._body)
+        return tuple(positions[self._index[name]] for name in names)
 
     def index(self, name: str) -> int:
         """Index of a joint in the engine.

@@ -4,7 +4,7 @@ import math
 import os
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -63,13 +63,6 @@ def implausible_state(model: "Model", engine: "Engine") -> str | None:
 MAX_VELOCITY = 1e6  # [m/s, rad/s] bound of set_state along each axis
 _SAME = Pose()
 Placed = tuple[Pose, Vector, Vector]  # pose and velocities of set_state
-
-
-def _plain(position: Array, orientation: Array) -> tuple[Vec3, Quat]:
-    """As tuples of Python's floats."""
-    x, y, z = position.tolist()
-    a, b, c, w = orientation.tolist()
-    return (x, y, z), (a, b, c, w)
 
 
 class Model:
@@ -194,16 +187,16 @@ class Model:
         if self.manager is not None:
             self.manager.restart()
 
-    def save_state(self) -> tuple[Placed | None, Any]:
+    def save_state(self) -> tuple[Placed | None, tuple[float, ...]]:
         """The pose and velocity set by set_state since it was loaded (or None), and the joints."""
-        return self.placed, () if self.is_static else self._engine.read_joints(self.body)[0]
+        return self.placed, self._engine.joint_positions(self.body)
 
-    def restore_state(self, state: tuple[Placed | None, Any]) -> None:
+    def restore_state(self, state: tuple[Placed | None, tuple[float, ...]]) -> None:
         """Restore the result of save_state() after a reload; controllers restart."""
         placed, joints = state
         if placed is not None:
             self.set_state(*placed)
-        if len(joints) and (joints != self._engine.read_joints(self.body)[0]).any():
+        if joints != self._engine.joint_positions(self.body):
             self._engine.set_joint_positions(self.body, joints)
             if self.manager is not None:
                 self.manager.restart()
@@ -252,8 +245,7 @@ class Model:
 
     def frame_at(self, index: int) -> tuple[Vec3, Quat]:
         """World pose of a link's frame (index in the engine): position and quaternion, tuples."""
-        position, orientation, _, _ = self._engine.link_state(self.body, index)
-        return _plain(position, orientation)
+        return self._engine.link_motion(self.body, index)[:2]
 
     def collisions_at(self, index: int) -> tuple[str, list[Shape]]:
         """Collision Shapes of a link of the body (index in the engine), in its frame.
@@ -271,12 +263,12 @@ class Model:
             Pose, linear (3,) [m/s], angular (3,) [rad/s]; velocities along world axes.
         """
         index, offset = self.link_in_body(link)
-        position, orientation, linear, angular = self._engine.link_state(self.body, index)
-        frame = Pose(*_plain(position, orientation))
+        position, orientation, linear, angular = self._engine.link_motion(self.body, index)
+        frame = Pose(position, orientation)
         if offset == _SAME:  # not merged into another link
-            return frame, linear, angular
+            return frame, np.array(linear), np.array(angular)
         arm = frame.matrix @ np.asarray(offset.position)
-        return frame * offset, linear + cross(angular, arm), angular
+        return frame * offset, linear + cross(angular, arm), np.array(angular)
 
     def link_motion(self, link: str) -> tuple[Vec3, Quat, Vec3, Vec3]:
         """As link_state, in four tuples: position, quaternion, linear and angular velocity."""
@@ -332,7 +324,7 @@ class Model:
     def state(self) -> BodyState:
         """BodyState for a snapshot."""
         position, orientation = self._engine.base_pose(self.body)
-        joints = () if self.is_static else tuple(self._engine.read_joints(self.body)[0].tolist())
+        joints = () if self.is_static else self._engine.joint_positions(self.body)
         return BodyState(self._key, position, orientation, joints)
 
     def remove(self) -> None:

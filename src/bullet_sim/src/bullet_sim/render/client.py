@@ -2,6 +2,7 @@
 
 import sys
 import threading
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
@@ -16,7 +17,7 @@ from bullet_sim.render.request import (
     Quality,
     RendererInfo,
 )
-from bullet_sim.render.worker_process import AHEAD, Offsets, Restarts, Worker
+from bullet_sim.render.worker_process import AHEAD, Offsets, Worker
 from bullet_sim.snapshot import BodySource, Snapshot
 
 Sources = tuple[tuple[BodySource, ...], Scene | None]
@@ -89,6 +90,8 @@ class RenderJob:
         return Frame(request.name, snapshot.time, snapshot.step, rgb, depth, labels, epoch)
 
 
+MAX_RESTARTS = 3  # within ...
+WINDOW = 60.0  # [s] ... of wall time: a worker that dies again and again is given up
 SYNC_TIMEOUT = 60.0  # [s] of wall time; a renderer that hangs is noticed much sooner
 
 
@@ -96,8 +99,8 @@ class RenderClient:
     """Renders snapshots in another process; submit() does not block.
 
     While the worker renders, a new request replaces the queued one of the same camera, which counts
-    in `dropped`. If the worker dies it is restarted, see Restarts, and on_error is
-    called. The worker renders the next images while on_frame runs for the last ones.
+    in `dropped`. If the worker dies it is restarted, at most MAX_RESTARTS times within WINDOW, and
+    on_error is called. The worker renders the next images while on_frame runs for the last ones.
 
     Args:
         on_frame: called with each Frame of submit(), in the client's thread.
@@ -110,6 +113,7 @@ class RenderClient:
         renderer: what renders, once start() has returned.
         dropped: camera name -> requests that were replaced before being rendered.
         epoch: number of discard() calls; a Frame has the epoch of its request.
+        restarts: how often the worker was restarted.
     """
 
     def __init__(
@@ -124,12 +128,12 @@ class RenderClient:
         self.on_error: Callable[[str], object] = on_error or (lambda text: None)
         self.renderer: RendererInfo | None = None
         self.dropped: Counter[str] = Counter()
-        self.epoch = 0
+        self.epoch = self.restarts = 0
         self._environment, self._zero_copy = dict(environment or {}), zero_copy
         self._quality = quality
         self._worker: Any = None  # a Worker, once start() has returned
         self._thread: threading.Thread | None = None
-        self._restarts = Restarts(self._environment, quality)
+        self._last_restarts: list[float] = []  # their times [s]
         self._changed = threading.Condition()  # guards what follows
         self._closing, self._failed = False, ""  # why there will be no images any more, or ''
         # camera name -> (snapshot, request), oldest camera first
@@ -138,11 +142,6 @@ class RenderClient:
         self._sources: Sources | None = None
         self._scene: Scene | None = None
         self._sources_sent = True
-
-    @property
-    def restarts(self) -> int:
-        """How often the worker was restarted."""
-        return self._restarts.count
 
     # for the caller's threads -----------------------------------------------------------------
     def start(self, kind: str = "auto") -> RendererInfo:
@@ -198,10 +197,6 @@ class RenderClient:
                 if not stopped:
                     self._pending[request.name] = (snapshot, request)
             self._changed.notify()
-
-    def has_pending(self) -> bool:
-        """Whether a request of submit() is queued."""
-        return bool(self._pending)
 
     def discard(self) -> None:
         """Drop queued requests; an image being rendered is still emitted, with the old epoch."""
@@ -372,7 +367,7 @@ class RenderClient:
 
     def _restart_worker(self, lost: Iterable[RenderJob]) -> bool:
         """Restart the worker after it died with these jobs; returns whether it runs."""
-        worker, message = self._restarts.replace(self._worker)
+        worker, message = self._next_worker(self._worker.exit_reason())
         with self._changed:
             if worker:
                 self._worker = worker
@@ -385,3 +380,19 @@ class RenderClient:
                 job.blocking.fail(message)
         self._call(self.on_error, message)
         return worker is not None
+
+    def _next_worker(self, reason: str) -> tuple[Worker | None, str]:
+        """A Worker in place of one that has died for a reason, or None; what happened, one line."""
+        self._worker.close()
+        now = time.monotonic()
+        self._last_restarts = [last for last in self._last_restarts if now - last < WINDOW]
+        within = f"{MAX_RESTARTS} times within {WINDOW:g} s"
+        if len(self._last_restarts) >= MAX_RESTARTS:
+            return None, f"{reason}; it is not started again after {within}"
+        try:
+            worker = Worker(self._worker.kind, self._environment, self._quality)
+        except RenderError as error:
+            return None, f"{reason}; it could not be started again: {error}"
+        self._last_restarts.append(now)
+        self.restarts += 1
+        return worker, f"{reason}; started again (at most {within})"

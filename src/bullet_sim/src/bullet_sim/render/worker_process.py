@@ -8,7 +8,6 @@ import socket
 import struct
 import subprocess
 import sys
-import time
 from collections.abc import Iterable, Mapping
 from multiprocessing.connection import Connection
 from typing import Any
@@ -251,41 +250,3 @@ class Worker:
         self._child.wait(3.0)
         self._child.close()
         self.memory.close()
-
-
-MAX_RESTARTS = 3  # within ...
-WINDOW = 60.0  # [s] ... of wall time: a worker that dies again and again is given up
-
-
-class Restarts:
-    """Starts workers in place of dead ones, at most MAX_RESTARTS within WINDOW.
-
-    Attributes:
-        count: of all restarts.
-    """
-
-    def __init__(self, environment: Mapping[str, str], quality: Quality) -> None:
-        self._environment, self._quality = environment, quality
-        self._last: list[float] = []  # times of the last restarts
-        self.count = 0
-
-    def replace(self, dead: Worker) -> tuple[Worker | None, str]:
-        """Close a Worker that has died and start another one.
-
-        Returns:
-            The new Worker, or None; what has happened, one line.
-        """
-        text = dead.exit_reason()
-        dead.close()
-        now = time.monotonic()
-        self._last = [moment for moment in self._last if now - moment < WINDOW]
-        within = f"{MAX_RESTARTS} times within {WINDOW:g} s"
-        if len(self._last) >= MAX_RESTARTS:
-            return None, f"{text}; it is not started again after {within}"
-        try:
-            worker = Worker(dead.kind, self._environment, self._quality)
-        except RenderError as error:
-            return None, f"{text}; it could not be started again: {error}"
-        self._last.append(now)
-        self.count += 1
-        return worker, f"{text}; started again (at most {within})"

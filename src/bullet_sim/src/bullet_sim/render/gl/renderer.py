@@ -194,15 +194,7 @@ class GlRenderer(Renderer):
 
     # what is rendered -------------------------------------------------------------------------
     def sync_sources(self, sources: Iterable[BodySource], scene: Scene | None = None) -> None:
-        """Show these bodies.
-
-        Args:
-            sources: the complete list.
-            scene: with the lights; None: as before.
-
-        Raises:
-            RenderError: what cannot be rendered, all in one message; the rest is rendered.
-        """
+        """See Renderer."""
         if scene is not None:
             self._lighting = Lighting.of(scene, self._shadows_enabled)
         current = {source.key: source for source in sources}
@@ -223,7 +215,7 @@ class GlRenderer(Renderer):
             raise RenderError("not rendered: " + "; ".join(failures))
 
     def apply(self, snapshot: Snapshot) -> None:
-        """Put every body where a Snapshot has it; bodies without a state stay."""
+        """See Renderer."""
         self._instances.apply(snapshot)
 
     # images -----------------------------------------------------------------------------------
