@@ -118,6 +118,9 @@ class Surface:
     min_depth: float = 0.0
 
 
+INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
+
 @dataclass
 class Link:
     """A rigid link: mass [kg], centre of mass in the link frame, inertia (3, 3) about it.
@@ -138,6 +141,13 @@ class Link:
     gravity: bool = True
     self_collide: bool = False
     color: RGBA | None = None
+
+    def set_inertia(self, pose: Pose, moments: Sequence[float]) -> None:
+        """Set centre and inertia, (ixx, ixy, ixz, iyy, iyz, izz) in a frame in the centre."""
+        xx, xy, xz, yy, yz, zz = moments
+        local = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        self.inertia = pose.matrix @ local @ pose.matrix.T
+        self.centre = np.array(pose.position)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from bullet_sim.description.model import RGBA, Geometry, Joint, Link, ModelDescription, Shape
+from bullet_sim.description.model import (
+    INERTIA,
+    RGBA,
+    Geometry,
+    Joint,
+    Link,
+    ModelDescription,
+    Shape,
+)
 from bullet_sim.errors import ModelError
 from bullet_sim.formats import gazebo as gazebo_tags
 from bullet_sim.formats.joints import UNSUPPORTED_TYPES, check_mimics, read_joints
@@ -185,12 +193,8 @@ def _inertial(element: Node, link: Link, label: str) -> None:
             )
             link.mass = 0.0
     if inertia is not None:
-        xx, xy, xz, yy, yz, zz = (
-            number_of(inertia, key, f"{label} inertia", 0.0)
-            for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-        )
-        local = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        link.inertia = pose.matrix @ local @ pose.matrix.T
+        moments = [number_of(inertia, key, f"{label} inertia", 0.0) for key in INERTIA]
+        link.set_inertia(pose, moments)
     link.centre = np.array(pose.position)
 
 

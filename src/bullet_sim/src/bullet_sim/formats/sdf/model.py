@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from bullet_sim.description.lump import moved
-from bullet_sim.description.model import Joint, Link, ModelDescription, Surface
+from bullet_sim.description.model import INERTIA, Joint, Link, ModelDescription, Surface
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.gazebo import SDF, read_surface
 from bullet_sim.formats.joints import Version, read_joint
@@ -109,26 +109,11 @@ def read_inertial(element: Node, link: Link, label: str) -> None:
         )
         link.mass = 1.0
     pose = sdf_pose(inertial, f"{label} inertial")
-    entry = {}
-    for key, default in (
-        ("ixx", 1.0),
-        ("ixy", 0.0),
-        ("ixz", 0.0),
-        ("iyy", 1.0),
-        ("iyz", 0.0),
-        ("izz", 1.0),
-    ):  # a text that is no number becomes 0, for which lump.py computes an inertia
-        given = inertial.find(f"inertia/{key}") is not None
-        entry[key] = child_number(inertial, f"inertia/{key}", label, 0.0 if given else default)
-    local = np.array(
-        [
-            [entry["ixx"], entry["ixy"], entry["ixz"]],
-            [entry["ixy"], entry["iyy"], entry["iyz"]],
-            [entry["ixz"], entry["iyz"], entry["izz"]],
-        ]
-    )
-    link.inertia = pose.matrix @ local @ pose.matrix.T
-    link.centre = np.array(pose.position)
+    moments = []
+    for key in INERTIA:  # a text that is no number becomes 0, for which lump.py computes an inertia
+        is_one = key[1] == key[2] and inertial.find(f"inertia/{key}") is None
+        moments.append(child_number(inertial, f"inertia/{key}", label, 1.0 if is_one else 0.0))
+    link.set_inertia(pose, moments)
 
 
 def read_surfaces(element: Node, link: Link, label: str, model: ModelDescription) -> None:

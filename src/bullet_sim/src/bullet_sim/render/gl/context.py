@@ -30,48 +30,6 @@ def _function(name: str, *types: Any) -> Any:
     return ctypes.CFUNCTYPE(None, *types)(address)
 
 
-class Calls:
-    """The functions, bound to the current context.
-
-    Raises:
-        OSError: one of them is missing.
-    """
-
-    def __init__(self) -> None:
-        unsigned, signed = ctypes.c_uint, ctypes.c_int
-        self._current = ctypes.CDLL("libEGL.so.1").eglGetCurrentContext
-        self._current.restype, self._current.argtypes = ctypes.c_void_p, []
-        self._clip_control = _function("glClipControl", unsigned, unsigned)
-        self._bind_renderbuffer = _function("glBindRenderbuffer", unsigned, unsigned)
-        self._storage = _function(
-            "glRenderbufferStorageMultisample", unsigned, signed, unsigned, signed, signed
-        )
-        self._bind_framebuffer = _function("glBindFramebuffer", unsigned, unsigned)
-        self._blit = _function("glBlitFramebuffer", *[signed] * 8, unsigned, unsigned)
-
-    def current(self) -> Any:
-        """A number that identifies the context that is current in this thread; None: none is."""
-        return self._current()
-
-    def depth_from_zero_to_one(self) -> None:
-        """Clip z to 0..w, for a reversed depth buffer that is as precise far away as near by."""
-        self._clip_control(LOWER_LEFT, ZERO_TO_ONE)
-
-    def make_depth_float(self, renderbuffer: Any) -> None:
-        """Change the 24 bits of a depth Renderbuffer of moderngl to a 32 bit float."""
-        self._bind_renderbuffer(RENDERBUFFER, renderbuffer.glo)
-        width, height = renderbuffer.size
-        self._storage(RENDERBUFFER, renderbuffer.samples, DEPTH_COMPONENT32F, width, height)
-        self._bind_renderbuffer(RENDERBUFFER, 0)
-
-    def resolve(self, source: Any, target: Any) -> None:
-        """Copy the colors of a Framebuffer with several samples a pixel to one with one."""
-        size = (0, 0, *source.size)
-        self._bind_framebuffer(READ_FRAMEBUFFER, source.glo)
-        self._bind_framebuffer(DRAW_FRAMEBUFFER, target.glo)
-        self._blit(*size, *size, COLOR_BUFFER_BIT, NEAREST)
-
-
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "SWR")
 MIN_VERSION = 330
 
@@ -80,6 +38,7 @@ class Context:
     """A new context, current in the calling thread.
 
     Attributes:
+        gl: moderngl.Context.
         device: the driver's name for what renders.
         software: whether that is the processor.
 
@@ -103,19 +62,46 @@ class Context:
                 libegl="libEGL.so.1",
                 device_index=int(os.environ.get("EGL_VISIBLE_DEVICES", "0") or 0),
             )
-            self.calls = Calls()
+            self._bind_functions()
         except Exception as error:  # pylint: disable=broad-except  # glcontext raises Exception
             raise RenderError(f"no OpenGL context by EGL: {error}") from error
-        self._id = self.calls.current()
+        self._id = self._current()
         self._closed = False
         self.device = self.gl.info["GL_RENDERER"]
         self.software = any(word in self.device for word in SOFTWARE)
-        self.calls.depth_from_zero_to_one()
+        # clip z to 0..w, for a reversed depth buffer that is as precise far away as near by
+        self._clip_control(LOWER_LEFT, ZERO_TO_ONE)
         self.gl.gc_mode = "context_gc"
+
+    def _bind_functions(self) -> None:
+        unsigned, signed = ctypes.c_uint, ctypes.c_int
+        self._current = ctypes.CDLL("libEGL.so.1").eglGetCurrentContext
+        self._current.restype, self._current.argtypes = ctypes.c_void_p, []
+        self._clip_control = _function("glClipControl", unsigned, unsigned)
+        self._bind_renderbuffer = _function("glBindRenderbuffer", unsigned, unsigned)
+        self._storage = _function(
+            "glRenderbufferStorageMultisample", unsigned, signed, unsigned, signed, signed
+        )
+        self._bind_framebuffer = _function("glBindFramebuffer", unsigned, unsigned)
+        self._blit = _function("glBlitFramebuffer", *[signed] * 8, unsigned, unsigned)
+
+    def make_depth_float(self, renderbuffer: Any) -> None:
+        """Change the 24 bits of a depth Renderbuffer of moderngl to a 32 bit float."""
+        self._bind_renderbuffer(RENDERBUFFER, renderbuffer.glo)
+        width, height = renderbuffer.size
+        self._storage(RENDERBUFFER, renderbuffer.samples, DEPTH_COMPONENT32F, width, height)
+        self._bind_renderbuffer(RENDERBUFFER, 0)
+
+    def resolve(self, source: Any, target: Any) -> None:
+        """Copy the colors of a Framebuffer with several samples a pixel to one with one."""
+        size = (0, 0, *source.size)
+        self._bind_framebuffer(READ_FRAMEBUFFER, source.glo)
+        self._bind_framebuffer(DRAW_FRAMEBUFFER, target.glo)
+        self._blit(*size, *size, COLOR_BUFFER_BIT, NEAREST)
 
     def use(self) -> None:
         """Make it current in the calling thread, where another one may be."""
-        if self.calls.current() != self._id:
+        if self._current() != self._id:
             self.gl.__enter__()
 
     def collect(self) -> None:
@@ -148,9 +134,9 @@ class Target:
 
     def __init__(self, context: Context, width: int, height: int, samples: int) -> None:
         gl, size = context.gl, (width, height)
-        self._calls, self.size = context.calls, size
+        self._context, self.size = context, size
         depth = gl.depth_renderbuffer(size, samples=samples)
-        context.calls.make_depth_float(depth)
+        context.make_depth_float(depth)
         self.framebuffer = gl.framebuffer([gl.renderbuffer(size, 4, samples=samples)], depth)
         self._flat = gl.framebuffer([gl.renderbuffer(size, 4)]) if samples else self.framebuffer
         self._rgba = np.empty((height, width, 4), np.uint8)
@@ -158,7 +144,7 @@ class Target:
     def colors(self, out: Array | None = None) -> Array:
         """The colors, (H, W, 3) uint8, in `out` or a new array."""
         if self._flat is not self.framebuffer:
-            self._calls.resolve(self.framebuffer, self._flat)
+            self._context.resolve(self.framebuffer, self._flat)
         self._flat.read_into(self._rgba, components=4)
         return cv2.cvtColor(self._rgba, cv2.COLOR_RGBA2RGB, dst=out)
 

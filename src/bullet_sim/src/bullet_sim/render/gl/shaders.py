@@ -60,6 +60,36 @@ void main() {
 """
 
 
+# What the first stage hands to the second, which defines VARYING as in; the first as out.
+VARYINGS = """
+flat VARYING vec4 v_color;
+#if NEEDS_NORMAL
+VARYING vec3 v_normal;
+#endif
+#if SUN
+VARYING float v_facing;
+#endif
+#if NEEDS_POSITION
+VARYING vec3 v_position;
+#endif
+#if TEXTURED
+VARYING vec2 v_uv;
+#endif
+#if LIT
+flat VARYING vec3 v_ambient;
+#endif
+#if SHINY
+flat VARYING vec4 v_specular;
+flat VARYING vec3 v_emissive;
+#endif
+#if SHADOWED & 1
+VARYING vec3 v_fixed;
+#endif
+#if SHADOWED & 2
+VARYING vec3 v_moving;
+#endif
+"""
+
 VERTEX = """
 in vec3 in_position;
 in vec3 in_normal;
@@ -71,32 +101,6 @@ in vec4 in_color;
 in vec4 in_ambient;   // w: shininess
 in vec4 in_specular;
 in vec4 in_emissive;
-flat out vec4 v_color;
-#if NEEDS_NORMAL
-out vec3 v_normal;
-#endif
-#if SUN
-out float v_facing;
-#endif
-#if NEEDS_POSITION
-out vec3 v_position;
-#endif
-#if TEXTURED
-out vec2 v_uv;
-#endif
-#if LIT
-flat out vec3 v_ambient;
-#endif
-#if SHINY
-flat out vec4 v_specular;
-flat out vec3 v_emissive;
-#endif
-#if SHADOWED & 1
-out vec3 v_fixed;
-#endif
-#if SHADOWED & 2
-out vec3 v_moving;
-#endif
 void main() {
     vec4 local = vec4(in_position, 1.0);
     vec3 position = vec3(dot(in_row0, local), dot(in_row1, local), dot(in_row2, local));
@@ -139,35 +143,9 @@ void main() {
 """
 
 FRAGMENT = """
-flat in vec4 v_color;
-#if NEEDS_NORMAL
-in vec3 v_normal;
-#endif
-#if SUN
-in float v_facing;
-#endif
-#if NEEDS_POSITION
-in vec3 v_position;
-#endif
-#if TEXTURED
-in vec2 v_uv;
 uniform sampler2D albedo;
-#endif
-#if LIT
-flat in vec3 v_ambient;
-#endif
-#if SHINY
-flat in vec4 v_specular;
-flat in vec3 v_emissive;
-#endif
-#if SHADOWED & 1
-in vec3 v_fixed;
 uniform sampler2DShadow fixed_map;
-#endif
-#if SHADOWED & 2
-in vec3 v_moving;
 uniform sampler2DShadow moving_map;
-#endif
 #if SHADOWED
 float sunlit(sampler2DShadow map, vec3 at) {
     vec2 off = abs(at.xy - 0.5);
@@ -402,7 +380,11 @@ class Programs:
             "NEEDS_POSITION": shiny or lights or fog,
         }
         head = "".join(f"#define {name} {int(value)}\n" for name, value in values.items())
-        program = self._program(VERTEX, FRAGMENT, head + FRAME)
+        program = self._program(
+            "#define VARYING out\n" + VARYINGS + VERTEX,
+            "#define VARYING in\n" + VARYINGS + FRAGMENT,
+            head + FRAME,
+        )
         for name, unit in (("albedo", 0), ("fixed_map", 1), ("moving_map", 2)):
             if name in program:
                 program[name].value = unit
