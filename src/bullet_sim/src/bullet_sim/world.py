@@ -134,14 +134,14 @@ class World:
         gravity: Vec3 = (0.0, 0.0, -9.81),
         engine: Engine | None = None,
     ) -> None:
-        self._engine = engine or Engine(time_step, gravity)
+        self.engine = engine or Engine(time_step, gravity)
         self._folder = OwnFolder()  # of the models' prepared files
         self._next_key = 0
         self.name = "default"
         self.scene = Scene()
         self.models: dict[str, Model] = {}
         self.forces = Forces()
-        self.contacts = Contacts(self._engine)
+        self.contacts = Contacts(self.engine)
         self.step_count = 0
         self._next_check = 0.0  # simulated time of the next check for implausible states
         self._order = ModelOrder()
@@ -149,22 +149,17 @@ class World:
     @property
     def time_step(self) -> float:
         """Physics step [s]."""
-        return self._engine.time_step
+        return self.engine.time_step
 
     @property
     def gravity(self) -> Vec3:
         """Gravity [m/s^2] in the world frame."""
-        return self._engine.gravity
+        return self.engine.gravity
 
     @property
     def time(self) -> float:
         """Simulated time [s]."""
-        return self.step_count * self._engine.time_step
-
-    @property
-    def engine(self) -> Engine:
-        """The engine, for sensors that cast rays."""
-        return self._engine
+        return self.step_count * self.engine.time_step
 
     def set_time_step(self, time_step: float) -> None:
         """Change the physics step [s] between two steps; simulated time stays.
@@ -189,11 +184,11 @@ class World:
                 "time_step cannot change while a wrench or an effort is applied; clear it first"
             )
         self.step_count = round(self.time / time_step)
-        self._engine.set_time_step(time_step)
+        self.engine.set_time_step(time_step)
 
     def close(self) -> None:
         """Free the engine and the temporary files."""
-        self._engine.close()
+        self.engine.close()
         self._folder.close()
 
     def load(self, described: WorldDescription) -> list[str]:
@@ -203,8 +198,8 @@ class World:
             Warnings (ReadWarning), one message each; a model that cannot be loaded is one.
         """
         self.name, self.scene = described.name, described.scene
-        self._engine.set_gravity(described.gravity)
-        self._engine.set_time_step(described.step)
+        self.engine.set_gravity(described.gravity)
+        self.engine.set_time_step(described.step)
         for model, pose in described.models:
             try:
                 self.spawn(model, pose)
@@ -244,7 +239,7 @@ class World:
             )
         self._next_key += 1
         try:
-            model = Model(self._engine, self._next_key, description, pose.normalised(), folder)
+            model = Model(self.engine, self._next_key, description, pose.normalised(), folder)
         except OSError as error:  # the disk is full, or the folder was removed
             raise ModelError(
                 f"'{name}' cannot be prepared in {folder}: {error.strerror or error}"
@@ -286,7 +281,7 @@ class World:
         self.contacts.prepare(self.models)
         updates: list[Callable[[float], None]] = [each.update for each in managers]
         updates += [each.update for each in mimics]
-        engine, forces, time_step = self._engine, self.forces, self.time_step
+        engine, forces, time_step = self.engine, self.forces, self.time_step
         contacts = None if self.contacts.is_idle else self.contacts
         end = self.step_count + count
         while self.step_count < end:
@@ -358,7 +353,7 @@ class World:
 
     def _reload(self) -> None:
         """Load all models into a cleared engine, at their initial poses."""
-        self._engine.clear()
+        self.engine.clear()
         self.contacts.clear()
         for model in self.models.values():
             model.reload()
@@ -375,7 +370,7 @@ class World:
             dict(self.models),
             _bodies(self.models),
             tuple(_controllers(model) for model in models),
-            self._engine.states.save(clear=self.contacts.is_releasing),
+            self.engine.states.save(clear=self.contacts.is_releasing),
             tuple(part.get_state() for part in self._parts()),
             tuple(model.placed for model in models),
             self.time_step,
@@ -406,14 +401,14 @@ class World:
         self._check_state(state)
         self.contacts.begin_restore()
         self.models = dict(state.models)
-        known = state.engine.is_cleared or self._engine.states.layout == state.engine.layout
+        known = state.engine.is_cleared or self.engine.states.layout == state.engine.layout
         if _bodies(self.models) != state.bodies or not known and _are_first(state.bodies):
             self._reload()
         self.contacts.prepare(self.models)
         for part, saved in zip(self._parts(), state.parts, strict=True):
             part.set_state(saved)
         self.contacts.end_restore()
-        same = self._engine.states.restore(state.engine)
+        same = self.engine.states.restore(state.engine)
         for model, placed in zip(state.models.values(), state.placed):
             model.placed = placed
         self.step_count, self._next_check = state.step_count, state.next_check

@@ -330,7 +330,6 @@ def repaired_floats(
 
     Args:
         node: takes the warning.
-        label: for the message.
         default: any value; used where there are too few.
     """
     values, rest = leading_numbers(text, count)

@@ -54,11 +54,7 @@ class Grip:
 
 
 class GripperControl(ActionControl):
-    """Moves one joint to a goal's position; a goal ends when it is there or does not move on.
-
-    Attributes:
-        goal: a GripperGoal.
-    """
+    """Moves one joint to a goal's position; a goal ends when it is there or does not move on."""
 
     STATE = ("_position", "_max_effort", "_effort", "_moved", "pids")
     no_result = (Grip(),)

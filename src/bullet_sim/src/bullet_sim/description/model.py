@@ -212,8 +212,6 @@ class ModelDescription:
         transmissions: hardware interfaces of each joint: 'effort', 'velocity', 'position'.
         static: never moves.
         fixed_base: the root link is fixed to the world; joints move.
-        self_collide: links collide with each other.
-        warnings: what was ignored or repaired.
     """
 
     name: str

@@ -82,7 +82,6 @@ class Scene:
         ambient: RGB of the ambient light.
         background: RGB behind everything; None: a sky.
         shadows: whether lights that cast shadows do.
-        lights: all lights, in file order.
     """
 
     ambient: RGB = (0.4, 0.4, 0.4)

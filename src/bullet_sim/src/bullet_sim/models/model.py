@@ -87,7 +87,7 @@ class Model:
         self.name = description.name
         self.description = description
         self.initial_pose = pose
-        self._engine = engine
+        self.engine = engine
         self._key = key
         self._changes: dict[tuple[str, str], Callable[[], None]] = {}
         self.is_ghost = False
@@ -113,7 +113,7 @@ class Model:
 
     def _load(self) -> None:
         self.placed: Placed | None = None  # what set_state has set since it was loaded
-        engine, lumped, description = self._engine, self._lumped, self.description
+        engine, lumped, description = self.engine, self._lumped, self.description
         pose, links = self.initial_pose, lumped.links
         apart = [
             name
@@ -172,13 +172,13 @@ class Model:
         for name in self._lumped.links:
 
             def set_ghost(name: str = name) -> None:
-                self._engine.set_ghost(self.body, self._links[name])
+                self.engine.set_ghost(self.body, self._links[name])
 
             self.change(("ghost", name), set_ghost)
 
     def apply_wrench(self, index: int, force: Vector, torque: Vector) -> None:
         """Apply a force and a torque (world axes) to a link of the body for one step."""
-        self._engine.apply_wrench(self.body, index, force, torque)
+        self.engine.apply_wrench(self.body, index, force, torque)
 
     def reload(self) -> None:
         """Reload into a cleared engine, at the initial pose; controllers restart."""
@@ -189,15 +189,15 @@ class Model:
 
     def save_state(self) -> tuple[Placed | None, tuple[float, ...]]:
         """The pose and velocity set by set_state since it was loaded (or None), and the joints."""
-        return self.placed, self._engine.joint_positions(self.body)
+        return self.placed, self.engine.joint_positions(self.body)
 
     def restore_state(self, state: tuple[Placed | None, tuple[float, ...]]) -> None:
         """Restore the result of save_state() after a reload; controllers restart."""
         placed, joints = state
         if placed is not None:
             self.set_state(*placed)
-        if joints != self._engine.joint_positions(self.body):
-            self._engine.set_joint_positions(self.body, joints)
+        if joints != self.engine.joint_positions(self.body):
+            self.engine.set_joint_positions(self.body, joints)
             if self.manager is not None:
                 self.manager.restart()
 
@@ -205,11 +205,6 @@ class Model:
     def is_static(self) -> bool:
         """Whether it never moves."""
         return self.description.static
-
-    @property
-    def engine(self) -> "Engine":
-        """The engine that simulates the body."""
-        return self._engine
 
     @property
     def rigid_parts(self) -> dict[str, Link]:
@@ -245,7 +240,7 @@ class Model:
 
     def frame_at(self, index: int) -> tuple[Vec3, Quat]:
         """World pose of a link's frame (index in the engine): position and quaternion, tuples."""
-        return self._engine.link_motion(self.body, index)[:2]
+        return self.engine.link_motion(self.body, index)[:2]
 
     def collisions_at(self, index: int) -> tuple[str, list[Shape]]:
         """Collision Shapes of a link of the body (index in the engine), in its frame.
@@ -263,7 +258,7 @@ class Model:
             Pose, linear (3,) [m/s], angular (3,) [rad/s]; velocities along world axes.
         """
         index, offset = self.link_in_body(link)
-        position, orientation, linear, angular = self._engine.link_motion(self.body, index)
+        position, orientation, linear, angular = self.engine.link_motion(self.body, index)
         frame = Pose(position, orientation)
         if offset == _SAME:  # not merged into another link
             return frame, np.array(linear), np.array(angular)
@@ -274,13 +269,13 @@ class Model:
         """As link_state, in four tuples: position, quaternion, linear and angular velocity."""
         index, offset = self.link_in_body(link)
         if offset == _SAME:
-            return self._engine.link_motion(self.body, index)
-        return self._engine.link_motion(self.body, index, (offset.position, offset.orientation))
+            return self.engine.link_motion(self.body, index)
+        return self.engine.link_motion(self.body, index, (offset.position, offset.orientation))
 
     @property
     def pose(self) -> Pose:
         """World pose of the root link's frame."""
-        position, orientation = self._engine.base_pose(self.body)
+        position, orientation = self.engine.base_pose(self.body)
         return Pose(position, orientation)
 
     def set_state(
@@ -297,9 +292,9 @@ class Model:
             )
         self._check_velocity(linear, angular)
         pose = pose.normalised()
-        self._engine.set_base_pose(self.body, pose.position, pose.orientation)
+        self.engine.set_base_pose(self.body, pose.position, pose.orientation)
         if not self.is_static:
-            self._engine.set_base_velocity(self.body, linear, angular)
+            self.engine.set_base_velocity(self.body, linear, angular)
         self.placed = (pose, linear, angular)
         self.on_moved(self)
 
@@ -311,7 +306,7 @@ class Model:
         """
         self._check_velocity(linear, angular)
         if not self.is_static:
-            self._engine.set_base_velocity(self.body, linear, angular)
+            self.engine.set_base_velocity(self.body, linear, angular)
 
     def _check_velocity(self, linear: Vector, angular: Vector) -> None:
         if not all(abs(value) <= MAX_VELOCITY for value in (*linear, *angular)):
@@ -323,12 +318,12 @@ class Model:
 
     def state(self) -> BodyState:
         """BodyState for a snapshot."""
-        position, orientation = self._engine.base_pose(self.body)
-        joints = () if self.is_static else self._engine.joint_positions(self.body)
+        position, orientation = self.engine.base_pose(self.body)
+        joints = () if self.is_static else self.engine.joint_positions(self.body)
         return BodyState(self._key, position, orientation, joints)
 
     def remove(self) -> None:
         """Remove it from the engine and delete its file."""
-        self._engine.remove(self.body)
+        self.engine.remove(self.body)
         if os.path.exists(self.source.path):
             os.remove(self.source.path)

@@ -27,7 +27,6 @@ class BlockingRequest:
     """A request whose caller waits for its frames.
 
     Attributes:
-        frames: camera name -> Frame, so far.
         error: why some are missing, or ''.
         done: set when it is complete or has failed.
     """
@@ -170,7 +169,7 @@ class RenderClient:
                 reason = str(error)
         if self._worker is None:
             self._worker = Worker("tiny", self._environment)
-        self.renderer = RendererInfo(self._worker.kind, reason, self._worker.details)
+        self.renderer = RendererInfo(self._worker.renderer_type, reason, self._worker.details)
         self._thread = threading.Thread(target=self._run, name="render-client", daemon=True)
         self._thread.start()
         return self.renderer
@@ -253,18 +252,13 @@ class RenderClient:
         elif self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join(5.0)
 
-    @property
-    def worker_pid(self) -> int:
-        """Process id of the worker."""
-        return self._worker.process.pid
-
     def __enter__(self) -> "RenderClient":
         return self
 
     def __exit__(self, *exception: object) -> None:
         self.close()
 
-    # the client's own thread ------------------------------------------------------------------
+    # the client's thread ----------------------------------------------------------------------
     def _run(self) -> None:
         sent: deque[RenderJob] = deque()  # jobs that the worker has, the oldest first
         last = None  # the newest image, emitted while the worker renders the next one
@@ -365,7 +359,7 @@ class RenderClient:
             else:
                 self._call(self.on_error, f"on_frame failed: {type(error).__name__}: {error}")
 
-    def _restart_worker(self, lost: Iterable[RenderJob]) -> bool:
+    def _restart_worker(self, dropped: Iterable[RenderJob]) -> bool:
         """Restart the worker after it died with these jobs; returns whether it runs."""
         worker, message = self._next_worker(self._worker.exit_reason())
         with self._changed:
@@ -375,7 +369,7 @@ class RenderClient:
             else:
                 self._failed = f"no images any more: {message}"
                 self._pending.clear()
-        for job in lost:
+        for job in dropped:
             if job.blocking:
                 job.blocking.fail(message)
         self._call(self.on_error, message)
@@ -390,7 +384,7 @@ class RenderClient:
         if len(self._last_restarts) >= MAX_RESTARTS:
             return None, f"{reason}; it is not started again after {within}"
         try:
-            worker = Worker(self._worker.kind, self._environment, self._quality)
+            worker = Worker(self._worker.renderer_type, self._environment, self._quality)
         except RenderError as error:
             return None, f"{reason}; it could not be started again: {error}"
         self._last_restarts.append(now)

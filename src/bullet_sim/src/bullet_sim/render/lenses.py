@@ -114,9 +114,9 @@ def plan_sides(
     sides = []
     rotated = [rays @ Pose(orientation=quaternion_from_rpy(*side)).matrix for side in SIDES]
     ahead = np.stack([np.nan_to_num(each[:, :, 0], nan=-1.0) for each in rotated])
-    nearest = np.where(np.isnan(rays[:, :, 0]), -1, ahead.argmax(axis=0))
+    side_of = np.where(np.isnan(rays[:, :, 0]), -1, ahead.argmax(axis=0))
     for index, each in enumerate(rotated):
-        mask = nearest == index
+        mask = side_of == index
         if not mask.any():
             continue
         with np.errstate(invalid="ignore", divide="ignore"):

@@ -24,7 +24,7 @@ HORIZON = (205, 222, 240)
 
 
 def gradient(height: int) -> Array:
-    """Sky colours of one image column, (H, 1, 3) uint8: ZENITH on top, HORIZON from the centre
+    """Sky colors of one image column, (H, 1, 3) uint8: ZENITH on top, HORIZON from the centre
     down (in image rows: it does not tilt with the camera)."""
     mix = np.minimum(np.arange(height) / max(height / 2.0, 1.0), 1.0)[:, None, None]
     return np.rint((1 - mix) * np.array(ZENITH) + mix * np.array(HORIZON)).astype(np.uint8)
@@ -144,7 +144,7 @@ class Renderer:
             rgb, depth: as of image().
 
         Returns:
-            As image(). The noise is on the colours alone.
+            As image(). The noise is on the colors alone.
 
         Raises:
             RenderError: the camera's body or link does not exist.

@@ -1,8 +1,8 @@
-"""The render process: python -m bullet_sim.render.worker SOCKET MEMORY KIND SHADOWS ANTIALIAS.
+"""The render process: python -m bullet_sim.render.worker SOCKET MEMORY TYPE SHADOWS ANTIALIAS.
 
 Messages (pickled through the socket):
     to the worker    ((sources, scene) or None, snapshot, [CameraRequest, ...], [offsets, ...]);
-                     offsets are (of the colours, of the distances or None, of the labels or None)
+                     offsets are (of the colors, of the distances or None, of the labels or None)
                      in the SharedMemory of the descriptor MEMORY, to which the images are written
     from the worker  ('ready', details), then for each job lists of ('error', camera or '', text),
                      ('frame', index of the request), and ('done',) at the end of the last one.
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from bullet_sim.description.world import Scene
     from bullet_sim.render.renderer import Renderer
 
-_has_files = threading.Lock()  # held while there are temporary files
+_has_files = threading.Lock()  # locked while there are temporary files
 NICENESS = 5  # lower priority than the physics and the user's nodes
 PROBE_URDF = """<robot name="probe"><link name="base"><visual>
 <origin xyz="2 0 0"/><geometry><box size="1 1 1"/></geometry>
@@ -66,23 +66,23 @@ def check_renderer(renderer: "Renderer") -> None:
         raise RenderError(f"the renderer shows a red box as RGB {(red, green, blue)}")
 
 
-def make_renderer(kind: str, quality: Quality) -> "tuple[Renderer, str]":
-    """The renderer of a kind, and its details in a few words.
+def make_renderer(renderer_type: str, quality: Quality) -> "tuple[Renderer, str]":
+    """The renderer of a type, and its details in a few words.
 
     Args:
-        kind: 'gl', or 'tiny' or 'egl' of PyBullet.
+        renderer_type: 'gl', or 'tiny' or 'egl' of PyBullet.
 
     Raises:
         RenderError: it does not start.
     """
-    if kind == "gl":
+    if renderer_type == "gl":
         from bullet_sim.render.gl.renderer import GlRenderer
 
         renderer = GlRenderer(quality)
         return renderer, renderer.details
     from bullet_sim.render.pybullet_renderer import PyBulletRenderer
 
-    return PyBulletRenderer(kind), "PyBullet"
+    return PyBulletRenderer(renderer_type), "PyBullet"
 
 
 def render(
@@ -126,13 +126,15 @@ def warm_up() -> None:
             pass  # an error when a mesh needs it
 
 
-def serve(connection: Connection, memory: SharedMemory, kind: str, quality: Quality) -> None:
+def serve(
+    connection: Connection, memory: SharedMemory, renderer_type: str, quality: Quality
+) -> None:
     """Start the renderer, send `ready`, render until the connection closes."""
-    renderer, details = make_renderer(kind, quality)
+    renderer, details = make_renderer(renderer_type, quality)
     check_renderer(renderer)
     try:
         connection.send(("ready", details))
-        if kind == "gl":  # PyBullet's renderers read prepared files themselves
+        if renderer_type == "gl":  # PyBullet's renderers read prepared files themselves
             warm_up()
         while True:
             render(connection, renderer, memory, *connection.recv())
@@ -152,12 +154,12 @@ def exit_with_parent(socket: int) -> None:
 
 
 def main(arguments: list[str]) -> None:
-    """Args: arguments: [socket file descriptor, memory file descriptor, kind, Quality's values]."""
+    """Args: arguments: [socket and memory file descriptors, renderer_type, Quality's values]."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.nice(NICENESS)
-    socket, memory, kind, *quality = arguments
+    socket, memory, renderer_type, *quality = arguments
     threading.Thread(target=exit_with_parent, args=[int(socket)], daemon=True).start()
-    serve(Connection(int(socket)), SharedMemory(int(memory)), kind, Quality(*quality))
+    serve(Connection(int(socket)), SharedMemory(int(memory)), renderer_type, Quality(*quality))
 
 
 if __name__ == "__main__":

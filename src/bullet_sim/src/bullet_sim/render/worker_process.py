@@ -132,7 +132,7 @@ class Worker:
     """One render process and the socket to it.
 
     Args:
-        kind: 'gl' or 'tiny'.
+        renderer_type: 'gl' or 'tiny'.
         environment: variables added to the process's environment.
         timeout: for its start, [s] of wall time.
 
@@ -143,12 +143,12 @@ class Worker:
         buffers: in it: one for the images that are passed on, the others for jobs that were sent.
 
     Raises:
-        RenderError: it did not start; the message has the end of its output.
+        RenderError: it did not start; the message has the last line of its output.
     """
 
     def __init__(
         self,
-        kind: str,
+        renderer_type: str,
         environment: Mapping[str, str],
         quality: Quality = DEFAULT,
         timeout: float = START_TIMEOUT,
@@ -156,13 +156,13 @@ class Worker:
         paths = [_ROOT, os.environ.get("PYTHONPATH", "")]
         variables = dict(os.environ, **environment)
         variables["PYTHONPATH"] = os.pathsep.join(path for path in paths if path)
-        self.kind = kind
+        self.renderer_type = renderer_type
         self.memory = SharedMemory()
         self.buffers = BufferRing(self.memory, 1 + AHEAD)
         self._child = Child(
-            f"the {kind} renderer",
+            f"the {renderer_type} renderer",
             COMMAND,
-            (str(self.memory.fd), kind, quality.shadows, quality.antialias),
+            (str(self.memory.fd), renderer_type, quality.shadows, quality.antialias),
             [self.memory.fd],
             variables,
         )
@@ -171,7 +171,7 @@ class Worker:
         self._unread, self._hung = b"", ""
         try:
             if not self.connection.poll(timeout):
-                raise RenderError(f"the {kind} renderer is not ready after {timeout:g} s")
+                raise RenderError(f"the {renderer_type} renderer is not ready after {timeout:g} s")
             _, self.details = self.connection.recv()
             replies.setsockopt(
                 socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("ll", 0, int(1e6 * HANG_CHECK))
@@ -203,7 +203,7 @@ class Worker:
                 idle = 0 if waits else idle + 1
                 if idle * HANG_CHECK >= HANG_TIMEOUT:
                     self._hung = (
-                        f"{self._child.name} did nothing for {HANG_TIMEOUT:g} s and was ended"
+                        f"{self._child.name} did nothing for {HANG_TIMEOUT:g} s and was killed"
                     )
                     self.process.kill()
                     raise EOFError(self._hung) from None

@@ -61,7 +61,6 @@ class WorldView:
         sources: bodies for a mirror; None: as in the last view, as is the scene.
         rays: of the lidars with <visualize>.
         paused: whether simulated time does not advance.
-        scene: lights and background.
         contacts: all contact points; None: not requested.
         frames: of the selected model; None: none is selected.
     """

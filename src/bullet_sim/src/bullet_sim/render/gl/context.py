@@ -127,9 +127,6 @@ class Target:
     Args:
         width, height: [px].
         samples: a pixel; 0: one.
-
-    Attributes:
-        framebuffer: to render to.
     """
 
     def __init__(self, context: Context, width: int, height: int, samples: int) -> None:

@@ -72,11 +72,11 @@ RINGS = 24  # from pole to pole of a sphere
 
 
 @lru_cache
-def solid(kind: str) -> tuple[Array, Array]:
+def solid(shape: str) -> tuple[Array, Array]:
     """Corners and triangles of a shape of size 1: an edge, a diameter of 2, a length of 1.
 
     Args:
-        kind: 'box', 'cylinder' (along z) or 'sphere'.
+        shape: 'box', 'cylinder' (along z) or 'sphere'.
 
     Returns:
         (n, 8) float32 position, normal, texture coordinates (right and up in the image);
@@ -84,7 +84,7 @@ def solid(kind: str) -> tuple[Array, Array]:
     """
     makers: dict[str, Callable[[], tuple[Rows, Triangles]]]
     makers = {"box": _box, "cylinder": _cylinder, "sphere": _sphere}
-    corners, triangles = makers[kind]()
+    corners, triangles = makers[shape]()
     return np.asarray(corners, np.float32), np.asarray(triangles, np.uint32)
 
 
@@ -178,7 +178,7 @@ class Part:
 
 
 def mesh_parts(geometry: Geometry) -> list[Part]:
-    """Parts of a mesh file, one for each material, scaled and mirrored as the geometry says.
+    """Parts of a mesh file, one for each material, scaled and mirrored as the geometry has it.
 
     Raises:
         ModelError: it cannot be read or has no triangles.
@@ -329,10 +329,10 @@ class AssetCache:
         if geometry.kind == "mesh":
             surfaces = self._file(geometry)
         else:
-            kind = "box" if geometry.kind == "plane" else geometry.kind
-            if kind not in self._solids:
-                self._solids[kind] = Mesh(self._gl, *solid(kind))
-            surfaces = [Surface(self._solids[kind], Material())]
+            solid_type = "box" if geometry.kind == "plane" else geometry.kind
+            if solid_type not in self._solids:
+                self._solids[solid_type] = Mesh(self._gl, *solid(solid_type))
+            surfaces = [Surface(self._solids[solid_type], Material())]
         if not shape.texture:
             return surfaces
         texture, translucent = self._texture(shape.texture)

@@ -13,7 +13,7 @@ from bullet_sim.pose import Array, Vector, sensor_in_world
 from bullet_sim.render.gl.context import Context, Target, Targets
 from bullet_sim.render.gl.meshes import AssetCache
 from bullet_sim.render.gl.scene import Instances
-from bullet_sim.render.gl.shaders import Programs, frame_buffer, frame_bytes, light_rows
+from bullet_sim.render.gl.shaders import SIZE, Programs, frame_bytes, light_rows
 from bullet_sim.render.gl.shadows import Shadows
 from bullet_sim.render.renderer import HORIZON, ZENITH, Renderer, check_body, check_link, links_of
 from bullet_sim.render.request import DEFAULT, CameraRequest, Quality
@@ -88,7 +88,6 @@ class Sky:
 
     Args:
         gl: moderngl.Context.
-        program: shaders.Programs.sky.
     """
 
     def __init__(self, gl: Any, program: Any) -> None:
@@ -166,7 +165,7 @@ SAMPLES = 4
 
 
 class GlRenderer(Renderer):
-    """Our own OpenGL renderer, with a context of its own: used by one thread.
+    """Our own OpenGL renderer, with a context of its own, used by one thread.
 
     Attributes:
         device: the driver's name for what renders.
@@ -188,7 +187,7 @@ class GlRenderer(Renderer):
         self._shadows = Shadows(gl, self._programs.depth, 4096)
         self._sky = Sky(gl, self._programs.sky)
         self._targets = Targets(self._context)
-        self._frame = frame_buffer(gl)
+        self._frame = gl.buffer(reserve=4 * SIZE, dynamic=True)
         self._sources: dict[int, BodySource] = {}
         self._lighting = Lighting.of(Scene(), self._shadows_enabled)
 

@@ -68,7 +68,6 @@ class Batch:
     """Instances of one mesh that are rendered together.
 
     Attributes:
-        surface: of the first.
         first, end: its range in the table of Instances.
         selections: by purpose.
     """
@@ -87,7 +86,6 @@ def attributes(
 
     Args:
         layout: formats of the attributes, e.g. ("3f", "2f").
-        names: of the attributes.
         ending: of the full format: " /i" for one an instance.
     """
     formats = [

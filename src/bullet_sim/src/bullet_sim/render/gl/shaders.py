@@ -3,7 +3,7 @@
 GLSL of the program that renders surfaces, in variants made for what a batch needs.
 
 `Programs` defines the names of the #if lines, and puts `FRAME` before it. Light is added as
-Gazebo Classic's fixed pipeline does, in the colors' own space:
+Gazebo Classic's fixed pipeline does, in the colors' space:
     texel * (ambient + sum of diffuse * cosine * shadow * attenuation) + emissive + highlights
 """
 
@@ -265,11 +265,6 @@ layout(std140) uniform Frame {
     Light lights[16];
 };
 """
-
-
-def frame_buffer(gl: Any) -> Any:
-    """moderngl Buffer for the block."""
-    return gl.buffer(reserve=4 * SIZE, dynamic=True)
 
 
 def frame_bytes(

@@ -47,7 +47,6 @@ class Map:
         target: Framebuffer of the texture.
         clip: (4, 4) from positions relative to the instances' origin to OpenGL's clip space.
         offset: [m] along the normal, see OFFSET.
-        content: what it shows.
     """
 
     def __init__(self, gl: Any, max_edge: int) -> None:
