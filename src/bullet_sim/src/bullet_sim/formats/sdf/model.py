@@ -8,7 +8,7 @@ import numpy as np
 from bullet_sim.description.lump import moved
 from bullet_sim.description.model import INERTIA, Joint, Link, ModelDescription, Surface
 from bullet_sim.errors import ModelError
-from bullet_sim.formats.gazebo import SDF, read_surface
+from bullet_sim.formats.gazebo import read_surface
 from bullet_sim.formats.joints import Version, read_joint
 from bullet_sim.formats.shapes import Resolve, parse_shape
 from bullet_sim.plugins import parse_plugin, parse_sensor
@@ -121,7 +121,7 @@ def read_surfaces(element: Node, link: Link, label: str, model: ModelDescription
     for index, part in enumerate(element.findall("collision")):
         surface = Surface()
         name = part.get("name") or f"collision {index}"
-        read_surface(part, SDF, surface, f"{label} collision '{name}'", model.warn)
+        read_surface(part, surface, f"{label} collision '{name}'", model.warn)
         _combine(link.surface, surface, first=index == 0)
     link.self_collide = is_true(child_text(element, "self_collide", "false"))
     if not is_true(child_text(element, "gravity", "true")):
