@@ -100,8 +100,8 @@ def _joint(element: Node, model: ModelDescription) -> Joint | None:
     if error:
         element.warn(f"{label} {error}; it is left out", SKIPPED, f"'{name}'")
         return None
-    kind, origin = _joint_type(element, label, URDF_TYPES), urdf_origin(element, label)
-    joint = Joint(name, kind, str(parent), str(child), origin)
+    joint_type, origin = _joint_type(element, label, URDF_TYPES), urdf_origin(element, label)
+    joint = Joint(name, joint_type, str(parent), str(child), origin)
     axis = element.find("axis")
     if axis is not None:
         vector = floats_of(axis, "xyz", 3, f"{label} axis", (1.0, 0.0, 0.0))
@@ -227,11 +227,11 @@ def read_joint(
     name = prefix + (element.get("name") or "joint")
     label = f"joint '{name}' of '{model.name}'"
     parent, child = child_text(element, "parent"), child_text(element, "child")
-    kind = _joint_type(element, label, SDF_TYPES)
-    if child == "world" and kind == "fixed":
+    joint_type = _joint_type(element, label, SDF_TYPES)
+    if child == "world" and joint_type == "fixed":
         parent, child = child, parent
     if parent == "world" and prefix + str(child) in model.links:
-        if kind == "fixed":
+        if joint_type == "fixed":
             model.fixed_base = True
             return
         model.links.setdefault("world", Link("world"))
@@ -249,11 +249,11 @@ def read_joint(
         default = child_text(element, "child", "")
         anchor = frames.pose(default).inverse() * frames.pose_of(element, default, label)
     origin = poses[parent].inverse() * poses[child]
-    joint = Joint(name, kind, parent, child, origin, anchor=anchor)
-    if kind in CHAINS:
+    joint = Joint(name, joint_type, parent, child, origin, anchor=anchor)
+    if joint_type in CHAINS:
         _chain(element, joint, reader, label, frames, version)
         return
-    if kind != "fixed":
+    if joint_type != "fixed":
         _axis(element, joint, label, frames, version)
     model.joints[name] = joint
 

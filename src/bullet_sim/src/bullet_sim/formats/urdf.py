@@ -54,14 +54,14 @@ def parse_transmissions(
             if not names:
                 warn(f"{label} gives joint '{name}' no <hardwareInterface>; it is left out")
             for interface in names:
-                kind = INTERFACES.get(interface.replace("::", "/").rsplit("/", 1)[-1])
-                if kind is None:
+                known = INTERFACES.get(interface.replace("::", "/").rsplit("/", 1)[-1])
+                if known is None:
                     warn(
                         f"{label} gives joint '{name}' the hardware interface '{interface}', "
                         f"known are {', '.join(INTERFACES)}; it is left out"
                     )
-                elif kind not in interfaces.get(name, ()):
-                    interfaces[name] = interfaces.get(name, ()) + (kind,)
+                elif known not in interfaces.get(name, ()):
+                    interfaces[name] = interfaces.get(name, ()) + (known,)
     return interfaces
 
 

@@ -52,15 +52,15 @@ def parse_sensor(element: Element, link: str, model: ModelDescription) -> None:
     Args:
         model: its description so far; gets warnings, too.
     """
-    kind, name = element.get("type"), element.get("name") or "sensor"
+    sensor_type, name = element.get("type"), element.get("name") or "sensor"
     plugins = element.findall("plugin")
-    readers = [_sensor_reader(library(plugin), kind) for plugin in plugins]
-    if kind not in SENSOR_TYPES and not any(readers):
+    readers = [_sensor_reader(library(plugin), sensor_type) for plugin in plugins]
+    if sensor_type not in SENSOR_TYPES and not any(readers):
         model.warn(
-            f"sensor '{name}' has type '{kind}', known are {', '.join(SENSOR_TYPES)};"
+            f"sensor '{name}' has type '{sensor_type}', known are {', '.join(SENSOR_TYPES)};"
             " it is left out",
             "sensors have a type that is not known here and are left out",
-            f"'{name}' ({kind})",
+            f"'{name}' ({sensor_type})",
         )
         return
     if not plugins and not _is_for_a_plugin(element):
@@ -72,10 +72,12 @@ def parse_sensor(element: Element, link: str, model: ModelDescription) -> None:
     pose = sdf_pose(element, f"sensor '{name}'")
     for plugin, reader in zip(plugins, readers):
         if reader is None:
-            known = [f"lib{it}.so" for it in SENSOR_PLUGINS.names() if _sensor_reader(it, kind)]
+            known = [
+                f"lib{it}.so" for it in SENSOR_PLUGINS.names() if _sensor_reader(it, sensor_type)
+            ]
             model.warn(
                 f"plugin '{plugin.get('filename')}' of sensor '{name}' is not known here "
-                f"and is ignored; a sensor of type {kind} takes {', '.join(known)}",
+                f"and is ignored; a sensor of type {sensor_type} takes {', '.join(known)}",
                 "plugins of sensors are not known here and are ignored",
                 f"'{plugin.get('filename')}'",
             )
@@ -99,10 +101,10 @@ def _find(registry: Registry[Any], name: str) -> Any:
         return None
 
 
-def _sensor_reader(name: str, kind: str | None) -> SensorReader | None:
+def _sensor_reader(name: str, sensor_type: str | None) -> SensorReader | None:
     """The reader of a library that supports a type of <sensor>, or None."""
     reader = _find(SENSOR_PLUGINS, name)
-    return reader if kind in (getattr(reader, "types", None) or (kind,)) else None
+    return reader if sensor_type in (getattr(reader, "types", None) or (sensor_type,)) else None
 
 
 def _is_for_a_plugin(sensor: Element) -> bool:

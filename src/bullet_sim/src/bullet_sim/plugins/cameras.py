@@ -167,24 +167,24 @@ def wide_lens(camera: Values, model: ModelDescription) -> Lens:
     """Lens of a wide-angle camera; where it names none, Gazebo's stereographic one."""
     fov = camera.number("horizontal_fov", FIELD_OF_VIEW)
     fov = min(fov, FULL_TURN) if fov > 0.0 else FIELD_OF_VIEW
-    kind = camera.text("lens/type", "stereographic")
+    lens_type = camera.text("lens/type", "stereographic")
     scaled = camera.flag("lens/scale_to_hfov", True)
     cutoff = camera.number("lens/cutoff_angle", math.pi)
-    if kind == "custom":
+    if lens_type == "custom":
         c1, c2, c3, f = (
             camera.number(f"lens/custom_function/{name}", default)
             for name, default in (("c1", 1.0), ("c2", 1.0), ("c3", 0.0), ("f", 1.0))
         )
         function = camera.text("lens/custom_function/fun", "tan")
     else:
-        if kind not in TYPES:
+        if lens_type not in TYPES:
             model.warn(
-                f"{camera.label} has a lens of type '{kind}', known are {', '.join(TYPES)}, "
+                f"{camera.label} has a lens of type '{lens_type}', known are {', '.join(TYPES)}, "
                 "custom; it becomes stereographic",
                 "lenses have a type that is not known here and become stereographic",
-                f"{camera.label} '{kind}'",
+                f"{camera.label} '{lens_type}'",
             )
-        c1, c2, function = TYPES.get(kind, TYPES["stereographic"])
+        c1, c2, function = TYPES.get(lens_type, TYPES["stereographic"])
         c3, f = 0.0, 1.0
     lens = Lens(fov, c1, c2, c3, f, function, scaled, cutoff)
     if function in FUNCTIONS and c1 * f > 0.0 and c2 > 0.0 and _fills(lens):

@@ -108,16 +108,16 @@ class RootTransformSpec:
 @model_plugin("gazebo_ros_control")
 def control(xml: PluginXml) -> None:
     """Namespace, period and hardware layer of a model's controllers."""
-    model, kinds = xml.model, (DEFAULT_SIM_TYPE, STEER_BOT_SIM_TYPE)
+    model, known = xml.model, (DEFAULT_SIM_TYPE, STEER_BOT_SIM_TYPE)
     model.control_namespace = xml.text("robotNamespace")
     model.control_period = Values(xml.element, "gazebo_ros_control").number("controlPeriod")
-    kind = xml.text("robotSimType", DEFAULT_SIM_TYPE).replace("::", "/")
-    if kind not in kinds:
+    sim_type = xml.text("robotSimType", DEFAULT_SIM_TYPE).replace("::", "/")
+    if sim_type not in known:
         xml.warn(
-            f"gazebo_ros_control has robotSimType '{kind}', known are {' and '.join(kinds)}; "
+            f"gazebo_ros_control has robotSimType '{sim_type}', known are {' and '.join(known)}; "
             "the first is used"
         )
-    model.robot_sim_type = kind if kind in kinds else DEFAULT_SIM_TYPE
+    model.robot_sim_type = sim_type if sim_type in known else DEFAULT_SIM_TYPE
 
 
 @model_plugin("gazebo_ros_joint_state_publisher")

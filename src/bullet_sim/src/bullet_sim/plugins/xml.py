@@ -265,19 +265,19 @@ class SensorXml(PluginXml):
         other.sensor = copy.deepcopy(self.sensor)
         return other
 
-    def plugin(self, kind: str) -> Values:
+    def plugin(self, sensor_name: str) -> Values:
         """The plugin's values; in messages it is e.g. "camera 'front'"."""
-        return Values(self.element, f"{kind} '{self.name}'")
+        return Values(self.element, f"{sensor_name} '{self.name}'")
 
-    def part(self, tag: str, kind: str) -> Values:
+    def part(self, tag: str, sensor_name: str) -> Values:
         """The element with the sensor's numbers, e.g. <ray>; without it they are in the <sensor>.
 
         Args:
             tag: e.g. "ray".
-            kind: for messages: "lidar" for "lidar 'front'".
+            sensor_name: for messages: "lidar" for "lidar 'front'".
         """
         part = self.sensor.find(tag)
-        return Values(self.sensor if part is None else part, f"{kind} '{self.name}'")
+        return Values(self.sensor if part is None else part, f"{sensor_name} '{self.name}'")
 
     def rate(self, tag: str | None = "updateRate", default: float = 0.0) -> float:
         """The lower of the sensor's and the plugin's rate [Hz]; 0: neither gives one.

@@ -78,20 +78,20 @@ def parse_light(element: Node, label: str, pose: Pose | None = None) -> Light:
     """
     name = element.get("name") or "light"
     label = f"{label} light '{name}'"
-    kind = element.get("type") or "point"
-    if kind not in LIGHT_TYPES:
+    light_type = element.get("type") or "point"
+    if light_type not in LIGHT_TYPES:
         element.warn(
-            f"{label} has type '{kind}', known are {', '.join(LIGHT_TYPES)}; "
+            f"{label} has type '{light_type}', known are {', '.join(LIGHT_TYPES)}; "
             "it becomes a point light",
             "lights have a type that is not known here and become point lights",
-            f"'{name}' ({kind})",
+            f"'{name}' ({light_type})",
         )
-        kind = "point"
+        light_type = "point"
     pose = sdf_pose(element, label) if pose is None else pose
     reach = child_number(element, "attenuation/range", label, Light.reach)
     return Light(
         name,
-        kind,
+        light_type,
         pose.position,
         _rotated(pose, child_floats(element, "direction", 3, label, DOWN)),
         _color(element, "diffuse", label, Light.diffuse),
@@ -128,12 +128,12 @@ def _color(element: Node, tag: str, label: str, default: D) -> RGB | D:
 def _fog(element: Node | None, label: str) -> Fog | None:
     if element is None:
         return None
-    kind = FOGS.get((child_text(element, "type") or "none").lower())
-    if kind is None:
+    fog_type = FOGS.get((child_text(element, "type") or "none").lower())
+    if fog_type is None:
         return None
     label = f"{label} <fog>"
     return Fog(
-        kind,
+        fog_type,
         _color(element, "color", label, Fog.color),
         child_number(element, "start", label, Fog.start),
         child_number(element, "end", label, Fog.end),
