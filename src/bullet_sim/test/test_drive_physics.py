@@ -185,6 +185,6 @@ def test_uncontrolled_wheels_yield_to_effort(car):
     number = {name: engine.joint_names(body).index(name) for name in WHEELS}
     for _ in range(500):
         for name in WHEELS:
-            engine.drive_effort(body, number[name], 0.01)
+            engine.drive_efforts(body, (number[name],), (0.01,))
         car.run(0.001)
     assert car.rear_axle[0] - REAR > 0.03

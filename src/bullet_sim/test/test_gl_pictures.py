@@ -14,6 +14,7 @@ from bullet_sim.render.gl.renderer import GlRenderer
 from bullet_sim.render.request import CameraRequest, Quality
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
+from bullet_sim.world import World
 from PIL import Image
 
 DOWN = ((0.0, 0.0, 5.0), (0.0, np.pi / 2, 0.0))  # 5 m high, looks down, the picture's top is +x
@@ -341,3 +342,28 @@ def test_labels_do_not_change_the_picture(gl):
     before = show(gl, PLAIN, FLOOR, box((1, 1, 1)))
     gl.labels(view())
     assert np.array_equal(gl.render(view()), before)
+
+
+@pytest.mark.parametrize(
+    "geometry",
+    [
+        "<heightmap><uri>{image}</uri><size>4 4 0.5</size></heightmap>",
+        "<polyline><point>-2 -2</point><point>2 -2</point><point>2 2</point><point>-2 2</point>"
+        "<height>0.5</height></polyline>",
+    ],
+    ids=["heightmap", "polyline"],
+)
+def test_generated_meshes_are_rendered(gl, tmp_path, geometry):
+    image = tmp_path / "white.png"
+    Image.fromarray(np.full((9, 9), 255, np.uint8)).save(image)
+    visual = f"<visual name='v'><geometry>{geometry.format(image=image)}</geometry></visual>"
+    text = f"<sdf version='1.6'><model name='m'><static>1</static><link name='l'>{visual}</link>"
+    world = World()
+    model = world.spawn_sdf("m", f"{text}</model></sdf>", Pose(), str)
+    gl.sync_sources(world.sources(), PLAIN)
+    gl.apply(world.snapshot())
+    asked = view(width=32, height=32, depth=True)
+    rgb, depth = gl.render_with_depth(asked)
+    world.close()
+    assert model.description.warnings == [] and rgb.min() > 0
+    assert depth == pytest.approx(np.full((32, 32), asked.pose[0][2] - 0.5), abs=1e-3)

@@ -28,7 +28,7 @@ def test_each_joint_reaches_its_own_limit(first, second):
         for name in ("a", "b"):
             robot.manager.command(name, [1000.0])
         world.step(1000)
-        speeds = dict(zip(robot.joints.names, world.engine.read_joints(robot.body)[1]))
+        speeds = dict(zip(robot.joints.names, robot.joints.arrays()[1]))
         assert speeds["a_joint"] == pytest.approx(first, rel=0.02)
         assert speeds["b_joint"] == pytest.approx(second, rel=0.02)
     finally:

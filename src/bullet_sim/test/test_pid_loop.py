@@ -150,7 +150,6 @@ CALLS = (
     "drive_velocity",
     "drive_velocities",
     "drive_position",
-    "drive_effort",
     "drive_efforts",
     "release",
 )

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from bullet_sim.child import blocking_pair
 from bullet_sim.errors import RenderError
-from bullet_sim.render import worker_process
+from bullet_sim.render import client as module
 from bullet_sim.render.client import RenderClient
 from bullet_sim.render.request import DEFAULT
 from bullet_sim.render.worker import make_renderer
@@ -98,7 +98,7 @@ def test_starts_draws_and_stops(client, inbox, sources):
     assert (frame.camera, frame.step, frame.time) == ("eye", 42, 0.042)
     assert frame.rgb.shape == (480, 640, 3) and frame.rgb.dtype == np.uint8
     np.testing.assert_array_equal(frame.rgb, direct("tiny", sources, snapshot(), request())[0])
-    pid = client.worker_pid
+    pid = client._worker.process.pid
     client.close()
     client.close()
     wait_ended(pid, DEADLINE)
@@ -181,12 +181,12 @@ def test_auto_falls_back_and_says_why():
 def test_latest_wins_per_camera(shared, inbox):
     large, small = request("large", 1280, 960), request("small", 64, 48)
     shared.render_sync(snapshot(), [small], DEADLINE)
-    os.kill(shared.worker_pid, signal.SIGSTOP)
+    os.kill(shared._worker.process.pid, signal.SIGSTOP)
     begin = time.monotonic()
     for step in range(1, 51):
         shared.submit(snapshot(step=step), [large, small])
     assert time.monotonic() - begin < DEADLINE, "submit must not wait for pictures"
-    os.kill(shared.worker_pid, signal.SIGCONT)
+    os.kill(shared._worker.process.pid, signal.SIGCONT)
 
     def steps(name):
         return [f.step for f in inbox.frames if f.camera == name]
@@ -199,12 +199,12 @@ def test_latest_wins_per_camera(shared, inbox):
 
 
 def test_forgotten_pictures_do_not_come(shared, inbox):
-    pid, before = shared.worker_pid, shared.epoch
+    pid, before = shared._worker.process.pid, shared.epoch
     os.kill(pid, signal.SIGSTOP)
     try:
         shared.submit(snapshot(step=1), [request()])
         deadline = time.monotonic() + DEADLINE
-        while shared._orders.has_pending() and time.monotonic() < deadline:
+        while shared._pending and time.monotonic() < deadline:
             time.sleep(0.005)  # until it is being drawn
         shared.submit(snapshot(step=2), [request(), request("left")])
         shared.discard()
@@ -231,13 +231,13 @@ def test_the_next_picture_is_drawn_while_the_last_is_handed_on(sources):
     with RenderClient(on_frame, zero_copy=True) as client:
         client.start("tiny")
         client.set_sources(sources)
-        os.kill(client.worker_pid, signal.SIGSTOP)
+        os.kill(client._worker.process.pid, signal.SIGSTOP)
         client.submit(snapshot(step=1), [request()])
         deadline = time.monotonic() + DEADLINE
-        while client._orders.has_pending() and time.monotonic() < deadline:
+        while client._pending and time.monotonic() < deadline:
             time.sleep(0.005)
         client.submit(snapshot(step=2, pan=0.3), [request()])
-        os.kill(client.worker_pid, signal.SIGCONT)
+        os.kill(client._worker.process.pid, signal.SIGCONT)
         while len(seen) < 2 and time.monotonic() < deadline:
             time.sleep(0.005)
     assert seen == [(1, True, True), (2, False, True)]
@@ -259,12 +259,12 @@ def test_the_worker_has_its_next_order_before_its_answer_is_read(sources):
             time.sleep(0.005)
         client.submit(snapshot(step=2), [request("second")])
         client.submit(snapshot(step=3), [request("third")])
-        os.kill(client.worker_pid, signal.SIGSTOP)
+        os.kill(client._worker.process.pid, signal.SIGSTOP)
         go_on.set()
-        while client._orders.has_pending() and time.monotonic() < deadline:
+        while client._pending and time.monotonic() < deadline:
             time.sleep(0.005)
-        assert not client._orders.has_pending() and seen == ["first"]
-        os.kill(client.worker_pid, signal.SIGCONT)
+        assert not client._pending and seen == ["first"]
+        os.kill(client._worker.process.pid, signal.SIGCONT)
         while len(seen) < 3 and time.monotonic() < deadline:
             time.sleep(0.005)
     assert seen == ["first", "second", "third"]
@@ -272,34 +272,34 @@ def test_the_worker_has_its_next_order_before_its_answer_is_read(sources):
 
 def test_killed_worker_is_reported_and_started_again(client, inbox):
     client.render_sync(snapshot(), [request()], DEADLINE)
-    first = client.worker_pid
+    first = client._worker.process.pid
     os.kill(first, signal.SIGKILL)
     with pytest.raises(RenderError, match=f"pid {first}.*signal 9"):
         client.render_sync(snapshot(), [request()], DEADLINE)
     inbox.wait(lambda: inbox.errors, "a report")
     assert "started again (at most 3 times within 60 s)" in inbox.errors[0]
-    assert client.worker_pid != first and client.restarts == 1
+    assert client._worker.process.pid != first and client.restarts == 1
     (frame,) = client.render_sync(snapshot(step=9), [request()], DEADLINE)
     assert frame.step == 9  # its bodies are back, too
 
 
 def test_a_worker_that_keeps_dying_is_given_up(client, inbox, monkeypatch):
-    monkeypatch.setattr(worker_process, "MAX_RESTARTS", 0)
-    os.kill(client.worker_pid, signal.SIGKILL)
+    monkeypatch.setattr(module, "MAX_RESTARTS", 0)
+    os.kill(client._worker.process.pid, signal.SIGKILL)
     client.submit(snapshot(), [request()])
     inbox.wait(lambda: inbox.errors, "a report")
     assert "not started again" in inbox.errors[0]
-    with pytest.raises(RenderError, match="no pictures any more: .*signal 9"):
+    with pytest.raises(RenderError, match="no images any more: .*signal 9"):
         client.render_sync(snapshot(), [request()], DEADLINE)
     client.submit(snapshot(), [request()])  # harmless: physics goes on
     assert client.dropped["eye"] == 1
 
 
 def test_a_worker_that_dies_now_and_then_is_always_started_again(client, inbox, monkeypatch):
-    monkeypatch.setattr(worker_process, "MAX_RESTARTS", 1)
-    monkeypatch.setattr(worker_process, "WINDOW", 0.0)  # the last death is long ago
+    monkeypatch.setattr(module, "MAX_RESTARTS", 1)
+    monkeypatch.setattr(module, "WINDOW", 0.0)  # the last death is long ago
     for number in (1, 2):
-        os.kill(client.worker_pid, signal.SIGKILL)
+        os.kill(client._worker.process.pid, signal.SIGKILL)
         with pytest.raises(RenderError, match="signal 9"):
             client.render_sync(snapshot(), [request()], DEADLINE)
         inbox.wait(lambda: len(inbox.errors) == number, "a report")  # noqa: B023
@@ -309,9 +309,9 @@ def test_a_worker_that_dies_now_and_then_is_always_started_again(client, inbox, 
 
 def test_hanging_worker_meets_the_deadline(client):
     client.render_sync(snapshot(), [request()], DEADLINE)
-    pid = client.worker_pid
+    pid = client._worker.process.pid
     os.kill(pid, signal.SIGSTOP)
-    with pytest.raises(RenderError, match="no picture of eye for step 7 within 0.2 s"):
+    with pytest.raises(RenderError, match="no image of eye for step 7 within 0.2 s"):
         client.render_sync(snapshot(), [request()], 0.2)
     client.close()
     wait_ended(pid, DEADLINE)
@@ -319,7 +319,7 @@ def test_hanging_worker_meets_the_deadline(client):
 
 def test_a_stopped_worker_is_replaced_within_3_s_and_that_is_said_once(client, inbox):
     client.render_sync(snapshot(), [request()], DEADLINE)
-    first = client.worker_pid
+    first = client._worker.process.pid
     os.kill(first, signal.SIGSTOP)
     begin = time.monotonic()
     client.submit(snapshot(step=1), [request()])
@@ -334,7 +334,7 @@ def test_a_stopped_worker_is_replaced_within_3_s_and_that_is_said_once(client, i
 
 def test_ctrl_c_is_left_to_the_parent(shared):
     shared.render_sync(snapshot(), [request()], DEADLINE)
-    os.kill(shared.worker_pid, signal.SIGINT)
+    os.kill(shared._worker.process.pid, signal.SIGINT)
     shared.render_sync(snapshot(), [request()], DEADLINE)
     assert shared.restarts == 0
 
@@ -354,6 +354,6 @@ def test_worker_ends_when_its_parent_is_killed():
         from bullet_sim.render.client import RenderClient
         client = RenderClient()
         client.start('tiny')
-        print(client.worker_pid, flush=True)
+        print(client._worker.process.pid, flush=True)
         time.sleep(60)""")
     wait_ended(pid_from_killed(code), DEADLINE)

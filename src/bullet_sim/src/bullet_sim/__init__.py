@@ -5,6 +5,7 @@ The names below are imported when they are first used: `from bullet_sim import W
 """
 
 import importlib
+from typing import Any
 
 _MODULES = {  # name -> module that has it
     "World": "world",
@@ -31,11 +32,11 @@ _MODULES = {  # name -> module that has it
 __all__ = list(_MODULES)
 
 
-def __getattr__(name):
-    """Imports a public name (PEP 562).
+def __getattr__(name: str) -> Any:
+    """Import a public name (PEP 562).
 
     Raises:
-        AttributeError: There is no such name.
+        AttributeError: no such name.
     """
     module = _MODULES.get(name)
     if module is None:
@@ -43,6 +44,6 @@ def __getattr__(name):
     return getattr(importlib.import_module(f"{__name__}.{module}"), name)
 
 
-def __dir__():
-    """Lists the public names with those that are imported."""
+def __dir__() -> list[str]:
+    """The public names with those that are imported."""
     return sorted({*globals(), *__all__})

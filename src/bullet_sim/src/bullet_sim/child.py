@@ -33,7 +33,6 @@ class Child:
 
     Attributes:
         name: with the process ID.
-        process: subprocess.Popen.
         socket: this process' end of the pair, blocking.
 
     Raises:

@@ -22,8 +22,6 @@ def read_file(path: str, label: str, max_bytes: int) -> bytes:
 
     Args:
         path: of a regular file; pipes and devices are refused, as they may be endless or block.
-        label: for messages, e.g. "mesh".
-        max_bytes: size limit.
 
     Raises:
         ModelError: it is no regular file, is too long or cannot be read; names the file.
@@ -55,9 +53,6 @@ class OwnFolder:
     Args:
         parent: directory that contains it; None: the system's directory of temporary files.
 
-    Attributes:
-        path: of the folder.
-
     Raises:
         OSError: it cannot be created.
     """
@@ -83,9 +78,6 @@ class OwnFolder:
 
 def remove_ownerless(parent: str) -> list[str]:
     """Remove this user's folders whose process has exited without doing so.
-
-    Args:
-        parent: directory to search.
 
     Returns:
         Names of the removed folders, sorted.

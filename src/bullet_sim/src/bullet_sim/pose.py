@@ -168,9 +168,6 @@ def rows_from_quaternion(quaternion: Vector) -> tuple[Vec3, Vec3, Vec3]:
     Args:
         quaternion: (x, y, z, w), any positive length.
 
-    Returns:
-        Its rows.
-
     Raises:
         ValueError: the quaternion has length zero or is not finite.
     """

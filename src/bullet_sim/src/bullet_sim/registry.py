@@ -22,7 +22,6 @@ class Registry(Generic[T]):
         """Decorator that enters a class or a function under names.
 
         Args:
-            names: of the entry.
             facts: attributes that it gets.
 
         Raises:

@@ -1,10 +1,11 @@
 """The world: models in an engine, simulated time, and states to go back to."""
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from bullet_sim.component import Stateful
+from bullet_sim.controllers import Controller
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.warnings import add_warning
 from bullet_sim.description.world import MIN_STEP, Scene, WorldDescription
@@ -13,9 +14,10 @@ from bullet_sim.errors import ModelError, WorldError
 from bullet_sim.files import OwnFolder
 from bullet_sim.formats import urdf
 from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.formats.shapes import Resolve
 from bullet_sim.models.changes import Forces
 from bullet_sim.models.contacts import Contacts
-from bullet_sim.models.model import PERIOD, Model
+from bullet_sim.models.model import PERIOD, Model, Placed
 from bullet_sim.pose import PLACEABLE, Pose, Vec3
 from bullet_sim.snapshot import BodySource, Snapshot
 
@@ -30,177 +32,39 @@ class WorldState:
     """State of a world.
 
     Attributes:
-        models: the models by name, in order.
-        bodies: their numbers in the engine.
         controllers: of each model, as they were loaded.
         engine: what the engine saved, a BodiesState.
-        parts: states of what is computed between steps, see parts_of().
+        parts: states of what is computed between steps, see World._parts().
         placed: what Model.set_state has set, of each model.
         time_step: [s].
-        step_count: steps made.
         next_check: time of the next check for implausible states [s].
     """
 
     models: dict[str, Model]
     bodies: tuple[int, ...]
-    controllers: tuple[tuple[Any, ...], ...]
+    controllers: tuple[tuple[Controller, ...], ...]
     engine: Any
     parts: tuple[dict[str, Any], ...]
-    placed: tuple[Any, ...]
+    placed: tuple[Placed | None, ...]
     time_step: float
     step_count: int
     next_check: float
 
 
-def save(world: "World", order: "ModelOrder", next_check: float) -> WorldState:
-    """Save a world's state.
-
-    Args:
-        world: World.
-        order: its ModelOrder.
-        next_check: see WorldState.
-
-    Returns:
-        WorldState.
-    """
-    models = list(world.models.values())
-    return WorldState(
-        dict(world.models),
-        bodies_of(world.models),
-        tuple(controllers_of(model) for model in models),
-        world.engine.states.save(clear=world.contacts.is_releasing),
-        tuple(part.get_state() for part in parts_of(world, order)),
-        tuple(model.placed for model in models),
-        world.time_step,
-        world.step_count,
-        next_check,
-    )
-
-
-def restore(
-    world: "World", state: WorldState, order: "ModelOrder", reload: Callable[[], None]
-) -> str:
-    """Restore a checked state.
-
-    Args:
-        world: World.
-        state: WorldState.
-        order: its ModelOrder.
-        reload: function that loads all models into a cleared engine.
-
-    Returns:
-        What is not as it was: one message, or ''.
-    """
-    world.contacts.begin_restore()
-    world.models = dict(state.models)
-    known = state.engine.is_cleared or world.engine.states.layout == state.engine.layout
-    if bodies_of(world.models) != state.bodies or not known and are_first(state.bodies):
-        reload()
-    world.contacts.prepare(world.models)
-    for part, saved in zip(parts_of(world, order), state.parts, strict=True):
-        part.set_state(saved)
-    world.contacts.end_restore()
-    same = world.engine.states.restore(state.engine)
-    for model, placed in zip(state.models.values(), state.placed):
-        model.placed = placed
-    return "" if same else COLD
-
-
-def parts_of(world: "World", order: "ModelOrder") -> list[Stateful]:
-    """What has a state besides the bodies: forces, contacts, order, joints and controllers."""
-    parts: list[Stateful] = [world.forces, world.contacts, order]
-    for model in world.models.values():
-        parts.append(model.joints)
-        if model.manager is not None:
-            parts.append(model.manager)
-    return parts
-
-
-def bodies_of(models: Mapping[str, Model]) -> tuple[int, ...]:
+def _bodies(models: Mapping[str, Model]) -> tuple[int, ...]:
     return tuple(model.body for model in models.values())
 
 
-def are_first(bodies: tuple[int, ...]) -> bool:
+def _are_first(bodies: tuple[int, ...]) -> bool:
     """Whether a cleared engine gives bodies these numbers."""
     return bodies == tuple(range(len(bodies)))
 
 
-def controllers_of(model: Model) -> tuple[Any, ...]:
+def _controllers(model: Model) -> tuple[Controller, ...]:
     return () if model.manager is None else model.manager.controllers()
 
 
-def check_name(name: str, taken: Iterable[str]) -> None:
-    """Check the name of a new model.
-
-    Raises:
-        ModelError: it is empty or taken.
-    """
-    if not name:
-        raise ModelError("a model needs a name, this one is empty")
-    if name in taken:
-        raise ModelError(f"model '{name}' exists already; models are {', '.join(taken)}")
-
-
-def check_time_step(world: "World", time_step: float) -> None:
-    """Check a new physics step [s].
-
-    Raises:
-        WorldError: out of bounds, or a period is counted in steps of the present length.
-    """
-    if not MIN_STEP <= time_step < 1:
-        raise WorldError(f"time_step is {time_step} s, must be from {MIN_STEP:g} to below 1")
-    busy = [
-        name
-        for name, model in world.models.items()
-        if model.manager is not None or model.description.sensors
-    ]
-    if busy:
-        raise WorldError(
-            f"time_step cannot change while models with controllers or sensors "
-            f"exist, their periods count in steps: {', '.join(busy)}"
-        )
-    if world.forces.active:
-        raise WorldError(
-            "time_step cannot change while a wrench or an effort is applied; clear it first"
-        )
-
-
-def check_state(world: "World", state: WorldState) -> None:
-    """Refuse a state that the world cannot go back to.
-
-    Raises:
-        WorldError: names what has come and gone.
-    """
-    for name, model in state.models.items():
-        if name not in world.models:
-            raise WorldError(f"the state has the model '{name}', which was deleted since")
-        if world.models[name] is not model:
-            raise WorldError(
-                f"model '{name}' was deleted and spawned again since the state was saved"
-            )
-    for name in world.models:
-        if name not in state.models:
-            raise WorldError(f"model '{name}' was spawned since the state was saved; delete it")
-    for model, loaded in zip(state.models.values(), state.controllers):
-        present = controllers_of(model)
-        if present != loaded:
-            raise WorldError(
-                f"controllers of '{model.name}' were loaded or unloaded since the state was saved; "
-                f"they were {_names(loaded)} and are {_names(present)}"
-            )
-    if world.time_step != state.time_step:
-        raise WorldError(
-            f"the physics step is {world.time_step:g} s, and was {state.time_step:g} s when the "
-            "state was saved"
-        )
-    if bodies_of(state.models) != state.bodies and not are_first(state.bodies):
-        raise WorldError(
-            "models had been deleted before the state was saved, and the world was reset since; "
-            "save a new state"
-        )
-
-
-def _names(controllers: Iterable[Any]) -> str:
+def _names(controllers: Iterable[Controller]) -> str:
     return ", ".join(controller.config.name for controller in controllers) or "(none)"
 
 
@@ -255,79 +119,6 @@ class ModelOrder(Stateful):
         return True, deleted
 
 
-def reload_in_place(models: Collection[Model], reload: Callable[[], None]) -> None:
-    """Reload models; poses and joint positions set since they were loaded stay.
-
-    Args:
-        models: the Models.
-        reload: function that loads all models into a cleared engine.
-    """
-    saved = [model.save_state() for model in models]
-    reload()
-    for model, state in zip(models, saved):
-        model.restore_state(state)
-
-
-Spawn = Callable[[ModelDescription, Pose], Model]
-
-
-class Loader:
-    """Makes Models in an engine; their prepared files are in a temporary folder.
-
-    Args:
-        engine: Engine.
-    """
-
-    def __init__(self, engine: Engine) -> None:
-        self._engine = engine
-        self._folder = OwnFolder()
-        self._next_key = 0
-
-    def load(self, description: ModelDescription, pose: Pose) -> Model:
-        """A new Model with its root link's frame at a world pose.
-
-        Raises:
-            ModelError: the pose is out of bounds, or it does not load.
-        """
-        if not pose.is_placeable():
-            raise ModelError(
-                f"pose of '{description.name}' is {pose.position}, {pose.orientation}; {PLACEABLE}"
-            )
-        self._next_key += 1
-        folder = self._folder.path
-        try:
-            return Model(self._engine, self._next_key, description, pose.normalised(), folder)
-        except OSError as error:  # the disk is full, or the folder was removed
-            raise ModelError(
-                f"'{description.name}' cannot be prepared in {folder}: {error.strerror or error}"
-            ) from error
-
-    def close(self) -> None:
-        """Remove the folder."""
-        self._folder.close()
-
-
-def spawn_all(
-    described: WorldDescription, spawn: Callable[[ModelDescription, Pose], Model]
-) -> None:
-    """Spawn a world file's models; what is wrong with one goes to the world's warnings.
-
-    Args:
-        described: WorldDescription.
-        spawn: World.spawn, or the like.
-    """
-    for model, pose in described.models:
-        try:
-            spawn(model, pose)
-        except ModelError as error:
-            described.warn(f"{error}; it is left out", "models are left out", f"'{model.name}'")
-        for warning in list(model.warnings):
-            add_warning(described.warnings, warning, warning.cause, warning.item)
-
-
-Resolve = Callable[[str], str]  # URI -> path
-
-
 class World:
     """Everything that is simulated.
 
@@ -343,13 +134,14 @@ class World:
         gravity: Vec3 = (0.0, 0.0, -9.81),
         engine: Engine | None = None,
     ) -> None:
-        self._engine = engine or Engine(time_step, gravity)
-        self._loader = Loader(self._engine)
+        self.engine = engine or Engine(time_step, gravity)
+        self._folder = OwnFolder()  # of the models' prepared files
+        self._next_key = 0
         self.name = "default"
         self.scene = Scene()
         self.models: dict[str, Model] = {}
         self.forces = Forces()
-        self.contacts = Contacts(self._engine)
+        self.contacts = Contacts(self.engine)
         self.step_count = 0
         self._next_check = 0.0  # simulated time of the next check for implausible states
         self._order = ModelOrder()
@@ -357,22 +149,17 @@ class World:
     @property
     def time_step(self) -> float:
         """Physics step [s]."""
-        return self._engine.time_step
+        return self.engine.time_step
 
     @property
     def gravity(self) -> Vec3:
         """Gravity [m/s^2] in the world frame."""
-        return self._engine.gravity
+        return self.engine.gravity
 
     @property
     def time(self) -> float:
         """Simulated time [s]."""
-        return self.step_count * self._engine.time_step
-
-    @property
-    def engine(self) -> Engine:
-        """The engine, for sensors that cast rays."""
-        return self._engine
+        return self.step_count * self.engine.time_step
 
     def set_time_step(self, time_step: float) -> None:
         """Change the physics step [s] between two steps; simulated time stays.
@@ -380,14 +167,29 @@ class World:
         Raises:
             WorldError: out of bounds, or a period is counted in steps of the present length.
         """
-        check_time_step(self, time_step)
+        if not MIN_STEP <= time_step < 1:
+            raise WorldError(f"time_step is {time_step} s, must be from {MIN_STEP:g} to below 1")
+        busy = [
+            name
+            for name, model in self.models.items()
+            if model.manager is not None or model.description.sensors
+        ]
+        if busy:
+            raise WorldError(
+                f"time_step cannot change while models with controllers or sensors "
+                f"exist, their periods count in steps: {', '.join(busy)}"
+            )
+        if self.forces.active:
+            raise WorldError(
+                "time_step cannot change while a wrench or an effort is applied; clear it first"
+            )
         self.step_count = round(self.time / time_step)
-        self._engine.set_time_step(time_step)
+        self.engine.set_time_step(time_step)
 
     def close(self) -> None:
         """Free the engine and the temporary files."""
-        self._engine.close()
-        self._loader.close()
+        self.engine.close()
+        self._folder.close()
 
     def load(self, described: WorldDescription) -> list[str]:
         """Load a WorldDescription: gravity, step and models.
@@ -396,9 +198,15 @@ class World:
             Warnings (ReadWarning), one message each; a model that cannot be loaded is one.
         """
         self.name, self.scene = described.name, described.scene
-        self._engine.set_gravity(described.gravity)
-        self._engine.set_time_step(described.step)
-        spawn_all(described, self.spawn)
+        self.engine.set_gravity(described.gravity)
+        self.engine.set_time_step(described.step)
+        for model, pose in described.models:
+            try:
+                self.spawn(model, pose)
+            except ModelError as error:
+                described.warn(f"{error}; it is left out", "models are left out", f"'{model.name}'")
+            for warning in list(model.warnings):
+                add_warning(described.warnings, warning, warning.cause, warning.item)
         self._order.add_of_file(
             model.name for model, _ in described.models if model.name in self.models
         )
@@ -420,9 +228,23 @@ class World:
         Raises:
             ModelError: the name is taken or empty, the pose is out of bounds, or it does not load.
         """
-        check_name(description.name, self.models)
-        model = self._loader.load(description, pose)
-        self.models[description.name] = model
+        name, folder = description.name, self._folder.path
+        if not name:
+            raise ModelError("a model needs a name, this one is empty")
+        if name in self.models:
+            raise ModelError(f"model '{name}' exists already; models are {', '.join(self.models)}")
+        if not pose.is_placeable():
+            raise ModelError(
+                f"pose of '{name}' is {pose.position}, {pose.orientation}; {PLACEABLE}"
+            )
+        self._next_key += 1
+        try:
+            model = Model(self.engine, self._next_key, description, pose.normalised(), folder)
+        except OSError as error:  # the disk is full, or the folder was removed
+            raise ModelError(
+                f"'{name}' cannot be prepared in {folder}: {error.strerror or error}"
+            ) from error
+        self.models[name] = model
         self.contacts.model_added(model)
         model.on_moved = self.contacts.model_moved
         self._order.spawned()
@@ -459,7 +281,7 @@ class World:
         self.contacts.prepare(self.models)
         updates: list[Callable[[float], None]] = [each.update for each in managers]
         updates += [each.update for each in mimics]
-        engine, forces, time_step = self._engine, self.forces, self.time_step
+        engine, forces, time_step = self.engine, self.forces, self.time_step
         contacts = None if self.contacts.is_idle else self.contacts
         end = self.step_count + count
         while self.step_count < end:
@@ -523,12 +345,15 @@ class World:
         changed, deleted = self._order.take_change()
         if not changed or not (self.sort_models() or deleted):
             return False
-        reload_in_place(self.models.values(), self._reload)
+        saved = [model.save_state() for model in self.models.values()]
+        self._reload()
+        for model, state in zip(self.models.values(), saved):
+            model.restore_state(state)
         return True
 
     def _reload(self) -> None:
         """Load all models into a cleared engine, at their initial poses."""
-        self._engine.clear()
+        self.engine.clear()
         self.contacts.clear()
         for model in self.models.values():
             model.reload()
@@ -540,7 +365,27 @@ class World:
         Where links of several collision shapes touch something, and while a model is pushed out of
         another, this clears the contacts, also for the world that goes on.
         """
-        return save(self, self._order, self._next_check)
+        models = self.models.values()
+        return WorldState(
+            dict(self.models),
+            _bodies(self.models),
+            tuple(_controllers(model) for model in models),
+            self.engine.states.save(clear=self.contacts.is_releasing),
+            tuple(part.get_state() for part in self._parts()),
+            tuple(model.placed for model in models),
+            self.time_step,
+            self.step_count,
+            self._next_check,
+        )
+
+    def _parts(self) -> list[Stateful]:
+        """What has a state besides the bodies: forces, contacts, order, joints and controllers."""
+        parts: list[Stateful] = [self.forces, self.contacts, self._order]
+        for model in self.models.values():
+            parts.append(model.joints)
+            if model.manager is not None:
+                parts.append(model.manager)
+        return parts
 
     def restore_state(self, state: WorldState) -> str:
         """Go back to a saved state; what follows is bit-identical to what followed then.
@@ -553,10 +398,51 @@ class World:
         Raises:
             WorldError: models or controllers came or went since; nothing has changed then.
         """
-        check_state(self, state)
-        note = restore(self, state, self._order, self._reload)
+        self._check_state(state)
+        self.contacts.begin_restore()
+        self.models = dict(state.models)
+        known = state.engine.is_cleared or self.engine.states.layout == state.engine.layout
+        if _bodies(self.models) != state.bodies or not known and _are_first(state.bodies):
+            self._reload()
+        self.contacts.prepare(self.models)
+        for part, saved in zip(self._parts(), state.parts, strict=True):
+            part.set_state(saved)
+        self.contacts.end_restore()
+        same = self.engine.states.restore(state.engine)
+        for model, placed in zip(state.models.values(), state.placed):
+            model.placed = placed
         self.step_count, self._next_check = state.step_count, state.next_check
-        return note
+        return "" if same else COLD
+
+    def _check_state(self, state: WorldState) -> None:
+        """Raise WorldError for a state that the world cannot return to."""
+        for name, model in state.models.items():
+            if name not in self.models:
+                raise WorldError(f"the state has the model '{name}', which was deleted since")
+            if self.models[name] is not model:
+                raise WorldError(
+                    f"model '{name}' was deleted and spawned again since the state was saved"
+                )
+        for name in self.models:
+            if name not in state.models:
+                raise WorldError(f"model '{name}' was spawned since the state was saved; delete it")
+        for model, loaded in zip(state.models.values(), state.controllers):
+            present = _controllers(model)
+            if present != loaded:
+                raise WorldError(
+                    f"controllers of '{model.name}' were loaded or unloaded since the state was "
+                    f"saved; they were {_names(loaded)} and are {_names(present)}"
+                )
+        if self.time_step != state.time_step:
+            raise WorldError(
+                f"the physics step is {self.time_step:g} s, and was {state.time_step:g} s when "
+                "the state was saved"
+            )
+        if _bodies(state.models) != state.bodies and not _are_first(state.bodies):
+            raise WorldError(
+                "models had been deleted before the state was saved, and the world was reset "
+                "since; save a new state"
+            )
 
     def sources(self) -> list[BodySource]:
         """BodySources of all models, for a mirror."""

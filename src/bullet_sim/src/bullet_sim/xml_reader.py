@@ -56,7 +56,6 @@ class Document:
 
     Attributes:
         name: for messages, e.g. the path of its file.
-        warnings: ReadWarnings of the document.
         root: its root element, set when it has been read.
     """
 
@@ -101,7 +100,6 @@ def parse(text: str | bytes | Node, name: str, warnings: list[ReadWarning] | Non
 
     Args:
         text: of the document; or a root from this function, which gets the name and the warnings.
-        name: of the document, for messages.
         warnings: list for those of this document; None: a new one.
 
     Raises:
@@ -332,9 +330,6 @@ def repaired_floats(
 
     Args:
         node: takes the warning.
-        text: as in the file.
-        count: how many.
-        label: for the message.
         default: any value; used where there are too few.
     """
     values, rest = leading_numbers(text, count)
@@ -352,9 +347,6 @@ def warn_replaced(
     """Warn that a value is not usable, and what is used instead.
 
     Args:
-        node: takes the warning.
-        label: the value's name.
-        text: the value as it is written.
         message: what is wrong and what would be valid.
         used: number, tuple, text or None for nothing (and a tuple of it).
 

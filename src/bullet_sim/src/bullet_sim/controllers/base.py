@@ -28,7 +28,6 @@ def check_command(name: str, values: Iterable[float], counts: Sequence[int]) -> 
     """Check a command.
 
     Args:
-        name: controller name.
         values: numbers [rad/s, m/s, rad, m, N m, N].
         counts: how many there may be.
 
@@ -71,7 +70,6 @@ class Settings:
     """One mapping of a YAML file.
 
     Args:
-        values: the mapping.
         label: name for messages, e.g. "controller 'drive'".
 
     Attributes:
@@ -219,10 +217,6 @@ class Controller(Component):
     A subclass defines in `configure` what its entry in the YAML file has to contain, and in
     `update` what it does. Joints' positions and velocities are those of the last update, or start.
 
-    Args:
-        config: result of configure().
-        hardware: Hardware of the robot.
-
     Attributes:
         interface: a key of INTERFACES: what it commands (velocity, position, effort) or reports.
         periodic: update() is called before physics steps.
@@ -249,7 +243,6 @@ class Controller(Component):
         """Check an entry of the YAML file.
 
         Args:
-            settings: the entry.
             joints: names of the robot's movable joints.
             description: of the robot, for what the entry does not contain; None: it has to.
 
@@ -294,9 +287,6 @@ def configure(
     """Check one controller's entry in the YAML file.
 
     Args:
-        name: controller name.
-        values: its mapping.
-        joints: movable joints of the robot.
         description: for the wheels' sizes; None: they must be configured.
 
     Returns:

@@ -83,7 +83,6 @@ class SpeedLimiter:
         """The target velocity, limited.
 
         Args:
-            target: commanded velocity.
             last, last_but_one: velocities of the last two periods.
             period: [s].
         """
@@ -140,12 +139,9 @@ class BaseConfig(ControllerConfig):
     """Configuration that all types of bases share.
 
     Attributes:
-        linear, angular: SpeedLimiters of the command.
         timeout: age [s] at which a command counts as 0.
         open_loop: odometry from the commands instead of from the joints.
         window: periods over which the odometry's velocity is averaged.
-        base_frame, odom_frame: frame names.
-        publish_tf: odometry also as a transform.
         publish_command: the limited command as a topic.
         single_publisher: stop when more than one publisher sends commands.
         pose_covariance, twist_covariance: six diagonal elements each.
@@ -324,7 +320,6 @@ class Drive(Controller):
     Attributes:
         odometry: Odometry, or an object with its attributes.
         limited: (forward [m/s], yaw rate [rad/s] or steering angle [rad]) command after the limits.
-        command_sizes: numbers that a command may have.
     """
 
     STATE = (
@@ -345,7 +340,6 @@ class Drive(Controller):
     def configure(
         cls, settings: Settings, joints: tuple[str, ...], description: ModelDescription | None
     ) -> BaseConfig:
-        """Check an entry of the YAML file; see Controller.configure."""
         config = cls._configure(settings, description)
         check_joints(config.joints, settings.label, joints)
         return config

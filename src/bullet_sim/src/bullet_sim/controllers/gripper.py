@@ -3,12 +3,11 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
-from bullet_sim.controllers.base import CONTROLLERS, Controller, Settings
+from bullet_sim.controllers.base import CONTROLLERS, Settings
 from bullet_sim.controllers.hardware import Hardware
 from bullet_sim.controllers.pid import Pid, PidConfig
-from bullet_sim.controllers.trajectory import parse_gains
+from bullet_sim.controllers.trajectory import ActionControl
 from bullet_sim.description.model import ModelDescription
 
 
@@ -54,33 +53,25 @@ class Grip:
     reached_goal: bool = False
 
 
-class GripperControl(Controller):
-    """Moves one joint to a goal's position; a goal ends when it is there or does not move on.
+class GripperControl(ActionControl):
+    """Moves one joint to a goal's position; a goal ends when it is there or does not move on."""
 
-    Attributes:
-        goal: the GripperGoal that is executed, or None.
-    """
-
-    STATE = ("goal", "_position", "_max_effort", "_effort", "_moved", "pids")
-    periodic = True
+    STATE = ("_position", "_max_effort", "_effort", "_moved", "pids")
+    no_result = (Grip(),)
 
     @classmethod
     def configure(
         cls, settings: Settings, joints: tuple[str, ...], description: ModelDescription | None
     ) -> GripperConfig:
-        """Check an entry of the YAML file; see Controller.configure."""
         names = (settings.joint("joint", joints),)
         warnings: list[str] = []
-        settings.ignore("gains")
-        has_pid = cls.interface != "position"
         rate = settings.number("action_monitor_rate", 20.0, above=0.0)
         return GripperConfig(
             name=settings.name,
             joints=names,
             claims=((cls.interface, names),),
             publish_rate=rate,
-            gains=parse_gains(settings, names, warnings) if has_pid else (),
-            gain_names=tuple(f"gains/{name}" for name in names) if has_pid else (),
+            **cls.pid_settings(settings, names, warnings),
             tolerance=abs(settings.number("goal_tolerance", 0.01)),
             max_effort=abs(settings.number("max_effort", 0.0)),
             stall_speed=settings.number("stall_velocity_threshold", 0.001),
@@ -91,7 +82,6 @@ class GripperControl(Controller):
     def __init__(self, config: GripperConfig, hardware: Hardware) -> None:
         super().__init__(config, hardware)
         self.pids = tuple(Pid(gains, self.joints[0]) for gains in config.gains)
-        self.goal: GripperGoal | None = None
         self._position = self._max_effort = self._effort = 0.0
         self._moved: float | None = 0.0
 
@@ -103,22 +93,9 @@ class GripperControl(Controller):
         self._moved, self._effort = time, 0.0
         self._hold()
 
-    def stop(self) -> None:
-        """Cancel the goal and stop controlling."""
-        self._finish("canceled")
-        super().stop()
-
     def _hold(self) -> None:
         self.hardware.read()
         self._position, self._max_effort = self.joints[0].position, self.config.max_effort
-
-    def set_state(self, state: dict[str, Any]) -> None:
-        """Restore; a goal that is not the restored one is cancelled."""
-        present = self.goal
-        super().set_state(state)
-        if present is not self.goal:
-            self.goal = present
-            self._finish("canceled")
 
     def execute(self, goal: GripperGoal) -> None:
         """Execute a goal; the one before is cancelled."""
@@ -131,11 +108,6 @@ class GripperControl(Controller):
         if goal is self.goal:
             self._hold()
             self._finish("canceled")
-
-    def _finish(self, outcome: str, grip: Grip = Grip()) -> None:
-        goal, self.goal = self.goal, None
-        if goal is not None:
-            goal.finished(outcome, grip)
 
     def update(self, time: float, period: float) -> None:
         """Evaluate the goal, command the joint."""

@@ -8,7 +8,7 @@ follows velocity and position commands by an effort from a PID.
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Protocol
 
 from bullet_sim.component import Stateful
 from bullet_sim.controllers.pid import Pid, PidGains, position_error
@@ -16,15 +16,31 @@ from bullet_sim.description.model import Joint
 from bullet_sim.errors import ControllerError
 
 
+class RobotJoints(Protocol):
+    """Movable joints of one robot, see models.joints.Joints; SteerBotJoints are others."""
+
+    names: tuple[str, ...]
+    limits: dict[str, Joint]
+
+    def read(self, handles: "Iterable[JointHandle]") -> None: ...
+    def columns(self, indices: Sequence[int]) -> Sequence[list[float]]: ...
+    def drive_velocities(self, names: Iterable[str], values: Iterable[float]) -> None: ...
+    def drive_positions(self, names: Iterable[str], values: Iterable[float]) -> None: ...
+    def effort_bounds(self, name: str, position: float, velocity: float) -> tuple[float, float]: ...
+    def apply_efforts(self, efforts: Mapping[str, float]) -> None: ...
+    def track(
+        self, targets: Mapping[str, tuple[float, float]], handles: "Mapping[str, JointHandle]"
+    ) -> None: ...
+    def release(self, names: Iterable[str]) -> None: ...
+
+
 class JointHandle:
     """A joint as the controllers of a robot see it.
 
     Attributes:
-        name: of the joint.
         limits: its Joint of the description: type, limits of position, velocity and effort.
         inertia: that its effort moves [kg m^2, kg]; None: unknown.
         position, velocity: [rad, m], [rad/s, m/s], of the last Hardware.read().
-        hardware: whose joint it is.
     """
 
     __slots__ = ("name", "limits", "inertia", "position", "velocity", "hardware")
@@ -64,13 +80,11 @@ class Hardware(Stateful):
     """Commands of one robot's joints.
 
     Args:
-        joints: bullet_sim.models.joints.Joints.
         interfaces: mapping joint name -> offered interfaces, from <transmission>s.
         inertias: mapping joint name -> inertia that its effort moves, see description.inertias;
             joints that are not in it get their PIDs' efforts as they are.
 
     Attributes:
-        joints: the joints that controllers see.
         efforts: joint name -> effort [N m, N] over each step.
         tracked: joint name -> (velocity [rad/s, m/s], effort [N m, N]) to track.
     """
@@ -80,7 +94,7 @@ class Hardware(Stateful):
 
     def __init__(
         self,
-        joints: Any,
+        joints: RobotJoints,
         interfaces: Mapping[str, Sequence[str]] | None = None,
         inertias: Mapping[str, float] | None = None,
     ) -> None:
@@ -91,13 +105,8 @@ class Hardware(Stateful):
         self._targets: dict[str, tuple[str, float]] = {}  # ... and what they follow
         self.put_before(joints, interfaces or {})
 
-    def put_before(self, joints: Any, interfaces: Mapping[str, Sequence[str]]) -> None:
-        """Use other joints than the robot's own, e.g. SteerBotJoints before them.
-
-        Args:
-            joints: with the methods of bullet_sim.models.joints.Joints.
-            interfaces: as for the constructor.
-        """
+    def put_before(self, joints: RobotJoints, interfaces: Mapping[str, Sequence[str]]) -> None:
+        """Use other joints than the robot's, e.g. SteerBotJoints before them, with interfaces."""
         self.joints, self._interfaces = joints, interfaces
         self._handles = {
             name: JointHandle(name, joints.limits[name], self._inertias.get(name), self)
@@ -132,9 +141,7 @@ class Hardware(Stateful):
         """Check that joints have a hardware interface.
 
         Args:
-            label: the controller, for messages.
             interface: velocity, position or effort.
-            names: joint names.
 
         Returns:
             Messages about joints without <transmission>, which have all interfaces here.
@@ -187,8 +194,6 @@ class Hardware(Stateful):
 
         Args:
             interface: velocity [rad/s, m/s], position [rad, m] or effort [N m, N].
-            joints: their handles.
-            values: one a joint.
         """
         if interface == "effort":
             for joint, value in zip(joints, values):

@@ -7,7 +7,7 @@ from typing import Any
 
 from bullet_sim.component import Stateful
 from bullet_sim.controllers import CONTROLLERS, Controller, configure
-from bullet_sim.controllers.hardware import Hardware
+from bullet_sim.controllers.hardware import Hardware, RobotJoints
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ControllerError, SimError
 
@@ -18,8 +18,8 @@ class Manager(Stateful):
     """Controllers of one robot.
 
     Args:
-        joints: bullet_sim.models.joints.Joints of the robot: limits, positions, motors.
-        description: ModelDescription: sizes of wheels, <transmission>s, control period; None:
+        joints: of the robot: limits, positions, motors.
+        description: sizes of wheels, <transmission>s, control period; None:
             every joint offers every interface.
         inertias: mapping joint name -> inertia that its effort moves, see description.inertias.
 
@@ -34,7 +34,7 @@ class Manager(Stateful):
 
     def __init__(
         self,
-        joints: Any,
+        joints: RobotJoints,
         description: ModelDescription | None = None,
         inertias: Mapping[str, float] | None = None,
     ) -> None:
@@ -115,7 +115,6 @@ class Manager(Stateful):
         """Stop and start controllers as one step.
 
         Args:
-            start, stop: controller names.
             strict: True: an invalid name refuses the whole switch; False: it is skipped.
 
         Returns:
@@ -208,7 +207,6 @@ class Manager(Stateful):
         """Pass a command to a running controller; a stopped one ignores it.
 
         Args:
-            name: the controller.
             values: what its check() takes: numbers, or a trajectory.
 
         Raises:

@@ -15,7 +15,7 @@ import functools
 import math
 from dataclasses import dataclass
 from math import inf, isfinite, remainder
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from bullet_sim.component import Stateful
 from bullet_sim.controllers.base import ControllerConfig, as_number
@@ -58,7 +58,6 @@ def position_error(joint: Joint, position: float, target: float) -> float:
     """Error [rad, m] of a joint's position, as ros_control's position controllers see it.
 
     Args:
-        joint: with its type and limits.
         position, target: [rad, m]; a target beyond the joint's limits counts as the limit.
     """
     lower, upper = joint.lower, joint.upper
@@ -124,7 +123,6 @@ class Pid(Stateful):
         acts: whether it commands the joint's effort.
 
     Attributes:
-        joint, goal: as above.
         target: of the caller [rad, m, rad/s, m/s].
         error, error_rate, integral: of the last update.
         terms: (p, i, d) parts of the last output.
@@ -145,7 +143,7 @@ class Pid(Stateful):
         "_mean",
         "_end",
     )
-    CACHE = ("_gains", "_period", "_is_stiff", "_motion", "_share")
+    CACHE = ("_gains", "_period", "_is_stiff", "_inertia", "_motion", "_share")
 
     def __init__(
         self,
@@ -155,10 +153,10 @@ class Pid(Stateful):
         acts: bool = True,
     ) -> None:
         self.gains, self.goal, self.target = gains, goal, 0.0
-        self.joint: Any = joint
+        self.joint = cast("JointHandle", joint)  # is there where it acts
         self._acts = acts and joint is not None
         self._gains: PidGains | None = None  # those that the following were computed for
-        self._period, self._is_stiff = 0.0, False
+        self._period, self._is_stiff, self._inertia = 0.0, False, 0.0
         self._motion: tuple[float, ...] = ()  # of stiff gains for a position ...
         self._share = 0.0  # ... of the error that a period corrects, of those for a velocity
         self.reset()
@@ -247,7 +245,7 @@ class Pid(Stateful):
             mean = self._mean
             now = own if mean is None or name not in hardware.tracked else self._end + own - mean
             phi, psi, phi_rate, psi_rate = self._motion
-            start = (by_error + by_integral) / joint.inertia
+            start = (by_error + by_integral) / self._inertia
             self._mean = speed = (phi * now + psi * start) / period
             self._end = phi_rate * now + psi_rate * start
             effort = abs(by_error - gains.d * own + by_integral)
@@ -271,10 +269,11 @@ class Pid(Stateful):
         gains, joint = self.gains, self.joint
         self._gains, self._period, self._motion = gains, period, ()
         inertia = joint.inertia if self._acts else None
-        self._is_stiff = inertia is not None and is_stiff(gains, self.goal, inertia, period)
-        if not self._is_stiff:
-            self._mean = None
-        elif self.goal == "position":
+        if inertia is None or not is_stiff(gains, self.goal, inertia, period):
+            self._is_stiff, self._mean = False, None
+            return
+        self._is_stiff, self._inertia = True, inertia
+        if self.goal == "position":
             self._motion = oscillator(gains.p, gains.d, inertia, period)
         else:
             self._share = -math.expm1(-gains.p * period / (inertia + gains.d))
@@ -285,7 +284,6 @@ def parse_pid(values: Any, label: str, warnings: list[str] | None = None) -> Pid
 
     Args:
         values: mapping with p, i, d, and i_clamp or i_clamp_min and i_clamp_max.
-        label: name for messages.
         warnings: list to which a message per unknown key is added; None: none.
 
     Raises:
@@ -328,7 +326,6 @@ def is_stiff(gains: PidGains, goal: str, inertia: float, period: float) -> bool:
     """Whether gains are unstable or inaccurate as a constant torque over a period.
 
     Args:
-        gains: PidGains that give an effort.
         goal: "velocity" or "position".
         inertia: that the joint moves [kg m^2, kg].
         period: over which the effort is constant [s].

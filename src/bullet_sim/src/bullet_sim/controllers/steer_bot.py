@@ -7,11 +7,11 @@ drive the four wheels and the two front hinges of the car.
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from bullet_sim.controllers.base import Settings
 from bullet_sim.controllers.drive import joint_position
-from bullet_sim.controllers.hardware import JointHandle
+from bullet_sim.controllers.hardware import JointHandle, RobotJoints
 from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.errors import ControllerError
 
@@ -56,7 +56,6 @@ def parse_steer_bot(
 
     Args:
         values: mapping from the parameter server.
-        label: its name, for messages.
         joints: names of the robot's movable joints.
         description: for sizes that are not given.
 
@@ -109,17 +108,16 @@ def _size(
     return value
 
 
+class CarJoints(RobotJoints, Protocol):
+    """Joints with their state by name."""
+
+    def state(self) -> tuple[dict[str, float], dict[str, float]]: ...
+
+
 class SteerBotJoints:
-    """In place of a car's Joints: the same methods, with the two commanded joints.
+    """In place of a car's Joints: the same methods, with the two commanded joints."""
 
-    Args:
-        joints: bullet_sim.models.joints.Joints of the car.
-
-    Attributes:
-        names, limits: as of Joints.
-    """
-
-    def __init__(self, joints: Any, config: SteerBotConfig) -> None:
+    def __init__(self, joints: CarJoints, config: SteerBotConfig) -> None:
         self._joints, self._config = joints, config
         real = (*config.rear_wheels, *config.front_wheels, *config.front_steers)
         both = (config.rear_wheel, config.front_steer)
@@ -184,8 +182,18 @@ class SteerBotJoints:
         along = ahead * math.tan(angle)
         return math.atan2(along, ahead + across), math.atan2(along, ahead - across)
 
+    # no joint takes efforts
+    def effort_bounds(self, name: str, position: float, velocity: float) -> tuple[float, float]:
+        """As Joints.effort_bounds."""
+        return 0.0, 0.0
+
     def apply_efforts(self, efforts: Mapping[str, float]) -> None:
-        """Nothing: no joint takes efforts."""
+        """As Joints.apply_efforts."""
+
+    def track(
+        self, targets: Mapping[str, tuple[float, float]], handles: Mapping[str, JointHandle]
+    ) -> None:
+        """As Joints.track."""
 
     def release(self, names: Iterable[str]) -> None:
         """Release what the joints move."""

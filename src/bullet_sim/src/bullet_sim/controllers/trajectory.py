@@ -3,13 +3,13 @@
 import copy
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import astuple, dataclass, field, replace
+from typing import Any, ClassVar
 
 from bullet_sim.component import Stateful
 from bullet_sim.controllers.base import CONTROLLERS, Controller, Settings
 from bullet_sim.controllers.hardware import Hardware
-from bullet_sim.controllers.pid import Pid, PidConfig, PidGains, parse_pid, shortest_distance
+from bullet_sim.controllers.pid import Pid, PidConfig, parse_pid, shortest_distance
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import CommandError, ControllerError
 
@@ -31,13 +31,9 @@ class Tolerance:
         return Tolerance(
             *(
                 theirs if theirs > 0.0 else 0.0 if theirs < 0.0 else own
-                for own, theirs in zip(self.values(), other.values())
+                for own, theirs in zip(astuple(self), astuple(other))
             )
         )
-
-    def values(self) -> tuple[float, float, float]:
-        """Position, velocity, acceleration."""
-        return self.position, self.velocity, self.acceleration
 
 
 NO_TOLERANCE = Tolerance()
@@ -67,7 +63,6 @@ class Tolerances:
         """With those of a goal.
 
         Args:
-            joints: names, in the controller's order.
             path, arrival: (joint name, Tolerance) pairs.
             goal_time_tolerance: above 0 it replaces, below 0 it is 0, 0 leaves the present one [s].
         """
@@ -103,26 +98,6 @@ class TrajectoryConfig(PidConfig):
     feedforward: tuple[float, ...] = ()
 
 
-def parse_gains(
-    settings: Settings, joints: Sequence[str], warnings: list[str]
-) -> tuple[PidGains, ...]:
-    """PidGains of each joint from `gains`.
-
-    Raises:
-        ControllerError: a joint has none, or bad ones.
-    """
-    block = settings.block("gains")
-    missing = [joint for joint in joints if joint not in block]
-    if missing:
-        raise ControllerError(
-            f"{settings.label} has no gains of {', '.join(missing)}, which its interface needs: "
-            "gains/JOINT with p, i, d"
-        )
-    return tuple(
-        parse_pid(block.get(joint), f"{block.label} {joint}", warnings) for joint in joints
-    )
-
-
 @dataclass(frozen=True)
 class End:
     """An end of a segment: position [rad, m], velocity and acceleration, None where not given."""
@@ -141,7 +116,6 @@ class Segment:
 
     Args:
         start, end: times [s].
-        first, last: Ends.
         goal: that it belongs to; None: no goal.
         from_start: time of the first end since the start of its trajectory [s].
         path, arrival: Tolerances along it and of its end.
@@ -252,8 +226,6 @@ def check(command: Command, joints: Sequence[str], partial: bool) -> None:
     """Check a command.
 
     Args:
-        command: Command.
-        joints: names of the controller's joints.
         partial: whether some of them may be missing.
 
     Raises:
@@ -307,17 +279,9 @@ def join(
     """Each joint's segments from now on: what it does until the command starts, then the command.
 
     Args:
-        current: lists of Segments, one a joint.
-        command: a checked Command with points.
-        joints: names of the controller's joints.
         now: controllers' time of the next update [s].
         ahead: time from now to the command's start [s], negative for a start in the past.
         continuous: whether each joint rotates without limits, and takes the shorter direction.
-        goal: of the command; None: no goal.
-        tolerances: Tolerances of the goal.
-
-    Returns:
-        Lists of Segments.
 
     Raises:
         CommandError: all points are in the past.
@@ -434,23 +398,80 @@ def _desired(segments: Iterable[Segment], time: float) -> Motion:
     return Motion(list(positions), list(velocities), list(accelerations))
 
 
-class TrajectoryControl(Controller):
+class ActionControl(Controller):
+    """Base of controllers that execute the goals of an action, one at a time.
+
+    Attributes:
+        goal: that is executed, or None.
+        no_result: what its finished() gets after the outcome where there is nothing to report.
+    """
+
+    STATE: ClassVar[tuple[str, ...]] = ("goal",)
+    periodic = True
+    goal: Any = None
+    no_result: ClassVar[tuple[Any, ...]]
+
+    @classmethod
+    def pid_settings(
+        cls, settings: Settings, joints: Sequence[str], warnings: list[str]
+    ) -> dict[str, Any]:
+        """Values of a PidConfig: the `gains` of each joint; none of position controllers.
+
+        Raises:
+            ControllerError: a joint has none, or bad ones.
+        """
+        settings.ignore("gains")
+        if cls.interface == "position":
+            return {}
+        block = settings.block("gains")
+        missing = [joint for joint in joints if joint not in block]
+        if missing:
+            raise ControllerError(
+                f"{settings.label} has no gains of {', '.join(missing)}, which its interface "
+                "needs: gains/JOINT with p, i, d"
+            )
+        gains = (parse_pid(block.get(name), f"{block.label} {name}", warnings) for name in joints)
+        return {"gains": tuple(gains), "gain_names": tuple(f"gains/{name}" for name in joints)}
+
+    def stop(self) -> None:
+        """Cancel the goal and stop controlling."""
+        self._finish("canceled")
+        super().stop()
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Restore; a goal that is not the restored one is cancelled.
+
+        A restored one that has finished since cannot be reported: the motion continues without it.
+        """
+        present = self.goal
+        super().set_state(state)
+        if present is not self.goal:
+            self.goal = present
+            self._finish("canceled")
+
+    def _finish(self, outcome: str, *result: Any) -> None:
+        goal, self.goal = self.goal, None
+        if goal is not None:
+            goal.finished(outcome, *(result or self.no_result))
+
+
+class TrajectoryControl(ActionControl):
     """Follows the trajectory of the last command or goal; without one it holds the joints.
 
     Attributes:
-        goal: the Goal that is followed, or None.
+        goal: a Goal.
         desired, actual, error: Motions of the last update, at its `time` [s]; None before it.
         clock: function -> ROS time [s], for commands with a stamp.
     """
 
-    STATE = ("goal", "desired", "actual", "error", "time", "_next", "_segments", "pids")
-    periodic = group = True
+    STATE = ("desired", "actual", "error", "time", "_next", "_segments", "pids")
+    group = True
+    no_result = (SUCCESSFUL, "")
 
     @classmethod
     def configure(
         cls, settings: Settings, joints: tuple[str, ...], description: ModelDescription | None
     ) -> TrajectoryConfig:
-        """Check an entry of the YAML file; see Controller.configure."""
         names = settings.joints("joints", joints)
         warnings: list[str] = []
         limits = settings.block("constraints")
@@ -461,15 +482,13 @@ class TrajectoryControl(Controller):
             path.append(Tolerance(own.number("trajectory", 0.0)))
             arrival.append(Tolerance(own.number("goal", 0.0), stopped))
         ahead = settings.block("velocity_ff")
-        settings.ignore("verbose", "gains")
-        has_pid = cls.interface != "position"
+        settings.ignore("verbose")
         return TrajectoryConfig(
             name=settings.name,
             joints=names,
             claims=((cls.interface, names),),
             publish_rate=settings.number("state_publish_rate", 50.0, above=0.0),
-            gains=parse_gains(settings, names, warnings) if has_pid else (),
-            gain_names=tuple(f"gains/{name}" for name in names) if has_pid else (),
+            **cls.pid_settings(settings, names, warnings),
             tolerances=Tolerances(tuple(path), tuple(arrival), limits.number("goal_time", 0.0)),
             stop_duration=settings.number("stop_trajectory_duration", 0.0),
             monitor_rate=settings.number("action_monitor_rate", 20.0, above=0.0),
@@ -482,13 +501,11 @@ class TrajectoryControl(Controller):
         super().__init__(config, hardware)
         by_effort = self.interface == "effort"
         self.pids = tuple(
-            Pid(gains, joint if by_effort else None)
-            for gains, joint in zip(config.gains, self.joints)
+            Pid(gains, joint, acts=by_effort) for gains, joint in zip(config.gains, self.joints)
         )
         self._continuous = [joint.limits.kind == "continuous" for joint in self.joints]
         self._prismatic = [joint.limits.kind == "prismatic" for joint in self.joints]
         self.clock: Callable[[], float] = lambda: 0.0
-        self.goal: Goal | None = None
         self.desired: Motion | None = None
         self.actual: Motion | None = None
         self.error: Motion | None = None
@@ -507,27 +524,6 @@ class TrajectoryControl(Controller):
             pid.reset()
         values = positions if self.interface == "position" else [0.0] * len(positions)
         self.hardware.command(self.interface, self.joints, values)
-
-    def stop(self) -> None:
-        """Cancel the goal and stop controlling."""
-        self._finish("canceled")
-        super().stop()
-
-    def _finish(self, outcome: str, code: int = SUCCESSFUL, text: str = "") -> None:
-        goal, self.goal = self.goal, None
-        if goal is not None:
-            goal.finished(outcome, code, text)
-
-    def set_state(self, state: dict[str, Any]) -> None:
-        """Restore; a goal that is not the restored one is cancelled.
-
-        A restored one that has finished since cannot be reported: the motion continues without it.
-        """
-        present = self.goal
-        super().set_state(state)
-        if present is not self.goal:
-            self.goal = present
-            self._finish("canceled")
 
     # commands ---------------------------------------------------------------------------------
     def check(self, command: Command) -> Command:
@@ -560,7 +556,7 @@ class TrajectoryControl(Controller):
         if goal is self.goal:
             self.goal = None
             self._rest(None)
-            goal.finished("canceled", SUCCESSFUL, "")
+            goal.finished("canceled", *self.no_result)
 
     def _follow(self, command: Command, goal: Goal | None) -> None:
         if not command.points:

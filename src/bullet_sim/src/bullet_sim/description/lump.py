@@ -22,9 +22,7 @@ class LumpedModel:
     """A model without fixed joints.
 
     Attributes:
-        links: the remaining links by name.
         joints: the movable joints, in the original's order.
-        root: name of the root link.
         frames: for every original link: the link it is merged into and its pose in that link.
         welds: measured fixed joints, which are not merged: continuous ones that a motor has to
             hold, as Bullet drops the contacts of links below its fixed joints.

@@ -27,7 +27,6 @@ class Finish:
         emissive: light that it emits.
         shininess: exponent of the highlights.
         opacity: 1 opaque, 0 invisible; multiplies the color's.
-        cast_shadows: whether it casts shadows.
         lit: False: rendered in its color, whatever the light.
     """
 
@@ -76,8 +75,6 @@ class Shape:
     Attributes:
         texture: path of a texture image; empty: none.
         painted: the color replaces a mesh's own materials.
-        finish: how it reflects light.
-        name: name of the collision or visual.
         link: link that had it in the file, before links were merged.
     """
 
@@ -121,6 +118,9 @@ class Surface:
     min_depth: float = 0.0
 
 
+INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
+
 @dataclass
 class Link:
     """A rigid link: mass [kg], centre of mass in the link frame, inertia (3, 3) about it.
@@ -141,6 +141,13 @@ class Link:
     gravity: bool = True
     self_collide: bool = False
     color: RGBA | None = None
+
+    def set_inertia(self, pose: Pose, moments: Sequence[float]) -> None:
+        """Set centre and inertia, (ixx, ixy, ixz, iyy, iyz, izz) in a frame in the centre."""
+        xx, xy, xz, yy, yz, zz = moments
+        local = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        self.inertia = pose.matrix @ local @ pose.matrix.T
+        self.centre = np.array(pose.position)
 
 
 @dataclass(frozen=True)
@@ -197,7 +204,6 @@ class ModelDescription:
 
     Attributes:
         links, joints: by name, in file order.
-        root: name of the root link.
         sensors: sensor specifications (of bullet_sim.plugins).
         control_namespace: namespace of the ros_control plugin; None: the model has none.
         control_period: of its controllers [s]; 0: every physics step.
@@ -206,8 +212,6 @@ class ModelDescription:
         transmissions: hardware interfaces of each joint: 'effort', 'velocity', 'position'.
         static: never moves.
         fixed_base: the root link is fixed to the world; joints move.
-        self_collide: links collide with each other.
-        warnings: what was ignored or repaired.
     """
 
     name: str
@@ -279,7 +283,6 @@ class VisualLink:
         origin: of its frame in the parent's at joint position 0.
         kind: 'fixed', 'revolute' (continuous, too) or 'prismatic'.
         axis: unit vector in its frame.
-        shapes: its visuals.
     """
 
     parent: int = -1

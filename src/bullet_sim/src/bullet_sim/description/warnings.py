@@ -44,9 +44,6 @@ def is_loss(warning: str) -> bool:
 def grouped(warnings: Iterable[str]) -> list[str]:
     """Lines for the log, one per cause, in the order in which the causes occurred.
 
-    Args:
-        warnings: ReadWarnings or plain texts.
-
     Returns:
         The message of a cause that occurred once; of other causes a line with a count.
     """

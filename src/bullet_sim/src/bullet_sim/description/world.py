@@ -82,8 +82,6 @@ class Scene:
         ambient: RGB of the ambient light.
         background: RGB behind everything; None: a sky.
         shadows: whether lights that cast shadows do.
-        fog: or None.
-        lights: all lights, in file order.
     """
 
     ambient: RGB = (0.4, 0.4, 0.4)
@@ -107,7 +105,6 @@ class WorldDescription:
         step: of the physics [s].
         real_time_factor: simulated seconds per wall second that the file asks for; 0: as fast
             as possible.
-        scene: lights, background and fog.
         warnings: what was ignored or repaired, also in the models of its file.
     """
 

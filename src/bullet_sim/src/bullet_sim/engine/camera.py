@@ -20,9 +20,6 @@ class PyBulletCamera:
         engine: made with draw=True.
         kind: 'egl' (GPU or Mesa), 'tiny' (in PyBullet), 'auto': EGL if it works.
 
-    Attributes:
-        kind: 'egl' or 'tiny'.
-
     Raises:
         RenderError: unknown kind, or EGL was asked for and does not work.
     """

@@ -188,9 +188,6 @@ class Engine:
             self_collide: links collide with each other, those of one joint excepted.
             static: prepared as static: one link, of which meshes collide as they are.
 
-        Returns:
-            The body's number.
-
         Raises:
             ModelError: PyBullet refuses the file.
         """
@@ -320,10 +317,6 @@ class Engine:
         linear = np.asarray(linear, float) + np.cross(angular, arm)
         p.resetBaseVelocity(body, tuple(linear), tuple(angular), physicsClientId=self.client)
 
-    def link_state(self, body: int, link: int) -> tuple[Array, ...]:
-        """As link_motion, four arrays."""
-        return tuple(map(np.array, self.link_motion(body, link)))
-
     def link_motion(
         self, body: int, link: int, offset: tuple[Vec3, Quat] | None = None
     ) -> tuple[Vec3, Quat, Vec3, Vec3]:
@@ -386,14 +379,9 @@ class Engine:
         joints = self.movable[body]
         return p.getJointStates(body, joints, physicsClientId=self.client) if joints else ()
 
-    def read_joints(self, body: int) -> tuple[Array, Array, Array]:
-        """Positions, velocities and motor efforts of the movable joints, three (n,) arrays."""
-        states = self.joint_states(body)
-        return (
-            np.array([s[0] for s in states]),
-            np.array([s[1] for s in states]),
-            np.array([s[3] for s in states]),
-        )
+    def joint_positions(self, body: int) -> tuple[float, ...]:
+        """Positions [rad, m] of the movable joints."""
+        return tuple(state[0] for state in self.joint_states(body))
 
     def set_joint_positions(self, body: int, positions: Vector) -> None:
         """Set the movable joints to positions (n,) [rad, m], at rest."""
@@ -487,7 +475,7 @@ class Engine:
     def release(self, body: int, joint: int) -> None:
         """Release a joint to its friction: a velocity motor to 0 with the friction as its effort.
 
-        The motor stays on under drive_effort: an effort has to overcome it, as in a real joint.
+        The motor stays on under drive_efforts: an effort has to overcome it, as in a real joint.
         """
         self._note_batch(body)
         self._motors[body, joint] = "release", (joint,)
@@ -513,12 +501,8 @@ class Engine:
             self._note_batch(body)
         return self._motors
 
-    def drive_effort(self, body: int, joint: int, effort: float) -> None:
-        """Apply an effort [N m, N] to a joint for the next step only."""
-        self.drive_efforts(body, (joint,), (effort,))
-
     def drive_efforts(self, body: int, joints: Sequence[int], efforts: Sequence[float]) -> None:
-        """As drive_effort, of several joints in one call."""
+        """Apply efforts [N m, N] to joints for the next step only."""
         movable = self.movable[body]
         p.setJointMotorControlArray(
             body,

@@ -47,33 +47,31 @@ def read_shapes(client: int, body: int, with_triangles: bool) -> Shapes | None:
     """Shapes of a body's root link, the only one of what never moves.
 
     Args:
-        client: PyBullet's number of the client.
-        body: its number.
         with_triangles: False: boxes and meshes become spheres, too.
 
     Returns:
-        None if a shape is of a kind that is not known here.
+        None if a shape is of a type that is not known here.
     """
     triangles, solid, planes, spheres = [], [], [], []
     for shape in p.getCollisionShapeData(body, -1, physicsClientId=client):
-        kind, size, path, place = shape[2], np.array(shape[3]), shape[4], np.array(shape[5])
+        shape_type, size, path, place = shape[2], np.array(shape[3]), shape[4], np.array(shape[5])
         turn = matrix_from_quaternion(shape[6])
-        if kind == p.GEOM_PLANE:
+        if shape_type == p.GEOM_PLANE:
             planes.append((place, turn[:, 2]))
-        elif kind in (p.GEOM_BOX, p.GEOM_MESH):
-            own = _CUBE_TRIANGLES if kind == p.GEOM_BOX else _mesh_triangles(path)
+        elif shape_type in (p.GEOM_BOX, p.GEOM_MESH):
+            own = _CUBE_TRIANGLES if shape_type == p.GEOM_BOX else _mesh_triangles(path)
             if own is None:
                 return None
             own = (own * size) @ turn.T + place
             if with_triangles:
                 triangles.append(own)
-                solid.append(np.full(len(own), kind == p.GEOM_BOX))
+                solid.append(np.full(len(own), shape_type == p.GEOM_BOX))
             else:
                 low, high = own.min(axis=(0, 1)), own.max(axis=(0, 1))
                 spheres.append((*(low + high) / 2.0, np.linalg.norm(high - low) / 2.0))
-        elif kind == p.GEOM_SPHERE:
+        elif shape_type == p.GEOM_SPHERE:
             spheres.append((*place, size[0]))
-        elif kind in (p.GEOM_CYLINDER, p.GEOM_CAPSULE):  # length, radius
+        elif shape_type in (p.GEOM_CYLINDER, p.GEOM_CAPSULE):  # length, radius
             spheres.append((*place, np.hypot(size[0] / 2.0, size[1]) + size[1]))
         else:
             return None
@@ -103,9 +101,6 @@ FARTHEST = 4000.0  # corner from the middle [m], where single precision has 0.25
 
 class Scenery:
     """The bodies that never move, as they stand.
-
-    Args:
-        client: PyBullet's number of the client.
 
     Attributes:
         planes: (point (3,) [m], normal (3,)) of each in the world.
@@ -261,7 +256,6 @@ class RayCaster:
     """Casts rays at the bodies of an engine.
 
     Args:
-        client: PyBullet's number of the client.
         free: bodies whose root link is not fixed; the caller changes it.
 
     Attributes:

@@ -1,7 +1,8 @@
 """<gazebo> elements of URDF, and contact properties of these and of <surface> of SDF."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 from bullet_sim.description.model import EVERYTHING, Link, ModelDescription, Surface
 from bullet_sim.errors import ModelError
@@ -11,49 +12,25 @@ from bullet_sim.xml_reader import Node, child_number, child_text, floats, is_tru
 
 MAX_STIFFNESS = 1e5  # [N/m] above which Bullet's default hard contacts are used
 
-# property -> paths in <gazebo reference=...> of a URDF, the first that exists counts
-URDF = {
-    "friction": ("mu1", "mu", "collision/surface/friction/ode/mu"),
-    "friction2": ("mu2", "collision/surface/friction/ode/mu2"),
-    "direction": ("fdir1", "collision/surface/friction/ode/fdir1"),
-    "max_speed": ("maxVel", "collision/surface/contact/ode/max_vel"),
-    "min_depth": ("minDepth", "collision/surface/contact/ode/min_depth"),
-    "bitmask": ("collide_bitmask", "collision/surface/contact/collide_bitmask"),
-}
-# property -> path in a <collision> of SDF
-SDF = {
-    "friction": ("surface/friction/ode/mu",),
-    "friction2": ("surface/friction/ode/mu2",),
-    "direction": ("surface/friction/ode/fdir1",),
-    "max_speed": ("surface/contact/ode/max_vel",),
-    "min_depth": ("surface/contact/ode/min_depth",),
-    "bitmask": ("surface/contact/collide_bitmask", "surface/contact/bitmask"),
-}
-
 
 def read_surface(
-    element: Node,
-    paths: Mapping[str, tuple[str, ...]],
-    surface: Surface,
-    label: str,
-    warn: Callable[[str], None],
+    element: Node, surface: Surface, label: str, warn: Callable[[str], None], urdf: bool = False
 ) -> None:
     """Read the contact properties of an element; what cannot be read stays unchanged.
 
     Args:
-        element: <gazebo> of a URDF, or <collision>.
-        paths: URDF or SDF of this module.
+        element: <collision>, or <gazebo> of a URDF.
         surface: changed in place.
-        label: name for warnings.
-        warn: gets a message.
     """
-    for key, tags in paths.items():
-        for tag in tags:
-            text = child_text(element, tag)
+    for key, (read, tags, paths) in _PROPERTIES.items():
+        if urdf:
+            paths = (*tags, f"collision/{paths[0]}")
+        for path in paths:  # the first that exists counts
+            text = child_text(element, path)
             if text is None:
                 continue
             try:
-                setattr(surface, key, _READERS[key](text, f"{label} <{tag}>"))
+                setattr(surface, key, read(text, f"{label} <{path}>"))
             except ModelError as error:
                 warn(f"{error}; it is ignored")
             break
@@ -87,13 +64,18 @@ def _bitmask(text: str, label: str) -> int:
     return value & EVERYTHING
 
 
-_READERS = {
-    "friction": _not_negative,
-    "friction2": _not_negative,
-    "direction": _direction,
-    "max_speed": _not_negative,
-    "min_depth": _not_negative,
-    "bitmask": _bitmask,
+# property -> its reader, its tags in <gazebo reference=...> of a URDF, its paths in <collision>
+_PROPERTIES: dict[str, tuple[Callable[[str, str], Any], tuple[str, ...], tuple[str, ...]]] = {
+    "friction": (_not_negative, ("mu1", "mu"), ("surface/friction/ode/mu",)),
+    "friction2": (_not_negative, ("mu2",), ("surface/friction/ode/mu2",)),
+    "direction": (_direction, ("fdir1",), ("surface/friction/ode/fdir1",)),
+    "max_speed": (_not_negative, ("maxVel",), ("surface/contact/ode/max_vel",)),
+    "min_depth": (_not_negative, ("minDepth",), ("surface/contact/ode/min_depth",)),
+    "bitmask": (
+        _bitmask,
+        ("collide_bitmask",),
+        ("surface/contact/collide_bitmask", "surface/contact/bitmask"),
+    ),
 }
 
 
@@ -148,12 +130,7 @@ _IGNORED = {
 
 
 def apply(robot: Node, model: ModelDescription) -> None:
-    """Read every <gazebo> child of <robot> into the model description.
-
-    Args:
-        robot: the <robot> element.
-        model: its description so far.
-    """
+    """Read every <gazebo> child of <robot> into the model description."""
     for element in robot.findall("gazebo"):
         reference = element.get("reference")
         if reference is None:
@@ -209,7 +186,7 @@ def _either(element: Node, *tags: str) -> str:
 
 def _link_flags(element: Node, model: ModelDescription, link: Link) -> None:
     label = f"<gazebo reference='{link.name}'>"
-    read_surface(element, URDF, link.surface, label, model.warn)
+    read_surface(element, link.surface, label, model.warn, urdf=True)
     read_stiffness(element, link.surface, label)
     _material(element, model, link, label)
     if is_true(_either(element, "selfCollide", "self_collide")):

@@ -32,8 +32,6 @@ def unit_axis(vector: Vector, default: Vec3, label: str, element: Node) -> Vec3:
     Args:
         vector: (3,).
         default: unit vector.
-        label: for the message.
-        element: takes the warning.
     """
     length = float(np.linalg.norm(vector))
     if length >= 1e-9:
@@ -55,8 +53,6 @@ def set_limits(
 
     Args:
         lower, upper: [rad, m].
-        label: for the message.
-        element: takes the warning.
     """
     if lower is None and upper is None:  # PyBullet has both or neither
         return
@@ -86,12 +82,7 @@ SKIPPED = "joints are left out"
 
 
 def read_joints(robot: Node, model: ModelDescription) -> None:
-    """Add every valid <joint> of a <robot> to the model; others cause warnings.
-
-    Args:
-        robot: the root element.
-        model: with its links.
-    """
+    """Add every valid <joint> of a <robot> to the model; others cause warnings."""
     for element in robot.findall("joint"):
         joint = _joint(element, model)
         if joint is not None:
@@ -109,8 +100,8 @@ def _joint(element: Node, model: ModelDescription) -> Joint | None:
     if error:
         element.warn(f"{label} {error}; it is left out", SKIPPED, f"'{name}'")
         return None
-    kind, origin = _urdf_type(element, label), urdf_origin(element, label)
-    joint = Joint(name, kind, str(parent), str(child), origin)
+    joint_type, origin = _joint_type(element, label, URDF_TYPES), urdf_origin(element, label)
+    joint = Joint(name, joint_type, str(parent), str(child), origin)
     axis = element.find("axis")
     if axis is not None:
         vector = floats_of(axis, "xyz", 3, f"{label} axis", (1.0, 0.0, 0.0))
@@ -170,16 +161,17 @@ def _urdf_error(name: str, parent: str | None, child: str | None, model: ModelDe
     return "closes a loop" if closes_loop(model, parent, child) else ""
 
 
-def _urdf_type(element: Node, label: str) -> str:
-    kind = element.get("type")
-    if kind in URDF_TYPES:
-        return kind
-    lower = str(kind).strip().lower()
-    used = lower if lower in URDF_TYPES else "fixed"
+def _joint_type(element: Node, label: str, types: tuple[str, ...]) -> str:
+    """Type of a <joint>; one that is none of `types` becomes fixed, with a warning."""
+    given = element.get("type")
+    if given in types:
+        return given
+    lower = str(given).strip().lower()
+    used = lower if lower in types else "fixed"
     element.warn(
-        f"{label} has type '{kind}', must be one of {', '.join(URDF_TYPES)}; {used} is used",
-        "joints have a type that does not exist",
-        f"'{element.get('name')}'",
+        f"{label} has type '{given}', must be one of {', '.join(types)}; {used} is used",
+        f"joints have type '{given}', which is not known here, and are {used}",
+        label,
     )
     return used
 
@@ -228,21 +220,18 @@ def read_joint(
     """Add a <joint> to the model of a reader (model.py), or warn why that is impossible.
 
     Args:
-        element: the <joint>.
         reader: contains the model and the poses of its links.
         prefix: of the names of the nested model that the joint is in.
-        frames: of that model.
-        version: of the SDF document.
     """
     model, poses = reader.model, reader.poses
     name = prefix + (element.get("name") or "joint")
     label = f"joint '{name}' of '{model.name}'"
     parent, child = child_text(element, "parent"), child_text(element, "child")
-    kind = _sdf_type(element, label)
-    if child == "world" and kind == "fixed":
+    joint_type = _joint_type(element, label, SDF_TYPES)
+    if child == "world" and joint_type == "fixed":
         parent, child = child, parent
     if parent == "world" and prefix + str(child) in model.links:
-        if kind == "fixed":
+        if joint_type == "fixed":
             model.fixed_base = True
             return
         model.links.setdefault("world", Link("world"))
@@ -260,11 +249,11 @@ def read_joint(
         default = child_text(element, "child", "")
         anchor = frames.pose(default).inverse() * frames.pose_of(element, default, label)
     origin = poses[parent].inverse() * poses[child]
-    joint = Joint(name, kind, parent, child, origin, anchor=anchor)
-    if kind in CHAINS:
+    joint = Joint(name, joint_type, parent, child, origin, anchor=anchor)
+    if joint_type in CHAINS:
         _chain(element, joint, reader, label, frames, version)
         return
-    if kind != "fixed":
+    if joint_type != "fixed":
         _axis(element, joint, label, frames, version)
     model.joints[name] = joint
 
@@ -306,20 +295,6 @@ def _chain(
             )
             reader.poses[link] = reader.poses[original.child] * original.anchor
         parent, origin = link, Pose()
-
-
-def _sdf_type(element: Node, label: str) -> str:
-    kind = element.get("type")
-    if kind in SDF_TYPES:
-        return kind
-    lower = str(kind).strip().lower()
-    used = lower if lower in SDF_TYPES else "fixed"
-    element.warn(
-        f"{label} has type '{kind}', must be one of {', '.join(SDF_TYPES)}; {used} is used",
-        f"joints have type '{kind}', which is not known here, and are {used}",
-        label,
-    )
-    return used
 
 
 def _sdf_error(model: ModelDescription, parent: str | None, child: str | None) -> str:

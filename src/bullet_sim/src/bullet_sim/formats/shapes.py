@@ -116,8 +116,6 @@ def rgba_of(element: Node | None, text: str | None, label: str) -> RGBA | None:
 
     Args:
         element: contains the text; takes the warning.
-        text: the numbers.
-        label: for the message.
     """
     values, _ = leading_numbers(text, 4)
     values += (1.0,) * (len(values) == 3)
@@ -185,8 +183,6 @@ def script_material(
 
     Args:
         element: <script> with <name> and <uri>s.
-        label: for messages.
-        model: gets the warning.
     """
     name = child_text(element, "name", "")
     color = gazebo_color(name) if name.startswith("Gazebo/") else None
@@ -260,10 +256,6 @@ def usable_size(geometry: Geometry, label: str, model: ModelDescription) -> Geom
 
     A negative size counts without its sign, one of 0 becomes MIN_SIZE; a geometry with all sizes 0
     is left out.
-
-    Args:
-        label: for messages.
-        model: gets the warning.
     """
     if not geometry.size or min(geometry.size) > 0:
         return geometry
@@ -334,11 +326,7 @@ def parse_shape(
     """Shape of a <visual> or <collision>, or None with a warning.
 
     Args:
-        element: the element.
-        tag: 'visual' or 'collision'.
-        link: name of its link.
         pose: in the link's frame.
-        model: gets warnings.
     """
     name = element.get("name") or tag
     label = f"{tag} '{name}' of link '{link}' of '{model.name}'"

@@ -5,7 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from bullet_sim.description.model import RGBA, Geometry, Joint, Link, ModelDescription, Shape
+from bullet_sim.description.model import (
+    INERTIA,
+    RGBA,
+    Geometry,
+    Joint,
+    Link,
+    ModelDescription,
+    Shape,
+)
 from bullet_sim.errors import ModelError
 from bullet_sim.formats import gazebo as gazebo_tags
 from bullet_sim.formats.joints import UNSUPPORTED_TYPES, check_mimics, read_joints
@@ -25,8 +33,6 @@ def parse_transmissions(
     """Read every <transmission> child of <robot>.
 
     Args:
-        robot: root element.
-        joint_names: names of existing joints.
         warn: gets a message for each ignored element.
 
     Returns:
@@ -48,14 +54,14 @@ def parse_transmissions(
             if not names:
                 warn(f"{label} gives joint '{name}' no <hardwareInterface>; it is left out")
             for interface in names:
-                kind = INTERFACES.get(interface.replace("::", "/").rsplit("/", 1)[-1])
-                if kind is None:
+                known = INTERFACES.get(interface.replace("::", "/").rsplit("/", 1)[-1])
+                if known is None:
                     warn(
                         f"{label} gives joint '{name}' the hardware interface '{interface}', "
                         f"known are {', '.join(INTERFACES)}; it is left out"
                     )
-                elif kind not in interfaces.get(name, ()):
-                    interfaces[name] = interfaces.get(name, ()) + (kind,)
+                elif known not in interfaces.get(name, ()):
+                    interfaces[name] = interfaces.get(name, ()) + (known,)
     return interfaces
 
 
@@ -72,7 +78,6 @@ def parse_urdf(text: str | bytes | Node, resolve: Resolve, name: str = "robot") 
     """Read a URDF.
 
     Args:
-        text: the document.
         resolve: of package://, model://, file:// or a path.
         name: name of the model, used in messages.
 
@@ -188,12 +193,8 @@ def _inertial(element: Node, link: Link, label: str) -> None:
             )
             link.mass = 0.0
     if inertia is not None:
-        xx, xy, xz, yy, yz, zz = (
-            number_of(inertia, key, f"{label} inertia", 0.0)
-            for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-        )
-        local = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        link.inertia = pose.matrix @ local @ pose.matrix.T
+        moments = [number_of(inertia, key, f"{label} inertia", 0.0) for key in INERTIA]
+        link.set_inertia(pose, moments)
     link.centre = np.array(pose.position)
 
 

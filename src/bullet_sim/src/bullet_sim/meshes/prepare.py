@@ -193,7 +193,6 @@ def convert(
             painted.
         signs: three of +1 or -1: axes to mirror.
         role: 'visual': one part for each material; 'collision': one part.
-        folder: for the files.
         errors: gets the errors of its images, which are left out.
 
     Returns:
@@ -343,7 +342,8 @@ def prepare_meshes(lumped: LumpedModel, folder: str, warn: Warn) -> dict[str, li
         warn: called for each shape that cannot be used.
 
     Returns:
-        Link name -> the visuals that can be used, unchanged.
+        Link name -> the visuals that can be used, unchanged but for heightmaps and polylines, which
+        are meshes.
     """
     cache = _MeshCache(os.path.join(folder, "meshes"), warn)
     usable: dict[str, list[Shape]] = {name: [] for name in lumped.links}
@@ -352,9 +352,11 @@ def prepare_meshes(lumped: LumpedModel, folder: str, warn: Warn) -> dict[str, li
             converted = []
             for shape in shapes:
                 try:
-                    converted += convert(shape)
+                    files = convert(shape)
+                    converted += files
                     if shapes is link.visuals:
-                        usable[link.name].append(shape)
+                        is_mesh = shape.geometry.kind not in _GENERATORS
+                        usable[link.name] += [shape] if is_mesh else files
                 except ModelError as error:
                     label = f"{shape.name or 'a shape'} of link '{shape.link or link.name}'"
                     warn(
@@ -374,17 +376,13 @@ class _MeshCache:
 
     def visual(self, shape: Shape) -> list[Shape]:
         """Shapes that replace one visual: one for each material."""
-        if shape.geometry.kind in _GENERATORS:
-            shape = replace(shape, color=self._color(shape), texture="")
-            return [replace(shape, geometry=self._generated(shape.geometry))]
         geometry = shape.geometry
+        if geometry.kind in _GENERATORS:
+            color = mean_color(shape.texture) if shape.texture else shape.color
+            return [replace(shape, color=color, texture="", geometry=self._generated(geometry))]
         if geometry.kind != "mesh":
             return [self._textured(shape)] if shape.texture else [shape]
-        data = read_file(geometry.path, "mesh", MAX_BYTES)
-        file_type = mesh_type(geometry.path, data)
-        error = mesh_error(geometry.path, file_type, data)
-        if error:
-            raise ModelError(error)
+        data, file_type = _read(geometry)
         if loads_correctly(shape, file_type, data) and not shape.texture:
             return [shape]
         errors: list[str] = []
@@ -407,16 +405,12 @@ class _MeshCache:
 
     def collision(self, shape: Shape) -> list[Shape]:
         """Shapes that replace one collision; materials are ignored."""
-        if shape.geometry.kind in _GENERATORS:
-            return [replace(shape, geometry=self._generated(shape.geometry))]
         geometry = shape.geometry
+        if geometry.kind in _GENERATORS:
+            return [replace(shape, geometry=self._generated(geometry))]
         if geometry.kind != "mesh":
             return [shape]
-        data = read_file(geometry.path, "mesh", MAX_BYTES)
-        file_type = mesh_type(geometry.path, data)
-        error = mesh_error(geometry.path, file_type, data)
-        if error:
-            raise ModelError(error)
+        data, file_type = _read(geometry)
         if file_type in ("obj", "stl") and min(geometry.scale) > 0 and not geometry.submesh:
             return [shape]
         parts = self._converted(geometry, data, "collision", shape)
@@ -433,10 +427,6 @@ class _MeshCache:
             return [{"file": path, "color": None}]
 
         return Geometry("mesh", path=self._cached(key, make)[0]["file"])
-
-    @staticmethod
-    def _color(shape: Shape) -> RGBA | None:
-        return mean_color(shape.texture) if shape.texture else shape.color
 
     def _textured(self, shape: Shape) -> Shape:
         """A box with a texture on its sides; other shapes get the texture's mean color."""
@@ -486,6 +476,15 @@ _GENERATORS = {
     "heightmap": lambda geometry: terrain.heightmap(geometry.path, geometry.size),
     "polyline": lambda geometry: terrain.extruded(geometry.points, geometry.size[0]),
 }
+
+
+def _read(geometry: Geometry) -> tuple[bytes, str]:
+    """Content and type of a mesh file; raises ModelError where PyBullet must not read it."""
+    data = read_file(geometry.path, "mesh", MAX_BYTES)
+    file_type = mesh_type(geometry.path, data)
+    if error := mesh_error(geometry.path, file_type, data):
+        raise ModelError(error)
+    return data, file_type
 
 
 def _scaled_mesh(path: str, geometry: Geometry) -> Geometry:

@@ -96,11 +96,7 @@ TEXTURES = os.path.join("..", "materials", "textures")  # of a Gazebo model, rel
 
 
 class MeshFileResolver:
-    """Reads files for trimesh, instead of its resolver, which is limited to one folder.
-
-    Args:
-        path: of the mesh.
-    """
+    """Reads files for trimesh, instead of its resolver, which is limited to one folder."""
 
     def __init__(self, path: str) -> None:
         self.errors: list[str] = []  # of unusable images, which trimesh ignores

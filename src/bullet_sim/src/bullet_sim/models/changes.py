@@ -45,7 +45,7 @@ def step_range(
 class _Load:
     model: "Model"
     part: str  # name of the link or joint
-    kind: str  # 'link' or 'joint'
+    type: str  # 'link' or 'joint'
     first: int
     end: float
     apply: Callable[[], None]
@@ -101,12 +101,12 @@ class Forces(Stateful):
         self,
         model: "Model",
         part: str,
-        kind: str,
+        part_type: str,
         steps: tuple[int, float],
         apply: Callable[[], None],
     ) -> None:
         if steps[1] > steps[0]:
-            self._loads.append(_Load(model, part, kind, *steps, apply))
+            self._loads.append(_Load(model, part, part_type, *steps, apply))
 
     @staticmethod
     def _check(model: "Model", label: str, values: Iterable[float]) -> None:
@@ -126,13 +126,13 @@ class Forces(Stateful):
     def clear_link(self, model: "Model", link: str) -> int:
         """Clear all wrenches on a link; returns how many there were."""
         return self._remove(
-            lambda load: (load.model, load.kind, load.part) == (model, "link", link)
+            lambda load: (load.model, load.type, load.part) == (model, "link", link)
         )
 
     def clear_joint(self, model: "Model", joint: str) -> int:
         """Clear all efforts on a joint; returns how many there were."""
         return self._remove(
-            lambda load: (load.model, load.kind, load.part) == (model, "joint", joint)
+            lambda load: (load.model, load.type, load.part) == (model, "joint", joint)
         )
 
     def remove_model(self, model: "Model") -> int:

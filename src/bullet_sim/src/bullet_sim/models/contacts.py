@@ -92,11 +92,11 @@ class Friction(Stateful):
 
     def _principal(self, body: int, link: int, surface: Surface) -> int:
         """Index of the principal axis that is closest to the first direction of friction."""
-        state = self._engine.link_state(body, link)
         axes = matrix_from_quaternion(self._engine.principal_axes(body, link))
         direction = surface.direction
         if direction is None:
-            direction = matrix_from_quaternion(state[1]).T @ np.array(_ACROSS)
+            orientation = self._engine.link_motion(body, link)[1]
+            direction = matrix_from_quaternion(orientation).T @ np.array(_ACROSS)
         return int(np.argmax(np.abs(axes.T @ np.asarray(direction))))
 
     def _set(self, body: int, link: int, pair: Pair, other: float) -> None:
@@ -160,7 +160,6 @@ def skid_wheels(joints: Iterable[Joint], links: Mapping[str, Link]) -> list[str]
 
     Args:
         joints: Joints of a model without fixed ones.
-        links: Link by name.
 
     Returns:
         Names of the children of unlimited joints that share a parent, where three or more have

@@ -87,8 +87,8 @@ class Joints(Stateful):
 
     def positions_of(self, names: Iterable[str]) -> tuple[float, ...]:
         """Positions of some joints, as a tuple."""
-        positions = self._engine.read_joints(self._body)[0]
-        return tuple(float(positions[self._index[name]]) for name in names)
+        positions = self._engine.joint_positions(self._body)
+        return tuple(positions[self._index[name]] for name in names)
 
     def index(self, name: str) -> int:
         """Index of a joint in the engine.
@@ -139,7 +139,7 @@ class Joints(Stateful):
 
     def add_effort(self, name: str, effort: float) -> None:
         """Apply an effort [N m, N] for the next step, in addition to the joint's motor."""
-        self._engine.drive_effort(self._body, self._index[name], effort)
+        self._engine.drive_efforts(self._body, (self._index[name],), (effort,))
 
     def max_effort(self, name: str) -> float:
         """A joint's effort limit [N m, N], or UNLIMITED_EFFORT."""

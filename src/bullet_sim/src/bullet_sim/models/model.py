@@ -2,14 +2,14 @@
 
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bullet_sim.controllers.manager import Manager
-from bullet_sim.description.lump import LumpedModel, joint_inertias, lump
+from bullet_sim.description.lump import joint_inertias, lump
 from bullet_sim.description.model import (
     EVERYTHING,
     Joint,
@@ -60,80 +60,9 @@ def implausible_state(model: "Model", engine: "Engine") -> str | None:
     return None
 
 
-def load_body(
-    engine: "Engine",
-    source: BodySource,
-    pose: Pose,
-    lumped: LumpedModel,
-    description: ModelDescription,
-) -> tuple[int, dict[str, int], dict[str, int]]:
-    """Load a body.
-
-    Args:
-        source: names the prepared URDF.
-        pose: world Pose of the root link's frame.
-        lumped: the URDF was written from it.
-        description: of which `lumped` was made.
-
-    Returns:
-        The body's index; its links' indices by name; those of the child links of measured joints,
-        by the joints' names.
-
-    Raises:
-        ModelError: PyBullet refuses it.
-    """
-    apart = [
-        name
-        for name, link in lumped.links.items()
-        if not (link.self_collide or description.self_collide)
-    ]
-    self_collide = len(lumped.links) - len(apart) > 1
-    body = engine.load(
-        source.path,
-        pose.position,
-        pose.orientation,
-        source.fixed_base,
-        self_collide=self_collide,
-        static=description.static,
-    )
-    links = engine.link_indices(body)
-    if self_collide:
-        for name in apart:
-            for other in lumped.links:
-                engine.set_pair_collision(body, links[name], body, links[other], False)
-    _set_surfaces(engine, body, links, lumped)
-    measured = {}
-    for joint in (*lumped.joints, *lumped.welds):
-        if joint.name in description.measured:
-            measured[joint.name] = links[joint.child]
-            engine.measure_joint(body, links[joint.child])
-    names = engine.joint_names(body)
-    for joint in lumped.welds:
-        index = names.index(joint.name)
-        engine.drive_position(body, index, 0.0, UNLIMITED_EFFORT, UNLIMITED_SPEED)
-    return body, links, measured
-
-
-def _set_surfaces(
-    engine: "Engine", body: int, links: Mapping[str, int], lumped: LumpedModel
-) -> None:
-    for name, link in lumped.links.items():
-        surface = link.surface
-        engine.set_surface(body, links[name], surface.stiffness, surface.damping)
-        if surface.bitmask != EVERYTHING:
-            engine.set_bitmask(body, links[name], surface.bitmask)
-
-
 MAX_VELOCITY = 1e6  # [m/s, rad/s] bound of set_state along each axis
 _SAME = Pose()
 Placed = tuple[Pose, Vector, Vector]  # pose and velocities of set_state
-
-
-def _plain(position: Array, orientation: Array) -> tuple[Vec3, Quat]:
-    """As tuples of Python's floats."""
-    x, y, z = position.tolist()
-    a, b, c, w = orientation.tolist()
-    return (x, y, z), (a, b, c, w)
 
 
 class Model:
@@ -158,7 +87,7 @@ class Model:
         self.name = description.name
         self.description = description
         self.initial_pose = pose
-        self._engine = engine
+        self.engine = engine
         self._key = key
         self._changes: dict[tuple[str, str], Callable[[], None]] = {}
         self.is_ghost = False
@@ -184,9 +113,43 @@ class Model:
 
     def _load(self) -> None:
         self.placed: Placed | None = None  # what set_state has set since it was loaded
-        self.body, self._links, self.measured = load_body(
-            self._engine, self.source, self.initial_pose, self._lumped, self.description
+        engine, lumped, description = self.engine, self._lumped, self.description
+        pose, links = self.initial_pose, lumped.links
+        apart = [
+            name
+            for name, link in links.items()
+            if not (link.self_collide or description.self_collide)
+        ]
+        self_collide = len(links) - len(apart) > 1
+        self.body = body = engine.load(
+            self.source.path,
+            pose.position,
+            pose.orientation,
+            self.source.fixed_base,
+            self_collide=self_collide,
+            static=description.static,
         )
+        self._links = index = engine.link_indices(body)
+        if self_collide:
+            for name in apart:
+                for other in links:
+                    engine.set_pair_collision(body, index[name], body, index[other], False)
+        for name, link in links.items():
+            surface = link.surface
+            engine.set_surface(body, index[name], surface.stiffness, surface.damping)
+            if surface.bitmask != EVERYTHING:
+                engine.set_bitmask(body, index[name], surface.bitmask)
+        self.measured = {
+            joint.name: index[joint.child]
+            for joint in (*lumped.joints, *lumped.welds)
+            if joint.name in description.measured
+        }
+        for link_index in self.measured.values():
+            engine.measure_joint(body, link_index)
+        names = engine.joint_names(body)
+        for joint in lumped.welds:
+            number = names.index(joint.name)
+            engine.drive_position(body, number, 0.0, UNLIMITED_EFFORT, UNLIMITED_SPEED)
         for change in self._changes.values():
             change()
 
@@ -209,13 +172,13 @@ class Model:
         for name in self._lumped.links:
 
             def set_ghost(name: str = name) -> None:
-                self._engine.set_ghost(self.body, self._links[name])
+                self.engine.set_ghost(self.body, self._links[name])
 
             self.change(("ghost", name), set_ghost)
 
     def apply_wrench(self, index: int, force: Vector, torque: Vector) -> None:
         """Apply a force and a torque (world axes) to a link of the body for one step."""
-        self._engine.apply_wrench(self.body, index, force, torque)
+        self.engine.apply_wrench(self.body, index, force, torque)
 
     def reload(self) -> None:
         """Reload into a cleared engine, at the initial pose; controllers restart."""
@@ -224,17 +187,17 @@ class Model:
         if self.manager is not None:
             self.manager.restart()
 
-    def save_state(self) -> tuple[Placed | None, Any]:
+    def save_state(self) -> tuple[Placed | None, tuple[float, ...]]:
         """The pose and velocity set by set_state since it was loaded (or None), and the joints."""
-        return self.placed, () if self.is_static else self._engine.read_joints(self.body)[0]
+        return self.placed, self.engine.joint_positions(self.body)
 
-    def restore_state(self, state: tuple[Placed | None, Any]) -> None:
+    def restore_state(self, state: tuple[Placed | None, tuple[float, ...]]) -> None:
         """Restore the result of save_state() after a reload; controllers restart."""
         placed, joints = state
         if placed is not None:
             self.set_state(*placed)
-        if len(joints) and (joints != self._engine.read_joints(self.body)[0]).any():
-            self._engine.set_joint_positions(self.body, joints)
+        if joints != self.engine.joint_positions(self.body):
+            self.engine.set_joint_positions(self.body, joints)
             if self.manager is not None:
                 self.manager.restart()
 
@@ -242,11 +205,6 @@ class Model:
     def is_static(self) -> bool:
         """Whether it never moves."""
         return self.description.static
-
-    @property
-    def engine(self) -> "Engine":
-        """The engine that simulates the body."""
-        return self._engine
 
     @property
     def rigid_parts(self) -> dict[str, Link]:
@@ -282,8 +240,7 @@ class Model:
 
     def frame_at(self, index: int) -> tuple[Vec3, Quat]:
         """World pose of a link's frame (index in the engine): position and quaternion, tuples."""
-        position, orientation, _, _ = self._engine.link_state(self.body, index)
-        return _plain(position, orientation)
+        return self.engine.link_motion(self.body, index)[:2]
 
     def collisions_at(self, index: int) -> tuple[str, list[Shape]]:
         """Collision Shapes of a link of the body (index in the engine), in its frame.
@@ -301,24 +258,24 @@ class Model:
             Pose, linear (3,) [m/s], angular (3,) [rad/s]; velocities along world axes.
         """
         index, offset = self.link_in_body(link)
-        position, orientation, linear, angular = self._engine.link_state(self.body, index)
-        frame = Pose(*_plain(position, orientation))
+        position, orientation, linear, angular = self.engine.link_motion(self.body, index)
+        frame = Pose(position, orientation)
         if offset == _SAME:  # not merged into another link
-            return frame, linear, angular
+            return frame, np.array(linear), np.array(angular)
         arm = frame.matrix @ np.asarray(offset.position)
-        return frame * offset, linear + cross(angular, arm), angular
+        return frame * offset, linear + cross(angular, arm), np.array(angular)
 
     def link_motion(self, link: str) -> tuple[Vec3, Quat, Vec3, Vec3]:
         """As link_state, in four tuples: position, quaternion, linear and angular velocity."""
         index, offset = self.link_in_body(link)
         if offset == _SAME:
-            return self._engine.link_motion(self.body, index)
-        return self._engine.link_motion(self.body, index, (offset.position, offset.orientation))
+            return self.engine.link_motion(self.body, index)
+        return self.engine.link_motion(self.body, index, (offset.position, offset.orientation))
 
     @property
     def pose(self) -> Pose:
         """World pose of the root link's frame."""
-        position, orientation = self._engine.base_pose(self.body)
+        position, orientation = self.engine.base_pose(self.body)
         return Pose(position, orientation)
 
     def set_state(
@@ -335,9 +292,9 @@ class Model:
             )
         self._check_velocity(linear, angular)
         pose = pose.normalised()
-        self._engine.set_base_pose(self.body, pose.position, pose.orientation)
+        self.engine.set_base_pose(self.body, pose.position, pose.orientation)
         if not self.is_static:
-            self._engine.set_base_velocity(self.body, linear, angular)
+            self.engine.set_base_velocity(self.body, linear, angular)
         self.placed = (pose, linear, angular)
         self.on_moved(self)
 
@@ -349,7 +306,7 @@ class Model:
         """
         self._check_velocity(linear, angular)
         if not self.is_static:
-            self._engine.set_base_velocity(self.body, linear, angular)
+            self.engine.set_base_velocity(self.body, linear, angular)
 
     def _check_velocity(self, linear: Vector, angular: Vector) -> None:
         if not all(abs(value) <= MAX_VELOCITY for value in (*linear, *angular)):
@@ -361,12 +318,12 @@ class Model:
 
     def state(self) -> BodyState:
         """BodyState for a snapshot."""
-        position, orientation = self._engine.base_pose(self.body)
-        joints = () if self.is_static else tuple(self._engine.read_joints(self.body)[0].tolist())
+        position, orientation = self.engine.base_pose(self.body)
+        joints = () if self.is_static else self.engine.joint_positions(self.body)
         return BodyState(self._key, position, orientation, joints)
 
     def remove(self) -> None:
         """Remove it from the engine and delete its file."""
-        self._engine.remove(self.body)
+        self.engine.remove(self.body)
         if os.path.exists(self.source.path):
             os.remove(self.source.path)

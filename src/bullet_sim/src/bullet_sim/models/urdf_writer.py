@@ -176,10 +176,9 @@ def quaternion_from_matrix(matrix: Any) -> Quat:
 
 
 def _joint(robot: ET.Element, joint: Joint, friction: float) -> None:
-    kind = joint.kind
-    if kind in ("revolute", "prismatic") and (joint.lower is None or joint.lower == joint.upper):
-        kind = "continuous" if kind == "revolute" and joint.lower is None else kind
-    element = ET.SubElement(robot, "joint", name=joint.name, type=kind)
+    is_endless = joint.kind == "revolute" and joint.lower is None
+    joint_type = "continuous" if is_endless else joint.kind
+    element = ET.SubElement(robot, "joint", name=joint.name, type=joint_type)
     ET.SubElement(element, "parent", link=joint.parent)
     ET.SubElement(element, "child", link=joint.child)
     _origin(element, joint.origin)

@@ -7,7 +7,7 @@ from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ModelError
 from bullet_sim.plugins import cameras, drives, forces, inertial, lidars
 from bullet_sim.plugins.registry import PLUGINS, SENSOR_PLUGINS, SensorReader
-from bullet_sim.plugins.xml import PluginXml, SensorXml, library
+from bullet_sim.plugins.xml import MissingPart, PluginXml, SensorXml, library
 from bullet_sim.registry import Registry
 from bullet_sim.xml_reader import document_root, sdf_pose
 
@@ -28,12 +28,7 @@ SENSOR_TYPES = ("camera", "multicamera", "wideanglecamera", "depth", "depth_came
 
 
 def parse_plugin(element: Element, model: ModelDescription) -> None:
-    """Read one model plugin into the model description; an unknown one is a warning.
-
-    Args:
-        element: the <plugin>.
-        model: its description so far.
-    """
+    """Read one model plugin into the model description; an unknown one is a warning."""
     reader = _find(PLUGINS, library(element))
     if reader is None:
         name = element.get("filename")
@@ -44,7 +39,9 @@ def parse_plugin(element: Element, model: ModelDescription) -> None:
         )
         return
     try:
-        reader(PluginXml(element, model))
+        _add(reader(PluginXml(element, model)), model)
+    except MissingPart as error:
+        model.warn(str(error), error.cause, error.item)
     except ModelError as error:
         model.warn(f"{error}; the plugin is left out", "plugins are left out", str(error))
 
@@ -53,19 +50,17 @@ def parse_sensor(element: Element, link: str, model: ModelDescription) -> None:
     """Specifications of one <sensor>, which go into the model's list.
 
     Args:
-        element: the <sensor>.
-        link: name of the link that carries it.
         model: its description so far; gets warnings, too.
     """
-    kind, name = element.get("type"), element.get("name") or "sensor"
+    sensor_type, name = element.get("type"), element.get("name") or "sensor"
     plugins = element.findall("plugin")
-    readers = [_sensor_reader(library(plugin), kind) for plugin in plugins]
-    if kind not in SENSOR_TYPES and not any(readers):
+    readers = [_sensor_reader(library(plugin), sensor_type) for plugin in plugins]
+    if sensor_type not in SENSOR_TYPES and not any(readers):
         model.warn(
-            f"sensor '{name}' has type '{kind}', known are {', '.join(SENSOR_TYPES)};"
+            f"sensor '{name}' has type '{sensor_type}', known are {', '.join(SENSOR_TYPES)};"
             " it is left out",
             "sensors have a type that is not known here and are left out",
-            f"'{name}' ({kind})",
+            f"'{name}' ({sensor_type})",
         )
         return
     if not plugins and not _is_for_a_plugin(element):
@@ -77,19 +72,25 @@ def parse_sensor(element: Element, link: str, model: ModelDescription) -> None:
     pose = sdf_pose(element, f"sensor '{name}'")
     for plugin, reader in zip(plugins, readers):
         if reader is None:
-            known = [f"lib{it}.so" for it in SENSOR_PLUGINS.names() if _sensor_reader(it, kind)]
+            known = [
+                f"lib{it}.so" for it in SENSOR_PLUGINS.names() if _sensor_reader(it, sensor_type)
+            ]
             model.warn(
                 f"plugin '{plugin.get('filename')}' of sensor '{name}' is not known here "
-                f"and is ignored; a sensor of type {kind} takes {', '.join(known)}",
+                f"and is ignored; a sensor of type {sensor_type} takes {', '.join(known)}",
                 "plugins of sensors are not known here and are ignored",
                 f"'{plugin.get('filename')}'",
             )
             continue
         try:
-            specs = reader(SensorXml(plugin, model, element, link, pose))
-            model.sensors += specs if isinstance(specs, list) else [specs]
+            _add(reader(SensorXml(plugin, model, element, link, pose)), model)
         except ModelError as error:
             model.warn(f"{error}; sensor '{name}' is left out", "sensors are left out", f"'{name}'")
+
+
+def _add(specs: Any, model: ModelDescription) -> None:
+    if specs is not None:
+        model.sensors += specs if isinstance(specs, list) else [specs]
 
 
 def _find(registry: Registry[Any], name: str) -> Any:
@@ -100,10 +101,10 @@ def _find(registry: Registry[Any], name: str) -> Any:
         return None
 
 
-def _sensor_reader(name: str, kind: str | None) -> SensorReader | None:
+def _sensor_reader(name: str, sensor_type: str | None) -> SensorReader | None:
     """The reader of a library that supports a type of <sensor>, or None."""
     reader = _find(SENSOR_PLUGINS, name)
-    return reader if kind in (getattr(reader, "types", None) or (kind,)) else None
+    return reader if sensor_type in (getattr(reader, "types", None) or (sensor_type,)) else None
 
 
 def _is_for_a_plugin(sensor: Element) -> bool:

@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
-from bullet_sim.plugins.xml import ZERO_POSE, PluginXml, PoseTuple, SensorXml, Values
+from bullet_sim.plugins.xml import ZERO_POSE, PluginXml, PoseTuple, SensorXml, Values, library
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import document_root, is_true, sdf_pose, warn_replaced
 
@@ -48,8 +48,6 @@ class CameraSpec:
     """A color camera that points along +x of its sensor frame, z up.
 
     Attributes:
-        name: sensor name.
-        link: link that carries it.
         pose: (xyz [m], rpy [rad]) of the sensor frame in the link frame.
         width, height: image size [px].
         horizontal_fov: [rad].
@@ -135,12 +133,7 @@ ENCODINGS = {
 
 
 def encoding(camera: Values, model: ModelDescription) -> str:
-    """Encoding of a camera's messages: rgb8, bgr8 or mono8.
-
-    Args:
-        camera: Values of the <camera>.
-        model: gets the warning.
-    """
+    """Encoding of a camera's messages: rgb8, bgr8 or mono8."""
     image_format = camera.text("image/format", "R8G8B8")
     known = ENCODINGS.get(image_format.upper())
     if known is None:
@@ -157,7 +150,6 @@ def field_of_view(camera: Values, wide: bool = False) -> float:
     """Horizontal angle of a camera [rad], below 180 degrees.
 
     Args:
-        camera: Values of the <camera>.
         wide: it has a wide-angle lens, replaced by a pinhole here: a wider angle is no error.
     """
     angle = camera.number("horizontal_fov", FIELD_OF_VIEW)
@@ -175,24 +167,24 @@ def wide_lens(camera: Values, model: ModelDescription) -> Lens:
     """Lens of a wide-angle camera; where it names none, Gazebo's stereographic one."""
     fov = camera.number("horizontal_fov", FIELD_OF_VIEW)
     fov = min(fov, FULL_TURN) if fov > 0.0 else FIELD_OF_VIEW
-    kind = camera.text("lens/type", "stereographic")
+    lens_type = camera.text("lens/type", "stereographic")
     scaled = camera.flag("lens/scale_to_hfov", True)
     cutoff = camera.number("lens/cutoff_angle", math.pi)
-    if kind == "custom":
+    if lens_type == "custom":
         c1, c2, c3, f = (
             camera.number(f"lens/custom_function/{name}", default)
             for name, default in (("c1", 1.0), ("c2", 1.0), ("c3", 0.0), ("f", 1.0))
         )
         function = camera.text("lens/custom_function/fun", "tan")
     else:
-        if kind not in TYPES:
+        if lens_type not in TYPES:
             model.warn(
-                f"{camera.label} has a lens of type '{kind}', known are {', '.join(TYPES)}, "
+                f"{camera.label} has a lens of type '{lens_type}', known are {', '.join(TYPES)}, "
                 "custom; it becomes stereographic",
                 "lenses have a type that is not known here and become stereographic",
-                f"{camera.label} '{kind}'",
+                f"{camera.label} '{lens_type}'",
             )
-        c1, c2, function = TYPES.get(kind, TYPES["stereographic"])
+        c1, c2, function = TYPES.get(lens_type, TYPES["stereographic"])
         c3, f = 0.0, 1.0
     lens = Lens(fov, c1, c2, c3, f, function, scaled, cutoff)
     if function in FUNCTIONS and c1 * f > 0.0 and c2 > 0.0 and _fills(lens):
@@ -308,20 +300,14 @@ def multicamera(xml: SensorXml) -> list[CameraSpec]:
     return specs
 
 
-@sensor_plugin("gazebo_ros_depth_camera", types=("camera", "depth", "depth_camera"))
+@sensor_plugin(
+    "gazebo_ros_depth_camera",
+    "gazebo_ros_openni_kinect",
+    types=("camera", "depth", "depth_camera"),
+)
 def depth_camera(xml: SensorXml) -> DepthCameraSpec:
-    """DepthCameraSpec."""
-    return _depth_camera(xml, math.inf)
-
-
-@sensor_plugin("gazebo_ros_openni_kinect", types=("camera", "depth", "depth_camera"))
-def kinect(xml: SensorXml) -> DepthCameraSpec:
-    """DepthCameraSpec."""
-    return _depth_camera(xml, 5.0)
-
-
-def _depth_camera(xml: SensorXml, cutoff_max: float) -> DepthCameraSpec:
     plugin, group = xml.plugin("depth camera"), xml.text("cameraName")
+    cutoff_max = math.inf if library(xml.element) == "gazebo_ros_depth_camera" else 5.0
     return DepthCameraSpec(
         **dict(_camera_values(xml), noise_mean=0.0, noise_stddev=0.0),
         depth_topic=xml.topic("depthImageTopicName", "depth/image_raw", group),
@@ -343,13 +329,14 @@ _STREAMS = {  # sensor's name -> the start of its tags, and the default topic
 
 
 @model_plugin("realsense_gazebo_plugin", reads_sensors=True)
-def realsense(xml: PluginXml) -> None:
+def realsense(xml: PluginXml) -> list[CameraSpec]:
     """Specs of the four cameras of a model, identified by their names.
 
     Topics are below the plugin's own name; camera_info is in the namespace of each image.
     """
     prefix, handle = xml.text("prefix"), xml.name or "realsense"
     sensors = _sensors_by_name(xml)
+    specs: list[CameraSpec] = []
     for stream, (tag, default) in _STREAMS.items():
         name = prefix + stream
         if name not in sensors:
@@ -369,7 +356,7 @@ def realsense(xml: PluginXml) -> None:
         if values["encoding"] == "mono8":
             values["encoding"] = "8UC1"  # as the plugin names it
         if stream != "depth":
-            xml.model.sensors.append(CameraSpec(**values))
+            specs.append(CameraSpec(**values))
             continue
         points = xml.text("pointCloudTopicName", "depth/color/points")
         values.update(noise_mean=0.0, noise_stddev=0.0)
@@ -386,7 +373,8 @@ def realsense(xml: PluginXml) -> None:
             cutoff=xml.number("pointCloudCutoff"),
             cutoff_max=xml.number("pointCloudCutoffMax", 5.0),
         )
-        xml.model.sensors.append(spec)
+        specs.append(spec)
+    return specs
 
 
 def _sensors_by_name(xml: PluginXml) -> dict[str | None, tuple[Element, str]]:

@@ -11,7 +11,6 @@ class CustomSpec:
 
     Attributes:
         name: of the sensor, or of the plugin of a model.
-        link: that carries it.
         library: name of the plugin's library without folder, 'lib' and '.so'.
         rate: updates per simulated second [Hz]; 0: every physics step.
         topic: resolved <topicName>, by default the plugin's name.
@@ -30,12 +29,11 @@ class CustomSpec:
     xml: PluginXml = field(repr=False, compare=False)
 
 
-def custom_plugin(xml: PluginXml) -> None:
+def custom_plugin(xml: PluginXml) -> CustomSpec:
     """Reader of a plugin of a model; on the link <bodyName>, by default the root link."""
     link = xml.link("bodyName", xml.model.root)
-    if link is not None:
-        rate, name = max(0.0, xml.number("updateRate")), xml.name or library(xml.element)
-        xml.model.sensors.append(_spec(xml, name, name, link, rate, ZERO_POSE))
+    rate, name = max(0.0, xml.number("updateRate")), xml.name or library(xml.element)
+    return _spec(xml, name, name, link, rate, ZERO_POSE)
 
 
 def custom_sensor(xml: SensorXml) -> CustomSpec:

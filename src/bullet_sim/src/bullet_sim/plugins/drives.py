@@ -108,54 +108,53 @@ class RootTransformSpec:
 @model_plugin("gazebo_ros_control")
 def control(xml: PluginXml) -> None:
     """Namespace, period and hardware layer of a model's controllers."""
-    model, kinds = xml.model, (DEFAULT_SIM_TYPE, STEER_BOT_SIM_TYPE)
+    model, known = xml.model, (DEFAULT_SIM_TYPE, STEER_BOT_SIM_TYPE)
     model.control_namespace = xml.text("robotNamespace")
     model.control_period = Values(xml.element, "gazebo_ros_control").number("controlPeriod")
-    kind = xml.text("robotSimType", DEFAULT_SIM_TYPE).replace("::", "/")
-    if kind not in kinds:
+    sim_type = xml.text("robotSimType", DEFAULT_SIM_TYPE).replace("::", "/")
+    if sim_type not in known:
         xml.warn(
-            f"gazebo_ros_control has robotSimType '{kind}', known are {' and '.join(kinds)}; "
+            f"gazebo_ros_control has robotSimType '{sim_type}', known are {' and '.join(known)}; "
             "the first is used"
         )
-    model.robot_sim_type = kind if kind in kinds else DEFAULT_SIM_TYPE
+    model.robot_sim_type = sim_type if sim_type in known else DEFAULT_SIM_TYPE
 
 
 @model_plugin("gazebo_ros_joint_state_publisher")
-def joint_states(xml: PluginXml) -> None:
-    """JointStatesSpec."""
+def joint_states(xml: PluginXml) -> JointStatesSpec | None:
     listed = ",".join(child.text or "" for child in xml.element.findall("jointName"))
     joints = _movable(xml, [name.strip() for name in listed.split(",") if name.strip()])
-    if joints:
-        names = Names(xml.element, xml.model.name, default=xml.model.name)
-        spec = JointStatesSpec(
-            name=xml.name or "joint_states",
-            link=xml.model.root,
-            joints=joints,
-            rate=xml.number("updateRate", 100.0),
-            topic=names.topic("joint_states"),
-        )
-        xml.model.sensors.append(spec)
+    if not joints:
+        return None
+    names = Names(xml.element, xml.model.name, default=xml.model.name)
+    return JointStatesSpec(
+        name=xml.name or "joint_states",
+        link=xml.model.root,
+        joints=joints,
+        rate=xml.number("updateRate", 100.0),
+        topic=names.topic("joint_states"),
+    )
 
 
 @model_plugin("paddock_state_publisher")
-def state_publisher(xml: PluginXml) -> None:
+def state_publisher(xml: PluginXml) -> list[Any]:
     """JointTransformsSpec; with a <frameName> of the world RootTransformSpec, too."""
     name, root = xml.name or "state_publisher", xml.model.root
-    xml.model.sensors.append(JointTransformsSpec(name, root, xml.number("updateRate", 50.0)))
+    specs: list[Any] = [JointTransformsSpec(name, root, xml.number("updateRate", 50.0))]
     if frame := xml.frame("frameName", ""):
-        rate = xml.number("frameRate", 50.0)
-        xml.model.sensors.append(RootTransformSpec(name, root, frame, rate))
+        specs.append(RootTransformSpec(name, root, frame, xml.number("frameRate", 50.0)))
+    return specs
 
 
 @model_plugin("gazebo_ros_diff_drive")
-def diff_drive(xml: PluginXml) -> None:
+def diff_drive(xml: PluginXml) -> WheelDriveSpec | None:
     """WheelDriveSpec; <legacyMode>, true by default, swaps the left and the right joint."""
     left, right = (xml.text(f"{side}Joint", f"{side}_joint") for side in ("left", "right"))
     if is_true(xml.text("legacyMode", "true")):
         left, right = right, left
     tf_tag = "publishOdomTF" if xml.element.find("publishOdomTF") is not None else "publishTf"
     with_states = is_true(xml.text("publishWheelJointState"))
-    _drive(
+    return _drive(
         xml,
         (left,),
         (right,),
@@ -168,8 +167,7 @@ def diff_drive(xml: PluginXml) -> None:
 
 
 @model_plugin("gazebo_ros_skid_steer_drive")
-def skid_steer(xml: PluginXml) -> None:
-    """WheelDriveSpec."""
+def skid_steer(xml: PluginXml) -> WheelDriveSpec | None:
     left, right = (
         tuple(
             xml.text(f"{side}{end}Joint", f"{end.lower()}_{side}_joint")
@@ -177,20 +175,18 @@ def skid_steer(xml: PluginXml) -> None:
         )
         for side in ("left", "right")
     )
-    _drive(xml, left, right, "broadcastTF", 0.4)
+    return _drive(xml, left, right, "broadcastTF", 0.4)
 
 
 @model_plugin("gazebo_ros_planar_move")
-def planar_move(xml: PluginXml) -> None:
-    """PlanarMoveSpec."""
-    spec = PlanarMoveSpec(
+def planar_move(xml: PluginXml) -> PlanarMoveSpec:
+    return PlanarMoveSpec(
         name=xml.name or "planar_move",
         link=xml.model.root,
         rate=xml.number("odometryRate", 20.0),
         timeout=xml.number("cmdTimeout", -1.0),
         **_odometry_names(xml),
     )
-    xml.model.sensors.append(spec)
 
 
 @model_plugin(
@@ -240,19 +236,19 @@ def _drive(
     tf_tag: str,
     separation: float,
     **flags: Any,
-) -> None:
+) -> WheelDriveSpec | None:
     separation = xml.number("wheelSeparation", separation)
     diameter = xml.number("wheelDiameter", 0.15)
     torque = xml.number("wheelTorque", xml.number("torque", 5.0))
     if len(_movable(xml, (*left, *right))) < len((*left, *right)):
-        return
+        return None
     if min(separation, diameter) <= 0:
         xml.warn(
             f"{xml.label} has wheelSeparation {separation} and wheelDiameter {diameter}, must "
             "be above 0; it is left out"
         )
-        return
-    spec = WheelDriveSpec(
+        return None
+    return WheelDriveSpec(
         name=xml.name or "drive",
         link=xml.model.root,
         left=left,
@@ -266,4 +262,3 @@ def _drive(
         **_odometry_names(xml),
         **flags,
     )
-    xml.model.sensors.append(spec)

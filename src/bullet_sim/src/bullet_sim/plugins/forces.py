@@ -11,7 +11,6 @@ class ContactSpec:
     """A bumper: contacts of some collision shapes.
 
     Attributes:
-        link: link that carries it.
         collisions: names of the monitored collisions of the description.
         rate: messages per simulated second [Hz]; 0: every physics step.
     """
@@ -30,7 +29,6 @@ class ForceTorqueSpec:
 
     Attributes:
         link: the child link, whose frame it is given in.
-        joint: its name.
         rate: messages per simulated second [Hz]; 0: every physics step.
         noise_stddev: on each number [N, N m].
     """
@@ -85,7 +83,6 @@ class JointPosesSpec:
 
 @sensor_plugin("gazebo_ros_bumper", types=("contact",))
 def bumper(xml: SensorXml) -> ContactSpec:
-    """ContactSpec."""
     named = [(element.text or "").strip() for element in xml.sensor.findall("contact/collision")]
     return ContactSpec(
         name=xml.name,
@@ -98,14 +95,11 @@ def bumper(xml: SensorXml) -> ContactSpec:
 
 
 @model_plugin("gazebo_ros_ft_sensor")
-def ft_sensor(xml: PluginXml) -> None:
-    """ForceTorqueSpec."""
+def ft_sensor(xml: PluginXml) -> ForceTorqueSpec:
     joint = xml.joint("jointName")
-    if joint is None:
-        return
     child = xml.model.joints[joint].child
     xml.model.measured.add(joint)
-    spec = ForceTorqueSpec(
+    return ForceTorqueSpec(
         name=xml.name or joint,
         link=child,
         joint=joint,
@@ -114,43 +108,34 @@ def ft_sensor(xml: PluginXml) -> None:
         frame_id=child,
         noise_stddev=abs(xml.number("gaussianNoise")),
     )
-    xml.model.sensors.append(spec)
 
 
 @model_plugin("gazebo_ros_f3d")
-def f3d(xml: PluginXml) -> None:
-    """LinkForceSpec."""
+def f3d(xml: PluginXml) -> LinkForceSpec:
     link = xml.link("bodyName")
-    if link is not None:
-        spec = LinkForceSpec(
-            name=xml.name or link,
-            link=link,
-            topic=xml.topic("topicName", f"{link}_force"),
-            frame_id=xml.frame("frameName", "world"),
-        )
-        xml.model.sensors.append(spec)
+    return LinkForceSpec(
+        name=xml.name or link,
+        link=link,
+        topic=xml.topic("topicName", f"{link}_force"),
+        frame_id=xml.frame("frameName", "world"),
+    )
 
 
 @model_plugin("gazebo_ros_hand_of_god")
-def hand_of_god(xml: PluginXml) -> None:
+def hand_of_god(xml: PluginXml) -> HandOfGodSpec:
     """HandOfGodSpec; the link gets no gravity."""
     link = xml.link("linkName")
-    if link is None:
-        return
     xml.model.links[link].gravity = False
-    spec = HandOfGodSpec(
+    return HandOfGodSpec(
         name=xml.name or "hand_of_god",
         link=link,
         frame=xml.text("frameId", "hog"),
         linear=abs(xml.number("kl", 200.0)),
         angular=abs(xml.number("ka", 200.0)),
     )
-    xml.model.sensors.append(spec)
 
 
 @model_plugin("gazebo_ros_joint_pose_trajectory")
-def joint_pose_trajectory(xml: PluginXml) -> None:
-    """JointPosesSpec."""
+def joint_pose_trajectory(xml: PluginXml) -> JointPosesSpec:
     name, topic = xml.name or "joint_pose_trajectory", "set_joint_trajectory"
-    spec = JointPosesSpec(name, xml.model.root, topic=xml.topic("topicName", topic))
-    xml.model.sensors.append(spec)
+    return JointPosesSpec(name, xml.model.root, topic=xml.topic("topicName", topic))

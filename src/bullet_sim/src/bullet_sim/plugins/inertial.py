@@ -125,12 +125,9 @@ def _offset(xml: PluginXml) -> PoseTuple:
 
 
 @model_plugin("gazebo_ros_p3d")
-def ground_truth(xml: PluginXml) -> None:
-    """GroundTruthSpec."""
+def ground_truth(xml: PluginXml) -> GroundTruthSpec:
     link = xml.link("bodyName", xml.model.root)
-    if link is None:
-        return
-    spec = GroundTruthSpec(
+    return GroundTruthSpec(
         link=link,
         topic=xml.topic("topicName", "ground_truth"),
         frame_id=xml.frame("frameName", "world"),
@@ -140,7 +137,6 @@ def ground_truth(xml: PluginXml) -> None:
         noise_stddev=abs(xml.number("gaussianNoise")),
         pose=_offset(xml),
     )
-    xml.model.sensors.append(spec)
 
 
 def _imu_spec(xml: PluginXml, name: str, link: str, pose: PoseTuple, **values: Any) -> ImuSpec:
@@ -151,12 +147,9 @@ def _imu_spec(xml: PluginXml, name: str, link: str, pose: PoseTuple, **values: A
 
 
 @model_plugin("gazebo_ros_imu")
-def model_imu(xml: PluginXml) -> None:
-    """ImuSpec."""
+def model_imu(xml: PluginXml) -> ImuSpec:
     link = xml.link("bodyName", xml.model.root)
-    if link is None:
-        return
-    spec = _imu_spec(
+    return _imu_spec(
         xml,
         xml.name or "imu",
         link,
@@ -165,7 +158,6 @@ def model_imu(xml: PluginXml) -> None:
         frame_id=xml.frame("frameName", link),
         topic=xml.topic("topicName", "/default_imu"),
     )
-    xml.model.sensors.append(spec)
 
 
 @sensor_plugin("gazebo_ros_imu", types=("imu",))
@@ -184,7 +176,6 @@ def imu(xml: SensorXml) -> ImuSpec:
 
 @sensor_plugin("gazebo_ros_imu_sensor", types=("imu",))
 def imu_sensor(xml: SensorXml) -> ImuSpec:
-    """ImuSpec."""
     plugin, sensor = xml.plugin("imu"), Values(xml.sensor, f"imu '{xml.name}'")
     mean, stddev = {}, {}
     plugin_noise = abs(plugin.number("gaussianNoise"))
@@ -223,17 +214,14 @@ def imu_sensor(xml: SensorXml) -> ImuSpec:
 
 # hector's; drifts are not simulated ---------------------------------------------------------------
 @model_plugin("hector_gazebo_ros_imu")
-def hector_imu(xml: PluginXml) -> None:
-    """ImuSpec."""
+def hector_imu(xml: PluginXml) -> ImuSpec:
     link = xml.link("bodyName", xml.model.root)
-    if link is None:
-        return
     noise = abs(xml.number("gaussianNoise"))
     acceleration = (
         max(abs(value) for value in xml.vector("accelGaussianNoise", broadcast=True)) or noise
     )
     rate = max(abs(value) for value in xml.vector("rateGaussianNoise", broadcast=True))
-    spec = ImuSpec(
+    return ImuSpec(
         name=xml.name or "imu",
         link=link,
         pose=(ZERO, xml.vector("rpyOffset", broadcast=True)),
@@ -246,16 +234,12 @@ def hector_imu(xml: PluginXml) -> None:
         accel_noise_mean=xml.vector("accelOffset", broadcast=True)[0],
         variance=acceleration**2,
     )
-    xml.model.sensors.append(spec)
 
 
 @model_plugin("hector_gazebo_ros_gps")
-def gps(xml: PluginXml) -> None:
-    """GpsSpec."""
+def gps(xml: PluginXml) -> GpsSpec:
     link = xml.link("bodyName", xml.model.root)
-    if link is None:
-        return
-    spec = GpsSpec(
+    return GpsSpec(
         name=xml.name or "gps",
         link=link,
         pose=(xml.vector("xyzOffset", broadcast=True), xml.vector("rpyOffset", broadcast=True)),
@@ -273,16 +257,12 @@ def gps(xml: PluginXml) -> None:
         velocity_noise_stddev=xml.vector("velocityGaussianNoise", broadcast=True),
         offset=xml.vector("offset", broadcast=True),
     )
-    xml.model.sensors.append(spec)
 
 
 @model_plugin("hector_gazebo_ros_magnetic")
-def magnetic(xml: PluginXml) -> None:
-    """MagneticSpec."""
+def magnetic(xml: PluginXml) -> MagneticSpec:
     link = xml.link("bodyName", xml.model.root)
-    if link is None:
-        return
-    spec = MagneticSpec(
+    return MagneticSpec(
         name=xml.name or "magnetic",
         link=link,
         rate=xml.number("updateRate"),
@@ -296,4 +276,3 @@ def magnetic(xml: PluginXml) -> None:
         noise_stddev=xml.vector("gaussianNoise", broadcast=True),
         offset=xml.vector("offset", broadcast=True),
     )
-    xml.model.sensors.append(spec)

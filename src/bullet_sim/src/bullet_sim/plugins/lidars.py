@@ -80,11 +80,7 @@ class RangeSpec(LayeredRays):
 
 
 def sweep(ray: Values) -> tuple[float, float]:
-    """(first, last) angle of a lidar [rad], the smaller first.
-
-    Args:
-        ray: Values of the <ray>.
-    """
+    """(first, last) angle of a lidar [rad], the smaller first."""
     first, last = (ray.number(f"scan/horizontal/{end}_angle") for end in ("min", "max"))
     if first <= last:
         return first, last
@@ -160,7 +156,6 @@ def _frame(xml: SensorXml, default: str = "/world") -> str:
 
 @sensor_plugin("gazebo_ros_laser", "gazebo_ros_gpu_laser", types=TYPES)
 def laser(xml: SensorXml) -> RaySpec:
-    """RaySpec."""
     ray = xml.part("ray", "lidar")
     if ray.number("scan/vertical/samples", 1) > 1:
         xml.warn(f"{ray.label} has several layers (<vertical>); only the level one is scanned")
@@ -193,14 +188,12 @@ def velodyne(xml: SensorXml) -> CloudSpec:
 
 @sensor_plugin("gazebo_ros_block_laser", types=TYPES)
 def block_laser(xml: SensorXml) -> BlockCloudSpec:
-    """BlockCloudSpec."""
     values = _output(xml, xml.plugin("lidar"), _layers(xml), "/world")
     return BlockCloudSpec(**values, frame_id=_frame(xml))
 
 
 @sensor_plugin("gazebo_ros_range", types=TYPES)
 def range_sensor(xml: SensorXml) -> RangeSpec:
-    """RangeSpec."""
     plugin = xml.plugin("range sensor")
     return RangeSpec(
         **_output(xml, plugin, _layers(xml), "/range"),

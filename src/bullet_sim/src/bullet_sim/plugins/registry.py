@@ -11,8 +11,9 @@ from typing import Any
 from bullet_sim.plugins.xml import PluginXml, SensorXml
 from bullet_sim.registry import Registry
 
-PluginReader = Callable[[PluginXml], None]  # adds to the model's sensors, or changes the model
-SensorReader = Callable[[SensorXml], Any]  # returns a specification or a list of them
+# They return a specification, a list of them, or None; those of plugins may change the model, too.
+PluginReader = Callable[[PluginXml], Any]
+SensorReader = Callable[[SensorXml], Any]
 PLUGINS: Registry[PluginReader] = Registry("plugin")
 SENSOR_PLUGINS: Registry[SensorReader] = Registry("plugin of a sensor")
 

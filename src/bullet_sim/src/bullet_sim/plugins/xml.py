@@ -29,12 +29,22 @@ def library(plugin: Element) -> str:
     return name.removesuffix(".so").removeprefix("lib")
 
 
+class MissingPart(ModelError):
+    """A plugin names a link or a joint that its model lacks.
+
+    Args:
+        cause, item: see ReadWarning.
+    """
+
+    def __init__(self, text: str, cause: str = "", item: str = "") -> None:
+        super().__init__(text)
+        self.cause, self.item = cause, item
+
+
 class Names:
     """Namespace of one plugin.
 
     Args:
-        plugin: the <plugin> element.
-        model: name of the model.
         default: namespace of a plugin without <robotNamespace>; the namespace of a spawn
             request has been written to that tag.
 
@@ -64,7 +74,6 @@ class Names:
         """Frame name for headers, without a leading slash.
 
         Args:
-            name: as in the file.
             prefixed: put a name without a leading slash below the namespace; cameras and lasers
                 use their namespace as tf_prefix (tf::resolve).
         """
@@ -136,8 +145,6 @@ class Values:
         """Finite numbers with spaces between them.
 
         Args:
-            path: of the tag.
-            count: how many.
             default: where the tag is missing or empty; None: zeros.
             broadcast: a single number counts for all.
 
@@ -165,13 +172,8 @@ class Values:
 class PluginXml(Values):
     """A <plugin> of a model.
 
-    Args:
-        element: the <plugin>.
-        model: that it belongs to.
-
     Attributes:
         name: its name; empty: it has none.
-        names: its namespace.
         label: "plugin 'libNAME.so'", its name in messages.
     """
 
@@ -200,51 +202,46 @@ class PluginXml(Values):
         """Name of the frame that a tag names: see Names.frame."""
         return self.names.frame(self.text(tag, default), prefixed)
 
-    def link(self, tag: str, default: str | None = None) -> str | None:
+    def link(self, tag: str, default: str | None = None) -> str:
         """Link that a tag names as 'link', '/link' or 'model::link'.
 
         Args:
             tag: e.g. "bodyName".
             default: link where the tag is missing; None: it must be there.
 
-        Returns:
-            None, with a warning, where the model has no such link.
+        Raises:
+            MissingPart: the model has no such link.
         """
         text, links = self.text(tag, default or ""), self.model.links
         name = text if text in links else text.rsplit("::", 1)[-1].lstrip("/")
         if name in links:
             return name
         if default is None:
-            return self._known(tag, text, links, "link")
-        self.warn(
+            raise self._missing(tag, text, links, "link")
+        raise MissingPart(
             f"{self.label} has {tag} '{name}', which is no link; it is left out",
             "plugins name a link that does not exist and are left out",
             self.label,
         )
-        return None
 
-    def joint(self, tag: str) -> str | None:
-        """Joint that a tag names; None, with a warning, where the model has no such joint."""
-        return self._known(tag, self.text(tag), self.model.joints, "joint")
+    def joint(self, tag: str) -> str:
+        """Joint that a tag names; raises MissingPart where the model has no such joint."""
+        name, joints = self.text(tag), self.model.joints
+        if name not in joints:
+            raise self._missing(tag, name, joints, "joint")
+        return name
 
-    def _known(self, tag: str, name: str, known: Iterable[str], kind: str) -> str | None:
-        if name in known:
-            return name
-        self.warn(
-            f"{self.label} has {tag} '{name}', which is no {kind}; {kind}s are "
+    def _missing(self, tag: str, name: str, known: Iterable[str], part: str) -> MissingPart:
+        return MissingPart(
+            f"{self.label} has {tag} '{name}', which is no {part}; {part}s are "
             f"{', '.join(known) or '(none)'}; it is left out"
         )
-        return None
 
 
 class SensorXml(PluginXml):
     """A <plugin> of a <sensor>.
 
     Args:
-        element: the <plugin>.
-        model: that it belongs to.
-        sensor: the <sensor>.
-        parent: name of the link that carries it.
         pose: of the sensor in that link's frame.
 
     Attributes:
@@ -268,19 +265,19 @@ class SensorXml(PluginXml):
         other.sensor = copy.deepcopy(self.sensor)
         return other
 
-    def plugin(self, kind: str) -> Values:
+    def plugin(self, sensor_name: str) -> Values:
         """The plugin's values; in messages it is e.g. "camera 'front'"."""
-        return Values(self.element, f"{kind} '{self.name}'")
+        return Values(self.element, f"{sensor_name} '{self.name}'")
 
-    def part(self, tag: str, kind: str) -> Values:
+    def part(self, tag: str, sensor_name: str) -> Values:
         """The element with the sensor's numbers, e.g. <ray>; without it they are in the <sensor>.
 
         Args:
             tag: e.g. "ray".
-            kind: for messages: "lidar" for "lidar 'front'".
+            sensor_name: for messages: "lidar" for "lidar 'front'".
         """
         part = self.sensor.find(tag)
-        return Values(self.sensor if part is None else part, f"{kind} '{self.name}'")
+        return Values(self.sensor if part is None else part, f"{sensor_name} '{self.name}'")
 
     def rate(self, tag: str | None = "updateRate", default: float = 0.0) -> float:
         """The lower of the sensor's and the plugin's rate [Hz]; 0: neither gives one.

@@ -2,14 +2,22 @@
 
 import sys
 import threading
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from bullet_sim.description.world import Scene
 from bullet_sim.errors import RenderError
-from bullet_sim.render.request import DEFAULT, RENDERERS, CameraRequest, Frame, Quality, Renderer
-from bullet_sim.render.worker_process import AHEAD, Offsets, Restarts, Worker
+from bullet_sim.render.request import (
+    DEFAULT,
+    RENDERERS,
+    CameraRequest,
+    Frame,
+    Quality,
+    RendererInfo,
+)
+from bullet_sim.render.worker_process import AHEAD, Offsets, Worker
 from bullet_sim.snapshot import BodySource, Snapshot
 
 Sources = tuple[tuple[BodySource, ...], Scene | None]
@@ -19,7 +27,6 @@ class BlockingRequest:
     """A request whose caller waits for its frames.
 
     Attributes:
-        frames: camera name -> Frame, so far.
         error: why some are missing, or ''.
         done: set when it is complete or has failed.
     """
@@ -30,51 +37,51 @@ class BlockingRequest:
         self.error = ""
         self.done = threading.Event()
 
+    def fail(self, reason: str) -> None:
+        """End it without the missing frames."""
+        self.error = reason
+        self.done.set()
 
-class Order:
+
+class RenderJob:
     """One message to the worker.
 
     Args:
-        job: BlockingRequest whose pictures these are, or None.
-        sources: (BodySources, Scene or None) that are new to the worker, or None.
+        blocking: whose images these are, or None.
+        sources: what is new to the worker, or None.
         epoch: RenderClient.epoch.
-
-    Attributes:
-        job: as above.
-        count: of the requests.
     """
 
     def __init__(
         self,
-        job: BlockingRequest | None,
+        blocking: BlockingRequest | None,
         sources: Sources | None,
         snapshot: Snapshot,
         requests: list[CameraRequest],
         epoch: int,
     ) -> None:
-        self.job, self._sources, self._snapshot = job, sources, snapshot
+        self.blocking, self._sources, self._snapshot = blocking, sources, snapshot
         self._requests, self._epoch = requests, epoch
         self._offsets: list[Offsets] = []
         self.count = len(requests)
 
     def send(self, worker: Worker) -> None:
-        """Send it; if the worker is gone, reading its answer fails."""
+        """Send it; if the worker has exited, reading its reply fails."""
         self._offsets = worker.buffers.next_layout(self._requests)
         try:
             worker.connection.send((self._sources, self._snapshot, self._requests, self._offsets))
         except OSError:
             pass
 
-    def frame(self, worker: Worker, number: int, zero_copy: bool) -> Frame:
-        """The finished picture of a request.
+    def frame(self, worker: Worker, index: int, zero_copy: bool) -> Frame:
+        """The finished image of a request.
 
         Args:
-            number: of the request.
             zero_copy: its arrays are those that the worker has written, valid until AHEAD + 1
-                more orders are sent; False: copies.
+                more jobs are sent; False: copies.
         """
-        request = self._requests[number]
-        arrays = worker.memory.pictures(request, self._offsets[number])
+        request = self._requests[index]
+        arrays = worker.memory.images(request, self._offsets[index])
         if not zero_copy:
             arrays = [None if array is None else array.copy() for array in arrays]
         rgb, depth, labels = arrays
@@ -82,148 +89,30 @@ class Order:
         return Frame(request.name, snapshot.time, snapshot.step, rgb, depth, labels, epoch)
 
 
-class OrderQueue:
-    """Queued requests: the latest one of each camera, or one whose caller waits.
-
-    Attributes:
-        dropped: Counter of camera name -> requests that were replaced before being drawn.
-        epoch: number of discard() calls.
-        closing: whether close() was called.
-        failed: why there will be no pictures any more, or ''.
-    """
-
-    def __init__(self) -> None:
-        self.dropped: Counter[str] = Counter()
-        self.epoch = 0
-        self.closing, self.failed = False, ""
-        self._changed = threading.Condition()
-        # camera name -> (snapshot, request), oldest camera first
-        self._pending: dict[str, tuple[Snapshot, CameraRequest]] = {}
-        self._blocking: BlockingRequest | None = None
-        self._sources: Sources | None = None
-        self._scene: Scene | None = None
-        self._sources_sent = True
-
-    def has_pending(self) -> bool:
-        """Whether a request of submit() is queued."""
-        return bool(self._pending)
-
-    def set_sources(self, sources: Iterable[BodySource], scene: Scene | None = None) -> None:
-        """Set the bodies and the Scene (None: as before) that go with the next order."""
-        with self._changed:
-            self._scene = scene or self._scene
-            self._sources = (tuple(sources), self._scene)
-            self._sources_sent = False
-
-    def resend_sources(self) -> None:
-        """Let the bodies go with the next order again: the worker is a new one."""
-        with self._changed:
-            self._sources_sent = self._sources is None
-
-    def submit(self, snapshot: Snapshot, requests: Iterable[CameraRequest]) -> None:
-        """Queue requests of a snapshot; each replaces the queued one of its camera."""
-        with self._changed:
-            for request in requests:
-                if request.name in self._pending or self.failed or self.closing:
-                    self.dropped[request.name] += 1
-                if not (self.failed or self.closing):
-                    self._pending[request.name] = (snapshot, request)
-            self._changed.notify()
-
-    def discard(self) -> None:
-        """Drop queued requests and begin a new epoch."""
-        with self._changed:
-            self.epoch += 1
-            self._pending.clear()
-
-    def put_blocking(self, job: BlockingRequest) -> None:
-        """Queue a BlockingRequest before all others.
-
-        Raises:
-            RenderError: there will be no pictures any more, or another one is queued.
-        """
-        with self._changed:
-            if self.failed or self.closing:
-                raise RenderError(self.failed or "the render client is not running")
-            if self._blocking is not None:
-                raise RenderError("render_sync is already waiting in another thread")
-            self._blocking = job
-            self._changed.notify()
-
-    def withdraw(self, job: BlockingRequest) -> None:
-        """Remove a BlockingRequest that is still queued."""
-        with self._changed:
-            if self._blocking is job:
-                self._blocking = None
-
-    def next_order(self, wait: bool) -> Order | None:
-        """The next order: a blocking request first, else the oldest queued request and all others
-        of the same snapshot.
-
-        Args:
-            wait: whether to wait until something is queued.
-
-        Returns:
-            Order; None when nothing is queued, and after close().
-        """
-        with self._changed:
-            if wait:
-                self._changed.wait_for(lambda: self.closing or self._pending or self._blocking)
-            if self.closing:
-                return None
-            job, self._blocking = self._blocking, None
-            if job is not None:
-                snapshot, requests = job.snapshot, job.requests
-            elif self._pending:
-                snapshot = next(iter(self._pending.values()))[0]
-                names = [name for name, (other, _) in self._pending.items() if other is snapshot]
-                requests = [self._pending.pop(name)[1] for name in names]
-            else:
-                return None
-            sources = None if self._sources_sent else self._sources
-            self._sources_sent = True
-            return Order(job, sources, snapshot, requests, self.epoch)
-
-    def fail(self, reason: str) -> None:
-        """Take no requests any more, for a reason, and drop the queued ones."""
-        with self._changed:
-            self.failed = reason
-            self._pending.clear()
-
-    def close(self) -> None:
-        """Take no requests any more; wakes the thread that waits for an order."""
-        with self._changed:
-            self.closing = True
-            self._changed.notify()
-
-    def end_blocking(self) -> None:
-        """Let a queued BlockingRequest fail: nobody takes orders any more."""
-        with self._changed:
-            if self._blocking and not self._blocking.done.is_set():
-                self._blocking.error = self.failed or "the render client was closed"
-                self._blocking.done.set()
-
-
+MAX_RESTARTS = 3  # within ...
+WINDOW = 60.0  # [s] ... of wall time: a worker that dies again and again is given up
 SYNC_TIMEOUT = 60.0  # [s] of wall time; a renderer that hangs is noticed much sooner
 
 
 class RenderClient:
     """Renders snapshots in another process; submit() does not block.
 
-    While the worker draws, a new request replaces the queued one of the same camera, which counts
-    in `dropped`. If the worker dies it is restarted, see Restarts, and on_error is
-    called. The worker draws the next pictures while on_frame runs for the last ones.
+    While the worker renders, a new request replaces the queued one of the same camera, which counts
+    in `dropped`. If the worker dies it is restarted, at most MAX_RESTARTS times within WINDOW, and
+    on_error is called. The worker renders the next images while on_frame runs for the last ones.
 
     Args:
         on_frame: called with each Frame of submit(), in the client's thread.
         on_error: called with one line of text for each error, in the client's thread.
         environment: variables for the worker, e.g. EGL_VISIBLE_DEVICES.
-        quality: Quality.
         zero_copy: a Frame's arrays are those that the worker has written, valid until on_frame
             returns; False: copies.
 
     Attributes:
-        renderer: Renderer, once start() has returned.
+        renderer: what renders, once start() has returned.
+        dropped: camera name -> requests that were replaced before being rendered.
+        epoch: number of discard() calls; a Frame has the epoch of its request.
+        restarts: how often the worker was restarted.
     """
 
     def __init__(
@@ -236,38 +125,32 @@ class RenderClient:
     ) -> None:
         self.on_frame: Callable[[Frame], object] = on_frame or (lambda frame: None)
         self.on_error: Callable[[str], object] = on_error or (lambda text: None)
-        self.renderer: Renderer | None = None
+        self.renderer: RendererInfo | None = None
+        self.dropped: Counter[str] = Counter()
+        self.epoch = self.restarts = 0
         self._environment, self._zero_copy = dict(environment or {}), zero_copy
         self._quality = quality
         self._worker: Any = None  # a Worker, once start() has returned
         self._thread: threading.Thread | None = None
-        self._orders = OrderQueue()
-        self._restarts = Restarts(self._environment, quality)
-
-    @property
-    def dropped(self) -> "Counter[str]":
-        """Counter of camera name -> requests that were replaced before being drawn."""
-        return self._orders.dropped
-
-    @property
-    def restarts(self) -> int:
-        """How often the worker was restarted."""
-        return self._restarts.count
-
-    @property
-    def epoch(self) -> int:
-        """Number of discard() calls; a Frame has the epoch of its request."""
-        return self._orders.epoch
+        self._last_restarts: list[float] = []  # their times [s]
+        self._changed = threading.Condition()  # guards what follows
+        self._closing, self._failed = False, ""  # why there will be no images any more, or ''
+        # camera name -> (snapshot, request), oldest camera first
+        self._pending: dict[str, tuple[Snapshot, CameraRequest]] = {}
+        self._blocking: BlockingRequest | None = None
+        self._sources: Sources | None = None
+        self._scene: Scene | None = None
+        self._sources_sent = True
 
     # for the caller's threads -----------------------------------------------------------------
-    def start(self, kind: str = "auto") -> Renderer:
-        """Start the worker and wait until its renderer has drawn a test picture (about 1 s).
+    def start(self, kind: str = "auto") -> RendererInfo:
+        """Start the worker and wait until its renderer has rendered a test image (about 1 s).
 
         Args:
             kind: 'gl', 'tiny', or 'auto': OpenGL, and TinyRenderer when that fails.
 
         Returns:
-            Renderer; its reason says why 'auto' did not choose OpenGL.
+            RendererInfo; its reason is why 'auto' did not choose OpenGL.
 
         Raises:
             RenderError: unknown kind, or the renderer does not work.
@@ -286,7 +169,7 @@ class RenderClient:
                 reason = str(error)
         if self._worker is None:
             self._worker = Worker("tiny", self._environment)
-        self.renderer = Renderer(self._worker.kind, reason, self._worker.details)
+        self.renderer = RendererInfo(self._worker.renderer_type, reason, self._worker.details)
         self._thread = threading.Thread(target=self._run, name="render-client", daemon=True)
         self._thread.start()
         return self.renderer
@@ -295,28 +178,35 @@ class RenderClient:
         """Set the bodies; sent to the worker before the next request.
 
         Args:
-            sources: iterable of BodySource, the complete list.
-            scene: Scene with the lights; None: as before, at first Gazebo's sun.
+            sources: the complete list.
+            scene: with the lights; None: as before, at first Gazebo's sun.
         """
-        self._orders.set_sources(sources, scene)
+        with self._changed:
+            self._scene = scene or self._scene
+            self._sources = (tuple(sources), self._scene)
+            self._sources_sent = False
 
     def submit(self, snapshot: Snapshot, requests: Iterable[CameraRequest]) -> None:
-        """Request pictures; returns at once.
-
-        Args:
-            snapshot: Snapshot.
-            requests: iterable of CameraRequest, the cameras that are due.
-        """
-        self._orders.submit(snapshot, requests)
+        """Request images from the cameras that are due; returns immediately."""
+        with self._changed:
+            stopped = self._failed or self._closing
+            for request in requests:
+                if request.name in self._pending or stopped:
+                    self.dropped[request.name] += 1
+                if not stopped:
+                    self._pending[request.name] = (snapshot, request)
+            self._changed.notify()
 
     def discard(self) -> None:
-        """Drop queued requests; a picture being drawn is still emitted, with the old epoch."""
-        self._orders.discard()
+        """Drop queued requests; an image being rendered is still emitted, with the old epoch."""
+        with self._changed:
+            self.epoch += 1
+            self._pending.clear()
 
     def render_sync(
         self, snapshot: Snapshot, requests: Iterable[CameraRequest], timeout: float = SYNC_TIMEOUT
     ) -> list[Frame]:
-        """Render now and wait for the pictures (lockstep), for which on_frame is not called.
+        """Render now and wait for the images (lockstep), for which on_frame is not called.
 
         Args:
             timeout: [s] of wall time for all of them.
@@ -325,38 +215,42 @@ class RenderClient:
             list of Frame in the order of requests.
 
         Raises:
-            RenderError: a camera could not be drawn, the worker died, or the time-out has passed.
+            RenderError: a camera could not be rendered, the worker died, or the time-out has
+                passed.
         """
         requests = list(requests)
-        job = BlockingRequest(snapshot, requests)
-        if self._thread is None:
-            raise RenderError("the render client is not running")
-        self._orders.put_blocking(job)
-        finished = job.done.wait(timeout)
-        self._orders.withdraw(job)
-        if job.error:
-            raise RenderError(job.error)
+        blocking = BlockingRequest(snapshot, requests)
+        with self._changed:
+            if self._thread is None or self._failed or self._closing:
+                raise RenderError(self._failed or "the render client is not running")
+            if self._blocking is not None:
+                raise RenderError("render_sync is already waiting in another thread")
+            self._blocking = blocking
+            self._changed.notify()
+        finished = blocking.done.wait(timeout)
+        with self._changed:
+            if self._blocking is blocking:  # still queued
+                self._blocking = None
+        if blocking.error:
+            raise RenderError(blocking.error)
         if not finished:
-            missing = [r.name for r in requests if r.name not in job.frames]
+            missing = [r.name for r in requests if r.name not in blocking.frames]
             raise RenderError(
-                f"no picture of {', '.join(missing)} for step {snapshot.step} within {timeout:g} s"
+                f"no image of {', '.join(missing)} for step {snapshot.step} within {timeout:g} s"
             )
-        return [job.frames[request.name] for request in requests]
+        return [blocking.frames[request.name] for request in requests]
 
     def close(self) -> None:
-        """End the worker and the thread; no callback is called after that. Idempotent."""
-        self._orders.close()
+        """Stop the worker and the thread; no callback is called after that. Idempotent."""
+        with self._changed:
+            self._closing = True
+            self._changed.notify()
         if self._worker is not None:
-            self._worker.process.kill()  # it keeps nothing; ending by itself takes it a second
+            self._worker.process.kill()  # it stores nothing; exiting alone takes it a second
         if self._thread is None and self._worker is not None:
             self._worker.close()
         elif self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join(5.0)
-
-    @property
-    def worker_pid(self) -> int:
-        """Process id of the worker."""
-        return self._worker.process.pid
 
     def __enter__(self) -> "RenderClient":
         return self
@@ -364,13 +258,13 @@ class RenderClient:
     def __exit__(self, *exception: object) -> None:
         self.close()
 
-    # the client's own thread ------------------------------------------------------------------
+    # the client's thread ----------------------------------------------------------------------
     def _run(self) -> None:
-        sent: deque[Order] = deque()  # orders that the worker has, the oldest first
-        last = None  # the newest picture, emitted while the worker draws the next one
+        sent: deque[RenderJob] = deque()  # jobs that the worker has, the oldest first
+        last = None  # the newest image, emitted while the worker renders the next one
         while True:
-            self._send_orders(sent, wait=last is None)
-            if self._orders.closing:
+            self._send_jobs(sent, wait=last is None)
+            if self._closing:
                 break
             self._emit(last)
             last = None
@@ -379,48 +273,80 @@ class RenderClient:
             try:
                 last = self._collect(sent[0])
             except (EOFError, OSError):
-                if self._orders.closing or not self._restart_worker(sent):
+                if self._closing or not self._restart_worker(sent):
                     break
                 sent.clear()
             else:
-                job = sent.popleft().job
-                if job:
-                    job.done.set()
-        self._orders.end_blocking()
+                blocking = sent.popleft().blocking
+                if blocking:
+                    blocking.done.set()
+        with self._changed:  # nothing takes jobs any more
+            if self._blocking and not self._blocking.done.is_set():
+                self._blocking.fail(self._failed or "the render client was closed")
         self._worker.close(kill=True)
 
-    def _send_orders(self, sent: "deque[Order]", wait: bool) -> None:
-        """Send what is queued, until the worker has AHEAD orders; wait for one when it has none."""
+    def _send_jobs(self, sent: "deque[RenderJob]", wait: bool) -> None:
+        """Send what is queued, until the worker has AHEAD jobs; wait for one when it has none."""
         while len(sent) < AHEAD:
-            order = self._orders.next_order(wait=wait and not sent)
-            if order is None:
+            job = self._next_job(wait=wait and not sent)
+            if job is None:
                 return
-            order.send(self._worker)
-            sent.append(order)
+            job.send(self._worker)
+            sent.append(job)
 
-    def _collect(self, order: Order) -> Frame | None:
-        """Wait for the pictures of an order; emit all but the last, which is returned."""
+    def _next_job(self, wait: bool) -> RenderJob | None:
+        """The next job: a blocking request first, else the oldest queued request and all others
+        of the same snapshot.
+
+        Args:
+            wait: whether to wait until something is queued.
+
+        Returns:
+            None when nothing is queued, and after close().
+        """
+        with self._changed:
+            if wait:
+                self._changed.wait_for(lambda: self._closing or self._pending or self._blocking)
+            if self._closing:
+                return None
+            blocking, self._blocking = self._blocking, None
+            if blocking is not None:
+                snapshot, requests = blocking.snapshot, blocking.requests
+            elif self._pending:
+                snapshot = next(iter(self._pending.values()))[0]
+                names = [name for name, (other, _) in self._pending.items() if other is snapshot]
+                requests = [self._pending.pop(name)[1] for name in names]
+            else:
+                return None
+            sources = None if self._sources_sent else self._sources
+            self._sources_sent = True
+            return RenderJob(blocking, sources, snapshot, requests, self.epoch)
+
+    def _collect(self, job: RenderJob) -> Frame | None:
+        """Wait for the images of a job; emit all but the last, which is returned."""
         last = None
         while True:
-            for kind, *rest in self._worker.receive():
-                if kind == "done":
+            for message, *rest in self._worker.receive():
+                if message == "done":
                     return last
-                if kind == "error":
-                    if (
-                        order.job and rest[0]
-                    ):  # a body that does not load is no failure of a picture
-                        order.job.error = rest[1]
-                    self._call(self.on_error, rest[1])
-                elif order.job:
-                    frame = order.frame(self._worker, rest[0], zero_copy=False)
-                    order.job.frames[frame.camera] = frame
-                elif rest[0] < order.count - 1:  # the worker draws the next one already
-                    self._emit(order.frame(self._worker, rest[0], self._zero_copy))
+                if message == "error":
+                    camera, text = rest
+                    if job.blocking and camera:  # a body that does not load spoils no image
+                        job.blocking.error = text
+                    self._call(self.on_error, text)
+                    continue
+                index = rest[0]
+                zero_copy = self._zero_copy and not job.blocking
+                frame = job.frame(self._worker, index, zero_copy)
+                if job.blocking:
+                    job.blocking.frames[frame.camera] = frame
+                elif index < job.count - 1:  # the worker renders the next one already
+                    self._emit(frame)
                 else:
-                    last = order.frame(self._worker, rest[0], self._zero_copy)
+                    last = frame
 
     def _emit(self, frame: Frame | None) -> None:
-        if frame is not None and not self._orders.closing:
+        if frame is not None and not self._closing:
             self._call(self.on_frame, frame)
 
     def _call(self, function: Callable[[Any], object], argument: object) -> None:
@@ -433,16 +359,34 @@ class RenderClient:
             else:
                 self._call(self.on_error, f"on_frame failed: {type(error).__name__}: {error}")
 
-    def _restart_worker(self, lost: Iterable[Order]) -> bool:
-        """Restart the worker after it died with these orders; returns whether it runs."""
-        worker, message = self._restarts.replace(self._worker)
-        if worker:
-            self._worker = worker
-            self._orders.resend_sources()
-        else:
-            self._orders.fail(f"no pictures any more: {message}")
-        for job in (order.job for order in lost if order.job):
-            job.error = message
-            job.done.set()
+    def _restart_worker(self, dropped: Iterable[RenderJob]) -> bool:
+        """Restart the worker after it died with these jobs; returns whether it runs."""
+        worker, message = self._next_worker(self._worker.exit_reason())
+        with self._changed:
+            if worker:
+                self._worker = worker
+                self._sources_sent = self._sources is None
+            else:
+                self._failed = f"no images any more: {message}"
+                self._pending.clear()
+        for job in dropped:
+            if job.blocking:
+                job.blocking.fail(message)
         self._call(self.on_error, message)
         return worker is not None
+
+    def _next_worker(self, reason: str) -> tuple[Worker | None, str]:
+        """A Worker in place of one that has died for a reason, or None; what happened, one line."""
+        self._worker.close()
+        now = time.monotonic()
+        self._last_restarts = [last for last in self._last_restarts if now - last < WINDOW]
+        within = f"{MAX_RESTARTS} times within {WINDOW:g} s"
+        if len(self._last_restarts) >= MAX_RESTARTS:
+            return None, f"{reason}; it is not started again after {within}"
+        try:
+            worker = Worker(self._worker.renderer_type, self._environment, self._quality)
+        except RenderError as error:
+            return None, f"{reason}; it could not be started again: {error}"
+        self._last_restarts.append(now)
+        self.restarts += 1
+        return worker, f"{reason}; started again (at most {within})"

@@ -1,4 +1,4 @@
-"""A copy of the world in an engine of PyBullet, whose renderers draw it."""
+"""A copy of the world in an engine of PyBullet, whose renderers render it."""
 
 import math
 from collections.abc import Iterable
@@ -11,7 +11,7 @@ from bullet_sim.engine import Engine
 from bullet_sim.engine.camera import PyBulletCamera
 from bullet_sim.errors import RenderError
 from bullet_sim.pose import Array, sensor_in_world
-from bullet_sim.render.renderer import Pictures, check_body, check_link, paint_sky
+from bullet_sim.render.renderer import Renderer, check_body, check_link, paint_sky
 from bullet_sim.render.request import CameraRequest
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
@@ -19,13 +19,13 @@ from bullet_sim.snapshot import BodySource, BodyState, Snapshot
 # TinyRenderer's rasteriser puts everything this far right and down [px]; OpenGL's does not.
 RASTER_OFFSET = {"tiny": (0.5, -0.5), "egl": (0.0, 0.0)}
 # EGL's depth buffer is coarse (16 bits with Mesa): with clip distances of 0.05 and 100 m its error
-# is up to 3 cm at 10 m. For depths, two pictures with a smaller ratio of clip distances each are
+# is up to 3 cm at 10 m. For depths, two images with a smaller ratio of clip distances each are
 # combined.
 COARSE_RATIO = 20.0
 
 
-class PyBulletRenderer(Pictures):
-    """Holds the bodies of the newest source list at the poses of the newest snapshot.
+class PyBulletRenderer(Renderer):
+    """A Renderer of PyBullet's.
 
     Args:
         kind: as of PyBulletCamera.
@@ -46,13 +46,11 @@ class PyBulletRenderer(Pictures):
     def sync_sources(self, sources: Iterable[BodySource], scene: Scene | None = None) -> None:
         """Load new bodies, remove missing ones, reload those that changed under the same key.
 
-        A body that cannot be loaded is left out until its source changes; the others are loaded.
-
-        Args:
-            scene: ignored: PyBullet's renderers have a light of their own.
+        A body that cannot be loaded is skipped until its source changes. The scene is ignored:
+        PyBullet's renderers have a light of their own.
 
         Raises:
-            RenderError: bodies that could not be loaded, all in one message.
+            RenderError: as Renderer's.
         """
         current = {source.key: source for source in sources}
         for key in [key for key, source in self._sources.items() if current.get(key) != source]:
@@ -71,13 +69,10 @@ class PyBulletRenderer(Pictures):
             except Exception as error:  # pylint: disable=broad-except
                 failures.append(f"body {key} ({source.path}): {error}")
         if failures:
-            raise RenderError("not drawn: " + "; ".join(failures))
+            raise RenderError("not rendered: " + "; ".join(failures))
 
     def apply(self, snapshot: Snapshot) -> None:
-        """Set every body to its state in the snapshot; bodies without one stay.
-
-        States of keys that are not loaded are ignored.
-        """
+        """See Renderer; states of keys that are not loaded are ignored."""
         for state in snapshot.bodies:
             body = self._bodies.get(state.key)
             if body is None or self._states.get(state.key) == state:
@@ -87,34 +82,34 @@ class PyBulletRenderer(Pictures):
                 self._engine.set_joint_positions(body, state.joints)
             self._states[state.key] = state
 
-    def picture(
+    def image(
         self, request: CameraRequest, rgb: Array | None = None, depth: Array | None = None
     ) -> tuple[Array, Array | None]:
-        """See Pictures."""
+        """See Renderer."""
         position, rotation = self._camera_pose(request)
         view = camera.view_matrix(position, rotation)
         if request.depth and self._coarse and request.far > COARSE_RATIO * request.near:
-            middle = math.sqrt(request.near * request.far)
-            rgb, metres = self._draw(request, view, middle, request.far, rgb)
-            close_rgb, close = self._draw(request, view, request.near, middle)
-            seen = close < middle
-            rgb[seen], metres[seen] = close_rgb[seen], close[seen]
+            split = math.sqrt(request.near * request.far)
+            rgb, metres = self._render(request, view, split, request.far, rgb)
+            close_rgb, close = self._render(request, view, request.near, split)
+            is_close = close < split
+            rgb[is_close], metres[is_close] = close_rgb[is_close], close[is_close]
         else:
-            rgb, metres = self._draw(request, view, request.near, request.far, rgb)
+            rgb, metres = self._render(request, view, request.near, request.far, rgb)
         if depth is None or metres is None:
             return rgb, metres
         depth[:] = metres
         return rgb, depth
 
-    def label_picture(self, request: CameraRequest) -> Array:
-        """See Pictures."""
+    def label_image(self, request: CameraRequest) -> Array:
+        """See Renderer."""
         view = camera.view_matrix(*self._camera_pose(request))
         projection = self._projection(request, request.near, request.far)
-        seen = self._camera.bodies_seen(request.width, request.height, view, projection)
-        found = np.zeros(seen.shape, np.int32)
+        bodies = self._camera.bodies_seen(request.width, request.height, view, projection)
+        labels = np.zeros(bodies.shape, np.int32)
         for key, body in self._bodies.items():
-            found[seen == body] = key
-        return found
+            labels[bodies == body] = key
+        return labels
 
     def _projection(self, request: CameraRequest, near: float, far: float) -> tuple[float, ...]:
         return camera.projection_matrix(
@@ -125,7 +120,7 @@ class PyBulletRenderer(Pictures):
             shift=(-self._offset[0] / request.width, -self._offset[1] / request.height),
         )
 
-    def _draw(
+    def _render(
         self,
         request: CameraRequest,
         view: tuple[float, ...],
@@ -133,7 +128,7 @@ class PyBulletRenderer(Pictures):
         far: float,
         out: Array | None = None,
     ) -> tuple[Array, Any]:
-        """Colours and, if requested, distances [m] between two clip distances."""
+        """Colors and, if requested, distances [m] between two clip distances."""
         projection = self._projection(request, near, far)
         rgb, buffer = self._camera.render(request.width, request.height, view, projection, out=out)
         metres = camera.metres_from_buffer(buffer, near, far) if request.depth else None

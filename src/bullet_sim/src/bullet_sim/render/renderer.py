@@ -1,7 +1,7 @@
-"""What both renderers share: pictures of a request, the sources of models, the sky."""
+"""What both renderers share: images of a request, the sources of models, the sky."""
 
 import zlib
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from functools import lru_cache
 
 import cv2
@@ -9,6 +9,7 @@ import numpy as np
 
 from bullet_sim.description.lump import lump
 from bullet_sim.description.model import VisualLink, depth_first, visual_links
+from bullet_sim.description.world import Scene
 from bullet_sim.errors import RenderError
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Array
@@ -16,26 +17,26 @@ from bullet_sim.render import lenses
 from bullet_sim.render.request import CameraRequest
 from bullet_sim.sensors import camera
 from bullet_sim.sensors.camera import FAR_DEPTH
-from bullet_sim.snapshot import BodySource
+from bullet_sim.snapshot import BodySource, Snapshot
 
 ZENITH = (110, 160, 220)
 HORIZON = (205, 222, 240)
 
 
 def gradient(height: int) -> Array:
-    """Sky colours of one image column, (H, 1, 3) uint8: ZENITH on top, HORIZON from the middle
+    """Sky colors of one image column, (H, 1, 3) uint8: ZENITH on top, HORIZON from the centre
     down (in image rows: it does not tilt with the camera)."""
     mix = np.minimum(np.arange(height) / max(height / 2.0, 1.0), 1.0)[:, None, None]
     return np.rint((1 - mix) * np.array(ZENITH) + mix * np.array(HORIZON)).astype(np.uint8)
 
 
 @lru_cache(maxsize=16)
-def _whole(height: int, width: int) -> Array:
+def _sky(height: int, width: int) -> Array:
     return np.ascontiguousarray(np.broadcast_to(gradient(height), (height, width, 3)))
 
 
 def paint_sky(rgb: Array, depth: Array) -> Array:
-    """Replace pixels where nothing was drawn.
+    """Replace pixels where nothing was rendered.
 
     Args:
         rgb: (H, W, 3) uint8, contiguous, changed in place.
@@ -45,7 +46,7 @@ def paint_sky(rgb: Array, depth: Array) -> Array:
         rgb.
     """
     empty = (depth >= FAR_DEPTH).view(np.uint8)
-    return cv2.copyTo(_whole(*rgb.shape[:2]), empty, rgb)  # 20 times as fast as numpy's masks
+    return cv2.copyTo(_sky(*rgb.shape[:2]), empty, rgb)  # 20 times as fast as numpy's masks
 
 
 def links_of(source: BodySource) -> tuple[VisualLink, ...]:
@@ -61,10 +62,26 @@ def links_of(source: BodySource) -> tuple[VisualLink, ...]:
     return visual_links(lumped, depth_first(lumped))
 
 
-class Pictures:
-    """A renderer: what draws implements `picture` and `label_picture`."""
+class Renderer:
+    """Renders the bodies of the last sync_sources() at the poses of the last apply()."""
 
-    def picture(
+    def sync_sources(self, sources: Iterable[BodySource], scene: Scene | None = None) -> None:
+        """Show these bodies.
+
+        Args:
+            sources: the complete list.
+            scene: with the lights; None: as before.
+
+        Raises:
+            RenderError: what cannot be rendered, all in one message; the rest is rendered.
+        """
+        raise NotImplementedError
+
+    def apply(self, snapshot: Snapshot) -> None:
+        """Put every body where a Snapshot has it; bodies without a state stay."""
+        raise NotImplementedError
+
+    def image(
         self, request: CameraRequest, rgb: Array | None = None, depth: Array | None = None
     ) -> tuple[Array, Array | None]:
         """What a camera sees of the applied snapshot, without noise.
@@ -74,21 +91,21 @@ class Pictures:
 
         Returns:
             (H, W, 3) uint8 RGB and (H, W) float32 [m] along the optical axis (far where nothing
-            is), None unless the request asks for it; top row first, C-contiguous.
+            is), None unless requested; top row first, C-contiguous.
 
         Raises:
-            RenderError: the camera's body or link is not there.
+            RenderError: the camera's body or link does not exist.
         """
         raise NotImplementedError
 
-    def label_picture(self, request: CameraRequest) -> Array:
+    def label_image(self, request: CameraRequest) -> Array:
         """Which body a pinhole camera sees in each pixel of the applied snapshot.
 
         Returns:
             (H, W) int32, BodySource.key, 0 where nothing is.
 
         Raises:
-            RenderError: the camera's body or link is not there.
+            RenderError: the camera's body or link does not exist.
         """
         raise NotImplementedError
 
@@ -99,20 +116,18 @@ class Pictures:
             out: (H, W) int32 that takes the result; None: a new one.
 
         Returns, Raises:
-            As label_picture().
+            As label_image().
         """
         if out is None:
             out = np.empty((request.height, request.width), np.int32)
-        if request.lens is not None:
-            out[:] = lenses.wide_labels(self.label_picture, request)
-        elif request.distortion:
-            out[:] = lenses.distorted_labels(self.label_picture, request)
+        if request.lens is not None or request.distortion:
+            out[:] = lenses.warped_labels(self.label_image, request)
         else:
-            out[:] = self.label_picture(request)
+            out[:] = self.label_image(request)
         return out
 
     def render(self, request: CameraRequest, step: int = 0) -> Array:
-        """Draw one camera's view; as render_with_depth, without the distances."""
+        """As render_with_depth, without the distances."""
         return self.render_with_depth(request, step)[0]
 
     def render_with_depth(
@@ -122,33 +137,35 @@ class Pictures:
         rgb: Array | None = None,
         depth: Array | None = None,
     ) -> tuple[Array, Array | None]:
-        """Draw one camera's view, with its noise.
+        """Render one camera's view, with its noise.
 
         Args:
             step: physics step of the applied snapshot; chooses the noise.
-            rgb, depth: as of picture().
+            rgb, depth: as of image().
 
         Returns:
-            As picture(). The noise is on the colours alone.
+            As image(). The noise is on the colors alone.
 
         Raises:
-            RenderError: the camera's body or link is not there.
-            ValueError: the camera's size, angle or clip distances make no picture.
+            RenderError: the camera's body or link does not exist.
+            ValueError: the camera's size, angle or clip distances make no image.
         """
         camera.check(
             request.width, request.height, request.horizontal_fov, request.near, request.far
         )
-        if request.lens is not None:
-            rgb, depth = lenses.wide_picture(self.picture, request, rgb), None
-        elif request.distortion:
-            rgb, depth = lenses.distorted_picture(self.picture, request, rgb, depth)
+        if request.lens is not None or request.distortion:
+            rgb, depth = lenses.warped_image(self.image, request, rgb, depth)
         else:
-            rgb, depth = self.picture(request, rgb, depth)
+            rgb, depth = self.image(request, rgb, depth)
         if request.noise_stddev > 0.0 or request.noise_mean:
             rgb[:] = camera.add_noise(
                 rgb, request.noise_stddev, noise_generator(request, step), request.noise_mean
             )
         return rgb, depth
+
+    def close(self) -> None:
+        """Release what it has."""
+        raise NotImplementedError
 
 
 def check_body(request: CameraRequest, loaded: Collection[int]) -> None:
@@ -170,7 +187,7 @@ def check_link(request: CameraRequest, count: int) -> None:
 
 def noise_generator(request: CameraRequest, step: int) -> np.random.Generator:
     """Generator of one frame's noise: the same for the same seed, camera name and step,
-    however many frames were left out before.
+    however many frames were skipped before.
 
     Args:
         step: physics step, >= 0.

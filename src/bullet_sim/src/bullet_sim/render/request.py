@@ -1,9 +1,8 @@
 """Messages between the render client and its worker: picklable values."""
 
 from dataclasses import dataclass
-from typing import Any
 
-from bullet_sim.plugins.cameras import DepthCameraSpec, Lens
+from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, Lens
 from bullet_sim.plugins.xml import PoseTuple
 from bullet_sim.pose import Array
 
@@ -25,10 +24,9 @@ class CameraRequest:
         near, far: clip distances [m].
         noise_stddev, noise_mean: of the full scale, see sensors.camera.add_noise.
         seed: of the noise; the noise of a frame depends on seed, name and step alone.
-        depth: whether distances are requested.
         labels: whether a label image is requested.
-        distortion: (k1, k2, p1, p2, k3) of its lens, see lenses.plumb_bob; (): a pinhole.
-        lens: a wide-angle Lens, see lenses.wide_angle; horizontal_fov does not count then.
+        distortion: (k1, k2, p1, p2, k3) of its lens, see lenses; (): a pinhole.
+        lens: a wide-angle Lens, see lenses; horizontal_fov has no effect then.
     """
 
     name: str
@@ -49,34 +47,34 @@ class CameraRequest:
     labels: bool = False
 
     @classmethod
-    def from_spec(cls, spec: Any, key: int, link_index: int, seed: int = 0) -> "CameraRequest":
+    def from_spec(
+        cls, spec: CameraSpec, key: int, link_index: int, seed: int = 0
+    ) -> "CameraRequest":
         """Request for a CameraSpec whose link is row `link_index` of body `key`."""
-        (x, y, z), (roll, pitch, yaw) = spec.pose
         return cls(
             spec.name,
-            int(key),
-            int(link_index),
-            ((float(x), float(y), float(z)), (float(roll), float(pitch), float(yaw))),
-            int(spec.width),
-            int(spec.height),
-            float(spec.horizontal_fov),
-            float(spec.near),
-            float(spec.far),
-            float(spec.noise_stddev),
-            int(seed),
-            float(spec.noise_mean),
+            key,
+            link_index,
+            spec.pose,
+            spec.width,
+            spec.height,
+            spec.horizontal_fov,
+            spec.near,
+            spec.far,
+            spec.noise_stddev,
+            seed,
+            spec.noise_mean,
             isinstance(spec, DepthCameraSpec),
-            tuple(map(float, spec.distortion)),
+            spec.distortion,
             spec.lens,
         )
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A finished picture.
+    """A finished image.
 
     Attributes:
-        camera: CameraRequest.name.
         time: of the snapshot [s].
         step: of the snapshot.
         rgb: (H, W, 3) uint8, top row first.
@@ -97,13 +95,13 @@ class Frame:
 
 
 @dataclass(frozen=True)
-class Renderer:
+class RendererInfo:
     """The renderer in use.
 
     Attributes:
         kind: 'gl' or 'tiny'.
         reason: why it is not OpenGL; '' when it is, or when OpenGL was not requested.
-        details: what draws, e.g. the driver's name, with shadows and antialiasing.
+        details: what renders, e.g. the driver's name, with shadows and antialiasing.
     """
 
     kind: str
@@ -113,7 +111,7 @@ class Renderer:
 
 @dataclass(frozen=True)
 class Quality:
-    """Costly features of the OpenGL renderer: 'auto' (as the driver bears it), 'true', 'false'."""
+    """Costly features of the OpenGL renderer: 'auto' (if the driver is fast), 'true', 'false'."""
 
     shadows: str = "auto"
     antialias: str = "auto"

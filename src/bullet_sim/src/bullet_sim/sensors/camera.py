@@ -132,22 +132,10 @@ def projection_matrix(
     x = 1.0 / math.tan(horizontal_fov / 2.0)
     depth = near - far
     return (
-        x,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-        x * aspect,
-        0.0,
-        0.0,
-        -2.0 * shift[0],
-        2.0 * shift[1],
-        (far + near) / depth,
-        -1.0,
-        0.0,
-        0.0,
-        2.0 * far * near / depth,
-        0.0,
+        *(x, 0.0, 0.0, 0.0),
+        *(0.0, x * aspect, 0.0, 0.0),
+        *(-2.0 * shift[0], 2.0 * shift[1], (far + near) / depth, -1.0),
+        *(0.0, 0.0, 2.0 * far * near / depth, 0.0),
     )
 
 

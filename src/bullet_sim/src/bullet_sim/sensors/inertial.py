@@ -168,7 +168,6 @@ def joint_wrench(model: "Model", joint: str) -> tuple[Array, Array]:
 
     Args:
         model: of the world; the joint is among those that it measures.
-        joint: its name.
 
     Returns:
         force (3,) [N], torque (3,) [N m] about the joint, along the child link's axes: what Gazebo

@@ -8,7 +8,7 @@ from bullet_sim.pose import Array, Vector, matrix_from_rpy, rotation_matrix
 
 if TYPE_CHECKING:
     from bullet_sim.engine import Engine
-    from bullet_sim.plugins.lidars import LayeredRays
+    from bullet_sim.plugins.lidars import LayeredRays, RaySpec
 
 MAX_RAYS = 1_000_000  # of a scan; it costs some 100 bytes for each
 
@@ -20,7 +20,6 @@ class Lidar:
     max_angle, both included (sensor_msgs/LaserScan).
 
     Attributes:
-        spec: the RaySpec.
         angles: (n,) [rad].
         angle_increment: [rad], 0 for a single ray.
         directions: (n, 3) unit vectors in the sensor frame.
@@ -30,7 +29,7 @@ class Lidar:
             noise.
     """
 
-    def __init__(self, spec: Any) -> None:
+    def __init__(self, spec: "RaySpec") -> None:
         if int(spec.samples) != spec.samples or spec.samples < 1:
             raise ValueError(
                 f"lidar {spec.name}: samples {spec.samples}, a whole number >= 1 is expected"

@@ -58,12 +58,9 @@ class WorldView:
     """The world at one time.
 
     Attributes:
-        models: all models.
         sources: bodies for a mirror; None: as in the last view, as is the scene.
-        snapshot: Snapshot.
         rays: of the lidars with <visualize>.
         paused: whether simulated time does not advance.
-        scene: lights and background.
         contacts: all contact points; None: not requested.
         frames: of the selected model; None: none is selected.
     """

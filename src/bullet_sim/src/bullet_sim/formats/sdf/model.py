@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from bullet_sim.description.lump import moved
-from bullet_sim.description.model import Joint, Link, ModelDescription, Surface
+from bullet_sim.description.model import INERTIA, Joint, Link, ModelDescription, Surface
 from bullet_sim.errors import ModelError
-from bullet_sim.formats.gazebo import SDF, read_surface
+from bullet_sim.formats.gazebo import read_surface
 from bullet_sim.formats.joints import Version, read_joint
 from bullet_sim.formats.shapes import Resolve, parse_shape
 from bullet_sim.plugins import parse_plugin, parse_sensor
@@ -19,12 +19,7 @@ OpenInclude = Callable[[Node], tuple[Node, Version]]  # <include> -> <model> of 
 
 
 class Frames:
-    """Frames of one <model>: its links, joints, <frame>s and nested models.
-
-    Args:
-        element: the <model>.
-        name: of the model, for messages.
-    """
+    """Frames of one <model>: its links, joints, <frame>s and nested models."""
 
     def __init__(self, element: Node, name: str) -> None:
         self._name = name
@@ -92,9 +87,7 @@ class Frames:
         """Pose of an element with a <pose> in the model's frame.
 
         Args:
-            element: e.g. a <visual>.
             default: name of the frame that its pose is relative to when it names none.
-            label: for messages.
         """
         pose = element.find("pose")
         base = (pose.get("relative_to") if pose is not None else None) or default
@@ -116,26 +109,11 @@ def read_inertial(element: Node, link: Link, label: str) -> None:
         )
         link.mass = 1.0
     pose = sdf_pose(inertial, f"{label} inertial")
-    entry = {}
-    for key, default in (
-        ("ixx", 1.0),
-        ("ixy", 0.0),
-        ("ixz", 0.0),
-        ("iyy", 1.0),
-        ("iyz", 0.0),
-        ("izz", 1.0),
-    ):  # a text that is no number becomes 0, for which lump.py computes an inertia
-        given = inertial.find(f"inertia/{key}") is not None
-        entry[key] = child_number(inertial, f"inertia/{key}", label, 0.0 if given else default)
-    local = np.array(
-        [
-            [entry["ixx"], entry["ixy"], entry["ixz"]],
-            [entry["ixy"], entry["iyy"], entry["iyz"]],
-            [entry["ixz"], entry["iyz"], entry["izz"]],
-        ]
-    )
-    link.inertia = pose.matrix @ local @ pose.matrix.T
-    link.centre = np.array(pose.position)
+    moments = []
+    for key in INERTIA:  # a text that is no number becomes 0, for which lump.py computes an inertia
+        is_one = key[1] == key[2] and inertial.find(f"inertia/{key}") is None
+        moments.append(child_number(inertial, f"inertia/{key}", label, 1.0 if is_one else 0.0))
+    link.set_inertia(pose, moments)
 
 
 def read_surfaces(element: Node, link: Link, label: str, model: ModelDescription) -> None:
@@ -143,7 +121,7 @@ def read_surfaces(element: Node, link: Link, label: str, model: ModelDescription
     for index, part in enumerate(element.findall("collision")):
         surface = Surface()
         name = part.get("name") or f"collision {index}"
-        read_surface(part, SDF, surface, f"{label} collision '{name}'", model.warn)
+        read_surface(part, surface, f"{label} collision '{name}'", model.warn)
         _combine(link.surface, surface, first=index == 0)
     link.self_collide = is_true(child_text(element, "self_collide", "false"))
     if not is_true(child_text(element, "gravity", "true")):
@@ -187,9 +165,7 @@ def parse_model_element(
     """Read a <model>.
 
     Args:
-        element: the <model>.
         version: of the SDF document; up to (1, 4) joint axes are in the model's frame.
-        open_include: for models inside models.
 
     Raises:
         ModelError: it has no link.

@@ -46,12 +46,7 @@ DOWN = (0.0, 0.0, -1.0)
 
 
 def parse_scene(world: Node, label: str) -> Scene:
-    """Scene of a <world>, without lights.
-
-    Args:
-        world: the <world>.
-        label: name for messages.
-    """
+    """Scene of a <world>, without lights."""
     scene = world.find("scene")
     if scene is None:
         return Scene(lights=())
@@ -79,26 +74,24 @@ def parse_light(element: Node, label: str, pose: Pose | None = None) -> Light:
     """Light of a <light>.
 
     Args:
-        element: the <light>.
-        label: name for messages.
         pose: replaces its own.
     """
     name = element.get("name") or "light"
     label = f"{label} light '{name}'"
-    kind = element.get("type") or "point"
-    if kind not in LIGHT_TYPES:
+    light_type = element.get("type") or "point"
+    if light_type not in LIGHT_TYPES:
         element.warn(
-            f"{label} has type '{kind}', known are {', '.join(LIGHT_TYPES)}; "
+            f"{label} has type '{light_type}', known are {', '.join(LIGHT_TYPES)}; "
             "it becomes a point light",
             "lights have a type that is not known here and become point lights",
-            f"'{name}' ({kind})",
+            f"'{name}' ({light_type})",
         )
-        kind = "point"
+        light_type = "point"
     pose = sdf_pose(element, label) if pose is None else pose
     reach = child_number(element, "attenuation/range", label, Light.reach)
     return Light(
         name,
-        kind,
+        light_type,
         pose.position,
         _rotated(pose, child_floats(element, "direction", 3, label, DOWN)),
         _color(element, "diffuse", label, Light.diffuse),
@@ -135,12 +128,12 @@ def _color(element: Node, tag: str, label: str, default: D) -> RGB | D:
 def _fog(element: Node | None, label: str) -> Fog | None:
     if element is None:
         return None
-    kind = FOGS.get((child_text(element, "type") or "none").lower())
-    if kind is None:
+    fog_type = FOGS.get((child_text(element, "type") or "none").lower())
+    if fog_type is None:
         return None
     label = f"{label} <fog>"
     return Fog(
-        kind,
+        fog_type,
         _color(element, "color", label, Fog.color),
         child_number(element, "start", label, Fog.start),
         child_number(element, "end", label, Fog.end),
@@ -322,11 +315,7 @@ def _include(element: Node, described: WorldDescription, resolve: Resolve, label
 
 
 def _opener(resolve: Resolve, warnings: list[ReadWarning]) -> OpenInclude:
-    """Function <include> -> (<model> element, SDF version of its file).
-
-    Args:
-        warnings: gets the file's warnings.
-    """
+    """Function <include> -> (<model> element, SDF version of its file)."""
 
     def open_include(include: Node) -> tuple[Node, Version]:
         path = resolve(child_text(include, "uri", ""))
@@ -356,12 +345,7 @@ def _model_of(sdf: Node, label: str) -> Node:
 def parse_model(
     text: str | bytes | Node, resolve: Resolve, label: str = "model"
 ) -> tuple[ModelDescription, Pose]:
-    """Read an SDF document with one <model>: (ModelDescription, its pose).
-
-    Args:
-        text: the document.
-        label: name for messages.
-    """
+    """Read an SDF document with one <model>: (ModelDescription, its pose)."""
     sdf = parse(text, label)
     if sdf.find("model") is None and sdf.find("world") is not None:
         return _only_model(parse_world(text, resolve, label), label)

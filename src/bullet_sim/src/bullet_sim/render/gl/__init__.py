@@ -16,7 +16,7 @@ world. With several cameras of one snapshot: `apply(snapshot)` once, then `rende
 each. A renderer belongs to the thread that made it, and its numbers are the same for the same
 snapshot and camera on one driver.
 
-`renderer` puts a picture together; `scene` holds the instances of all visuals, `meshes` the
-uploaded triangles and textures, `kinematics` the places of links, `shadows` the sun's shadow maps,
+`renderer` puts an image together; `scene` has the instances of all visuals, `meshes` the
+uploaded triangles and textures, `kinematics` the poses of links, `shadows` the sun's shadow maps,
 `shaders` the programs with their uniforms, `context` the framebuffers.
 """

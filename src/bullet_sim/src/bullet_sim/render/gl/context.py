@@ -16,7 +16,7 @@ READ_FRAMEBUFFER, DRAW_FRAMEBUFFER = 0x8CA8, 0x8CA9
 COLOR_BUFFER_BIT, NEAREST = 0x4000, 0x2600
 
 
-def _function(name: str, *kinds: Any) -> Any:
+def _function(name: str, *types: Any) -> Any:
     """A function of the current context.
 
     Raises:
@@ -27,53 +27,11 @@ def _function(name: str, *kinds: Any) -> Any:
     address = address_of(name.encode())
     if not address:
         raise OSError(f"the OpenGL driver has no {name}")
-    return ctypes.CFUNCTYPE(None, *kinds)(address)
-
-
-class Calls:
-    """The functions, bound to the current context.
-
-    Raises:
-        OSError: one of them is missing.
-    """
-
-    def __init__(self) -> None:
-        number, whole = ctypes.c_uint, ctypes.c_int
-        self._current = ctypes.CDLL("libEGL.so.1").eglGetCurrentContext
-        self._current.restype, self._current.argtypes = ctypes.c_void_p, []
-        self._clip_control = _function("glClipControl", number, number)
-        self._bind_renderbuffer = _function("glBindRenderbuffer", number, number)
-        self._storage = _function(
-            "glRenderbufferStorageMultisample", number, whole, number, whole, whole
-        )
-        self._bind_framebuffer = _function("glBindFramebuffer", number, number)
-        self._blit = _function("glBlitFramebuffer", *[whole] * 8, number, number)
-
-    def current(self) -> Any:
-        """A number that tells the context that is current in this thread; None: none is."""
-        return self._current()
-
-    def depth_from_zero_to_one(self) -> None:
-        """Clip z to 0..w, for a reversed depth buffer that is as precise far away as near by."""
-        self._clip_control(LOWER_LEFT, ZERO_TO_ONE)
-
-    def make_depth_float(self, renderbuffer: Any) -> None:
-        """Give a depth Renderbuffer of moderngl, which has 24 bits, 32 floating-point ones."""
-        self._bind_renderbuffer(RENDERBUFFER, renderbuffer.glo)
-        width, height = renderbuffer.size
-        self._storage(RENDERBUFFER, renderbuffer.samples, DEPTH_COMPONENT32F, width, height)
-        self._bind_renderbuffer(RENDERBUFFER, 0)
-
-    def resolve(self, source: Any, target: Any) -> None:
-        """Copy the colours of a Framebuffer with several samples a pixel to one with one."""
-        size = (0, 0, *source.size)
-        self._bind_framebuffer(READ_FRAMEBUFFER, source.glo)
-        self._bind_framebuffer(DRAW_FRAMEBUFFER, target.glo)
-        self._blit(*size, *size, COLOR_BUFFER_BIT, NEAREST)
+    return ctypes.CFUNCTYPE(None, *types)(address)
 
 
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "SWR")
-LEAST_VERSION = 330
+MIN_VERSION = 330
 
 
 class Context:
@@ -81,12 +39,11 @@ class Context:
 
     Attributes:
         gl: moderngl.Context.
-        calls: Calls.
-        device: the driver's name for what draws.
+        device: the driver's name for what renders.
         software: whether that is the processor.
 
     Raises:
-        RenderError: none can be made; the message says why.
+        RenderError: none can be made; the message has the reason.
     """
 
     def __init__(self) -> None:
@@ -98,26 +55,53 @@ class Context:
             raise RenderError(f"the Python package moderngl is missing: {error}") from error
         try:
             self.gl = create_context(
-                require=LEAST_VERSION,
+                require=MIN_VERSION,
                 standalone=True,
                 backend="egl",
                 libgl="libGL.so.1",
                 libegl="libEGL.so.1",
                 device_index=int(os.environ.get("EGL_VISIBLE_DEVICES", "0") or 0),
             )
-            self.calls = Calls()
+            self._bind_functions()
         except Exception as error:  # pylint: disable=broad-except  # glcontext raises Exception
             raise RenderError(f"no OpenGL context by EGL: {error}") from error
-        self._own = self.calls.current()
+        self._id = self._current()
         self._closed = False
         self.device = self.gl.info["GL_RENDERER"]
         self.software = any(word in self.device for word in SOFTWARE)
-        self.calls.depth_from_zero_to_one()
+        # clip z to 0..w, for a reversed depth buffer that is as precise far away as near by
+        self._clip_control(LOWER_LEFT, ZERO_TO_ONE)
         self.gl.gc_mode = "context_gc"
+
+    def _bind_functions(self) -> None:
+        unsigned, signed = ctypes.c_uint, ctypes.c_int
+        self._current = ctypes.CDLL("libEGL.so.1").eglGetCurrentContext
+        self._current.restype, self._current.argtypes = ctypes.c_void_p, []
+        self._clip_control = _function("glClipControl", unsigned, unsigned)
+        self._bind_renderbuffer = _function("glBindRenderbuffer", unsigned, unsigned)
+        self._storage = _function(
+            "glRenderbufferStorageMultisample", unsigned, signed, unsigned, signed, signed
+        )
+        self._bind_framebuffer = _function("glBindFramebuffer", unsigned, unsigned)
+        self._blit = _function("glBlitFramebuffer", *[signed] * 8, unsigned, unsigned)
+
+    def make_depth_float(self, renderbuffer: Any) -> None:
+        """Change the 24 bits of a depth Renderbuffer of moderngl to a 32 bit float."""
+        self._bind_renderbuffer(RENDERBUFFER, renderbuffer.glo)
+        width, height = renderbuffer.size
+        self._storage(RENDERBUFFER, renderbuffer.samples, DEPTH_COMPONENT32F, width, height)
+        self._bind_renderbuffer(RENDERBUFFER, 0)
+
+    def resolve(self, source: Any, target: Any) -> None:
+        """Copy the colors of a Framebuffer with several samples a pixel to one with one."""
+        size = (0, 0, *source.size)
+        self._bind_framebuffer(READ_FRAMEBUFFER, source.glo)
+        self._bind_framebuffer(DRAW_FRAMEBUFFER, target.glo)
+        self._blit(*size, *size, COLOR_BUFFER_BIT, NEAREST)
 
     def use(self) -> None:
         """Make it current in the calling thread, where another one may be."""
-        if self.calls.current() != self._own:
+        if self._current() != self._id:
             self.gl.__enter__()
 
     def collect(self) -> None:
@@ -125,7 +109,7 @@ class Context:
         self.gl.gc()
 
     def close(self) -> None:
-        """Release it; what was made in it goes with it. Again: nothing."""
+        """Release it with what was made in it; idempotent."""
         if self._closed:
             return
         self._closed = True
@@ -134,7 +118,7 @@ class Context:
         self.gl.release()
 
 
-KEPT = 8  # sizes that are kept
+MAX_TARGETS = 8  # sizes that are stored
 
 
 class Target:
@@ -143,37 +127,34 @@ class Target:
     Args:
         width, height: [px].
         samples: a pixel; 0: one.
-
-    Attributes:
-        draw: Framebuffer to draw to.
     """
 
     def __init__(self, context: Context, width: int, height: int, samples: int) -> None:
         gl, size = context.gl, (width, height)
-        self._calls, self.size = context.calls, size
+        self._context, self.size = context, size
         depth = gl.depth_renderbuffer(size, samples=samples)
-        context.calls.make_depth_float(depth)
-        self.draw = gl.framebuffer([gl.renderbuffer(size, 4, samples=samples)], depth)
-        self._flat = gl.framebuffer([gl.renderbuffer(size, 4)]) if samples else self.draw
+        context.make_depth_float(depth)
+        self.framebuffer = gl.framebuffer([gl.renderbuffer(size, 4, samples=samples)], depth)
+        self._flat = gl.framebuffer([gl.renderbuffer(size, 4)]) if samples else self.framebuffer
         self._rgba = np.empty((height, width, 4), np.uint8)
 
     def colors(self, out: Array | None = None) -> Array:
-        """The colours, (H, W, 3) uint8, in `out` or a new array."""
-        if self._flat is not self.draw:
-            self._calls.resolve(self.draw, self._flat)
+        """The colors, (H, W, 3) uint8, in `out` or a new array."""
+        if self._flat is not self.framebuffer:
+            self._context.resolve(self.framebuffer, self._flat)
         self._flat.read_into(self._rgba, components=4)
         return cv2.cvtColor(self._rgba, cv2.COLOR_RGBA2RGB, dst=out)
 
     def labels(self) -> Array:
-        """The numbers that the label program draws, (H, W) int32; of targets with one sample."""
+        """The numbers that the label program renders, (H, W) int32; of targets with one sample."""
         self._flat.read_into(self._rgba, components=4)
         return (self._rgba.view("<u4")[:, :, 0] & 0xFFFFFF).astype(np.int32)
 
     def depth(self) -> Array:
         """The depth buffer, (H, W) float32; of targets with one sample a pixel."""
-        found = np.empty(self.size[::-1], np.float32)
-        self.draw.read_into(found, attachment=-1, dtype="f4", components=1)
-        return found
+        buffer = np.empty(self.size[::-1], np.float32)
+        self.framebuffer.read_into(buffer, attachment=-1, dtype="f4", components=1)
+        return buffer
 
 
 class Targets:
@@ -181,13 +162,13 @@ class Targets:
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        self._kept: dict[tuple[int, int, int], Target] = {}
+        self._targets: dict[tuple[int, int, int], Target] = {}
 
     def get(self, width: int, height: int, samples: int) -> Target:
         """The Target of a size."""
         key = (width, height, samples)
-        target = self._kept.pop(key, None) or Target(self._context, *key)
-        self._kept[key] = target
-        if len(self._kept) > KEPT:
-            del self._kept[next(iter(self._kept))]
+        target = self._targets.pop(key, None) or Target(self._context, *key)
+        self._targets[key] = target
+        if len(self._targets) > MAX_TARGETS:
+            del self._targets[next(iter(self._targets))]
         return target

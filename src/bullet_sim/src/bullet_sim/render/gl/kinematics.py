@@ -1,6 +1,6 @@
 """Where all links of all bodies are, from a snapshot: a few numpy calls however many there are."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -20,26 +20,26 @@ def matrices(positions: Array, quaternions: Array) -> Array:
     """(n, 4, 4) of positions (n, 3) [m] and quaternions (n, 4) (x, y, z, w) of any length."""
     q = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
     x, y, z, w = q.T
-    found = np.zeros((len(q), 4, 4))
-    found[:, 0, 0], found[:, 0, 1] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w)
-    found[:, 0, 2], found[:, 1, 0] = 2 * (x * z + y * w), 2 * (x * y + z * w)
-    found[:, 1, 1], found[:, 1, 2] = 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
-    found[:, 2, 0], found[:, 2, 1] = 2 * (x * z - y * w), 2 * (y * z + x * w)
-    found[:, 2, 2] = 1 - 2 * (x * x + y * y)
-    found[:, :3, 3], found[:, 3, 3] = positions, 1.0
-    return found
+    result = np.zeros((len(q), 4, 4))
+    result[:, 0, 0], result[:, 0, 1] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w)
+    result[:, 0, 2], result[:, 1, 0] = 2 * (x * z + y * w), 2 * (x * y + z * w)
+    result[:, 1, 1], result[:, 1, 2] = 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
+    result[:, 2, 0], result[:, 2, 1] = 2 * (x * z - y * w), 2 * (y * z + x * w)
+    result[:, 2, 2] = 1 - 2 * (x * x + y * y)
+    result[:, :3, 3], result[:, 3, 3] = positions, 1.0
+    return result
 
 
-def turns(axes: Array, angles: Array) -> Array:
+def rotations(axes: Array, angles: Array) -> Array:
     """(n, 4, 4) of rotations about unit axes (n, 3) by angles (n,) [rad] (Rodrigues)."""
     x, y, z = axes.T
     cross = np.zeros((len(axes), 3, 3))
     cross[:, 0, 1], cross[:, 0, 2], cross[:, 1, 2] = -z, y, -x
     cross[:, 1, 0], cross[:, 2, 0], cross[:, 2, 1] = z, -y, x
-    found = np.tile(np.eye(4), (len(axes), 1, 1))
-    found[:, :3, :3] += np.sin(angles)[:, None, None] * cross
-    found[:, :3, :3] += (1.0 - np.cos(angles))[:, None, None] * (cross @ cross)
-    return found
+    result = np.tile(np.eye(4), (len(axes), 1, 1))
+    result[:, :3, :3] += np.sin(angles)[:, None, None] * cross
+    result[:, :3, :3] += (1.0 - np.cos(angles))[:, None, None] * (cross @ cross)
+    return result
 
 
 class Level:
@@ -52,9 +52,9 @@ class Level:
         self.parents = np.array([firsts[row] + links[row].parent for row in rows])
         self.origins = np.array([pose_matrix(links[row].origin) for row in rows])
         self.axes = np.array([links[row].axis for row in rows], float)
-        kinds = [links[row].kind for row in rows]
-        self.turning = np.flatnonzero([kind == "revolute" for kind in kinds])
-        self.sliding = np.flatnonzero([kind == "prismatic" for kind in kinds])
+        types = [links[row].kind for row in rows]
+        self.revolute = np.flatnonzero([name == "revolute" for name in types])
+        self.prismatic = np.flatnonzero([name == "prismatic" for name in types])
 
 
 class Kinematics:
@@ -62,7 +62,8 @@ class Kinematics:
 
     Attributes:
         firsts: key -> row of the body's root link.
-        places: (n, 4, 4) float64, the links' frames in the world.
+        poses: (n, 4, 4) float64, the links' frames in the world.
+        counts: key -> number of the body's links.
         changed: (n,) bool, whether the body of a link was somewhere else in the last snapshot.
     """
 
@@ -81,29 +82,32 @@ class Kinematics:
         depths: list[int] = []
         for row, link in enumerate(links):
             depths.append(0 if link.parent < 0 else depths[first_of[row] + link.parent] + 1)
-        self.places = np.tile(np.eye(4), (len(links), 1, 1))
+        self.poses = np.tile(np.eye(4), (len(links), 1, 1))
         self.changed = np.ones(len(links), bool)
         self._positions = np.zeros(len(links))  # of the joints
         self.counts = {key: len(chain) for key, chain in bodies.items()}
         self._states: dict[int, BodyState] = {}
         self._levels = [
-            Level([row for row, found in enumerate(depths) if found == depth], links, first_of)
+            Level([row for row, other in enumerate(depths) if other == depth], links, first_of)
             for depth in range(1, max(depths, default=0) + 1)
         ]
         self._propagate()
 
-    def apply(self, snapshot: "Snapshot | _Bodies") -> None:
+    def apply(self, snapshot: Snapshot) -> None:
         """Put the links where a Snapshot has them; bodies without a state stay."""
+        self._apply(snapshot.bodies)
+
+    def _apply(self, states: Iterable[BodyState]) -> None:
         moved = [
             state
-            for state in snapshot.bodies
+            for state in states
             if state.key in self.firsts and self._states.get(state.key) != state
         ]
         self.changed[:] = False
         if not moved:
             return
         rows = [self.firsts[state.key] for state in moved]
-        self.places[rows] = matrices(
+        self.poses[rows] = matrices(
             np.array([state.position for state in moved], float),
             np.array([state.orientation for state in moved], float),
         )
@@ -119,26 +123,17 @@ class Kinematics:
     def _propagate(self) -> None:
         for level in self._levels:
             local, angles = level.origins, self._positions[level.rows]
-            if len(level.turning):
+            if len(level.revolute):
                 local = local.copy()
-                chosen = level.turning
-                local[chosen] = local[chosen] @ turns(level.axes[chosen], angles[chosen])
-            if len(level.sliding):
-                chosen, local = level.sliding, local.copy()
+                chosen = level.revolute
+                local[chosen] = local[chosen] @ rotations(level.axes[chosen], angles[chosen])
+            if len(level.prismatic):
+                chosen, local = level.prismatic, local.copy()
                 shift = (level.axes[chosen] * angles[chosen, None])[:, :, None]
                 local[chosen, :3, 3:] += local[chosen, :3, :3] @ shift
-            self.places[level.rows] = self.places[level.parents] @ local
+            self.poses[level.rows] = self.poses[level.parents] @ local
 
     def keep_from(self, other: "Kinematics") -> None:
         """Take the states of bodies that another table has, too."""
-        known = [state for key, state in other._states.items() if key in self.firsts]
-        if known:
-            self.apply(_Bodies(known))
-            self.changed[:] = True
-
-
-class _Bodies:
-    """What apply() needs of a Snapshot."""
-
-    def __init__(self, bodies: list[BodyState]) -> None:
-        self.bodies = bodies
+        self._apply(other._states.values())
+        self.changed[:] = True

@@ -1,27 +1,30 @@
-"""The OpenGL renderer: cameras, sky and surfaces -> pictures, depths, labels."""
+"""The OpenGL renderer: cameras, sky and surfaces -> images, depths, labels."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from bullet_sim.description.world import Light, Scene
 from bullet_sim.errors import RenderError
-from bullet_sim.pose import sensor_in_world
-from bullet_sim.render.gl.context import Context, Targets
-from bullet_sim.render.gl.meshes import Store
-from bullet_sim.render.gl.scene import Stage
-from bullet_sim.render.gl.shaders import Programs, frame_buffer, frame_bytes, light_rows
+from bullet_sim.pose import Array, Vector, sensor_in_world
+from bullet_sim.render.gl.context import Context, Target, Targets
+from bullet_sim.render.gl.meshes import AssetCache
+from bullet_sim.render.gl.scene import Instances
+from bullet_sim.render.gl.shaders import SIZE, Programs, frame_bytes, light_rows
 from bullet_sim.render.gl.shadows import Shadows
-from bullet_sim.render.renderer import HORIZON, ZENITH, Pictures, check_body, check_link, links_of
-from bullet_sim.render.request import DEFAULT
+from bullet_sim.render.renderer import HORIZON, ZENITH, Renderer, check_body, check_link, links_of
+from bullet_sim.render.request import DEFAULT, CameraRequest, Quality
 from bullet_sim.sensors.camera import view_matrix
+from bullet_sim.snapshot import BodySource, Snapshot
 
 
-def projection(horizontal_fov, aspect, near, far):
+def projection(horizontal_fov: float, aspect: float, near: float, far: float) -> Array:
     """(4, 4) from the eye's axes to clip space, upside down, with depth 1 near and 0 far.
 
-    Upside down, since OpenGL's first row is the lowest and a picture's the uppermost.
+    Upside down, since OpenGL's first row is the lowest and an image's the uppermost.
 
     Args:
         horizontal_fov: [rad].
@@ -36,12 +39,7 @@ def projection(horizontal_fov, aspect, near, far):
     return matrix
 
 
-def view(position, rotation):
-    """(4, 4) from the world to the eye (x right, y up, looking along -z)."""
-    return np.reshape(view_matrix(position, rotation), (4, 4)).T
-
-
-def view_planes(clip):
+def view_planes(clip: Array) -> Array:
     """The six planes of a view, (6, 4): distance of a point inside is positive [m].
 
     Args:
@@ -52,11 +50,11 @@ def view_planes(clip):
     return planes / np.linalg.norm(planes[:, :3], axis=1, keepdims=True)
 
 
-def in_view(planes, centres, radii, ends=None):
+def in_view(planes: Array, centres: Array, radii: Array, ends: Array | None = None) -> Array:
     """Which spheres touch a view, (n,) bool.
 
     Args:
-        planes: as view_planes gives them.
+        planes: as view_planes returns them.
         centres: (n, 3) [m].
         radii: (n,) [m].
         ends: (n, 3) to which they are swept, or None.
@@ -67,7 +65,7 @@ def in_view(planes, centres, radii, ends=None):
     return (distances > -radii[:, None]).all(axis=1)
 
 
-def metres(buffer, near, far, out=None):
+def metres(buffer: Array, near: float, far: float, out: Array | None = None) -> Array:
     """Distances along the optical axis of a reversed depth buffer.
 
     Args:
@@ -86,22 +84,21 @@ def metres(buffer, near, far, out=None):
 
 
 class Sky:
-    """Draws the sky where nothing else is.
+    """Renders the sky where nothing else is.
 
     Args:
         gl: moderngl.Context.
-        program: shaders.Programs.sky.
     """
 
-    def __init__(self, gl, program):
+    def __init__(self, gl: Any, program: Any) -> None:
         corners = np.array([-1, -1, 3, -1, -1, 3], np.float32)
         self._program = program
         self._array = gl.vertex_array(program, [(gl.buffer(corners.tobytes()), "2f", "in_corner")])
         program["zenith"].value = tuple(value / 255.0 for value in ZENITH)
         program["horizon"].value = tuple(value / 255.0 for value in HORIZON)
 
-    def draw(self, rotation, horizontal_fov, aspect):
-        """Draw it.
+    def render(self, rotation: Array, horizontal_fov: float, aspect: float) -> None:
+        """Render it.
 
         Args:
             rotation: (3, 3) of the camera in the world.
@@ -123,271 +120,245 @@ class Lighting:
     """What a scene's lights are to the programs.
 
     Attributes:
-        scene: Scene.
-        sun: the directional Light that shines and casts shadows, or None.
-        lights: the other Lights.
-        has_shadows: whether the sun's shadows are drawn.
+        sun: the directional light that shines and casts shadows, or None.
+        lights: the others.
+        shadow_sun: the sun if its shadows are rendered, else None.
     """
 
     scene: Scene
     sun: Light | None
-    lights: list
-    has_shadows: bool
+    lights: list[Light]
+    shadow_sun: Light | None
 
     @classmethod
-    def of(cls, scene, shadows_wanted):
+    def of(cls, scene: Scene, shadows_enabled: bool) -> "Lighting":
         """The Lighting of a Scene; its sun is the first one that casts shadows, or the first."""
         suns = [light for light in scene.lights if light.kind == "directional"]
         shining = [light for light in suns if light.cast_shadows] + suns
         sun = shining[0] if shining else None
         lights = [light for light in scene.lights if light is not sun]
-        has_shadows = bool(shadows_wanted and scene.shadows and sun and sun.cast_shadows)
-        return cls(scene, sun, lights, has_shadows)
+        has_shadows = shadows_enabled and scene.shadows and sun and sun.cast_shadows
+        return cls(scene, sun, lights, sun if has_shadows else None)
 
 
-class Surfaces:
-    """The pass that draws surfaces.
+@dataclass(frozen=True)
+class View:
+    """What a camera sees.
 
-    Args:
-        gl: moderngl.Context.
-        programs: Programs.
-        stage: Stage.
-        shadows: Shadows.
+    Attributes:
+        position: (3,) [m] in the world.
+        rotation: (3, 3) of the camera in the world.
+        clip: (4, 4) from positions relative to the origin of the Instances to clip space.
+        planes: (6, 4), see view_planes.
+        visible: (n,) bool, the instances that may be visible.
     """
 
-    def __init__(self, gl, programs, stage, shadows):
-        self._gl, self._programs, self._stage, self._shadows = gl, programs, stage, shadows
-
-    def draw(self, lighting, seen, transparent, position):
-        """Draw the opaque surfaces, or the transparent ones from far to near.
-
-        Args:
-            lighting: Lighting.
-            seen: (n,) bool, the instances that may be seen.
-            transparent: which ones.
-            position: (3,) [m] of the camera in the world.
-        """
-        gl, stage = self._gl, self._stage
-        batches = [batch for batch in stage.batches if batch.kind.transparent == transparent]
-        if transparent:
-            if not batches:
-                return
-            away = np.linalg.norm(stage.centres - position, axis=1)
-            batches.sort(key=lambda batch: -away[batch.first])
-            gl.depth_func = ">"
-            gl.blend_func = gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA
-        if lighting.has_shadows:
-            self._shadows.fixed.texture.use(1)
-            self._shadows.moving.texture.use(2)
-        fog = FOGS[lighting.scene.fog.kind] if lighting.scene.fog else 0
-        flags, shadowed = None, self._shadows.present if lighting.has_shadows else 0
-        for batch in batches:
-            selection = stage.select(batch, seen, "seen")
-            if not selection:
-                continue
-            kind = batch.kind
-            wanted = gl.DEPTH_TEST | (gl.BLEND if transparent else 0)
-            wanted |= 0 if kind.double_sided else gl.CULL_FACE
-            if wanted != flags:
-                gl.enable_only(wanted)
-                flags = wanted
-            program = self._programs.surface(
-                kind.textured,
-                kind.shiny,
-                kind.lit,
-                lighting.sun is not None,
-                shadowed,
-                len(lighting.lights),
-                fog,
-            )
-            if batch.look.texture is not None:
-                batch.look.texture.use(0)
-            stage.array(batch, selection, program).render(instances=selection.count)
+    position: Array
+    rotation: Array
+    clip: Array
+    planes: Array
+    visible: Array
 
 
-GRID = 64.0  # [m] the origin of single-precision places is a multiple of it near the camera
+GRID = 64.0  # [m] the origin of single-precision positions is a multiple of it near the camera
 SAMPLES = 4
 
 
-class GlRenderer(Pictures):
-    """Our own OpenGL renderer, with a context of its own: used by one thread.
-
-    Args:
-        quality: Quality.
+class GlRenderer(Renderer):
+    """Our own OpenGL renderer, with a context of its own, used by one thread.
 
     Attributes:
-        device: the driver's name for what draws.
+        device: the driver's name for what renders.
         software: whether that is the processor.
     """
 
-    def __init__(self, quality=DEFAULT):
+    def __init__(self, quality: Quality = DEFAULT) -> None:
         self._context = Context()
         self.device, self.software = self._context.device, self._context.software
         gl = self._context.gl
-        self._shadows_wanted = quality.shadows != "false"
-        self._samples = self._samples_for(quality.antialias)
+        self._shadows_enabled = quality.shadows != "false"
+        antialias = (
+            not self.software if quality.antialias == "auto" else quality.antialias == "true"
+        )
+        self._samples = min(SAMPLES, gl.max_samples) if antialias else 0
         anisotropy = 1.0 if self.software else min(gl.max_anisotropy, 16.0)
         self._programs = Programs(gl)
-        self._store = Store(gl, anisotropy)
-        self._stage = Stage(gl, self._store)
+        self._instances = Instances(gl, AssetCache(gl, anisotropy))
         self._shadows = Shadows(gl, self._programs.depth, 4096)
         self._sky = Sky(gl, self._programs.sky)
         self._targets = Targets(self._context)
-        self._frame = frame_buffer(gl)
-        self._surfaces = Surfaces(gl, self._programs, self._stage, self._shadows)
-        self._sources = {}
-        self._lighting = Lighting.of(Scene(), self._shadows_wanted)
+        self._frame = gl.buffer(reserve=4 * SIZE, dynamic=True)
+        self._sources: dict[int, BodySource] = {}
+        self._lighting = Lighting.of(Scene(), self._shadows_enabled)
 
-    def _samples_for(self, antialias):
-        wanted = not self.software if antialias == "auto" else antialias == "true"
-        return min(SAMPLES, self._context.gl.max_samples) if wanted else 0
-
-    # what is drawn ----------------------------------------------------------------------------
-    def sync_sources(self, sources, scene=None):
-        """Show these bodies.
-
-        Args:
-            sources: iterable of BodySource, the complete list.
-            scene: Scene with the lights; None: as before.
-
-        Raises:
-            RenderError: what cannot be drawn, all in one message; the rest is drawn.
-        """
+    # what is rendered -------------------------------------------------------------------------
+    def sync_sources(self, sources: Iterable[BodySource], scene: Scene | None = None) -> None:
+        """See Renderer."""
         if scene is not None:
-            self._lighting = Lighting.of(scene, self._shadows_wanted)
-        wanted = {source.key: source for source in sources}
-        if wanted == self._sources:
+            self._lighting = Lighting.of(scene, self._shadows_enabled)
+        current = {source.key: source for source in sources}
+        if current == self._sources:
             return
         self._context.use()
         bodies, failures = {}, []
-        for key, source in wanted.items():
+        for key, source in current.items():
             try:
                 bodies[key] = links_of(source)
             except Exception as error:  # pylint: disable=broad-except
                 failures.append(f"body {key} ({source.path}): {error}")
-        self._sources = wanted
-        fixed = {key for key, source in wanted.items() if source.fixed_base}
-        failures += self._stage.set_bodies(bodies, fixed)
+        self._sources = current
+        fixed = {key for key, source in current.items() if source.fixed_base}
+        failures += self._instances.set_bodies(bodies, fixed)
         self._context.collect()
         if failures:
-            raise RenderError("not drawn: " + "; ".join(failures))
+            raise RenderError("not rendered: " + "; ".join(failures))
 
-    def apply(self, snapshot):
-        """Put every body where a Snapshot has it; bodies without a state stay."""
-        self._stage.apply(snapshot)
+    def apply(self, snapshot: Snapshot) -> None:
+        """See Renderer."""
+        self._instances.apply(snapshot)
 
-    # pictures ---------------------------------------------------------------------------------
-    def draw(self, snapshot, request):
-        """The picture of a camera of a snapshot.
-
-        Args:
-            snapshot: Snapshot.
-            request: CameraRequest.
-
-        Returns:
-            (H, W, 3) uint8 RGB, top row first.
-        """
+    # images -----------------------------------------------------------------------------------
+    def draw(self, snapshot: Snapshot, request: CameraRequest) -> Array:
+        """The image of a camera of a snapshot, (H, W, 3) uint8 RGB, top row first."""
         self.apply(snapshot)
         return self.render(request, snapshot.step)
 
     @property
-    def details(self):
-        """What draws, in a few words."""
-        shadows = "shadows" if self._shadows_wanted else "no shadows"
+    def details(self) -> str:
+        """What renders, in a few words."""
+        shadows = "shadows" if self._shadows_enabled else "no shadows"
         samples = f"{self._samples} samples a pixel" if self._samples else "no antialiasing"
         return f"{self.device}, {shadows}, {samples}"
 
-    def _look(self, request):
-        """Prepare the stage for a camera.
-
-        Returns:
-            Its position (3,) [m] and rotation (3, 3), the matrix (4, 4) from places relative to the
-            stage's origin to clip space, the planes of its view, and what may be seen, (n,) bool.
-        """
+    def _view(self, request: CameraRequest) -> View:
+        """Prepare the instances for a camera."""
         position, rotation = self.camera_pose(request)
-        stage = self._stage
+        instances = self._instances
         self._context.use()
-        stage.set_origin(np.round(position / GRID) * GRID)
-        clip = projection(
-            request.horizontal_fov, request.width / request.height, request.near, request.far
-        ) @ view(position - stage.origin, rotation)
+        instances.set_origin(np.round(position / GRID) * GRID)
+        eye = np.reshape(view_matrix(position - instances.origin, rotation), (4, 4)).T
+        aspect = request.width / request.height
+        clip = projection(request.horizontal_fov, aspect, request.near, request.far) @ eye
         planes = view_planes(clip)
-        seen = in_view(planes, stage.centres - stage.origin, stage.radii)
-        return position, rotation, clip, planes, seen
+        visible = in_view(planes, instances.centres - instances.origin, instances.radii)
+        return View(position, rotation, clip, planes, visible)
 
-    def picture(self, request, rgb=None, depth=None):
-        """See Pictures."""
-        position, rotation, clip, planes, seen = self._look(request)
-        stage, gl, lighting = self._stage, self._context.gl, self._lighting
+    def image(
+        self, request: CameraRequest, rgb: Array | None = None, depth: Array | None = None
+    ) -> tuple[Array, Array | None]:
+        """See Renderer."""
+        view, instances, lighting = self._view(request), self._instances, self._lighting
+        gl, scene, position = self._context.gl, self._lighting.scene, view.position
         samples = 0 if request.depth else self._samples
         target = self._targets.get(request.width, request.height, samples)
-        if lighting.has_shadows:
-            away = np.array(lighting.sun.direction)
-            centres = stage.centres - stage.origin
-            ends = centres + stage.shadow_lengths(away)[:, None] * away
-            casts = stage.casts & in_view(planes, centres, stage.radii, ends)
+        if lighting.shadow_sun is not None:
+            away = np.array(lighting.shadow_sun.direction)
+            centres = instances.centres - instances.origin
+            ends = centres + instances.shadow_lengths(away)[:, None] * away
+            casts = instances.casts & in_view(view.planes, centres, instances.radii, ends)
             focal = request.width / (2.0 * np.tan(request.horizontal_fov / 2.0))
-            self._shadows.update(stage, casts, -away, position, focal)
+            self._shadows.update(instances, casts, -away, position, focal)
         self._frame.write(
             frame_bytes(
-                clip,
-                position - stage.origin,
-                lighting.scene,
+                view.clip,
+                position - instances.origin,
+                scene,
                 lighting.sun,
-                light_rows(lighting.lights, stage.origin),
-                self._shadows if lighting.has_shadows else None,
+                light_rows(lighting.lights, instances.origin),
+                self._shadows if lighting.shadow_sun else None,
             )
         )
         self._frame.bind_to_uniform_block(0)
-        self._begin(target, (*(lighting.scene.background or (0.0, 0.0, 0.0)), 1.0))
-        self._surfaces.draw(lighting, seen, False, position)
-        if lighting.scene.background is None:
+        self._start(target, (*(scene.background or (0.0, 0.0, 0.0)), 1.0))
+        self._render_surfaces(view, transparent=False)
+        if scene.background is None:
             gl.enable_only(gl.DEPTH_TEST)
             gl.depth_func = ">="
-            self._sky.draw(rotation, request.horizontal_fov, request.width / request.height)
-        self._surfaces.draw(lighting, seen, True, position)
+            self._sky.render(view.rotation, request.horizontal_fov, request.width / request.height)
+        self._render_surfaces(view, transparent=True)
         rgb = target.colors(rgb)
         if request.depth:
             depth = metres(target.depth(), request.near, request.far, depth)
         return rgb, depth
 
-    def label_picture(self, request):
-        """See Pictures; glass and the holes of cut-out textures count as what they belong to."""
-        _, _, clip, _, seen = self._look(request)
-        stage, gl, program = self._stage, self._context.gl, self._programs.label
+    def _render_surfaces(self, view: View, transparent: bool) -> None:
+        """Render the opaque surfaces, or the transparent ones from far to near."""
+        gl, instances, lighting = self._context.gl, self._instances, self._lighting
+        batches = [batch for batch in instances.batches if batch.type.transparent == transparent]
+        if transparent:
+            if not batches:
+                return
+            away = np.linalg.norm(instances.centres - view.position, axis=1)
+            batches.sort(key=lambda batch: -away[batch.first])
+            gl.depth_func = ">"
+            gl.blend_func = gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA
+        shadowed = 0
+        if lighting.shadow_sun:
+            shadowed = self._shadows.present
+            self._shadows.fixed.texture.use(1)
+            self._shadows.moving.texture.use(2)
+        fog = FOGS[lighting.scene.fog.kind] if lighting.scene.fog else 0
+        flags = None
+        for batch in batches:
+            selection = instances.select(batch, view.visible, "visible")
+            if not selection:
+                continue
+            features = gl.DEPTH_TEST | (gl.BLEND if transparent else 0)
+            features |= 0 if batch.type.double_sided else gl.CULL_FACE
+            if features != flags:
+                gl.enable_only(features)
+                flags = features
+            program = self._programs.surface(
+                batch.type.textured,
+                batch.type.shiny,
+                batch.type.lit,
+                lighting.sun is not None,
+                shadowed,
+                len(lighting.lights),
+                fog,
+            )
+            if batch.surface.texture is not None:
+                batch.surface.texture.use(0)
+            instances.render(batch, selection, program)
+
+    def label_image(self, request: CameraRequest) -> Array:
+        """See Renderer; glass and the holes of cut-out textures count as what they belong to."""
+        view = self._view(request)
+        instances, gl, program = self._instances, self._context.gl, self._programs.label
         target = self._targets.get(request.width, request.height, 0)
-        self._begin(target, (0.0,) * 4)
-        program["clip"].write(clip.T.astype(np.float32).tobytes())
-        for batch in stage.batches:
-            selection = stage.select(batch, seen, "seen")
+        self._start(target, (0.0,) * 4)
+        program["clip"].write(view.clip.T.astype(np.float32).tobytes())
+        for batch in instances.batches:
+            selection = instances.select(batch, view.visible, "visible")
             if selection:
-                double = batch.kind.double_sided
+                double = batch.type.double_sided
                 gl.enable_only(gl.DEPTH_TEST if double else gl.DEPTH_TEST | gl.CULL_FACE)
-                stage.array(batch, selection, program).render(instances=selection.count)
+                instances.render(batch, selection, program)
         return target.labels()
 
-    def _begin(self, target, color):
-        """Draw to a target from now on, which is cleared; pictures are drawn upside down."""
+    def _start(self, target: Target, color: tuple[float, ...]) -> None:
+        """Render to a target from now on, which is cleared; images are rendered upside down."""
         gl = self._context.gl
-        target.draw.use()
+        target.framebuffer.use()
         gl.front_face, gl.depth_func = "cw", ">"
-        target.draw.clear(*color, depth=0.0)
+        target.framebuffer.clear(*color, depth=0.0)
 
-    def camera_pose(self, request):
+    def camera_pose(self, request: CameraRequest) -> tuple[Array, Array]:
         """Position (3,) [m] and rotation (3, 3) of a request's camera in the world.
 
         Raises:
-            RenderError: its body or link is not there.
+            RenderError: its body or link does not exist.
         """
+        local: tuple[Vector, Vector] = request.pose
+        position, rotation = sensor_in_world((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), local)
         if request.key is None:
-            return sensor_in_world(np.zeros(3), (0.0, 0.0, 0.0, 1.0), request.pose)
-        firsts = self._stage.kinematics.firsts
-        check_body(request, firsts)
-        check_link(request, self._stage.kinematics.counts[request.key])
-        place = self._stage.kinematics.places[firsts[request.key] + request.link_index]
-        local = sensor_in_world(np.zeros(3), (0.0, 0.0, 0.0, 1.0), request.pose)
-        return place[:3, :3] @ local[0] + place[:3, 3], place[:3, :3] @ local[1]
+            return position, rotation
+        kinematics = self._instances.kinematics
+        check_body(request, kinematics.firsts)
+        check_link(request, kinematics.counts[request.key])
+        link = kinematics.poses[kinematics.firsts[request.key] + request.link_index]
+        return link[:3, :3] @ position + link[:3, 3], link[:3, :3] @ rotation
 
-    def close(self):
+    def close(self) -> None:
         """Release the context."""
         self._context.close()

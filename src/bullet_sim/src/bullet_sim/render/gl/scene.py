@@ -1,15 +1,21 @@
-"""All visuals of the world, as instances of meshes that are drawn together."""
+"""All visuals of the world, as instances of meshes that are rendered together."""
 
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from bullet_sim.description.model import RGBA, Geometry, Shape, VisualLink
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes.read import GREY
+from bullet_sim.pose import Array, Vec3, Vector
 from bullet_sim.render.gl.kinematics import Kinematics, pose_matrix
+from bullet_sim.render.gl.meshes import AssetCache, Surface
+from bullet_sim.snapshot import Snapshot
 
-ROWS = 12  # numbers of an instance's place
-WIDTH = ROWS + 20  # and with its colours: diffuse, ambient, specular, emissive, label
+ROWS = 12  # numbers of an instance's pose
+WIDTH = ROWS + 20  # and with its colors: diffuse, ambient, specular, emissive, label
 INSTANCE = ("4f",) * 8
 INSTANCE_NAMES = (
     "in_row0",
@@ -24,21 +30,20 @@ INSTANCE_NAMES = (
 CORNER, CORNER_NAMES = ("3f", "3f", "2f"), ("in_position", "in_normal", "in_uv")
 
 
-@dataclass(frozen=True)
-class Kind:
+class BatchType(NamedTuple):
     """What the instances of a batch have in common.
 
     Attributes:
         textured, shiny, lit: see shaders.Programs.
-        double_sided: whether the inside is drawn, too.
-        transparent: drawn after all others, from far to near.
+        double_sided: whether the inside is rendered, too.
+        transparent: rendered after all others, from far to near.
     """
 
-    textured: bool = False
-    shiny: bool = False
-    lit: bool = True
-    double_sided: bool = False
-    transparent: bool = False
+    textured: bool
+    shiny: bool
+    lit: bool
+    double_sided: bool
+    transparent: bool
 
 
 class Selection:
@@ -48,244 +53,256 @@ class Selection:
         buffer: moderngl Buffer with room for all of them.
         arrays: program -> vertex array.
         count: of those in the buffer.
-        held: bytes that tell which ones, or None when they may have moved.
+        content: bytes that tell which ones, or None when they may have moved.
     """
 
-    def __init__(self, gl, room):
+    def __init__(self, gl: Any, room: int) -> None:
         self.buffer = gl.buffer(reserve=4 * WIDTH * room, dynamic=True)
-        self.arrays, self.count, self.held = {}, 0, None
+        self.arrays: dict[Any, Any] = {}
+        self.count = 0
+        self.content: bytes | None = None
 
 
+@dataclass(eq=False)
 class Batch:
-    """Instances of one mesh that are drawn together.
+    """Instances of one mesh that are rendered together.
 
     Attributes:
-        look: Look of the first.
-        kind: Kind.
-        first, end: its range in the stage's table.
-        selections: purpose -> Selection.
+        first, end: its range in the table of Instances.
+        selections: by purpose.
     """
 
-    def __init__(self, look, kind, first, end):
-        self.look, self.kind, self.first, self.end = look, kind, first, end
-        self.selections = {}
+    surface: Surface
+    type: BatchType
+    first: int
+    end: int
+    selections: dict[str, Selection] = field(default_factory=dict)
 
 
-def attributes(program, buffer, layout, names, ending=""):
+def attributes(
+    program: Any, buffer: Any, layout: tuple[str, ...], names: tuple[str, ...], ending: str = ""
+) -> tuple[Any, ...]:
     """Content of a vertex array: what a program does not use is skipped.
 
     Args:
         layout: formats of the attributes, e.g. ("3f", "2f").
-        names: of the attributes.
-        ending: of the whole format: " /i" for one a instance.
+        ending: of the full format: " /i" for one an instance.
     """
-    kinds = [
-        kind if name in program else f"{4 * int(kind[0])}x" for kind, name in zip(layout, names)
+    formats = [
+        item if name in program else f"{4 * int(item[0])}x" for item, name in zip(layout, names)
     ]
-    return (buffer, " ".join(kinds) + ending, *[name for name in names if name in program])
+    return (buffer, " ".join(formats) + ending, *[name for name in names if name in program])
 
 
-def describe(key, row, moves, shape, look):
-    """One instance's numbers, or None when it is invisible."""
-    geometry, finish = shape.geometry, shape.finish
+class Instance(NamedTuple):
+    """One surface of one visual.
+
+    Attributes:
+        row: of its link in Kinematics.
+        local: (4, 4) pose in the link, with its size.
+        radius: of a sphere around it [m].
+        casts, fixed: whether it casts shadows, never moves.
+        colors: 20 numbers of the table.
+    """
+
+    surface: Surface
+    type: BatchType
+    row: int
+    local: Array
+    radius: float
+    casts: bool
+    fixed: bool
+    colors: list[float]
+
+
+def describe(key: int, row: int, fixed: bool, shape: Shape, surface: Surface) -> Instance | None:
+    """Instance of a surface of a body's Shape, or None when it is invisible."""
+    geometry, finish, material = shape.geometry, shape.finish, surface.material
     size = _size(geometry)
-    local = pose_matrix(shape.pose) @ np.diag([*size, 1.0])
-    color = _color(shape, look.part, geometry.kind)
+    color = material.color
+    if not shape.texture and (geometry.kind != "mesh" or shape.painted or color == GREY):
+        color = shape.color or GREY
     alpha = color[3] * finish.opacity
     if alpha <= 0.0:
         return None
-    specular = look.part.specular if finish.specular is None else finish.specular
-    emissive = tuple(np.maximum(look.part.emissive, finish.emissive).tolist())
+    specular = material.specular if finish.specular is None else finish.specular
+    emissive = np.maximum(material.emissive, finish.emissive).tolist()
     ambient = color[:3] if finish.ambient is None else finish.ambient
-    kind = Kind(
-        textured=look.texture is not None,
+    batch_type = BatchType(
+        textured=surface.texture is not None,
         shiny=any(specular) or any(emissive),
         lit=finish.lit,
-        double_sided=look.part.double_sided,
-        transparent=alpha < 0.999 or look.clear,
+        double_sided=material.double_sided,
+        transparent=alpha < 0.999 or surface.translucent,
     )
-    return {
-        "group": (look.mesh, look.texture, kind),
-        "look": look,
-        "row": row,
-        "local": local,
-        "middle": (*look.mesh.centre, 1.0),
-        "half": (look.mesh.high - look.mesh.low) / 2.0,
-        "radius": look.mesh.radius * max(size),
-        "casts": finish.cast_shadows and alpha > 0.5,
-        "still": not moves,
-        "colors": [
-            *color[:3],
-            alpha,
-            *ambient,
-            finish.shininess,
-            *specular,
-            0.0,
-            *emissive,
-            0.0,
+    return Instance(
+        surface,
+        batch_type,
+        row,
+        pose_matrix(shape.pose) @ np.diag([*size, 1.0]),
+        surface.mesh.radius * max(size),
+        finish.cast_shadows and alpha > 0.5,
+        fixed,
+        [
+            *(*color[:3], alpha),
+            *(*ambient, finish.shininess),
+            *(*specular, 0.0),
+            *(*emissive, 0.0),
             *_label(key),
         ],
-    }
+    )
 
 
-def _size(geometry):
+def _size(geometry: Geometry) -> Vec3:
     """Factors (3,) from a solid of unit size."""
     if geometry.kind == "cylinder":
         radius, length = geometry.size
         return (radius, radius, length)
     if geometry.kind == "sphere":
         return (geometry.size[0],) * 3
-    if geometry.kind == "mesh":
+    if geometry.kind == "mesh" or not geometry.size:
         return (1.0, 1.0, 1.0)
-    return tuple(geometry.size) or (1.0, 1.0, 1.0)
+    x, y, z = geometry.size
+    return (x, y, z)
 
 
-def _color(shape, part, kind):
-    """RGBA of an instance."""
-    if shape.texture:
-        return part.color
-    if kind != "mesh":
-        return shape.color or GREY
-    if shape.painted or part.color == GREY:
-        return shape.color or GREY
-    return part.color
-
-
-def _label(key):
+def _label(key: int) -> RGBA:
     """Four numbers 0..1 that make the bytes of a body's key."""
-    return [((key >> shift) & 255) / 255.0 for shift in (0, 8, 16)] + [1.0]
+    red, green, blue = (((key >> shift) & 255) / 255.0 for shift in (0, 8, 16))
+    return (red, green, blue, 1.0)
 
 
 LONGEST_SHADOW = 60.0  # [m]
-SUNK = 0.02  # [m] what stands on a floor may reach into it and throw no shadow on it
+SUNK = 0.02  # [m] what is on a floor may extend into it and cast no shadow on it
 
 
-class Stage:
+class Instances:
     """All instances, sorted by batch.
 
     Args:
         gl: moderngl.Context.
-        store: Store.
 
     Attributes:
-        batches: list of Batch, the transparent ones last.
-        table: (n, WIDTH) float32 as the graphics memory has it, places relative to `origin`.
+        batches: the transparent ones last.
+        table: (n, WIDTH) float32 as the graphics memory has it, poses relative to `origin`.
+        origin: (3,) [m] in the world.
         centres (n, 3), radii (n,): spheres around the instances in the world [m].
-        casts, still: (n,) bool: casts shadows on something else, never moves.
-        kinematics: Kinematics.
-        moving_version, still_version: count the changes of places: of any, of those that never
-            move by themselves.
+        casts, fixed: (n,) bool: casts shadows on something else, never moves.
+        moving_version, fixed_version: count the changes of poses: of any, of those that never
+            move.
     """
 
-    def __init__(self, gl, store):
-        self._gl, self._store = gl, store
+    def __init__(self, gl: Any, assets: AssetCache) -> None:
+        self._gl, self._assets = gl, assets
         self.origin = np.zeros(3)
-        self.failures = {}
-        self.moving_version = self.still_version = 0
-        self.set_bodies({}, ())
+        self._failures: dict[tuple[int, str], str] = {}
+        self.moving_version = self.fixed_version = 0
+        self.kinematics = Kinematics({})
+        self._fill([])
 
-    def set_bodies(self, bodies, fixed):
+    def set_bodies(
+        self, bodies: Mapping[int, tuple[VisualLink, ...]], fixed: Collection[int]
+    ) -> list[str]:
         """Show these bodies.
 
         Args:
-            bodies: dict of key -> tuple of VisualLink.
+            bodies: links by key.
             fixed: keys of those whose root never moves.
 
         Returns:
-            List of sentences about visuals that cannot be drawn, each once for as long as the
-            body is there.
+            Messages about visuals that cannot be rendered, each once for as long as the body is
+            there.
         """
-        before = getattr(self, "kinematics", None)
-        self.kinematics = Kinematics(bodies)
-        if before is not None:
-            self.kinematics.keep_from(before)
-        self._store.begin()
-        found, failures = [], {}
+        before, self.kinematics = self.kinematics, Kinematics(bodies)
+        self.kinematics.keep_from(before)
+        self._assets.start_scene()
+        instances: list[Instance] = []
+        failures = {}
         for key, chain in bodies.items():
             first = self.kinematics.firsts[key]
-            moves = key not in fixed or any(link.kind != "fixed" for link in chain)
+            is_fixed = key in fixed and all(link.kind == "fixed" for link in chain)
             for row, link in enumerate(chain, first):
                 for shape in link.shapes:
                     try:
-                        looks = self._store.looks(shape)
+                        surfaces = self._assets.surfaces(shape)
                     except ModelError as error:
                         failures[key, str(error)] = f"body {key}: {error}"
                         continue
-                    found += [(key, row, moves, shape, look) for look in looks]
-        self._store.drop_unused()
-        self._fill(found)
-        new = [text for place, text in failures.items() if place not in self.failures]
-        self.failures = failures
+                    described = (describe(key, row, is_fixed, shape, each) for each in surfaces)
+                    instances += [instance for instance in described if instance is not None]
+        self._assets.drop_unused()
+        self._fill(instances)
+        new = [text for failure, text in failures.items() if failure not in self._failures]
+        self._failures = failures
         return new
 
-    def _fill(self, found):
-        described = [describe(*entry) for entry in found]
-        described = [entry for entry in described if entry is not None]
-        order = {}
-        for number, entry in enumerate(described):
-            order.setdefault(entry["group"], []).append(number)
-        groups = sorted(order.items(), key=lambda item: item[0][2].transparent)
-        entries = [described[number] for _, numbers in groups for number in numbers]
-        self.batches, end = [], 0
-        for (_, _, kind), numbers in groups:
-            first, end = end, end + len(numbers)
-            if kind.transparent:  # each by itself: they are sorted by distance
-                self.batches += [
-                    Batch(entries[i]["look"], kind, i, i + 1) for i in range(first, end)
-                ]
-            else:
-                self.batches.append(Batch(entries[first]["look"], kind, first, end))
-        self.table = np.zeros((len(entries), WIDTH), np.float32)
-        self._rows = np.array([entry["row"] for entry in entries], int)
-        self._locals = np.array([entry["local"] for entry in entries]).reshape(-1, 4, 4)
-        self._middles = np.array([entry["middle"] for entry in entries]).reshape(-1, 4)
-        self.radii = np.array([entry["radius"] for entry in entries])
-        self._may_cast = np.array([entry["casts"] for entry in entries], bool)
+    def _fill(self, instances: list[Instance]) -> None:
+        groups: dict[Any, list[Instance]] = {}
+        for instance in instances:
+            group = instance.surface.mesh, instance.surface.texture, instance.type
+            groups.setdefault(group, []).append(instance)
+        ordered: list[Instance] = []
+        self.batches: list[Batch] = []
+        for (_, _, batch_type), members in sorted(
+            groups.items(), key=lambda item: item[0][2].transparent
+        ):
+            first = len(ordered)
+            ordered += members
+            # transparent ones are sorted by distance, so each is a batch
+            count = 1 if batch_type.transparent else len(members)
+            self.batches += [
+                Batch(ordered[start].surface, batch_type, start, start + count)
+                for start in range(first, len(ordered), count)
+            ]
+        meshes = [instance.surface.mesh for instance in ordered]
+        self.table = np.zeros((len(ordered), WIDTH), np.float32)
+        self._rows = np.array([instance.row for instance in ordered], int)
+        self._locals = np.array([instance.local for instance in ordered]).reshape(-1, 4, 4)
+        self._centres = np.array([(*mesh.centre, 1.0) for mesh in meshes]).reshape(-1, 4)
+        self._halves = np.array([(mesh.high - mesh.low) / 2.0 for mesh in meshes]).reshape(-1, 3)
+        self.radii = np.array([instance.radius for instance in ordered])
+        self._may_cast = np.array([instance.casts for instance in ordered], bool)
         self.casts = self._may_cast
-        self.still = np.array([entry["still"] for entry in entries], bool)
-        if entries:
-            self.table[:, ROWS:] = [entry["colors"] for entry in entries]
-        self._places = np.zeros((len(entries), 4, 4))
-        self._halves = np.array([entry["half"] for entry in entries]).reshape(-1, 3)
-        self._low, self._high = np.zeros((2, len(entries)))  # of their lowest points [m]
-        self.centres = np.zeros((len(entries), 3))
-        self._place(np.arange(len(entries)))
+        self.fixed = np.array([instance.fixed for instance in ordered], bool)
+        if ordered:
+            self.table[:, ROWS:] = [instance.colors for instance in ordered]
+        self._poses = np.zeros((len(ordered), 4, 4))
+        self._low, self._high = np.zeros((2, len(ordered)))  # of their lowest points [m]
+        self.centres = np.zeros((len(ordered), 3))
+        self._move(np.arange(len(ordered)))
 
-    def apply(self, snapshot):
+    def apply(self, snapshot: Snapshot) -> None:
         """Put all instances where a Snapshot has their bodies."""
         self.kinematics.apply(snapshot)
         if len(self._rows):
-            chosen = np.flatnonzero(self.kinematics.changed[self._rows])
-            if len(chosen):
-                self._place(chosen)
+            self._move(np.flatnonzero(self.kinematics.changed[self._rows]))
 
-    def _place(self, chosen):
+    def _move(self, chosen: Array) -> None:
+        """Put instances (their indices) where their links are."""
         if not len(chosen):
             return
-        places = self.kinematics.places[self._rows[chosen]] @ self._locals[chosen]
-        self._places[chosen] = places
-        self.centres[chosen] = (places @ self._middles[chosen, :, None])[:, :3, 0]
-        half = (np.abs(places[:, 2, :3]) * self._halves[chosen]).sum(axis=1)
-        self._low[chosen], self._high[chosen] = (
-            self.centres[chosen, 2] - half,
-            self.centres[chosen, 2] + half,
-        )
+        poses = self.kinematics.poses[self._rows[chosen]] @ self._locals[chosen]
+        self._poses[chosen] = poses
+        self.centres[chosen] = (poses @ self._centres[chosen, :, None])[:, :3, 0]
+        half = (np.abs(poses[:, 2, :3]) * self._halves[chosen]).sum(axis=1)
+        self._low[chosen] = self.centres[chosen, 2] - half
+        self._high[chosen] = self.centres[chosen, 2] + half
         self.casts = self._may_cast & (self._high > self._lowest_others() + SUNK)
-        self._write(chosen, places)
+        self._write(chosen, poses)
         self.moving_version += 1
-        self.still_version += int(self.still[chosen].any())
+        self.fixed_version += int(self.fixed[chosen].any())
 
-    def _lowest_others(self):
+    def _lowest_others(self) -> Array:
         """Height of the lowest point of all others, for each instance (n,) [m]."""
         if len(self._low) < 2:
             return np.full(len(self._low), np.inf)
         lowest = int(self._low.argmin())
-        found = np.full(len(self._low), self._low[lowest])
-        found[lowest] = np.delete(self._low, lowest).min()
-        return found
+        heights = np.full(len(self._low), self._low[lowest])
+        heights[lowest] = np.delete(self._low, lowest).min()
+        return heights
 
-    def shadow_lengths(self, away):
-        """How far (n,) the instances' shadows reach at most, down to the lowest point [m].
+    def shadow_lengths(self, away: Vector) -> Array:
+        """Maximum length (n,) of the instances' shadows, down to the lowest point [m].
 
         Args:
             away: (3,) from the sun.
@@ -295,16 +312,16 @@ class Stage:
         drop = self.centres[:, 2] - self._low.min()
         return np.minimum(drop / max(-away[2], 1e-3), LONGEST_SHADOW)
 
-    def set_origin(self, origin):
-        """Let the table's places be relative to a point (3,) of the world."""
+    def set_origin(self, origin: Array) -> None:
+        """Make the table's poses relative to a point (3,) of the world."""
         if not np.array_equal(origin, self.origin):
             self.origin = np.array(origin, float)
-            self._write(np.arange(len(self._rows)), self._places)
+            self._write(np.arange(len(self._rows)), self._poses)
             self.moving_version += 1
-            self.still_version += 1
+            self.fixed_version += 1
 
-    def _write(self, chosen, places):
-        rows = places[:, :3, :].copy()
+    def _write(self, chosen: Array, poses: Array) -> None:
+        rows = poses[:, :3, :].copy()
         rows[:, :, 3] -= self.origin
         self.table[chosen, :ROWS] = rows.reshape(-1, ROWS)
         flags = np.zeros(len(self._rows), bool)
@@ -312,35 +329,35 @@ class Stage:
         for batch in self.batches:
             if flags[batch.first : batch.end].any():
                 for selection in batch.selections.values():
-                    selection.held = None
+                    selection.content = None
 
-    def select(self, batch, chosen, purpose):
-        """The instances of a batch that `chosen`, (n,) bool of the table, says.
+    def select(self, batch: Batch, chosen: Array, purpose: str) -> Selection | None:
+        """The instances of a batch that are `chosen`, (n,) bool of the table.
 
         Args:
-            purpose: name; what one purpose has selected stays when another selects.
+            purpose: name; a selection stays when another purpose selects.
 
         Returns:
             Selection, or None when there is none of them.
         """
-        wanted = chosen[batch.first : batch.end]
+        members = chosen[batch.first : batch.end]
         selection = batch.selections.get(purpose)
         if selection is None:
-            if not wanted.any():
+            if not members.any():
                 return None
             selection = batch.selections[purpose] = Selection(self._gl, batch.end - batch.first)
-        held = wanted.tobytes()
-        if held != selection.held:
-            rows = self.table[batch.first : batch.end][wanted]
-            selection.count, selection.held = len(rows), held
+        content = members.tobytes()
+        if content != selection.content:
+            rows = self.table[batch.first : batch.end][members]
+            selection.count, selection.content = len(rows), content
             if selection.count:
                 selection.buffer.write(np.ascontiguousarray(rows))
         return selection if selection.count else None
 
-    def array(self, batch, selection, program):
-        """Vertex array of a Selection of a batch for a program."""
+    def render(self, batch: Batch, selection: Selection, program: Any) -> None:
+        """Render a Selection of a batch with a program."""
         if program not in selection.arrays:
-            mesh = batch.look.mesh
+            mesh = batch.surface.mesh
             selection.arrays[program] = self._gl.vertex_array(
                 program,
                 [
@@ -350,4 +367,4 @@ class Stage:
                 index_buffer=mesh.indices,
                 index_element_size=4,
             )
-        return selection.arrays[program]
+        selection.arrays[program].render(instances=selection.count)

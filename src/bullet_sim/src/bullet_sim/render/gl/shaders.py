@@ -1,30 +1,22 @@
 """The shader programs: their GLSL and their uniforms.
 
-GLSL of the program that draws surfaces, in variants made for what a batch needs.
+GLSL of the program that renders surfaces, in variants made for what a batch needs.
 
 `Programs` defines the names of the #if lines, and puts `FRAME` before it. Light is added as
-Gazebo Classic's fixed pipeline does, in the colours' own space:
+Gazebo Classic's fixed pipeline does, in the colors' space:
     texel * (ambient + sum of diffuse * cosine * shadow * attenuation) + emissive + highlights
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
+from bullet_sim.description.world import Light, Scene
 from bullet_sim.errors import RenderError
-
-DEPTH_VERTEX = """
-uniform mat4 shadow;
-in vec3 in_position;
-in vec4 in_row0;
-in vec4 in_row1;
-in vec4 in_row2;
-void main() {
-    vec4 local = vec4(in_position, 1.0);
-    gl_Position = shadow * vec4(dot(in_row0, local), dot(in_row1, local), dot(in_row2, local), 1.0);
-}
-"""
-DEPTH_FRAGMENT = "void main() {}"
+from bullet_sim.pose import Array
+from bullet_sim.render.gl.shadows import Shadows
 
 LABEL_VERTEX = """
 uniform mat4 clip;
@@ -40,6 +32,7 @@ void main() {
     v_label = in_label;
 }
 """
+DEPTH_FRAGMENT = "void main() {}"
 LABEL_FRAGMENT = """
 flat in vec4 v_label;
 out vec4 out_color;
@@ -47,7 +40,7 @@ void main() { out_color = v_label; }
 """
 
 SKY_VERTEX = """
-uniform mat3 corner;   // columns: towards the picture's middle, its right edge, its upper edge
+uniform mat3 corner;   // columns: towards the image's centre, its right edge, its upper edge
 in vec2 in_corner;
 out vec3 v_direction;
 void main() {
@@ -67,6 +60,36 @@ void main() {
 """
 
 
+# What the first stage hands to the second, which defines VARYING as in; the first as out.
+VARYINGS = """
+flat VARYING vec4 v_color;
+#if NEEDS_NORMAL
+VARYING vec3 v_normal;
+#endif
+#if SUN
+VARYING float v_facing;
+#endif
+#if NEEDS_POSITION
+VARYING vec3 v_position;
+#endif
+#if TEXTURED
+VARYING vec2 v_uv;
+#endif
+#if LIT
+flat VARYING vec3 v_ambient;
+#endif
+#if SHINY
+flat VARYING vec4 v_specular;
+flat VARYING vec3 v_emissive;
+#endif
+#if SHADOWED & 1
+VARYING vec3 v_fixed;
+#endif
+#if SHADOWED & 2
+VARYING vec3 v_moving;
+#endif
+"""
+
 VERTEX = """
 in vec3 in_position;
 in vec3 in_normal;
@@ -78,38 +101,12 @@ in vec4 in_color;
 in vec4 in_ambient;   // w: shininess
 in vec4 in_specular;
 in vec4 in_emissive;
-flat out vec4 v_color;
-#if NEEDS_NORMAL
-out vec3 v_normal;
-#endif
-#if SUN
-out float v_facing;
-#endif
-#if NEEDS_PLACE
-out vec3 v_place;
-#endif
-#if TEXTURED
-out vec2 v_uv;
-#endif
-#if LIT
-flat out vec3 v_ambient;
-#endif
-#if SHINY
-flat out vec4 v_specular;
-flat out vec3 v_emissive;
-#endif
-#if SHADOWED & 1
-out vec3 v_fixed;
-#endif
-#if SHADOWED & 2
-out vec3 v_moving;
-#endif
 void main() {
     vec4 local = vec4(in_position, 1.0);
-    vec3 place = vec3(dot(in_row0, local), dot(in_row1, local), dot(in_row2, local));
+    vec3 position = vec3(dot(in_row0, local), dot(in_row1, local), dot(in_row2, local));
     vec3 normal = vec3(dot(in_row0.xyz, in_normal), dot(in_row1.xyz, in_normal),
                        dot(in_row2.xyz, in_normal));
-    gl_Position = clip * vec4(place, 1.0);
+    gl_Position = clip * vec4(position, 1.0);
     v_color = in_color;
 #if SUN || SHADOWED
     vec3 outward = normalize(normal);
@@ -120,8 +117,8 @@ void main() {
 #if SUN
     v_facing = dot(outward, sun.xyz);
 #endif
-#if NEEDS_PLACE
-    v_place = place;
+#if NEEDS_POSITION
+    v_position = position;
 #endif
 #if TEXTURED
     v_uv = in_uv;
@@ -137,46 +134,20 @@ void main() {
     vec3 aside = outward * (0.1 + sqrt(max(1.0 - v_facing * v_facing, 0.0)));
 #endif
 #if SHADOWED & 1
-    v_fixed = (fixed_shadow * vec4(place + sun.w * aside, 1.0)).xyz;
+    v_fixed = (fixed_shadow * vec4(position + sun.w * aside, 1.0)).xyz;
 #endif
 #if SHADOWED & 2
-    v_moving = (moving_shadow * vec4(place + eye.w * aside, 1.0)).xyz;
+    v_moving = (moving_shadow * vec4(position + eye.w * aside, 1.0)).xyz;
 #endif
 }
 """
 
 FRAGMENT = """
-flat in vec4 v_color;
-#if NEEDS_NORMAL
-in vec3 v_normal;
-#endif
-#if SUN
-in float v_facing;
-#endif
-#if NEEDS_PLACE
-in vec3 v_place;
-#endif
-#if TEXTURED
-in vec2 v_uv;
-uniform sampler2D picture;
-#endif
-#if LIT
-flat in vec3 v_ambient;
-#endif
-#if SHINY
-flat in vec4 v_specular;
-flat in vec3 v_emissive;
-#endif
-#if SHADOWED & 1
-in vec3 v_fixed;
+uniform sampler2D albedo;
 uniform sampler2DShadow fixed_map;
-#endif
-#if SHADOWED & 2
-in vec3 v_moving;
 uniform sampler2DShadow moving_map;
-#endif
 #if SHADOWED
-float reached(sampler2DShadow map, vec3 at) {
+float sunlit(sampler2DShadow map, vec3 at) {
     vec2 off = abs(at.xy - 0.5);
     return max(off.x, off.y) < 0.5 ? texture(map, at) : 1.0;
 }
@@ -185,7 +156,7 @@ out vec4 out_color;
 void main() {
     vec4 color = v_color;
 #if TEXTURED
-    vec4 texel = texture(picture, v_uv);
+    vec4 texel = texture(albedo, v_uv);
     color *= texel;
     if (color.a < 0.01) discard;
 #endif
@@ -194,8 +165,8 @@ void main() {
     vec3 normal = normalize(gl_FrontFacing ? v_normal : -v_normal);
 #endif
     vec3 light = v_ambient;
-#if NEEDS_PLACE
-    vec3 back = eye.xyz - v_place;
+#if NEEDS_POSITION
+    vec3 back = eye.xyz - v_position;
     float away = length(back);
 #endif
 #if SHINY
@@ -205,11 +176,11 @@ void main() {
 #if SUN
     float facing = max(gl_FrontFacing ? v_facing : -v_facing, 0.0);
 #if SHADOWED == 1
-    facing *= reached(fixed_map, v_fixed);
+    facing *= sunlit(fixed_map, v_fixed);
 #elif SHADOWED == 2
-    facing *= reached(moving_map, v_moving);
+    facing *= sunlit(moving_map, v_moving);
 #elif SHADOWED == 3
-    facing *= min(reached(fixed_map, v_fixed), reached(moving_map, v_moving));
+    facing *= min(sunlit(fixed_map, v_fixed), sunlit(moving_map, v_moving));
 #endif
     light += facing * sun_diffuse.rgb * v_color.rgb;
 #if SHINY
@@ -221,15 +192,16 @@ void main() {
 #endif
 #if LIGHTS
     for (int i = 0; i < LIGHTS; i++) {
-        vec3 towards = lights[i].place.xyz - v_place;
+        vec3 towards = lights[i].position.xyz - v_position;
         float far = length(towards);
-        towards = lights[i].fall.w > 0.5 ? towards / far : -lights[i].direction.xyz;
+        towards = lights[i].falloff.w > 0.5 ? towards / far : -lights[i].direction.xyz;
         float power = 1.0;
-        if (lights[i].fall.w > 0.5) {
-            power = far > lights[i].place.w ? 0.0
-                : 1.0 / (lights[i].fall.x + far * (lights[i].fall.y + far * lights[i].fall.z));
+        vec4 falloff = lights[i].falloff;
+        if (falloff.w > 0.5) {
+            power = far > lights[i].position.w ? 0.0
+                : 1.0 / (falloff.x + far * (falloff.y + far * falloff.z));
         }
-        if (lights[i].fall.w > 1.5) {
+        if (falloff.w > 1.5) {
             float inside = dot(-towards, lights[i].direction.xyz);
             float part = (inside - lights[i].direction.w)
                 / max(lights[i].diffuse.w - lights[i].direction.w, 1e-4);
@@ -239,8 +211,8 @@ void main() {
         light += cosine * power * lights[i].diffuse.rgb * v_color.rgb;
 #if SHINY
         if (cosine > 0.0) {
-            float turned = max(dot(normal, normalize(towards + view)), 0.0);
-            shine += pow(turned, v_specular.w) * power * lights[i].specular.rgb * v_specular.rgb;
+            float mirrored = max(dot(normal, normalize(towards + view)), 0.0);
+            shine += pow(mirrored, v_specular.w) * power * lights[i].specular.rgb * v_specular.rgb;
         }
 #endif
     }
@@ -256,7 +228,7 @@ void main() {
 #endif
 #if FOG
 #if !LIT
-    float away = length(eye.xyz - v_place);
+    float away = length(eye.xyz - v_position);
 #endif
 #if FOG == 1
     float clear = 1.0 - clamp((away - fog_reach.x) * fog_reach.y, 0.0, 1.0);
@@ -274,11 +246,11 @@ void main() {
 
 MAX_LIGHTS = 16  # point and spot lights, and suns beyond the first
 MATRICES, VECTORS, LIGHT = 3, 7, 5  # numbers of 4x4, of 4, and of 4 a light
-KINDS = {"directional": 0.0, "point": 1.0, "spot": 2.0}
+LIGHT_TYPES = {"directional": 0.0, "point": 1.0, "spot": 2.0}
 SIZE = 16 * MATRICES + 4 * VECTORS + 4 * LIGHT * MAX_LIGHTS
 
 FRAME = """
-struct Light { vec4 place; vec4 direction; vec4 diffuse; vec4 specular; vec4 fall; };
+struct Light { vec4 position; vec4 direction; vec4 diffuse; vec4 specular; vec4 falloff; };
 layout(std140) uniform Frame {
     mat4 clip;            // from the origin's axes
     mat4 fixed_shadow;    // to texture coordinates and depth of the shadow maps
@@ -288,34 +260,33 @@ layout(std140) uniform Frame {
     vec4 sun_diffuse;
     vec4 sun_specular;
     vec4 ambient;
-    vec4 fog;             // colour
+    vec4 fog;             // color
     vec4 fog_reach;       // start, 1 / (end - start), density
     Light lights[16];
 };
 """
 
 
-def frame_buffer(gl):
-    """moderngl Buffer for the block."""
-    return gl.buffer(reserve=4 * SIZE, dynamic=True)
-
-
-def frame_bytes(clip, eye, scene, sun, lights, shadows):
+def frame_bytes(
+    clip: Array,
+    eye: Array,
+    scene: Scene,
+    sun: Light | None,
+    lights: Array,
+    shadows: Shadows | None,
+) -> bytes:
     """Content of the block (std140).
 
     Args:
-        clip: (4, 4) from places relative to the origin to clip space.
+        clip: (4, 4) from positions relative to the origin to clip space.
         eye: (3,) [m] of the camera relative to the origin.
-        scene: Scene.
-        sun: Light that shines from everywhere, or None.
-        lights: (n, 5, 4) of the others, as light_rows gives them.
-        shadows: Shadows, or None.
+        lights: (n, 5, 4) of the others, as light_rows returns them.
     """
     block = np.zeros(SIZE, np.float32)
     fixed = shadows.fixed.lookup() if shadows else np.eye(4)
     moving = shadows.moving.lookup() if shadows else np.eye(4)
-    for number, matrix in enumerate((clip, fixed, moving)):
-        block[16 * number : 16 * number + 16] = matrix.T.ravel()
+    for index, matrix in enumerate((clip, fixed, moving)):
+        block[16 * index : 16 * index + 16] = matrix.T.ravel()
     vectors = block[16 * MATRICES : 16 * MATRICES + 4 * VECTORS].reshape(VECTORS, 4)
     vectors[0] = (*eye, shadows.moving.offset if shadows else 0.0)
     if sun is not None:
@@ -332,25 +303,24 @@ def frame_bytes(clip, eye, scene, sun, lights, shadows):
     return block.tobytes()
 
 
-def light_rows(lights, origin):
+def light_rows(lights: Sequence[Light], origin: Array) -> Array:
     """(n, 5, 4) of the lights in the block.
 
     Args:
-        lights: Lights.
-        origin: (3,) [m] to which their places are relative.
+        origin: (3,) [m] to which their positions are relative.
 
     Raises:
         RenderError: too many.
     """
     if len(lights) > MAX_LIGHTS:
-        raise RenderError(f"the world has {len(lights)} lights, at most {MAX_LIGHTS} are drawn")
+        raise RenderError(f"the world has {len(lights)} lights, at most {MAX_LIGHTS} are rendered")
     rows = np.zeros((len(lights), LIGHT, 4), np.float32)
     for row, light in zip(rows, lights):
         row[0] = (*(np.array(light.position) - origin), light.reach)
         row[1] = (*light.direction, np.cos(light.outer / 2.0))
         row[2] = (*light.diffuse, np.cos(light.inner / 2.0))
         row[3] = (*light.specular, light.falloff)
-        row[4] = (light.constant, light.linear, light.quadratic, KINDS[light.kind])
+        row[4] = (light.constant, light.linear, light.quadratic, LIGHT_TYPES[light.kind])
     return rows
 
 
@@ -361,24 +331,33 @@ class Programs:
         gl: moderngl.Context.
     """
 
-    def __init__(self, gl):
+    def __init__(self, gl: Any) -> None:
         self._gl = gl
         self.surface = lru_cache(maxsize=None)(self._surface)
-        self.depth = self._program(DEPTH_VERTEX, DEPTH_FRAGMENT)
+        self.depth = self._program(LABEL_VERTEX, DEPTH_FRAGMENT)
         self.label = self._program(LABEL_VERTEX, LABEL_FRAGMENT)
         self.sky = self._program(SKY_VERTEX, SKY_FRAGMENT)
 
-    def _program(self, vertex, fragment, head=""):
+    def _program(self, vertex: str, fragment: str, head: str = "") -> Any:
         start = f"#version 330 core\n{head}"
         return self._gl.program(vertex_shader=start + vertex, fragment_shader=start + fragment)
 
-    def _surface(self, textured, shiny, lit, sun, shadowed, lights, fog):
-        """Program that draws surfaces.
+    def _surface(
+        self,
+        textured: bool,
+        shiny: bool,
+        lit: bool,
+        sun: bool,
+        shadowed: int,
+        lights: int,
+        fog: int,
+    ) -> Any:
+        """Program that renders surfaces.
 
         Args:
             textured, shiny, lit: of the batch.
             sun: whether the scene has one.
-            shadowed: whether something that stands still casts shadows (1) and something that
+            shadowed: whether something that never moves casts shadows (1) and something that
                 moves (2), added up.
             lights: number of further lights.
             fog: 0 none, 1 linear, 2 exp, 3 exp2.
@@ -393,11 +372,15 @@ class Programs:
             "LIGHTS": lights,
             "FOG": fog,
             "NEEDS_NORMAL": shiny or lights,
-            "NEEDS_PLACE": shiny or lights or fog,
+            "NEEDS_POSITION": shiny or lights or fog,
         }
         head = "".join(f"#define {name} {int(value)}\n" for name, value in values.items())
-        program = self._program(VERTEX, FRAGMENT, head + FRAME)
-        for name, unit in (("picture", 0), ("fixed_map", 1), ("moving_map", 2)):
+        program = self._program(
+            "#define VARYING out\n" + VARYINGS + VERTEX,
+            "#define VARYING in\n" + VARYINGS + FRAGMENT,
+            head + FRAME,
+        )
+        for name, unit in (("albedo", 0), ("fixed_map", 1), ("moving_map", 2)):
             if name in program:
                 program[name].value = unit
         if "Frame" in program:

@@ -1,7 +1,8 @@
-"""The sun's shadows: one depth picture of what stands still, one of what moves, from the sun.
+"""The sun's shadows: one depth image of what never moves, one of what does, from the sun.
 
-The first is drawn again only when the scene changes or, in a wide world, when the camera comes to
-another part of it. The second is drawn for each snapshot and fits what moves, so that it is fine.
+The first is rendered again only when the scene changes or, in a wide world, when the camera comes
+to another part of it. The second is rendered for each snapshot and fits what moves, so that it is
+fine.
 """
 
 from typing import Any
@@ -9,13 +10,14 @@ from typing import Any
 import numpy as np
 
 from bullet_sim.pose import Array, Vector
+from bullet_sim.render.gl.scene import Instances
 
 WIDEST = 32.0  # [m] edge of the part of the world that a map covers
 CELL = 8.0  # [m] the part follows the camera in steps of this
 NEAR_BY = 0.4  # [m] where a texel of what moves is a pixel
 FINEST = 0.002  # [m] texels need not be smaller
-SMALLEST = 256  # [px] least edge of a map's texture
-LEAST = 0.25  # [m] least edge of a map
+MIN_TEXTURE = 256  # [px] minimum edge of a map's texture
+MIN_EDGE = 0.25  # [m] minimum edge of a map
 NOTHING = "nothing"  # what a map shows without casters
 OFFSET = 1.6  # texels by which surfaces that the sun grazes are moved out before the comparison
 
@@ -34,36 +36,35 @@ def sun_axes(towards: Vector) -> Array:
 
 
 class Map:
-    """One depth picture from the sun.
+    """One depth image from the sun.
 
     Args:
         gl: moderngl.Context.
-        most: greatest edge [px].
+        max_edge: [px].
 
     Attributes:
         texture: moderngl depth texture that compares.
         target: Framebuffer of the texture.
-        clip: (4, 4) from places relative to the stage's origin to OpenGL's clip space.
+        clip: (4, 4) from positions relative to the instances' origin to OpenGL's clip space.
         offset: [m] along the normal, see OFFSET.
-        drawn: what it shows.
     """
 
-    def __init__(self, gl: Any, most: int) -> None:
-        self._gl, self._most = gl, most
-        self._made: dict[int, tuple[Any, Any]] = {}
+    def __init__(self, gl: Any, max_edge: int) -> None:
+        self._gl, self._max_edge = gl, max_edge
+        self._textures: dict[int, tuple[Any, Any]] = {}
         self.clip, self.offset = np.eye(4), 0.0
-        self.drawn: object = NOTHING
-        self._choose(SMALLEST)
+        self.content: object = NOTHING
+        self._choose(MIN_TEXTURE)
 
     def _choose(self, size: int) -> None:
         """Use a texture of that edge [px]."""
-        if size not in self._made:
+        if size not in self._textures:
             texture = self._gl.depth_texture((size, size))
             texture.compare_func = "<="
             texture.filter = (self._gl.LINEAR, self._gl.LINEAR)
             texture.repeat_x = texture.repeat_y = False
-            self._made[size] = texture, self._gl.framebuffer(depth_attachment=texture)
-        self.texture, self.target = self._made[size]
+            self._textures[size] = texture, self._gl.framebuffer(depth_attachment=texture)
+        self.texture, self.target = self._textures[size]
 
     def fit(
         self, axes: Array, low: Array, high: Array, origin: Array, finest: float = FINEST
@@ -71,52 +72,53 @@ class Map:
         """Cover a box of the light's axes.
 
         Args:
-            axes: as sun_axes gives them.
+            axes: as sun_axes returns them.
             low, high: (3,) [m] in these axes.
-            origin: (3,) [m] of the stage.
+            origin: (3,) [m] of the instances.
             finest: texels need not be smaller [m].
         """
-        edge = max(*(high - low)[:2], LEAST) * 1.02
+        edge = max(*(high - low)[:2], MIN_EDGE) * 1.02
         edge = 2.0 ** (np.ceil(2.0 * np.log2(edge)) / 2.0)  # few sizes: shadows do not crawl
         size = 2.0 ** np.ceil(np.log2(edge / finest))
-        size = int(min(max(size, SMALLEST), self._most))
+        size = int(min(max(size, MIN_TEXTURE), self._max_edge))
         self._choose(size)
         texel = edge / size
-        middle = np.round((low + high)[:2] / 2.0 / texel) * texel
+        centre = np.round((low + high)[:2] / 2.0 / texel) * texel
         depth = max(high[2] - low[2], 1e-3) * 1.02 + 4.0 * texel
         start = (low[2] + high[2]) / 2.0 - depth / 2.0
         clip = np.eye(4)
         clip[:3, :3] = axes
-        clip[:3, 3] = axes @ origin - (*middle, start)
+        clip[:3, 3] = axes @ origin - (*centre, start)
         self.clip = np.diag([2.0 / edge, 2.0 / edge, 1.0 / depth, 1.0]) @ clip
         self.offset = OFFSET * texel
 
     def lookup(self) -> Array:
-        """(4, 4) from places to texture coordinates and depth, all 0..1."""
+        """(4, 4) from positions to texture coordinates and depth, all 0..1."""
         half = np.diag([0.5, 0.5, 1.0, 1.0])
         half[:2, 3] = 0.5
         return half @ self.clip
 
 
 class Shadows:
-    """The maps of a stage.
+    """The maps of a scene.
 
     Args:
         gl: moderngl.Context.
         program: shaders.Programs.depth.
-        size: edge of the map of what stands still [px].
+        size: edge of the map of what never moves [px].
     """
 
     def __init__(self, gl: Any, program: Any, size: int) -> None:
         self._gl, self._program = gl, program
         self.fixed, self.moving = Map(gl, size), Map(gl, size // 4)
 
-    def update(self, stage: Any, casts: Array, towards: Vector, eye: Array, focal: float) -> None:
-        """Draw the maps that have changed.
+    def update(
+        self, instances: Instances, casts: Array, towards: Vector, eye: Array, focal: float
+    ) -> None:
+        """Render the maps that have changed.
 
         Args:
-            stage: Stage.
-            casts: (n,) bool, the instances whose shadows may be seen.
+            casts: (n,) bool, the instances whose shadows may be visible.
             towards: (3,) to the sun.
             eye: (3,) [m] of the camera in the world.
             focal: length of the camera [px]; what moves has no finer shadows than it can see.
@@ -126,50 +128,56 @@ class Shadows:
         part = tuple(np.round(axes[:2] @ eye / CELL).tolist())
         light = tuple(map(float, towards))
         for shadow, chosen, version, name, texel in (
-            (self.fixed, stage.casts & stage.still, stage.still_version, "fixed", FINEST),
-            (self.moving, casts & ~stage.still, stage.moving_version, "moving", finest),
+            (
+                self.fixed,
+                instances.casts & instances.fixed,
+                instances.fixed_version,
+                "fixed",
+                FINEST,
+            ),
+            (self.moving, casts & ~instances.fixed, instances.moving_version, "moving", finest),
         ):
             key = (version, light, part, chosen.tobytes(), texel) if chosen.any() else NOTHING
-            if shadow.drawn == key:
+            if shadow.content == key:
                 continue
-            shadow.drawn = key
+            shadow.content = key
             if key != NOTHING:
-                self._draw(shadow, stage, chosen, axes, part, name, texel)
+                self._render(shadow, instances, chosen, axes, part, name, texel)
 
     @property
     def present(self) -> int:
-        """1 if the map of what stands still shows something, and 2 if that of what moves does."""
-        return (self.fixed.drawn != NOTHING) + 2 * (self.moving.drawn != NOTHING)
+        """1 if the map of what never moves shows something, and 2 if that of what moves does."""
+        return (self.fixed.content != NOTHING) + 2 * (self.moving.content != NOTHING)
 
-    def _draw(
+    def _render(
         self,
         shadow: Map,
-        stage: Any,
+        instances: Instances,
         casts: Array,
         axes: Array,
         part: tuple[float, ...],
         name: str,
         texel: float,
     ) -> None:
-        places = stage.centres @ axes.T
-        low, high = places - stage.radii[:, None], places + stage.radii[:, None]
-        middle = np.array(part) * CELL
-        near = (low[:, :2] < middle + WIDEST / 2).all(axis=1)
-        casts = casts & near & (high[:, :2] > middle - WIDEST / 2).all(axis=1)
+        centres, radii = instances.centres @ axes.T, instances.radii[:, None]
+        low, high = centres - radii, centres + radii
+        centre = np.array(part) * CELL
+        near = (low[:, :2] < centre + WIDEST / 2).all(axis=1)
+        casts = casts & near & (high[:, :2] > centre - WIDEST / 2).all(axis=1)
         if not casts.any():
-            shadow.fit(axes, np.zeros(3), np.ones(3), stage.origin)
+            shadow.fit(axes, np.zeros(3), np.ones(3), instances.origin)
             self._clear(shadow)
             return
         low, high = low[casts].min(axis=0), high[casts].max(axis=0)
-        low[:2] = np.maximum(low[:2], middle - WIDEST / 2)
-        high[:2] = np.minimum(high[:2], middle + WIDEST / 2)
-        shadow.fit(axes, low, high, stage.origin, texel)
+        low[:2] = np.maximum(low[:2], centre - WIDEST / 2)
+        high[:2] = np.minimum(high[:2], centre + WIDEST / 2)
+        shadow.fit(axes, low, high, instances.origin, texel)
         self._clear(shadow)
-        self._program["shadow"].write(shadow.clip.T.astype(np.float32).tobytes())
-        for batch in stage.batches:
-            selection = stage.select(batch, casts, name)
+        self._program["clip"].write(shadow.clip.T.astype(np.float32).tobytes())
+        for batch in instances.batches:
+            selection = instances.select(batch, casts, name)
             if selection:
-                stage.array(batch, selection, self._program).render(instances=selection.count)
+                instances.render(batch, selection, self._program)
 
     def _clear(self, shadow: Map) -> None:
         shadow.target.use()
