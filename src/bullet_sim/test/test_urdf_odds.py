@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import trimesh
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
@@ -173,6 +174,60 @@ def test_self_collision(world, flag, pushed):
     model = spawned(world, self_colliding(flag))
     apart = np.subtract(model.link_state("c")[0].position, model.link_state("a")[0].position)
     assert (abs(apart[0] - 0.1) > 0.01) == pushed
+
+
+def arch(tmp_path):
+    """A URDF body with an arch in its front, in which a wheel on a kingpin stands free."""
+    corners, faces = [], []
+    for low, high in (((-1, -1, 0), (0, 1, 1)), ((0, -1, 0.9), (1, 1, 1))):
+        box = trimesh.creation.box(bounds=(low, high))
+        faces += [[len(corners) + i + 1 for i in face] for face in box.faces.tolist()]
+        corners += box.vertices.tolist()
+    (tmp_path / "body.obj").write_text(
+        "".join("v {} {} {}\n".format(*corner) for corner in corners)
+        + "".join("f {} {} {}\n".format(*face) for face in faces)
+    )
+    hub = '<inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>'
+    body = hub + (
+        f'<collision><geometry><mesh filename="{tmp_path}/body.obj"/></geometry></collision>'
+    )
+    return (
+        f'<link name="body">{body}</link><link name="pin">{hub}</link>'
+        + f'<link name="wheel">{BODY}</link>'
+        + joint("revolute", "body", "pin", '<origin xyz="0.5 0 0.4"/><axis xyz="0 0 1"/>')
+        + joint("continuous", "pin", "wheel", '<axis xyz="0 1 0"/>', "axle")
+        + "<gazebo><self_collide>true</self_collide></gazebo>"
+    )
+
+
+def test_a_wheel_in_the_hull_of_a_self_colliding_body_stays_where_it_is(world, tmp_path):
+    """Gazebo collides meshes as they are: there the wheel touches nothing."""
+    world.engine.set_gravity((0.0, 0.0, 0.0))
+    model = spawned(world, arch(tmp_path))
+    assert max(abs(s[1]) for s in world.engine.joint_states(model.body)) < 1e-6
+    (warning,) = (w for w in model.description.warnings if "convex hulls" in w)
+    assert "'body'" in warning and "'wheel'" in warning
+
+
+@pytest.mark.parametrize("moments", [(0.14, 0.14, 1.4), (1.4, 0.14, 0.14)])
+def test_an_inertia_that_no_rigid_body_has_counts_as_it_is(world, moments):
+    """A torque of 1 N m accelerates the link by 1 / I as in Gazebo; PyBullet alone takes 0."""
+    inertia = 'ixx="{}" iyy="{}" izz="{}"'.format(*moments)
+    disc = f'<inertial><mass value="1"/><inertia {inertia} ixy="0" ixz="0" iyz="0"/></inertial>'
+    model = world.spawn_urdf(
+        "r",
+        robot(
+            f'<link name="world"/><link name="a">{disc}</link>'
+            + joint("continuous", "world", "a", '<axis xyz="0 0 1"/>')
+        ),
+        Pose(),
+        str,
+    )
+    for _ in range(100):
+        world.engine.drive_efforts(model.body, (0,), (1.0,))
+        world.step()
+    velocity = world.engine.joint_states(model.body)[0][1]
+    assert velocity == pytest.approx(0.1 / moments[2], rel=0.01)
 
 
 def test_damaged_texts_never_crash(world):

@@ -1,5 +1,6 @@
 """A loaded model: its body in the engine, its links, whether its state is plausible."""
 
+import itertools
 import math
 import os
 from collections.abc import Callable
@@ -21,7 +22,7 @@ from bullet_sim.description.model import (
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes.prepare import prepare_meshes
 from bullet_sim.models.joints import UNLIMITED_EFFORT, UNLIMITED_SPEED, Joints, Mimics
-from bullet_sim.models.urdf_writer import prepared_urdf
+from bullet_sim.models.urdf_writer import prepared_urdf, principal_inertia
 from bullet_sim.pose import PLACEABLE, Array, Pose, Quat, Vec3, Vector, cross
 from bullet_sim.snapshot import BodySource, BodyState
 
@@ -62,6 +63,7 @@ def implausible_state(model: "Model", engine: "Engine") -> str | None:
 
 MAX_VELOCITY = 1e6  # [m/s, rad/s] bound of set_state along each axis
 _SAME = Pose()
+_HULL_OVERLAP = 1e-3  # [m]
 Placed = tuple[Pose, Vector, Vector]  # pose and velocities of set_state
 
 
@@ -134,7 +136,13 @@ class Model:
             for name in apart:
                 for other in links:
                     engine.set_pair_collision(body, index[name], body, index[other], False)
+            self._separate_hulls([name for name in links if name not in apart])
         for name, link in links.items():
+            if not description.static:
+                moments, _ = principal_inertia(link.inertia)
+                low, middle, high = sorted(moments)
+                if high > (1.0 - 1e-9) * (low + middle):  # no rigid body has it: PyBullet loads 0
+                    engine.set_mass(body, index[name], link.mass, moments)
             surface = link.surface
             engine.set_surface(body, index[name], surface.stiffness, surface.damping)
             if surface.bitmask != EVERYTHING:
@@ -152,6 +160,28 @@ class Model:
             engine.drive_position(body, number, 0.0, UNLIMITED_EFFORT, UNLIMITED_SPEED)
         for change in self._changes.values():
             change()
+
+    def _separate_hulls(self, names: list[str]) -> None:
+        """Switch off the collision of self-colliding links of which a mesh's convex hull overlaps
+        the other where the model is loaded, as a body does the wheels in its arches."""
+        index, links = self._links, self._lumped.links
+        meshes = {
+            name for name in names if any(c.geometry.kind == "mesh" for c in links[name].collisions)
+        }
+        neighbors = {frozenset((joint.parent, joint.child)) for joint in self._lumped.joints}
+        for one, other in itertools.combinations(names, 2):
+            if meshes.isdisjoint((one, other)) or frozenset((one, other)) in neighbors:
+                continue
+            pair = self.body, index[one], self.body, index[other]
+            depth = self.engine.pair_depth(*pair)
+            if depth > _HULL_OVERLAP:
+                self.engine.set_pair_collision(*pair, False)
+                self.description.warn(
+                    f"links {one!r} and {other!r} do not collide with each other: where the model "
+                    f"is loaded they overlap by {depth:.3g} m (meshes collide as convex hulls)",
+                    "pairs of links do not collide with each other",
+                    f"{one}, {other}",
+                )
 
     def change(self, key: tuple[str, str], change: Callable[[], None]) -> None:
         """Apply a change to the body now and after every reload.

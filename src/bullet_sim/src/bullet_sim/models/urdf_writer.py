@@ -127,7 +127,8 @@ def _inertial(element: ET.Element, link: Link, static: bool) -> None:
     if static:
         _origin(inertial, Pose())
     else:
-        inertia, axes = _principal(inertia)
+        moments, axes = principal_inertia(inertia)
+        inertia = np.diag(moments)
         x, y, z = link.centre.tolist()
         _origin(inertial, Pose((x, y, z), axes))
     ET.SubElement(inertial, "mass", value=repr(float(mass)))
@@ -143,17 +144,17 @@ def _inertial(element: ET.Element, link: Link, static: bool) -> None:
     )
 
 
-def _principal(inertia: Array) -> tuple[Array, Quat]:
-    """Principal moments on the diagonal (3, 3) and the quaternion of their axes.
+def principal_inertia(inertia: Array) -> tuple[Array, Quat]:
+    """Principal moments (3,) of an inertia (3, 3) and the quaternion of their axes.
 
     PyBullet reads only the diagonal, so off-diagonal terms go into the inertial frame.
     """
     if np.abs(inertia - np.diag(np.diag(inertia))).max() <= 1e-9 * np.abs(inertia).max():
-        return np.diag(np.diag(inertia)), (0.0, 0.0, 0.0, 1.0)
+        return np.diag(inertia).copy(), (0.0, 0.0, 0.0, 1.0)
     moments, axes = np.linalg.eigh(inertia)
     if np.linalg.det(axes) < 0:
         axes[:, 0] = -axes[:, 0]
-    return np.diag(moments), quaternion_from_matrix(axes)
+    return moments, quaternion_from_matrix(axes)
 
 
 def quaternion_from_matrix(matrix: Any) -> Quat:
