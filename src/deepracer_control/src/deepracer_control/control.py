@@ -43,11 +43,8 @@ class Settings:
         check(self)
 
 
-def settings_from_parameters():
+def settings_from_parameters() -> Settings:
     """Reads this node's private parameters.
-
-    Returns:
-        Settings.
 
     Raises:
         ValueError: A parameter is not a number or out of range; the message has its name.

@@ -93,12 +93,11 @@ def draw_text(image, text, position, scale):
         cv2.putText(image, text, position, font, scale, color, thickness, cv2.LINE_AA)
 
 
-def to_pixmap(image, size, ratio=1.0):
+def to_pixmap(image, size: QSize, ratio=1.0):
     """Converts an OpenCV image to a pixmap for a label.
 
     Args:
         image: (H, W, 3) uint8 BGR.
-        size: QSize.
         ratio: Device pixel ratio of the screen.
 
     Returns:
@@ -195,11 +194,10 @@ class CameraFeed(QObject):
 
     arrived = pyqtSignal()  # from the subscriber's thread to Qt's
 
-    def __init__(self, view, timeout):
+    def __init__(self, view: CameraView, timeout):
         """Prepares the feed; start() subscribes.
 
         Args:
-            view: CameraView.
             timeout: Wall time without an image after which the camera counts as stopped [s].
         """
         super().__init__(view)

@@ -95,11 +95,7 @@ LINE_TIMEOUT = 1.5  # ROS time without a line after which it stops [s]
 
 
 class LineDetector:
-    """Detects the line in the window's image.
-
-    Args:
-        window: InterfaceWindow.
-    """
+    """Detects the line in the window's image."""
 
     def __init__(self, window):
         self._window = window

@@ -210,12 +210,7 @@ class Pad(QObject):
 
 
 class InputDevices(QObject):
-    """Adds the deflections of keys and gamepad.
-
-    Attributes:
-        keys: Keys.
-        pad: Pad.
-    """
+    """Adds the deflections of keys and gamepad."""
 
     moved = pyqtSignal(float, float)  # speed, steering: -1..1, right is positive
     stopped = pyqtSignal()

@@ -214,7 +214,6 @@ class RecordButton(QObject):
     """Starts and stops recordings by a checkable button and shows them in a label.
 
     Args:
-        button: QPushButton.
         label: QLabel, hidden while it is empty.
         folder: Folder of the recordings.
     """

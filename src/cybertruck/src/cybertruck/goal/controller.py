@@ -38,11 +38,7 @@ class ShortestLaw:
     """
 
     def __init__(self, settings):
-        """Starts at rest.
-
-        Args:
-            settings: GoalSettings.
-        """
+        """Starts at rest."""
         self._settings = settings
         self.reset()
 
@@ -228,11 +224,7 @@ class GoalController:
     """One goal at a time; a new one replaces it."""
 
     def __init__(self, settings):
-        """Starts without a goal.
-
-        Args:
-            settings: GoalSettings.
-        """
+        """Starts without a goal."""
         self._settings = settings
         self._law = LAWS[settings.gains](settings)
         self.goal = None  # (x, y) in the odometry's frame [m]

@@ -35,16 +35,13 @@ def add_goal(trajectory, message):
     )
 
 
-def from_bag(path, topic, goal_topic):
+def from_bag(path, topic, goal_topic) -> Trajectory:
     """Reads a trajectory from a rosbag.
 
     Args:
         path: The bag.
         topic: Of the odometry.
         goal_topic: Of the goals.
-
-    Returns:
-        Trajectory.
 
     Raises:
         ValueError: The file is not a bag, or has no odometry on the topic.
@@ -83,16 +80,13 @@ def from_bag(path, topic, goal_topic):
     return trajectory
 
 
-def record(topic, goal_topic, duration):
+def record(topic, goal_topic, duration) -> Trajectory:
     """Records until Ctrl-C or for a duration.
 
     Args:
         topic: Of the odometry.
         goal_topic: Of the goals.
         duration: ROS time from the first pose [s]; 0: until Ctrl-C or rosnode kill.
-
-    Returns:
-        Trajectory.
 
     Raises:
         ValueError: No pose was received.

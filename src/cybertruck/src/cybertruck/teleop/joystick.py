@@ -37,15 +37,12 @@ class PadMap:
     inverted: tuple = ()
 
 
-def parse(table):
+def parse(table) -> PadMap:
     """Reads a pad map.
 
     Args:
         table: Dict with axes and buttons (name -> index), and optionally trigger_released,
             trigger_pressed and inverted.
-
-    Returns:
-        PadMap.
 
     Raises:
         ValueError: Something is missing, unknown or not an index; the message names it.
@@ -120,11 +117,10 @@ class PadReader:
     triggers had been moved, or if a trigger jumps to 0 from one of its limits.
     """
 
-    def __init__(self, pad, deadzone=0.05):
+    def __init__(self, pad: PadMap, deadzone=0.05):
         """Starts with nothing pressed.
 
         Args:
-            pad: PadMap.
             deadzone: Fraction of a stick's or trigger's range that counts as rest.
         """
         self._pad = pad
@@ -137,15 +133,12 @@ class PadReader:
         self._last = dict.fromkeys(TRIGGERS, 0.0)
         self._down = frozenset()
 
-    def read(self, axes, buttons):
+    def read(self, axes, buttons) -> PadState:
         """Processes one message.
 
         Args:
             axes: Values of all axes.
             buttons: Values of all buttons.
-
-        Returns:
-            PadState.
 
         Raises:
             ValueError: The message has too few axes or buttons or has a value that is not finite.
@@ -290,12 +283,8 @@ class PadTeleop:
         self._drive, self._steer = 0.0, 0.0
         self._live, self._stopped = 0.0, False
 
-    def update(self, pad):
-        """Updates with a pad state.
-
-        Args:
-            pad: PadState.
-        """
+    def update(self, pad: PadState):
+        """Updates with a pad state."""
         live = self.scheme.drive(pad)
         self._steer = pad.sticks["left_x"]
         if live == 0.0:
@@ -345,9 +334,6 @@ class JoystickNode:
 
     def __init__(self, session):
         """Reads the parameters and subscribes to /joy.
-
-        Args:
-            session: Session.
 
         Raises:
             ValueError: A parameter is wrong; the message names it.

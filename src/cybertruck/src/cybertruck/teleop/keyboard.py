@@ -130,11 +130,10 @@ class TerminalKeys:
     one key at a time, since the keyboard repeats only the last one.
     """
 
-    def __init__(self, teleop, hold_time=HOLD_TIME):
+    def __init__(self, teleop: KeyTeleop, hold_time=HOLD_TIME):
         """Starts with no key down.
 
         Args:
-            teleop: KeyTeleop.
             hold: How long a key counts as held after its last character [s].
         """
         self._teleop = teleop
@@ -176,11 +175,8 @@ class NoServer(RuntimeError):
 class XKeys:
     """Collects key events in pynput's thread and processes them in the caller's."""
 
-    def __init__(self, teleop):
+    def __init__(self, teleop: KeyTeleop):
         """Connects to the X server of DISPLAY.
-
-        Args:
-            teleop: KeyTeleop.
 
         Raises:
             NoServer: There is none, or pynput cannot use it.
@@ -253,9 +249,6 @@ class KeyboardNode:
 
     def __init__(self, session):
         """Reads the parameters and finds a source of keys.
-
-        Args:
-            session: Session.
 
         Raises:
             TeleopExit: There is no source of keys.

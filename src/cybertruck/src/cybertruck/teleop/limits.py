@@ -127,12 +127,8 @@ class Limits:
 class RateLimiter:
     """Limits the rates of change of commands; stopping is never delayed."""
 
-    def __init__(self, limits):
-        """Starts at rest with straight wheels.
-
-        Args:
-            limits: Limits.
-        """
+    def __init__(self, limits: Limits):
+        """Starts at rest with straight wheels."""
         self._limits = limits
         self.reset()
 

@@ -121,11 +121,10 @@ def motion_text(drive, turn):
     return direction + {1: ", wheels left", -1: ", wheels right"}.get(turn, "")
 
 
-def render(view, width, height):
+def render(view: View, width, height):
     """Lays out a view.
 
     Args:
-        view: View.
         width: Columns of the terminal.
         height: Rows of the terminal.
 

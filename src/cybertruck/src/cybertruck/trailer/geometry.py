@@ -46,12 +46,11 @@ class Geometry:
         return self.hitch_offset < ON_AXLE_RATIO * self.tongue_length
 
 
-def towing_curvature(hitch_angle, geometry):
+def towing_curvature(hitch_angle, geometry: Geometry):
     """Returns the truck's curvature that holds a hitch angle, sin ψ = -F (L2 + L1 cos ψ).
 
     Args:
         hitch_angle: ψ [rad].
-        geometry: Geometry.
 
     Returns:
         F [1/m], of the sign opposite to the hitch angle's.
@@ -60,7 +59,7 @@ def towing_curvature(hitch_angle, geometry):
     return -np.sin(hitch_angle) / length
 
 
-def steady_hitch_angle(curvature, geometry):
+def steady_hitch_angle(curvature, geometry: Geometry):
     """Returns the hitch angle at which a trailer settles when the truck drives forward on a circle.
 
     sin ψ + F (L1 cos ψ + L2) = 0, solved as one sine:
@@ -68,7 +67,6 @@ def steady_hitch_angle(curvature, geometry):
 
     Args:
         curvature: F of the truck [1/m], any shape.
-        geometry: Geometry.
 
     Returns:
         ψ [rad]; NaN where the hitch's circle is smaller than the tongue and the trailer folds.
@@ -80,12 +78,11 @@ def steady_hitch_angle(curvature, geometry):
         return np.arcsin(ratio) - np.arctan(offset)
 
 
-def has_steady_towing(curvature, geometry):
+def has_steady_towing(curvature, geometry: Geometry):
     """Returns whether a circle of the truck can be towed: sqrt(R² + L1²) >= L2.
 
     Args:
         curvature: F of the truck [1/m], any shape.
-        geometry: Geometry.
     """
     curvature = np.asarray(curvature, dtype=float)
     offset = curvature * geometry.hitch_offset
@@ -104,22 +101,20 @@ def jackknife_angle(geometry):
     return None if math.isnan(angle) else angle
 
 
-def backing_limit(geometry, margin):
+def backing_limit(geometry: Geometry, margin):
     """Returns the hitch angle up to which the trailer may be backed.
 
     Args:
-        geometry: Geometry.
         margin: To the jackknife angle or the hitch's limit, whichever is smaller [rad].
     """
     angle = jackknife_angle(geometry)
     return min(geometry.hitch_stop, math.inf if angle is None else angle) - margin
 
 
-def towing_limit(geometry, hitch_angle=math.radians(45.0)):
+def towing_limit(geometry: Geometry, hitch_angle=math.radians(45.0)):
     """Returns the maximum curvature to drive forward with at which no circle folds the trailer.
 
     Args:
-        geometry: Geometry.
         hitch_angle: Maximum hitch angle allowed in steady towing [rad].
 
     Returns:
@@ -128,14 +123,13 @@ def towing_limit(geometry, hitch_angle=math.radians(45.0)):
     return min(geometry.max_curvature, float(-towing_curvature(hitch_angle, geometry)))
 
 
-def steady_trailer(trailer_curvature, geometry):
+def steady_trailer(trailer_curvature, geometry: Geometry):
     """Returns the truck's curvature and the hitch angle of a trailer on a circle.
 
     The hitch is on one circle with both axles: R² + L1² = R2² + L2².
 
     Args:
         trailer_curvature: κ2 [1/m], any shape.
-        geometry: Geometry.
 
     Returns:
         (F [1/m], ψ [rad]); NaN where no circle of the truck leads the trailer's.
@@ -150,12 +144,11 @@ def steady_trailer(trailer_curvature, geometry):
     return curvature, angle
 
 
-def trailer_curvature_limit(hitch_angle, geometry):
+def trailer_curvature_limit(hitch_angle, geometry: Geometry):
     """Returns the curvature of a trailer that is towed or backed steadily at a hitch angle.
 
     Args:
         hitch_angle: |ψ| below a right angle [rad].
-        geometry: Geometry.
 
     Returns:
         κ2 > 0 [1/m].

@@ -28,7 +28,6 @@ def trailer_axle(x, y, truck_heading, hitch_angle, geometry):
         x, y: Rear axle's centre [m].
         truck_heading: θ1 [rad].
         hitch_angle: ψ [rad].
-        geometry: Geometry.
 
     Returns:
         (x, y, θ2) of Q [m, m, rad], in the same frame.
@@ -110,7 +109,6 @@ def derivative(state, speed, curvature, geometry):
         state: (..., 4) x, y of C [m], θ1 and ψ [rad].
         speed: v [m/s].
         curvature: F [1/m].
-        geometry: Geometry.
 
     Returns:
         (..., 4) its time derivative.
@@ -133,7 +131,6 @@ def advance(state, speed, curvature, time_step, geometry):
         speed: v [m/s].
         curvature: F [1/m].
         time_step: [s].
-        geometry: Geometry.
 
     Returns:
         (..., 4) the state after the step.
@@ -154,7 +151,6 @@ def integrate(state, speeds, curvatures, time_step, geometry):
         speeds: (n,) or a sequence of n values that fit the state, v [m/s].
         curvatures: The same for F [1/m].
         time_step: Duration of each command [s].
-        geometry: Geometry.
 
     Returns:
         (n + 1, ..., 4) the states, the first is the argument.
@@ -190,11 +186,9 @@ def start_state(path, lateral, heading, hitch_angle, geometry):
     """Returns the truck's state for a trailer near the start of a path.
 
     Args:
-        path: Path.
         lateral: Q's distance to the left of the path's start [m], any shape.
         heading: Trailer's heading error as driven, of that shape [rad].
         hitch_angle: ψ, of that shape [rad].
-        geometry: Geometry.
 
     Returns:
         (..., 4) state.

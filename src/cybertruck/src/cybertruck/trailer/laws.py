@@ -38,7 +38,6 @@ def hitch_law(target_angle, hitch_angle, decay_length, geometry):
         target_angle: ψd [rad].
         hitch_angle: ψ [rad].
         decay_length: Distance in which the difference falls to 1/e [m].
-        geometry: Geometry.
 
     Returns:
         F [1/m], not limited to what the steering can do.
@@ -60,7 +59,6 @@ def backing_law(target_curvature, hitch_angle, decay_length, geometry):
         target_curvature: κd of the trailer [1/m].
         hitch_angle: ψ [rad].
         decay_length: For the cascade [m].
-        geometry: Geometry.
     """
     if geometry.near_axle:
         return hold_law(target_curvature, hitch_angle, decay_length, geometry)
@@ -78,7 +76,6 @@ def hold_law(target_curvature, hitch_angle, decay_length, geometry):
         target_curvature: κd of the trailer [1/m].
         hitch_angle: ψ [rad].
         decay_length: Distance in which the hitch angle's error falls to 1/e [m].
-        geometry: Geometry.
     """
     _, target_angle = steady_trailer(target_curvature, geometry)
     return hitch_law(target_angle, hitch_angle, decay_length, geometry)

@@ -34,7 +34,6 @@ def table(path, times, states, speeds, geometry):
         times: (n,) [s].
         states: (n, 4) x, y of C, θ1 and ψ [m, m, rad, rad].
         speeds: (n,) of C [m/s].
-        geometry: Geometry.
 
     Returns:
         (n, 12) in the order of COLUMNS.
@@ -110,7 +109,6 @@ def plot_truck(axes, trailer, hitch_angle, geometry, alpha=1.0):
         axes: Of matplotlib.
         trailer: (x, y, θ2) of Q.
         hitch_angle: ψ [rad].
-        geometry: Geometry.
         alpha: Opacity of the lines.
     """
     truck = rear_axle(*trailer, hitch_angle, geometry)

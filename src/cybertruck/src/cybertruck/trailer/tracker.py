@@ -101,14 +101,12 @@ class Status:
 class Tracker:
     """Computes commands of trucks from their poses."""
 
-    def __init__(self, path, geometry, steering, tuning=Tuning(), shape=()):
+    def __init__(self, path, geometry, steering, tuning: Tuning = Tuning(), shape=()):
         """Starts with a path.
 
         Args:
             path: Path of the trailer's axle, in the order in which it is driven backwards.
-            geometry: Geometry.
             steering: IdealSteering or MeasuredSteering.
-            tuning: Tuning.
             shape: Shape of the arrays of trucks, () for one.
 
         Raises:
@@ -151,16 +149,13 @@ class Tracker:
             ]
         self.arc = np.reshape(arc, self.mode.shape) + 0.0
 
-    def step(self, x, y, trailer_heading, hitch_angle):
+    def step(self, x, y, trailer_heading, hitch_angle) -> Status:
         """Returns the commands for the trucks' poses.
 
         Args:
             x, y: Q [m].
             trailer_heading: θ2 [rad].
             hitch_angle: ψ [rad].
-
-        Returns:
-            Status.
         """
         if self.arc is None:
             self.start(x, y)
@@ -265,15 +260,13 @@ class CurvatureHold:
 
     path = None
 
-    def __init__(self, curvature, length, geometry, steering, tuning=Tuning()):
+    def __init__(self, curvature, length, geometry, steering, tuning: Tuning = Tuning()):
         """Starts.
 
         Args:
             curvature: As driven, positive to the left; κd of the trailer is its negative [1/m].
             length: Distance to drive [m].
-            geometry: Geometry.
             steering: IdealSteering or MeasuredSteering.
-            tuning: Tuning.
 
         Raises:
             TrailerError: The trailer cannot be backed so sharply, or the distance is not valid.

@@ -18,7 +18,6 @@ class LineFollower:
     """Line follower: images -> commands. No ROS.
 
     Args:
-        vision: LineVision.
         speed: Speed on straights [m/s].
         grip: Lateral acceleration [m/s^2] that lowers the speed in bends.
         timeout: Time [s] for which the last curvature is used when the line is not visible.

@@ -105,11 +105,10 @@ class Path:
 class Pursuit:
     """Follows a Path from poses of the rear axle."""
 
-    def __init__(self, path, lookahead=0.4, max_speed=1.0, max_lateral_acceleration=2.0):
+    def __init__(self, path: Path, lookahead=0.4, max_speed=1.0, max_lateral_acceleration=2.0):
         """Checks the limits.
 
         Args:
-            path: Path.
             lookahead: Distance along the path to the goal point [m].
             max_speed: [m/s].
             max_lateral_acceleration: Lowers the speed in bends [m/s^2].

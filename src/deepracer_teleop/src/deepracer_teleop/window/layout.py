@@ -126,7 +126,6 @@ class Layout(QWidget):
     """A window of six buttons, a checkbox, a slider, the camera and four labels.
 
     Attributes:
-        settings: Settings.
         buttons: Name -> QPushButton.
         cruise: The QCheckBox of cruise control.
         slider: The steering QSlider.
@@ -139,11 +138,7 @@ class Layout(QWidget):
     """
 
     def __init__(self, settings):
-        """Creates an empty grid.
-
-        Args:
-            settings: Settings.
-        """
+        """Creates an empty grid."""
         super().__init__()
         self.settings = settings
         self._shade = ""  # "light" or "dark"
@@ -234,16 +229,13 @@ class Layout(QWidget):
         if event.type() == QEvent.PaletteChange and self._shade:
             self.applyColors()
 
-    def every(self, period, handler, timer_type=Qt.CoarseTimer):
+    def every(self, period, handler, timer_type=Qt.CoarseTimer) -> QTimer:
         """Calls a handler periodically.
 
         Args:
             period: Wall time [ms].
             handler: Function without arguments.
             timer_type: Qt.TimerType.
-
-        Returns:
-            QTimer.
         """
         timer = QTimer(self)
         timer.setTimerType(timer_type)

@@ -14,7 +14,6 @@ def paths(laps, track, path):
 
     Args:
         laps: Lap list.
-        track: Track.
         path: of the PNG.
     """
     figure, axes = pyplot.subplots(figsize=(9, 6.5), dpi=110)

@@ -50,8 +50,6 @@ class Randomizer:
     """Samples the properties that change from run to run of one car.
 
     Args:
-        scene: Scene.
-        car: Car.
         properties: of parse().
 
     Attributes:

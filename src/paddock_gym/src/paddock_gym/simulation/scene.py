@@ -150,9 +150,7 @@ class Scene:
         walls: see description.track_sdf.
 
     Attributes:
-        track: track_model.track.Track.
         projector: Projector of its lane.
-        world: bullet_sim.world.World.
         cars: list of Car.
         substeps: physics steps of an action.
         period: of control [s].

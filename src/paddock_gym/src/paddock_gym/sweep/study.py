@@ -25,7 +25,6 @@ class Study:
     """A sweep in its folder; the same sweep continues with what is there.
 
     Args:
-        spec: Spec.
         folder: for its files.
         log: function of one line.
 

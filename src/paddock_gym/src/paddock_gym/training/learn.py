@@ -23,7 +23,6 @@ def train(settings, folder, resume=False, log=print, ray=None):
     """Train, and write everything into the folder, also after Ctrl-C.
 
     Args:
-        settings: Settings.
         folder: exists, with settings.json.
         resume: continue from its checkpoint.
         log: function of one line.

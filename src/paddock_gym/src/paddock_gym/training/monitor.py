@@ -162,7 +162,6 @@ def heat_map(rows, track, path):
 
     Args:
         rows: of episodes().
-        track: track_model.track.Track.
         path: of the PNG.
     """
     positions = np.array(

@@ -182,15 +182,12 @@ class Collector:
         self._policy.load_state_dict(state)
         self._version = version
 
-    def collect(self, version, max_actions):
+    def collect(self, version, max_actions) -> Segment:
         """Drive until the run ends.
 
         Args:
             version: number of the policy that must drive.
             max_actions: maximum number of actions.
-
-        Returns:
-            Segment.
         """
         if version != self._version:
             raise RuntimeError(f"policy {version} should drive, but {self._version} came last")

@@ -107,7 +107,6 @@ class Projector:
         window: arc length around the known one that is searched [m].
 
     Attributes:
-        course: the Course.
         uniform_sides: (left, right) from the centreline to the edges [m] if the lane has one width
             everywhere, else None.
     """
