@@ -144,18 +144,16 @@ class Train(TrialType):
         table = {key: value for key, value in options.items() if key not in OF_FILE}
         if "observation" in table:
             value = table["observation"]
-            table["observation"] = tuple(value.split(",") if isinstance(value, str) else value)
+            table["observation"] = value.split(",") if isinstance(value, str) else value
         if "randomize" in table:
             table["randomize"] = randomize.parse(table["randomize"])
         own = {key: options[key] for key in OF_FILE if key in options}
         if own and folder:
             base = table.get("hyperparameters")
             if base:
-                with open(base, encoding="utf-8") as stream:
-                    own = {**json.load(stream), **own}
+                own = {**hyperparameters.load_json(base), **own}
             table["hyperparameters"] = os.path.join(folder, "hyperparameters.json")
-            with open(table["hyperparameters"], "w", encoding="utf-8") as stream:
-                json.dump(own, stream)
+            hyperparameters.write_json(table["hyperparameters"], own)
         return Settings(name=os.path.basename(folder), **table)
 
     def command(self, options, folder):

@@ -66,17 +66,8 @@ def fill(rollout_buffer, parts):
         for name in ("observations", "actions", "rewards", "starts", "values", "log_probs")
     ]
     for time in range(rollout_buffer.buffer_size):
-        observations, actions, rewards, starts, values, log_probs = (
-            at(time, column) for column in columns
-        )
-        rollout_buffer.add(
-            observations,
-            actions,
-            rewards,
-            starts,
-            torch.as_tensor(values),
-            torch.as_tensor(log_probs),
-        )
+        *row, values, log_probs = (at(time, column) for column in columns)
+        rollout_buffer.add(*row, torch.as_tensor(values), torch.as_tensor(log_probs))
     last = [segments[-1] for segments in parts]
     rollout_buffer.compute_returns_and_advantage(
         last_values=torch.tensor([segment.value for segment in last]),
