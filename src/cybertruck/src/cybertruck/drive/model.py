@@ -136,10 +136,6 @@ class CyberModel:
         """Curvature of the rear axle's centre, tan(steering) / wheelbase [1/m]."""
         return math.tan(steering) / self.geometry.wheelbase
 
-    def front_curvature(self, steering):
-        """Curvature of the front axle's centre, sin(steering) / wheelbase [1/m]."""
-        return math.sin(steering) / self.geometry.wheelbase
-
     def wheels(self, steering, speed) -> WheelTargets:
         """Hinge angles and wheel speeds for a bicycle's steering angle and speed.
 

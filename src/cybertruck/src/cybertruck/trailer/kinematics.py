@@ -59,15 +59,6 @@ def rear_axle(x, y, trailer_heading, hitch_angle, geometry):
     )
 
 
-def hitch_velocity(speed, truck_heading, curvature, geometry):
-    """Returns the velocity (x, y) of the hitch [m/s] in the frame of the heading."""
-    swing = geometry.hitch_offset * curvature
-    return (
-        speed * (np.cos(truck_heading) + swing * np.sin(truck_heading)),
-        speed * (np.sin(truck_heading) - swing * np.cos(truck_heading)),
-    )
-
-
 def trailer_speed(speed, hitch_angle, curvature, geometry):
     """Returns the speed of Q along the trailer, v_T = v (cos ψ - L1 F sin ψ) [m/s]."""
     return speed * (np.cos(hitch_angle) - geometry.hitch_offset * curvature * np.sin(hitch_angle))
@@ -141,24 +132,6 @@ def advance(state, speed, curvature, time_step, geometry):
     third = derivative(state + 0.5 * time_step * second, speed, curvature, geometry)
     fourth = derivative(state + time_step * third, speed, curvature, geometry)
     return state + time_step / 6.0 * (first + 2.0 * second + 2.0 * third + fourth)
-
-
-def integrate(state, speeds, curvatures, time_step, geometry):
-    """Drives a sequence of commands.
-
-    Args:
-        state: (..., 4) at the start.
-        speeds: (n,) or a sequence of n values that fit the state, v [m/s].
-        curvatures: The same for F [1/m].
-        time_step: Duration of each command [s].
-
-    Returns:
-        (n + 1, ..., 4) the states, the first is the argument.
-    """
-    states = [np.asarray(state, dtype=float)]
-    for speed, curvature in zip(speeds, curvatures):
-        states.append(advance(states[-1], speed, curvature, time_step, geometry))
-    return np.stack(states)
 
 
 @dataclass
