@@ -232,14 +232,13 @@ class Job:
 
 
 class BackUpServer:
-    """Accepts one goal at a time; a newer one preempts it."""
+    """Accepts one goal at a time; a newer one preempts it.
+
+    Raises:
+        TrailerError: A parameter is wrong.
+    """
 
     def __init__(self):
-        """Reads the private parameters.
-
-        Raises:
-            TrailerError: A parameter is wrong.
-        """
         self._settings = settings_from(rospy.get_param("~", {}))
         self._source = StateSource("/odom", self._settings.node.hitch_joint)
         self._driver = Driver()

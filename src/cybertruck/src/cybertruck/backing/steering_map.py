@@ -189,14 +189,13 @@ PERIOD = 0.02  # simulated time between commands [s]
 
 
 class MapDrive:
-    """Measures one steering angle after the other."""
+    """Measures one steering angle after the other.
+
+    Raises:
+        TrailerError: A parameter is wrong.
+    """
 
     def __init__(self):
-        """Reads the private parameters.
-
-        Raises:
-            TrailerError: A parameter is wrong.
-        """
         parameters = rospy.get_param("~", {})
         values = {
             name: value for name, value in parameters.get("map", {}).items() if value != []

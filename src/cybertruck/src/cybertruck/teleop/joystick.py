@@ -115,14 +115,12 @@ class PadReader:
     0 would mean half pulled. So a trigger counts as at rest until it has left 0. A driver whose pad
     was unplugged sends zeros for all axes, again half pulled. That message is recognised if both
     triggers had been moved, or if a trigger jumps to 0 from one of its limits.
+
+    Args:
+        deadzone: Fraction of a stick's or trigger's range that counts as rest.
     """
 
     def __init__(self, pad: PadMap, deadzone=0.05):
-        """Starts with nothing pressed.
-
-        Args:
-            deadzone: Fraction of a stick's or trigger's range that counts as rest.
-        """
         self._pad = pad
         self._deadzone = deadzone
         self.reset()
@@ -135,10 +133,6 @@ class PadReader:
 
     def read(self, axes, buttons) -> PadState:
         """Processes one message.
-
-        Args:
-            axes: Values of all axes.
-            buttons: Values of all buttons.
 
         Raises:
             ValueError: The message has too few axes or buttons or has a value that is not finite.
@@ -259,18 +253,16 @@ class PadTeleop:
 
     In continuous mode the drive stays at the maximum pull since trigger or stick left its rest,
     until a stop or the next pull. The wheels follow the stick in both modes.
+
+    Args:
+        scheme: Key of SCHEMES.
+        speeds: Speeds; None: the defaults.
+
+    Raises:
+        ValueError: There is no such scheme.
     """
 
     def __init__(self, scheme, speeds=None):
-        """Starts at rest in held mode.
-
-        Args:
-            scheme: Key of SCHEMES.
-            speeds: Speeds; None: the defaults.
-
-        Raises:
-            ValueError: There is no such scheme.
-        """
         if scheme not in SCHEMES:
             raise ValueError(f"scheme is {scheme!r}; it must be one of {', '.join(SCHEMES)}")
         self.scheme = SCHEMES[scheme]
@@ -330,14 +322,12 @@ class JoystickNode:
 
     It publishes periodically from the first input of the pad on. When the pad disconnects it
     publishes one zero and nothing more until the next input.
+
+    Raises:
+        ValueError: A parameter is wrong; the message names it.
     """
 
     def __init__(self, session):
-        """Reads the parameters and subscribes to /joy.
-
-        Raises:
-            ValueError: A parameter is wrong; the message names it.
-        """
         self._session = session
         self._name = rospy.get_param("~scheme", "traditional")
         self.teleop = PadTeleop(self._name, session.speeds())
@@ -355,12 +345,7 @@ class JoystickNode:
         )
 
     def tick(self, now, period):
-        """Processes the pad's messages, publishes the command, updates the screen.
-
-        Args:
-            now: Time [s].
-            period: Time since the last call [s].
-        """
+        """Processes the pad's messages, publishes the command, updates the screen."""
         while True:
             try:
                 when, message = self._messages.get_nowait()
@@ -417,9 +402,5 @@ class JoystickNode:
 
 
 def main():
-    """Runs the node.
-
-    Returns:
-        Exit status.
-    """
+    """Runs the node; returns its exit status."""
     return run("joystick", JoystickNode)

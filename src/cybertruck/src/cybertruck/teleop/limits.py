@@ -12,20 +12,17 @@ MIN_SPEED = 0.01  # minimum speeds [m/s, rad/s], from which they can grow again
 
 
 class Speeds:
-    """Linear and angular speed of a teleop, changed in steps and within limits."""
+    """Linear and angular speed of a teleop, changed in steps and within limits.
+
+    Args:
+        linear, angular: Default speed [m/s] and yaw rate [rad/s].
+        max_linear, max_angular: Their maxima.
+
+    Raises:
+        ValueError: A default is not a number within the limits.
+    """
 
     def __init__(self, linear=0.5, angular=0.5, max_linear=3.0, max_angular=3.0):
-        """Sets the defaults, to which reset() returns.
-
-        Args:
-            linear: Default speed [m/s].
-            angular: Default yaw rate [rad/s].
-            max_linear: Maximum speed [m/s].
-            max_angular: Maximum yaw rate [rad/s].
-
-        Raises:
-            ValueError: A default is not a number within the limits.
-        """
         for name, value, limit in (
             ("linear_speed", linear, max_linear),
             ("angular_speed", angular, max_angular),
@@ -89,8 +86,7 @@ class Limits(TowingTruck):
         """Limits a command; the truck cannot turn at rest.
 
         Args:
-            linear: Requested linear.x [m/s].
-            angular: Requested angular.z [rad/s].
+            linear, angular: Requested linear.x [m/s] and angular.z [rad/s].
 
         Returns:
             (linear.x [m/s], angular.z [rad/s]).
@@ -106,7 +102,6 @@ class RateLimiter:
     """Limits the rates of change of commands; stopping is never delayed."""
 
     def __init__(self, limits: Limits):
-        """Starts at rest with straight wheels."""
         self._limits = limits
         self.reset()
 
@@ -115,16 +110,7 @@ class RateLimiter:
         self._linear, self._steering = 0.0, 0.0
 
     def step(self, linear, angular, period):
-        """Returns the next command.
-
-        Args:
-            linear: Requested linear.x [m/s].
-            angular: Requested angular.z [rad/s].
-            period: Time since the last command [s].
-
-        Returns:
-            (linear.x [m/s], angular.z [rad/s]) within all limits.
-        """
+        """Returns the next command as Limits.clip, a period [s] after the last one."""
         limits = self._limits
         linear, angular = limits.clip(linear, angular)
         if linear == 0.0:

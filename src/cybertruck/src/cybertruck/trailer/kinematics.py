@@ -25,8 +25,7 @@ def trailer_axle(x, y, truck_heading, hitch_angle, geometry):
     """Returns the trailer axle's pose from the truck's.
 
     Args:
-        x, y: Rear axle's centre [m].
-        truck_heading: θ1 [rad].
+        x, y, truck_heading: Rear axle's centre and θ1 [m], [rad].
         hitch_angle: ψ [rad].
 
     Returns:
@@ -94,16 +93,7 @@ def hitch_rate(speed, hitch_angle, curvature, geometry):
 
 
 def derivative(state, speed, curvature, geometry):
-    """Returns the rate of a state.
-
-    Args:
-        state: (..., 4) x, y of C [m], θ1 and ψ [rad].
-        speed: v [m/s].
-        curvature: F [1/m].
-
-    Returns:
-        (..., 4) its time derivative.
-    """
+    """Returns the time derivative (..., 4) of a state, see advance."""
     heading, hitch_angle = state[..., 2], state[..., 3]
     rates = (
         speed * np.cos(heading),

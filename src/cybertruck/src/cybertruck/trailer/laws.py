@@ -50,15 +50,10 @@ def hitch_law(target_angle, hitch_angle, decay_length, geometry):
 
 
 def backing_law(target_curvature, hitch_angle, decay_length, geometry):
-    """Returns the truck's curvature for a target trailer curvature, for any hitch.
+    """Returns the truck's curvature for a target trailer curvature, for any hitch; see hold_law.
 
     Off-axle the curvature is set directly. On-axle, or nearly, it follows the hitch angle, which is
     controlled instead: ψd = -atan(κd L2), a cascade.
-
-    Args:
-        target_curvature: κd of the trailer [1/m].
-        hitch_angle: ψ [rad].
-        decay_length: For the cascade [m].
     """
     if geometry.near_axle:
         return hold_law(target_curvature, hitch_angle, decay_length, geometry)

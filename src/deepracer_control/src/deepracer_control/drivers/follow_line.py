@@ -44,14 +44,13 @@ class LineFollower:
 
 
 class FollowLine:
-    """Subscribes camera and camera_info, publishes /cmd_vel once per image."""
+    """Subscribes camera and camera_info, publishes /cmd_vel once per image.
+
+    Raises:
+        ValueError: A parameter is not valid.
+    """
 
     def __init__(self):
-        """Connects.
-
-        Raises:
-            ValueError: A parameter is not valid.
-        """
         get = rospy.get_param
         self._follower = LineFollower(
             vision_from(get, lookahead=0.55),

@@ -71,15 +71,14 @@ LOOKAHEAD = 0.45  # of the pure pursuit along the track [m]
 
 
 class Demo:
-    """One drive."""
+    """One drive.
+
+    Args:
+        out_dir: Existing folder for the results.
+        drive_time: ROS time for which to follow the track [s].
+    """
 
     def __init__(self, car: Car, track, out_dir, drive_time):
-        """Prepares the drive.
-
-        Args:
-            out_dir: Existing folder for the results.
-            drive_time: ROS time for which to follow the track [s].
-        """
         self.car, self.track, self.out_dir = car, track, out_dir
         self.drive_time = drive_time
         self.path = Path(track.centreline, closed=track.closed)

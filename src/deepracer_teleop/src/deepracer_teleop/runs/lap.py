@@ -117,14 +117,13 @@ ERRORS = (LapError, WaitTimeout, rospy.ROSException, rospy.ServiceException, Val
 
 
 class LapRun:
-    """One or several starts on one track."""
+    """One or several starts on one track.
+
+    Raises:
+        ValueError, OSError: A parameter, the track or the folder is not valid.
+    """
 
     def __init__(self):
-        """Reads the parameters and subscribes.
-
-        Raises:
-            ValueError, OSError: A parameter, the track or the folder is not valid.
-        """
         self.out_dir = os.path.abspath(str(rospy.get_param("~out_dir")))
         results.prepare(self.out_dir, FILES)
         self.track = load_track(str(rospy.get_param("~track", "default")))

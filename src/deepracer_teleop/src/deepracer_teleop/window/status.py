@@ -115,14 +115,13 @@ def lap_texts(track, status: LapStatus):
 
 
 class Status:
-    """Collects the text of the status line."""
+    """Collects the text of the status line; start() subscribes.
+
+    Args:
+        clock: Function -> wall time [s].
+    """
 
     def __init__(self, clock=time.monotonic):
-        """Initializes; start() subscribes.
-
-        Args:
-            clock: Function -> wall time [s].
-        """
         self._clock, self._real_time_factor, self._subscriber = clock, RealTimeFactor(), None
         self._lap = self._track = None
 
