@@ -34,6 +34,16 @@ class Training:
         assert process.returncode == 0, output
         return self.report()
 
+    @staticmethod
+    def wait_for(process, words):
+        """Read a training's lines up to one with some words; returns them."""
+        lines = []
+        for line in process.stdout:
+            lines.append(line)
+            if words in line:
+                return lines
+        raise AssertionError("".join(lines))
+
     def report(self):
         """What report.json says."""
         return json.loads((self.folder / "report.json").read_text())

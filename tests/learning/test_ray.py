@@ -21,16 +21,6 @@ def below(parent, title="ray::"):
     ]
 
 
-def wait_for(process, words):
-    """Read a training's lines up to one with some words; returns them."""
-    lines = []
-    for line in process.stdout:
-        lines.append(line)
-        if words in line:
-            return lines
-    raise AssertionError("".join(lines))
-
-
 def complete(training, steps):
     """Check that a training's files tell of all its steps; returns the report."""
     report = training.report()
@@ -45,7 +35,7 @@ def complete(training, steps):
 
 def test_a_killed_actor_costs_its_run_only(training):
     process = training.start(steps=6144, workers=2, ray="auto")
-    wait_for(process, " steps, ")
+    training.wait_for(process, " steps, ")
     actors = below(process.pid, "ray::Actor")
     assert len(actors) == 2
     listening = [
@@ -56,7 +46,7 @@ def test_a_killed_actor_costs_its_run_only(training):
     ]
     assert listening and set(listening) <= set(LOOPBACK)
     os.kill(actors[0].pid, signal.SIGKILL)
-    lines = wait_for(process, LOST)
+    lines = training.wait_for(process, LOST)
     output = process.communicate(timeout=600.0)[0]
     assert process.returncode == 0, "".join(lines) + output
     assert complete(training, 6144)["workers_lost"] == 1
@@ -71,10 +61,10 @@ def test_a_killed_node_costs_its_runs_only(training, monkeypatch):
     try:
         node = cluster.add_node(num_cpus=1)
         process = training.start(steps=6144, workers=0, ray=cluster.address)
-        lines = wait_for(process, " steps, ")
+        lines = training.wait_for(process, " steps, ")
         assert "train: Ray with 2 nodes, 2 processors\n" in lines
         cluster.remove_node(node, allow_graceful=False)
-        lines += wait_for(process, LOST)
+        lines += training.wait_for(process, LOST)
         output = process.communicate(timeout=600.0)[0]
         assert process.returncode == 0, "".join(lines) + output
         report = complete(training, 6144)

@@ -66,9 +66,7 @@ def test_rewards_in_a_published_style_train_as_they_are(training, reward):
 
 def test_ctrl_c_keeps_everything_and_resume_goes_on(training):
     process = training.start(steps=200_000, workers=2)
-    for line in process.stdout:
-        if " steps, " in line:
-            break
+    training.wait_for(process, " steps, ")
     process.send_signal(signal.SIGINT)
     output = process.communicate(timeout=300.0)[0]
     assert process.returncode == 0, output
@@ -87,9 +85,7 @@ def test_ctrl_c_keeps_everything_and_resume_goes_on(training):
 def test_a_killed_worker_costs_its_run_only(training):
     process = training.start(steps=6144, workers=2)
     time.sleep(0.5)
-    for line in process.stdout:
-        if " steps, " in line:
-            break
+    training.wait_for(process, " steps, ")
     os.kill(_workers(process.pid)[0], signal.SIGKILL)
     output = process.communicate(timeout=300.0)[0]
     assert process.returncode == 0, output

@@ -7,6 +7,8 @@ from contextlib import nullcontext
 from types import SimpleNamespace
 
 import pytest
+from paddock_gym.errors import GymError
+from paddock_gym.simulation import randomize
 
 from commands.bootstrap import packages, venv
 from commands.bootstrap.step import Step
@@ -66,7 +68,16 @@ def test_a_training_with_everything(tmp_path):
 )
 def test_what_is_random(value, names):
     table = train.wanted(parsed(train, "train", "--randomize", value))
-    assert table["randomize"] == names
+    assert table["randomize"] == names == list(randomize.parse(value))
+
+
+@pytest.mark.parametrize("value", ["mass,mass", "nothing,friction", "friction,all"])
+def test_what_is_random_is_refused_here_as_in_the_gym(value):
+    with pytest.raises(UsageError) as here:
+        parsed(train, "train", "--randomize", value)
+    with pytest.raises(GymError) as there:
+        randomize.parse(value)
+    assert str(there.value) in str(here.value)
 
 
 def test_resume_changes_only_what_is_given():

@@ -69,17 +69,13 @@ class Run:
     time: float  # [s]
 
 
-def drive(controller, truck, goal, limit=120.0):
+def drive(controller, truck, goal, limit=120.0) -> Run:
     """Drives a truck to a goal.
 
     Args:
-        controller: GoalController.
         truck: Truck, moved.
         goal: (x, y) [m].
         limit: Longest drive [s].
-
-    Returns:
-        Run.
     """
     controller.start(*goal)
     start_time, path_before = truck.time, truck.path

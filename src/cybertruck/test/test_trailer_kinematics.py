@@ -100,9 +100,10 @@ def test_integration_equals_rigid_bodies_under_constraints(geometry, speed, hitc
     curvatures = [
         math.tan(steering_of(index * step)) / geometry.wheelbase for index in range(steps)
     ]
-    ours = kin.integrate(start, [speed] * steps, curvatures, step, geometry)[-1]
-    poses, axle = start, None
+    ours = poses = start
+    axle = None
     for index in range(steps):
+        ours = kin.advance(ours, speed, curvatures[index], step, geometry)
         poses, axle = rigid_body_run(
             poses, speed, lambda _, n=index: steering_of(n * step), step, 1, geometry
         )
@@ -121,9 +122,6 @@ def test_rates_equal_rigid_bodies_under_constraints(seed):
         (0.0, 0.0, heading, *kin.hitch_position(0.0, 0.0, heading, OFF_AXLE), heading + hitch)
     )
     rates = rigid_body_rates(poses, speed, steering, OFF_AXLE)
-    assert kin.hitch_velocity(speed, heading, curvature, OFF_AXLE) == pytest.approx(
-        rates[3:5], abs=1e-12
-    )
     assert kin.trailer_yaw_rate(speed, hitch, curvature, OFF_AXLE) == pytest.approx(
         rates[5], abs=1e-12
     )

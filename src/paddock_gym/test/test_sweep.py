@@ -5,6 +5,7 @@ import json
 
 import pytest
 from paddock_gym.errors import GymError
+from paddock_gym.simulation.randomize import RANDOMIZABLE
 from paddock_gym.sweep import report, spec
 from paddock_gym.sweep.spec import MISSED, TRIAL_TYPES, Range
 
@@ -58,6 +59,21 @@ def test_trainings_with_hyperparameters_of_their_own(tmp_path):
 
 
 @pytest.mark.parametrize(
+    "value, names",
+    [
+        ("all", list(RANDOMIZABLE)),
+        ("nothing", []),
+        ('"mass,friction"', ["mass", "friction"]),
+        ("[mass, start]", ["mass", "start"]),
+    ],
+)
+def test_what_is_random_in_a_training(value, names, tmp_path):
+    found = spec.load(written(tmp_path, f"of: train\nover: {{randomize: [{value}]}}"))
+    command = TRIAL_TYPES["train"].command({"randomize": found.over["randomize"][0]}, "out")
+    assert json.loads(command[-1])["randomize"] == names
+
+
+@pytest.mark.parametrize(
     "before, after, sentence",
     [
         ("of: pursuit", "of: drag", "of is 'drag'; it must be one of train, pursuit, goal"),
@@ -81,6 +97,8 @@ def test_trainings_with_hyperparameters_of_their_own(tmp_path):
         (PURSUIT, "of: train\nover: {steps: [many]}", "steps is 'many'; it must be a whole"),
         (PURSUIT, "of: train\nover: {race: [drag]}", "race is 'drag'; there are time_trial"),
         (PURSUIT, "of: train\nover: {reward: [gone.py]}", "reward is 'gone.py'; it must be"),
+        (PURSUIT, "of: train\nover: {randomize: [rain]}", "randomize has 'rain'; there are start"),
+        (PURSUIT, 'of: train\nover: {randomize: ["all,mass"]}', "all and nothing stand alone"),
         (PURSUIT, "of: [", "is no YAML"),
         (PURSUIT, "3", "contains 3; it must be a table"),
     ],

@@ -11,7 +11,7 @@ SQUARE = "points: [[0, 0], [3, 0], [3, 3], [0, 3]]\n"
 def test_tracks_of_the_package(name):
     path = source.find(name)
     track = track_file.parse(source.read(path), path)
-    curve = geometry.centreline(track)
+    curve = geometry.lane(track).curve
     size = curve.max(axis=0) - curve.min(axis=0) + track.width
     assert track.name == name and track.width >= 0.7
     assert size[0] <= 10.0 and size[1] <= 8.0
@@ -94,7 +94,7 @@ def test_errors_in_the_file(text, expected):
 )
 def test_errors_in_the_geometry(text, expected):
     with pytest.raises(spec.TrackError) as caught:
-        geometry.centreline(track_file.parse(text, "file.yaml"))
+        geometry.lane(track_file.parse(text, "file.yaml"))
     for word in ["file.yaml", "valid:", *expected]:
         assert word in str(caught.value)
 

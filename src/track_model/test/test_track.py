@@ -56,9 +56,10 @@ def test_spline_of_a_circle_is_a_circle():
     knots = 2.0 * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     curve = curves.resample(curves.spline(knots, True)[0])
     assert np.linalg.norm(curve, axis=1) == pytest.approx(2.0, abs=1e-4)  # [m]
-    assert curves.closed_length(curve) == pytest.approx(4.0 * np.pi, abs=1e-2)
+    assert curves.length(curve) == pytest.approx(4.0 * np.pi, abs=1e-2)
     assert curves.radii(curve) == pytest.approx(2.0, rel=0.02)
-    assert np.linalg.norm(curves.offset(curve, 0.5), axis=1) == pytest.approx(1.5, abs=1e-3)
+    inner = curve + 0.5 * curves.left_normals(curve)
+    assert np.linalg.norm(inner, axis=1) == pytest.approx(1.5, abs=1e-3)
 
 
 def test_start_pose_is_the_origin(made):
@@ -68,21 +69,21 @@ def test_start_pose_is_the_origin(made):
 
 def test_start_distance_moves_the_start():
     here, there = (
-        geometry.centreline(track_file.parse(SMALL + f"start_distance: {d:g}", "a"))
+        geometry.lane(track_file.parse(SMALL + f"start_distance: {d:g}", "a")).curve
         for d in (0.0, 1.0)
     )
     assert there[0] == pytest.approx((0, 0), abs=1e-9)
     assert curves.tangents(there)[0] == pytest.approx((1, 0), abs=1e-9)
     # The old start lies 1 m of track behind: at most 1 m away, and behind.
     distance = np.linalg.norm(there + 0.0, axis=1)
-    assert curves.closed_length(here) == pytest.approx(curves.closed_length(there), rel=1e-4)
+    assert curves.length(here) == pytest.approx(curves.length(there), rel=1e-4)
     assert distance[len(there) // 2] > 1.0
 
 
 def test_edges(made):
     for edge in (made.inner, made.outer):
         assert np.linalg.norm(edge - made.centreline, axis=1) == pytest.approx(made.width / 2)
-    assert curves.closed_length(made.inner) < made.length < curves.closed_length(made.outer)
+    assert curves.length(made.inner) < made.length < curves.length(made.outer)
 
 
 def color_at(made, points):

@@ -70,7 +70,7 @@ def bicycle_steering(speed, yaw_rate, geometry):
     return max(-geometry.max_steering, min(geometry.max_steering, angle))
 
 
-def wheel_commands(speed, yaw_rate, geometry=Geometry()):
+def wheel_commands(speed, yaw_rate, geometry=Geometry()) -> WheelCommands:
     """Converts a body twist to hinge angles and wheel speeds with a common turning centre.
 
     With curvature k = tan(steering) / wheelbase the turning centre is on the rear axle's line at
@@ -82,9 +82,6 @@ def wheel_commands(speed, yaw_rate, geometry=Geometry()):
         speed: Forward speed of the rear axle's centre [m/s].
         yaw_rate: Yaw rate [rad/s], left positive (REP-103).
         geometry: The car's Geometry.
-
-    Returns:
-        WheelCommands.
     """
     curvature = math.tan(bicycle_steering(speed, yaw_rate, geometry)) / geometry.wheelbase
     across = geometry.wheelbase * curvature

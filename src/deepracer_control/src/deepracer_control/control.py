@@ -43,11 +43,8 @@ class Settings:
         check(self)
 
 
-def settings_from_parameters():
+def settings_from_parameters() -> Settings:
     """Reads this node's private parameters.
-
-    Returns:
-        Settings.
 
     Raises:
         ValueError: A parameter is not a number or out of range; the message has its name.
@@ -70,14 +67,13 @@ def original_steering(w):
 
 
 class CarControl:
-    """Converts commands to the six joint commands of the car."""
+    """Converts commands to the six joint commands of the car.
+
+    Args:
+        settings: Settings; by default read from the node's private parameters.
+    """
 
     def __init__(self, settings=None):
-        """Advertises and subscribes.
-
-        Args:
-            settings: Settings; by default read from the node's private parameters.
-        """
         self.settings = settings_from_parameters() if settings is None else settings
         self.rightRearPub = rospy.Publisher(topics.RIGHT_REAR_TOPIC, Float64, queue_size=10)
         self.leftRearPub = rospy.Publisher(topics.LEFT_REAR_TOPIC, Float64, queue_size=10)

@@ -40,10 +40,7 @@ class FrameRate:
         self._last = None
 
     def update(self, stamp):
-        """Updates with the next frame's stamp.
-
-        Args:
-            stamp: Time of the frame [s].
+        """Updates with the next frame's stamp [s].
 
         Returns:
             1 / time between the frames [Hz], or None for the first frame, a repeated stamp or a
@@ -93,12 +90,11 @@ def draw_text(image, text, position, scale):
         cv2.putText(image, text, position, font, scale, color, thickness, cv2.LINE_AA)
 
 
-def to_pixmap(image, size, ratio=1.0):
+def to_pixmap(image, size: QSize, ratio=1.0):
     """Converts an OpenCV image to a pixmap for a label.
 
     Args:
         image: (H, W, 3) uint8 BGR.
-        size: QSize.
         ratio: Device pixel ratio of the screen.
 
     Returns:
@@ -118,16 +114,13 @@ def scaled(pixmap, size, ratio):
 
 
 class CameraView(QLabel):
-    """A label with an image, scaled to fit with its aspect ratio, and a message over it."""
+    """A label with an image, scaled to fit with its aspect ratio, and a message over it.
+
+    Args:
+        width, height: Minimum and preferred size [px].
+    """
 
     def __init__(self, width=320, height=240, parent=None):
-        """Starts without an image.
-
-        Args:
-            width: Minimum and preferred width [px].
-            height: Minimum and preferred height [px].
-            parent: Qt parent.
-        """
         super().__init__(parent)
         self._size = QSize(width, height)
         self._pixmap = None
@@ -188,6 +181,9 @@ class CameraView(QLabel):
 class CameraFeed(QObject):
     """Shows the frames of CAMERA_TOPIC in a CameraView, or a message when there are none.
 
+    Args:
+        timeout: Wall time without an image after which the camera counts as stopped [s].
+
     Attributes:
         image: The newest frame as received, (H, W, 3) uint8 BGR, or None.
         time: ROS time [s] at which it was shown, or None.
@@ -195,13 +191,7 @@ class CameraFeed(QObject):
 
     arrived = pyqtSignal()  # from the subscriber's thread to Qt's
 
-    def __init__(self, view, timeout):
-        """Prepares the feed; start() subscribes.
-
-        Args:
-            view: CameraView.
-            timeout: Wall time without an image after which the camera counts as stopped [s].
-        """
+    def __init__(self, view: CameraView, timeout):
         super().__init__(view)
         self._view, self._timeout = view, timeout
         self._bridge, self._latest_frame, self._frame_rate = CvBridge(), LatestValue(), FrameRate()

@@ -12,6 +12,7 @@ import sys
 import rospy
 from deepracer_control.ackermann import Geometry
 from deepracer_control.control import DEGREES_PER_UNIT
+from deepracer_control.drivers.commands import Units
 from deepracer_control.drivers.line_vision import vision_from
 from deepracer_control.drivers.pursuit import arc_curvature
 from paddock_common.settings import Number, parameter
@@ -83,8 +84,7 @@ class Mouse:
 
         The car's control has to run in the original mode: steps of 15 degrees to the right.
         """
-        angle = math.atan(geometry.wheelbase * curvature)
-        angle = max(-geometry.max_steering, min(geometry.max_steering, angle))
+        angle = Units(geometry=geometry).steering(curvature)
         settings = self._window.settings
         value = -math.degrees(angle) / DEGREES_PER_UNIT * settings.slider_scale
         return max(-settings.slider_limit, min(settings.slider_limit, value))
@@ -95,11 +95,7 @@ LINE_TIMEOUT = 1.5  # ROS time without a line after which it stops [s]
 
 
 class LineDetector:
-    """Detects the line in the window's image.
-
-    Args:
-        window: InterfaceWindow.
-    """
+    """Detects the line in the window's image."""
 
     def __init__(self, window):
         self._window = window

@@ -33,17 +33,15 @@ class Keys(QObject):
     """Filters the key events of a window and its widgets.
 
     A slider that has the keyboard focus keeps its arrow keys; WASD drives even then.
+
+    Args:
+        window: QWidget with all its widgets.
     """
 
     moved = pyqtSignal(float, float)  # speed, steering: -1, 0 or 1; when they change
     stopped = pyqtSignal()
 
     def __init__(self, window):
-        """Starts to filter.
-
-        Args:
-            window: QWidget with all its widgets.
-        """
         super().__init__(window)
         self._window, self._held, self._deflections = window, set(), (0, 0)
         self._releases = {}  # held key -> QTimer that completes its release
@@ -142,7 +140,7 @@ def deflection(value):
 
 
 class Pad(QObject):
-    """Follows the gamepad, if there is one.
+    """Follows the gamepad, if there is one; start() subscribes.
 
     Attributes:
         present: Whether PAD_TOPIC has a publisher.
@@ -153,11 +151,6 @@ class Pad(QObject):
     _arrived = pyqtSignal()  # from the subscriber's thread to Qt's
 
     def __init__(self, parent):
-        """Initializes; start() subscribes.
-
-        Args:
-            parent: Qt parent.
-        """
         super().__init__(parent)
         self.present = False
         self._latest, self._subscriber = LatestValue(), None
@@ -210,22 +203,12 @@ class Pad(QObject):
 
 
 class InputDevices(QObject):
-    """Adds the deflections of keys and gamepad.
-
-    Attributes:
-        keys: Keys.
-        pad: Pad.
-    """
+    """Adds the deflections of a window's keys and of the gamepad."""
 
     moved = pyqtSignal(float, float)  # speed, steering: -1..1, right is positive
     stopped = pyqtSignal()
 
     def __init__(self, window):
-        """Follows the keys of a window; start() subscribes to the pad.
-
-        Args:
-            window: QWidget with all its widgets.
-        """
         super().__init__(window)
         self.keys, self.pad = Keys(window), Pad(self)
         self._deflections = {}

@@ -93,17 +93,15 @@ def size_text(size):
 class Recording:
     """One recording, from start() to stop().
 
+    Args:
+        folder: Target folder; created if it is missing.
+
     Attributes:
         stem: Path of bag and film without their suffixes.
         problem: Error message, or "".
     """
 
     def __init__(self, folder):
-        """Sets the name; nothing is written yet.
-
-        Args:
-            folder: Target folder; created if it is missing.
-        """
         name = time.strftime("drive-%Y%m%d-%H%M%S")
         self.folder = os.path.abspath(os.path.expanduser(folder))
         self.stem = os.path.join(self.folder, name)
@@ -214,7 +212,6 @@ class RecordButton(QObject):
     """Starts and stops recordings by a checkable button and shows them in a label.
 
     Args:
-        button: QPushButton.
         label: QLabel, hidden while it is empty.
         folder: Folder of the recordings.
     """

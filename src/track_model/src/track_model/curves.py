@@ -55,14 +55,8 @@ def _knot_steps(points: npt.NDArray[Any]) -> npt.NDArray[Any]:
 
 def length(curve: npt.NDArray[Any], closed: bool = True) -> float:
     """Return the length of a polyline (N, 2) [m]."""
-    if closed:
-        return closed_length(curve)
-    return float(np.linalg.norm(np.diff(curve, axis=0), axis=1).sum())
-
-
-def closed_length(curve: npt.NDArray[Any]) -> float:
-    """Return the length of a closed polyline (N, 2) [m]."""
-    return float(np.linalg.norm(np.roll(curve, -1, axis=0) - curve, axis=1).sum())
+    chords = np.roll(curve, -1, axis=0) - curve if closed else np.diff(curve, axis=0)
+    return float(np.linalg.norm(chords, axis=1).sum())
 
 
 def resample(
@@ -109,11 +103,6 @@ def tangents(curve: npt.NDArray[Any], closed: bool = True) -> npt.NDArray[Any]:
 def left_normals(curve: npt.NDArray[Any], closed: bool = True) -> npt.NDArray[Any]:
     """Return unit normals (N, 2) to the left of the driving direction."""
     return tangents(curve, closed)[:, ::-1] * (-1.0, 1.0)
-
-
-def offset(curve: npt.NDArray[Any], distance: float) -> npt.NDArray[Any]:
-    """Return the curve offset to its left by a distance [m]."""
-    return curve + distance * left_normals(curve)
 
 
 def radii(curve: npt.NDArray[Any], closed: bool = True) -> npt.NDArray[Any]:

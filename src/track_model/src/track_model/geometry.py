@@ -107,8 +107,3 @@ def _check_lane(
             "a lane that overlaps itself near ({:.2f}, {:.2f})".format(*tuple(touch)),
             f"parts at least {spec.width:.2f} m apart",
         )
-
-
-def centreline(spec: TrackSpec) -> npt.NDArray[Any]:
-    """Return the sampled centreline (N, 2) [m] in the start frame: Lane.curve."""
-    return lane(spec).curve

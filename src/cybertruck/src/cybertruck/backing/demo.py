@@ -34,14 +34,13 @@ OFFSET = 0.5  # lateral distance of the line [m]
 
 
 class Demo:
-    """Drives one shape and writes the report."""
+    """Drives one shape and writes the report.
+
+    Raises:
+        TrailerError: The shape does not exist, or a parameter is wrong.
+    """
 
     def __init__(self):
-        """Reads the parameters.
-
-        Raises:
-            TrailerError: The shape does not exist, or a parameter is wrong.
-        """
         self._settings = settings_from(rospy.get_param("~", {}))
         self._shape = str(rospy.get_param("~shape", "line"))
         if self._shape not in SHAPES:

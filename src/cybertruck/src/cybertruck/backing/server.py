@@ -132,13 +132,12 @@ def settings_from(parameters):
 HOLD = "hold"  # a shape without a path: hold a curvature over a length
 
 
-def make_tracker(goal, trailer, settings):
+def make_tracker(goal, trailer, settings: Settings):
     """Checks a goal and makes its tracker, starting at the trailer's pose.
 
     Args:
         goal: Has the fields of cybertruck/BackUpGoal.
         trailer: (x, y [m], θ2 [rad]) of the trailer's axle now, in the odometry frame.
-        settings: Settings.
 
     Returns:
         Tracker, or CurvatureHold for the shape "hold".
@@ -233,14 +232,13 @@ class Job:
 
 
 class BackUpServer:
-    """Accepts one goal at a time; a newer one preempts it."""
+    """Accepts one goal at a time; a newer one preempts it.
+
+    Raises:
+        TrailerError: A parameter is wrong.
+    """
 
     def __init__(self):
-        """Reads the private parameters.
-
-        Raises:
-            TrailerError: A parameter is wrong.
-        """
         self._settings = settings_from(rospy.get_param("~", {}))
         self._source = StateSource("/odom", self._settings.node.hitch_joint)
         self._driver = Driver()

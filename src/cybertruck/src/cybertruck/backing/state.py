@@ -45,17 +45,15 @@ class TruckState:
 class StateSource:
     """Subscribes to odometry and, if a joint is named, joint states.
 
+    Args:
+        odom_topic: nav_msgs/Odometry of the rear axle's centre, twist in the child frame.
+        hitch_joint: Name of the hitch in /joint_states, or None without a trailer.
+
     Attributes:
         resets: Number of times the odometry's stamps went back: resets of the simulation.
     """
 
     def __init__(self, odom_topic="/odom", hitch_joint=None):
-        """Subscribes.
-
-        Args:
-            odom_topic: nav_msgs/Odometry of the rear axle's centre, twist in the child frame.
-            hitch_joint: Name of the hitch in /joint_states, or None without a trailer.
-        """
         self._changed = threading.Condition()
         self._state = None
         self.resets = 0

@@ -108,15 +108,12 @@ class Measured:
     rms: float
 
 
-def measure(angle, poses):
+def measure(angle, poses) -> Measured:
     """Computes the curvature from the poses of one angle.
 
     Args:
         angle: Steering angle [rad].
         poses: (n, 3) x, y, heading [m, m, rad] in driving order.
-
-    Returns:
-        Measured.
 
     Raises:
         TrailerError: Too few poses, or they do not lie on a circle.
@@ -140,14 +137,13 @@ def measure(angle, poses):
     return Measured(angle, curvature, rms)
 
 
-def write_figure(file, measured, checked, steering, wheelbase):
+def write_figure(file, measured, checked, steering: MeasuredSteering, wheelbase):
     """Plots measured curvatures, the map and tan φ / L, with residuals, into a PNG.
 
     Args:
         file: PNG file to write.
         measured: List of Measured of which the map was made.
         checked: List of Measured that were not used for it.
-        steering: MeasuredSteering.
         wheelbase: L [m].
     """
     import matplotlib
@@ -193,14 +189,13 @@ PERIOD = 0.02  # simulated time between commands [s]
 
 
 class MapDrive:
-    """Measures one steering angle after the other."""
+    """Measures one steering angle after the other.
+
+    Raises:
+        TrailerError: A parameter is wrong.
+    """
 
     def __init__(self):
-        """Reads the private parameters.
-
-        Raises:
-            TrailerError: A parameter is wrong.
-        """
         parameters = rospy.get_param("~", {})
         values = {
             name: value for name, value in parameters.get("map", {}).items() if value != []

@@ -102,13 +102,9 @@ class WheelTargets:
 
 
 class CyberModel:
-    """Kinematics without slip, within the truck's limits.
+    """Kinematics without slip, within the truck's limits."""
 
-    Args:
-        geometry: TruckGeometry.
-    """
-
-    def __init__(self, geometry=TruckGeometry()):
+    def __init__(self, geometry: TruckGeometry = TruckGeometry()):
         self.geometry = geometry
 
     def limit(self, steering, speed):
@@ -140,11 +136,7 @@ class CyberModel:
         """Curvature of the rear axle's centre, tan(steering) / wheelbase [1/m]."""
         return math.tan(steering) / self.geometry.wheelbase
 
-    def front_curvature(self, steering):
-        """Curvature of the front axle's centre, sin(steering) / wheelbase [1/m]."""
-        return math.sin(steering) / self.geometry.wheelbase
-
-    def wheels(self, steering, speed):
+    def wheels(self, steering, speed) -> WheelTargets:
         """Hinge angles and wheel speeds for a bicycle's steering angle and speed.
 
         A hinge at (wheelbase, y) is perpendicular to the line to the centre of rotation:
@@ -154,9 +146,6 @@ class CyberModel:
         Args:
             steering: bicycle's angle [rad], within the limits.
             speed: of the rear axle's centre [m/s].
-
-        Returns:
-            WheelTargets.
         """
         shape = self.geometry
         curvature = self.rear_curvature(steering)

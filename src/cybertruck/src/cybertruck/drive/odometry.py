@@ -58,9 +58,7 @@ class WheelOdometry:
     covariance grows as that of a unicycle driven by distance and rotation with independent errors.
 
     Args:
-        model: CyberModel.
         start: (x [m], y [m], yaw [rad]).
-        errors: Errors.
 
     Attributes:
         x, y, yaw: pose of base_footprint in the frame of the start.
@@ -68,7 +66,7 @@ class WheelOdometry:
         covariance: (3, 3) of (x, y, yaw).
     """
 
-    def __init__(self, model, start=(0.0, 0.0, 0.0), errors=Errors()):
+    def __init__(self, model, start=(0.0, 0.0, 0.0), errors: Errors = Errors()):
         self._model, self._start, self._errors = model, tuple(start), errors
         self.reset()
 
@@ -79,11 +77,10 @@ class WheelOdometry:
         self.covariance = np.diag((STILL[0], STILL[0], STILL[1]))
         self._last = None
 
-    def jumped(self, measured, period):
+    def jumped(self, measured: Measured, period):
         """Whether a rear wheel has rotated further than it can: the simulator was reset.
 
         Args:
-            measured: Measured.
             period: since the last update [s].
         """
         if self._last is None:
@@ -97,12 +94,8 @@ class WheelOdometry:
             > limit
         )
 
-    def update(self, measured):
-        """Update with a new measurement.
-
-        Args:
-            measured: Measured.
-        """
+    def update(self, measured: Measured):
+        """Update with a new measurement."""
         radius = self._model.geometry.wheel_radius
         curvature = self._model.curvature_of_hinges(measured.left_steering, measured.right_steering)
         if self._last is not None:

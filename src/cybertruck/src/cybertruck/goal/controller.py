@@ -19,8 +19,7 @@ def circle_distance(forward, left, radius, side):
     """Returns the distance of a point from the centre of a turning circle [m].
 
     Args:
-        forward: Coordinate along the heading, from the rear axle's centre [m].
-        left: Coordinate to the left [m].
+        forward, left: Of the point along the heading, from the rear axle's centre [m].
         radius: Of the circle [m].
         side: 1: the circle to the left; -1: to the right.
     """
@@ -38,11 +37,6 @@ class ShortestLaw:
     """
 
     def __init__(self, settings):
-        """Starts at rest.
-
-        Args:
-            settings: GoalSettings.
-        """
         self._settings = settings
         self.reset()
 
@@ -63,8 +57,7 @@ class ShortestLaw:
         It has within about half the tolerance, or at the minimum distance within the tolerance.
 
         Args:
-            forward: Goal along the heading [m].
-            left: Goal to the left [m].
+            forward, left: Goal along the heading [m].
         """
         distance = math.hypot(forward, left)
         tolerance = 0.8 * self._settings.tolerance  # it still rolls a little
@@ -74,8 +67,7 @@ class ShortestLaw:
         """Returns the next command.
 
         Args:
-            forward: Goal along the heading [m].
-            left: Goal to the left [m].
+            forward, left: Goal along the heading [m].
             period: Time since the last command [s].
 
         Returns:
@@ -125,11 +117,7 @@ class OriginalLaw:
     """The original's proportional control: speed from distance, yaw rate from heading error."""
 
     def __init__(self, settings):
-        """Stores the limits.
-
-        Args:
-            settings: GoalSettings; only its limits are used.
-        """
+        # only its limits are used
         self._settings = settings
 
     def reset(self):
@@ -146,15 +134,7 @@ class OriginalLaw:
         return max(abs(error[0]), abs(error[1])) <= ORIGINAL_BOX
 
     def command(self, forward, left, _period):
-        """Returns the next command.
-
-        Args:
-            forward: Goal along the heading [m].
-            left: Goal to the left [m].
-
-        Returns:
-            (linear.x [m/s], angular.z [rad/s]).
-        """
+        """Returns the next command, as ShortestLaw."""
         settings = self._settings
         distance = math.hypot(forward, left)
         gains = COARSE if distance > ORIGINAL_COARSE * ORIGINAL_BOX else FINE
@@ -168,18 +148,14 @@ LAWS = {"default": ShortestLaw, "original": OriginalLaw}
 
 
 def shortest_length(forward, left, radius):
-    """Returns the length of the shortest forward path with bounded curvature to a point.
+    """Returns the length [m] of the shortest forward path with bounded curvature to a point.
 
     One turn and a straight line to a point outside the turning circles, two opposite turns to one
     inside (Bui et al. 1994); the end heading is free.
 
     Args:
-        forward: The point along the heading at the start [m].
-        left: The point to the left [m].
+        forward, left: The point along the heading at the start [m].
         radius: Minimum turning radius [m].
-
-    Returns:
-        The length [m].
     """
     left = abs(left)  # the mirror image is as long
     outside = circle_distance(forward, left, radius, 1) >= radius
@@ -228,11 +204,6 @@ class GoalController:
     """One goal at a time; a new one replaces it."""
 
     def __init__(self, settings):
-        """Starts without a goal.
-
-        Args:
-            settings: GoalSettings.
-        """
         self._settings = settings
         self._law = LAWS[settings.gains](settings)
         self.goal = None  # (x, y) in the odometry's frame [m]
@@ -268,12 +239,7 @@ class GoalController:
         return ""
 
     def start(self, x, y):
-        """Sets a new goal, which replaces a running one.
-
-        Args:
-            x: In the odometry's frame [m].
-            y: In the odometry's frame [m].
-        """
+        """Sets a new goal in the odometry's frame [m], which replaces a running one."""
         self.goal = (x, y)
         self.driven, self.shortest, self.distance = 0.0, None, None
         self._last = None  # (x, y, time)
@@ -289,8 +255,7 @@ class GoalController:
         """Updates with a pose and returns the next command.
 
         Args:
-            x: Rear axle's centre in the odometry's frame [m].
-            y: In the odometry's frame [m].
+            x, y: Rear axle's centre in the odometry's frame [m].
             heading: [rad], left positive.
             time: Stamp of the pose [s].
 

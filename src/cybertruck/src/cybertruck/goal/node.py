@@ -20,14 +20,13 @@ from cybertruck.srv import Goal, GoalResponse
 
 
 class GoalNode:
-    """The go-to-goal node. It publishes commands only while it has a goal."""
+    """The go-to-goal node. It publishes commands only while it has a goal.
+
+    Raises:
+        ValueError: A parameter is wrong; the message names it.
+    """
 
     def __init__(self):
-        """Reads the parameters and advertises the services.
-
-        Raises:
-            ValueError: A parameter is wrong; the message names it.
-        """
         self._settings = read(GoalSettings, rospy.get_param)
         self._controller = GoalController(self._settings)
         self._lock = threading.RLock()  # service, odometry and timer have different threads

@@ -1,28 +1,21 @@
 """Settings of the go-to-goal controller."""
 
-import math
 from dataclasses import dataclass
 
-from paddock_common.settings import check, choice, flag, number
+from paddock_common.settings import check, choice, number
 
-from cybertruck.trailer.geometry import Geometry, towing_limit
+from cybertruck.trailer.geometry import TowingTruck
 
 GAINS = ("default", "original")
 
 
 @dataclass(frozen=True)
-class GoalSettings:
-    """Geometry, limits and gains.
+class GoalSettings(TowingTruck):
+    """Limits and gains, beside those of the truck.
 
     Attributes:
         gains: "default": shortest path, stops near the goal; "original": the original's
             proportional control, stops in its 0.5 m box.
-        wheelbase: Front to rear axle [m].
-        max_steering: Maximum angle of the bicycle's front wheel [rad].
-        trailer: Whether the truck pulls a trailer; the curvature is then limited further.
-        hitch_offset: Rear axle to hitch [m].
-        tongue_length: Hitch to the trailer's axle [m].
-        max_hitch_angle: Hitch angle that the tightest circle with a trailer settles at [rad].
         min_radius: Radius of planned turns without a trailer [m].
         trailer_min_radius: Radius of planned turns with a trailer [m].
         max_linear: Maximum linear.x [m/s].
@@ -40,12 +33,6 @@ class GoalSettings:
     """
 
     gains: str = choice("default", GAINS)
-    wheelbase: float = number(0.508, above=0.0, unit="m")
-    max_steering: float = number(0.7854, above=0.0, unit="rad")
-    trailer: bool = flag(False)
-    hitch_offset: float = number(0.30, min=0.0, unit="m")
-    tongue_length: float = number(0.70, above=0.0, unit="m")
-    max_hitch_angle: float = number(math.radians(60.0), above=0.0, unit="rad")
     min_radius: float = number(0.8, above=0.0, unit="m")
     trailer_min_radius: float = number(1.15, above=0.0, unit="m")
     max_linear: float = number(1.5, above=0.0, unit="m/s")
@@ -78,9 +65,4 @@ class GoalSettings:
     @property
     def min_turning_radius(self):
         """Minimum radius of corrections: full lock, or what a trailer can follow [m]."""
-        geometry = Geometry(
-            self.wheelbase, self.hitch_offset, self.tongue_length, self.max_steering
-        )
-        if self.trailer:
-            return 1.0 / towing_limit(geometry, self.max_hitch_angle)
-        return 1.0 / geometry.max_curvature
+        return 1.0 / self.max_curvature

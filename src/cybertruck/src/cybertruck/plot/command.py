@@ -35,16 +35,8 @@ def add_goal(trajectory, message):
     )
 
 
-def from_bag(path, topic, goal_topic):
+def from_bag(path, topic, goal_topic) -> Trajectory:
     """Reads a trajectory from a rosbag.
-
-    Args:
-        path: The bag.
-        topic: Of the odometry.
-        goal_topic: Of the goals.
-
-    Returns:
-        Trajectory.
 
     Raises:
         ValueError: The file is not a bag, or has no odometry on the topic.
@@ -83,16 +75,11 @@ def from_bag(path, topic, goal_topic):
     return trajectory
 
 
-def record(topic, goal_topic, duration):
+def record(topic, goal_topic, duration) -> Trajectory:
     """Records until Ctrl-C or for a duration.
 
     Args:
-        topic: Of the odometry.
-        goal_topic: Of the goals.
         duration: ROS time from the first pose [s]; 0: until Ctrl-C or rosnode kill.
-
-    Returns:
-        Trajectory.
 
     Raises:
         ValueError: No pose was received.
@@ -139,11 +126,7 @@ def non_negative(text):
 
 
 def main():
-    """Records, writes, prints the paths of the files.
-
-    Returns:
-        Exit status.
-    """
+    """Records, writes, prints the paths of the files; returns the exit status."""
     parser = argparse.ArgumentParser(prog="plot_pose", description=__doc__)
     parser.add_argument(
         "--output",

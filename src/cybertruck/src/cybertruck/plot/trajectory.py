@@ -8,17 +8,16 @@ from matplotlib import pyplot  # noqa: E402  the backend must be chosen before
 
 
 class Trajectory:
-    """Poses in the order of their stamps, and the goals during the recording."""
+    """Poses in the order of their stamps, and the goals during the recording.
+
+    Args:
+        spacing: Poses closer to the last stored one than this are skipped, unless the heading
+            changed by more than a degree [m]; 0 stores all.
+    """
 
     COLUMNS = ("time", "x", "y", "heading")
 
     def __init__(self, spacing=0.0):
-        """Starts empty.
-
-        Args:
-            spacing: Poses closer to the last stored one than this are skipped, unless the heading
-                changed by more than a degree [m]; 0 stores all.
-        """
         self._spacing = spacing
         self.rows = []  # (time [s], x [m], y [m], heading [rad])
         self.goals = []  # (time [s], x [m], y [m])
@@ -28,10 +27,7 @@ class Trajectory:
         """Adds a pose; one that is not finite, or older than the last, is skipped.
 
         Args:
-            time: Stamp [s].
-            x: [m].
-            y: [m].
-            heading: [rad], left positive.
+            time, x, y, heading: Stamp [s], pose [m], [rad], left positive.
 
         Returns:
             Whether the pose was valid.
@@ -50,13 +46,7 @@ class Trajectory:
         return True
 
     def add_goal(self, time, x, y):
-        """Adds a goal; the same one again (a latched message) is skipped.
-
-        Args:
-            time: Stamp [s].
-            x: [m].
-            y: [m].
-        """
+        """Adds a goal, stamp [s] and position [m]; the same one again (latched) is skipped."""
         goal = (time, x, y)
         if all(map(math.isfinite, goal)) and goal not in self.goals:
             self.goals.append(goal)

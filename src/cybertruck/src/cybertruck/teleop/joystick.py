@@ -37,15 +37,12 @@ class PadMap:
     inverted: tuple = ()
 
 
-def parse(table):
+def parse(table) -> PadMap:
     """Reads a pad map.
 
     Args:
         table: Dict with axes and buttons (name -> index), and optionally trigger_released,
             trigger_pressed and inverted.
-
-    Returns:
-        PadMap.
 
     Raises:
         ValueError: Something is missing, unknown or not an index; the message names it.
@@ -118,15 +115,12 @@ class PadReader:
     0 would mean half pulled. So a trigger counts as at rest until it has left 0. A driver whose pad
     was unplugged sends zeros for all axes, again half pulled. That message is recognised if both
     triggers had been moved, or if a trigger jumps to 0 from one of its limits.
+
+    Args:
+        deadzone: Fraction of a stick's or trigger's range that counts as rest.
     """
 
-    def __init__(self, pad, deadzone=0.05):
-        """Starts with nothing pressed.
-
-        Args:
-            pad: PadMap.
-            deadzone: Fraction of a stick's or trigger's range that counts as rest.
-        """
+    def __init__(self, pad: PadMap, deadzone=0.05):
         self._pad = pad
         self._deadzone = deadzone
         self.reset()
@@ -137,15 +131,8 @@ class PadReader:
         self._last = dict.fromkeys(TRIGGERS, 0.0)
         self._down = frozenset()
 
-    def read(self, axes, buttons):
+    def read(self, axes, buttons) -> PadState:
         """Processes one message.
-
-        Args:
-            axes: Values of all axes.
-            buttons: Values of all buttons.
-
-        Returns:
-            PadState.
 
         Raises:
             ValueError: The message has too few axes or buttons or has a value that is not finite.
@@ -266,18 +253,16 @@ class PadTeleop:
 
     In continuous mode the drive stays at the maximum pull since trigger or stick left its rest,
     until a stop or the next pull. The wheels follow the stick in both modes.
+
+    Args:
+        scheme: Key of SCHEMES.
+        speeds: Speeds; None: the defaults.
+
+    Raises:
+        ValueError: There is no such scheme.
     """
 
     def __init__(self, scheme, speeds=None):
-        """Starts at rest in held mode.
-
-        Args:
-            scheme: Key of SCHEMES.
-            speeds: Speeds; None: the defaults.
-
-        Raises:
-            ValueError: There is no such scheme.
-        """
         if scheme not in SCHEMES:
             raise ValueError(f"scheme is {scheme!r}; it must be one of {', '.join(SCHEMES)}")
         self.scheme = SCHEMES[scheme]
@@ -290,12 +275,8 @@ class PadTeleop:
         self._drive, self._steer = 0.0, 0.0
         self._live, self._stopped = 0.0, False
 
-    def update(self, pad):
-        """Updates with a pad state.
-
-        Args:
-            pad: PadState.
-        """
+    def update(self, pad: PadState):
+        """Updates with a pad state."""
         live = self.scheme.drive(pad)
         self._steer = pad.sticks["left_x"]
         if live == 0.0:
@@ -341,17 +322,12 @@ class JoystickNode:
 
     It publishes periodically from the first input of the pad on. When the pad disconnects it
     publishes one zero and nothing more until the next input.
+
+    Raises:
+        ValueError: A parameter is wrong; the message names it.
     """
 
     def __init__(self, session):
-        """Reads the parameters and subscribes to /joy.
-
-        Args:
-            session: Session.
-
-        Raises:
-            ValueError: A parameter is wrong; the message names it.
-        """
         self._session = session
         self._name = rospy.get_param("~scheme", "traditional")
         self.teleop = PadTeleop(self._name, session.speeds())
@@ -369,12 +345,7 @@ class JoystickNode:
         )
 
     def tick(self, now, period):
-        """Processes the pad's messages, publishes the command, updates the screen.
-
-        Args:
-            now: Time [s].
-            period: Time since the last call [s].
-        """
+        """Processes the pad's messages, publishes the command, updates the screen."""
         while True:
             try:
                 when, message = self._messages.get_nowait()
@@ -431,9 +402,5 @@ class JoystickNode:
 
 
 def main():
-    """Runs the node.
-
-    Returns:
-        Exit status.
-    """
+    """Runs the node; returns its exit status."""
     return run("joystick", JoystickNode)

@@ -25,14 +25,12 @@ class KeyTeleop:
     stays when its keys are released. A drive arrow starts a new motion (with the steering arrows
     that are down at that moment), a steering arrow changes the wheels of the current one, S stops
     it.
+
+    Args:
+        speeds: Speeds; None: the defaults.
     """
 
     def __init__(self, speeds=None):
-        """Starts at rest in held mode.
-
-        Args:
-            speeds: Speeds; None: the defaults.
-        """
         self.speeds = speeds or Speeds()
         self.continuous = False
         self._down = set()  # keys that are down
@@ -111,11 +109,7 @@ LETTERS = {letter: letter for letter in "qzwxrs"} | {"c": "mode"}
 
 
 def name_of(code):
-    """Returns the name of a curses key code, or None for a key without a function.
-
-    Args:
-        code: What curses' getch() returned.
-    """
+    """Returns the name of a key code of curses, or None for a key without a function."""
     if code in ARROWS:
         return ARROWS[code]
     if 0 <= code < 256:
@@ -128,15 +122,12 @@ class TerminalKeys:
 
     A terminal reports characters, not keys: a key counts as held until its repeat stops, and only
     one key at a time, since the keyboard repeats only the last one.
+
+    Args:
+        hold_time: How long a key counts as held after its last character [s].
     """
 
-    def __init__(self, teleop, hold_time=HOLD_TIME):
-        """Starts with no key down.
-
-        Args:
-            teleop: KeyTeleop.
-            hold: How long a key counts as held after its last character [s].
-        """
+    def __init__(self, teleop: KeyTeleop, hold_time=HOLD_TIME):
         self._teleop = teleop
         self._hold_time = hold_time
         self._key, self._until = None, 0.0
@@ -145,7 +136,7 @@ class TerminalKeys:
         """Processes one key code.
 
         Args:
-            code: What curses' getch() returned.
+            code: Of curses.
             now: Time [s].
         """
         key = name_of(code)
@@ -176,11 +167,8 @@ class NoServer(RuntimeError):
 class XKeys:
     """Collects key events in pynput's thread and processes them in the caller's."""
 
-    def __init__(self, teleop):
+    def __init__(self, teleop: KeyTeleop):
         """Connects to the X server of DISPLAY.
-
-        Args:
-            teleop: KeyTeleop.
 
         Raises:
             NoServer: There is none, or pynput cannot use it.
@@ -249,18 +237,14 @@ HELP = (
 
 
 class KeyboardNode:
-    """The keyboard node."""
+    """The keyboard node.
+
+    Raises:
+        TeleopExit: There is no source of keys.
+        ValueError: A parameter is wrong; the message names it.
+    """
 
     def __init__(self, session):
-        """Reads the parameters and finds a source of keys.
-
-        Args:
-            session: Session.
-
-        Raises:
-            TeleopExit: There is no source of keys.
-            ValueError: A parameter is wrong; the message names it.
-        """
         self._session = session
         self.teleop = KeyTeleop(session.speeds())
         source = parameter(rospy.get_param, "keys", "auto", Choice(SOURCES))
@@ -296,10 +280,6 @@ class KeyboardNode:
     def tick(self, now, period):
         """Processes the keys, publishes the command, updates the screen.
 
-        Args:
-            now: Time [s].
-            period: Time since the last call [s].
-
         Raises:
             TeleopExit: The X server has exited.
         """
@@ -320,9 +300,5 @@ class KeyboardNode:
 
 
 def main():
-    """Runs the node.
-
-    Returns:
-        Exit status.
-    """
+    """Runs the node; returns its exit status."""
     return run("keyboard", KeyboardNode)

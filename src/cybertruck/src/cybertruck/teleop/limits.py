@@ -3,29 +3,26 @@
 import math
 from dataclasses import dataclass
 
-from paddock_common.settings import Number, check, flag, number
+from paddock_common.settings import Number, check, number
 
-from cybertruck.trailer.geometry import Geometry, towing_limit
+from cybertruck.trailer.geometry import TowingTruck
 
 STEP_UP, STEP_DOWN = 1.1, 0.9  # one step of ten percent
 MIN_SPEED = 0.01  # minimum speeds [m/s, rad/s], from which they can grow again
 
 
 class Speeds:
-    """Linear and angular speed of a teleop, changed in steps and within limits."""
+    """Linear and angular speed of a teleop, changed in steps and within limits.
+
+    Args:
+        linear, angular: Default speed [m/s] and yaw rate [rad/s].
+        max_linear, max_angular: Their maxima.
+
+    Raises:
+        ValueError: A default is not a number within the limits.
+    """
 
     def __init__(self, linear=0.5, angular=0.5, max_linear=3.0, max_angular=3.0):
-        """Sets the defaults, to which reset() returns.
-
-        Args:
-            linear: Default speed [m/s].
-            angular: Default yaw rate [rad/s].
-            max_linear: Maximum speed [m/s].
-            max_angular: Maximum yaw rate [rad/s].
-
-        Raises:
-            ValueError: A default is not a number within the limits.
-        """
         for name, value, limit in (
             ("linear_speed", linear, max_linear),
             ("angular_speed", angular, max_angular),
@@ -66,53 +63,30 @@ STANDSTILL = 1e-6  # lower speeds count as 0 [m/s]
 
 
 @dataclass(frozen=True)
-class Limits:
-    """Limits of the commands that a teleop sends.
+class Limits(TowingTruck):
+    """Limits of the commands that a teleop sends, beside those of the truck.
 
     Attributes:
-        wheelbase: Front to rear axle of the truck [m].
         max_speed: Maximum absolute linear.x [m/s].
         max_angular: Maximum absolute angular.z [rad/s].
-        max_steering: Maximum angle of the bicycle's front wheel [rad].
         max_acceleration: Maximum rise of the speed [m/s^2]; 0: no limit. Slowing down is never
             delayed.
         max_steering_rate: Maximum change of the steering angle [rad/s]; 0: no limit.
-        trailer: Whether the truck pulls a trailer; the curvature is then limited further.
-        hitch_offset: Rear axle to hitch [m].
-        tongue_length: Hitch to the trailer's axle [m].
-        max_hitch_angle: Hitch angle that the tightest circle with a trailer settles at [rad].
     """
 
-    wheelbase: float = number(0.508, above=0.0, unit="m")
     max_speed: float = number(3.0, above=0.0, unit="m/s")
     max_angular: float = number(3.0, above=0.0, unit="rad/s")
-    max_steering: float = number(0.7854, above=0.0, below=math.pi / 2, unit="rad")
     max_acceleration: float = number(3.0, min=0.0, unit="m/s²")
     max_steering_rate: float = number(3.0, min=0.0, unit="rad/s")
-    trailer: bool = flag(False)
-    hitch_offset: float = number(0.30, min=0.0, unit="m")
-    tongue_length: float = number(0.70, above=0.0, unit="m")
-    max_hitch_angle: float = number(math.radians(60.0), above=0.0, below=math.pi / 2, unit="rad")
 
     def __post_init__(self):
         check(self)
-
-    @property
-    def max_curvature(self):
-        """Maximum curvature of the rear axle's path [1/m]."""
-        geometry = Geometry(
-            self.wheelbase, self.hitch_offset, self.tongue_length, self.max_steering
-        )
-        if self.trailer:
-            return towing_limit(geometry, self.max_hitch_angle)
-        return geometry.max_curvature
 
     def clip(self, linear, angular):
         """Limits a command; the truck cannot turn at rest.
 
         Args:
-            linear: Requested linear.x [m/s].
-            angular: Requested angular.z [rad/s].
+            linear, angular: Requested linear.x [m/s] and angular.z [rad/s].
 
         Returns:
             (linear.x [m/s], angular.z [rad/s]).
@@ -127,12 +101,7 @@ class Limits:
 class RateLimiter:
     """Limits the rates of change of commands; stopping is never delayed."""
 
-    def __init__(self, limits):
-        """Starts at rest with straight wheels.
-
-        Args:
-            limits: Limits.
-        """
+    def __init__(self, limits: Limits):
         self._limits = limits
         self.reset()
 
@@ -141,16 +110,7 @@ class RateLimiter:
         self._linear, self._steering = 0.0, 0.0
 
     def step(self, linear, angular, period):
-        """Returns the next command.
-
-        Args:
-            linear: Requested linear.x [m/s].
-            angular: Requested angular.z [rad/s].
-            period: Time since the last command [s].
-
-        Returns:
-            (linear.x [m/s], angular.z [rad/s]) within all limits.
-        """
+        """Returns the next command as Limits.clip, a period [s] after the last one."""
         limits = self._limits
         linear, angular = limits.clip(linear, angular)
         if linear == 0.0:

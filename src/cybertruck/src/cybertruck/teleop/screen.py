@@ -74,12 +74,9 @@ class View:
 
     Attributes:
         title: First line.
-        linear: Commanded linear.x [m/s].
-        angular: Commanded angular.z [rad/s].
-        linear_speed: Set speed [m/s].
-        angular_speed: Set yaw rate [rad/s].
-        max_linear: Maximum speed, for the bar [m/s].
-        max_angular: Maximum yaw rate, for the bar [rad/s].
+        linear, angular: Commanded linear.x [m/s] and angular.z [rad/s].
+        linear_speed, angular_speed: Set speed [m/s] and yaw rate [rad/s].
+        max_linear, max_angular: Maxima, for the bars [m/s], [rad/s].
         continuous: Whether the motion stays when keys are released.
         drive: 1 forward, -1 backward, 0 at rest.
         turn: Steering: 1 left, -1 right, 0 straight ahead.
@@ -121,13 +118,11 @@ def motion_text(drive, turn):
     return direction + {1: ", wheels left", -1: ", wheels right"}.get(turn, "")
 
 
-def render(view, width, height):
+def render(view: View, width, height):
     """Lays out a view.
 
     Args:
-        view: View.
-        width: Columns of the terminal.
-        height: Rows of the terminal.
+        width, height: Columns and rows of the terminal.
 
     Returns:
         At most `height` strings of at most `width - 1` characters: the last column stays free,

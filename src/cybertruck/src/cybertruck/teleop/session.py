@@ -28,18 +28,17 @@ class TeleopExit(Exception):
 
 
 class Session:
-    """One run of a teleop, from its first message to its last zero command."""
+    """One run of a teleop, from its first message to its last zero command.
+
+    Args:
+        name: Default name of the node.
+
+    Raises:
+        TeleopExit: There is no ROS master.
+        ValueError: A parameter is wrong; the message names it.
+    """
 
     def __init__(self, name):
-        """Starts the ROS node and installs signal handlers.
-
-        Args:
-            name: Default name of the node.
-
-        Raises:
-            TeleopExit: There is no ROS master.
-            ValueError: A parameter is wrong; the message names it.
-        """
         if not rosgraph.is_master_online():
             raise TeleopExit(f"no ROS master at {rosgraph.get_master_uri()}")
         nodes.init_node(name, disable_signals=True)
@@ -84,13 +83,7 @@ class Session:
         self._stderr, sys.stderr = sys.stderr, io.StringIO()
 
     def send(self, linear, angular, period):
-        """Publishes a requested command within the limits.
-
-        Args:
-            linear: Requested linear.x [m/s].
-            angular: Requested angular.z [rad/s].
-            period: Time since the last command [s].
-        """
+        """Publishes a requested command within the limits, see RateLimiter.step."""
         self.sent = self._limiter.step(linear, angular, period)
         with self._lock:
             if not self._over:

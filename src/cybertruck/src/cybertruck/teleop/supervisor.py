@@ -98,7 +98,7 @@ def main():
     """Starts the command of the environment, waits, cleans up.
 
     Returns:
-        The command's exit status, 128 + number of the signal that killed it.
+        Exit status; 128 + number of the signal that killed the command.
     """
     command = json.loads(os.environ.pop(COMMAND))
     terminal = os.dup(sys.stdin.fileno())

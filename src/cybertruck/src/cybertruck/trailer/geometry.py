@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from paddock_common.settings import check, number
+from paddock_common.settings import check, flag, number
 
 HITCH_STOP = math.radians(80.0)  # angle of the hitch's mechanical limit [rad]
 ON_AXLE_RATIO = 0.15  # fraction of the tongue's length below which a hitch counts as on the axle
@@ -46,12 +46,11 @@ class Geometry:
         return self.hitch_offset < ON_AXLE_RATIO * self.tongue_length
 
 
-def towing_curvature(hitch_angle, geometry):
+def towing_curvature(hitch_angle, geometry: Geometry):
     """Returns the truck's curvature that holds a hitch angle, sin ψ = -F (L2 + L1 cos ψ).
 
     Args:
         hitch_angle: ψ [rad].
-        geometry: Geometry.
 
     Returns:
         F [1/m], of the sign opposite to the hitch angle's.
@@ -60,7 +59,7 @@ def towing_curvature(hitch_angle, geometry):
     return -np.sin(hitch_angle) / length
 
 
-def steady_hitch_angle(curvature, geometry):
+def steady_hitch_angle(curvature, geometry: Geometry):
     """Returns the hitch angle at which a trailer settles when the truck drives forward on a circle.
 
     sin ψ + F (L1 cos ψ + L2) = 0, solved as one sine:
@@ -68,7 +67,6 @@ def steady_hitch_angle(curvature, geometry):
 
     Args:
         curvature: F of the truck [1/m], any shape.
-        geometry: Geometry.
 
     Returns:
         ψ [rad]; NaN where the hitch's circle is smaller than the tongue and the trailer folds.
@@ -80,12 +78,11 @@ def steady_hitch_angle(curvature, geometry):
         return np.arcsin(ratio) - np.arctan(offset)
 
 
-def has_steady_towing(curvature, geometry):
+def has_steady_towing(curvature, geometry: Geometry):
     """Returns whether a circle of the truck can be towed: sqrt(R² + L1²) >= L2.
 
     Args:
         curvature: F of the truck [1/m], any shape.
-        geometry: Geometry.
     """
     curvature = np.asarray(curvature, dtype=float)
     offset = curvature * geometry.hitch_offset
@@ -104,22 +101,20 @@ def jackknife_angle(geometry):
     return None if math.isnan(angle) else angle
 
 
-def backing_limit(geometry, margin):
+def backing_limit(geometry: Geometry, margin):
     """Returns the hitch angle up to which the trailer may be backed.
 
     Args:
-        geometry: Geometry.
         margin: To the jackknife angle or the hitch's limit, whichever is smaller [rad].
     """
     angle = jackknife_angle(geometry)
     return min(geometry.hitch_stop, math.inf if angle is None else angle) - margin
 
 
-def towing_limit(geometry, hitch_angle=math.radians(45.0)):
+def towing_limit(geometry: Geometry, hitch_angle=math.radians(45.0)):
     """Returns the maximum curvature to drive forward with at which no circle folds the trailer.
 
     Args:
-        geometry: Geometry.
         hitch_angle: Maximum hitch angle allowed in steady towing [rad].
 
     Returns:
@@ -128,14 +123,44 @@ def towing_limit(geometry, hitch_angle=math.radians(45.0)):
     return min(geometry.max_curvature, float(-towing_curvature(hitch_angle, geometry)))
 
 
-def steady_trailer(trailer_curvature, geometry):
+@dataclass(frozen=True)
+class TowingTruck:
+    """Settings of a truck that drives forward, with or without a trailer.
+
+    Attributes:
+        wheelbase: Front to rear axle [m].
+        max_steering: Maximum angle of the bicycle's front wheel [rad].
+        trailer: Whether the truck pulls a trailer; the curvature is then limited further.
+        hitch_offset: Rear axle to hitch [m].
+        tongue_length: Hitch to the trailer's axle [m].
+        max_hitch_angle: Hitch angle that the tightest circle with a trailer settles at [rad].
+    """
+
+    wheelbase: float = number(0.508, above=0.0, unit="m")
+    max_steering: float = number(0.7854, above=0.0, below=math.pi / 2, unit="rad")
+    trailer: bool = flag(False)
+    hitch_offset: float = number(0.30, min=0.0, unit="m")
+    tongue_length: float = number(0.70, above=0.0, unit="m")
+    max_hitch_angle: float = number(math.radians(60.0), above=0.0, below=math.pi / 2, unit="rad")
+
+    @property
+    def max_curvature(self):
+        """Maximum curvature of the rear axle's path: full lock, or what a trailer follows [1/m]."""
+        geometry = Geometry(
+            self.wheelbase, self.hitch_offset, self.tongue_length, self.max_steering
+        )
+        if self.trailer:
+            return towing_limit(geometry, self.max_hitch_angle)
+        return geometry.max_curvature
+
+
+def steady_trailer(trailer_curvature, geometry: Geometry):
     """Returns the truck's curvature and the hitch angle of a trailer on a circle.
 
     The hitch is on one circle with both axles: R² + L1² = R2² + L2².
 
     Args:
         trailer_curvature: κ2 [1/m], any shape.
-        geometry: Geometry.
 
     Returns:
         (F [1/m], ψ [rad]); NaN where no circle of the truck leads the trailer's.
@@ -150,12 +175,11 @@ def steady_trailer(trailer_curvature, geometry):
     return curvature, angle
 
 
-def trailer_curvature_limit(hitch_angle, geometry):
+def trailer_curvature_limit(hitch_angle, geometry: Geometry):
     """Returns the curvature of a trailer that is towed or backed steadily at a hitch angle.
 
     Args:
         hitch_angle: |ψ| below a right angle [rad].
-        geometry: Geometry.
 
     Returns:
         κ2 > 0 [1/m].

@@ -25,10 +25,8 @@ def trailer_axle(x, y, truck_heading, hitch_angle, geometry):
     """Returns the trailer axle's pose from the truck's.
 
     Args:
-        x, y: Rear axle's centre [m].
-        truck_heading: θ1 [rad].
+        x, y, truck_heading: Rear axle's centre and θ1 [m], [rad].
         hitch_angle: ψ [rad].
-        geometry: Geometry.
 
     Returns:
         (x, y, θ2) of Q [m, m, rad], in the same frame.
@@ -57,15 +55,6 @@ def rear_axle(x, y, trailer_heading, hitch_angle, geometry):
         + geometry.tongue_length * np.sin(trailer_heading)
         + geometry.hitch_offset * np.sin(heading),
         heading,
-    )
-
-
-def hitch_velocity(speed, truck_heading, curvature, geometry):
-    """Returns the velocity (x, y) of the hitch [m/s] in the frame of the heading."""
-    swing = geometry.hitch_offset * curvature
-    return (
-        speed * (np.cos(truck_heading) + swing * np.sin(truck_heading)),
-        speed * (np.sin(truck_heading) - swing * np.cos(truck_heading)),
     )
 
 
@@ -104,17 +93,7 @@ def hitch_rate(speed, hitch_angle, curvature, geometry):
 
 
 def derivative(state, speed, curvature, geometry):
-    """Returns the rate of a state.
-
-    Args:
-        state: (..., 4) x, y of C [m], θ1 and ψ [rad].
-        speed: v [m/s].
-        curvature: F [1/m].
-        geometry: Geometry.
-
-    Returns:
-        (..., 4) its time derivative.
-    """
+    """Returns the time derivative (..., 4) of a state, see advance."""
     heading, hitch_angle = state[..., 2], state[..., 3]
     rates = (
         speed * np.cos(heading),
@@ -133,7 +112,6 @@ def advance(state, speed, curvature, time_step, geometry):
         speed: v [m/s].
         curvature: F [1/m].
         time_step: [s].
-        geometry: Geometry.
 
     Returns:
         (..., 4) the state after the step.
@@ -144,25 +122,6 @@ def advance(state, speed, curvature, time_step, geometry):
     third = derivative(state + 0.5 * time_step * second, speed, curvature, geometry)
     fourth = derivative(state + time_step * third, speed, curvature, geometry)
     return state + time_step / 6.0 * (first + 2.0 * second + 2.0 * third + fourth)
-
-
-def integrate(state, speeds, curvatures, time_step, geometry):
-    """Drives a sequence of commands.
-
-    Args:
-        state: (..., 4) at the start.
-        speeds: (n,) or a sequence of n values that fit the state, v [m/s].
-        curvatures: The same for F [1/m].
-        time_step: Duration of each command [s].
-        geometry: Geometry.
-
-    Returns:
-        (n + 1, ..., 4) the states, the first is the argument.
-    """
-    states = [np.asarray(state, dtype=float)]
-    for speed, curvature in zip(speeds, curvatures):
-        states.append(advance(states[-1], speed, curvature, time_step, geometry))
-    return np.stack(states)
 
 
 @dataclass
@@ -190,11 +149,9 @@ def start_state(path, lateral, heading, hitch_angle, geometry):
     """Returns the truck's state for a trailer near the start of a path.
 
     Args:
-        path: Path.
         lateral: Q's distance to the left of the path's start [m], any shape.
         heading: Trailer's heading error as driven, of that shape [rad].
         hitch_angle: ψ, of that shape [rad].
-        geometry: Geometry.
 
     Returns:
         (..., 4) state.

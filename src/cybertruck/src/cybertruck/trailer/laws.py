@@ -38,7 +38,6 @@ def hitch_law(target_angle, hitch_angle, decay_length, geometry):
         target_angle: ψd [rad].
         hitch_angle: ψ [rad].
         decay_length: Distance in which the difference falls to 1/e [m].
-        geometry: Geometry.
 
     Returns:
         F [1/m], not limited to what the steering can do.
@@ -51,16 +50,10 @@ def hitch_law(target_angle, hitch_angle, decay_length, geometry):
 
 
 def backing_law(target_curvature, hitch_angle, decay_length, geometry):
-    """Returns the truck's curvature for a target trailer curvature, for any hitch.
+    """Returns the truck's curvature for a target trailer curvature, for any hitch; see hold_law.
 
     Off-axle the curvature is set directly. On-axle, or nearly, it follows the hitch angle, which is
     controlled instead: ψd = -atan(κd L2), a cascade.
-
-    Args:
-        target_curvature: κd of the trailer [1/m].
-        hitch_angle: ψ [rad].
-        decay_length: For the cascade [m].
-        geometry: Geometry.
     """
     if geometry.near_axle:
         return hold_law(target_curvature, hitch_angle, decay_length, geometry)
@@ -78,7 +71,6 @@ def hold_law(target_curvature, hitch_angle, decay_length, geometry):
         target_curvature: κd of the trailer [1/m].
         hitch_angle: ψ [rad].
         decay_length: Distance in which the hitch angle's error falls to 1/e [m].
-        geometry: Geometry.
     """
     _, target_angle = steady_trailer(target_curvature, geometry)
     return hitch_law(target_angle, hitch_angle, decay_length, geometry)

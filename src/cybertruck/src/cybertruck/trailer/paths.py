@@ -112,15 +112,12 @@ class Path:
         return Path(points, self.headings + heading, self.curvatures, self.length)
 
 
-def from_curvature(curvature_of, length):
+def from_curvature(curvature_of, length) -> Path:
     """Integrates a curvature over arc length, from (0, 0) along +x.
 
     Args:
         curvature_of: Function from arc lengths (m,) [m] to curvatures (m,) [1/m].
         length: [m].
-
-    Returns:
-        Path.
     """
     count = max(3, int(math.ceil(length / SPACING)) + 1)
     arc = np.linspace(0.0, length, 4 * (count - 1) + 1)  # four parts per sample

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from cybertruck.trailer.kinematics import rear_axle, trailer_axle
+from cybertruck.trailer.kinematics import hitch_position, rear_axle, trailer_axle
 
 COLUMNS = (
     "time",
@@ -34,7 +34,6 @@ def table(path, times, states, speeds, geometry):
         times: (n,) [s].
         states: (n, 4) x, y of C, θ1 and ψ [m, m, rad, rad].
         speeds: (n,) of C [m/s].
-        geometry: Geometry.
 
     Returns:
         (n, 12) in the order of COLUMNS.
@@ -110,14 +109,10 @@ def plot_truck(axes, trailer, hitch_angle, geometry, alpha=1.0):
         axes: Of matplotlib.
         trailer: (x, y, θ2) of Q.
         hitch_angle: ψ [rad].
-        geometry: Geometry.
         alpha: Opacity of the lines.
     """
     truck = rear_axle(*trailer, hitch_angle, geometry)
-    hitch = (
-        truck[0] - geometry.hitch_offset * math.cos(truck[2]),
-        truck[1] - geometry.hitch_offset * math.sin(truck[2]),
-    )
+    hitch = hitch_position(*truck, geometry)
     axes.plot(*outline(*truck, TRUCK_BOX).T, color="#2f5d8a", linewidth=1.0, alpha=alpha)
     axes.plot(*outline(*trailer, TRAILER_BOX).T, color="#b5651d", linewidth=1.0, alpha=alpha)
     axes.plot(

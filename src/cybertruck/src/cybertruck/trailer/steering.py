@@ -33,19 +33,18 @@ class IdealSteering:
 
 
 class MeasuredSteering:
-    """Measured curvatures, interpolated monotonically (PCHIP) and inverted."""
+    """Measured curvatures, interpolated monotonically (PCHIP) and inverted.
+
+    Args:
+        angles: (n,) steering angles, strictly increasing, n >= 3 [rad].
+        curvatures: (n,) measured curvatures, strictly increasing [1/m].
+        extrapolation: How far the end slopes continue past the table [rad].
+
+    Raises:
+        TrailerError: The table is too short, has gaps, or is not monotone.
+    """
 
     def __init__(self, angles, curvatures, extrapolation=EXTRAPOLATION):
-        """Stores a table.
-
-        Args:
-            angles: (n,) steering angles, strictly increasing, n >= 3 [rad].
-            curvatures: (n,) measured curvatures, strictly increasing [1/m].
-            extrapolation: How far the end slopes continue past the table [rad].
-
-        Raises:
-            TrailerError: The table is too short, has gaps, or is not monotone.
-        """
         angles, curvatures = (np.asarray(value, dtype=float) for value in (angles, curvatures))
         if angles.ndim != 1 or angles.shape != curvatures.shape or len(angles) < 3:
             raise TrailerError(

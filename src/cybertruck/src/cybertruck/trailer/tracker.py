@@ -99,21 +99,18 @@ class Status:
 
 
 class Tracker:
-    """Computes commands of trucks from their poses."""
+    """Computes commands of trucks from their poses.
 
-    def __init__(self, path, geometry, steering, tuning=Tuning(), shape=()):
-        """Starts with a path.
+    Args:
+        path: Path of the trailer's axle, in the order in which it is driven backwards.
+        steering: IdealSteering or MeasuredSteering.
+        shape: Shape of the arrays of trucks, () for one.
 
-        Args:
-            path: Path of the trailer's axle, in the order in which it is driven backwards.
-            geometry: Geometry.
-            steering: IdealSteering or MeasuredSteering.
-            tuning: Tuning.
-            shape: Shape of the arrays of trucks, () for one.
+    Raises:
+        TrailerError: The path's curvature is higher than the trailer may be backed.
+    """
 
-        Raises:
-            TrailerError: The path's curvature is higher than the trailer may be backed.
-        """
+    def __init__(self, path, geometry, steering, tuning: Tuning = Tuning(), shape=()):
         self.path, self.geometry, self.steering, self.tuning = path, geometry, steering, tuning
         self.hitch_limit = backing_limit(geometry, tuning.guard_margin)
         reference = min(tuning.reference_limit, self.hitch_limit - tuning.guard_margin)
@@ -151,16 +148,13 @@ class Tracker:
             ]
         self.arc = np.reshape(arc, self.mode.shape) + 0.0
 
-    def step(self, x, y, trailer_heading, hitch_angle):
+    def step(self, x, y, trailer_heading, hitch_angle) -> Status:
         """Returns the commands for the trucks' poses.
 
         Args:
             x, y: Q [m].
             trailer_heading: θ2 [rad].
             hitch_angle: ψ [rad].
-
-        Returns:
-            Status.
         """
         if self.arc is None:
             self.start(x, y)
@@ -257,6 +251,14 @@ LONGEST = 1000.0  # [m]
 class CurvatureHold:
     """Commands a truck backwards so that its trailer's curvature converges; used like a Tracker.
 
+    Args:
+        curvature: As driven, positive to the left; κd of the trailer is its negative [1/m].
+        length: Distance to drive [m].
+        steering: IdealSteering or MeasuredSteering.
+
+    Raises:
+        TrailerError: The trailer cannot be backed so sharply, or the distance is not valid.
+
     Attributes:
         path: None; errors are reported as 0.
         length: Distance to drive [m].
@@ -265,19 +267,7 @@ class CurvatureHold:
 
     path = None
 
-    def __init__(self, curvature, length, geometry, steering, tuning=Tuning()):
-        """Starts.
-
-        Args:
-            curvature: As driven, positive to the left; κd of the trailer is its negative [1/m].
-            length: Distance to drive [m].
-            geometry: Geometry.
-            steering: IdealSteering or MeasuredSteering.
-            tuning: Tuning.
-
-        Raises:
-            TrailerError: The trailer cannot be backed so sharply, or the distance is not valid.
-        """
+    def __init__(self, curvature, length, geometry, steering, tuning: Tuning = Tuning()):
         limit = trailer_curvature_limit(tuning.reference_limit, geometry)
         if not abs(curvature) <= limit:
             raise TrailerError(

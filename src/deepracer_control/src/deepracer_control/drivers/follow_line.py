@@ -18,7 +18,6 @@ class LineFollower:
     """Line follower: images -> commands. No ROS.
 
     Args:
-        vision: LineVision.
         speed: Speed on straights [m/s].
         grip: Lateral acceleration [m/s^2] that lowers the speed in bends.
         timeout: Time [s] for which the last curvature is used when the line is not visible.
@@ -45,14 +44,13 @@ class LineFollower:
 
 
 class FollowLine:
-    """Subscribes camera and camera_info, publishes /cmd_vel once per image."""
+    """Subscribes camera and camera_info, publishes /cmd_vel once per image.
+
+    Raises:
+        ValueError: A parameter is not valid.
+    """
 
     def __init__(self):
-        """Connects.
-
-        Raises:
-            ValueError: A parameter is not valid.
-        """
         get = rospy.get_param
         self._follower = LineFollower(
             vision_from(get, lookahead=0.55),

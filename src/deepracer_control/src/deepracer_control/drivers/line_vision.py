@@ -38,13 +38,12 @@ class Mount:
         check(self, prefix="camera_")
 
 
-def ground_points(width, height, matrix, mount, scale=1):
+def ground_points(width, height, matrix, mount: Mount, scale=1):
     """Projects pixel centres onto the ground.
 
     Args:
         width, height: Size of the image [px].
         matrix: Nine numbers K of CameraInfo, row by row.
-        mount: Mount.
         scale: Use only every scale-th pixel in both directions.
 
     Returns:
@@ -104,7 +103,6 @@ class LineVision:
     """Detects the goal point on the line.
 
     Args:
-        mount: Mount.
         hue, saturation, value: (low, high) of the line's color in OpenCV's HSV: 0..180, 0..255.
         lookahead: Distance of the goal from the rear axle [m].
         half_lane: Line to border [m], until both have been detected together.
@@ -112,7 +110,7 @@ class LineVision:
 
     def __init__(
         self,
-        mount=Mount(),
+        mount: Mount = Mount(),
         hue=(8, 25),
         saturation=(120, 255),
         value=(90, 255),

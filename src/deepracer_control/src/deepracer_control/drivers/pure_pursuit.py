@@ -16,14 +16,13 @@ REAR_AXLE = -0.081663  # x of the rear axle from base_link [m]
 
 
 class PurePursuit:
-    """Follows `path` (nav_msgs/Path, its frame is the odometry's) with /cmd_vel."""
+    """Follows `path` (nav_msgs/Path, its frame is the odometry's) with /cmd_vel.
+
+    Raises:
+        ValueError: A parameter is not valid.
+    """
 
     def __init__(self):
-        """Connects.
-
-        Raises:
-            ValueError: A parameter is not valid.
-        """
         self._limits = {
             name: rospy.get_param("~" + name, default)
             for name, default in (

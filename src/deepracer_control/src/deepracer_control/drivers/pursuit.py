@@ -19,19 +19,18 @@ def arc_curvature(x, y):
 
 
 class Path:
-    """A path to follow, resampled evenly."""
+    """A path to follow, resampled evenly.
+
+    Args:
+        points: (N, 2) [m] in driving order; a circuit repeats its first point.
+        step: Spacing of the samples [m].
+        closed: Whether it is a circuit although its first point is not repeated.
+
+    Raises:
+        ValueError: Fewer than 3 points, a number that is not finite, or no length.
+    """
 
     def __init__(self, points, step=0.02, closed=False):
-        """Resamples the points.
-
-        Args:
-            points: (N, 2) [m] in driving order; a circuit repeats its first point.
-            step: Spacing of the samples [m].
-            closed: Whether it is a circuit although its first point is not repeated.
-
-        Raises:
-            ValueError: Fewer than 3 points, a number that is not finite, or no length.
-        """
         points = np.asarray(points, dtype=float).reshape(-1, 2)
         if closed:
             points = np.concatenate((points, points[:1]))
@@ -103,20 +102,18 @@ class Path:
 
 
 class Pursuit:
-    """Follows a Path from poses of the rear axle."""
+    """Follows a Path from poses of the rear axle.
 
-    def __init__(self, path, lookahead=0.4, max_speed=1.0, max_lateral_acceleration=2.0):
-        """Checks the limits.
+    Args:
+        lookahead: Distance along the path to the goal point [m].
+        max_speed: [m/s].
+        max_lateral_acceleration: Lowers the speed in bends [m/s^2].
 
-        Args:
-            path: Path.
-            lookahead: Distance along the path to the goal point [m].
-            max_speed: [m/s].
-            max_lateral_acceleration: Lowers the speed in bends [m/s^2].
+    Raises:
+        ValueError: A number is not above 0.
+    """
 
-        Raises:
-            ValueError: A number is not above 0.
-        """
+    def __init__(self, path: Path, lookahead=0.4, max_speed=1.0, max_lateral_acceleration=2.0):
         for name, value in (
             ("lookahead", lookahead),
             ("max_speed", max_speed),

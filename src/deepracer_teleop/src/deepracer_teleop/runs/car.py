@@ -67,7 +67,6 @@ class Car:
     """The car behind a window.
 
     Attributes:
-        window: InterfaceWindow.
         mouse: Mouse on its widgets.
         recorder: Recorder of the odometry.
     """
@@ -76,7 +75,6 @@ class Car:
         """Records nothing yet; wait_for_car() subscribes.
 
         Args:
-            window: InterfaceWindow.
             timeout: Maximum wall time of any wait [s].
         """
         self.window, self._timeout = window, timeout

@@ -71,17 +71,14 @@ LOOKAHEAD = 0.45  # of the pure pursuit along the track [m]
 
 
 class Demo:
-    """One drive."""
+    """One drive.
 
-    def __init__(self, car, track, out_dir, drive_time):
-        """Prepares the drive.
+    Args:
+        out_dir: Existing folder for the results.
+        drive_time: ROS time for which to follow the track [s].
+    """
 
-        Args:
-            car: Car.
-            track: track_model.track.Track.
-            out_dir: Existing folder for the results.
-            drive_time: ROS time for which to follow the track [s].
-        """
+    def __init__(self, car: Car, track, out_dir, drive_time):
         self.car, self.track, self.out_dir = car, track, out_dir
         self.drive_time = drive_time
         self.path = Path(track.centreline, closed=track.closed)
@@ -212,14 +209,13 @@ def demo_from_parameters(window, out_dir):
     )
 
 
-def report(out_dir, passed, error, checks, seconds):
+def report(out_dir, passed, error, checks: Checks, seconds):
     """Writes result.json and prints the last line.
 
     Args:
         out_dir: Existing folder.
         passed: Whether all manoeuvres ran and every check passed.
         error: Why it stopped early, or "".
-        checks: Checks.
         seconds: Wall time of the demo [s].
     """
     result = {"ok": passed, "error": error, "checks": checks.results}

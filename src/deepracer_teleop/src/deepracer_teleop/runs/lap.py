@@ -69,8 +69,6 @@ class LapFilm:
     """Adds camera frames to a Film, in the subscriber's thread.
 
     Args:
-        film: Film.
-        referee: LapStatusRecorder.
         driver: name of the driver.
 
     Attributes:
@@ -80,7 +78,7 @@ class LapFilm:
         frame: (H, W, 3) uint8 BGR, the frame for lap.png, or None.
     """
 
-    def __init__(self, film, referee, driver):
+    def __init__(self, film: Film, referee: LapStatusRecorder, driver):
         self.film, self._referee, self._driver = film, referee, driver
         self._bridge, self.frame = CvBridge(), None
         self.receiving = self.recording = False
@@ -119,14 +117,13 @@ ERRORS = (LapError, WaitTimeout, rospy.ROSException, rospy.ServiceException, Val
 
 
 class LapRun:
-    """One or several starts on one track."""
+    """One or several starts on one track.
+
+    Raises:
+        ValueError, OSError: A parameter, the track or the folder is not valid.
+    """
 
     def __init__(self):
-        """Reads the parameters and subscribes.
-
-        Raises:
-            ValueError, OSError: A parameter, the track or the folder is not valid.
-        """
         self.out_dir = os.path.abspath(str(rospy.get_param("~out_dir")))
         results.prepare(self.out_dir, FILES)
         self.track = load_track(str(rospy.get_param("~track", "default")))
@@ -250,11 +247,10 @@ class LapRun:
             results.write_image(self.out_dir, "lap.png", self._camera.frame)
 
 
-def report(run, starts, error):
+def report(run: LapRun, starts, error):
     """Writes result.json and prints the last line.
 
     Args:
-        run: LapRun.
         starts: Results of the finished starts.
         error: Why it stopped early, or "".
 

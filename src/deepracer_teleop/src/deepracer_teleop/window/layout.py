@@ -48,16 +48,14 @@ class Mover:
     """Publishes commands, stops timed moves and repeats a moving car's command.
 
     It never blocks: a timer has to call tick() while `active` is true.
+
+    Args:
+        publish: Function (linear, angular), called for each command.
+        clock: Function that returns the ROS time [s].
+        repeat_rate: Repetitions of a moving command [Hz].
     """
 
     def __init__(self, publish, clock, repeat_rate=10.0):
-        """Starts at rest.
-
-        Args:
-            publish: Function (linear, angular), called for each command.
-            clock: Function that returns the ROS time [s].
-            repeat_rate: Repetitions of a moving command [Hz].
-        """
         self._publish = publish
         self._clock = clock
         self._period = 1.0 / repeat_rate
@@ -75,8 +73,7 @@ class Mover:
         """Commands for a time, then zero.
 
         Args:
-            linear: linear.x of the command.
-            angular: angular.z of the command.
+            linear, angular: linear.x and angular.z of the command.
             duration: ROS time [s] after which zero is sent.
         """
         self._since, self._duration = self._clock(), duration
@@ -126,7 +123,6 @@ class Layout(QWidget):
     """A window of six buttons, a checkbox, a slider, the camera and four labels.
 
     Attributes:
-        settings: Settings.
         buttons: Name -> QPushButton.
         cruise: The QCheckBox of cruise control.
         slider: The steering QSlider.
@@ -139,11 +135,6 @@ class Layout(QWidget):
     """
 
     def __init__(self, settings):
-        """Creates an empty grid.
-
-        Args:
-            settings: Settings.
-        """
         super().__init__()
         self.settings = settings
         self._shade = ""  # "light" or "dark"
@@ -234,16 +225,13 @@ class Layout(QWidget):
         if event.type() == QEvent.PaletteChange and self._shade:
             self.applyColors()
 
-    def every(self, period, handler, timer_type=Qt.CoarseTimer):
+    def every(self, period, handler, timer_type=Qt.CoarseTimer) -> QTimer:
         """Calls a handler periodically.
 
         Args:
             period: Wall time [ms].
             handler: Function without arguments.
             timer_type: Qt.TimerType.
-
-        Returns:
-            QTimer.
         """
         timer = QTimer(self)
         timer.setTimerType(timer_type)

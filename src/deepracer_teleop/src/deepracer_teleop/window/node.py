@@ -18,15 +18,12 @@ from paddock_common import nodes
 MASTER_LIMIT = 30.0  # for a master that accepts connections and does not respond, at the start [s]
 
 
-def connect(name, geometry=None):
+def connect(name, geometry=None) -> InterfaceWindow:
     """Starts the ROS node and builds the window with the node's private parameters.
 
     Args:
         name: The node's name.
         geometry: WindowGeometry that stores position and size, or None.
-
-    Returns:
-        InterfaceWindow.
 
     Raises:
         ConnectionError: No ROS master responds.

@@ -97,12 +97,11 @@ def simulation_text(factor, now):
     return f"paused at {now:.1f} s" if factor == 0.0 else f"{factor:.2f} × real time"
 
 
-def lap_texts(track, status):
+def lap_texts(track, status: LapStatus):
     """Returns the texts about a lap.
 
     Args:
         track: Name or file of the track, or "".
-        status: LapStatus.
     """
     texts = [f"track {os.path.splitext(os.path.basename(track))[0]}"] if track else []
     texts.append(
@@ -116,14 +115,13 @@ def lap_texts(track, status):
 
 
 class Status:
-    """Collects the text of the status line."""
+    """Collects the text of the status line; start() subscribes.
+
+    Args:
+        clock: Function -> wall time [s].
+    """
 
     def __init__(self, clock=time.monotonic):
-        """Initializes; start() subscribes.
-
-        Args:
-            clock: Function -> wall time [s].
-        """
         self._clock, self._real_time_factor, self._subscriber = clock, RealTimeFactor(), None
         self._lap = self._track = None
 

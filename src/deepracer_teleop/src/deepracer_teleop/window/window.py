@@ -79,11 +79,7 @@ def stopFunct():
 
 
 def ccFunct(butt):
-    """Switches cruise control according to the checkbox; takes effect immediately.
-
-    Args:
-        butt: The QCheckBox.
-    """
+    """Switches cruise control according to a QCheckBox; takes effect immediately."""
     global sliderControl
     sliderControl = butt.isChecked()
     _follow_slider(0 if directionalSlider is None else directionalSlider.value())
@@ -124,18 +120,17 @@ def convertCVtoQT(window, cv_img):
 
 
 class InterfaceWindow(Layout):
-    """The teleop window."""
+    """The teleop window.
+
+    Args:
+        settings: Settings; by default the original's values.
+        monitor: MasterMonitor by run_id, or None.
+        geometry: WindowGeometry that stores position and size, or None.
+    """
 
     closeRequested = pyqtSignal()  # from rospy's shutdown to Qt's
 
     def __init__(self, settings=None, monitor=None, geometry=None):
-        """Builds the widgets; executeInterface() runs them.
-
-        Args:
-            settings: Settings; by default the original's values.
-            monitor: MasterMonitor by run_id, or None.
-            geometry: WindowGeometry that stores position and size, or None.
-        """
         global _settings, _mover, sliderControl
         if QApplication.instance() is None:
             prepare_scaling()
@@ -193,11 +188,7 @@ class InterfaceWindow(Layout):
         directionalSlider.valueChanged.connect(self.treatValue)
 
     def treatValue(self, value):
-        """Follows the slider.
-
-        Args:
-            value: The slider's value, right is positive.
-        """
+        """Follows the slider's value; right is positive."""
         _follow_slider(value)
 
     def start(self):

@@ -28,6 +28,13 @@ def load_json(path: str) -> dict[str, Any]:
     return data
 
 
+def write_json(path: str, data: Any) -> None:
+    """Write data as a JSON file."""
+    with open(path, "w", encoding="utf-8") as stream:
+        json.dump(data, stream, indent=2)
+        stream.write("\n")
+
+
 def json_number(path: str, key: str, value: Any, low: float, high: float, unit: str = "") -> float:
     """Return a number within a range.
 

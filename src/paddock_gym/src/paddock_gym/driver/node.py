@@ -26,14 +26,12 @@ class PolicyNode:
     """Subscribes to the policy's observations, publishes /cmd_vel at the rate of its training.
 
     Images trigger the actions if the policy needs them, else odometry, else scans.
+
+    Raises:
+        ValueError: A parameter, the policy or the track is not valid.
     """
 
     def __init__(self):
-        """Connects.
-
-        Raises:
-            ValueError: A parameter, the policy or the track is not valid.
-        """
         self._policy = OnnxPolicy(str(rospy.get_param("~policy")))
         self._about = self._policy.description
         names = self._about.observations

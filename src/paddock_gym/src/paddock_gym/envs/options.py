@@ -65,5 +65,5 @@ def parse(
         actions.parse(action),
         None if reward == "progress" else RewardFile(reward),
         RACES[race],
-        randomize.parse(randomized),
+        frozenset(randomize.parse(randomized)),
     )

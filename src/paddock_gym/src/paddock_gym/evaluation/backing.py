@@ -59,16 +59,12 @@ class BackingRun:
     rms_lateral: float
 
 
-def drive(env, driver, seed):
+def drive(env: BackingEnv, driver, seed) -> BackingRun:
     """Drive once along the path of a seed.
 
     Args:
-        env: BackingEnv.
         driver: has act(observation, env) -> action, and restart().
         seed: of path and start.
-
-    Returns:
-        BackingRun.
     """
     observation, info = env.reset(seed=seed)
     driver.restart()

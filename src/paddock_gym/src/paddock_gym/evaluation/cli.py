@@ -8,6 +8,7 @@ import sys
 import numpy as np
 
 from paddock_gym.contract.actions import Continuous
+from paddock_gym.contract.hyperparameters import write_json
 from paddock_gym.envs.deepracer import DeepRacerEnv
 from paddock_gym.errors import GymError
 from paddock_gym.evaluation import backing, plots
@@ -57,9 +58,7 @@ def evaluate(policy, tracks, starts, walls, folder):
     else:
         for track in tracks or [about.track]:
             rows += on_track(policy, about, track, starts, walls, folder)
-    with open(os.path.join(folder, "report.json"), "w", encoding="utf-8") as stream:
-        json.dump(rows, stream, indent=2)
-        stream.write("\n")
+    write_json(os.path.join(folder, "report.json"), rows)
     return rows
 
 

@@ -58,18 +58,14 @@ def starts(count, seed=FIRST_SEED):
     ]
 
 
-def drive(env, driver, start, seed=0, each=None):
+def drive(env, driver, start, seed=0, each=None) -> Lap:
     """Drive once.
 
     Args:
-        env: DeepRacerEnv.
         driver: has act(observation, env) -> action, and restart().
         start: of starts().
         seed: of noise.
         each: called without arguments after every action; for films.
-
-    Returns:
-        Lap.
     """
     observation, info = env.reset(seed=seed, options=start)
     driver.restart()
@@ -93,17 +89,13 @@ def drive(env, driver, start, seed=0, each=None):
     )
 
 
-def film_lap(env, driver, start, path):
+def film_lap(env, driver, start, path) -> Lap:
     """Drive once and film it.
 
     Args:
-        env: DeepRacerEnv.
         driver: as of laps.drive.
         start: of the lap.
         path: of the mp4.
-
-    Returns:
-        Lap.
 
     Raises:
         OSError: the file cannot be written.

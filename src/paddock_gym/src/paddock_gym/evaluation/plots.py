@@ -14,7 +14,6 @@ def paths(laps, track, path):
 
     Args:
         laps: Lap list.
-        track: Track.
         path: of the PNG.
     """
     figure, axes = pyplot.subplots(figsize=(9, 6.5), dpi=110)
@@ -24,6 +23,11 @@ def paths(laps, track, path):
         trajectory[:, 0], trajectory[:, 1], c=trajectory[:, 2], s=4, cmap="viridis", zorder=3
     )
     figure.colorbar(points, ax=axes, label="speed [m/s]")
+    write(figure, path)
+
+
+def write(figure, path):
+    """Write a figure as a PNG and close it."""
     figure.tight_layout()
     figure.savefig(path)
     pyplot.close(figure)

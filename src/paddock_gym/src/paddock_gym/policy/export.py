@@ -43,7 +43,6 @@ def export(policy, space, description, path):
     Args:
         policy: of stable-baselines3's PPO, on the processor.
         space: Gymnasium space of the environment's observations (images as (H, W, C)).
-        description: PolicyDescription.
         path: of the file.
     """
     names = description.observations

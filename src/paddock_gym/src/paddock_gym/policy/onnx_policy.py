@@ -17,9 +17,6 @@ class OnnxPolicy:
         path: of a policy.onnx.
         env: that it must have been trained on: deepracer, backing; None: either.
 
-    Attributes:
-        description: PolicyDescription.
-
     Raises:
         GymError: there is no such file, or it is not a policy of Paddock, or one of another env.
     """

@@ -19,13 +19,9 @@ class Car:
     """The DeepRacer, commanded as the node `control` commands it in ackermann mode.
 
     Args:
-        world: bullet_sim.world.World.
         name: of its model.
         pose: bullet_sim.pose.Pose to spawn it at.
         urdf: text.
-
-    Attributes:
-        model: bullet_sim.models.model.Model.
     """
 
     def __init__(self, world, name, pose, urdf):

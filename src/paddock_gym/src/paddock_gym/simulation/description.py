@@ -40,7 +40,6 @@ def track_sdf(track, walls=None):
     """SDF text of a track.
 
     Args:
-        track: track_model.track.Track.
         walls: True or False: with or without walls along both borders; None: as its file says.
     """
     spec = track.spec

@@ -21,30 +21,35 @@ COLOR_GAIN = (0.8, 1.2)  # factors of each of red, green and blue
 FIRST_STARTS = 0.05  # fraction of the track between starts that are not random
 
 
-def parse(properties: bool | str | Iterable[str]) -> frozenset[str]:
+def parse(properties: bool | str | Iterable[str]) -> tuple[str, ...]:
     """Parse the option `randomize`.
 
     Args:
-        properties: names of RANDOMIZABLE, True (all), False or () (none).
+        properties: names of RANDOMIZABLE, or a text of them, separated by commas, as that of
+            ./run train --randomize; True or all: all of them; False, nothing or (): none.
 
     Raises:
-        GymError: unknown name.
+        GymError: unknown name; a text has a name twice, or all or nothing with others.
     """
     if isinstance(properties, bool):
-        return frozenset(RANDOMIZABLE if properties else ())
-    properties = (properties,) if isinstance(properties, str) else tuple(properties)
-    for name in properties:
+        properties = "all" if properties else "nothing"
+    names = tuple(properties.split(",") if isinstance(properties, str) else properties)
+    if {"all", "nothing"} & set(names):
+        if len(names) > 1:
+            raise GymError(f"randomize is {properties!r}; all and nothing stand alone")
+        return RANDOMIZABLE if names == ("all",) else ()
+    for name in names:
         if name not in RANDOMIZABLE:
             raise GymError(f"randomize has {name!r}; there are {', '.join(RANDOMIZABLE)}")
-    return frozenset(properties)
+    if len(set(names)) < len(names):
+        raise GymError(f"randomize is {properties!r}; it must have each name once")
+    return names
 
 
 class Randomizer:
     """Samples the properties that change from run to run of one car.
 
     Args:
-        scene: Scene.
-        car: Car.
         properties: of parse().
 
     Attributes:

@@ -1,7 +1,6 @@
 """A track with cars and obstacles, and its renderer."""
 
 import dataclasses
-import math
 
 from bullet_sim.errors import RenderError
 from bullet_sim.pose import Pose
@@ -17,6 +16,7 @@ from paddock_gym.course import TrackObject
 from paddock_gym.errors import GymError
 from paddock_gym.simulation import description
 from paddock_gym.simulation.car import Car
+from paddock_gym.simulation.randomize import offset_pose
 
 COUNT = 3
 CLEAR = 1.5  # between the car's start and the first object [m]
@@ -81,8 +81,7 @@ class Obstacles:
             s = at % length if self._projector.closed else min(at, length)
             left, right = self._projector.sides(s)
             lateral = side * float(left if side > 0.0 else right)
-            x, y, yaw = self._projector.pose(s)
-            x, y = x - lateral * math.sin(yaw), y + lateral * math.cos(yaw)
+            x, y, yaw = offset_pose(self._projector, s, lateral)
             model.set_state(Pose.from_xyz_rpy((x, y, self._size[2] / 2.0), (0.0, 0.0, yaw)))
             self.objects.append(TrackObject(x, y, yaw, s, lateral, speed))
 
@@ -150,9 +149,7 @@ class Scene:
         walls: see description.track_sdf.
 
     Attributes:
-        track: track_model.track.Track.
         projector: Projector of its lane.
-        world: bullet_sim.world.World.
         cars: list of Car.
         substeps: physics steps of an action.
         period: of control [s].

@@ -21,12 +21,7 @@ def spec_of(car, spec_type):
 
 
 class CarLidar:
-    """The lidar of the URDF; each scan() is one sweep.
-
-    Args:
-        world: World.
-        car: Car.
-    """
+    """The lidar of the URDF; each scan() is one sweep."""
 
     def __init__(self, world, car):
         self._engine, self._model = world.engine, car.model
@@ -50,7 +45,6 @@ class CarCamera:
 
     Args:
         renderer: SceneRenderer of the world.
-        car: Car.
     """
 
     def __init__(self, renderer, car):
@@ -73,7 +67,6 @@ class ObserverCamera:
 
     Args:
         renderer: SceneRenderer of the world.
-        car: Car.
     """
 
     def __init__(self, renderer, car):

@@ -38,7 +38,6 @@ class Truck:
         trailer: with or without.
 
     Attributes:
-        geometry: cybertruck.trailer.geometry.Geometry.
         period: of an action [s].
     """
 

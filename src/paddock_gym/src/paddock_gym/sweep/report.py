@@ -3,12 +3,10 @@
 import csv
 import os
 
-import matplotlib
 import numpy as np
+from matplotlib import pyplot
 
-matplotlib.use("Agg")
-
-from matplotlib import pyplot  # noqa: E402
+from paddock_gym.evaluation import plots
 
 TABLE, CURVE, OPTIONS_PLOT = "table.csv", "history.png", "options.png"
 MAX_ROWS = 20  # rows on the screen
@@ -67,9 +65,7 @@ def history(rows, path):
     axes.step(indices, np.minimum.accumulate(scores), where="post", label="best so far")
     axes.set(xlabel="trial", ylabel="mean time of a start [s]")
     axes.legend()
-    figure.tight_layout()
-    figure.savefig(path)
-    pyplot.close(figure)
+    plots.write(figure, path)
 
 
 def by_option(rows, names, path):
@@ -90,9 +86,7 @@ def by_option(rows, names, path):
         axes.set(ylabel="mean time of a start [s]")
     for axes in list(panels.flat)[len(names) :]:
         axes.set_visible(False)
-    figure.tight_layout()
-    figure.savefig(path)
-    pyplot.close(figure)
+    plots.write(figure, path)
 
 
 def format_value(value):

@@ -17,7 +17,7 @@ from paddock_gym.contract.actions import parse as parse_actions
 from paddock_gym.contract.hyperparameters import one_of
 from paddock_gym.envs import options as gym_options
 from paddock_gym.errors import GymError
-from paddock_gym.simulation.randomize import RANDOMIZABLE
+from paddock_gym.simulation import randomize
 from paddock_gym.training.settings import Settings
 from track_model import source
 
@@ -126,10 +126,6 @@ class Train(TrialType):
         _check(options, Number(min=0, integer=True), "seed")
         chosen = self.settings(options, "")
         source.find(chosen.track)
-        if set(chosen.randomize) - set(RANDOMIZABLE):
-            raise GymError(
-                f"randomize is {options['randomize']!r}; there are {', '.join(RANDOMIZABLE)}"
-            )
         gym_options.parse(
             chosen.observation, "continuous", chosen.reward, chosen.race, chosen.randomize, False
         )
@@ -146,19 +142,18 @@ class Train(TrialType):
             folder: for its hyperparameters.json; "": none is written.
         """
         table = {key: value for key, value in options.items() if key not in OF_FILE}
-        for key in ("observation", "randomize"):
-            if key in table:
-                value = table[key]
-                table[key] = tuple(value.split(",") if isinstance(value, str) else value)
+        if "observation" in table:
+            value = table["observation"]
+            table["observation"] = value.split(",") if isinstance(value, str) else value
+        if "randomize" in table:
+            table["randomize"] = randomize.parse(table["randomize"])
         own = {key: options[key] for key in OF_FILE if key in options}
         if own and folder:
             base = table.get("hyperparameters")
             if base:
-                with open(base, encoding="utf-8") as stream:
-                    own = {**json.load(stream), **own}
+                own = {**hyperparameters.load_json(base), **own}
             table["hyperparameters"] = os.path.join(folder, "hyperparameters.json")
-            with open(table["hyperparameters"], "w", encoding="utf-8") as stream:
-                json.dump(own, stream)
+            hyperparameters.write_json(table["hyperparameters"], own)
         return Settings(name=os.path.basename(folder), **table)
 
     def command(self, options, folder):

@@ -11,6 +11,7 @@ from optuna.storages import JournalStorage
 from optuna.storages.journal import JournalFileBackend
 from optuna.trial import TrialState
 
+from paddock_gym.contract.hyperparameters import write_json
 from paddock_gym.errors import GymError
 from paddock_gym.sweep.report import format_value
 from paddock_gym.sweep.spec import TRIAL_TYPES, Range
@@ -25,7 +26,6 @@ class Study:
     """A sweep in its folder; the same sweep continues with what is there.
 
     Args:
-        spec: Spec.
         folder: for its files.
         log: function of one line.
 
@@ -60,9 +60,7 @@ class Study:
                         f"{os.path.relpath(self.folder)} has a sweep whose {key} is "
                         f"{before.get(key)!r}, not {value!r}; delete it, or choose another --name"
                     )
-        with open(path, "w", encoding="utf-8") as stream:
-            json.dump(mine, stream, indent=2)
-            stream.write("\n")
+        write_json(path, mine)
 
     def _sampler(self):
         # A continued sweep samples other values than at its start.

@@ -9,6 +9,7 @@ import threading
 
 import numpy as np
 
+from paddock_gym.contract.hyperparameters import write_json
 from paddock_gym.envs.deepracer import DeepRacerEnv
 from paddock_gym.evaluation import goals
 from paddock_gym.evaluation.laps import PursuitDriver, drive, starts
@@ -60,9 +61,7 @@ def main(arguments=None):
     table = json.loads((arguments or sys.argv[1:])[0])
     report = WORK[table["of"]](dict(table["options"]))
     os.makedirs(table["folder"], exist_ok=True)
-    with open(os.path.join(table["folder"], "report.json"), "w", encoding="utf-8") as stream:
-        json.dump(report, stream, indent=2)
-        stream.write("\n")
+    write_json(os.path.join(table["folder"], "report.json"), report)
     return 0
 
 

@@ -76,7 +76,6 @@ def of(settings, workers):
     """The class of a training's algorithm.
 
     Args:
-        settings: Settings.
         workers: Workers or RayWorkers.
     """
     base = PPO

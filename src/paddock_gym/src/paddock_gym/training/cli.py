@@ -57,9 +57,6 @@ def prepared(table, folder, resume):
         given = {key: value for key, value in table.items() if key in MAY_CHANGE}
         settings = dataclasses.replace(settings, **given)
     else:
-        for key in ("observation", "randomize"):
-            if key in table:
-                table[key] = tuple(table[key])
         settings = Settings(**table)
         check(settings)
         shutil.rmtree(folder, ignore_errors=True)

@@ -1,7 +1,6 @@
 """One training from its settings to its files."""
 
 import dataclasses
-import json
 import os
 import time
 
@@ -9,6 +8,7 @@ import torch
 from paddock_common.process import StopRequest
 from stable_baselines3.common.logger import configure
 
+from paddock_gym.contract.hyperparameters import write_json
 from paddock_gym.training import algorithm, checkpoint
 from paddock_gym.training.algorithm import Features
 from paddock_gym.training.finish import STARTS, finish, success
@@ -23,7 +23,6 @@ def train(settings, folder, resume=False, log=print, ray=None):
     """Train, and write everything into the folder, also after Ctrl-C.
 
     Args:
-        settings: Settings.
         folder: exists, with settings.json.
         resume: continue from its checkpoint.
         log: function of one line.
@@ -62,9 +61,7 @@ def train(settings, folder, resume=False, log=print, ray=None):
         "workers_lost": lost,
         **finish(settings, folder, model),
     }
-    with open(os.path.join(folder, REPORT), "w", encoding="utf-8") as stream:
-        json.dump(report, stream, indent=2)
-        stream.write("\n")
+    write_json(os.path.join(folder, REPORT), report)
     return report
 
 

@@ -5,14 +5,13 @@ import os
 import time
 from collections import deque
 
-import matplotlib
 import numpy as np
-from matplotlib import pyplot  # noqa: E402
+from matplotlib import pyplot
 from stable_baselines3.common.callbacks import BaseCallback
 
-from paddock_gym.course import LAP  # noqa: E402
+from paddock_gym.course import LAP
 from paddock_gym.errors import RewardError
-from paddock_gym.evaluation.plots import draw_ground  # noqa: E402
+from paddock_gym.evaluation import plots
 from paddock_gym.training.checkpoint import save
 from paddock_gym.training.worker import LOGGED_KEYS, LOST
 
@@ -112,9 +111,6 @@ class TrainingMonitor(BaseCallback):
         )
 
 
-matplotlib.use("Agg")
-
-
 def episodes(folder):
     """Rows of a training's log of runs: dicts of text."""
     with open(os.path.join(folder, EPISODES), newline="", encoding="utf-8") as stream:
@@ -152,9 +148,7 @@ def learning_curve(rows, path, good=LAP, noun="laps"):
     upper.legend(loc="lower right")
     lower.plot(steps[laps], times[laps], ".", markersize=3)
     lower.set(xlabel="steps", ylabel=f"time of {noun} [s]")
-    figure.tight_layout()
-    figure.savefig(path)
-    pyplot.close(figure)
+    plots.write(figure, path)
 
 
 def heat_map(rows, track, path):
@@ -162,14 +156,13 @@ def heat_map(rows, track, path):
 
     Args:
         rows: of episodes().
-        track: track_model.track.Track.
         path: of the PNG.
     """
     positions = np.array(
         [(float(row["x"]), float(row["y"])) for row in rows if row["end"] != LAP]
     ).reshape(-1, 2)
     figure, axes = pyplot.subplots(figsize=(9, 6.5), dpi=110)
-    draw_ground(axes, track)
+    plots.draw_ground(axes, track)
     points = axes.scatter(
         positions[:, 0],
         positions[:, 1],
@@ -181,6 +174,4 @@ def heat_map(rows, track, path):
     if len(positions):
         figure.colorbar(points, ax=axes, label="number of the run that ended there")
     axes.set_title(f"{len(positions)} of {len(rows)} runs ended before their lap")
-    figure.tight_layout()
-    figure.savefig(path)
-    pyplot.close(figure)
+    plots.write(figure, path)

@@ -66,17 +66,8 @@ def fill(rollout_buffer, parts):
         for name in ("observations", "actions", "rewards", "starts", "values", "log_probs")
     ]
     for time in range(rollout_buffer.buffer_size):
-        observations, actions, rewards, starts, values, log_probs = (
-            at(time, column) for column in columns
-        )
-        rollout_buffer.add(
-            observations,
-            actions,
-            rewards,
-            starts,
-            torch.as_tensor(values),
-            torch.as_tensor(log_probs),
-        )
+        *row, values, log_probs = (at(time, column) for column in columns)
+        rollout_buffer.add(*row, torch.as_tensor(values), torch.as_tensor(log_probs))
     last = [segments[-1] for segments in parts]
     rollout_buffer.compute_returns_and_advantage(
         last_values=torch.tensor([segment.value for segment in last]),
@@ -182,15 +173,12 @@ class Collector:
         self._policy.load_state_dict(state)
         self._version = version
 
-    def collect(self, version, max_actions):
+    def collect(self, version, max_actions) -> Segment:
         """Drive until the run ends.
 
         Args:
             version: number of the policy that must drive.
             max_actions: maximum number of actions.
-
-        Returns:
-            Segment.
         """
         if version != self._version:
             raise RuntimeError(f"policy {version} should drive, but {self._version} came last")

@@ -45,6 +45,10 @@ class Settings:
     workers: int = 4
     seed: int = 0
 
+    def __post_init__(self):
+        for name in ("observation", "randomize"):  # lists in JSON
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+
     def environment(self):
         """Keyword arguments of the environment, with its Gymnasium id."""
         if self.env == BACKING:
@@ -80,9 +84,7 @@ class Settings:
 
     def save(self, folder):
         """Write them into a folder."""
-        with open(os.path.join(folder, FILE), "w", encoding="utf-8") as stream:
-            json.dump(asdict(self), stream, indent=2)
-            stream.write("\n")
+        hyperparameters.write_json(os.path.join(folder, FILE), asdict(self))
 
     @classmethod
     def load(cls, folder):
@@ -97,8 +99,6 @@ class Settings:
                 table = json.load(stream)
         except (OSError, ValueError) as error:
             raise GymError(f"{path} cannot be read ({error}); there is no such training") from error
-        for key in ("observation", "randomize"):
-            table[key] = tuple(table[key])
         return cls(**table)
 
 

@@ -14,15 +14,23 @@ WINDOW = 1.0  # arc length around the last position that is searched [m]
 
 
 class Course:
-    """Arc length and lateral distance on a lane."""
+    """Arc length and lateral distance on a lane.
+
+    Attributes:
+        ends: (N + 1, 2) points of the chords, on a circuit the first one again [m].
+        chords: (N, 2) from each point to the next [m].
+        lengths: (N,) of the chords [m].
+        along: (N + 1,) arc lengths of the points [m].
+        contains: function of points (M, 2) [m]: whether each lies in the lane.
+    """
 
     def __init__(self, lane: Lane) -> None:
         self.lane = lane
         self.closed, self.length = lane.closed, lane.length
-        self._ends = np.vstack([lane.curve, lane.curve[:1]]) if lane.closed else lane.curve
-        self._chords = np.diff(self._ends, axis=0)
-        self._lengths = np.linalg.norm(self._chords, axis=1)
-        self._along = np.concatenate(([0.0], np.cumsum(self._lengths)))
+        self.ends = np.vstack([lane.curve, lane.curve[:1]]) if lane.closed else lane.curve
+        self.chords = np.diff(self.ends, axis=0)
+        self.lengths = np.linalg.norm(self.chords, axis=1)
+        self.along = np.concatenate(([0.0], np.cumsum(self.lengths)))
         self.contains = Inside(lane_area(lane))
 
     def project(self, x: float, y: float, near: float | None = None) -> tuple[float, float]:
@@ -38,14 +46,14 @@ class Course:
             straight beyond both ends.
         """
         point = np.array((x, y))
-        start, chords, lengths = self._ends[:-1], self._chords, self._lengths
+        start, chords, lengths = self.ends[:-1], self.chords, self.lengths
         if near is None:
             pick = np.arange(len(chords))
         else:
             count = int(WINDOW / lengths[0]) + 1
             centre = int(
                 np.searchsorted(
-                    self._along,
+                    self.along,
                     near % self.length if self.closed else np.clip(near, 0, self.length),
                 )
             )
@@ -66,7 +74,7 @@ class Course:
         k = int(pick[best])
         left = chords[k, 0] * offset[best, 1] - chords[k, 1] * offset[best, 0]
         return (
-            float(self._along[k] + fraction[best] * lengths[k]),
+            float(self.along[k] + fraction[best] * lengths[k]),
             float(np.copysign(gap[best], left)),
         )
 
@@ -82,12 +90,12 @@ class Course:
     def pose(self, s: float) -> tuple[float, float, float]:
         """Return (x, y, yaw) of the centreline at an arc length [m]."""
         at = s % self.length if self.closed else float(np.clip(s, 0.0, self.length))
-        k = min(int(np.searchsorted(self._along, at, side="right")) - 1, len(self._chords) - 1)
-        x, y = self._ends[k] + (at - self._along[k]) / self._lengths[k] * self._chords[k]
+        k = min(int(np.searchsorted(self.along, at, side="right")) - 1, len(self.chords) - 1)
+        x, y = self.ends[k] + (at - self.along[k]) / self.lengths[k] * self.chords[k]
         tangents = curves.tangents(self.lane.curve, self.closed)
         step = self.lane.curve.shape[0]
         a, b = tangents[k % step], tangents[(k + 1) % step]
-        direction = a + (at - self._along[k]) / self._lengths[k] * (b - a)
+        direction = a + (at - self.along[k]) / self.lengths[k] * (b - a)
         return float(x), float(y), float(np.arctan2(direction[1], direction[0]))
 
     def curvature(self, s: float) -> float:
@@ -107,7 +115,6 @@ class Projector:
         window: arc length around the known one that is searched [m].
 
     Attributes:
-        course: the Course.
         uniform_sides: (left, right) from the centreline to the edges [m] if the lane has one width
             everywhere, else None.
     """
@@ -116,16 +123,13 @@ class Projector:
         self.course = course
         self.closed, self.length = course.closed, course.length
         lane = course.lane
-        ends = np.vstack([lane.curve, lane.curve[:1]]) if self.closed else lane.curve
-        chords = np.diff(ends, axis=0)
-        lengths = np.linalg.norm(chords, axis=1)
+        ends, chords, lengths, along = course.ends, course.chords, course.lengths, course.along
         self._count = len(chords)
         self._step = self.length / self._count
         self._window_count = int(window / lengths[0]) + 1
         low, high = np.zeros(self._count), np.ones(self._count)
         if not self.closed:
             low[0], high[-1] = -np.inf, np.inf
-        along = np.concatenate(([0.0], np.cumsum(lengths)))
         self._along = along
         rows = (*ends[:-1].T, *chords.T, *(chords / lengths[:, None] ** 2).T, low, high)
         self._rows = np.array([self._padded(row) for row in (*rows, along[:-1], lengths)])
