@@ -187,7 +187,6 @@ def goal_path(goal, trailer, frame):
     Args:
         goal: Has the fields of cybertruck/BackUpGoal.
         trailer: (x, y, θ2) as of make_tracker.
-        frame: The odometry frame's name.
     """
     poses = goal.path.poses
     if bool(poses) == bool(goal.shape):

@@ -129,7 +129,7 @@ class StateSource:
 
     @property
     def state(self):
-        """The newest RigState, or None."""
+        """The newest TruckState, or None."""
         with self._changed:
             return self._state
 
@@ -141,7 +141,7 @@ class StateSource:
             wall_time: Maximum wait [s].
 
         Returns:
-            RigState, or None after a time-out.
+            TruckState, or None after a time-out.
         """
 
         def is_new():

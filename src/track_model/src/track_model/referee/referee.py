@@ -132,11 +132,7 @@ def wall_polygons(
 
 
 class Referee:
-    """Evaluates one car on one course.
-
-    Args:
-        walls: polygons of the obstacles.
-    """
+    """Evaluates one car on one course."""
 
     def __init__(
         self,
