@@ -200,7 +200,12 @@ def goal_path(goal, trailer, frame):
     frame_id = goal.path.header.frame_id or frame
     if frame_id.lstrip("/") != frame:
         raise TrailerError(f"path: its frame is '{frame_id}'; it must be '{frame}'")
-    return from_points([(item.pose.position.x, item.pose.position.y) for item in poses])
+    return path_of(goal.path)
+
+
+def path_of(message):
+    """Makes the Path of a nav_msgs/Path."""
+    return from_points([(item.pose.position.x, item.pose.position.y) for item in message.poses])
 
 
 POLL = 0.1  # wall time between checks for cancel and shutdown when no message arrives [s]
