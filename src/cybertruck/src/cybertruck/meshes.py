@@ -44,6 +44,11 @@ def roof_half(x):
     return side_half(x) - LEAN * (top(x) - shoulder(x))
 
 
+def _mirrored(left):
+    """A section of the left half's points, and of those of the right half."""
+    return left + [(x, -y, z) for x, y, z in left[::-1]]
+
+
 def shell():
     """Upper body from the arches' tops to the roof: one convex, folded solid."""
     sections = []
@@ -51,7 +56,7 @@ def shell():
         half = side_half(x)
         lower = half - 0.006
         left = [(x, lower, ARCH - 0.006), (x, half, shoulder(x)), (x, roof_half(x), top(x))]
-        sections.append(left + [(x, -y, z) for x, y, z in left[::-1]])
+        sections.append(_mirrored(left))
     return Mesh(loft(sections))
 
 
@@ -128,24 +133,13 @@ def glass():
     """Windscreen, roof glass and the wedge-shaped side windows, laid on the planes."""
     front, rear, low = RIDGE + 0.006, RIDGE - 0.006, 0.56
     mesh = Mesh(
-        plate(
-            [
-                _on_roof(low, 0.90),
-                _on_roof(front, 0.90),
-                _on_roof(front, -0.90),
-                _on_roof(low, -0.90),
-            ],
-            0.0025,
-        ),
-        plate(
-            [
-                _on_roof(rear, 0.90),
-                _on_roof(0.09, 0.86),
-                _on_roof(0.09, -0.86),
-                _on_roof(rear, -0.90),
-            ],
-            0.0025,
-        ),
+        *(
+            plate([_on_roof(*corner) for corner in corners], 0.0025)
+            for corners in (
+                ((low, 0.90), (front, 0.90), (front, -0.90), (low, -0.90)),
+                ((rear, 0.90), (0.09, 0.86), (0.09, -0.86), (rear, -0.90)),
+            )
+        )
     )
     for corners in (
         ((0.575, 0.42), (RIDGE + 0.004, 0.34), (RIDGE + 0.004, 0.88)),
@@ -164,46 +158,28 @@ def _outward(points, thickness):
     return solid
 
 
+def _bar(outline, half):
+    """Lamp across the truck: an outline in x-z from -half to half."""
+    return Mesh(loft([[(x, y, z) for x, z in outline] for y in (-half, half)]))
+
+
 def light_bar():
     """Thin lamp across the nose."""
-    return Mesh(
-        loft(
-            [
-                [
-                    (NOSE - 0.012, y, 0.2225),
-                    (NOSE + 0.004, y, 0.2225),
-                    (NOSE + 0.004, y, 0.2310),
-                    (NOSE - 0.012, y, 0.2335),
-                ]
-                for y in (-0.221, 0.221)
-            ]
-        )
-    )
+    rear, front = NOSE - 0.012, NOSE + 0.004
+    return _bar(((rear, 0.2225), (front, 0.2225), (front, 0.2310), (rear, 0.2335)), 0.221)
 
 
 def tail_bar():
     """Thin lamp across the tail."""
-    return Mesh(
-        loft(
-            [
-                [
-                    (TAIL - 0.003, y, 0.252),
-                    (TAIL + 0.010, y, 0.252),
-                    (TAIL + 0.010, y, 0.266),
-                    (TAIL - 0.003, y, 0.266),
-                ]
-                for y in (-0.236, 0.236)
-            ]
-        )
-    )
+    rear, front = TAIL - 0.003, TAIL + 0.010
+    return _bar(((rear, 0.252), (front, 0.252), (front, 0.266), (rear, 0.266)), 0.236)
 
 
 def tyre():
     """Tyre with bevelled shoulders; its 48 corners are at the wheel's radius."""
     half = WIDTH / 2.0
     side = [(0.068, half - 0.008), (0.074, half), (0.090, half), (RADIUS, half - 0.012)]
-    mesh = Mesh(lathe(side + [(r, -y) for r, y in side[::-1]], 48))
-    return mesh
+    return Mesh(lathe(side + [(r, -y) for r, y in side[::-1]], 48))
 
 
 def hub():
@@ -251,18 +227,8 @@ def trailer_box():
         (0.30, TRAILER_HALF, TRAILER_FLOOR, SHOULDER, 0.200, ROOF),
         (FRONT, 0.225, TRAILER_FLOOR + 0.02, SHOULDER - 0.05, 0.190, ROOF - 0.055),
     ):
-        sections.append(
-            [
-                (x, half - 0.012, low),
-                (x, half, shoulder - 0.11),
-                (x, half, shoulder),
-                (x, ridge, top),
-                (x, -ridge, top),
-                (x, -half, shoulder),
-                (x, -half, shoulder - 0.11),
-                (x, 0.012 - half, low),
-            ]
-        )
+        left = [(x, half - 0.012, low), (x, half, shoulder - 0.11), (x, half, shoulder)]
+        sections.append(_mirrored([*left, (x, ridge, top)]))
     mesh = Mesh(loft(sections))
     for outline in (
         ((0.130, 0.130), (0.340, 0.150), (0.370, 0.235), (0.088, 0.235)),

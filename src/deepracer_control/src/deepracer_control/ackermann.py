@@ -58,7 +58,6 @@ def bicycle_steering(speed, yaw_rate, geometry):
     Args:
         speed: Forward speed of the rear axle's centre [m/s]; negative is backwards.
         yaw_rate: Yaw rate of the body [rad/s], left positive.
-        geometry: The car's Geometry.
 
     Returns:
         Angle [rad], left positive. At speed 0 no steering angle causes a yaw rate, so it is 0.
@@ -81,7 +80,6 @@ def wheel_commands(speed, yaw_rate, geometry=Geometry()) -> WheelCommands:
     Args:
         speed: Forward speed of the rear axle's centre [m/s].
         yaw_rate: Yaw rate [rad/s], left positive (REP-103).
-        geometry: The car's Geometry.
     """
     curvature = math.tan(bicycle_steering(speed, yaw_rate, geometry)) / geometry.wheelbase
     across = geometry.wheelbase * curvature

@@ -65,9 +65,6 @@ def draw_frame_rate(image, rate):
     Args:
         image: (H, W, 3) uint8 BGR; changed in place.
         rate: Frame rate [Hz] or None.
-
-    Returns:
-        The image.
     """
     scale = max(0.4, image.shape[1] / 640.0)
     position = (int(12 * scale), int(32 * scale))
@@ -80,7 +77,6 @@ def draw_text(image, text, position, scale):
 
     Args:
         image: (H, W, 3) uint8 BGR; changed in place.
-        text: A line.
         position: (x, y) of its lower left corner [px].
         scale: Scale of the font.
     """

@@ -22,7 +22,6 @@ class Film:
     """Writes an mp4 (H.264); the first frame sets the size.
 
     Args:
-        path: Path of the file.
         rate: Frames per second of the film; frames that arrive faster in ROS time are skipped.
 
     Raises:
@@ -213,7 +212,6 @@ class RecordButton(QObject):
 
     Args:
         label: QLabel, hidden while it is empty.
-        folder: Folder of the recordings.
     """
 
     finished = pyqtSignal(str)  # from the thread that stops a recording to Qt's

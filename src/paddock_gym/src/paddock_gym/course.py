@@ -171,12 +171,7 @@ class RunEvaluator:
         return self._state(motion, lateral, 0.0, False)
 
     def update(self, motion: Motion, crashed: bool = False) -> RunState:
-        """Evaluate after one more action.
-
-        Args:
-            motion: Motion now.
-            crashed: whether the car touches an obstacle.
-        """
+        """Evaluate after one more action."""
         s, lateral = self.projector.project_point(motion.x, motion.y, self._s)
         gain = self.projector.course.difference(s, self._s)
         self._s = s

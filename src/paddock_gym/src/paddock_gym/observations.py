@@ -59,7 +59,6 @@ def select_rays(angle_min: float, angle_increment: float, count: int) -> np.ndar
 
     Args:
         angle_min, angle_increment: of the scan [rad].
-        count: of its rays.
 
     Returns:
         (64,) int.
@@ -167,8 +166,6 @@ class Assembler:
     """Stores the newest measurement of each sensor.
 
     Args:
-        names: of the observations.
-        colour: whether images have three channels.
         projector: needed for `state`.
     """
 

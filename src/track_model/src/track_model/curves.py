@@ -29,10 +29,10 @@ def spline(points: npt.ArrayLike, closed: bool, values: npt.ArrayLike | None = N
     points = np.asarray(points, dtype=float)
     if closed:
         points = np.vstack([points, points[:1]])
-    knots = np.concatenate(([0.0], np.cumsum(_knot_steps(points))))
+    chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    knots = np.concatenate(([0.0], np.cumsum(np.sqrt(chords))))
     curve = CubicSpline(knots, points, bc_type="periodic" if closed else "natural")
     # at most 5 mm apart, so that chords approximate arcs
-    chords = np.linalg.norm(np.diff(points, axis=0), axis=1)
     fine = np.concatenate(
         [
             np.linspace(a, b, max(4, int(chord / 0.004)), endpoint=False)
@@ -47,10 +47,6 @@ def spline(points: npt.ArrayLike, closed: bool, values: npt.ArrayLike | None = N
     if closed:
         values = np.vstack([values, values[:1]])
     return curve(fine), PchipInterpolator(knots, values)(fine)
-
-
-def _knot_steps(points: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    return np.sqrt(np.linalg.norm(np.diff(points, axis=0), axis=1))
 
 
 def length(curve: npt.NDArray[Any], closed: bool = True) -> float:

@@ -17,9 +17,6 @@ def to_transform(odometry: Odometry, parent: str = "", child: str = "") -> Trans
         parent: Frame that replaces the message's frame_id, if not empty.
         child: Frame that replaces the message's child_frame_id, if not empty.
 
-    Returns:
-        The transform with the message's stamp.
-
     Raises:
         ValueError: Neither the message nor the argument names a frame.
     """

@@ -31,7 +31,8 @@ def parse(content: bytes, path: str) -> TrackSpec:
     if path.lower().endswith(".npy"):
         points, left, right = _deepracer(_read_npy(content, path), path)
     else:
-        points, left, right = _f1tenth(_read_csv(content, path), path)
+        array = _read_csv(content, path)
+        points, left, right = array[:, 0:2], array[:, 3], array[:, 2]
     points, sides, closed = _distinct(points, np.stack([left, right], axis=1), path)
     narrow = int(np.argmin(sides.sum(axis=1)))
     width = float(sides.sum(axis=1)[narrow])
@@ -153,10 +154,6 @@ def _deepracer(array: npt.NDArray[Any], path: str) -> Columns:
     across = inner - outer
     side = np.sum(ahead[:, 0] * across[:, 1] - ahead[:, 1] * across[:, 0])
     return (centre, to_inner, to_outer) if side > 0 else (centre, to_outer, to_inner)
-
-
-def _f1tenth(array: npt.NDArray[Any], _path: str) -> Columns:
-    return array[:, 0:2], array[:, 3], array[:, 2]
 
 
 def _distinct(

@@ -53,7 +53,6 @@ def load(path: str, content: bytes | None = None) -> TrackSpec:
     """Read and check a track file of any format: YAML, or a route (.npy, .csv).
 
     Args:
-        path: The file.
         content: Its bytes, if they were read already.
 
     Raises:

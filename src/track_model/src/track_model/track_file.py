@@ -13,6 +13,7 @@ MAX_SIZE = 200_000  # [bytes] of a file
 _SHORT = reprlib.Repr()
 _SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxdict = 3, 8, 8
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 80
+_formatted = _SHORT.repr  # of values of any size and nesting
 
 Points = tuple[tuple[float, float], ...]
 # Allowed ranges, both ends included.
@@ -28,11 +29,6 @@ RANGES = {
     "walls.thickness": (0.005, 0.5),
     "walls.gap": (0.0, 3.0),
 }
-
-
-def _formatted(value: Any) -> str:
-    """Return a value of any size and nesting as a short text."""
-    return _SHORT.repr(value)
 
 
 def _number(path: str, item: str, value: Any) -> float:

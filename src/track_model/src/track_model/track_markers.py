@@ -16,10 +16,6 @@ def track_markers(description: str, frame: str) -> MarkerArray:
     Args:
         description: SDF of a model whose origin is that of `frame`; visuals are meshes with
             embedded materials, or boxes with a pose in links without one.
-        frame: Frame of the markers.
-
-    Returns:
-        One marker per visual.
 
     Raises:
         ValueError: The description is not XML, or has nothing visible.

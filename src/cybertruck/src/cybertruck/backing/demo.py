@@ -17,11 +17,10 @@ from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
 
-from cybertruck.backing.server import Driver, settings_from
+from cybertruck.backing.server import Driver, path_of, settings_from
 from cybertruck.backing.state import StateSource
 from cybertruck.msg import BackUpAction, BackUpGoal
 from cybertruck.trailer.geometry import TrailerError
-from cybertruck.trailer.paths import from_points
 from cybertruck.trailer.report import summary, table, write_csv, write_figure
 from cybertruck.trailer.shapes import SHAPES, make_shape
 from paddock_common import nodes
@@ -123,15 +122,10 @@ class Demo:
 
     def _report(self, goal, states, result):
         """Writes back_SHAPE.png, .csv and .json."""
-        if goal.path.poses:
-            path = from_points(
-                [(item.pose.position.x, item.pose.position.y) for item in goal.path.poses]
-            )
-        else:
-            message = rospy.wait_for_message("/back_up/path", PathMessage, STEP_LIMIT)
-            path = from_points(
-                [(item.pose.position.x, item.pose.position.y) for item in message.poses]
-            )
+        driven = goal.path
+        if not driven.poses:
+            driven = rospy.wait_for_message("/back_up/path", PathMessage, STEP_LIMIT)
+        path = path_of(driven)
         rows = table(
             path,
             [item.stamp for item in states],

@@ -187,7 +187,6 @@ def goal_path(goal, trailer, frame):
     Args:
         goal: Has the fields of cybertruck/BackUpGoal.
         trailer: (x, y, θ2) as of make_tracker.
-        frame: The odometry frame's name.
     """
     poses = goal.path.poses
     if bool(poses) == bool(goal.shape):
@@ -201,7 +200,12 @@ def goal_path(goal, trailer, frame):
     frame_id = goal.path.header.frame_id or frame
     if frame_id.lstrip("/") != frame:
         raise TrailerError(f"path: its frame is '{frame_id}'; it must be '{frame}'")
-    return from_points([(item.pose.position.x, item.pose.position.y) for item in poses])
+    return path_of(goal.path)
+
+
+def path_of(message):
+    """Makes the Path of a nav_msgs/Path."""
+    return from_points([(item.pose.position.x, item.pose.position.y) for item in message.poses])
 
 
 POLL = 0.1  # wall time between checks for cancel and shutdown when no message arrives [s]

@@ -118,18 +118,15 @@ class StateSource:
         later = self._hitch[-1]
         for earlier in reversed(self._hitch):
             if earlier[0] <= stamp:
-                ratio = (
-                    0.0
-                    if later[0] == earlier[0]
-                    else ((stamp - earlier[0]) / (later[0] - earlier[0]))
-                )
+                span = later[0] - earlier[0]
+                ratio = (stamp - earlier[0]) / span if span else 0.0
                 return earlier[1] + ratio * (later[1] - earlier[1])
             later = earlier
         return later[1]
 
     @property
     def state(self):
-        """The newest RigState, or None."""
+        """The newest TruckState, or None."""
         with self._changed:
             return self._state
 
@@ -141,7 +138,7 @@ class StateSource:
             wall_time: Maximum wait [s].
 
         Returns:
-            RigState, or None after a time-out.
+            TruckState, or None after a time-out.
         """
 
         def is_new():

@@ -141,7 +141,6 @@ def write_figure(file, measured, checked, steering: MeasuredSteering, wheelbase)
     """Plots measured curvatures, the map and tan φ / L, with residuals, into a PNG.
 
     Args:
-        file: PNG file to write.
         measured: List of Measured of which the map was made.
         checked: List of Measured that were not used for it.
         wheelbase: L [m].

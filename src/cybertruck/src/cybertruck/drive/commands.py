@@ -50,9 +50,7 @@ def odometry(stamp, frames, state):
     """nav_msgs/Odometry of a WheelOdometry; the twist is in the child frame (REP-105).
 
     Args:
-        stamp: rospy.Time.
         frames: (odometry frame, base frame).
-        state: WheelOdometry.
     """
     message = Odometry()
     message.header.stamp = stamp

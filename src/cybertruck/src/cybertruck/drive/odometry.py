@@ -87,12 +87,8 @@ class WheelOdometry:
             return False
         shape, last = self._model.geometry, self._last[0]
         limit = 2.0 * shape.max_speed / shape.wheel_radius * max(period, JUMP_PERIOD)
-        return (
-            max(
-                abs(measured.rear_left - last.rear_left), abs(measured.rear_right - last.rear_right)
-            )
-            > limit
-        )
+        left, right = measured.rear_left - last.rear_left, measured.rear_right - last.rear_right
+        return max(abs(left), abs(right)) > limit
 
     def update(self, measured: Measured):
         """Update with a new measurement."""

@@ -54,17 +54,11 @@ def from_bag(path, topic, goal_topic) -> Trajectory:
                 name: item.msg_type for name, item in bag.get_type_and_topic_info().topics.items()
             }
             if types.get(topic) != "nav_msgs/Odometry":
-                there = (
-                    ", ".join(
-                        sorted(
-                            name
-                            for name, message_type in types.items()
-                            if message_type == "nav_msgs/Odometry"
-                        )
-                    )
-                    or "none"
+                there = sorted(name for name in types if types[name] == "nav_msgs/Odometry")
+                raise ValueError(
+                    f"{path}: no odometry on {topic}; topics with odometry: "
+                    f"{', '.join(there) or 'none'}"
                 )
-                raise ValueError(f"{path}: no odometry on {topic}; topics with odometry: {there}")
             for name, message, _ in bag.read_messages(list(handlers)):
                 message_type, handle = handlers[name]
                 if types[name] == message_type:

@@ -93,9 +93,6 @@ def plot(trajectory, path, title="", labels=("x in /odom [m]", "y in /odom [m]")
 
     Args:
         trajectory: Trajectory with at least one pose.
-        path: The PNG file.
-        title: Above the plot.
-        labels: Of the axes.
     """
     figure, axes = pyplot.subplots(figsize=(7.0, 7.0), layout="constrained")
     try:
@@ -179,7 +176,6 @@ def select_spaced(rows, spacing):
     """Selects poses at equal distances along the path.
 
     Args:
-        rows: Rows of a Trajectory.
         spacing: [m].
     """
     selected, since = [rows[0]], 0.0

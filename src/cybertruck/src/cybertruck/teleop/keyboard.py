@@ -136,7 +136,6 @@ class TerminalKeys:
         """Processes one key code.
 
         Args:
-            code: Of curses.
             now: Time [s].
         """
         key = name_of(code)

@@ -30,9 +30,6 @@ class TeleopExit(Exception):
 class Session:
     """One run of a teleop, from its first message to its last zero command.
 
-    Args:
-        name: Default name of the node.
-
     Raises:
         TeleopExit: There is no ROS master.
         ValueError: A parameter is wrong; the message names it.
@@ -93,7 +90,6 @@ class Session:
         """Shows the motion on the screen, if there is one.
 
         Args:
-            title: First line.
             teleop: KeyTeleop or PadTeleop.
             notes: Lines about the source of the events, warnings first.
             keys: Lines of key help.
@@ -189,7 +185,6 @@ def run(name, make_node):
     """Runs a teleop under the supervisor of its terminal.
 
     Args:
-        name: Default name of the node.
         make_node: Class or function (session) whose result has tick(now, period).
 
     Returns:

@@ -82,7 +82,6 @@ def restore(terminal, settings):
     """Restores the terminal.
 
     Args:
-        terminal: File descriptor.
         settings: Result of termios.tcgetattr.
     """
     previous = signal.signal(signal.SIGTTOU, signal.SIG_IGN)  # also from the background

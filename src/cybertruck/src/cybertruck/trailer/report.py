@@ -106,10 +106,8 @@ def plot_truck(axes, trailer, hitch_angle, geometry, alpha=1.0):
     """Plots truck, trailer and tongue from above.
 
     Args:
-        axes: Of matplotlib.
         trailer: (x, y, θ2) of Q.
         hitch_angle: ψ [rad].
-        alpha: Opacity of the lines.
     """
     truck = rear_axle(*trailer, hitch_angle, geometry)
     hitch = hitch_position(*truck, geometry)

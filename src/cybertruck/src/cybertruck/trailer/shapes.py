@@ -59,33 +59,28 @@ def s_curve(offset, length):
 
     The same curve as a lane change; the two differ in their defaults.
     """
-    require(length > 0.0, "s: length", length, "above 0 m")
-    require(abs(offset) < 0.8 * length, "s: offset", offset, f"within ±{0.8 * length:g} m")
-    return s_bend(offset, length, 0.0, 0.0)
+    return s_bend("s", offset, length, 0.0, 0.0)
 
 
 def lane_change(offset, length, straight):
     """A straight, an S of a length that ends `offset` to the left, and a straight [m]."""
-    require(length > 0.0, "lane-change: length", length, "above 0 m")
-    require(straight >= 0.0, "lane-change: straight", straight, "0 m or more")
-    require(abs(offset) < 0.8 * length, "lane-change: offset", offset, f"within ±{0.8 * length:g}")
-    return s_bend(offset, length, straight, straight)
+    return s_bend("lane-change", offset, length, straight, straight)
 
 
 def park(offset, length, straight):
     """Into a gap at the side, as in parallel parking: an S, then a straight [m]."""
-    require(length > 0.0, "park: length", length, "above 0 m")
-    require(straight >= 0.0, "park: straight", straight, "0 m or more")
-    require(abs(offset) < 0.8 * length, "park: offset", offset, f"within ±{0.8 * length:g} m")
-    return s_bend(offset, length, 0.2, straight)
+    return s_bend("park", offset, length, 0.2, straight)
 
 
-def s_bend(offset, advance, before, after):
+def s_bend(name, offset, advance, before, after):
     """Straight, S, straight; the S ends `advance` ahead and `offset` to the left [m].
 
     Its heading is a smooth bump of one height over arc length; height and arc length follow from
     advance and offset by Newton's method.
     """
+    require(advance > 0.0, f"{name}: length", advance, "above 0 m")
+    require(after >= 0.0, f"{name}: straight", after, "0 m or more")
+    require(abs(offset) < 0.8 * advance, f"{name}: offset", offset, f"within ±{0.8 * advance:g} m")
 
     def make_path(height, length):
         def curvature(at):  # derivative of the bump 64 (u (1 - u))³, whose top is 1

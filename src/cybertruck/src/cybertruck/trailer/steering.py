@@ -100,7 +100,6 @@ def write_map(path, angles, curvatures, notes=()):
     """Writes a steering map as YAML.
 
     Args:
-        path: File to write.
         angles: (n,) [rad].
         curvatures: (n,) [1/m].
         notes: Lines of comment for the header of the file.

@@ -213,7 +213,6 @@ def report(out_dir, passed, error, checks: Checks, seconds):
     """Writes result.json and prints the last line.
 
     Args:
-        out_dir: Existing folder.
         passed: Whether all manoeuvres ran and every check passed.
         error: Why it stopped early, or "".
         seconds: Wall time of the demo [s].

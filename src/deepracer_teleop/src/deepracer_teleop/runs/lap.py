@@ -68,9 +68,6 @@ MAX_PROGRESS = 55.0  # of the lap, up to which a frame may become lap.png [%]
 class LapFilm:
     """Adds camera frames to a Film, in the subscriber's thread.
 
-    Args:
-        driver: name of the driver.
-
     Attributes:
         film: as above.
         receiving: whether a frame was received.
@@ -251,7 +248,6 @@ def report(run: LapRun, starts, error):
     """Writes result.json and prints the last line.
 
     Args:
-        starts: Results of the finished starts.
         error: Why it stopped early, or "".
 
     Returns:

@@ -218,7 +218,6 @@ def prepare(folder, files):
     """Creates the folder and removes the files of an earlier run.
 
     Args:
-        folder: Path.
         files: Names of the run's files; result.json is always one of them.
 
     Raises:

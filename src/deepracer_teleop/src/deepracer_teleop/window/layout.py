@@ -230,8 +230,6 @@ class Layout(QWidget):
 
         Args:
             period: Wall time [ms].
-            handler: Function without arguments.
-            timer_type: Qt.TimerType.
         """
         timer = QTimer(self)
         timer.setTimerType(timer_type)

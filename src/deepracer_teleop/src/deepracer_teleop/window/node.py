@@ -22,7 +22,6 @@ def connect(name, geometry=None) -> InterfaceWindow:
     """Starts the ROS node and builds the window with the node's private parameters.
 
     Args:
-        name: The node's name.
         geometry: WindowGeometry that stores position and size, or None.
 
     Raises:

@@ -58,11 +58,7 @@ KEY = "window/geometry"
 
 
 class WindowGeometry:
-    """Stores position and size in the user's settings (~/.config/paddock/teleop.ini).
-
-    Args:
-        path: Path of another file.
-    """
+    """Stores position and size in the user's settings (~/.config/paddock/teleop.ini)."""
 
     def __init__(self, path=None):
         self._settings = (

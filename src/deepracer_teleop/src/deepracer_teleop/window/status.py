@@ -14,7 +14,6 @@ def run_id(uri, timeout=1.0):
     """Requests the id of a ROS master's run.
 
     Args:
-        uri: The master's address, http://host:port.
         timeout: Longest wait for a response [s].
 
     Returns:
@@ -98,11 +97,7 @@ def simulation_text(factor, now):
 
 
 def lap_texts(track, status: LapStatus):
-    """Returns the texts about a lap.
-
-    Args:
-        track: Name or file of the track, or "".
-    """
+    """Returns the texts about a lap."""
     texts = [f"track {os.path.splitext(os.path.basename(track))[0]}"] if track else []
     texts.append(
         f"lap {status.laps + 1}, {status.lap_time:.1f} s" if status.running else "lap not started"

@@ -111,7 +111,6 @@ def parse(path: str, table: dict[str, Any]) -> Hyperparameters:
 
     Args:
         path: of the file, for messages.
-        table: its content.
 
     Raises:
         GymError: a key or value is wrong.

@@ -109,12 +109,9 @@ def params(
         "closest_waypoints": waypoints.around(state.s),
         "projection_distance": state.s % length if waypoints.closed else state.s,
     }
-    result.update(_of_objects(state, motion, objects, length) if objects else _empty())
+    no_objects = copy.deepcopy(NO_OBJECTS)  # a user's function may change the lists
+    result.update(_of_objects(state, motion, objects, length) if objects else no_objects)
     return result
-
-
-def _empty() -> dict[str, Any]:
-    return copy.deepcopy(NO_OBJECTS)
 
 
 def _of_objects(

@@ -37,7 +37,6 @@ class BackingEnv(gymnasium.Env):
 
     Args:
         path: line, arc, s, lane-change, park, or random: one of three with random dimensions.
-        render_mode: None.
 
     Raises:
         GymError: unknown path or render mode.

@@ -83,12 +83,7 @@ def runs(env, driver, count):
 
 
 def compare(policy, count):
-    """Rows (dicts) of a policy and of the tracker.
-
-    Args:
-        policy: path of its ONNX file.
-        count: of starts of each.
-    """
+    """Rows (dicts) of a policy and of the tracker."""
     env = BackingEnv()
     drivers = {"policy": PolicyDriver(policy, BACKING), "tracker": TrackerDriver()}
     rows = [summary(name, runs(env, driver, count)) for name, driver in drivers.items()]

@@ -38,7 +38,6 @@ def evaluate(policy, tracks, starts, walls, folder):
     """Run all drivers on all tracks; writes report.json and an image for each track.
 
     Args:
-        policy: path of its ONNX file.
         tracks: names or paths; empty: the track of its training.
         starts: how many of each driver on each track.
         walls: as the environment's option.

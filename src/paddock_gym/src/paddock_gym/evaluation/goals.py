@@ -53,8 +53,6 @@ def drive_all(targets, trailer=False, **gains):
 
     Args:
         targets: of goals().
-        trailer: with or without.
-        gains: settings of GoalSettings.
 
     Returns:
         Drives.

@@ -92,11 +92,6 @@ def drive(env, driver, start, seed=0, each=None) -> Lap:
 def film_lap(env, driver, start, path) -> Lap:
     """Drive once and film it.
 
-    Args:
-        driver: as of laps.drive.
-        start: of the lap.
-        path: of the mp4.
-
     Raises:
         OSError: the file cannot be written.
     """
@@ -123,12 +118,7 @@ REAR_AXLE = Car().rear  # x of the rear axle from base_link [m]
 
 
 class PolicyDriver:
-    """A trained policy.
-
-    Args:
-        path: of its ONNX file.
-        env: as of OnnxPolicy.
-    """
+    """A trained policy."""
 
     def __init__(self, path, env=DEEPRACER):
         self.policy = OnnxPolicy(path, env)

@@ -10,12 +10,7 @@ from matplotlib import pyplot  # noqa: E402
 
 
 def paths(laps, track, path):
-    """Plot driven trajectories over the track, colored by speed.
-
-    Args:
-        laps: Lap list.
-        path: of the PNG.
-    """
+    """Plot driven trajectories over the track, colored by speed."""
     figure, axes = pyplot.subplots(figsize=(9, 6.5), dpi=110)
     draw_ground(axes, track)
     trajectory = np.concatenate([lap.trajectory for lap in laps])

@@ -14,7 +14,6 @@ class _Deterministic(torch.nn.Module):
 
     Args:
         policy: of stable-baselines3's PPO.
-        names: of the inputs.
         images: names of those that are images (H, W, C), which the network takes as (C, H, W).
     """
 
@@ -43,7 +42,6 @@ def export(policy, space, description, path):
     Args:
         policy: of stable-baselines3's PPO, on the processor.
         space: Gymnasium space of the environment's observations (images as (H, W, C)).
-        path: of the file.
     """
     names = description.observations
     spaces = space.spaces if len(names) > 1 else {names[0]: space}

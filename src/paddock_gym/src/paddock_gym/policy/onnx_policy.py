@@ -14,7 +14,6 @@ class OnnxPolicy:
     """Decides by a network.
 
     Args:
-        path: of a policy.onnx.
         env: that it must have been trained on: deepracer, backing; None: either.
 
     Raises:

@@ -19,9 +19,7 @@ class Car:
     """The DeepRacer, commanded as the node `control` commands it in ackermann mode.
 
     Args:
-        name: of its model.
         pose: bullet_sim.pose.Pose to spawn it at.
-        urdf: text.
     """
 
     def __init__(self, world, name, pose, urdf):

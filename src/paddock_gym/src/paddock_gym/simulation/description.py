@@ -21,11 +21,7 @@ def share_folder():
 
 @functools.lru_cache(maxsize=4)
 def car_urdf(lidar_rays=LIDAR_RAYS):
-    """URDF text of the car with a camera of CAMERA_SIZE and a lidar.
-
-    Args:
-        lidar_rays: samples of a scan.
-    """
+    """URDF text of the car with a camera of CAMERA_SIZE and a lidar."""
     width, height = CAMERA_SIZE
     arguments = {
         "camera_width": str(width),

@@ -28,11 +28,7 @@ class CarLidar:
         self._lidar = Lidar(spec_of(car, RaySpec))
 
     def scan(self, rng):
-        """Ranges (n,) [m] of a sweep now, with the URDF's noise.
-
-        Args:
-            rng: numpy.random.Generator.
-        """
+        """Ranges (n,) [m] of a sweep now, with the URDF's noise."""
         position, orientation, _, _ = self._model.link_motion(self._lidar.spec.link)
         # an object closer than range_min touches the car, whose run is over then
         return self._lidar.scan(
@@ -41,11 +37,7 @@ class CarLidar:
 
 
 class CarCamera:
-    """The camera of the URDF.
-
-    Args:
-        renderer: SceneRenderer of the world.
-    """
+    """The camera of the URDF."""
 
     def __init__(self, renderer, car):
         self._renderer, spec = renderer, spec_of(car, CameraSpec)
@@ -63,11 +55,7 @@ class CarCamera:
 
 
 class ObserverCamera:
-    """A camera behind and above a car.
-
-    Args:
-        renderer: SceneRenderer of the world.
-    """
+    """A camera behind and above a car."""
 
     def __init__(self, renderer, car):
         self._renderer, self._car = renderer, car

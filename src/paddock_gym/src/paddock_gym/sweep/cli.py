@@ -23,10 +23,6 @@ def main(arguments=None):
 def sweep(file, folder):
     """Run a sweep, or the rest of it.
 
-    Args:
-        file: its YAML.
-        folder: for its files.
-
     Returns:
         0, or 130 after Ctrl-C, SIGTERM or SIGHUP.
     """

@@ -19,7 +19,6 @@ def write(rows, names, folder):
     Args:
         rows: of Study.rows().
         names: of the varied options.
-        folder: for the files.
     """
     with open(os.path.join(folder, TABLE), "w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)

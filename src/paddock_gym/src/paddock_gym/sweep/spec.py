@@ -138,7 +138,6 @@ class Train(TrialType):
         """Settings of a training.
 
         Args:
-            options: of the trial.
             folder: for its hyperparameters.json; "": none is written.
         """
         table = {key: value for key, value in options.items() if key not in OF_FILE}

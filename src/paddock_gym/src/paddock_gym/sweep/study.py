@@ -26,7 +26,6 @@ class Study:
     """A sweep in its folder; the same sweep continues with what is there.
 
     Args:
-        folder: for its files.
         log: function of one line.
 
     Raises:

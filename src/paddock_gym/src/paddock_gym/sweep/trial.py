@@ -26,7 +26,6 @@ class Processes:
         """Run a program until it exits.
 
         Args:
-            command: arguments.
             log: path of the file for what it prints.
 
         Returns:

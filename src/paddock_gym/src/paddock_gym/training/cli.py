@@ -39,8 +39,6 @@ def prepared(table, folder, resume):
 
     Args:
         table: Settings as a dict; with resume only those of the command line.
-        folder: of the training.
-        resume: whether to continue.
 
     Raises:
         GymError, TrackError: a setting is not valid.

@@ -29,7 +29,6 @@ def finish(settings, folder, model):
     """Write the better policy, its evaluation and plots; returns its part of the report.
 
     Args:
-        folder: of the training.
         model: PPO as it is after the last step; the best one so far is in best.zip.
     """
     work = _finish_backing if settings.env == BACKING else _finish_laps

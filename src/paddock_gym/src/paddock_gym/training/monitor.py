@@ -26,7 +26,6 @@ class TrainingMonitor(BaseCallback):
     """Logs a training and saves its checkpoints.
 
     Args:
-        folder: of the training.
         steps: at which it stops.
         log: function of one line.
         stop: function without arguments: whether a stop was requested.
@@ -122,9 +121,6 @@ def learning_curve(rows, path, good=LAP, noun="laps"):
 
     Args:
         rows: of episodes().
-        path: of the PNG.
-        good: end of a successful run.
-        noun: for several of those.
     """
     steps = np.array([float(row["step"]) for row in rows])
     progress = np.array([float(row["progress"]) for row in rows])
@@ -156,7 +152,6 @@ def heat_map(rows, track, path):
 
     Args:
         rows: of episodes().
-        path: of the PNG.
     """
     positions = np.array(
         [(float(row["x"]), float(row["y"])) for row in rows if row["end"] != LAP]

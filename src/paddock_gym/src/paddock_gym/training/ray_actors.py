@@ -128,12 +128,7 @@ class Segment:
 
 
 class Collector:
-    """An environment and a policy that drives it.
-
-    Args:
-        env: a Gymnasium environment.
-        gamma: discount factor.
-    """
+    """An environment and a policy that drives it."""
 
     def __init__(self, env, gamma):
         torch.set_num_threads(1)
@@ -160,9 +155,6 @@ class Collector:
         """Load a policy.
 
         Args:
-            version: number of the policy.
-            maker: its class.
-            arguments: keyword arguments of its class.
             weights: dict of name -> array.
         """
         if self._policy is None:
@@ -178,7 +170,6 @@ class Collector:
 
         Args:
             version: number of the policy that must drive.
-            max_actions: maximum number of actions.
         """
         if version != self._version:
             raise RuntimeError(f"policy {version} should drive, but {self._version} came last")
@@ -309,7 +300,6 @@ def cpus_per_actor(nodes, count):
 
     Args:
         nodes: processors of each node.
-        count: of actors.
     """
     cpus = min(1.0, sum(nodes) / count)
     while sum(int(processors / cpus) for processors in nodes) < count:
@@ -325,7 +315,6 @@ class Actor(Collector):
 
     Args:
         parcel: Parcel of the environment's options.
-        gamma: discount factor.
     """
 
     def __init__(self, parcel, gamma):
@@ -338,9 +327,7 @@ class RayWorkers(VecEnv):
 
     Args:
         options: keyword arguments of the environment.
-        count: of actors.
         nodes: processors of each node; the actors share them.
-        gamma: discount factor.
 
     Attributes:
         lost: how many actors died.
@@ -383,7 +370,6 @@ class RayWorkers(VecEnv):
         """Make all actors drive by a policy.
 
         Args:
-            policy: of stable-baselines3.
             count: of actions of each actor.
 
         Yields:

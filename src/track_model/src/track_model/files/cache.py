@@ -71,9 +71,6 @@ def _generate(path: str, content: bytes, parent: str, final: str) -> str:
 def ensure(path: str) -> str:
     """Return the folder with a track's files, generating them if they do not exist.
 
-    Args:
-        path: The track's file: YAML, .npy or .csv.
-
     Raises:
         TrackError: The file is not valid.
         OSError: The cache cannot be written.

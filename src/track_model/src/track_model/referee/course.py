@@ -80,12 +80,9 @@ class Course:
 
     def difference(self, s: float, before: float) -> float:
         """Return the signed distance [m] between two arc lengths, in the shorter direction."""
-        distance = s - before
-        return (
-            (distance + self.length / 2.0) % self.length - self.length / 2.0
-            if self.closed
-            else distance
-        )
+        if not self.closed:
+            return s - before
+        return (s - before + self.length / 2.0) % self.length - self.length / 2.0
 
     def pose(self, s: float) -> tuple[float, float, float]:
         """Return (x, y, yaw) of the centreline at an arc length [m]."""

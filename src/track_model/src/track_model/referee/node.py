@@ -61,9 +61,6 @@ def lane_marker(lane: Lane, frame: str) -> Marker:
 class Display:
     """Publishers `~lane`, `~centreline` (latched; a circuit repeats its first pose), `~driven`
     and `~text`.
-
-    Args:
-        frame: frame of the track.
     """
 
     def __init__(self, lane: Lane, frame: str) -> None:
@@ -177,7 +174,6 @@ class Log:
         Args:
             pose: (x, y, yaw) [m], [rad].
             status: its wheels_off becomes letters such as FL (front left).
-            events: names of the events.
         """
         if self._writer is None:
             return

@@ -132,11 +132,7 @@ def wall_polygons(
 
 
 class Referee:
-    """Evaluates one car on one course.
-
-    Args:
-        walls: polygons of the obstacles.
-    """
+    """Evaluates one car on one course."""
 
     def __init__(
         self,
@@ -248,21 +244,19 @@ class Referee:
     ) -> None:
         """Update the progress since the last pose; starts and finishes laps."""
         assert self._previous is not None
-        before_time, before_x, before_y, before = self._previous
+        before_time, _, _, before = self._previous
         step = self.course.difference(s, before)
         self._waiting_at_start &= 0.0 <= s < self.rules.standing_start
         if self._waiting_at_start and speed > MOVING:
             self._start(before_time, events)
             self._lap_offset = -before
-        crossing = self._crossing(0.0, before_time, before_x, before_y, time, x, y, step)
+        crossing = self._crossing(0.0, time, x, y, step)
         if crossing is not None and self.course.closed:
             self._cross(crossing, events)
         elif crossing is not None and self._lap_start is None and not self.status.laps:
             self._start(crossing, events)
         if not self.course.closed and self._lap_start is not None:
-            finish = self._crossing(
-                self.course.length, before_time, before_x, before_y, time, x, y, step
-            )
+            finish = self._crossing(self.course.length, time, x, y, step)
             if finish is not None:
                 self._finish(finish, events)
                 self._lap_start = None
@@ -277,20 +271,11 @@ class Referee:
             self._finish(time, events)
             self._lap_start, self._lap_offset = time, self._distance
 
-    def _crossing(
-        self,
-        s: float,
-        before_time: float,
-        before_x: float,
-        before_y: float,
-        time: float,
-        x: float,
-        y: float,
-        step: float,
-    ) -> float | None:
+    def _crossing(self, s: float, time: float, x: float, y: float, step: float) -> float | None:
         """Return the time [s] at which the line at arc length s was crossed forwards, or None."""
-        if not 0.0 < step < 0.5:
+        if self._previous is None or not 0.0 < step < 0.5:
             return None
+        before_time, before_x, before_y, _ = self._previous
         line_x, line_y, yaw = self.course.pose(s)
         ahead = np.array((math.cos(yaw), math.sin(yaw)))
         old = float(np.dot((before_x - line_x, before_y - line_y), ahead))
