@@ -14,9 +14,8 @@ import json
 import os
 import re
 
-from commands import environment, parsing, processes
+from commands import environment, launching, parsing, processes
 from commands.errors import UsageError
-from commands.launching import launch_file
 from commands.paths import OUT, VENV_PYTHON
 
 USAGE = "[NAME] [--track T] [--observation O] [OPTIONS]"
@@ -46,8 +45,8 @@ def add_arguments(parser):
         help="deepracer (the default), or backing: the Cyber Truck backs its trailer along paths",
     )
     env.complete = lambda: ENVS
-    track = add("--track", type=launch_file.resolve_track, help="as of ./run lap (default)")
-    track.complete = launch_file.track_names
+    track = add("--track", type=launching.resolve_track, help="as of ./run lap (default)")
+    track.complete = launching.track_names
     observation = add(
         "--observation",
         metavar="O",
