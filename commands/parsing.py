@@ -82,6 +82,31 @@ def parser_of(name, module):
     return parser
 
 
+def split(name, module, arguments, valued):
+    """Parts a command's own options from the command behind them.
+
+    Args:
+        name, module: As of parser_of().
+        arguments: All of them; "--" may stand between the two.
+        valued: Options with a value behind them.
+
+    Returns:
+        (argparse.Namespace, list of words).
+
+    Raises:
+        UsageError: An option is wrong.
+    """
+    at = 0
+    while at < len(arguments) and arguments[at].startswith("-") and arguments[at] != "--":
+        at += 2 if arguments[at] in valued else 1
+    parser = parser_of(name, module)
+    options, rest = parser.parse_known_args(arguments[:at])
+    if rest:
+        raise parser.usage_error(f"unknown argument {rest[0]!r}")
+    words = arguments[at:]
+    return options, words[1:] if words[:1] == ["--"] else words
+
+
 def overview():
     """Returns the help of ./run itself."""
     width = max(map(len, COMMANDS))

@@ -29,7 +29,7 @@ import subprocess
 import sys
 import tempfile
 
-from commands import environment, processes
+from commands import environment, parsing, processes
 from commands.errors import CommandError, UsageError, say
 from commands.paths import PYTHON, ROOT
 
@@ -90,23 +90,14 @@ def split(arguments):
     Returns:
         (argparse.Namespace, list of words).
     """
-    from commands.cli import COMMANDS
-    from commands.parsing import parser_of
+    from commands.table import COMMANDS
 
-    module = sys.modules[__name__]
-    own, at = list(arguments), 0
-    while at < len(own) and own[at].startswith("-"):
-        at += 2 if own[at] in ("--size", "--port") else 1
-    words = own[at:]
+    options, words = parsing.split("desk", sys.modules[__name__], arguments, ("--size", "--port"))
     if words and ":=" not in words[0] and (words[0] not in COMMANDS or words[0] == "desk"):
         raise UsageError(
             f"the desk shows a command of ./run, and {words[0]!r} is none",
             "For any program: ./run desk exec PROGRAM ...",
         )
-    parser = parser_of("desk", module)
-    options, rest = parser.parse_known_args(own[:at])
-    if rest:
-        raise parser.usage_error(f"unknown argument {rest[0]!r}")
     return options, words
 
 

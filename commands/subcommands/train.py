@@ -73,7 +73,7 @@ def add_arguments(parser):
         type=parsing.existing_file,
         help="a hyperparameters.json: of PPO",
     )
-    race = add("--race", type=_one_of("race", RACES), help=f"one of {', '.join(RACES)}")
+    race = add("--race", type=parsing.one_of("race", RACES), help=f"one of {', '.join(RACES)}")
     race.complete = lambda: RACES
     add(
         "--randomize",
@@ -156,15 +156,6 @@ def _random(value):
     if len(chosen) > 1:
         raise UsageError(f"randomize is {value!r}; all and nothing stand alone")
     return list(RANDOM) if value == "all" else []
-
-
-def _one_of(what, valid):
-    def read(value):
-        if value not in valid:
-            raise UsageError(f"{what} is {value!r}; there are {', '.join(valid)}")
-        return value
-
-    return read
 
 
 def _number(what, least):
