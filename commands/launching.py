@@ -87,20 +87,13 @@ def policy_settings(path):
 
 
 class LaunchFile:
-    """A launch file of this workspace.
-
-    Attributes:
-        package: Its package.
-        name: Its file name.
-        path: Its path.
-    """
+    """A launch file of this workspace."""
 
     def __init__(self, package, name, fixed=(), options=True):
         """Names a launch file; nothing is read yet.
 
         Args:
             package: Its package, a folder in src/.
-            name: Its file name.
             fixed: Arguments that the command sets and its user cannot.
             options: Whether options of roslaunch, such as --screen, are handed on.
         """
@@ -130,9 +123,6 @@ class LaunchFile:
 
     def check(self, arguments):
         """Checks NAME:=VALUE arguments.
-
-        Args:
-            arguments: As they were given to the command.
 
         Returns:
             What to hand to roslaunch; tracks are resolved.
@@ -198,7 +188,6 @@ def run(name, launch, environ, arguments, deadline, out):
         environ: The activated environment; changed in place.
         arguments: NAME:=VALUE arguments, without out_dir.
         deadline: Longest run [s] as text, of deadline_from().
-        out: Folder of the results.
 
     Raises:
         CommandError: It failed, came to no result, or to one that is not ok.
@@ -229,9 +218,7 @@ def start(launch, environ, arguments, deadline):
     """Runs roslaunch to its end, on a master of its own.
 
     Args:
-        launch: LaunchFile.
         environ: The activated environment; gets the master.
-        arguments: NAME:=VALUE arguments.
         deadline: Longest run [s] as text, of deadline_from().
 
     Returns:
@@ -329,9 +316,7 @@ def become(launch, arguments, environ):
     """Becomes roslaunch, with a supervisor over what it leaves; does not come back.
 
     Args:
-        launch: LaunchFile.
         arguments: NAME:=VALUE arguments and options of roslaunch, checked.
-        environ: The activated environment.
     """
     supervisor.start(environ)
     processes.become(launch.command(arguments), environ)

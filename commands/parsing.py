@@ -125,7 +125,6 @@ def one_of(name, choices, aliases=None):
 
     Args:
         name: What the argument is, for messages.
-        choices: The words.
         aliases: Dict from other words to one of them.
     """
 
@@ -157,7 +156,6 @@ def declare(parser, script):
 
     Args:
         parser: Gets each option that the script declares with add_argument().
-        script: Path of a Python file.
     """
     for call in ast.walk(ast.parse(read(script))):
         if isinstance(call, ast.Call) and getattr(call.func, "attr", "") == "add_argument":
@@ -171,12 +169,7 @@ def declare(parser, script):
 
 
 def keys(script, name):
-    """Lists the keys of a dict that a script assigns to a name.
-
-    Args:
-        script: Path of a Python file.
-        name: The dict's name.
-    """
+    """Lists the keys of a dict that a script assigns to a name."""
     if not os.path.exists(script):
         return []
     for node in ast.parse(read(script)).body:

@@ -28,7 +28,6 @@ class Session(ProcessesUnderTest):
 
     Attributes:
         launch: subprocess.Popen of roslaunch.
-        monitor, operator: Observer.
     """
 
     def __init__(self, folder):

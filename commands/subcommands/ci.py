@@ -71,9 +71,6 @@ class Workspace:
     def __init__(self, folder):
         """Links the packages into it.
 
-        Args:
-            folder: With one or more package.xml.
-
         Raises:
             UsageError: It has none.
         """
@@ -91,10 +88,6 @@ class Workspace:
     def build(self, run, environ):
         """Builds it.
 
-        Args:
-            run: As tests.run_logged.
-            environ: The activated environment.
-
         Raises:
             CommandError: It does not build.
         """
@@ -109,10 +102,6 @@ class Workspace:
 
 def install_dependencies(folder, environ):
     """Installs the Debian packages that package.xml files ask for; says what there is none of.
-
-    Args:
-        folder: With the packages.
-        environ: Of apt-get.
 
     Raises:
         CommandError: apt-get failed.
@@ -142,8 +131,6 @@ class Tests:
         """Makes the folder of the results.
 
         Args:
-            workspace: Workspace.
-            environ: The activated environment.
             out: Folder: NAME.xml and NAME.txt of each file of tests; what tests write to
                 PADDOCK_RESULTS, such as films.
         """

@@ -140,7 +140,6 @@ def candidates(name, built=True):
     python3-*, definitions of messages in ros-*, nodes and tools under the name itself.
 
     Args:
-        name: In a package.xml.
         built: Whether something is built against it, and not only run.
     """
     if name in DEBIAN_NAMES:
@@ -156,9 +155,6 @@ def candidates(name, built=True):
 
 def existing(names):
     """Returns which packages apt could install.
-
-    Args:
-        names: Of Debian packages.
 
     Returns:
         Set of those that exist; installed ones do in any case.
@@ -222,7 +218,6 @@ def find(folder, existing=existing, installed=installed, paddock=None):
     """Looks up everything that the packages of a folder ask for.
 
     Args:
-        folder: Path.
         existing, installed: From names of Debian packages to those of which it is true.
         paddock: Names of Paddock's packages; None to look.
 

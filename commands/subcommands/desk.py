@@ -153,7 +153,6 @@ class Screen:
         display: Its name, such as ":1".
         authority: File with the cookie that its programs need.
         socket: Path of the Unix socket on which it speaks VNC.
-        process: subprocess.Popen.
     """
 
     def __init__(self, folder, size, password=None):
@@ -287,7 +286,6 @@ class Desk:
         """Notes what is wanted; nothing starts yet.
 
         Args:
-            environ: Environment of the programs.
             size: Of the screen, such as "1600x900" [px].
             port: For browsers; None for a free one.
             password: Lets browsers of other machines in, who know it; None for this machine only.
@@ -338,9 +336,6 @@ class Desk:
 
     def run(self, command):
         """Runs a command on the desk to its end.
-
-        Args:
-            command: Program and arguments.
 
         Returns:
             Its exit status.

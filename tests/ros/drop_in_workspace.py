@@ -24,7 +24,6 @@ class Workspace:
     """A catkin workspace in a temporary directory that holds one package.
 
     Args:
-        package: Its name.
         files: Path below the package -> text; None: those of tests/drop_in/PACKAGE.
     """
 
@@ -69,9 +68,6 @@ class Launched:
 
     Args:
         workspace: Where it is launched from: has a setup file, a package and an environment.
-        file: Name of the launch file.
-        port: Of the master.
-        arguments: Launch arguments by name.
     """
 
     def __init__(self, workspace, file, port, **arguments):
@@ -140,7 +136,6 @@ class MasterCase(unittest.TestCase):
 
     Attributes:
         NODE: Its name.
-        workspace: Workspace, built.
     """
 
     @classmethod

@@ -150,7 +150,6 @@ def wait_running(namespace, count, limit=START_LIMIT):
 
     Args:
         namespace: Of the controller manager, such as /bot.
-        count: Number of controllers.
         limit: Longest wait in wall time [s].
     """
     name = f"{namespace}/controller_manager/list_controllers"
