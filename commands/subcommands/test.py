@@ -22,6 +22,7 @@ STAGES = ("unit", "lint", "ros", "soak", "learning", "desk", "tutorials", "long"
 RESULTS = os.path.join(ROOT, "test-results")
 CPU_QUOTA = "/sys/fs/cgroup/cpu.max"  # "QUOTA PERIOD" [us], or "max PERIOD"
 VALUED = ("-k", "-m", "-o", "-p", "-W", "--maxfail", "--deselect")  # of pytest, a value behind each
+NAME_LIMIT = 200  # characters of the name of JUnit's file, which a file system limits to 255
 MORE = 2  # processes than cores: ROS tests wait for processes that start, and for simulated time
 
 
@@ -41,7 +42,7 @@ def run(arguments):
     if "--collect-only" not in words:
         prepare_stages(filters)
         os.makedirs(RESULTS, exist_ok=True)
-        name = "-".join(["junit", *filters]).replace("/", "-")
+        name = "-".join(["junit", *filters]).replace("/", "-")[:NAME_LIMIT]
         words += ["--durations=10", "--durations-min=1", f"--junitxml={RESULTS}/{name}.xml"]
     words += [word for name in filters for word in ("--select", name)]
     environ.pop("PYTHONDONTWRITEBYTECODE", None)  # see conftest.py
