@@ -42,11 +42,16 @@ def run(arguments):
     if "--collect-only" not in words:
         prepare_stages(filters)
         os.makedirs(RESULTS, exist_ok=True)
-        name = "-".join(["junit", *filters]).replace("/", "-")[:NAME_LIMIT]
-        words += ["--durations=10", "--durations-min=1", f"--junitxml={RESULTS}/{name}.xml"]
+        words += ["--durations=10", "--durations-min=1", f"--junitxml={report(filters)}"]
     words += [word for name in filters for word in ("--select", name)]
     environ.pop("PYTHONDONTWRITEBYTECODE", None)  # see conftest.py
     processes.become([VENV_PYTHON, "-m", "pytest", f"--rootdir={ROOT}", "-q", *words], environ)
+
+
+def report(filters):
+    """Returns the path of JUnit's file."""
+    name = "-".join(["junit", *filters]).replace("/", "-")
+    return os.path.join(RESULTS, f"{name[:NAME_LIMIT]}.xml")
 
 
 def options(arguments):
