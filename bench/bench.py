@@ -64,13 +64,7 @@ def run(names, quick, log):
 
 
 def measure(names, quick, files):
-    """Measure, write, tell; returns the exit code.
-
-    Args:
-        names: of the sections.
-        quick: a quick run.
-        files: paths that take the JSON.
-    """
+    """Measure, write, tell; returns the exit code."""
     folder = ROOT / "out" / "bench"
     folder.mkdir(parents=True, exist_ok=True)
     with open(folder / "bench.log", "w") as log:

@@ -73,7 +73,6 @@ class Spread:
     """What several values of one quantity are like.
 
     Attributes:
-        count: how many values.
         median: the middle one (of an even number: the mean of the middle two).
         quartiles: the values below which a quarter and three quarters lie, interpolated.
         least, greatest: the range.
@@ -142,7 +141,6 @@ def call(spread, other):
     """Say whether a quantity differs from another one.
 
     Args:
-        spread: Spread.
         other: Spread, or a number that is known exactly (1 for a ratio).
 
     Returns:

@@ -30,13 +30,8 @@ class Observer:
     """A process that observes a graph: lines to it, JSON lines from it.
 
     Args:
-        environment: Of its process.
         log: File for what it prints on stderr.
         name: MODULE.FUNCTION, see observe.py.
-        *arguments: Of the function.
-
-    Attributes:
-        process: subprocess.Popen.
     """
 
     def __init__(self, environment, log, name, *arguments):
@@ -131,11 +126,9 @@ class Graph:
 
     Args:
         log: File that takes what they print.
-        **variables: More of their environment.
 
     Attributes:
         tag: Of all processes.
-        port: Of the ROS master.
         environment: dict of variables, without the tag.
     """
 
@@ -155,9 +148,7 @@ class Graph:
         """Starts a process with the tag, in a session of its own.
 
         Args:
-            *command: Words.
             environment: Variables; None: those of the graph.
-            **variables: More of them.
 
         Returns:
             subprocess.Popen.

@@ -46,7 +46,6 @@ class Subject:
 
     Args:
         python: interpreter with it.
-        name: of SUBJECTS.
 
     Attributes:
         period: simulated time of a step [s]; time_step: of the physics [s]; cars: in a step.
@@ -115,7 +114,6 @@ def measure(pythons, quick):
 
     Args:
         pythons: kind -> path.
-        quick: fewer rounds.
 
     Returns:
         dict: name -> figures of Pairs with period, time_step, cars, real_time.

@@ -86,7 +86,6 @@ def alternate(reference, variants, pairs, monitor=None):
             just its value.
         variants: dict of name -> such a function. Each runs right after a round of the reference of
             its own.
-        pairs: how many of each variant.
         monitor: usage.Monitor; then each round's details tell what was spent during it.
 
     Returns:

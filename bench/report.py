@@ -26,8 +26,6 @@ def bars(spreads, path, label):
 
     Args:
         spreads: dict of name -> Spread.figures().
-        path: of the PNG.
-        label: of the axis.
     """
     names = list(spreads)
     medians = [spreads[name]["median"] for name in names]
@@ -47,8 +45,6 @@ def lines(curves, path, x_label, y_label):
 
     Args:
         curves: dict of name -> (x values, y values).
-        path: of the PNG.
-        x_label, y_label: of the axes.
     """
     figure, axes = pyplot.subplots(figsize=(6, 3.2))
     for name, (x, y) in curves.items():
@@ -66,7 +62,6 @@ class Row:
 
     Attributes:
         label: what it is about; the same in every run.
-        text: the figures.
         value: Spread or number that is put beside those of other sessions; None: not.
         unit: of the value, "" for a ratio.
         form: how the value is written.
@@ -83,10 +78,7 @@ def ratio_row(label, figures, of, unit):
     """The Row of a ratio, see Pairs.figures.
 
     Args:
-        label: of the row.
         figures: what Pairs.figures gave.
-        of: the reference's name.
-        unit: of both sides.
     """
     ratio = Spread.read(figures["ratio"])
     text = (

@@ -95,11 +95,7 @@ class Thread:
 
 
 def role_of(arguments):
-    """A process's role by its command line: its node, module, script or program.
-
-    Args:
-        arguments: the command line as a list.
-    """
+    """A process's role by its command line: its node, module, script or program."""
     name = procfs.program(arguments) or "unknown"
     return ROLES.get(name, name)
 
@@ -125,7 +121,6 @@ class Reading:
 
     Attributes:
         time: wall time [s].
-        machine: Machine.
         cpu: dict of role -> processor time [s].
         threads: dict of name -> Thread, or None where one has ended.
     """

@@ -1,10 +1,12 @@
 """argparse for the commands: one parser each, errors of one message, help from docstrings."""
 
 import argparse
+import ast
 import os
 import re
 
 from commands.errors import UsageError
+from commands.paths import read
 from commands.table import COMMANDS
 
 WELCOME = """\
@@ -80,6 +82,31 @@ def parser_of(name, module):
     return parser
 
 
+def split(name, module, arguments, valued):
+    """Parts a command's own options from the command behind them.
+
+    Args:
+        name, module: As of parser_of().
+        arguments: All of them; "--" may stand between the two.
+        valued: Options with a value behind them.
+
+    Returns:
+        (argparse.Namespace, list of words).
+
+    Raises:
+        UsageError: An option is wrong.
+    """
+    at = 0
+    while at < len(arguments) and arguments[at].startswith("-") and arguments[at] != "--":
+        at += 2 if arguments[at] in valued else 1
+    parser = parser_of(name, module)
+    options, rest = parser.parse_known_args(arguments[:at])
+    if rest:
+        raise parser.usage_error(f"unknown argument {rest[0]!r}")
+    words = arguments[at:]
+    return options, words[1:] if words[:1] == ["--"] else words
+
+
 def overview():
     """Returns the help of ./run itself."""
     width = max(map(len, COMMANDS))
@@ -98,7 +125,6 @@ def one_of(name, choices, aliases=None):
 
     Args:
         name: What the argument is, for messages.
-        choices: The words.
         aliases: Dict from other words to one of them.
     """
 
@@ -123,3 +149,35 @@ def existing_file(value):
     if not os.path.isfile(value):
         raise UsageError(f"there is no file {value!r}")
     return os.path.realpath(value)
+
+
+def declare(parser, script):
+    """Declares a script's options, so that help and completion tell what it really takes.
+
+    Args:
+        parser: Gets each option that the script declares with add_argument().
+    """
+    for call in ast.walk(ast.parse(read(script))):
+        if isinstance(call, ast.Call) and getattr(call.func, "attr", "") == "add_argument":
+            flags = [value for value in map(_constant, call.args) if value]
+            given = {keyword.arg: _constant(keyword.value) for keyword in call.keywords}
+            if flags and flags[0].startswith("-"):
+                kinds = {name: given[name] for name in ("nargs", "metavar") if given.get(name)}
+                if str(given.get("action")).startswith("store_"):
+                    kinds = {"action": "store_true"}
+                parser.add_argument(*flags, help=given.get("help") or "", **kinds)
+
+
+def keys(script, name):
+    """Lists the keys of a dict that a script assigns to a name."""
+    if not os.path.exists(script):
+        return []
+    for node in ast.parse(read(script)).body:
+        targets = [getattr(target, "id", "") for target in getattr(node, "targets", [])]
+        if name in targets and isinstance(node.value, ast.Dict):
+            return [key.value for key in node.value.keys]
+    return []
+
+
+def _constant(node):
+    return node.value if isinstance(node, ast.Constant) else None

@@ -20,7 +20,6 @@ def run_child(
     """Runs a child to its end. Signals to ./run stop the child first.
 
     Args:
-        argv: Program and arguments.
         group: Whether to signal all of the child's processes, or the child alone.
         session: Whether the child gets a session of its own, out of a terminal's reach.
         deadline: Longest run [s]; None for no limit.

@@ -318,10 +318,6 @@ def numbers(message):
 def answer(operator, what, **fields):
     """Does what is requested.
 
-    Args:
-        what: Name of its method.
-        **fields: Arguments.
-
     Returns:
         dict: what the method gave, or error.
     """

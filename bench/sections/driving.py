@@ -24,7 +24,6 @@ def measure_world(seconds, log, arguments, file=("track_model", "world.launch"))
     Args:
         seconds: of the window, wall time.
         log: file for what programs print.
-        arguments: of the launch file.
         file: words after roslaunch.
     """
     with Launch(log, ["real_time_factor:=1.0", *arguments], file) as launch:

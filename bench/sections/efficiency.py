@@ -29,7 +29,6 @@ class Variant:
 
     Attributes:
         topics: subscribed beyond TOPICS.
-        arguments: of the launch file.
         file: launch file in worlds/, or None: track_model's world.launch.
         cars: for the bare world, see observers.stepping.
         quick: whether a quick run takes it, too.
@@ -80,9 +79,7 @@ def measure_variant(variant, seconds, pairs, log):
     """Figures of one variant.
 
     Args:
-        variant: Variant.
         seconds: of a round, wall time.
-        pairs: how many rounds of each side.
         log: file for what programs print.
 
     Raises:

@@ -75,7 +75,6 @@ class OthersWorld(World):
     """A world of the user nobody, by roslaunch from this clone, which he cannot write.
 
     Args:
-        folder: pathlib.Path for logs.
         temporary: Folder of temporary files that he shares.
     """
 
@@ -305,7 +304,6 @@ def run(names, folder, say):
 
     Args:
         names: Of the trials; none: all.
-        folder: pathlib.Path for logs.
         say: Function of a line of progress.
 
     Returns:

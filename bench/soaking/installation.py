@@ -93,9 +93,7 @@ def attempt(world, clone, seconds, number):
 
     Args:
         world: ProcessesUnderTest that starts it.
-        clone: pathlib.Path.
         seconds: When, on a machine with nothing else to do.
-        number: The signal.
 
     Returns:
         Whether it was done before.
@@ -208,7 +206,6 @@ class UsersWorld(World):
         folder: pathlib.Path for logs.
         clone: His, set up.
         temporary: Folder of temporary files that he shares.
-        environment: His variables.
     """
 
     def __init__(self, folder, clone, temporary, environment):

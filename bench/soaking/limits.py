@@ -11,7 +11,6 @@ class CompetingLoad:
     """Counts at each sample the threads that run or wait for a processor and are not ours.
 
     Args:
-        proc: Folder of /proc.
         cores: Number of processors; None: as many as this process may use.
     """
 
@@ -52,11 +51,7 @@ class CompetingLoad:
 
 
 def limit(found):
-    """Longest time [s] that a shutdown may take: longer by its slowdown.
-
-    Args:
-        found: Shutdown.
-    """
+    """Longest time [s] that a shutdown may take: longer by its slowdown."""
     return SHUTDOWN_LIMIT * found.slowdown
 
 
@@ -64,7 +59,6 @@ def violation(found, files=()):
     """Which limit a shutdown has broken, one message; '' when it has kept all.
 
     Args:
-        found: Shutdown.
         files: Names of temporary files that are left and should not be.
     """
     if found.left:

@@ -25,7 +25,6 @@ def problems(text, known=_THEIRS):
     """Tracebacks and crashes in a log.
 
     Args:
-        text: The log.
         known: Words of tracebacks that are not ours.
 
     Returns:
@@ -91,11 +90,9 @@ class Sampler(threading.Thread):
     """Samples a session until it is stopped.
 
     Args:
-        session: Session.
         begin: time.monotonic of the soak's begin.
 
     Attributes:
-        samples: list of Sample.
         calm: set by the soak while no fault is going on.
     """
 
@@ -139,9 +136,6 @@ class Sampler(threading.Thread):
 
 def growth(samples):
     """What has grown beyond its limits between a process's warm-up and its end.
-
-    Args:
-        samples: list of Sample of one session.
 
     Returns:
         Sentences.

@@ -37,10 +37,8 @@ class ProcessesUnderTest(Graph):
     Args:
         folder: pathlib.Path for logs and temporary files, emptied first.
         log: Name of the file there for what the processes print.
-        **variables: More of their environment.
 
     Attributes:
-        folder: pathlib.Path.
         temporary: Folder that they take for temporary files.
     """
 

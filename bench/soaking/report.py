@@ -27,11 +27,6 @@ def failures(timeline):
 def write(timeline, folder, minutes):
     """Writes soak.json, soak.md and the plots.
 
-    Args:
-        timeline: Timeline.
-        folder: pathlib.Path.
-        minutes: As asked for.
-
     Returns:
         Failures.
     """

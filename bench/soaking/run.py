@@ -52,8 +52,6 @@ class Soak:
     """Runs sessions and faults until the time is over.
 
     Args:
-        minutes: How long.
-        seed: Of the order of faults.
         folder: pathlib.Path for the sessions' logs.
         say: Function of a line of progress.
     """

@@ -12,7 +12,7 @@ from usage import procfs
 
 from soaking.process_under_test import ProcessesUnderTest
 
-SUPERVISOR = BENCH.parent / "commands" / "launching" / "supervisor.py"
+SUPERVISOR = BENCH.parent / "commands" / "supervisor.py"
 START_LIMIT = 180.0  # wall time for a session to come up [s]
 STOP_LIMIT = 30.0  # wall time from SIGINT to the end [s]; beyond it is a failure anyhow
 CORE = ("rosmaster", "roscore", "rosout")
@@ -28,7 +28,6 @@ class Session(ProcessesUnderTest):
 
     Attributes:
         launch: subprocess.Popen of roslaunch.
-        monitor, operator: Observer.
     """
 
     def __init__(self, folder):

@@ -26,9 +26,6 @@ class World(ProcessesUnderTest):
 
     Args:
         folder: pathlib.Path for logs and temporary files, emptied first.
-
-    Attributes:
-        process: subprocess.Popen of ./run.
     """
 
     def __init__(self, folder):
@@ -122,8 +119,6 @@ def run(count, seed, folder, say):
     """Stops a number of worlds, each state and signal in turn.
 
     Args:
-        count: How many.
-        seed: Of the moments.
         folder: pathlib.Path for logs.
         say: Function of a line of progress.
 
@@ -147,7 +142,6 @@ def table(results, signals):
 
     Args:
         results: list of dict of state, signal, seconds, slowdown, lives and problem.
-        signals: Names of the columns.
 
     Returns:
         Lines.

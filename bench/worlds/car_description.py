@@ -32,11 +32,8 @@ def describe(
     """Give the URDF text.
 
     Args:
-        namespace: of its controllers.
-        topic: of its scans.
         lidar_samples: rays of a scan.
         lidar_rate: scans per second [Hz].
-        lidar, camera: whether it has them.
         efforts: all joints take efforts instead of velocities and positions.
         transforms_rate: of the joints' transforms [Hz]; 0: the simulator publishes none.
     """

@@ -49,7 +49,6 @@ def sources(path, text):
 
     Args:
         path: Its suffix tells the format: .list (a line each) or .sources (deb822).
-        text: What it holds.
 
     Yields:
         (URI, suite, list of components, signed-by or None) of each enabled source of packages that
@@ -122,10 +121,6 @@ def for_debootstrap():
 
 def take_over(root, suite):
     """Writes this machine's settings of the network into another one.
-
-    Args:
-        root: Its folder.
-        suite: Of Debian.
 
     Returns:
         Folders to be seen there at the same path, for pip.

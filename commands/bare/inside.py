@@ -52,7 +52,6 @@ def furnish(root, binds):
     """Mounts /proc, /sys, a /dev of its own, and folders of this machine.
 
     Args:
-        root: Of the bare machine.
         binds: List of (folder here, path there, whether it can be written to).
     """
     _mount("--bind", root, root)  # unshare(1) wants / to be a mount, should it be called there

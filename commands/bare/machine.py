@@ -106,17 +106,12 @@ def cache_folder():
 
 
 class Machine:
-    """A Debian in a folder, for one run; within a with statement, after which it is gone.
-
-    Attributes:
-        root: The machine's folder /.
-    """
+    """A Debian in a folder, for one run; within a with statement, after which it is gone."""
 
     def __init__(self, suite, isolated):
         """Prepares a machine; nothing is made before the with statement.
 
         Args:
-            suite: Of Debian.
             isolated: Whether namespaces of its own are to be had.
         """
         self._suite, self._isolated = suite, isolated

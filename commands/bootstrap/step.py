@@ -74,21 +74,14 @@ class StepFailed(Exception):
 
 
 class Step:
-    """Runs the programs of a step, with their output in a log.
-
-    Attributes:
-        log: Path of the log.
-    """
+    """Runs the programs of a step, with their output in a log."""
 
     def __init__(self, number, title, advice, log, of=3):
         """Prepares a step.
 
         Args:
-            number: Its number.
-            title: Two or three words.
             advice: What to look at if it fails.
             log: The log's name without suffix.
-            of: How many steps there are.
         """
         self.log = os.path.join(LOGS, f"{log}.log")
         self._name, self._title, self._advice = title, f"[{number}/{of}] {title}", advice

@@ -19,6 +19,7 @@ from PyQt5 import QtWidgets
 if numpy.__file__.startswith(sys.argv[1]):
     sys.exit(f"numpy is {numpy.__version__} of .venv; Debian's has to stay, cv_bridge needs it")
 """
+ADVICE = "Check the network (or your pip index settings) and that the disk is not full."
 WHEELS = os.path.join(CACHE, "wheels")  # what was compiled here
 COMPILED, WHEELS_UP_TO = "pybullet", (3, 11)  # the last Python for which PyPI has a wheel
 
@@ -41,11 +42,11 @@ def prepare():
     """
     if signature.unchanged("venv", ROOT):
         return
-    if not os.access(VENV_PYTHON, os.X_OK) or read(STAMP) != f"{_base()}\n{_requirements()}\n":
+    if not os.access(VENV_PYTHON, os.X_OK) or read(STAMP) != _stamp():
         Step(
             2,
             "Python packages",
-            "Check the network (or your pip index settings) and that the disk is not full.",
+            ADVICE,
             "install_python",
         ).run(_install)
     signature.save("venv", ROOT, [REQUIREMENTS, STAMP, VENV_PYTHON, PYTHON])
@@ -56,16 +57,16 @@ def _base():
     return f"{os.path.realpath(PYTHON)} {ROOT}"
 
 
-def _requirements():
+def _stamp():
+    """What STAMP holds when .venv is complete."""
     import hashlib
 
     with open(REQUIREMENTS, "rb") as stream:
-        return hashlib.sha256(stream.read()).hexdigest()
+        return f"{_base()}\n{hashlib.sha256(stream.read()).hexdigest()}\n"
 
 
 def _install(step):
     environ = dict(os.environ, PYTHONNOUSERSITE="1")
-    stamp = f"{_base()}\n{_requirements()}\n"
     if read(STAMP).split("\n")[0] != _base():
         import shutil
 
@@ -73,13 +74,11 @@ def _install(step):
             shutil.rmtree(VENV)
         step.execute([PYTHON, "-m", "venv", "--system-site-packages", VENV], environ)
     elif os.path.exists(STAMP):
-        os.remove(
-            STAMP
-        )  # without one, .venv is made again: what pip left half done cannot be known
+        os.remove(STAMP)  # what pip leaves half done cannot be known: .venv is made again then
     _compile(step, environ)
     step.execute([*_pip("install"), "--find-links", WHEELS, "-r", REQUIREMENTS], environ)
     step.execute([VENV_PYTHON, "-c", CHECK, VENV], environ)
-    write(STAMP, stamp)
+    write(STAMP, _stamp())
 
 
 def _pip(command):
@@ -136,7 +135,7 @@ def _prepare_extra(name):
         Step(
             2,
             f"Python packages ({name})",
-            "Check the network (or your pip index settings) and that the disk is not full.",
+            ADVICE,
             f"install_{name}",
             of=2,
         ).run(lambda step: _install_extra(step, name))
@@ -152,8 +151,7 @@ def _extra_wanted(name):
 
 
 def _install_extra(step, name):
-    pip = [VENV_PYTHON, "-m", "pip", "install", "--disable-pip-version-check", "--no-deps"]
     environ = dict(os.environ, PYTHONNOUSERSITE="1")
-    step.execute([*pip, "-r", extra_requirements(name)], environ)
+    step.execute([*_pip("install"), "-r", extra_requirements(name)], environ)
     step.execute([VENV_PYTHON, "-c", f"import {EXTRAS[name]}"], environ)
     write(_extra_stamp(name), _extra_wanted(name))

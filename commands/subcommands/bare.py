@@ -18,9 +18,9 @@ import shutil
 import subprocess
 import sys
 
+from commands import parsing
 from commands.bare.host import SUITES
 from commands.errors import CommandError, say
-from commands.parsing import one_of
 from commands.paths import OUT, ROOT, SYSTEM_PATH
 
 USAGE = "[--suite bookworm|trixie] [COMMAND ...]"
@@ -45,7 +45,7 @@ def add_arguments(parser):
         "--suite",
         metavar="SUITE",
         default="bookworm",
-        type=one_of("suite", SUITES),
+        type=parsing.one_of("suite", SUITES),
         help="of Debian: bookworm (12, the default) or trixie (13)",
     )
     suite.complete = lambda: SUITES
@@ -82,17 +82,7 @@ def split(arguments):
     Returns:
         (argparse.Namespace, list of words).
     """
-    from commands.parsing import parser_of
-
-    at = 0
-    while at < len(arguments) and arguments[at].startswith("-") and arguments[at] != "--":
-        at += 2 if arguments[at] == "--suite" else 1
-    own, words = arguments[:at], arguments[at:]
-    parser = parser_of("bare", sys.modules[__name__])
-    options, rest = parser.parse_known_args(own)
-    if rest:
-        raise parser.usage_error(f"unknown argument {rest[0]!r}")
-    return options, words[1:] if words[:1] == ["--"] else words
+    return parsing.split("bare", sys.modules[__name__], arguments, ("--suite",))
 
 
 def check():

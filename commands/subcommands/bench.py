@@ -9,9 +9,8 @@ docs/performance.md says what the figures mean.
 
 import os
 
-from commands import environment, processes
+from commands import environment, processes, supervisor
 from commands.errors import CommandError
-from commands.launching import supervisor
 from commands.paths import ROOT, VENV_PYTHON
 
 USAGE = "[--quick] [--only SECTION ...] [--save FILE] | --sessions FILE ..."
@@ -21,9 +20,9 @@ SCRIPT = os.path.join(ROOT, "bench", "bench.py")
 
 def add_arguments(parser):
     """Declares the benchmark's options, for help and completion."""
-    from commands import forwarded
+    from commands import parsing
 
-    forwarded.declare(parser, SCRIPT)
+    parsing.declare(parser, SCRIPT)
     if parser.option("--only") is not None:
         parser.option("--only").help = ", ".join(sections())
 
@@ -35,9 +34,9 @@ def complete(words):
 
 def sections():
     """Lists what can be measured."""
-    from commands import forwarded
+    from commands import parsing
 
-    return forwarded.keys(
+    return parsing.keys(
         os.path.join(os.path.dirname(SCRIPT), "sections", "__init__.py"), "SECTIONS"
     )
 

@@ -7,19 +7,30 @@ It runs on a ROS master of its own and without a screen: windows such as rviz ar
 Exits 0 if nothing is wrong, 1 if something is. The log of the launch is in .cache/ros/check-PORT/.
 """
 
+import collections
 import json
+import math
 import os
 import shutil
 import subprocess
 
-from commands import environment, processes
+from commands import environment, launching, processes
 from commands.errors import CommandError, UsageError, say
-from commands.launching import headless
 from commands.paths import ROOT, VENV_PYTHON, relative
 
 USAGE = "PACKAGE FILE.launch [--json] [--seconds N] [ARG:=VALUE ...]"
-OBSERVER = os.path.join(ROOT, "commands", "checking", "observer.py")
+OBSERVER = os.path.join(ROOT, "commands", "check_observer.py")
 LIMIT = 240.0  # wall time beyond the seconds of watching [s]
+SLOW = 0.9  # of the nominal rate, below which a sensor is too slow
+STILL = 0.05  # [m] that a robot nobody drives may move while it is watched
+UPRIGHT = 30.0  # [degrees] of tilt up to which a robot stands upright
+LISTED = 3  # names that a sentence gives
+LOWEST = -1.0  # [m] below which a robot has fallen out of the world
+
+
+# Programs that need a screen or a terminal: they end at once here and are no problem.
+WITH_SCREEN = ("rviz", "rqt", "gzclient", "joint_state_publisher_gui", "image_view", "xterm")
+AT_KEYBOARD = ("keyboard", "keyop", "teleop_key")  # in the names of programs
 
 
 def add_arguments(parser):
@@ -34,13 +45,11 @@ def add_arguments(parser):
 
 def run(options, rest):
     """Runs the check; raises CommandError where something is wrong."""
-    from commands.checking import verdict
-
     for argument in rest:
         if ":=" not in argument:
             raise UsageError(f"unknown argument {argument!r}; launch arguments are NAME:=VALUE")
     environ = environment.ready()
-    _, port = headless.use_own_master(environ)
+    _, port = launching.use_own_master(environ)
     folder = os.path.join(environment.LOG_FOLDER, f"check-{port}")
     shutil.rmtree(folder, ignore_errors=True)
     os.makedirs(folder)
@@ -48,7 +57,7 @@ def run(options, rest):
         environ.pop(name, None)
     environ.update(ROS_LOG_DIR=folder, QT_QPA_PLATFORM="offscreen")
     result, log = (os.path.join(folder, name) for name in ("result.json", "roslaunch.txt"))
-    command = [VENV_PYTHON, OBSERVER, result, log, port, str(options.seconds)]
+    command = [VENV_PYTHON, "-P", OBSERVER, result, log, port, str(options.seconds)]
     words = [options.package, options.file, *rest]
     try:
         processes.run_child(
@@ -65,11 +74,11 @@ def run(options, rest):
         raise CommandError("the check came to no result", f"logs in {relative(folder)}/")
     with open(result, encoding="utf-8") as stream:
         found = json.load(stream)
-    found.update(problems=verdict.problems(found), notes=verdict.notes(found), log=log)
+    found.update(problems=problems(found), notes=notes(found), log=log)
     if options.json:
         say(json.dumps(found, indent=2))
     else:
-        say("\n".join([*verdict.page(found, options.seconds), f"log: {relative(log)}"]))
+        say("\n".join([*page(found, options.seconds), f"log: {relative(log)}"]))
     if found["problems"]:
         raise SystemExit(1)
 
@@ -82,3 +91,211 @@ def _seconds(text):
     if not 0.0 < seconds <= 3600.0:
         raise UsageError(f"seconds is {text!r}; it must be a number above 0, at most 3600")
     return seconds
+
+
+def problems(found):
+    """Sentences about what did not come up or does not work; empty: all is well.
+
+    Args:
+        found: What observer.py has written.
+    """
+    said = []
+    if found.get("refused"):
+        said.append(f"roslaunch refuses the file: {found['refused']}")
+    said += [_cannot(found, package, kind) for package, kind in found["cannot"]]
+    said += [f"node {name} has a program that cannot be run" for name in found.get("unable", ())]
+    said += [
+        f"node {name} ({program}) died with exit code {code}"
+        for name, code, program in found["died"]
+        if not needs_screen(program)
+    ]
+    if not found["simulator"]:
+        if not found.get("refused"):
+            said.append(
+                "no simulator came up: does the file include gazebo_ros's empty_world.launch?"
+            )
+        return said
+    if not robots(found):
+        said.append("no robot was spawned")
+    for model in robots(found):
+        said += _stance(model)
+        said += _controllers(model)
+    said += [_lost(found, text) for text in losses(found)]
+    for model in found["models"]:
+        said += [_sensor(model, sensor) for sensor in model["sensors"]]
+    return [sentence for sentence in said if sentence]
+
+
+def notes(found):
+    """Sentences about what is worth knowing and no fault of the package or of the simulator."""
+    said = [
+        f"node {name} ({program}) needs a screen or a terminal and was not looked at"
+        for name, _, program in found["died"]
+        if needs_screen(program)
+    ]
+    if found.get("was_paused"):
+        said.append("the file starts the world paused; the check let it go on")
+    factor = found.get("real_time_factor")
+    if found["simulator"] and factor is not None and 0.0 < factor < SLOW:
+        said.append(f"this machine simulates {factor:.2f} s in a second")
+    restless = _restless(found) if found["simulator"] else []
+    if restless:
+        said.append(f"things of the world file move, fall or lie: {_listed(restless)}")
+    for model in found.get("models", ()):
+        said += [
+            f"this machine draws {sensor['topic']} {sensor['measured']:.1f} times a simulated "
+            f"second, {sensor['rate']:g} are wanted"
+            for sensor in model["sensors"]
+            if sensor.get("is_camera") and _is_slow(sensor)
+        ]
+    return said
+
+
+def robots(found):
+    """The models that can move and are more than furniture of the world file."""
+    return [m for m in found["models"] if not m["static"] and not m.get("furniture")]
+
+
+def _restless(found):
+    """Names of the world file's loose things that do not stay where they are."""
+    loose = [m for m in found["models"] if not m["static"] and m.get("furniture")]
+    return [model["name"] for model in loose if _stance(model)]
+
+
+def needs_screen(program):
+    """Whether a program opens a window or reads a terminal's keys."""
+    return program.startswith(WITH_SCREEN) or any(word in program for word in AT_KEYBOARD)
+
+
+def _listed(names):
+    shown = ", ".join(names[:LISTED])
+    return shown if len(names) <= LISTED else f"{shown} and {len(names) - LISTED} more"
+
+
+def losses(found):
+    """What the files name and is not there, once each."""
+    texts = [text for model in found["models"] for text in model.get("lost", ())]
+    return list(dict.fromkeys([*found.get("lost", ()), *texts]))
+
+
+def _lost(found, text):
+    for name, (package, _) in found.get("builders", {}).items():
+        if f"lib{name}.so" in text:
+            return f"{text}: it is C++ of package {package}"
+    return text
+
+
+def _cannot(found, package, kind):
+    builder = found.get("builders", {}).get(kind)
+    if builder is None:
+        return f"node {package}/{kind} cannot start: package {package} has no such node"
+    package_of_it, is_there = builder
+    if not is_there:
+        return f"node {package}/{kind} cannot start: package {package} is not installed"
+    return f"node {package}/{kind} cannot start: it is C++ of {package_of_it}, which is not built"
+
+
+def tilt(orientation):
+    """Angle [degrees] between a model's z axis and the world's."""
+    x, y, _, _ = orientation
+    return math.degrees(math.acos(max(-1.0, min(1.0, 1.0 - 2.0 * (x * x + y * y)))))
+
+
+def _stance(model):
+    before, after = model.get("before"), model.get("after")
+    if before is None or after is None:
+        return [f"robot {model['name']} cannot be asked where it is"]
+    said, name = [], model["name"]
+    if not all(map(math.isfinite, after["position"])):
+        return [f"robot {name} is nowhere: its position is not finite"]
+    way = math.dist(before["position"], after["position"])
+    if way > STILL:
+        said.append(f"robot {name} moves by itself: {way:.2f} m while it was watched")
+    if tilt(after["orientation"]) > UPRIGHT:
+        said.append(f"robot {name} is tilted by {tilt(after['orientation']):.0f} degrees")
+    if after["position"][2] < LOWEST:
+        said.append(f"robot {name} has fallen to z = {after['position'][2]:.1f} m")
+    return said
+
+
+def _controllers(model):
+    if model["control_namespace"] is None:
+        return []
+    where = f"{model['control_namespace'] or '/'}"
+    if model.get("controllers") is None:
+        return [f"the controller_manager of {model['name']} in {where} does not answer"]
+    if not model["controllers"]:
+        return [f"no controller is loaded in {where}: is there a spawner, and its YAML?"]
+    return [
+        f"controller {name} in {where} is {state}"
+        for name, _, state in model["controllers"]
+        if state != "running"
+    ]
+
+
+def _sensor(model, sensor):
+    if not sensor["count"]:
+        return f"sensor on {sensor['topic']} of {model['name']} sends nothing"
+    if _is_slow(sensor) and not sensor.get("is_camera"):
+        return (
+            f"sensor on {sensor['topic']} sends {sensor['measured']:.1f} of {sensor['rate']:g} Hz"
+        )
+    return None
+
+
+def _is_slow(sensor):
+    return sensor["measured"] is not None and sensor["measured"] < SLOW * sensor["rate"]
+
+
+def page(found, seconds):
+    """Lines of the page: robots, sensors, what was ignored, problems."""
+    lines = []
+    if found["simulator"]:
+        factor = found["real_time_factor"]
+        factor = "unknown: no /clock" if factor is None else f"{factor:.2f}"
+        lines.append(
+            f"world {found['world']}, watched for {seconds:g} s, real-time factor {factor}"
+        )
+        for model in robots(found):
+            lines += _robot(model)
+        lines += _sensors(found)
+        lines += _ignored(found)
+    told = notes(found)
+    if told:
+        lines += ["", "worth knowing:", *(f"  {sentence}" for sentence in told)]
+    wrong = problems(found)
+    count = "1 problem:" if len(wrong) == 1 else f"{len(wrong)} problems:"
+    lines += ["", count if wrong else "no problems"]
+    return lines + [f"  - {sentence}" for sentence in wrong]
+
+
+def _robot(model):
+    after = model.get("after")
+    place = "" if after is None else " at ({:.2f}, {:.2f}, {:.2f})".format(*after["position"])
+    lines = ["", f"robot {model['name']}{place}"]
+    for name, kind, state in model.get("controllers") or ():
+        lines.append(f"  {state:11} {name:40} {kind}")
+    lines += [f"  your own: {sentence}" for sentence in model.get("extensions", ())]
+    return lines
+
+
+def _sensors(found):
+    rows = [sensor for model in found["models"] for sensor in model["sensors"]]
+    if not rows:
+        return []
+    lines = ["", f"  {'topic':40} {'type':28} {'nominal':>9} {'measured':>9}"]
+    for row in rows:
+        measured = "-" if row["measured"] is None else f"{row['measured']:.1f} Hz"
+        lines.append(f"  {row['topic']:40} {row['type']:28} {row['rate']:6g} Hz {measured:>9}")
+    return lines
+
+
+def _ignored(found):
+    texts = collections.Counter(found.get("warnings", ()))
+    texts.update(text for model in found["models"] for text in model["warnings"])
+    if not texts:
+        return []
+    lines = ["", "ignored or repaired:"]
+    return lines + [
+        f"  {count} x {text}" if count > 1 else f"  {text}" for text, count in texts.items()
+    ]

@@ -8,9 +8,8 @@ master of its own on a free port. DEMO_DEADLINE=SECONDS changes the overall limi
 
 import os
 
-from commands import environment
-from commands.launching import headless
-from commands.launching.launch_file import LaunchFile
+from commands import environment, launching
+from commands.launching import LaunchFile
 from commands.paths import OUT
 
 LAUNCH = LaunchFile("deepracer_teleop", "demo.launch", fixed=("out_dir",), options=False)
@@ -21,9 +20,9 @@ RESULTS = ("window.png", "camera.png", "birdseye.png", "path.csv", "result.json"
 def run(_options, rest):
     """Runs the demo."""
     arguments = LAUNCH.check(rest)
-    deadline = headless.deadline_from("DEMO_DEADLINE", 300)
+    deadline = launching.deadline_from("DEMO_DEADLINE", 300)
     environ = environment.ready()
     for name in RESULTS:
         if os.path.lexists(os.path.join(OUT, name)):
             os.remove(os.path.join(OUT, name))
-    headless.run("demo", LAUNCH, environ, arguments, deadline, OUT)
+    launching.run("demo", LAUNCH, environ, arguments, deadline, OUT)

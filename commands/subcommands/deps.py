@@ -5,12 +5,50 @@ there. --names prints only the Debian packages to install, for scripts. Exits 0 
 there or in Debian, 1 if something is neither in Debian nor in Paddock.
 """
 
+import glob
 import os
+import subprocess
+from dataclasses import dataclass, field
 
-from commands import dependencies
+from commands.bootstrap.workspace import installed_elsewhere
 from commands.errors import CommandError, UsageError, say
+from commands.paths import SOURCES
 
 USAGE = "[--names] [PATH]"
+DEPEND_TAGS = (
+    "depend",
+    "build_depend",
+    "build_export_depend",
+    "buildtool_depend",
+    "buildtool_export_depend",
+    "exec_depend",
+    "run_depend",
+    "test_depend",
+)
+RUN_ONLY = ("exec_depend", "run_depend", "test_depend")
+SKIPPED = ("build", "devel", "install")  # by catkin
+IGNORE = ("CATKIN_IGNORE", "AMENT_IGNORE")
+# rosdep's names that follow no rule below; {} is empty where Python itself has it.
+DEBIAN_NAMES = {
+    "boost": ("libboost-all-dev",),
+    "curl": ("libcurl4-openssl-dev",),
+    "eigen": ("libeigen3-dev",),
+    "ffmpeg": ("ffmpeg",),
+    "libopencv-dev": ("libopencv-dev",),
+    "libpcl-all-dev": ("libpcl-dev",),
+    "opencv": ("libopencv-dev",),
+    "opencv3": ("libopencv-dev",),
+    "python": ("python3",),
+    "python-opencv": ("python3-opencv",),
+    "python-qt-bindings": ("python3-pyqt5",),
+    "python3-pillow": ("python3-pil",),
+    "python3-qt5-bindings": ("python3-pyqt5",),
+    "sdl": ("libsdl1.2-dev",),
+    "tinyxml": ("libtinyxml-dev",),
+    "tinyxml2": ("libtinyxml2-dev",),
+    "yaml-cpp": ("libyaml-cpp-dev",),
+}
+WIDTH = 96
 
 
 def add_arguments(parser):
@@ -31,11 +69,214 @@ def run(options, _rest):
     """
     if not os.path.isdir(options.path):
         raise UsageError(f"path is {options.path!r}; it must be a folder")
-    if not dependencies.has_lists():
+    if not has_lists():
         raise CommandError("apt has no lists of packages", "As root: apt-get update")
-    found = dependencies.find(options.path)
+    found = find(options.path)
     if options.names:
-        say("\n".join(dependencies.to_install(found)), end="\n" if found.missing else "")
+        say("\n".join(to_install(found)), end="\n" if found.missing else "")
     else:
-        say("\n".join(dependencies.page(found)))
+        say("\n".join(page(found)))
     return 1 if found.nowhere else 0
+
+
+def find_manifests(folder):
+    """Lists the package.xml files at and below a folder, as catkin finds them.
+
+    Raises:
+        UsageError: There are none.
+    """
+    found = []
+    for directory, below, files in os.walk(folder):
+        if any(name in files for name in IGNORE):
+            below[:] = []
+        elif "package.xml" in files:
+            found.append(os.path.join(directory, "package.xml"))
+            below[:] = []
+        else:
+            below[:] = sorted(n for n in below if not n.startswith(".") and n not in SKIPPED)
+    if not found:
+        raise UsageError(f"there is no package.xml at or below {folder!r}")
+    return found
+
+
+def read_manifest(path):
+    """Reads a package.xml.
+
+    Returns:
+        (name, dict from a dependency to the tags that ask for it, in the file's order).
+
+    Raises:
+        UsageError: It is no package.xml.
+    """
+    from xml.etree import ElementTree
+
+    try:
+        root = ElementTree.parse(path).getroot()
+    except ElementTree.ParseError as error:
+        raise UsageError(f"{path} is not XML: {error}") from None
+    name = (root.findtext("name") or "").strip()
+    if root.tag != "package" or not name:
+        raise UsageError(f"{path} is no package.xml: it has no <package> with a <name>")
+    wanted = {}
+    for element in root:
+        text = (element.text or "").strip()
+        if element.tag in DEPEND_TAGS and text and _for_ros_1(element.get("condition", "")):
+            wanted.setdefault(text, []).append(element.tag)
+    return name, wanted
+
+
+def _for_ros_1(condition):
+    """Whether a condition of format 3 lets a dependency stand, as far as ROS_VERSION goes."""
+    words = condition.replace("'", "").replace('"', "").split()
+    if len(words) != 3 or words[0] != "$ROS_VERSION" or words[1] not in ("==", "!="):
+        return True
+    return (words[2] == "1") == (words[1] == "==")
+
+
+def candidates(name, built=True):
+    """Lists the names that Debian may give the packages of a dependency.
+
+    A ROS package is split there: headers and package.xml are in lib*-dev, Python modules in
+    python3-*, definitions of messages in ros-*, nodes and tools under the name itself.
+
+    Args:
+        built: Whether something is built against it, and not only run.
+    """
+    if name in DEBIAN_NAMES:
+        return list(DEBIAN_NAMES[name])
+    dashed = name.replace("_", "-").lower()
+    if dashed.startswith("python-"):  # rosdep's names of the time of Python 2
+        return [f"python3-{dashed.removeprefix('python-')}"]
+    if dashed.startswith(("python3-", "lib")):
+        return [dashed]
+    to_build = [f"lib{dashed}-dev", f"libros-{dashed}-dev"] if built else []
+    return [*to_build, f"python3-{dashed}", f"ros-{dashed}", dashed]
+
+
+def existing(names):
+    """Returns which packages apt could install.
+
+    Returns:
+        Set of those that exist; installed ones do in any case.
+    """
+    names = sorted(set(names))
+    if not names:
+        return set()
+    words = ["apt-cache", "--quiet=0", "policy", *names]
+    environ = {"PATH": "/usr/bin:/bin", "LC_ALL": "C"}
+    done = subprocess.run(words, capture_output=True, text=True, check=True, env=environ)
+    found, name = set(), ""
+    for line in done.stdout.splitlines():
+        if not line.startswith(" "):
+            name = line.removesuffix(":")
+        elif line.strip().startswith("Candidate:") and not line.endswith("(none)"):
+            found.add(name)
+    return found
+
+
+def installed(names):
+    """Returns which packages are installed."""
+    words = ["dpkg-query", "-W", "-f", "${db:Status-Abbrev}${Package}\n", *sorted(set(names))]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    return {line[3:] for line in done.stdout.splitlines() if line.startswith("ii ")}
+
+
+def has_lists():
+    """Returns whether apt knows more than what is installed."""
+    done = subprocess.run(["apt-cache", "policy"], capture_output=True, text=True, check=True)
+    return any("http" in line or "file:" in line for line in done.stdout.splitlines())
+
+
+@dataclass
+class Answer:
+    """The lists; their entries are names of
+
+    Attributes:
+        packages: Packages of the folder.
+        here: Of them, those that another one asks for.
+        paddock: In Paddock's workspace, with those of its stand-ins.
+        installed: Dependency -> Debian packages, all installed.
+        missing: Dependency -> Debian packages that are there to be installed.
+        nowhere: Dependency -> packages that ask for it.
+    """
+
+    packages: list = field(default_factory=list)
+    here: list = field(default_factory=list)
+    paddock: list = field(default_factory=list)
+    installed: dict = field(default_factory=dict)
+    missing: dict = field(default_factory=dict)
+    nowhere: dict = field(default_factory=dict)
+
+
+def ours():
+    """Lists the packages of Paddock's workspace."""
+    files = glob.glob(f"{SOURCES}/**/package.xml", recursive=True)
+    return {read_manifest(path)[0] for path in files} - set(installed_elsewhere())
+
+
+def find(folder, existing=existing, installed=installed, paddock=None):
+    """Looks up everything that the packages of a folder ask for.
+
+    Args:
+        existing, installed: From names of Debian packages to those of which it is true.
+        paddock: Names of Paddock's packages; None to look.
+
+    Returns:
+        Answer.
+    """
+    read = [read_manifest(path) for path in find_manifests(folder)]
+    paddock = ours() if paddock is None else paddock
+    answer = Answer(packages=[name for name, _ in read])
+    asking, built = {}, set()
+    for name, wanted in read:
+        for dependency, tags in wanted.items():
+            asking.setdefault(dependency, []).append(name)
+            built |= set() if set(tags) <= set(RUN_ONLY) else {dependency}
+    possible = {name: candidates(name, name in built) for name in asking}
+    known = existing([choice for choices in possible.values() for choice in choices])
+    there = installed(known)
+    for name, askers in sorted(asking.items()):
+        choices = [choice for choice in possible[name] if choice in known]
+        if name in answer.packages:
+            answer.here.append(name)
+        elif name in paddock:
+            answer.paddock.append(name)
+        elif not choices:
+            answer.nowhere[name] = askers
+        elif set(choices) <= there:
+            answer.installed[name] = choices
+        else:
+            answer.missing[name] = [choice for choice in choices if choice not in there]
+    return answer
+
+
+def page(answer):
+    """Returns the lines that are printed."""
+    lines = [f"packages: {', '.join(answer.packages)}"]
+    for title, names in (
+        ("asked for and here", answer.here),
+        ("in Paddock", answer.paddock),
+        ("installed from Debian", list(answer.installed)),
+    ):
+        if names:
+            lines += _wrapped(f"{title}: {', '.join(names)}")
+    if answer.missing:
+        lines.append("in Debian, not installed:")
+        lines += [f"  {name}: {' '.join(found)}" for name, found in answer.missing.items()]
+        names = " ".join(to_install(answer))
+        lines.append(f"  apt-get install --no-install-recommends {names}")
+    if answer.nowhere:
+        lines.append("neither in Debian nor in Paddock:")
+        lines += [f"  {name}, for {', '.join(asker)}" for name, asker in answer.nowhere.items()]
+    return lines
+
+
+def to_install(answer):
+    """Lists the Debian packages to install."""
+    return sorted({package for found in answer.missing.values() for package in found})
+
+
+def _wrapped(text):
+    import textwrap
+
+    return textwrap.wrap(text, WIDTH, subsequent_indent="  ", break_on_hyphens=False)

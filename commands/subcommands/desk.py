@@ -17,14 +17,21 @@ Only this machine gets in; from another one: ssh -L 6080:127.0.0.1:6080 HOST, th
 (DESK_PASSWORD, or asked for); nothing is encrypted then, so only in a network that you trust.
 """
 
+import contextlib
 import getpass
 import os
 import re
+import secrets
+import shutil
+import socket
+import struct
+import subprocess
 import sys
+import tempfile
 
-from commands import environment, processes
-from commands.errors import UsageError, say
-from commands.paths import ROOT
+from commands import environment, parsing, processes
+from commands.errors import CommandError, UsageError, say
+from commands.paths import PYTHON, ROOT
 
 USAGE = "[--size WxH] [--port N] [--share] [COMMAND ...]"
 COMMAND = True  # options behind the command are its own
@@ -32,6 +39,24 @@ PASSES_ON = True
 # What lets commands that start no window show something.
 SHOWN = {"truck": ["rviz:=true"], "world": ["rviz:=true"], "lap": ["rviz:=true"]}
 ALWAYS = {"lap": ["platform:=xcb"]}  # the window of the drivers that use one
+COOKIE = b"MIT-MAGIC-COOKIE-1"
+WILD = 0xFFFF  # FamilyWild of X authority files: any host, any display
+PASSWORD_LENGTHS = range(6, 9)  # VNC takes no more than 8 characters
+# Not one key or button is bound: keys belong to the windows, and nothing here starts a program.
+WINDOWS_CONFIG = """\
+# i3 config file (v4)
+font pango:DejaVu Sans 9
+ipc-socket {folder}/windows
+default_orientation horizontal
+default_border normal
+focus_follows_mouse no
+focus_on_window_activation focus
+"""
+WEB = os.path.join(ROOT, "commands", "desk_web.py")
+PAGE = "/usr/share/novnc"
+LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
+PORTS = range(6080, 6100)  # the first free one is taken
+GRACE = 10.0  # from SIGTERM to SIGKILL for what the desk started [s]
 
 
 def add_arguments(parser):
@@ -48,7 +73,6 @@ def add_arguments(parser):
 def run(arguments):
     """Runs the command on a desk; its exit status is the desk's."""
     from commands.bootstrap import packages
-    from commands.desk.session import Desk
 
     options, words = split(arguments)
     command = [os.path.join(ROOT, "run"), *shown(words)]
@@ -66,23 +90,14 @@ def split(arguments):
     Returns:
         (argparse.Namespace, list of words).
     """
-    from commands.cli import COMMANDS
-    from commands.parsing import parser_of
+    from commands.table import COMMANDS
 
-    module = sys.modules[__name__]
-    own, at = list(arguments), 0
-    while at < len(own) and own[at].startswith("-"):
-        at += 2 if own[at] in ("--size", "--port") else 1
-    words = own[at:]
+    options, words = parsing.split("desk", sys.modules[__name__], arguments, ("--size", "--port"))
     if words and ":=" not in words[0] and (words[0] not in COMMANDS or words[0] == "desk"):
         raise UsageError(
             f"the desk shows a command of ./run, and {words[0]!r} is none",
             "For any program: ./run desk exec PROGRAM ...",
         )
-    parser = parser_of("desk", module)
-    options, rest = parser.parse_known_args(own[:at])
-    if rest:
-        raise parser.usage_error(f"unknown argument {rest[0]!r}")
     return options, words
 
 
@@ -100,8 +115,6 @@ def asked_password():
     Raises:
         UsageError: There is none, or VNC cannot use it.
     """
-    from commands.desk.session import PASSWORD_LENGTHS
-
     password = os.environ.pop("DESK_PASSWORD", None)
     if password is None:
         if not sys.stdin.isatty():
@@ -131,3 +144,213 @@ def _port(text):
     if not (text.isascii() and text.isdigit() and 1 <= int(text) <= 65535):
         raise UsageError(f"port is {text!r}; it must be a whole number from 1 to 65535")
     return int(text)
+
+
+class Screen:
+    """A running X server.
+
+    Attributes:
+        display: Its name, such as ":1".
+        authority: File with the cookie that its programs need.
+        socket: Path of the Unix socket on which it speaks VNC.
+    """
+
+    def __init__(self, folder, size, password=None):
+        """Starts it and waits until it takes connections.
+
+        Args:
+            folder: Private folder for its files.
+            size: Width and height as text, such as "1600x900" [px].
+            password: Of VNC; None for none.
+
+        Raises:
+            CommandError: It did not start.
+        """
+        self.authority = os.path.join(folder, "authority")
+        self.socket = os.path.join(folder, "vnc")
+        log = os.path.join(folder, "screen.log")
+        _write(self.authority, authority_entry(secrets.token_bytes(16)))
+        reader, writer = os.pipe()
+        command = [
+            *("Xtigervnc", "-displayfd", str(writer), "-auth", self.authority),
+            *("-nolisten", "tcp", "-noreset", "-geometry", size, "-depth", "24"),
+            *("-desktop", "Paddock", "-AlwaysShared", "-rfbport", "-1"),
+            *("-rfbunixpath", self.socket, *_security(folder, password)),
+        ]
+        with open(log, "wb") as stream:
+            self.process = spawn(command, stdout=stream, stderr=stream, pass_fds=[writer])
+        os.close(writer)
+        with os.fdopen(reader) as stream:
+            number = stream.readline().strip()  # empty when it has ended
+        if not number:
+            raise CommandError("the X server of the desk did not start", *tail(log))
+        self.display = f":{number}"
+
+
+def spawn(command, **popen):
+    """Starts a helper of the desk; it ends with ./run, whatever becomes of that.
+
+    A session of its own keeps a terminal's Ctrl-C for the command that runs on the desk.
+
+    Returns:
+        subprocess.Popen.
+    """
+    command = ["setpriv", "--pdeathsig", "TERM", *command]
+    return subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True, **popen)
+
+
+def tail(log, lines=5):
+    """Returns the last lines of a log, as advice for an error."""
+    with open(log, encoding="utf-8", errors="replace") as stream:
+        return [line for line in stream.read().splitlines() if line][-lines:]
+
+
+def authority_entry(cookie):
+    """Returns an X authority file with one cookie (Xau library: big-endian counts before texts)."""
+    fields = (b"", b"", COOKIE, cookie)  # address and display are any
+    texts = b"".join(struct.pack(">H", len(field)) + field for field in fields)
+    return struct.pack(">H", WILD) + texts
+
+
+def _security(folder, password):
+    if password is None:
+        return ["-SecurityTypes", "None"]
+    path = os.path.join(folder, "password")
+    done = subprocess.run(
+        ["tigervncpasswd", "-f"], input=password.encode() + b"\n", capture_output=True, check=True
+    )
+    _write(path, done.stdout)
+    return ["-SecurityTypes", "VncAuth", "-PasswordFile", path]
+
+
+def _write(path, content):
+    """Writes a file that nobody else can read."""
+    with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "wb") as stream:
+        stream.write(content)
+
+
+def start_window_manager(folder, environ):
+    """Starts it.
+
+    Args:
+        folder: Private folder for its files.
+        environ: With the screen's DISPLAY and XAUTHORITY.
+
+    Returns:
+        subprocess.Popen.
+    """
+    config = os.path.join(folder, "windows.conf")
+    with open(config, "w", encoding="utf-8") as stream:
+        stream.write(WINDOWS_CONFIG.format(folder=folder))
+    with open(os.path.join(folder, "windows.log"), "wb") as log:
+        return spawn(["i3", "-c", config], env=environ, stdout=log, stderr=log)
+
+
+def listen(port, share):
+    """Opens the port on which browsers come in.
+
+    Args:
+        port: Its number; None for the first free one of PORTS.
+        share: Whether other machines can reach it.
+
+    Returns:
+        Listening socket.
+
+    Raises:
+        CommandError: It is taken.
+    """
+    for number in PORTS if port is None else [port]:
+        server = socket.socket()
+        server.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            server.bind((EVERYWHERE if share else LOOPBACK, number))
+        except OSError as error:
+            server.close()
+            problem = error.strerror
+            continue
+        server.listen(100)
+        return server
+    asked = f"{PORTS[0]} to {PORTS[-1]}" if port is None else port
+    raise CommandError(f"cannot listen on port {asked}: {problem}", "./run desk --port NUMBER ...")
+
+
+class Desk:
+    """A desk within a with statement.
+
+    Attributes:
+        url: What a browser opens.
+        environ: The environment in which programs open their windows here.
+    """
+
+    def __init__(self, environ, size, port=None, password=None):
+        """Notes what is wanted; nothing starts yet.
+
+        Args:
+            size: Of the screen, such as "1600x900" [px].
+            port: For browsers; None for a free one.
+            password: Lets browsers of other machines in, who know it; None for this machine only.
+        """
+        self._size, self._port, self._password = size, port, password
+        self.environ = {name: environ[name] for name in environ if name != "WAYLAND_DISPLAY"}
+        self._parts = {}  # log's name -> process, in the order in which they started
+
+    def __enter__(self):
+        self._folder = tempfile.mkdtemp(prefix="paddock-desk-")  # for this user only
+        try:
+            with listen(self._port, self._password is not None) as server:
+                screen = Screen(self._folder, self._size, self._password)
+                self._parts["screen"] = screen.process
+                self.environ.update(
+                    DISPLAY=screen.display, XAUTHORITY=screen.authority, QT_QPA_PLATFORM="xcb"
+                )
+                self._parts["windows"] = start_window_manager(self._folder, self.environ)
+                self._serve(server, screen.socket)
+        except BaseException:
+            self.__exit__()
+            raise
+        return self
+
+    def _serve(self, server, vnc):
+        token = secrets.token_urlsafe(16)
+        host = socket.gethostname() if self._password is not None else LOOPBACK
+        self.url = f"http://{host}:{server.getsockname()[1]}/{token}/"
+        number = server.fileno()
+        with open(os.path.join(self._folder, "web.log"), "wb") as log:
+            self._parts["web"] = spawn(
+                [PYTHON, "-I", WEB, str(number), vnc, PAGE],
+                env={**os.environ, "DESK_TOKEN": token},
+                pass_fds=[number],
+                stdout=log,
+                stderr=log,
+            )
+
+    def __exit__(self, *_):
+        parts = reversed(self._parts.values())
+        for process in parts:
+            process.terminate()
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(GRACE)
+            process.kill()
+            process.wait()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def run(self, command):
+        """Runs a command on the desk to its end.
+
+        Returns:
+            Its exit status.
+
+        Raises:
+            Interrupted: A signal ended it.
+        """
+        return processes.run_child(
+            command, group=False, tick=self._look, env=self.environ, stdin=subprocess.DEVNULL
+        )
+
+    def _look(self, _seconds):
+        """Says once which part of the desk has ended before the command."""
+        for name, process in list(self._parts.items()):
+            if process.poll() is not None:
+                del self._parts[name]
+                log = tail(os.path.join(self._folder, f"{name}.log"))
+                say("\n".join([f"the desk has lost its {name}:", *log]))

@@ -8,9 +8,8 @@ ways for each track. Tracks that were not trained on are welcome.
 import json
 import os
 
-from commands import environment, processes
+from commands import environment, launching, processes
 from commands.errors import UsageError
-from commands.launching import launch_file
 from commands.paths import OUT, VENV_PYTHON
 
 USAGE = "NAME [--track T ...] [--starts N]"
@@ -21,18 +20,18 @@ def add_arguments(parser):
     policy = parser.add_argument(
         "policy",
         metavar="NAME",
-        type=launch_file.resolve_policy,
+        type=launching.resolve_policy,
         help="of a training, or an .onnx file",
     )
-    policy.complete = launch_file.policy_names
+    policy.complete = launching.policy_names
     track = parser.add_argument(
         "--track",
         metavar="T",
         nargs="+",
-        type=launch_file.resolve_track,
+        type=launching.resolve_track,
         help="as of ./run lap; several are welcome (default: the one it was trained on)",
     )
-    track.complete = launch_file.track_names
+    track.complete = launching.track_names
     parser.add_argument(
         "--starts", metavar="N", type=_starts, default=10, help="of each driver on each track (10)"
     )
@@ -41,7 +40,7 @@ def add_arguments(parser):
 def run(options, _rest):
     """Becomes the evaluation."""
     environ = environment.ready()
-    settings = launch_file.policy_settings(options.policy)
+    settings = launching.policy_settings(options.policy)
     name = settings.get("name") or os.path.basename(options.policy).removesuffix(".onnx")
     table = {
         "policy": options.policy,

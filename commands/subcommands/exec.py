@@ -24,6 +24,6 @@ def run(arguments):
 
 def complete(words):
     """Asks the shell for a program; what follows are files."""
-    from commands.completion import ANY_COMMAND
+    from commands.subcommands.completion import ANY_COMMAND
 
     return [] if words else [ANY_COMMAND]

@@ -11,10 +11,9 @@ LAP_DEADLINE=SECONDS changes the overall limit (300 and 300 a start).
 import os
 import shutil
 
-from commands import environment
+from commands import environment, launching
 from commands.errors import UsageError
-from commands.launching import headless, launch_file
-from commands.launching.launch_file import LaunchFile
+from commands.launching import LaunchFile
 from commands.parsing import one_of
 from commands.paths import OUT
 
@@ -29,10 +28,10 @@ def add_arguments(parser):
     track = parser.add_argument(
         "--track",
         default="default",
-        type=launch_file.resolve_track,
+        type=launching.resolve_track,
         help="default, easy, medium, hard, or a file (YAML, .npy or .csv route)",
     )
-    track.complete = launch_file.track_names
+    track.complete = launching.track_names
     driver = parser.add_argument(
         "--driver",
         default="slider",
@@ -45,10 +44,10 @@ def add_arguments(parser):
     policy = parser.add_argument(
         "--policy",
         metavar="NAME",
-        type=launch_file.resolve_policy,
+        type=launching.resolve_policy,
         help="of the driver policy: the name of a training (./run train), or an .onnx file",
     )
-    policy.complete = launch_file.policy_names
+    policy.complete = launching.policy_names
     parser.add_argument(
         "--starts", metavar="N", default=1, type=_starts, help="laps, each from a standing start"
     )
@@ -57,12 +56,12 @@ def add_arguments(parser):
 def run(options, rest):
     """Runs the lap."""
     arguments = [*policy_arguments(options), *LAUNCH.check(rest)]
-    deadline = headless.deadline_from("LAP_DEADLINE", 300 + 300 * options.starts)
+    deadline = launching.deadline_from("LAP_DEADLINE", 300 + 300 * options.starts)
     environ = environment.ready()
     out = os.path.join(OUT, "lap")
     shutil.rmtree(out, ignore_errors=True)
     given = [f"{name}:={getattr(options, name)}" for name in ("track", "driver", "starts")]
-    headless.run("lap", LAUNCH, environ, [*given, *arguments], deadline, out)
+    launching.run("lap", LAUNCH, environ, [*given, *arguments], deadline, out)
 
 
 def policy_arguments(options):
@@ -76,7 +75,7 @@ def policy_arguments(options):
     if not options.policy:
         return []
     found = [f"policy:={options.policy}"]
-    observation = launch_file.policy_settings(options.policy).get("observation", ())
+    observation = launching.policy_settings(options.policy).get("observation", ())
     if "lidar" in observation:
         found.append("lidar:=true")
     if "camera" in observation:

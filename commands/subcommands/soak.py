@@ -19,9 +19,9 @@ SCRIPT = os.path.join(ROOT, "bench", "soak.py")
 
 def add_arguments(parser):
     """Declares the soak's options, for help and completion."""
-    from commands import forwarded
+    from commands import parsing
 
-    forwarded.declare(parser, SCRIPT)
+    parsing.declare(parser, SCRIPT)
 
 
 def run(arguments):

@@ -3,9 +3,8 @@
 Launch arguments and options of roslaunch, such as --screen, are handed on.
 """
 
-from commands import environment
-from commands.launching import interactive
-from commands.launching.launch_file import LaunchFile
+from commands import environment, launching
+from commands.launching import LaunchFile
 
 LAUNCH = LaunchFile("deepracer_teleop", "teleop.launch")
 USAGE = "[ARG:=VALUE ...]"
@@ -14,7 +13,7 @@ USAGE = "[ARG:=VALUE ...]"
 def run(_options, rest):
     """Becomes roslaunch."""
     arguments = LAUNCH.check(rest)
-    arguments += interactive.window_arguments(arguments)
+    arguments += launching.window_arguments(arguments)
     environ = environment.ready()
-    interactive.need_display(environ, "./run demo")
-    interactive.become(LAUNCH, arguments, environ)
+    launching.need_display(environ, "./run demo")
+    launching.become(LAUNCH, arguments, environ)

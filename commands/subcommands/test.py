@@ -23,6 +23,7 @@ STAGES = ("unit", "lint", "ros", "soak", "learning", "desk", "tutorials", "long"
 RESULTS = os.path.join(ROOT, "test-results")
 CPU_QUOTA = "/sys/fs/cgroup/cpu.max"  # "QUOTA PERIOD" [us], or "max PERIOD"
 VALUED = ("-k", "-m", "-o", "-p", "-W", "--maxfail", "--deselect")  # of pytest, a value behind each
+NAME_LIMIT = 200  # characters of the name of JUnit's file, which a file system limits to 255
 MORE = 2  # processes than cores: ROS tests wait for processes that start, and for simulated time
 
 
@@ -42,11 +43,16 @@ def run(arguments):
     if "--collect-only" not in words:
         prepare_stages(filters)
         os.makedirs(RESULTS, exist_ok=True)
-        name = "-".join(["junit", *filters]).replace("/", "-")
-        words += ["--durations=10", "--durations-min=1", f"--junitxml={RESULTS}/{name}.xml"]
+        words += ["--durations=10", "--durations-min=1", f"--junitxml={report(filters)}"]
     words += [word for name in filters for word in ("--select", name)]
     environ.pop("PYTHONDONTWRITEBYTECODE", None)  # see conftest.py
     processes.become([VENV_PYTHON, "-m", "pytest", f"--rootdir={ROOT}", "-q", *words], environ)
+
+
+def report(filters):
+    """Returns the path of JUnit's file."""
+    name = "-".join(["junit", *filters]).replace("/", "-")
+    return os.path.join(RESULTS, f"{name[:NAME_LIMIT]}.xml")
 
 
 def options(arguments):

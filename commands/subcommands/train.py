@@ -14,9 +14,8 @@ import json
 import os
 import re
 
-from commands import environment, parsing, processes
+from commands import environment, launching, parsing, processes
 from commands.errors import UsageError
-from commands.launching import launch_file
 from commands.paths import OUT, VENV_PYTHON
 
 USAGE = "[NAME] [--track T] [--observation O] [OPTIONS]"
@@ -46,8 +45,8 @@ def add_arguments(parser):
         help="deepracer (the default), or backing: the Cyber Truck backs its trailer along paths",
     )
     env.complete = lambda: ENVS
-    track = add("--track", type=launch_file.resolve_track, help="as of ./run lap (default)")
-    track.complete = launch_file.track_names
+    track = add("--track", type=launching.resolve_track, help="as of ./run lap (default)")
+    track.complete = launching.track_names
     observation = add(
         "--observation",
         metavar="O",
@@ -74,7 +73,7 @@ def add_arguments(parser):
         type=parsing.existing_file,
         help="a hyperparameters.json: of PPO",
     )
-    race = add("--race", type=_one_of("race", RACES), help=f"one of {', '.join(RACES)}")
+    race = add("--race", type=parsing.one_of("race", RACES), help=f"one of {', '.join(RACES)}")
     race.complete = lambda: RACES
     add(
         "--randomize",
@@ -157,15 +156,6 @@ def _random(value):
     if len(chosen) > 1:
         raise UsageError(f"randomize is {value!r}; all and nothing stand alone")
     return list(RANDOM) if value == "all" else []
-
-
-def _one_of(what, valid):
-    def read(value):
-        if value not in valid:
-            raise UsageError(f"{what} is {value!r}; there are {', '.join(valid)}")
-        return value
-
-    return read
 
 
 def _number(what, least):

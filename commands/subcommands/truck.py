@@ -13,10 +13,9 @@ speed, real_time_factor, odom_source, gui. DEMO_DEADLINE=SECONDS changes the ove
 import glob
 import os
 
-from commands import environment, processes
+from commands import environment, launching, processes
 from commands.errors import CommandError, say
-from commands.launching import headless, interactive
-from commands.launching.launch_file import LaunchFile
+from commands.launching import LaunchFile
 from commands.parsing import one_of
 from commands.paths import OUT, read
 
@@ -40,8 +39,8 @@ def run(options, rest):
         return back_up(options.back, BACK.check(rest))
     arguments = LAUNCH.check(rest)
     environ = environment.ready()
-    interactive.refuse_second_world(environ)
-    return interactive.become(LAUNCH, arguments, environ)
+    launching.refuse_second_world(environ)
+    return launching.become(LAUNCH, arguments, environ)
 
 
 def back_up(shape, arguments):
@@ -50,19 +49,19 @@ def back_up(shape, arguments):
     Raises:
         CommandError: It did not arrive.
     """
-    deadline = headless.deadline_from("DEMO_DEADLINE", 300)
+    deadline = launching.deadline_from("DEMO_DEADLINE", 300)
     environ = environment.ready()
     os.makedirs(OUT, exist_ok=True)
     for path in glob.glob(os.path.join(OUT, f"back_{shape}.*")):
         os.remove(path)
-    where = headless.where_to_look(environ)
+    where = launching.where_to_look(environ)
     given = [f"shape:={shape}", f"out_dir:={OUT}"]
     try:
-        status = headless.start(BACK, environ, [*given, *arguments], deadline)
+        status = launching.start(BACK, environ, [*given, *arguments], deadline)
     except processes.DeadlineExceeded:
         raise CommandError(f"backing did not end within {deadline} s", where) from None
     result = os.path.join(OUT, f"back_{shape}.json")
-    if status != 0 or not headless.is_ok(result):
+    if status != 0 or not launching.is_ok(result):
         raise CommandError("backing did not arrive", where)
     say(read(result), end="")
     say(f"plots and figures: out/back_{shape}.png, .csv, .json")

@@ -3,9 +3,8 @@
 Launch arguments and options of roslaunch, such as --screen, are handed on.
 """
 
-from commands import environment
-from commands.launching import interactive
-from commands.launching.launch_file import LaunchFile
+from commands import environment, launching
+from commands.launching import LaunchFile
 
 LAUNCH = LaunchFile("track_model", "world.launch")
 USAGE = "[ARG:=VALUE ...]"
@@ -15,5 +14,5 @@ def run(_options, rest):
     """Becomes roslaunch."""
     arguments = LAUNCH.check(rest)
     environ = environment.ready()
-    interactive.refuse_second_world(environ)
-    interactive.become(LAUNCH, arguments, environ)
+    launching.refuse_second_world(environ)
+    launching.become(LAUNCH, arguments, environ)

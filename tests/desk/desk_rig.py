@@ -35,17 +35,10 @@ class Desk:
 
     Attributes:
         url: The address that it has printed.
-        process: subprocess.Popen.
     """
 
     def __init__(self, *arguments, master, **environ):
-        """Starts it and reads the address.
-
-        Args:
-            *arguments: Words behind ./run desk.
-            master: Port of its ROS master.
-            **environ: More variables.
-        """
+        """Starts it and reads the address."""
         self.said = ""
         self.process = subprocess.Popen(
             [str(ROOT / "run"), "desk", "--port", str(free_port()), *arguments],
@@ -72,11 +65,7 @@ class Desk:
 
 
 class Browser:
-    """A headless Chromium.
-
-    Attributes:
-        driver: selenium's.
-    """
+    """A headless Chromium."""
 
     def __init__(self):
         options = webdriver.ChromeOptions()

@@ -11,7 +11,7 @@ LINTERS = {
     "catkin_lint": ["catkin_lint", "--strict", "-W1", "src"],
     "ruff_check": [sys.executable, "-m", "ruff", "check", "--no-cache"],
     "ruff_format": [sys.executable, "-m", "ruff", "format", "--check", "--no-cache"],
-    "mypy": [sys.executable, "-m", "mypy", "--no-incremental"],
+    "mypy": [sys.executable, "-m", "mypy", "--cache-dir=.cache/mypy"],
     "shellcheck": ["shellcheck", "run", "setup.bash", ".ci/run"],
 }
 

@@ -4,25 +4,16 @@ The tracker gets the true poses. Commands are processed as in the drive node: at
 its rate limits and wheel geometry, to the same controllers.
 """
 
-import sys
-from pathlib import Path
-
 import numpy as np
-import xacro
 import yaml
+from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.pose import Pose
+from bullet_sim.world import World
+from cybertruck.drive.model import CyberModel, RateLimiter, TruckGeometry
+from cybertruck.trailer.geometry import Geometry
+from cybertruck.trailer.kinematics import rear_axle
+from truck_sim import PACKAGE, description, resolve
 
-ROOT = Path(__file__).resolve().parents[2]
-for _package in ("bullet_sim", "cybertruck"):
-    sys.path.insert(0, str(ROOT / "src" / _package / "src"))
-
-from bullet_sim.formats.sdf import world as sdf  # noqa: E402
-from bullet_sim.pose import Pose  # noqa: E402
-from bullet_sim.world import World  # noqa: E402
-from cybertruck.drive.model import CyberModel, RateLimiter, TruckGeometry  # noqa: E402
-from cybertruck.trailer.geometry import Geometry  # noqa: E402
-from cybertruck.trailer.kinematics import rear_axle  # noqa: E402
-
-TRUCK = ROOT / "src" / "cybertruck"
 DRIVE_PERIOD = 0.008  # of the drive node [s]
 CONTROL_PERIODS = 4  # periods of the drive node in one of the tracker
 HITCH = "hitch_yaw_joint"
@@ -30,7 +21,7 @@ HITCH = "hitch_yaw_joint"
 
 def truck_numbers():
     """Contents of config/truck.yaml."""
-    return yaml.safe_load((TRUCK / "config" / "truck.yaml").read_text())
+    return yaml.safe_load((PACKAGE / "config" / "truck.yaml").read_text())
 
 
 def truck_geometry():
@@ -44,11 +35,6 @@ def truck_geometry():
     )
 
 
-def resolve(uri):
-    """Path of a package:// resource of the truck."""
-    return str(ROOT / "src" / uri[len("package://") :]) if uri.startswith("package://") else uri
-
-
 class Rig:
     """Truck and trailer on a plane."""
 
@@ -60,12 +46,9 @@ class Rig:
         self._model, self._limiter = CyberModel(numbers), RateLimiter(numbers)
         self.world = World(time_step)
         self.world.spawn(sdf.ground_plane())
-        text = xacro.process_file(
-            str(TRUCK / "urdf" / "cybertruck.urdf.xacro"),
-            mappings={"trailer": "true", "lidar": "false"},
-        ).toxml()
+        text = description(trailer="true", lidar="false")
         self.truck = self.world.spawn_urdf("cybertruck", text, Pose(), resolve)
-        config = yaml.safe_load((TRUCK / "config" / "controllers.yaml").read_text())
+        config = yaml.safe_load((PACKAGE / "config" / "controllers.yaml").read_text())
         names = ("steering_controller", "axle_controller")
         for name in names:
             self.truck.manager.load(name, config["cybertruck"][name])

@@ -52,8 +52,6 @@ class Group:
     """The tests of one file: their folders, launch, processes.
 
     Args:
-        item: The first of its tests.
-        root: Folder of the checkout.
         timeout: Longest wall time of one test [s].
     """
 
@@ -127,7 +125,6 @@ class Group:
         """Runs a test in that process.
 
         Args:
-            item: The test.
             nextitem: The one after it in this group, or None.
 
         Returns:

@@ -6,9 +6,13 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import unittest
 from pathlib import Path
 
+import rosgraph
+import rospy
 from paddock_common.testing import stop_session
+from sim_client import wait_until
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "tests" / "drop_in" / "campus_rover"
@@ -20,7 +24,6 @@ class Workspace:
     """A catkin workspace in a temporary directory that holds one package.
 
     Args:
-        package: Its name.
         files: Path below the package -> text; None: those of tests/drop_in/PACKAGE.
     """
 
@@ -65,9 +68,6 @@ class Launched:
 
     Args:
         workspace: Where it is launched from: has a setup file, a package and an environment.
-        file: Name of the launch file.
-        port: Of the master.
-        arguments: Launch arguments by name.
     """
 
     def __init__(self, workspace, file, port, **arguments):
@@ -121,3 +121,52 @@ class Launched:
 def master_port():
     """Port of this file's own ROS master, which the launch file starts."""
     return int(os.environ["ROS_MASTER_URI"].rpartition(":")[2])
+
+
+def master_answers():
+    """Whether that master is there."""
+    try:
+        return rosgraph.Master("/test").getPid() > 0
+    except OSError:
+        return False
+
+
+class MasterCase(unittest.TestCase):
+    """Launch files of one workspace, one after the other on one master; the test is a node.
+
+    Attributes:
+        NODE: Its name.
+    """
+
+    @classmethod
+    def setUpClass(cls):
+        cls.workspace = cls.make_workspace()
+        cls.addClassCleanup(cls.workspace.close)
+        status, output = cls.workspace.build()
+        if status != 0:
+            raise AssertionError(f"the package does not build:\n{output}")
+        master = subprocess.Popen(
+            ["rosmaster", "--core", "-p", str(master_port())],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        cls.addClassCleanup(master.wait)
+        cls.addClassCleanup(master.terminate)
+        wait_until(master_answers, "the ROS master")
+        rosgraph.Master("/test").setParam("/use_sim_time", True)
+        rospy.init_node(cls.NODE)
+        cls.addClassCleanup(rospy.signal_shutdown, "the test is over")
+
+    def launch(self, file):
+        """Launches a file of the package for this test; returns Launched."""
+        launched = Launched(self.workspace, file, master_port())
+        launched.__enter__()
+        self.addCleanup(self.stop, launched)
+        return launched
+
+    def stop(self, launched):
+        """Ends a launch and waits until the simulator has left the graph."""
+        print(launched.output())
+        launched.__exit__(None, None, None)
+        graph = rosgraph.Master("/test")
+        wait_until(lambda: "/gazebo'" not in str(graph.getSystemState()), "the simulator's end")

@@ -94,7 +94,6 @@ def found(prefix, package, below):
 
     Args:
         prefix: Of the install space.
-        package: Name.
         below: Path below the package's share folder; * stands for anything.
     """
     share = prefix / "share" / package

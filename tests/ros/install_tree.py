@@ -81,7 +81,6 @@ class InstallSpace:
         """Runs a command with the install space sourced and nothing else.
 
         Args:
-            command: Its words.
             limit: Wall time [s].
             variables: Of the environment, set after the install space is sourced.
 

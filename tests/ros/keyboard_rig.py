@@ -1,5 +1,6 @@
 """Keys in a terminal and on an X server, checked on /cmd_vel and the screen."""
 
+import os
 import time
 import unittest
 
@@ -9,7 +10,8 @@ from paddock_common.testing import is_running
 from sim_client import Recorder, wait_until
 from terminal_rig import Terminal, node_pid
 
-COMMAND = "rosrun cybertruck keyboard _max_acceleration:=0 _max_steering_rate:=0"
+NODE = os.path.join(os.environ["PADDOCK_ROOT"], "src", "cybertruck", "nodes", "keyboard")
+COMMAND = f"{NODE} _max_acceleration:=0 _max_steering_rate:=0"
 QUIET = 0.4  # wall time without a message that counts as silence: eight periods [s]
 STOP = (0.0, 0.0)
 

@@ -33,9 +33,7 @@ def lap(folder, pace, **arguments):
     """Runs lap.launch on a master of its own; returns result.json.
 
     Args:
-        folder: Where it leaves its files.
         pace: Words of paced().
-        arguments: Of lap.launch.
     """
     port = free_port()
     environment = dict(

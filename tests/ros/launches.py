@@ -19,7 +19,6 @@ class Launch:
 
     Args:
         target: A launch file in this folder, or a package and its launch file.
-        arguments: Launch arguments by name.
     """
 
     def __init__(self, *target, **arguments):
@@ -70,7 +69,6 @@ def wait_subscribed(topics, node=None, publisher="/gazebo"):
     A subscriber sees its connection a moment before the publisher counts it.
 
     Args:
-        topics: Their names.
         node: Name of the node; None: this one.
         publisher: Name of the publisher's node; by default the simulator.
     """

@@ -34,9 +34,7 @@ class Topic:
     """A topic of the loop.
 
     Attributes:
-        name: The topic.
         seen: Count of periods made when its last message came; None: it has nothing to say.
-        messages: How many have come.
     """
 
     def __init__(self, name, count):

@@ -23,8 +23,6 @@ class Terminal:
         """Starts it.
 
         Args:
-            width: Columns.
-            height: Rows.
             environment: Variables of the shell; None removes one.
         """
         self._directory = tempfile.TemporaryDirectory()

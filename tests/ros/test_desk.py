@@ -16,7 +16,7 @@ from sim_client import Recorder, wait_for_car, wait_until
 from vnc_client import ROW, VncClient, wait_for_window
 from websocket import WebSocketBadStatusException
 
-from commands.desk import session
+from commands.subcommands import desk
 
 LAUNCH = """<launch>
   <include file="$(find track_model)/launch/world.launch">
@@ -57,8 +57,8 @@ class DeskTest(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(folder.cleanup)
         (Path(folder.name) / "vnc.html").write_text(PAGE)
-        session.PAGE = folder.name
-        cls.desk = session.Desk(os.environ, "1200x700")
+        desk.PAGE = folder.name
+        cls.desk = desk.Desk(os.environ, "1200x700")
         cls.enterClassContext(cls.desk)
         cls.window = subprocess.Popen(
             ["rosrun", "deepracer_teleop", "teleop"], env=cls.desk.environ

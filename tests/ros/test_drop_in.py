@@ -9,7 +9,7 @@ import rospy
 import tf2_ros
 from ackermann_msgs.msg import AckermannDrive, AckermannDriveStamped
 from controller_manager_msgs.srv import ListControllers
-from drop_in_workspace import Launched, Workspace, master_port
+from drop_in_workspace import Launched, Workspace, master_answers, master_port
 from gazebo_msgs.msg import ContactsState, ModelStates
 from gazebo_msgs.srv import GetModelState, GetWorldProperties
 from nav_msgs.msg import Odometry
@@ -27,14 +27,6 @@ CONTROLLERS = (
 WHEELBASE, WHEEL_RADIUS = 0.36, 0.08  # [m]
 SPEED, STEERING = 0.8, 0.3  # [m/s], [rad]
 GRAVITY = 9.81  # [m/s^2]
-
-
-def master_answers():
-    """Whether the launch's ROS master is there."""
-    try:
-        return rosgraph.Master("/drop_in_test").getPid() > 0
-    except OSError:
-        return False
 
 
 class DropIn(unittest.TestCase):

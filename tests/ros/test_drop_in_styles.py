@@ -1,14 +1,11 @@
 """Launch files in other styles: each starts unchanged, and its nodes work."""
 
 import math
-import subprocess
-import unittest
 
-import rosgraph
 import rospy
 import tf2_ros
 from controller_manager_msgs.srv import ListControllers
-from drop_in_workspace import Launched, Workspace, master_port
+from drop_in_workspace import MasterCase, Workspace
 from gazebo_msgs.srv import GetModelState, GetWorldProperties
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
@@ -19,47 +16,11 @@ from std_msgs.msg import Float64, Float64MultiArray
 CART_RADIUS, CART_SEPARATION = 0.1, 0.4  # [m]
 
 
-class Styles(unittest.TestCase):
-    """One master for all launch files, which run one after the other."""
+class Styles(MasterCase):
+    """Each test is one launch file."""
 
-    @classmethod
-    def setUpClass(cls):
-        cls.workspace = Workspace()
-        cls.addClassCleanup(cls.workspace.close)
-        status, output = cls.workspace.build()
-        if status != 0:
-            raise AssertionError(f"the package does not build:\n{output}")
-        master = subprocess.Popen(
-            ["rosmaster", "--core", "-p", str(master_port())],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        cls.addClassCleanup(master.wait)
-        cls.addClassCleanup(master.terminate)
-        graph = rosgraph.Master("/styles_test")
-        wait_until_answers(graph)
-        graph.setParam("/use_sim_time", True)
-        rospy.init_node("styles_test")
-        cls.addClassCleanup(rospy.signal_shutdown, "the test is over")
-
-    def launch(self, file):
-        launched = Launched(self.workspace, file, master_port())
-        launched.__enter__()
-        self.addCleanup(self.stop, launched)
-        return launched
-
-    def stop(self, launched):
-        print(launched.output())
-        launched.__exit__(None, None, None)
-        wait_until(
-            lambda: not any(node.endswith("/gazebo") for node in self.nodes()),
-            "the simulator leaving the graph",
-        )
-
-    @staticmethod
-    def nodes():
-        state = rosgraph.Master("/styles_test").getSystemState()
-        return {node for part in state for _, nodes in part for node in nodes}
+    NODE = "styles_test"
+    make_workspace = Workspace
 
     def wait_running(self, launched, namespace, names):
         def running():
@@ -196,15 +157,3 @@ class Styles(unittest.TestCase):
         )
         self.assertAlmostEqual(self.state("beta").pose.position.x, before["beta"].x, delta=0.01)
         self.assert_quiet(launched)
-
-
-def wait_until_answers(graph):
-    """Waits for a ROS master."""
-
-    def answers():
-        try:
-            return graph.getPid() > 0
-        except OSError:
-            return False
-
-    wait_until(answers, "the ROS master")

@@ -2,12 +2,9 @@
 
 import json
 import re
-import subprocess
 import sys
-import unittest
 from pathlib import Path
 
-import rosgraph
 import rospy
 from controller_manager_msgs.srv import (
     ListControllers,
@@ -15,7 +12,7 @@ from controller_manager_msgs.srv import (
     LoadController,
     SwitchController,
 )
-from drop_in_workspace import ROOT, Launched, Workspace, master_port
+from drop_in_workspace import ROOT, MasterCase, Workspace
 from gazebo_msgs.srv import GetJointProperties, GetModelState
 from sim_client import START_LIMIT, Recorder, sleep_sim, wait_connected, wait_until
 from std_msgs.msg import Float64
@@ -37,35 +34,14 @@ def files():
     return {**found, "src/my_lab/__init__.py": ""}
 
 
-class OwnClasses(unittest.TestCase):
+class OwnClasses(MasterCase):
     """Built once, launched for each test."""
 
-    @classmethod
-    def setUpClass(cls):
-        cls.workspace = Workspace("my_lab", files())
-        cls.addClassCleanup(cls.workspace.close)
-        status, output = cls.workspace.build()
-        if status != 0:
-            raise AssertionError(f"the package does not build:\n{output}")
-        master = subprocess.Popen(
-            ["rosmaster", "--core", "-p", str(master_port())],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        cls.addClassCleanup(master.wait)
-        cls.addClassCleanup(master.terminate)
-        cls.graph = rosgraph.Master("/own_classes_test")
-        wait_until(cls.answers, "the ROS master")
-        cls.graph.setParam("/use_sim_time", True)
-        rospy.init_node("own_classes_test")
-        cls.addClassCleanup(rospy.signal_shutdown, "the test is over")
+    NODE = "own_classes_test"
 
-    @classmethod
-    def answers(cls):
-        try:
-            return cls.graph.getPid() > 0
-        except OSError:
-            return False
+    @staticmethod
+    def make_workspace():
+        return Workspace("my_lab", files())
 
     def launch(self, changes=(), controllers=("joints", "mast")):
         """Launches the package, with (old, new) changes of its code."""
@@ -74,17 +50,10 @@ class OwnClasses(unittest.TestCase):
             self.assertIn(old, code)
             code = code.replace(old, new)
         (self.workspace.source / CODE).write_text(code)
-        launched = Launched(self.workspace, "lab.launch", master_port())
-        launched.__enter__()
-        self.addCleanup(self.stop, launched)
+        launched = super().launch("lab.launch")
         wait_until(lambda: self.states(launched) == dict.fromkeys(controllers, "running"),
                    f"controllers {controllers}", START_LIMIT)  # fmt: skip
         return launched
-
-    def stop(self, launched):
-        print(launched.output())
-        launched.__exit__(None, None, None)
-        wait_until(lambda: "/gazebo" not in str(self.graph.getSystemState()), "the simulator's end")
 
     @staticmethod
     def states(launched):

@@ -68,7 +68,8 @@ class Teleops(unittest.TestCase):
         markers = Recorder("/twist_marker_server/update_full", InteractiveMarkerInit)
         for recorder in (commands, markers):
             self.addCleanup(recorder.close)
-        marker = markers.wait_count(1)[-1].markers[0]
+        # the server's first message may come before its marker
+        marker = wait_until(lambda: markers.last and markers.last.markers, "a marker")[0]
         self.assertEqual(marker.header.frame_id, "base_link")
         self.assertEqual([c.name for c in marker.controls], ["move_x", "move_y", "rotate_z"])
         mouse = publisher("/twist_marker_server/feedback", InteractiveMarkerFeedback)

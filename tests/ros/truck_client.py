@@ -1,14 +1,20 @@
 """Shared by the Cyber Truck's integration tests."""
 
 import math
-import xmlrpc.client
 
-import rosgraph
 import rospy
-from controller_manager_msgs.srv import ListControllers
+from launches import wait_subscribed
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
-from sim_client import START_LIMIT, Recorder, sleep_sim, turned, wait_connected, wait_until, yaw_of
+from sim_client import (
+    START_LIMIT,
+    Recorder,
+    sleep_sim,
+    turned,
+    wait_connected,
+    wait_running,
+    yaw_of,
+)
 
 from bullet_bridge.srv import Step
 from cybertruck.msg import CyberDriveStamped
@@ -68,23 +74,6 @@ class Driver:
             sleep_sim(0.04)
 
 
-def wait_link(sender, topic, receiver):
-    """Waits until a node has counted another one's subscription, so that no message is lost."""
-
-    def there():
-        try:
-            node = xmlrpc.client.ServerProxy(rosgraph.Master(rospy.get_name()).lookupNode(sender))
-            links = node.getBusInfo(rospy.get_name())[2]
-        except (rosgraph.MasterException, OSError):
-            return False
-        return any(
-            link[1] == receiver and link[2] == "o" and link[4] == topic and link[5]
-            for link in links
-        )
-
-    wait_until(there, f"{sender} sending {topic} to {receiver}", START_LIMIT)
-
-
 class Stepper:
     """Steps simulated time; each step waits for the drive node's commands.
 
@@ -95,28 +84,16 @@ class Stepper:
     PERIOD = 8  # physics steps between joint states
 
     def __init__(self):
-        self._wait_for_controllers()
+        wait_running("/cybertruck", 3)
         rospy.wait_for_service("/gazebo/step", START_LIMIT)
         self._service = rospy.ServiceProxy("/gazebo/step", Step, persistent=True)
         joints = Recorder("/joint_states", JointState)
-        wait_link("/gazebo", "/cybertruck/joint_states", "/drive")
-        for topic in self.TOPICS:
-            wait_link("/drive", topic, "/gazebo")
-        wait_link("/drive", "/joint_states", rospy.get_name())
+        wait_subscribed(["/cybertruck/joint_states"], "/drive")
+        wait_subscribed(self.TOPICS, "/gazebo", "/drive")
+        wait_subscribed(["/joint_states"], publisher="/drive")
         self._call(self.PERIOD, 0)
         joints.wait_count(1, START_LIMIT)  # the drive node got that period's joint states
         joints.close()
-
-    @staticmethod
-    def _wait_for_controllers():
-        name = "/cybertruck/controller_manager/list_controllers"
-        rospy.wait_for_service(name, START_LIMIT)
-        service = rospy.ServiceProxy(name, ListControllers)
-        wait_until(
-            lambda: [item.state for item in service().controller] == ["running"] * 3,
-            "three controllers running",
-            START_LIMIT,
-        )
 
     def _call(self, count, commands):
         answer = self._service(count, self.TOPICS, [commands] * len(self.TOPICS))

@@ -55,8 +55,6 @@ class Bare:
     """A small clone, its cache, and programs that come before those of this machine.
 
     Attributes:
-        root: The clone.
-        cache: Of ./run bare.
         mark: A file that a stand-in makes when it works.
     """
 

@@ -86,7 +86,6 @@ class Interruption:
     """What an interrupted set-up left.
 
     Attributes:
-        root: The clone.
         working: Command lines of its processes before.
         status: Exit status of ./run.
         said: What it printed.

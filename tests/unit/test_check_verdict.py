@@ -5,7 +5,8 @@ import math
 
 import pytest
 
-from commands.checking import observer, verdict
+from commands import check_observer
+from commands.subcommands import check
 
 STATE = {"position": (1.0, 2.0, 0.05), "orientation": (0.0, 0.0, 0.0, 1.0), "speed": 0.0}
 GOOD = {
@@ -53,8 +54,8 @@ def state(**values):
 
 
 def test_nothing_is_wrong():
-    assert verdict.problems(GOOD) == []
-    page = "\n".join(verdict.page(GOOD, 8.0))
+    assert check.problems(GOOD) == []
+    page = "\n".join(check.page(GOOD, 8.0))
     assert "no problems" in page and "2 x a" in page and "real-time factor 1.00" in page
     for word in ("robot car", "/scan", "9.9 Hz", "wheels", "running"):
         assert word in page
@@ -108,7 +109,7 @@ def test_nothing_is_wrong():
     ],
 )
 def test_one_problem_each(found, words):
-    (sentence,) = verdict.problems(found)
+    (sentence,) = check.problems(found)
     assert all(word in sentence for word in words), sentence
 
 
@@ -117,30 +118,30 @@ def test_what_this_machine_or_a_missing_screen_does_is_no_problem():
               "measured": 10.0, "link": "eye", "is_camera": True}  # fmt: skip
     died = [["view", -6, "rviz"], ["keys", 1, "teleop_twist_keyboard.py"]]
     found = changed(died=died, car_sensors=[camera], real_time_factor=0.5, was_paused=True)
-    assert verdict.problems(found) == []
-    screen, keys, paused, slow, image = verdict.notes(found)
+    assert check.problems(found) == []
+    screen, keys, paused, slow, image = check.notes(found)
     assert "view (rviz) needs a screen" in screen and "0.50 s" in slow
     assert "keys" in keys and "starts the world paused" in paused
     assert "/image 10.0" in image and "30 are wanted" in image
-    page = "\n".join(verdict.page(found, 8.0))
+    page = "\n".join(check.page(found, 8.0))
     assert "worth knowing" in page and "no problems" in page
-    assert verdict.notes(GOOD) == []
+    assert check.notes(GOOD) == []
 
 
 def test_loose_things_of_the_world_are_no_robots():
     ball = {**GOOD["models"][1], "name": "ball", "furniture": True, "sensors": [],
             "controllers": [], "after": state(position=(1.0, 2.4, 0.05))}  # fmt: skip
     found = changed(models=[*GOOD["models"], *({**ball, "name": f"b{n}"} for n in range(5))])
-    assert verdict.problems(found) == []
-    assert verdict.notes(found) == [
+    assert check.problems(found) == []
+    assert check.notes(found) == [
         "things of the world file move, fall or lie: b0, b1, b2 and 2 more"
     ]
-    assert verdict.problems(changed(models=[ball])) == ["no robot was spawned"]
+    assert check.problems(changed(models=[ball])) == ["no robot was spawned"]
 
 
 def test_a_refused_file_is_one_problem():
     found = {"simulator": False, "refused": "no such arg", "cannot": [], "died": []}
-    assert verdict.problems(found) == ["roslaunch refuses the file: no such arg"]
+    assert check.problems(found) == ["roslaunch refuses the file: no such arg"]
 
 
 LOG = """\x1b[1mprocess[gazebo-2]: started with pid [11]\x1b[0m
@@ -157,7 +158,7 @@ RLException: while processing car.launch:
 
 def test_the_launch_log(tmp_path):
     (tmp_path / "log").write_text(LOG)
-    said = observer.read_launch_log(str(tmp_path / "log"))
+    said = check_observer.read_launch_log(str(tmp_path / "log"))
     assert said["died"] == [("view", -6, "rviz")] and said["unable"] == ["pad"]
     assert said["cannot"] == [("hover", "drive")] and len(said["errors"]) == 2
     assert "Invalid <param> tag" in said["refused"] and "'lidar' not found" in said["refused"]
@@ -175,10 +176,10 @@ def test_the_launch_log(tmp_path):
 )
 def test_what_roslaunch_refuses(tmp_path, text, words):
     (tmp_path / "log").write_text(f"{text}The traceback for the exception was written to the log")
-    refused = observer.read_launch_log(str(tmp_path / "log"))["refused"]
+    refused = check_observer.read_launch_log(str(tmp_path / "log"))["refused"]
     assert words in refused and "ROS path" not in refused
     (tmp_path / "log").write_text(text)
-    assert observer.read_launch_log(str(tmp_path / "log"))["refused"] is None
+    assert check_observer.read_launch_log(str(tmp_path / "log"))["refused"] is None
 
 
 def test_sources_of_what_is_missing(tmp_path, monkeypatch):
@@ -191,7 +192,7 @@ def test_sources_of_what_is_missing(tmp_path, monkeypatch):
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
     found = {"cannot": [["hover", "drive"], ["gone", "node"]], "lost": [],
              "models": [{"lost": ["plugin 'libhover_plugin.so' is not known here"]}]}  # fmt: skip
-    assert observer.builders(found) == {
+    assert check_observer.builders(found) == {
         "drive": ("hover", True),
         "node": ("gone", False),
         "hover_plugin": ("hover", True),
@@ -200,9 +201,9 @@ def test_sources_of_what_is_missing(tmp_path, monkeypatch):
 
 def test_without_a_simulator():
     found = {"simulator": False, "refused": None, "cannot": [], "died": []}
-    (sentence,) = verdict.problems(found)
+    (sentence,) = check.problems(found)
     assert "no simulator" in sentence
-    assert verdict.page(found, 8.0)[-1].endswith(sentence)
+    assert check.page(found, 8.0)[-1].endswith(sentence)
 
 
 @pytest.mark.parametrize(
@@ -210,4 +211,4 @@ def test_without_a_simulator():
     [((0, 0, 0, 1), 0.0), ((1, 0, 0, 0), 180.0), ((0, 0, math.sin(0.4), math.cos(0.4)), 0.0)],
 )
 def test_tilt(orientation, degrees):
-    assert verdict.tilt(orientation) == pytest.approx(degrees, abs=1e-6)
+    assert check.tilt(orientation) == pytest.approx(degrees, abs=1e-6)

@@ -34,6 +34,16 @@ def test_it():
 """
 
 
+# Started in a project: lists, for each list of filters, the tests that they select.
+COLLECT = """
+import contextlib, io, json, sys, pytest
+for filters in json.loads(sys.argv[1]):
+    with contextlib.redirect_stdout(io.StringIO()) as output:
+        pytest.main(["-q", "--collect-only", *(f"--select={name}" for name in filters)])
+    print(json.dumps([line for line in output.getvalue().splitlines() if "::" in line]))
+"""
+
+
 class Project:
     """A small checkout with the plugins.
 
@@ -81,12 +91,15 @@ class Project:
         output, _ = process.communicate(timeout=DEADLINE)
         return process.returncode, output
 
-    def names(self, *filters):
-        """Files of the tests that filters select, in their order."""
-        words = [word for name in filters for word in ("--select", name)]
-        _, output = self.run("--collect-only", *words)
-        tests = [line.partition("::")[0] for line in output.splitlines() if "::" in line]
-        return list(dict.fromkeys(tests))
+    def selected(self, *all_filters):
+        """Tests that lists of filters select, in their order; a list of lists."""
+        output = subprocess.check_output(
+            [sys.executable, "-c", COLLECT, json.dumps(all_filters)],
+            cwd=self.root,
+            env=self.environment,
+            timeout=DEADLINE,
+        )
+        return [json.loads(line) for line in output.splitlines()]
 
 
 @pytest.fixture
@@ -101,34 +114,35 @@ TWISTS, LONG = "tests/long/test_a.py", "tests/unit/test_long_drives.py"
 STANDIN, PHYSICS = "src/standins/joy/test/test_pad.py", "tests/physics/test_slip.py"
 
 
-@pytest.mark.parametrize(
-    ("filters", "expected"),
-    [
-        ((), {SKID, CIRCLE, LONG, STANDIN, PHYSICS, "tests/lint/test_lint.py"}),
-        (("unit",), {SKID, LONG, STANDIN, PHYSICS}),
-        (("project",), {LONG}),
-        (("ros",), {CIRCLE}),
-        (("circ",), {CIRCLE}),
-        (("car",), {SKID}),
-        (("car/test_sk", "circle"), {SKID, CIRCLE}),
-        (("standins",), {STANDIN}),  # a folder
-        (("joy",), {STANDIN}),
-        (("physics",), {PHYSICS}),
-        (("long",), {TWISTS}),  # a stage, and no part of a name
-        (("lint",), {"tests/lint/test_lint.py"}),
-        (("mypy",), {"tests/lint/test_lint.py"}),
-        (("no_such",), set()),
-    ],
-)
-def test_filters(project, filters, expected):
+LINTERS = "tests/lint/test_lint.py"
+FILTERS = {
+    (): {SKID, CIRCLE, LONG, STANDIN, PHYSICS, LINTERS},
+    ("unit",): {SKID, LONG, STANDIN, PHYSICS},
+    ("project",): {LONG},
+    ("ros",): {CIRCLE},
+    ("circ",): {CIRCLE},
+    ("car",): {SKID},
+    ("car/test_sk", "circle"): {SKID, CIRCLE},
+    ("standins",): {STANDIN},  # a folder
+    ("joy",): {STANDIN},
+    ("physics",): {PHYSICS},
+    ("long",): {TWISTS},  # a stage, and no part of a name
+    ("lint",): {LINTERS},
+    ("mypy",): {LINTERS},
+    ("no_such",): set(),
+}
+
+
+def test_filters(project):
     for path in (SKID, CIRCLE, TWISTS, LONG, STANDIN, PHYSICS):
         project.add(path)
-    assert set(project.names(*filters)) == expected
-
-
-def test_a_linter_is_picked_by_its_name(project):
-    _, output = project.run("--collect-only", "--select", "mypy")
-    assert "test_no_warnings[mypy]" in output and "ruff" not in output
+    selected = dict(zip(FILTERS, project.selected(*FILTERS)))
+    files = {
+        filters: {test.partition("::")[0] for test in selected[filters]} for filters in FILTERS
+    }
+    assert files == FILTERS
+    # a linter is picked by its name
+    assert [test.partition("::")[2] for test in selected["mypy",]] == ["test_no_warnings[mypy]"]
 
 
 @pytest.mark.parametrize("options", [(), ("--numprocesses=2",)])
@@ -148,7 +162,8 @@ def test_the_longest_file_of_the_last_run_is_the_first(project):
     project.add("src/car/test/test_a.py")
     project.add("src/car/test/test_b.py", "import time\n\ndef test_it():\n    time.sleep(0.5)\n")
     assert project.run("src")[0] == 0
-    assert project.names("unit") == ["src/car/test/test_b.py", "src/car/test/test_a.py"]
+    [tests] = project.selected(["unit"])
+    assert tests == ["src/car/test/test_b.py::test_it", "src/car/test/test_a.py::test_it"]
 
 
 def test_flaky_tests_are_named(project):
@@ -168,64 +183,13 @@ def test_flaky_tests_are_named(project):
 def write_pid(count):
     """Text of a file of tests that note the process that they run in."""
     head = "import os\n\ndef note():\n    with open(os.environ['NOTES'], 'a') as stream:\n"
-    head += "        print(os.getpid(), os.environ['ROS_MASTER_URI'], file=stream)\n"
+    head += "        print(__file__, os.getpid(), os.environ.get('ROS_MASTER_URI'),\n"
+    head += "              os.environ.get('PYTEST_XDIST_WORKER'), file=stream)\n"
     return head + "".join(f"\ndef test_{number}():\n    note()\n" for number in range(count))
 
 
-def test_each_file_has_a_process_and_a_master_port_of_its_own(project):
-    project.add("tests/ros/test_a.py", write_pid(2))
-    project.add("tests/ros/test_b.py", write_pid(2))
-    status, output = project.run("--numprocesses=2", "tests/ros")
-    assert status == 0 and "4 passed" in output
-    lines = project.notes.read_text().splitlines()
-    assert len(lines) == 4 and len(set(lines)) == 2
-
-
-def test_files_of_one_process_and_of_their_own_take_turns(project):
-    """Folders have to be left and entered: pytest keeps a stack of them."""
-    for path in (
-        "src/a/test/test_a.py",
-        "tests/ros/test_b.py",
-        "src/c/test/test_c.py",
-        "tests/unit/test_d.py",
-    ):
-        project.add(path)
-    files = [
-        "tests/unit/test_d.py",
-        "tests/ros/test_b.py",
-        "src/a/test/test_a.py",
-        "tests/ros/test_b.py",
-    ]
-    (project.root / "tests" / "plugins" / "selection.py").write_text("")
-    project.add("tests/ros/test_e.py")
-    files[3] = "tests/ros/test_e.py"
-    status, output = project.run(*files, "src/c")
-    assert status == 0 and "5 passed" in output, output
-
-
-def test_a_marked_file_has_a_process_of_its_own(project):
-    marked = f"import pytest\npytestmark = pytest.mark.isolated\n{write_pid(2)}"
-    project.add("tests/unit/test_a.py", marked.replace("['ROS_MASTER_URI']", ".get('A')"))
-    project.add(SKID, write_pid(1).replace("['ROS_MASTER_URI']", ".get('A')"))
-    process = project.start("tests/unit", "src")
-    output, _ = process.communicate(timeout=DEADLINE)
-    assert process.returncode == 0, output
-    pids = [line.split()[0] for line in project.notes.read_text().splitlines()]
-    assert len(pids) == 3 and len(set(pids)) == 2 and str(process.pid) in pids
-
-
-def test_one_file_alone_runs_in_the_process_of_pytest(project):
-    project.add("tests/ros/test_a.py", write_pid(1))
-    process = project.start("tests/ros")
-    output, _ = process.communicate(timeout=DEADLINE)
-    assert process.returncode == 0, output
-    assert project.notes.read_text().split()[0] == str(process.pid)
-
-
-def test_the_launch_runs_meanwhile_and_its_parameters_are_set_before(project):
-    project.add(
-        "tests/ros/test_a.py",
-        """
+MARKED = f"import pytest\npytestmark = pytest.mark.isolated\n{write_pid(2)}"
+ASKS_MASTER = """
 import os, xmlrpc.client
 
 LAUNCH = '<launch><param name="answer" value="42"/></launch>'
@@ -233,85 +197,171 @@ LAUNCH = '<launch><param name="answer" value="42"/></launch>'
 def test_it():
     master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
     assert master.getParam("/test", "/answer")[2] == 42
-""",
-    )
-    project.add("tests/ros/test_b.py")
-    status, output = project.run("tests/ros")
-    assert status == 0, output
+"""
+FAILS_BESIDE_LAUNCH = """
+import time
 
+LAUNCH = "<launch><node name='n' pkg='rospy_tutorials_of_nobody' type='talker'/></launch>"
 
-def test_a_launch_that_cannot_start_is_shown(project):
-    text = f"LAUNCH = '<launch><nod</launch>'\n\n{PASSES}\n\n{PASSES.replace('it', 'more')}"
-    project.add("tests/ros/test_a.py", text)
-    project.add("tests/ros/test_b.py")
-    status, output = project.run("tests/ros")
-    assert status == 1 and "the launch does not come up" in output
-    assert "2 failed, 1 passed" in output
-
-
-def test_a_failure_shows_what_the_launch_printed_during_the_test(project):
-    node = "<node name='n' pkg='rospy_tutorials_of_nobody' type='talker'/>"
-    project.add(
-        "tests/ros/test_a.py",
-        f'import time\n\nLAUNCH = "<launch>{node}</launch>"\n\ndef test_it():\n'
-        "    time.sleep(3)\n    assert 6 * 7 == 41\n",
-    )
-    project.add("tests/ros/test_b.py")
-    status, output = project.run("tests/ros")
-    assert status == 1 and "assert (6 * 7) == 41" in output
-    assert "rospy_tutorials_of_nobody" in output
-    assert (
-        "rospy_tutorials_of_nobody"
-        in (project.root / "test-results" / "ros" / "a" / "launch.log").read_text()
-    )
-
-
-def test_a_process_that_dies_fails_its_tests_and_no_others(project):
-    project.add(
-        "tests/ros/test_a.py",
-        "import os\n\ndef test_a():\n    os._exit(3)\n\ndef test_b():\n    pass\n",
-    )
-    project.add("tests/ros/test_b.py")
-    status, output = project.run("tests/ros")
-    assert status == 1 and "2 failed, 1 passed" in output
-    assert "the test process has ended, exit status 3" in output
-
-
-def test_what_a_file_leaves_behind_is_ended_and_an_error(project):
-    project.add(
-        "tests/ros/test_a.py",
-        """
-import os, pathlib, subprocess, sys
+def test_it():
+    time.sleep(3)
+    assert 6 * 7 == 41
+"""
+LEAVES_CHILD = """
+import os, subprocess, sys
 
 def test_it():
     child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"],
                              start_new_session=True)
-    pathlib.Path(os.environ["NOTES"]).write_text(str(child.pid))
-""",
+    with open(os.environ["NOTES"], "a") as stream:
+        print(__file__, child.pid, file=stream)
+"""
+GROUPS = {
+    "tests/ros/test_a.py": write_pid(2),
+    "tests/ros/test_b.py": write_pid(2),
+    "tests/unit/test_marked.py": MARKED,
+    SKID: write_pid(1),
+    "tests/ros/test_asks.py": ASKS_MASTER,
+    "tests/ros/test_broken.py": f"LAUNCH = '<launch><nod</launch>'\n\n{PASSES}\n{PASSES}".replace(
+        "test_it", "test_more", 1
+    ),
+    "tests/ros/test_beside.py": FAILS_BESIDE_LAUNCH,
+    "tests/ros/test_dies.py": f"import os\n\ndef test_a():\n    os._exit(3)\n\n{PASSES}",
+    "tests/ros/test_leaves.py": LEAVES_CHILD,
+    "tests/ros/test_waits.py": f"import time\n\ndef test_a():\n    time.sleep(600)\n\n{PASSES}",
+}
+
+
+class Groups:
+    """One run of many files.
+
+    Attributes:
+        root: The checkout.
+        status, output: Of pytest.
+        cases: dict of test -> what went wrong, a list of (tag, text), as in JUnit's file.
+    """
+
+    def __init__(self, project):
+        for path, text in GROUPS.items():
+            project.add(path, text)
+        report = project.root / "junit.xml"
+        project.environment["PADDOCK_TEST_GRACE"] = "15"
+        options = ("--numprocesses=2", "-o", "timeout=8", f"--junitxml={report}")
+        self.root, self._notes = project.root, project.notes
+        self.status, self.output = project.run(*options, *GROUPS)
+        self.cases = {}
+        for case in ElementTree.parse(report).iter("testcase"):
+            name = f"{case.get('classname')}.{case.get('name')}"
+            self.cases.setdefault(name, []).extend(
+                (problem.tag, f"{problem.get('message')}\n{problem.text}") for problem in case
+            )
+
+    def problems(self, name):
+        """What went wrong with the tests of a file: list of (tag, text)."""
+        found = [case for test, case in self.cases.items() if f".test_{name}." in test]
+        assert found, self.output
+        return [problem for case in found for problem in case]
+
+    def notes(self, name):
+        """Words that the tests of a file have noted, a list for each line."""
+        lines = [line.split() for line in self._notes.read_text().splitlines()]
+        return [words[1:] for words in lines if words[0].endswith(f"test_{name}.py")]
+
+
+@pytest.fixture(scope="module")
+def groups(tmp_path_factory):
+    return Groups(Project(tmp_path_factory.mktemp("groups")))
+
+
+def test_each_file_has_a_process_and_a_master_port_of_its_own(groups):
+    first, second = groups.notes("a"), groups.notes("b")
+    assert first[0] == first[1] and second[0] == second[1]
+    assert first[0][0] != second[0][0] and first[0][1] != second[0][1]
+
+
+def test_a_marked_file_has_a_process_of_its_own(groups):
+    [usual], marked = groups.notes("skid"), groups.notes("marked")
+    assert usual[2].startswith("gw")  # it runs in a process of pytest-xdist
+    assert marked[0] == marked[1] and marked[0][0] != usual[0] and marked[0][2] == "None"
+
+
+def test_the_launch_runs_meanwhile_and_its_parameters_are_set_before(groups):
+    assert groups.problems("asks") == []
+
+
+def test_a_launch_that_cannot_start_is_shown(groups):
+    problems = groups.problems("broken")
+    assert [tag for tag, _ in problems] == ["failure"] * 2
+    assert all("the launch does not come up" in text for _, text in problems)
+
+
+def test_a_failure_shows_what_the_launch_printed_during_the_test(groups):
+    [(tag, text)] = groups.problems("beside")
+    assert tag == "failure" and "assert (6 * 7) == 41" in text
+    assert "rospy_tutorials_of_nobody" in groups.output
+    log = groups.root / "test-results" / "ros" / "beside" / "launch.log"
+    assert "rospy_tutorials_of_nobody" in log.read_text()
+
+
+def test_a_process_that_dies_fails_its_tests_and_no_others(groups):
+    problems = groups.problems("dies")
+    assert [tag for tag, _ in problems] == ["failure"] * 2
+    assert "the test process has ended, exit status 3" in problems[0][1]
+
+
+def test_what_a_file_leaves_behind_is_ended_and_an_error(groups):
+    [(tag, text)] = groups.problems("leaves")
+    assert tag == "error" and "left processes behind" in text and "time.sleep(600)" in text
+    [[pid]] = groups.notes("leaves")
+    assert not is_running(int(pid))
+
+
+def test_a_test_that_does_not_end_fails_with_its_stack_and_the_next_one_runs(groups):
+    [(tag, text)] = groups.problems("waits")
+    assert tag == "failure" and "time.sleep(600)" in text
+
+
+def test_the_sum_and_junit_have_the_cases_of_all_processes(groups):
+    assert groups.status == 1 and "6 failed, 10 passed, 1 error" in groups.output
+    assert len(groups.cases) == 16
+
+
+def test_files_of_one_process_and_of_their_own_take_turns(project):
+    """Folders have to be left and entered: pytest keeps a stack of them."""
+    files = (
+        "tests/unit/test_d.py",
+        "tests/ros/test_b.py",
+        "src/a/test/test_a.py",
+        "tests/ros/test_e.py",
+        "src/c/test/test_c.py",
     )
-    project.add("tests/ros/test_b.py")
-    project.environment["PADDOCK_TEST_GRACE"] = "0.5"
-    status, output = project.run("tests/ros")
-    assert status == 1 and "left processes behind" in output and "time.sleep(600)" in output
-    assert not is_running(int(project.notes.read_text()))
+    for path in files:
+        project.add(path)
+    (project.root / "tests" / "plugins" / "selection.py").write_text("")
+    status, output = project.run(*files)
+    assert status == 0 and "5 passed" in output, output
 
 
-def test_a_test_that_does_not_end_fails_with_its_stack_and_the_next_one_runs(project):
-    project.add(
-        "tests/ros/test_a.py",
-        "import time\n\ndef test_a():\n    time.sleep(600)\n\ndef test_b():\n    pass\n",
-    )
-    project.add("tests/ros/test_b.py")
-    status, output = project.run("-o", "timeout=2", "tests/ros")
-    assert status == 1 and "1 failed, 2 passed" in output and "time.sleep(600)" in output
+def test_one_file_alone_runs_in_the_process_of_pytest(project):
+    project.add("tests/ros/test_a.py", write_pid(1))
+    process = project.start("tests/ros")
+    output, _ = process.communicate(timeout=DEADLINE)
+    assert process.returncode == 0, output
+    assert project.notes.read_text().split()[1] == str(process.pid)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("options", [(), ("--numprocesses=2",)])
+@pytest.mark.parametrize(
+    ("number", "options"),
+    [
+        (signal.SIGINT, ("--numprocesses=1",)),
+        (signal.SIGTERM, ("--numprocesses=1",)),
+        (signal.SIGINT, (SKID,)),  # a second file: one alone runs in the process of pytest
+    ],
+)
 def test_an_interrupted_run_leaves_no_process(project, number, options):
     project.add("tests/ros/test_a.py", f'LAUNCH = "<launch></launch>"\n{WAITS_FOREVER}')
-    project.add("tests/ros/test_b.py")
-    process = project.start(*options, "tests/ros")
+    project.add(SKID)
+    process = project.start("tests/ros", *options)
     deadline = time.monotonic() + DEADLINE
     while not project.notes.exists() or not project.notes.read_text():
         assert time.monotonic() < deadline and process.poll() is None
@@ -324,14 +374,6 @@ def test_an_interrupted_run_leaves_no_process(project, number, options):
     while left := procfs.marked("NOTES", str(project.notes)):
         assert time.monotonic() < deadline, left
         time.sleep(0.05)
-
-
-def test_cases_of_all_processes_are_in_one_junit_file(project):
-    project.add("tests/ros/test_a.py", write_pid(3))
-    project.add(SKID)
-    report = project.root / "junit.xml"
-    assert project.run("--numprocesses=2", f"--junitxml={report}", "src", "tests/ros")[0] == 0
-    assert len(list(ElementTree.parse(report).iter("testcase"))) == 4
 
 
 def test_wall_times_are_kept(project):

@@ -39,7 +39,7 @@ def test_bad_arguments(arguments, words):
 
 
 def test_completion_knows_the_suites():
-    from commands.completion import candidates
+    from commands.subcommands.completion import candidates
 
     assert candidates("./run bare --suite ") == ["bookworm", "trixie"]
     assert candidates("./run bare --") == ["--check", "--help", "--suite"]

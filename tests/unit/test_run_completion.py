@@ -10,7 +10,7 @@ import time
 import selection
 from run_rig import PATIENCE, ROOT, run
 
-from commands.completion import candidates
+from commands.subcommands.completion import candidates
 from commands.table import COMMANDS
 
 # Splits lines as bash does, calls the function that `complete -p run` names, prints its answers.

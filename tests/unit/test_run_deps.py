@@ -3,8 +3,8 @@
 import pytest
 from run_rig import ROOT, run
 
-from commands import dependencies
 from commands.errors import UsageError
+from commands.subcommands import deps
 
 CAR = """<package format="3">
   <name>my_car</name>
@@ -35,7 +35,7 @@ def workspace(tmp_path):
 
 
 def test_the_four_lists(workspace):
-    found = dependencies.find(
+    found = deps.find(
         str(workspace), INSTALLABLE.intersection, DEBIAN.intersection, paddock={"gazebo_ros"}
     )
     assert found.packages == ["my_car", "my_msgs"]
@@ -43,7 +43,7 @@ def test_the_four_lists(workspace):
     assert list(found.installed) == ["catkin", "python-numpy", "rospy"]
     assert found.missing == {"move_base_msgs": ["python3-move-base-msgs", "ros-move-base-msgs"]}
     assert found.nowhere == {"laser_driver": ["my_car"]}
-    lines = dependencies.page(found)
+    lines = deps.page(found)
     assert (
         "  apt-get install --no-install-recommends python3-move-base-msgs ros-move-base-msgs"
         in (lines)
@@ -64,24 +64,24 @@ def test_the_four_lists(workspace):
     ],
 )  # fmt: skip
 def test_names_of_debian(name, built, expected):
-    assert dependencies.candidates(name, built) == expected
+    assert deps.candidates(name, built) == expected
 
 
 def test_what_is_no_package_xml(tmp_path):
     with pytest.raises(UsageError, match="there is no package.xml at or below"):
-        dependencies.find_manifests(str(tmp_path))
+        deps.find_manifests(str(tmp_path))
     path = tmp_path / "package.xml"
     for text, sentence in (("<a", "is not XML"), ("<package/>", "has no <package> with a <name>")):
         path.write_text(text)
         with pytest.raises(UsageError, match=sentence):
-            dependencies.read_manifest(str(path))
+            deps.read_manifest(str(path))
 
 
 def test_apt_and_dpkg_are_asked():
     names = ["python3-rospy", "libstd-msgs-dev", "python3-nosuchthing"]
-    assert dependencies.existing(names) == {"python3-rospy", "libstd-msgs-dev"}
-    assert dependencies.installed(names) == {"python3-rospy", "libstd-msgs-dev"}
-    assert dependencies.existing([]) == set()
+    assert deps.existing(names) == {"python3-rospy", "libstd-msgs-dev"}
+    assert deps.installed(names) == {"python3-rospy", "libstd-msgs-dev"}
+    assert deps.existing([]) == set()
 
 
 def test_a_real_package():

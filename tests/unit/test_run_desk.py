@@ -8,7 +8,6 @@ import struct
 import pytest
 
 from commands.bootstrap import packages
-from commands.desk import session
 from commands.errors import CommandError, UsageError
 from commands.subcommands import desk
 
@@ -73,30 +72,30 @@ def test_passwords_that_vnc_cannot_use(monkeypatch, password):
 
 
 def test_the_first_free_port_is_taken_and_a_given_one_has_to_be_free():
-    with session.listen(None, share=False) as first, session.listen(None, share=False) as second:
+    with desk.listen(None, share=False) as first, desk.listen(None, share=False) as second:
         address, taken = first.getsockname()
-        assert address == "127.0.0.1" and taken in session.PORTS
+        assert address == "127.0.0.1" and taken in desk.PORTS
         assert second.getsockname()[1] > taken
         with pytest.raises(CommandError, match=f"cannot listen on port {taken}: Address already"):
-            session.listen(taken, share=False)
+            desk.listen(taken, share=False)
 
 
 def test_other_machines_get_in_only_when_the_desk_is_shared():
-    with session.listen(None, share=True) as server:
+    with desk.listen(None, share=True) as server:
         assert server.getsockname()[0] == "0.0.0.0"
 
 
 def test_a_password_is_kept_as_vnc_wants_it_and_for_this_user_alone(tmp_path):
-    options = session._security(str(tmp_path), "parking")
+    options = desk._security(str(tmp_path), "parking")
     assert options == ["-SecurityTypes", "VncAuth", "-PasswordFile", str(tmp_path / "password")]
     kept = tmp_path / "password"
     assert len(kept.read_bytes()) == 8 and b"parking" not in kept.read_bytes()
     assert stat.S_IMODE(kept.stat().st_mode) == 0o600
-    assert session._security(str(tmp_path), None) == ["-SecurityTypes", "None"]
+    assert desk._security(str(tmp_path), None) == ["-SecurityTypes", "None"]
 
 
 def test_an_x_server_takes_the_cookie_and_no_other(tmp_path):
-    running = session.Screen(str(tmp_path), "640x480")
+    running = desk.Screen(str(tmp_path), "640x480")
     try:
         cookie = (tmp_path / "authority").read_bytes()[-16:]
         assert answer(running.display, cookie) == 1
@@ -110,21 +109,21 @@ def answer(display, cookie):
     """Opens a connection to an X server; gives its first byte: 1 is success, 0 is refusal."""
     with socket.socket(socket.AF_UNIX) as client:
         client.connect(f"/tmp/.X11-unix/X{display[1:]}")
-        head = struct.pack("<cxHHHHxx", b"l", 11, 0, len(session.COOKIE), len(cookie))
-        client.sendall(head + session.COOKIE.ljust(20, b"\0") + cookie)
+        head = struct.pack("<cxHHHHxx", b"l", 11, 0, len(desk.COOKIE), len(cookie))
+        client.sendall(head + desk.COOKIE.ljust(20, b"\0") + cookie)
         return client.recv(1)[0]
 
 
 def test_an_x_server_that_does_not_start_says_why(tmp_path):
     with pytest.raises(CommandError, match="the X server of the desk did not start") as error:
-        session.Screen(str(tmp_path), "no size")
+        desk.Screen(str(tmp_path), "no size")
     assert error.value.advice
 
 
 def test_a_desk_that_cannot_start_leaves_nothing(tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    monkeypatch.setattr(session, "start_window_manager", lambda *_: 1 / 0)
-    desk_of_nobody = session.Desk({}, "640x480")
+    monkeypatch.setattr(desk, "start_window_manager", lambda *_: 1 / 0)
+    desk_of_nobody = desk.Desk({}, "640x480")
     with pytest.raises(ZeroDivisionError):
         desk_of_nobody.__enter__()
     assert list(tmp_path.iterdir()) == []
@@ -133,5 +132,5 @@ def test_a_desk_that_cannot_start_leaves_nothing(tmp_path, monkeypatch):
 
 def test_the_lists_of_packages_are_there():
     for name in (packages.DESK_LIST, packages.DESK_TEST_LIST):
-        with open(f"{session.ROOT}/config/{name}", encoding="utf-8") as stream:
+        with open(f"{desk.ROOT}/config/{name}", encoding="utf-8") as stream:
             assert [line for line in stream if line.strip() and not line.startswith("#")]

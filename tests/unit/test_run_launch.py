@@ -13,10 +13,9 @@ from paddock_common.testing import web_page
 from roslaunch import arg_dump
 from run_rig import PATIENCE, ROOT, usual_signals
 
-from commands import environment, processes
+from commands import environment, launching, processes
 from commands.errors import CommandError, UsageError
-from commands.launching import headless, interactive, launch_file
-from commands.launching.launch_file import LaunchFile
+from commands.launching import LaunchFile
 
 FILES = [
     ("deepracer_teleop", "drive.launch"),
@@ -31,7 +30,7 @@ FILES = [
 
 def test_a_web_server_is_no_second_world():
     with web_page() as uri:
-        interactive.refuse_second_world({"ROS_MASTER_URI": uri})
+        launching.refuse_second_world({"ROS_MASTER_URI": uri})
 
 
 def test_a_second_world_is_found_at_an_ipv6_address(monkeypatch):
@@ -42,7 +41,7 @@ def test_a_second_world_is_found_at_an_ipv6_address(monkeypatch):
         raise OSError
 
     monkeypatch.setattr(socket, "create_connection", connect)
-    interactive.refuse_second_world({"ROS_MASTER_URI": "http://[::1]:11311/"})
+    launching.refuse_second_world({"ROS_MASTER_URI": "http://[::1]:11311/"})
     assert asked == [("::1", 11311)]
 
 
@@ -53,7 +52,7 @@ def test_a_machine_without_ipv4_is_told_what_to_do(monkeypatch):
 
     monkeypatch.setattr(socket, "socket", Socket)
     with pytest.raises(CommandError, match="no address 127.0.0.1") as caught:
-        headless.use_own_master({})
+        launching.use_own_master({})
     assert "ip address add 127.0.0.1/8" in caught.value.advice[0]
 
 
@@ -66,10 +65,10 @@ def test_arguments_are_those_that_roslaunch_knows(package, name):
 def test_the_window_records_into_out_and_gets_a_pad_that_is_there(tmp_path):
     pads = str(tmp_path / "js*")
     folder = f"record_dir:={ROOT}/out/recordings"
-    assert interactive.window_arguments(["track:=easy"], pads) == [folder]
+    assert launching.window_arguments(["track:=easy"], pads) == [folder]
     (tmp_path / "js0").touch()
-    assert interactive.window_arguments([], pads) == [folder, "pad:=true"]
-    assert interactive.window_arguments(["pad:=false", "record_dir:=x", "--screen"], pads) == []
+    assert launching.window_arguments([], pads) == [folder, "pad:=true"]
+    assert launching.window_arguments(["pad:=false", "record_dir:=x", "--screen"], pads) == []
 
 
 def test_arguments_of_groups_and_descriptions(tmp_path):
@@ -100,17 +99,17 @@ def test_options_of_roslaunch_are_handed_on_where_a_command_allows_it():
 
 
 def test_tracks(tmp_path, monkeypatch):
-    assert launch_file.track_names() == ["default", "easy", "hard", "medium"]
-    assert launch_file.resolve_track("hard") == "hard"
+    assert launching.track_names() == ["default", "easy", "hard", "medium"]
+    assert launching.resolve_track("hard") == "hard"
     monkeypatch.chdir(tmp_path)
     for name in ("a.yaml", "b.yml", "c.npy", "d.CSV"):
         (tmp_path / name).write_text("")
-        assert launch_file.resolve_track(name) == str(tmp_path / name)
+        assert launching.resolve_track(name) == str(tmp_path / name)
     (tmp_path / "e.txt").write_text("")
     (tmp_path / "f.yaml").mkdir()
     for name in ("e.txt", "f.yaml", "absent.yaml", ""):
         with pytest.raises(UsageError, match=f"^track is '{name}'; "):
-            launch_file.resolve_track(name)
+            launching.resolve_track(name)
     launch = LaunchFile("track_model", "world.launch")
     assert launch.check(["track:=a.yaml"]) == [f"track:={tmp_path}/a.yaml"]
 
@@ -129,7 +128,7 @@ exec(os.environ["PROBE"])
 
 @pytest.fixture
 def launched(tmp_path):
-    """Calls headless.run with a stand-in for roslaunch; gives the folder of its results."""
+    """Calls launching.run with a stand-in for roslaunch; gives the folder of its results."""
     (tmp_path / "roslaunch").write_text(ROSLAUNCH)
     (tmp_path / "roslaunch").chmod(0o755)
     out = tmp_path / "out"
@@ -137,7 +136,7 @@ def launched(tmp_path):
     def call(probe, deadline="0"):
         environ = {"PATH": f"{tmp_path}:{os.environ['PATH']}", "PROBE": probe}
         launch = LaunchFile("track_model", "world.launch")
-        headless.run("probe", launch, environ, ["gui:=false"], deadline, str(out))
+        launching.run("probe", launch, environ, ["gui:=false"], deadline, str(out))
         return out
 
     return call
@@ -194,15 +193,15 @@ def test_deadlines(monkeypatch, variable, default, text, seconds):
     monkeypatch.delenv("DEMO_DEADLINE", raising=False)
     if variable is not None:
         monkeypatch.setenv("DEMO_DEADLINE", variable)
-    assert headless.deadline_from("DEMO_DEADLINE", default) == text
-    assert headless._seconds(text) == seconds
+    assert launching.deadline_from("DEMO_DEADLINE", default) == text
+    assert launching._seconds(text) == seconds
 
 
 @pytest.mark.parametrize("text", ["soon", "-1", "nan", "s"])
 def test_a_deadline_that_is_none(monkeypatch, text):
     monkeypatch.setenv("DEMO_DEADLINE", text)
     with pytest.raises(UsageError, match="DEMO_DEADLINE is"):
-        headless.deadline_from("DEMO_DEADLINE", 300)
+        launching.deadline_from("DEMO_DEADLINE", 300)
 
 
 # In place of roslaunch, as it starts: each Ctrl-C is forgotten.

@@ -10,10 +10,10 @@ import pytest
 from paddock_gym.errors import GymError
 from paddock_gym.simulation import randomize
 
+from commands import launching
 from commands.bootstrap import packages, venv
 from commands.bootstrap.step import Step
 from commands.errors import UsageError
-from commands.launching import launch_file
 from commands.parsing import parser_of
 from commands.subcommands import cluster, evaluate, lap, sweep, train
 
@@ -25,7 +25,7 @@ def trainings(tmp_path, monkeypatch):
         (tmp_path / name).mkdir()
     (tmp_path / "blue" / "policy.onnx").write_text("")
     (tmp_path / "blue" / "settings.json").write_text(json.dumps({"observation": ["camera"]}))
-    monkeypatch.setattr(launch_file, "TRAININGS", str(tmp_path))
+    monkeypatch.setattr(launching, "TRAININGS", str(tmp_path))
     return tmp_path
 
 
@@ -112,13 +112,13 @@ def test_wrong_arguments_of_train(words, sentence):
 
 
 def test_policies_by_name_and_file(trainings):
-    assert launch_file.policy_names() == ["blue"]
+    assert launching.policy_names() == ["blue"]
     path = str(trainings / "blue" / "policy.onnx")
-    assert launch_file.resolve_policy("blue") == launch_file.resolve_policy(path) == path
-    assert launch_file.policy_settings(path) == {"observation": ["camera"]}
+    assert launching.resolve_policy("blue") == launching.resolve_policy(path) == path
+    assert launching.policy_settings(path) == {"observation": ["camera"]}
     for value in ("red", "green.onnx"):
         with pytest.raises(UsageError, match=f"policy is '{value}'; there are blue"):
-            launch_file.resolve_policy(value)
+            launching.resolve_policy(value)
 
 
 def test_evaluate_takes_several_tracks(trainings):

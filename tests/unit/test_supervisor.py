@@ -14,7 +14,7 @@ LIMIT = 30.0  # [s] of wall time; the supervisor's own limits are 5 s in all
 RUN = """
 import os, sys
 sys.path.insert(0, sys.argv[1])
-from commands.launching import supervisor
+from commands import supervisor
 environ = dict(os.environ)
 supervisor.start(environ)
 os.execve(sys.executable, [sys.executable, "-c", sys.argv[2]], environ)

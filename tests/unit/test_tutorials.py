@@ -12,7 +12,7 @@ from run_rig import ROOT
 from commands import parsing
 from commands.cli import subcommand
 from commands.errors import UsageError
-from commands.launching.launch_file import LaunchFile
+from commands.launching import LaunchFile
 from commands.table import COMMANDS, DEFAULT
 
 DEBIAN = {"bash", "python", "roscore", "rosbag", "rostopic", "rosservice"}  # after ./run exec

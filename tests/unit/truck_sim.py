@@ -1,22 +1,16 @@
 """The Cyber Truck in a world of the core, driven by its own kinematics: no ROS, no waiting."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
 import xacro
+from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.pose import Pose
+from bullet_sim.world import World
+from cybertruck.drive.model import CyberModel, RateLimiter, TruckGeometry
+from cybertruck.drive.odometry import Measured
 
-ROOT = Path(__file__).resolve().parents[2]
-PACKAGE = ROOT / "src" / "cybertruck"
-for folder in (PACKAGE / "src", ROOT / "src" / "bullet_sim" / "src"):
-    sys.path.insert(0, str(folder))
-
-from bullet_sim.formats.sdf import world as sdf  # noqa: E402
-from bullet_sim.pose import Pose  # noqa: E402
-from bullet_sim.world import World  # noqa: E402
-from cybertruck.drive.model import CyberModel, RateLimiter, TruckGeometry  # noqa: E402
-from cybertruck.drive.odometry import Measured  # noqa: E402
-
+PACKAGE = Path(__file__).resolve().parents[2] / "src" / "cybertruck"
 PERIOD = 8  # physics steps of 1 ms between commands, as the drive node's joint states
 HINGES = ("front_left_steer_joint", "front_right_steer_joint")
 REAR = ("rear_left_wheel_joint", "rear_right_wheel_joint")

@@ -14,9 +14,7 @@ import sys
 import time
 
 if __name__ == "__main__":  # by python3 -I -S
-    sys.path.insert(
-        0, os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
-    )
+    sys.path.insert(0, os.path.dirname(os.path.dirname(os.path.realpath(__file__))))
 
 from commands import procfs  # noqa: E402
 

@@ -1,6 +1,6 @@
 """Starts a launch file, monitors what comes up for a while, and writes it as JSON.
 
-    observer.py RESULT LOG PORT SECONDS PACKAGE FILE [ARG:=VALUE ...]
+    check_observer.py RESULT LOG PORT SECONDS PACKAGE FILE [ARG:=VALUE ...]
 
 Runs with the workspace active and ROS_MASTER_URI set to the port; ./run check starts it.
 """
@@ -23,7 +23,7 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Empty, Trigger
 
 if __name__ == "__main__":
-    sys.path.append(str(pathlib.Path(__file__).resolve().parents[2]))
+    sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
 
 from commands import procfs  # noqa: E402
 

@@ -1,6 +1,6 @@
 """Run by Debian's Python: noVNC's page and a way to the screen, for who knows the token.
 
-Usage: DESK_TOKEN=TOKEN python3 web.py LISTENING_SOCKET VNC_SOCKET PAGE_FOLDER
+Usage: DESK_TOKEN=TOKEN python3 desk_web.py LISTENING_SOCKET VNC_SOCKET PAGE_FOLDER
 
 Every address begins with the token: http://HOST:PORT/TOKEN/. Anything else gets a bare 403, pages
 and WebSockets alike.

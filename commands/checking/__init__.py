@@ -1,1 +1,0 @@
-"""./run check: starts somebody's launch file and tells what came up."""

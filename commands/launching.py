@@ -1,0 +1,397 @@
+"""Launch files: arguments, tracks and policies by name; starts with a display and without."""
+
+import glob
+import json
+import os
+import shutil
+import socket
+import subprocess
+
+from commands import processes, supervisor
+from commands.errors import CommandError, UsageError, say
+from commands.paths import CACHE, OUT, PYTHON, SOURCES, read, relative
+
+TRACK_FOLDER = os.path.join(SOURCES, "track_model", "tracks")
+TRACK_SUFFIXES = (".yaml", ".yml", ".npy", ".csv")
+TRAININGS = os.path.join(OUT, "train")
+POLICY_FILE = "policy.onnx"
+ROSLAUNCH = os.path.join(os.path.dirname(os.path.abspath(__file__)), "roslaunch")
+UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}  # [s]
+PADS = "/dev/input/js*"
+MASTER_TIMEOUT = 5.0  # for a master's response [s]
+
+
+def track_names():
+    """Lists the shipped tracks."""
+    return sorted(
+        name[: -len(".yaml")] for name in os.listdir(TRACK_FOLDER) if name.endswith(".yaml")
+    )
+
+
+def resolve_track(value):
+    """Checks a track.
+
+    Args:
+        value: A shipped track's name, or a path.
+
+    Returns:
+        The name, or the absolute path: launched nodes have another current directory.
+
+    Raises:
+        UsageError: There is no such track.
+    """
+    if value in track_names():
+        return value
+    if not os.path.isfile(value):
+        raise UsageError(
+            f"track is {value!r}; there are {', '.join(track_names())}, or the path of a YAML, "
+            ".npy or .csv file"
+        )
+    if not value.lower().endswith(TRACK_SUFFIXES):
+        raise UsageError(f"track is {value!r}; a track file ends in {', '.join(TRACK_SUFFIXES)}")
+    return os.path.realpath(value)
+
+
+def policy_names():
+    """Lists the trainings that have left a policy."""
+    if not os.path.isdir(TRAININGS):
+        return []
+    return sorted(
+        name
+        for name in os.listdir(TRAININGS)
+        if os.path.isfile(os.path.join(TRAININGS, name, POLICY_FILE))
+    )
+
+
+def resolve_policy(value):
+    """Returns a policy's file.
+
+    Args:
+        value: A training's name, or the path of an ONNX file.
+
+    Raises:
+        UsageError: There is no such policy.
+    """
+    if value in policy_names():
+        return os.path.join(TRAININGS, value, POLICY_FILE)
+    if value.endswith(".onnx") and os.path.isfile(value):
+        return os.path.realpath(value)
+    found = ", ".join(policy_names()) or "none yet: ./run train makes one"
+    raise UsageError(f"policy is {value!r}; there are {found}; or the path of an .onnx file")
+
+
+def policy_settings(path):
+    """Returns the settings of the training that made a policy; empty where there are none."""
+    text = read(os.path.join(os.path.dirname(path), "settings.json"))
+    return json.loads(text) if text else {}
+
+
+class LaunchFile:
+    """A launch file of this workspace."""
+
+    def __init__(self, package, name, fixed=(), options=True):
+        """Names a launch file; nothing is read yet.
+
+        Args:
+            package: Its package, a folder in src/.
+            fixed: Arguments that the command sets and its user cannot.
+            options: Whether options of roslaunch, such as --screen, are handed on.
+        """
+        self.package, self.name = package, name
+        self.path = os.path.join(SOURCES, package, "launch", name)
+        self._fixed, self._options = fixed, options
+
+    def arguments(self):
+        """Reads the arguments that can be set.
+
+        Returns:
+            Dict from name to (default, description); default is None where one has to be given.
+
+        Raises:
+            CommandError: The file is not XML.
+        """
+        from xml.etree import ElementTree
+
+        builder = ElementTree.TreeBuilder(insert_comments=True)
+        try:
+            root = ElementTree.parse(self.path, ElementTree.XMLParser(target=builder)).getroot()
+        except ElementTree.ParseError as error:
+            raise CommandError(f"{relative(self.path)} is not XML: {error}") from None
+        found = {}
+        self._collect(root, found, ElementTree.Comment)
+        return {name: about for name, about in found.items() if name not in self._fixed}
+
+    def check(self, arguments):
+        """Checks NAME:=VALUE arguments.
+
+        Returns:
+            What to hand to roslaunch; tracks are resolved.
+
+        Raises:
+            UsageError: There is no such argument or track, or it is no launch argument at all.
+        """
+        checked, known, after_option = [], None, False
+        for argument in arguments:
+            name, assigned, value = argument.partition(":=")
+            if assigned:
+                known = self.arguments() if known is None else known
+                if name not in known:
+                    raise UsageError(
+                        f"{self.name} has no argument {name!r}; there are {', '.join(known)}"
+                    )
+                argument = f"track:={resolve_track(value)}" if name == "track" else argument
+            elif not self._options or not (argument.startswith("-") or after_option):
+                raise UsageError(
+                    f"unknown argument {argument!r}; launch arguments have the form NAME:=VALUE"
+                )
+            after_option = argument.startswith("-")
+            checked.append(argument)
+        return checked
+
+    def command(self, arguments, *options):
+        """Returns the command line that starts it."""
+        return [PYTHON, ROSLAUNCH, *options, self.package, self.name, *arguments]
+
+    def help(self):
+        """Returns a text that lists the arguments, their defaults and descriptions."""
+        lines = [f"launch arguments ({self.package}/launch/{self.name}):"]
+        for name, (default, description) in self.arguments().items():
+            if default is None or "$(eval" in default:  # nothing, or a formula of other arguments
+                default = "..."
+            lines.append(f"  {f'{name}:={default}':32} {description}".rstrip())
+        return "\n".join(lines)
+
+    def _collect(self, element, found, comment):
+        """Gathers <arg> tags outside of includes; a comment on the same line describes one."""
+        before = None
+        for child in element:
+            if child.tag is comment:
+                if before is not None and not found[before][1]:
+                    found[before] = (found[before][0], " ".join(child.text.split()))
+                before = None
+            elif child.tag == "arg" and "value" not in child.attrib:
+                name = child.get("name", "")
+                found[name] = (child.get("default"), child.get("doc", ""))
+                before = None if "\n" in (child.tail or "") else name
+            else:
+                before = None
+                if child.tag != "include":
+                    self._collect(child, found, comment)
+
+
+def run(name, launch, environ, arguments, deadline, out):
+    """Runs a launch that leaves result.json, and tells how it went.
+
+    Args:
+        name: The command, for messages and the folder of its logs.
+        launch: LaunchFile with an argument out_dir.
+        environ: The activated environment; changed in place.
+        arguments: NAME:=VALUE arguments, without out_dir.
+        deadline: Longest run [s] as text, of deadline_from().
+
+    Raises:
+        CommandError: It failed, came to no result, or to one that is not ok.
+        Interrupted: A signal ended it.
+    """
+    os.makedirs(out, exist_ok=True)
+    environ["ROS_LOG_DIR"] = os.path.join(CACHE, f"ros-{name}")
+    environ["QT_QPA_PLATFORM"] = environ.get("QT_QPA_PLATFORM") or "offscreen"
+    shutil.rmtree(environ["ROS_LOG_DIR"], ignore_errors=True)
+    try:
+        status = start(launch, environ, [f"out_dir:={out}", *arguments], deadline)
+    except processes.DeadlineExceeded:
+        _list(out)
+        raise CommandError(
+            f"the {name} did not end within {deadline} s", where_to_look(environ)
+        ) from None
+    _list(out)
+    if status != 0:
+        raise CommandError(f"roslaunch ended with exit status {status}", where_to_look(environ))
+    ok = is_ok(os.path.join(out, "result.json"))
+    if not ok:
+        problem = "ended without result.json" if ok is None else "was not content"
+        raise CommandError(f"the {name} {problem}", where_to_look(environ))
+    say(f"{name}: ok")
+
+
+def start(launch, environ, arguments, deadline):
+    """Runs roslaunch to its end, on a master of its own.
+
+    Args:
+        environ: The activated environment; gets the master.
+        deadline: Longest run [s] as text, of deadline_from().
+
+    Returns:
+        roslaunch's exit status.
+
+    Raises:
+        processes.DeadlineExceeded: It did not end in time.
+        Interrupted: A signal ended it.
+    """
+    options = use_own_master(environ)
+    supervisor.start(environ)
+    return processes.run_child(
+        launch.command(arguments, *options),
+        group=False,
+        deadline=_seconds(deadline) or None,
+        env=environ,
+        stdin=subprocess.DEVNULL,
+    )
+
+
+def use_own_master(environ):
+    """Makes an environment use a master on a free port of this machine, loopback only.
+
+    Args:
+        environ: Changed in place.
+
+    Returns:
+        The options with which roslaunch starts that master.
+
+    Raises:
+        CommandError: This machine has no 127.0.0.1, as one that has IPv6 alone.
+    """
+    with socket.socket() as probe:
+        try:
+            probe.bind(("127.0.0.1", 0))
+        except OSError as error:
+            raise CommandError(
+                f"this machine has no address 127.0.0.1, which this command needs ({error})",
+                "Give it one: ip address add 127.0.0.1/8 dev lo",
+            ) from None
+        port = probe.getsockname()[1]
+    environ.pop("ROS_HOSTNAME", None)
+    environ.update(ROS_IP="127.0.0.1", ROS_MASTER_URI=f"http://127.0.0.1:{port}")
+    return "-p", str(port)
+
+
+def is_ok(path):
+    """Reads a result file's "ok".
+
+    Returns:
+        True or False; None where there is no result.
+    """
+    try:
+        with open(path, encoding="utf-8") as stream:
+            return json.load(stream)["ok"] is True
+    except (OSError, ValueError):
+        return None
+    except (KeyError, TypeError):
+        return False
+
+
+def where_to_look(environ):
+    """Returns the advice for a launch that went wrong."""
+    return f"Its own words are above; logs in {relative(environ['ROS_LOG_DIR'])}/"
+
+
+def deadline_from(variable, default):
+    """Returns a deadline [s] as text, which a variable of the environment may change.
+
+    Raises:
+        UsageError: The variable's value is no time.
+    """
+    text = os.environ.get(variable) or str(default)
+    try:
+        valid = _seconds(text) >= 0
+    except ValueError:
+        valid = False
+    if not valid:
+        raise UsageError(f"{variable} is {text!r}; it must be a number of seconds, 0 for no limit")
+    return text
+
+
+def _seconds(text):
+    """Reads a time as timeout(1) does: a number, with s, m, h or d behind it or not."""
+    unit = UNITS.get(text[-1:])
+    return float(text[:-1]) * unit if unit else float(text)
+
+
+def _list(out):
+    files = sorted(entry.name for entry in os.scandir(out) if entry.is_file())
+    say(f"in {relative(out)}/: {' '.join(files)}")
+
+
+def become(launch, arguments, environ):
+    """Becomes roslaunch, with a supervisor over what it leaves; does not come back.
+
+    Args:
+        arguments: NAME:=VALUE arguments and options of roslaunch, checked.
+    """
+    supervisor.start(environ)
+    processes.become(launch.command(arguments), environ)
+
+
+def has_display(environ):
+    """Returns whether there is a screen to open a window on."""
+    return bool(environ.get("DISPLAY") or environ.get("WAYLAND_DISPLAY"))
+
+
+def need_display(environ, instead):
+    """Refuses to open a window where there is no screen.
+
+    Args:
+        environ: Its variables tell; QT_QPA_PLATFORM says that somebody knows what he does.
+        instead: A command that needs none.
+
+    Raises:
+        CommandError: There is no screen.
+    """
+    if not has_display(environ) and not environ.get("QT_QPA_PLATFORM"):
+        raise CommandError(
+            "the window needs a display, and neither DISPLAY nor WAYLAND_DISPLAY is set",
+            f"Without one: {instead}",
+        )
+
+
+def window_arguments(arguments, pads=PADS):
+    """Returns launch arguments that the caller has not given.
+
+    Args:
+        arguments: NAME:=VALUE as they were given.
+        pads: Pattern of the device files of game pads.
+
+    Returns:
+        List: recordings go to out/recordings/, the driver of a pad that is plugged in is started.
+    """
+    wanted = {"record_dir": os.path.join(OUT, "recordings")}
+    if glob.glob(pads):
+        wanted["pad"] = "true"
+    given = {argument.partition(":=")[0] for argument in arguments}
+    return [f"{name}:={value}" for name, value in wanted.items() if name not in given]
+
+
+def refuse_second_world(environ):
+    """Refuses where a simulator runs: a second node /gazebo would end the first.
+
+    Raises:
+        CommandError: The environment's master knows a node /gazebo.
+    """
+    uri = environ["ROS_MASTER_URI"]
+    host, _, port = uri.partition("://")[2].split("/")[0].rpartition(":")
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), MASTER_TIMEOUT).close()
+    except (OSError, ValueError):
+        return  # no master yet; roslaunch starts one, or says what is wrong with the address
+    if _knows_simulator(uri):
+        raise CommandError(
+            f"a simulator runs already on {uri}",
+            "Stop it, or give this one its own master:",
+            "ROS_MASTER_URI=http://localhost:11312 ./run ...",
+        )
+
+
+def _knows_simulator(uri):
+    from http.client import HTTPException
+    from xml.parsers.expat import ExpatError
+    from xmlrpc.client import Error, ServerProxy
+
+    before = socket.getdefaulttimeout()
+    socket.setdefaulttimeout(MASTER_TIMEOUT)
+    try:
+        with ServerProxy(uri) as master:
+            return master.lookupNode("/paddock", "/gazebo")[0] == 1
+    except (OSError, HTTPException, Error, ExpatError):
+        return False  # something else listens there, or it does not answer
+    finally:
+        socket.setdefaulttimeout(before)
