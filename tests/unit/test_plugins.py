@@ -355,6 +355,7 @@ def test_one_file_alone_runs_in_the_process_of_pytest(project):
     [
         (signal.SIGINT, ("--numprocesses=1",)),
         (signal.SIGTERM, ("--numprocesses=1",)),
+        (signal.SIGTERM, (SKID,)),
         (signal.SIGINT, (SKID,)),  # a second file: one alone runs in the process of pytest
     ],
 )

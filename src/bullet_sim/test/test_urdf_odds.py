@@ -230,6 +230,25 @@ def test_an_inertia_that_no_rigid_body_has_counts_as_it_is(world, moments):
     assert velocity == pytest.approx(0.1 / moments[2], rel=0.01)
 
 
+def test_stiff_damping_of_light_links_is_stable(world):
+    """A finger of four links of 1e-7 kg m^2 with 0.8 N m s/rad: PyBullet alone throws it away."""
+    link = '<inertial><origin xyz="{} 0 0"/><mass value="0.003"/><inertia ixx="1e-7" iyy="1e-7" '
+    link += 'izz="1e-7" ixy="0" ixz="0" iyz="0"/></inertial>'
+    names = ["world", "a", "b", "c", "d"]
+    content = '<link name="world"/>' + "".join(
+        f'<link name="{name}">{link.format(0.02)}</link>' for name in names[1:]
+    )
+    for index, (parent, child) in enumerate(zip(names, names[1:])):
+        place = f'<origin xyz="{0.04 * (index > 0)} 0 0"/>'
+        more = '<axis xyz="0 1 0"/><dynamics damping="0.8"/>'
+        content += joint("continuous", parent, child, place + more, f"j{index}")
+    model = world.spawn_urdf("r", robot(content), Pose(), str)
+    world.step(1000)
+    torques = [0.003 * 9.81 * sum(0.02 + 0.04 * i for i in range(n)) for n in (4, 3, 2, 1)]
+    velocities = [state[1] for state in world.engine.joint_states(model.body)]
+    assert velocities == pytest.approx([torque / 0.8 for torque in torques], rel=0.02)
+
+
 def test_damaged_texts_never_crash(world):
     """Cut and changed copies of a sound URDF load or raise ModelError, nothing else."""
     sound = robot(

@@ -64,6 +64,7 @@ def implausible_state(model: "Model", engine: "Engine") -> str | None:
 MAX_VELOCITY = 1e6  # [m/s, rad/s] bound of set_state along each axis
 _SAME = Pose()
 _HULL_OVERLAP = 1e-3  # [m]
+_STABLE_DAMPING = 0.5  # of a joint's inertia / step
 Placed = tuple[Pose, Vector, Vector]  # pose and velocities of set_state
 
 
@@ -137,11 +138,14 @@ class Model:
                 for other in links:
                     engine.set_pair_collision(body, index[name], body, index[other], False)
             self._separate_hulls([name for name in links if name not in apart])
+        added = self._damped_inertias()
         for name, link in links.items():
-            if not description.static:
+            if index[name] >= 0 or not self.source.fixed_base:  # a mass would release a fixed base
                 moments, _ = principal_inertia(link.inertia)
                 low, middle, high = sorted(moments)
-                if high > (1.0 - 1e-9) * (low + middle):  # no rigid body has it: PyBullet loads 0
+                # PyBullet loads 0 in place of an inertia that no rigid body has
+                if high > (1.0 - 1e-9) * (low + middle) or name in added:
+                    moments += added.get(name, 0.0)
                     engine.set_mass(body, index[name], link.mass, moments)
             surface = link.surface
             engine.set_surface(body, index[name], surface.stiffness, surface.damping)
@@ -160,6 +164,25 @@ class Model:
             engine.drive_position(body, number, 0.0, UNLIMITED_EFFORT, UNLIMITED_SPEED)
         for change in self._changes.values():
             change()
+
+    def _damped_inertias(self) -> dict[str, float]:
+        """Inertias [kg m^2] to add to the links at joints whose damping is stiff, by link name.
+
+        PyBullet computes damping from the velocity before the step, which is stable only while
+        damping * step is below the inertia, about, of both sides of the joint; ODE computes it from
+        the velocity after the step. With an inertia that makes it stable a joint still loses its
+        velocity within a few steps and moves with torque / damping.
+        """
+        step, joints = self.engine.time_step, self._lumped.joints
+        added: dict[str, float] = {}
+        if any(joint.damping for joint in joints):
+            inertias = joint_inertias(self._lumped, self.description.fixed_base)
+            for joint in joints:
+                stiff = joint.damping * step > _STABLE_DAMPING * inertias[joint.name]
+                if stiff and joint.kind != "prismatic":
+                    for link in (joint.parent, joint.child):
+                        added[link] = added.get(link, 0.0) + 2.0 * joint.damping * step
+        return added
 
     def _separate_hulls(self, names: list[str]) -> None:
         """Switch off the collision of self-colliding links of which a mesh's convex hull overlaps
