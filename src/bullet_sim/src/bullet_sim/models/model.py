@@ -140,13 +140,9 @@ class Model:
             self._separate_hulls([name for name in links if name not in apart])
         added = self._damped_inertias()
         for name, link in links.items():
-            if index[name] >= 0 or not self.source.fixed_base:  # a mass would release a fixed base
-                moments, _ = principal_inertia(link.inertia)
-                low, middle, high = sorted(moments)
-                # PyBullet loads 0 in place of an inertia that no rigid body has
-                if high > (1.0 - 1e-9) * (low + middle) or name in added:
-                    moments += added.get(name, 0.0)
-                    engine.set_mass(body, index[name], link.mass, moments)
+            if name in added and (index[name] >= 0 or not self.source.fixed_base):
+                moments, _ = principal_inertia(link.inertia)  # a mass would release a fixed base
+                engine.set_mass(body, index[name], link.mass, moments + added[name])
             surface = link.surface
             engine.set_surface(body, index[name], surface.stiffness, surface.damping)
             if surface.bitmask != EVERYTHING:

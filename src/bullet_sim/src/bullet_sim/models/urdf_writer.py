@@ -147,14 +147,24 @@ def _inertial(element: ET.Element, link: Link, static: bool) -> None:
 def principal_inertia(inertia: Array) -> tuple[Array, Quat]:
     """Principal moments (3,) of an inertia (3, 3) and the quaternion of their axes.
 
-    PyBullet reads only the diagonal, so off-diagonal terms go into the inertial frame.
+    PyBullet reads only the diagonal, so off-diagonal terms go into the inertial frame. It loads 0
+    where one moment is greater than the two others together, which no rigid body has (Gazebo takes
+    it as it is): the two others become greater then.
     """
     if np.abs(inertia - np.diag(np.diag(inertia))).max() <= 1e-9 * np.abs(inertia).max():
-        return np.diag(inertia).copy(), (0.0, 0.0, 0.0, 1.0)
+        return _balanced(np.diag(inertia)), (0.0, 0.0, 0.0, 1.0)
     moments, axes = np.linalg.eigh(inertia)
     if np.linalg.det(axes) < 0:
         axes[:, 0] = -axes[:, 0]
-    return moments, quaternion_from_matrix(axes)
+    return _balanced(moments), quaternion_from_matrix(axes)
+
+
+def _balanced(moments: Array) -> Array:
+    """Moments (3,) of which the greatest is at most the sum of the others."""
+    high, rest = moments.max(), moments.sum() - moments.max()
+    if not 0.0 < rest < high:
+        return moments
+    return np.where(moments == high, high, moments * (high / rest * (1.0 + 1e-9)))
 
 
 def quaternion_from_matrix(matrix: Any) -> Quat:
