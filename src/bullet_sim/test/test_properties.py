@@ -59,6 +59,27 @@ def test_link_properties(model):
         changes.link_properties(model, "nose")
 
 
+def test_a_mass_for_a_fixed_base_does_not_release_it(world):
+    link = (
+        '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+        '<collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision>'
+    )
+    text = (
+        f'<robot name="r"><link name="world"/><link name="base">{link}</link><link name="arm">{link}'
+        '</link><joint name="weld" type="fixed"><parent link="world"/><child link="base"/></joint>'
+        '<joint name="hinge" type="continuous"><parent link="base"/><child link="arm"/></joint>'
+        "</robot>"
+    )
+    model = world.spawn_urdf("held", text, Pose((0, 0, 5)), str)
+    root = next(iter(model.rigid_parts))
+    _, centre, inertia = changes.link_properties(model, root)
+    changes.set_link_properties(model, root, 2.0, centre, inertia, True)
+    world.engine.set_gravity((0.0, 0.0, -9.81))
+    world.step(200)
+    assert changes.link_properties(model, root)[0] == 2.0
+    assert model.link_state("base")[0].position == pytest.approx((0, 0, 5), abs=1e-9)
+
+
 def test_a_new_inertia_counts_and_survives_a_reset(world, model):
     before = speed_after_push(world, model, "hinge")
     world.reset()

@@ -212,7 +212,8 @@ def set_link_properties(
     if moments.min() <= 0:
         raise ModelError(f"{label}: inertia {inertia.tolist()} is not positive definite")
     values = mass, moments
-    model.change(("mass", link), lambda: model.engine.set_mass(model.body, index, *values))
+    if index >= 0 or not model.source.fixed_base:  # PyBullet would release a fixed base
+        model.change(("mass", link), lambda: model.engine.set_mass(model.body, index, *values))
     part.mass, part.inertia = float(mass), inertia
 
 
