@@ -66,7 +66,8 @@ def test_a_mass_for_a_fixed_base_does_not_release_it(world):
     )
     text = (
         f'<robot name="r"><link name="world"/><link name="base">{link}</link>'
-        f'<link name="arm">{link}</link><joint name="weld" type="fixed"><parent link="world"/><child link="base"/></joint>'
+        f'<link name="arm">{link}</link><joint name="weld" type="fixed">'
+        '<parent link="world"/><child link="base"/></joint>'
         '<joint name="hinge" type="continuous"><parent link="base"/><child link="arm"/></joint>'
         "</robot>"
     )
