@@ -179,7 +179,7 @@ class Sensors(unittest.TestCase):
     def test_a_robot_of_the_world_file_has_its_sensors(self):
         scan = self.record("/post/scan", LaserScan, 2)[-1]
         self.assertAlmostEqual(scan.ranges[0], 1.8, delta=0.01)
-        self.assertEqual(scan.header.frame_id, "post/link")  # the namespace is its tf prefix
+        self.assertEqual(scan.header.frame_id, "link")
         odometry = self.record("/post/odom", Odometry, 4)
         np.testing.assert_allclose(periods(odometry), 0.05, atol=1e-6)
         self.assertAlmostEqual(odometry[-1].pose.pose.position.y, -3.0, delta=0.01)

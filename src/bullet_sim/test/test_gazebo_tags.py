@@ -60,7 +60,7 @@ CAMERA = (
             "</imageTopicName><cameraInfoTopicName>info</cameraInfoTopicName><frameName>f</frameName>",
             "/bot/a/b/rgb",
             "/bot/a/b/info",
-            "bot/f",
+            "f",
         ),
         (
             "<robotNamespace>bot</robotNamespace><imageTopicName>/abs</imageTopicName>"
@@ -73,7 +73,7 @@ CAMERA = (
             "<robotNamespace></robotNamespace><cameraName>c</cameraName><frameName>f</frameName>",
             "/car/c/image_raw",
             "/car/c/camera_info",
-            "car/f",
+            "f",
         ),
         (
             "<robotNamespace>/</robotNamespace><cameraName>c</cameraName><frameName>f</frameName>",
@@ -183,7 +183,7 @@ def test_depth_camera_names_and_cutoffs():
         )
     )
     assert (spec.depth_topic, spec.depth_info_topic) == ("/n/k/d/i", "/n/k/d/c")
-    assert (spec.points_topic, spec.frame_id) == ("/cloud", "n/o")
+    assert (spec.points_topic, spec.frame_id) == ("/cloud", "o")
     assert (spec.cutoff, spec.cutoff_max, spec.millimetres) == (0.1, 8.0, True)
 
 

@@ -254,7 +254,7 @@ def _camera_values(
         rate=xml.output_rate(),
         topic=xml.topic("imageTopicName", "image_raw", group),
         info_topic=xml.topic("cameraInfoTopicName", "camera_info", group),
-        frame_id=xml.frame("frameName", "/world", prefixed=True),
+        frame_id=xml.frame("frameName", "/world"),
         noise_stddev=stddev,
         noise_mean=mean,
         encoding=encoding(camera, xml.model),

@@ -151,7 +151,7 @@ def _output(
 
 
 def _frame(xml: SensorXml, default: str = "/world") -> str:
-    return xml.frame("frameName", default, prefixed=True)
+    return xml.frame("frameName", default)
 
 
 @sensor_plugin("gazebo_ros_laser", "gazebo_ros_gpu_laser", types=TYPES)

@@ -70,17 +70,6 @@ class Names:
             return "/" + _squeezed(name)
         return "/" + _squeezed("/".join([self.namespace, group, name]))
 
-    def frame(self, name: str, prefixed: bool = False) -> str:
-        """Frame name for headers, without a leading slash.
-
-        Args:
-            prefixed: put a name without a leading slash below the namespace; cameras and lasers
-                use their namespace as tf_prefix (tf::resolve).
-        """
-        if name.startswith("/") or not prefixed or not self.namespace:
-            return name.lstrip("/")
-        return f"{self.namespace}/{name}"
-
 
 def _squeezed(text: str) -> str:
     return "/".join(part for part in text.split("/") if part)
@@ -198,9 +187,9 @@ class PluginXml(Values):
         """Full name of the topic that a tag names: see Names.topic."""
         return self.names.topic(self.text(tag, default), group)
 
-    def frame(self, tag: str, default: str, prefixed: bool = False) -> str:
-        """Name of the frame that a tag names: see Names.frame."""
-        return self.names.frame(self.text(tag, default), prefixed)
+    def frame(self, tag: str, default: str) -> str:
+        """Name of the frame that a tag names, for headers: without a leading slash."""
+        return self.text(tag, default).lstrip("/")
 
     def link(self, tag: str, default: str | None = None) -> str:
         """Link that a tag names as 'link', '/link' or 'model::link'.
