@@ -43,7 +43,9 @@ def ground(mu=1.0):
     return parse_model(text, nowhere, "floor")[0]
 
 
-def skid_base(mass, half_base, half_track, radius, wheel_mass, mu=0.8, round_wheels=True, effort=0):
+def skid_base(
+    mass, half_base, half_track, radius, wheel_mass, mu=0.8, round_wheels=True, effort=0, fdir1=""
+):
     """ModelDescription of a base with four driven wheels.
 
     Args:
@@ -52,7 +54,9 @@ def skid_base(mass, half_base, half_track, radius, wheel_mass, mu=0.8, round_whe
         radius: of the wheels [m].
         round_wheels: spheres, else cylinders 4 cm wide.
         effort: limit of each wheel [N m].
+        fdir1: first direction of the wheels' friction; empty: none given.
     """
+    direction = f"<fdir1>{fdir1}</fdir1>" if fdir1 else ""
     x, y, z = 2 * half_base, 1.9 * half_track, 0.1
     i = [mass / 12.0 * (a * a + b * b) for a, b in ((y, z), (x, z), (x, y))]
     shape = f'<sphere radius="{radius}"/>'
@@ -76,7 +80,7 @@ def skid_base(mass, half_base, half_track, radius, wheel_mass, mu=0.8, round_whe
             f'<joint name="{name}" type="continuous"><parent link="base"/><child link="{name}"/>'
             f'<origin xyz="{ax} {ay} 0"/><axis xyz="0 1 0"/><limit effort="{effort}" '
             f'velocity="0"/></joint><gazebo reference="{name}"><mu1>{mu}</mu1><mu2>{mu}</mu2>'
-            "</gazebo>"
+            f"{direction}</gazebo>"
         )
     return parse_urdf(text + "</robot>", nowhere, "skid")
 

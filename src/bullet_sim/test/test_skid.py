@@ -1,14 +1,17 @@
-"""Skid steering against the balance of Coulomb friction."""
+"""Skid steering against the balance of friction: bounded by a pyramid, and by a cone."""
 
 import math
 
+import numpy as np
 import pytest
-from bullet_sim.models.contacts import skid_wheels
+from bullet_sim.formats.urdf import parse_urdf
+from bullet_sim.models.contacts import needs_cone, skid_wheels
 from bullet_sim.pose import Pose
-from contact_scenes import ground, skid_base, world_of
+from contact_scenes import ground, nowhere, skid_base, world_of
 from scipy.optimize import fsolve
 
 WHEEL_MASS = 0.05  # of the base's mass
+CONE = "1 0 0"  # fdir1 of wheels that have the cone
 
 
 def drive(world, left, right, radius, effort=1e4):
@@ -19,10 +22,18 @@ def drive(world, left, right, radius, effort=1e4):
         world.engine.drive_velocity(model.body, number, speed / radius, effort)
 
 
-def turned(mass, half_base, half_track, left, right, radius=0.1, round_wheels=True, time=1.5):
+def turned(
+    mass, half_base, half_track, left, right, radius=0.1, round_wheels=True, time=1.5, fdir1=CONE
+):
     """Rate of turn [rad/s] and speed [m/s], means over the last half second."""
     base = skid_base(
-        mass, half_base, half_track, radius, WHEEL_MASS * mass, round_wheels=round_wheels
+        mass,
+        half_base,
+        half_track,
+        radius,
+        WHEEL_MASS * mass,
+        round_wheels=round_wheels,
+        fdir1=fdir1,
     )
     world = world_of((ground(), None), (base, Pose((0, 0, radius))))
     drive(world, left, right, radius)
@@ -101,6 +112,95 @@ def test_arcs(mass, ratio, left, right):
     )
     assert rate == pytest.approx(wanted, rel=0.1)
     assert speed == pytest.approx(wanted_speed, rel=0.1)
+
+
+def pyramid(mass, half_base, half_track, left, right, mu=0.8, time=1.5, gravity=9.81):
+    """Mean rate [rad/s] over the last half second of a plate on four wheels of equal load.
+
+    Each wheel's friction is bounded along the world's x and y separately; below 1 mm/s of slip it
+    rises linearly. The equations of motion are integrated in steps of 0.1 ms.
+    """
+    a, b, step = half_base, half_track, 1e-4
+    wheels = np.array([(a, b), (a, -b), (-a, b), (-a, -b)])
+    rims = np.array([left, right, left, right])
+    load = mu * mass * gravity / 4
+    spin = mass * ((2 * a) ** 2 + (1.9 * b) ** 2) / 12  # the base's inertia in contact_scenes
+    spin += mass * WHEEL_MASS * 4 * (a * a + b * b)
+    velocity, heading, rate, rates = np.zeros(2), 0.0, 0.0, []
+    for number in range(round(time / step)):
+        c, s = math.cos(heading), math.sin(heading)
+        places = wheels @ np.array([[c, s], [-s, c]])
+        slip = velocity + rate * np.column_stack((-places[:, 1], places[:, 0]))
+        slip -= rims[:, None] * (c, s)
+        force = -load * np.clip(slip / 1e-3, -1.0, 1.0)
+        velocity = velocity + force.sum(0) / (mass * (1 + 4 * WHEEL_MASS)) * step
+        rate += float((places[:, 0] * force[:, 1] - places[:, 1] * force[:, 0]).sum()) / spin * step
+        heading += rate * step
+        if number * step >= time - 0.5:
+            rates.append(rate)
+    return float(np.mean(rates))
+
+
+@pytest.mark.parametrize("round_wheels", [True, False])
+@pytest.mark.parametrize(
+    "mass, ratio, left, right",
+    [(20.0, 0.5, -0.3, 0.3), (20.0, 0.9, -0.3, 0.3), (2.0, 0.8, -1.0, 1.0), (60.0, 0.7, 0.2, 0.6)],
+)
+def test_a_pyramid_bounds_friction_along_each_axis_of_the_ground(
+    mass, ratio, left, right, round_wheels
+):
+    b = 0.2
+    wanted = pyramid(mass, ratio * b, b, left, right)
+    rate, _ = turned(mass, ratio * b, b, left, right, round_wheels=round_wheels, fdir1="")
+    assert rate == pytest.approx(wanted, rel=0.1)
+
+
+def vehicle(steering="", wheel=""):
+    """Model of a base with one wheel below a swivel joint; XML to add to both of them."""
+    inertial = (
+        '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+        "</inertial>"
+    )
+    text = (
+        f'<robot name="v"><link name="base">{inertial}</link><link name="fork">{inertial}</link>'
+        f'<link name="wheel">{inertial}<collision><geometry><sphere radius="0.1"/></geometry>'
+        '</collision></link><joint name="swivel" type="continuous"><parent link="base"/>'
+        '<child link="fork"/><axis xyz="0 0 1"/></joint><joint name="axle" type="continuous">'
+        '<parent link="fork"/><child link="wheel"/><axis xyz="0 1 0"/></joint>'
+    )
+    if steering == "limits":
+        text = text.replace(
+            '"swivel" type="continuous">',
+            '"swivel" type="revolute"><limit lower="-1" upper="1" effort="1" velocity="1"/>',
+        )
+    elif steering:
+        text += (
+            f'<transmission name="t"><type>transmission_interface/SimpleTransmission</type><joint '
+            f'name="{steering}"><hardwareInterface>hardware_interface/EffortJointInterface'
+            '</hardwareInterface></joint><actuator name="m"/></transmission>'
+        )
+    text += f'<gazebo reference="wheel">{wheel}</gazebo></robot>'
+    return parse_urdf(text, nowhere, "v")
+
+
+@pytest.mark.parametrize(
+    "steering, wheel, wanted",
+    [
+        ("", "", False),  # a castor
+        ("axle", "", False),
+        ("limits", "", True),
+        ("swivel", "", True),
+        ("", "<mu1>0.5</mu1><mu2>0.5</mu2>", False),
+        ("", "<mu1>0.5</mu1><mu2>0.4</mu2>", True),
+        ("", "<mu1>0.5</mu1><mu2>0.5</mu2><fdir1>1 0 0</fdir1>", True),
+    ],
+)
+def test_steered_wheels_and_wheels_with_a_direction_of_friction_need_the_cone(
+    steering, wheel, wanted
+):
+    world = world_of((vehicle(steering, wheel), None))
+    assert needs_cone(world.models["v"]) is wanted
+    world.close()
 
 
 def test_acceleration_straight_ahead_is_what_the_efforts_allow():

@@ -110,7 +110,7 @@ class Engine:
             numSolverIterations=self.solver_iterations,
             deterministicOverlappingPairs=1,
             enableFileCaching=0,
-            enableConeFriction=1,
+            enableConeFriction=0,
             solverResidualThreshold=SOLVER_RESIDUAL,
             physicsClientId=self.client,
         )
@@ -135,6 +135,10 @@ class Engine:
         """Set the physics step [s]."""
         self.time_step = float(time_step)
         p.setTimeStep(self.time_step, physicsClientId=self.client)
+
+    def set_friction_cone(self, cone: bool) -> None:
+        """Bound friction by a cone, or along two directions separately (a pyramid, the default)."""
+        p.setPhysicsEngineParameter(enableConeFriction=int(cone), physicsClientId=self.client)
 
     def set_solver_iterations(self, count: int) -> None:
         """Change the iterations of the constraint solver per step."""

@@ -3,11 +3,18 @@
 Coulomb friction of pairs as Gazebo (ODE) has it: the smaller coefficient of both, along each of two
 directions.
 
+ODE bounds friction along two directions of the ground separately (a friction pyramid), whatever the
+slip. Bullet can do the same, and does in most worlds. Its solver converges further than ODE's 50
+iterations, and for two kinds of wheels that makes more difference than the shape of the bound: on
+steered wheels and on wheels with a direction of friction (fdir1, or mu2 other than mu) a friction
+cone is closer to what Gazebo's 50 iterations give (docs/gazebo-comparison.md has the figures). A
+world with such wheels has the cone; PyBullet has one setting for all bodies.
+
 Bullet multiplies the coefficients of the two bodies. So what never moves gets 1, and a moving link
 gets what its pair with the immobile ones comes to. Where that differs from one of these to the
 next, and where moving links touch each other, it follows what the link touches just now.
 
-Sliding friction of skid-steered wheels, opposite to their slip. Bullet solves friction along two
+With the cone: sliding friction of skid-steered wheels, opposite to their slip. Bullet solves friction along two
 fixed directions, each with its own effective mass, and scales both impulses into the friction cone.
 In the direction of rolling that mass is small, so the force of a sliding wheel rotates towards the
 axle: a skid-steered base rotates at 0.3 to 0.7 of the rate that Coulomb friction gives. Here the
@@ -151,8 +158,38 @@ def _pair(mine: Pair, other: Pair) -> Pair:
 
 
 SLOWEST = 0.01  # [m/s] of slip below which Bullet's force is left alone; full effect at twice that
+_UPRIGHT = 0.7  # cosine between a steering axis and the model's z axis
 _APART = 1e-3  # [m] between axles that count as two
 _PARALLEL = 0.999  # cosine between axles that count as parallel
+
+
+def needs_cone(model: Model) -> bool:
+    """Whether a model has steered wheels, or wheels with a direction of friction.
+
+    A wheel is a link with collisions below an unlimited revolute joint. It is steered if its parent
+    is the child of an upright revolute joint that has limits or a transmission: a swivel castor's
+    has neither.
+    """
+    description = model.description
+    steering = {
+        joint.child
+        for joint in model.parts_joints
+        if joint.kind in ("revolute", "continuous")
+        and (joint.lower is not None or joint.name in description.transmissions)
+        and abs(_axle(joint)[2]) > _UPRIGHT
+    }
+    for joint in model.parts_joints:
+        if joint.kind not in ("revolute", "continuous") or joint.lower is not None:
+            continue
+        wheel = model.rigid_parts[joint.child]
+        surface = wheel.surface
+        directed = surface.direction is not None or surface.friction2 not in (
+            None,
+            DEFAULT if surface.friction is None else surface.friction,
+        )
+        if wheel.collisions and (directed or joint.parent in steering):
+            return True
+    return False
 
 
 def skid_wheels(joints: Iterable[Joint], links: Mapping[str, Link]) -> list[str]:
@@ -203,10 +240,13 @@ class Slip(Stateful):
         self._forces: list[tuple[int, int, tuple[float, ...], Vec3]] = []
 
     def assign(self, models: Iterable[Model]) -> None:
-        """Find the wheels of all models."""
+        """Choose the friction model; find the wheels of all models where it is the cone."""
         self._wheels, self._forces = {}, []
-        for model in models:
-            names = () if model.is_static else skid_wheels(model.parts_joints, model.rigid_parts)
+        moving = [model for model in models if not model.is_static]
+        cone = any(needs_cone(model) for model in moving)
+        self._engine.set_friction_cone(cone)
+        for model in moving if cone else ():
+            names = skid_wheels(model.parts_joints, model.rigid_parts)
             if names:
                 self._wheels[model.body] = {model.index(name) for name in names}
 
