@@ -342,6 +342,8 @@ def test_usual_tags_are_quiet(tags):
         ("<mu>0.3</mu><mu2>0.3</mu2>", 0.3),
         ("<mu1>0.7</mu1>", 0.7),
         ("<mu1>-1</mu1><mu2>-1</mu2>", 0.0),
+        ('<mu1 value="0.4"/><mu2 value="0.4"/>', 0.4),
+        ('<mu1 value="0.4">0.5</mu1><mu2 value="0.4"/>', 0.4),
         (
             "<collision><surface><friction><ode><mu>0.2</mu><mu2>0.2</mu2></ode></friction></surface>"
             "</collision>",
@@ -369,6 +371,10 @@ def test_flags_and_colours():
     link = model.links["base"]
     assert model.static and link.self_collide and not model.links["head"].self_collide
     assert link.visuals[0].color == gazebo_color("Gazebo/Blue")
+    values = read(
+        '<gazebo reference="base"><selfCollide value="true"/><gravity value="0"/></gazebo>'
+    )
+    assert values.links["base"].self_collide and not values.links["base"].gravity
     own = read(
         '<gazebo reference="base"><visual><material><ambient>1 0 0 1</ambient><diffuse>'
         "0 1 0</diffuse></material></visual></gazebo>"

@@ -190,16 +190,19 @@ def vehicle(steering="", wheel=""):
         ("axle", "", False),
         ("limits", "", True),
         ("swivel", "", True),
-        ("", "<mu1>0.5</mu1><mu2>0.5</mu2>", False),
-        ("", "<mu1>0.5</mu1><mu2>0.4</mu2>", True),
-        ("", "<mu1>0.5</mu1><mu2>0.5</mu2><fdir1>1 0 0</fdir1>", True),
+        ("", "<mu1>0.5</mu1><mu2>0.4</mu2><fdir1>1 0 0</fdir1>", False),
     ],
 )
-def test_steered_wheels_and_wheels_with_a_direction_of_friction_need_the_cone(
-    steering, wheel, wanted
-):
+def test_steered_wheels_need_the_cone(steering, wheel, wanted):
     world = world_of((vehicle(steering, wheel), None))
     assert needs_cone(world.models["v"]) is wanted
+    world.close()
+
+
+@pytest.mark.parametrize("fdir1, wanted", [("", False), ("1 0 0", True)])
+def test_wheels_that_skid_with_a_direction_of_friction_need_the_cone(fdir1, wanted):
+    world = world_of((skid_base(20.0, 0.2, 0.2, 0.1, 1.0, fdir1=fdir1), None))
+    assert needs_cone(world.models["skid"]) is wanted
     world.close()
 
 

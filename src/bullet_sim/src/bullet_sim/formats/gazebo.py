@@ -133,6 +133,8 @@ def apply(robot: Node, model: ModelDescription) -> None:
     """Read every <gazebo> child of <robot> into the model description."""
     for element in robot.findall("gazebo"):
         reference = element.get("reference")
+        for child in element:  # <mu1 value="0.8"/>, which counts before a text, as in sdformat
+            child.text = child.get("value", child.text)
         if reference is None:
             _model_flags(element, model)
         elif reference in model.links:

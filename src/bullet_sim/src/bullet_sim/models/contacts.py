@@ -6,20 +6,21 @@ directions.
 ODE bounds friction along two directions of the ground separately (a friction pyramid), whatever the
 slip. Bullet can do the same, and does in most worlds. Its solver converges further than ODE's 50
 iterations, and for two kinds of wheels that makes more difference than the shape of the bound: on
-steered wheels and on wheels with a direction of friction (fdir1, or mu2 other than mu) a friction
-cone is closer to what Gazebo's 50 iterations give (docs/gazebo-comparison.md has the figures). A
-world with such wheels has the cone; PyBullet has one setting for all bodies.
+steered wheels, and on wheels of a skid-steered base with a direction of friction (fdir1, or mu2
+other than mu), a friction cone is closer to what Gazebo's 50 iterations give
+(docs/gazebo-comparison.md has the figures). A world with such wheels has the cone; PyBullet has one
+setting for all bodies.
 
 Bullet multiplies the coefficients of the two bodies. So what never moves gets 1, and a moving link
 gets what its pair with the immobile ones comes to. Where that differs from one of these to the
 next, and where moving links touch each other, it follows what the link touches just now.
 
-With the cone: sliding friction of skid-steered wheels, opposite to their slip. Bullet solves friction along two
-fixed directions, each with its own effective mass, and scales both impulses into the friction cone.
-In the direction of rolling that mass is small, so the force of a sliding wheel rotates towards the
-axle: a skid-steered base rotates at 0.3 to 0.7 of the rate that Coulomb friction gives. Here the
-difference between Bullet's force of the last step and the one opposite to the slip acts as an
-external force on the next. A wheel that does not slide gets none.
+With the cone, the friction of sliding skid-steered wheels is directed against their slip. Bullet
+solves friction along two fixed directions, each with its own effective mass, and scales both
+impulses into the cone. In the direction of rolling that mass is small, so the force of a sliding
+wheel rotates towards the axle: a skid-steered base rotates at 0.3 to 0.7 of the rate that Coulomb
+friction gives. Here the difference between Bullet's force of the last step and the one opposite to
+the slip acts as an external force on the next. A wheel that does not slide gets none.
 """
 
 import math
@@ -164,32 +165,31 @@ _PARALLEL = 0.999  # cosine between axles that count as parallel
 
 
 def needs_cone(model: Model) -> bool:
-    """Whether a model has steered wheels, or wheels with a direction of friction.
+    """Whether a model has steered wheels, or must skid on wheels with a direction of friction.
 
-    A wheel is a link with collisions below an unlimited revolute joint. It is steered if its parent
-    is the child of an upright revolute joint that has limits or a transmission: a swivel castor's
-    has neither.
+    A wheel is steered if it is a link with collisions below an unlimited revolute joint, whose
+    parent is the child of an upright revolute joint with limits or a transmission: a swivel
+    castor's has neither.
     """
-    description = model.description
+    transmissions = model.description.transmissions
     steering = {
         joint.child
         for joint in model.parts_joints
         if joint.kind in ("revolute", "continuous")
-        and (joint.lower is not None or joint.name in description.transmissions)
+        and (joint.lower is not None or joint.name in transmissions)
         and abs(_axle(joint)[2]) > _UPRIGHT
     }
-    for joint in model.parts_joints:
-        if joint.kind not in ("revolute", "continuous") or joint.lower is not None:
-            continue
-        wheel = model.rigid_parts[joint.child]
-        surface = wheel.surface
-        directed = surface.direction is not None or surface.friction2 not in (
-            None,
-            DEFAULT if surface.friction is None else surface.friction,
-        )
-        if wheel.collisions and (directed or joint.parent in steering):
-            return True
-    return False
+    if any(
+        joint.parent in steering and model.rigid_parts[joint.child].collisions
+        for joint in model.parts_joints
+        if joint.kind in ("revolute", "continuous") and joint.lower is None
+    ):
+        return True
+    surfaces = [
+        model.rigid_parts[name].surface
+        for name in skid_wheels(model.parts_joints, model.rigid_parts)
+    ]
+    return any(s.direction is not None or s.friction2 not in (None, s.friction) for s in surfaces)
 
 
 def skid_wheels(joints: Iterable[Joint], links: Mapping[str, Link]) -> list[str]:
