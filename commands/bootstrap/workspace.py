@@ -101,8 +101,8 @@ def _complete(contents, names):
 
 
 def ready():
-    """Returns whether nothing has changed since prepare(); it may have nothing to do otherwise."""
-    return signature.unchanged("workspace", ";".join(_base()))
+    """Returns whether prepare() has nothing to build."""
+    return signature.unchanged("workspace", ";".join(_base())) or _complete(*scan()[1:])
 
 
 def prepare():
@@ -112,7 +112,7 @@ def prepare():
         CommandError: The build failed.
         Interrupted: A signal ended it.
     """
-    if ready():
+    if signature.unchanged("workspace", ";".join(_base())):
         return
     directories, contents, names = scan()
     if not _complete(contents, names):
