@@ -4,18 +4,22 @@
 #
 # A workspace that is built in this shell by catkin_make is chained to Paddock; from then on its own
 # devel/setup.bash is sourced after this one.
-# shellcheck shell=bash disable=SC1091
+# shellcheck shell=bash disable=SC1090,SC1091
 
 _paddock=$(readlink -f -- "${BASH_SOURCE[0]:-$0}")
 _paddock=${_paddock%/*}
 if { [ -d "$_paddock/.venv" ] || "$_paddock/run" setup; } &&
   _paddock_changes=$("$_paddock/run" setup --environment); then
   eval "$_paddock_changes"
-  unset _paddock _paddock_changes
-  # roscd, rosed and the like
-  if [ -n "${ZSH_VERSION:-}" ]; then . /usr/share/zsh/vendor-completions/roszsh
-  else . /usr/share/bash-completion/completions/rosbash
+  # roscd, rosed and the like: Debian's, or those of the ROS that was sourced for the set-up
+  if [ -n "${ZSH_VERSION:-}" ]; then _paddock=/usr/share/zsh/vendor-completions/roszsh
+  else _paddock=/usr/share/bash-completion/completions/rosbash
   fi
+  if [ -r "$ROS_ROOT/../rosbash/${_paddock##*/}" ]; then
+    _paddock=$ROS_ROOT/../rosbash/${_paddock##*/}
+  fi
+  . "$_paddock"
+  unset _paddock _paddock_changes
 else
   unset _paddock _paddock_changes
   false

@@ -23,6 +23,7 @@ from rosgraph_msgs.msg import Clock
 from std_srvs.srv import Empty, Trigger
 
 if __name__ == "__main__":
+    del sys.path[0]  # this folder: what is in it are modules of commands
     sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
 
 from commands import procfs  # noqa: E402

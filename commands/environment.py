@@ -11,6 +11,7 @@ import os
 import time
 
 from commands import bootstrap, signature
+from commands.bootstrap import ros
 from commands.bootstrap.workspace import STANDINS, installed_elsewhere
 from commands.errors import CommandError
 from commands.paths import CACHE, DEVEL, ROOT, SYSTEM_PATH, VENV, read, write
@@ -212,6 +213,7 @@ def activated(environ):
         environ["LANG"] = "C.UTF-8"
     for name in LEFT_OUT:
         environ.pop(name, None)
+    ros.leave_ros_2(environ)
     environ.update(VIRTUAL_ENV=VENV, PYTHONNOUSERSITE="1", PYTHONUNBUFFERED="1")
     # Small matrices: more threads of OpenBLAS only spin, 0.1 s of each start of a node.
     environ.setdefault("OPENBLAS_NUM_THREADS", "1")

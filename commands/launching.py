@@ -8,8 +8,9 @@ import socket
 import subprocess
 
 from commands import processes, supervisor
+from commands.bootstrap import ros
 from commands.errors import CommandError, UsageError, say
-from commands.paths import CACHE, OUT, PYTHON, SOURCES, read, relative
+from commands.paths import CACHE, OUT, SOURCES, read, relative
 
 TRACK_FOLDER = os.path.join(SOURCES, "track_model", "tracks")
 TRACK_SUFFIXES = (".yaml", ".yml", ".npy", ".csv")
@@ -150,7 +151,7 @@ class LaunchFile:
 
     def command(self, arguments, *options):
         """Returns the command line that starts it."""
-        return [PYTHON, ROSLAUNCH, *options, self.package, self.name, *arguments]
+        return [ros.python(), ROSLAUNCH, *options, self.package, self.name, *arguments]
 
     def help(self):
         """Returns a text that lists the arguments, their defaults and descriptions."""

@@ -1,4 +1,4 @@
-"""Where things are: the clone, what set-up makes in it, and Debian's Python."""
+"""Where things are: the clone, what set-up makes in it, and the system's Python."""
 
 import os
 
@@ -10,6 +10,7 @@ OUT = os.path.join(ROOT, "out")
 CACHE = os.path.join(ROOT, ".cache")
 LOGS = os.path.join(CACHE, "log")
 VENV = os.path.join(ROOT, ".venv")
+VENV_STAMP = os.path.join(VENV, ".stamp")  # base and requirements of a complete .venv, a line each
 VENV_PYTHON = os.path.join(VENV, "bin", "python")
 PYTHON = "/usr/bin/python3"
 SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"

@@ -3,6 +3,7 @@
 import os
 
 from commands import processes, signature
+from commands.bootstrap import ros
 from commands.bootstrap.step import SetupLock
 from commands.paths import ROOT
 
@@ -13,16 +14,18 @@ DESK_TEST_LIST = "apt-desk-test.txt"
 
 
 def prepare():
-    """Installs what config/apt.txt names and is missing, unless neither changed since last time.
+    """Installs what is missing of config/apt.txt, and of Debian's ROS in config/apt-ros.txt unless
+    another one is used; looks only if one of them or what is installed changed since last time.
 
     Raises:
         SystemExit: It failed, and ./run has said why.
         Interrupted: A signal ended it.
     """
-    if signature.unchanged("packages", ROOT):
+    key = f"{ROOT} {ros.prefix()}"
+    if signature.unchanged("packages", key):
         return
     _install()
-    signature.save("packages", ROOT, [WANTED, INSTALLED])
+    signature.save("packages", key, [WANTED, ros.LIST, INSTALLED])
 
 
 def prepare_more(name, steps=1):

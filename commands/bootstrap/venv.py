@@ -5,12 +5,11 @@ import os
 import sys
 
 from commands import signature
-from commands.bootstrap import packages
+from commands.bootstrap import packages, ros
 from commands.bootstrap.step import SetupLock, Step
-from commands.paths import CACHE, PYTHON, ROOT, VENV, VENV_PYTHON, read, write
+from commands.paths import CACHE, ROOT, VENV, VENV_PYTHON, VENV_STAMP, read, write
 
 REQUIREMENTS = os.path.join(ROOT, "config", "requirements.txt")
-STAMP = os.path.join(VENV, ".stamp")  # base and requirements of a complete .venv, a line each
 # Run by .venv's Python, with the path of .venv: whether what Paddock imports is there.
 CHECK = """
 import sys
@@ -21,7 +20,9 @@ if numpy.__file__.startswith(sys.argv[1]):
 """
 ADVICE = "Check the network (or your pip index settings) and that the disk is not full."
 WHEELS = os.path.join(CACHE, "wheels")  # what was compiled here
-COMPILED, WHEELS_UP_TO = "pybullet", (3, 11)  # the last Python for which PyPI has a wheel
+# The last Python, and the one machine, for which PyPI has a wheel of it.
+COMPILED, WHEELS_UP_TO, WHEELS_FOR = "pybullet", (3, 11), "x86_64"
+MACHINE = os.uname().machine
 
 # gcc 14 makes an error of a cast that numpy 2 wants: PyArray_DATA() of a PyObject
 CFLAGS = "-g0 -Wno-error=incompatible-pointer-types"
@@ -40,21 +41,35 @@ def prepare():
         CommandError: It failed.
         Interrupted: A signal ended it.
     """
-    if signature.unchanged("venv", ROOT):
+    key = _key()
+    if signature.unchanged("venv", key):
         return
-    if not os.access(VENV_PYTHON, os.X_OK) or read(STAMP) != _stamp():
+    if not _complete():
         Step(
             2,
             "Python packages",
             ADVICE,
             "install_python",
         ).run(_install)
-    signature.save("venv", ROOT, [REQUIREMENTS, STAMP, VENV_PYTHON, PYTHON])
+    signature.save("venv", key, [REQUIREMENTS, VENV_STAMP, VENV_PYTHON, ros.python()])
+
+
+def ready():
+    """Returns whether prepare() has nothing to do."""
+    return signature.unchanged("venv", _key()) or _complete()
+
+
+def _key():
+    return f"{ROOT} {ros.prefix()}"
+
+
+def _complete():
+    return os.access(VENV_PYTHON, os.X_OK) and read(VENV_STAMP) == _stamp()
 
 
 def _base():
-    """Names what .venv is bound to: Debian's Python, and the place of the clone."""
-    return f"{os.path.realpath(PYTHON)} {ROOT}"
+    """Names what .venv is bound to: a Python, the clone's place, the folder of a sourced ROS."""
+    return f"{os.path.realpath(ros.python())} {ROOT} {ros.prefix()}".rstrip()
 
 
 def _stamp():
@@ -67,18 +82,32 @@ def _stamp():
 
 def _install(step):
     environ = dict(os.environ, PYTHONNOUSERSITE="1")
-    if read(STAMP).split("\n")[0] != _base():
+    folder = ros.prefix()
+    ros.leave(environ, folder)
+    if read(VENV_STAMP).split("\n")[0] != _base():
         import shutil
 
         if os.path.isdir(VENV):
             shutil.rmtree(VENV)
-        step.execute([PYTHON, "-m", "venv", "--system-site-packages", VENV], environ)
-    elif os.path.exists(STAMP):
-        os.remove(STAMP)  # what pip leaves half done cannot be known: .venv is made again then
+        step.execute([ros.python(), "-m", "venv", "--system-site-packages", VENV], environ)
+    _begin(folder)
     _compile(step, environ)
     step.execute([*_pip("install"), "--find-links", WHEELS, "-r", REQUIREMENTS], environ)
+    ros.enter(environ, folder)
     step.execute([VENV_PYTHON, "-c", CHECK, VENV], environ)
-    write(STAMP, _stamp())
+    write(VENV_STAMP, _stamp())
+
+
+def _begin(folder):
+    """Marks .venv as incomplete: what pip leaves half done cannot be known, it is made again then.
+
+    Args:
+        folder: Of a sourced ROS, which is remembered nevertheless; or empty.
+    """
+    if folder:
+        write(VENV_STAMP, f"? {ROOT} {folder}\n")
+    elif os.path.exists(VENV_STAMP):
+        os.remove(VENV_STAMP)
 
 
 def _pip(command):
@@ -89,22 +118,34 @@ def _compile(step, environ):
     """Compiles what PyPI has no wheel of for this Python, unless an earlier set-up has."""
     lines = read(REQUIREMENTS).splitlines()
     pin = next((line for line in lines if line.startswith(f"{COMPILED}==")), None)
-    if pin is None or sys.version_info[:2] <= WHEELS_UP_TO or _compiled(pin):
+    if pin is None or _has_wheel() or _compiled(pin):
         return
+    where = "Python {}.{}".format(*_version()) + ("" if MACHINE == WHEELS_FOR else f" on {MACHINE}")
     step.note(
-        "PyPI has no {} for Python {}.{}: compiling it, once; 7 to 10 minutes on two cores".format(
-            COMPILED, *sys.version_info
-        )
+        f"PyPI has no {COMPILED} for {where}: compiling it, once; 7 to 10 minutes on two cores"
     )
     # Without isolation it finds numpy, for images as arrays; a wheel in pip's cache may lack it.
     options = ("--no-build-isolation", "--no-cache-dir", "-w", WHEELS)
     step.execute([*_pip("wheel"), *options, pin], {**environ, "CFLAGS": CFLAGS})
 
 
+def _has_wheel():
+    return MACHINE == WHEELS_FOR and _version() <= WHEELS_UP_TO
+
+
+def _version():
+    """Returns the version of .venv's Python: (3, 11). It need not be the one that runs this."""
+    for line in read(os.path.join(VENV, "pyvenv.cfg")).splitlines():
+        if line.startswith("version ="):
+            major, minor = line.partition("=")[2].split(".")[:2]
+            return int(major), int(minor)
+    return sys.version_info[:2]
+
+
 def _compiled(pin):
     """Returns whether an earlier set-up has left the wheel of a pin for this Python."""
     name, _, version = pin.partition("==")
-    tag = "cp{}{}".format(*sys.version_info)
+    tag = "cp{}{}".format(*_version())
     return bool(glob.glob(os.path.join(WHEELS, f"{name}-{version}-{tag}-*.whl")))
 
 

@@ -3,42 +3,39 @@
 import os
 
 from commands import signature
+from commands.bootstrap import ros
 from commands.bootstrap.step import Step
 from commands.paths import BUILD, DEVEL, ROOT, SOURCES, SYSTEM_PATH, VENV, VENV_PYTHON, read, write
 
 STANDINS = os.path.join(SOURCES, "standins")
 NAMES = ("CMakeLists.txt", "package.xml", "setup.py", "CATKIN_IGNORE")
 SUFFIXES = (".msg", ".srv", ".action", ".cfg", ".cmake", ".in", ".cpp", ".h")
+SIMULATOR = ("gazebo_ros",)  # its launch files start the simulator: always ours
 LISTED = ("nodes", "scripts")  # folders whose files are linked or wrapped by the build
 GENERATED = os.path.join(SOURCES, "CMakeLists.txt")  # by catkin_make
 STAMP = os.path.join(BUILD, ".stamp")  # the key of a complete build
 BUILT_AT = os.path.join(BUILD, ".root")
 BUILT = os.path.join(BUILD, ".packages")
 SETUP = os.path.join(DEVEL, "setup.bash")
-# Other workspaces and compilers of the caller's environment have no part in the build.
+# Other workspaces and compilers of the caller's environment have no part in the build, unless the
+# ROS is that of a conda environment, which is built with that environment's compilers.
 LEFT_OUT = (
     "CMAKE_PREFIX_PATH",
     "ROS_PACKAGE_PATH",
     "PYTHONPATH",
     "PYTHONHOME",
-    "CC",
-    "CXX",
-    "CFLAGS",
-    "CXXFLAGS",
-    "LDFLAGS",
 )
+COMPILERS = ("CC", "CXX", "CFLAGS", "CXXFLAGS", "LDFLAGS")
 
 
 def installed_elsewhere():
-    """Lists stand-ins whose real package is installed; they are left out of the build."""
-    shares = ["/usr/share"]
-    if os.path.isdir("/opt/ros"):
-        shares += [f"/opt/ros/{name}/share" for name in sorted(os.listdir("/opt/ros"))]
+    """Lists stand-ins whose real package the ROS has; they are left out of the build."""
+    share = ros.share()
     names = sorted(os.listdir(STANDINS)) if os.path.isdir(STANDINS) else []
     return [
         name
         for name in names
-        if any(os.path.exists(f"{share}/{name}/package.xml") for share in shares)
+        if name not in SIMULATOR and os.path.exists(f"{share}/{name}/package.xml")
     ]
 
 
@@ -77,7 +74,7 @@ def build_key(contents, names):
     """
     import hashlib
 
-    whole = hashlib.sha256("\n".join([ROOT, *installed_elsewhere(), *names]).encode())
+    whole = hashlib.sha256("\n".join([*_base(), *names]).encode())
     for path in contents:
         with open(path, "rb") as stream:
             content = hashlib.sha256(stream.read()).hexdigest()
@@ -94,6 +91,20 @@ def list_packages(contents):
     )
 
 
+def _base():
+    """Lists what else a build is bound to: the place of the clone, the ROS, what that has."""
+    return [ROOT, *filter(None, [ros.prefix()]), *installed_elsewhere()]
+
+
+def _complete(contents, names):
+    return os.path.exists(SETUP) and read(STAMP).strip() == build_key(contents, names)
+
+
+def ready():
+    """Returns whether prepare() has nothing to build."""
+    return signature.unchanged("workspace", ";".join(_base())) or _complete(*scan()[1:])
+
+
 def prepare():
     """Builds if an input changed.
 
@@ -101,11 +112,10 @@ def prepare():
         CommandError: The build failed.
         Interrupted: A signal ended it.
     """
-    short_key = ";".join([ROOT, *installed_elsewhere()])
-    if signature.unchanged("workspace", short_key):
+    if signature.unchanged("workspace", ";".join(_base())):
         return
     directories, contents, names = scan()
-    if not os.path.exists(SETUP) or read(STAMP).strip() != build_key(contents, names):
+    if not _complete(contents, names):
         Step(
             3,
             "Workspace",
@@ -113,15 +123,17 @@ def prepare():
             "build_workspace",
         ).run(_build)
         directories, contents, _ = scan()
-    signature.save("workspace", short_key, [STAMP, SETUP, *directories, *contents])
+    signature.save("workspace", ";".join(_base()), [STAMP, SETUP, *directories, *contents])
 
 
 def _build(step):
     _, contents, names = scan()
     packages = list_packages(contents)
     gone = set(read(BUILT).split("\n")[:-1]) - set(packages)
-    # A moved clone, or a package that is gone: what was built before would mislead.
-    if read(BUILT_AT).strip() != ROOT or gone:
+    folder = ros.prefix()
+    built_at = f"{ROOT} {folder}".rstrip()
+    # A moved clone, another ROS, or a package that is gone: what was built before would mislead.
+    if read(BUILT_AT).strip() != built_at or gone:
         import shutil
 
         if os.path.exists(BUILT_AT):
@@ -129,13 +141,16 @@ def _build(step):
         for directory in (BUILD, DEVEL):
             if os.path.isdir(directory):
                 shutil.rmtree(directory)
-    write(BUILT_AT, f"{ROOT}\n")
+    write(BUILT_AT, f"{built_at}\n")
     if os.path.exists(STAMP):
         os.remove(STAMP)
     write(BUILT, "".join(f"{name}\n" for name in packages))
     key = build_key(contents, names)
-    environ = {name: value for name, value in os.environ.items() if name not in LEFT_OUT}
-    environ.update(PATH=f"{VENV}/bin:{SYSTEM_PATH}", PYTHONNOUSERSITE="1", VIRTUAL_ENV=VENV)
+    left_out = (*LEFT_OUT, *(() if os.path.isdir(f"{folder}/conda-meta") else COMPILERS))
+    environ = {name: value for name, value in os.environ.items() if name not in left_out}
+    environ["PATH"] = SYSTEM_PATH
+    ros.enter(environ, folder)
+    environ.update(PATH=f"{VENV}/bin:{environ['PATH']}", PYTHONNOUSERSITE="1", VIRTUAL_ENV=VENV)
     step.execute(
         [
             "catkin_make",
@@ -143,7 +158,7 @@ def _build(step):
             ROOT,
             f"-j{len(os.sched_getaffinity(0))}",
             f"-DPYTHON_EXECUTABLE={VENV_PYTHON}",
-            "-DCMAKE_PREFIX_PATH=",
+            f"-DCMAKE_PREFIX_PATH={environ.get('CMAKE_PREFIX_PATH', '').replace(':', ';')}",
             "-DCMAKE_BUILD_TYPE=Release",
             "-DCATKIN_ENABLE_TESTING=OFF",
             "-DCATKIN_BLACKLIST_PACKAGES=" + ";".join(installed_elsewhere()),

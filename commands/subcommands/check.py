@@ -57,7 +57,7 @@ def run(options, rest):
         environ.pop(name, None)
     environ.update(ROS_LOG_DIR=folder, QT_QPA_PLATFORM="offscreen")
     result, log = (os.path.join(folder, name) for name in ("result.json", "roslaunch.txt"))
-    command = [VENV_PYTHON, "-P", OBSERVER, result, log, port, str(options.seconds)]
+    command = [VENV_PYTHON, OBSERVER, result, log, port, str(options.seconds)]
     words = [options.package, options.file, *rest]
     try:
         processes.run_child(

@@ -10,6 +10,7 @@ import os
 import subprocess
 from dataclasses import dataclass, field
 
+from commands.bootstrap import ros
 from commands.bootstrap.workspace import installed_elsewhere
 from commands.errors import CommandError, UsageError, say
 from commands.paths import SOURCES
@@ -133,7 +134,7 @@ def _for_ros_1(condition):
     return (words[2] == "1") == (words[1] == "==")
 
 
-def candidates(name, built=True):
+def candidates(name, built=True, debians_ros=True):
     """Lists the names that Debian may give the packages of a dependency.
 
     A ROS package is split there: headers and package.xml are in lib*-dev, Python modules in
@@ -141,6 +142,7 @@ def candidates(name, built=True):
 
     Args:
         built: Whether something is built against it, and not only run.
+        debians_ros: Whether a ROS package may be Debian's.
     """
     if name in DEBIAN_NAMES:
         return list(DEBIAN_NAMES[name])
@@ -149,6 +151,8 @@ def candidates(name, built=True):
         return [f"python3-{dashed.removeprefix('python-')}"]
     if dashed.startswith(("python3-", "lib")):
         return [dashed]
+    if not debians_ros:
+        return []
     to_build = [f"lib{dashed}-dev", f"libros-{dashed}-dev"] if built else []
     return [*to_build, f"python3-{dashed}", f"ros-{dashed}", dashed]
 
@@ -209,9 +213,13 @@ class Answer:
 
 
 def ours():
-    """Lists the packages of Paddock's workspace."""
+    """Lists the packages of Paddock's workspace, and of a ROS that is not Debian's."""
     files = glob.glob(f"{SOURCES}/**/package.xml", recursive=True)
-    return {read_manifest(path)[0] for path in files} - set(installed_elsewhere())
+    found = {read_manifest(path)[0] for path in files} - set(installed_elsewhere())
+    if ros.prefix():
+        found |= {os.path.basename(os.path.dirname(path))
+                  for path in glob.glob(f"{ros.share()}/*/package.xml")}  # fmt: skip
+    return found
 
 
 def find(folder, existing=existing, installed=installed, paddock=None):
@@ -232,7 +240,8 @@ def find(folder, existing=existing, installed=installed, paddock=None):
         for dependency, tags in wanted.items():
             asking.setdefault(dependency, []).append(name)
             built |= set() if set(tags) <= set(RUN_ONLY) else {dependency}
-    possible = {name: candidates(name, name in built) for name in asking}
+    own = not ros.prefix()
+    possible = {name: candidates(name, name in built, own) for name in asking}
     known = existing([choice for choices in possible.values() for choice in choices])
     there = installed(known)
     for name, askers in sorted(asking.items()):

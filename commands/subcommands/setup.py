@@ -2,8 +2,9 @@
 
 Installs the Debian packages of config/apt.txt that are missing (as root, or with sudo), puts the
 packages of config/requirements.txt into .venv and builds the catkin workspace into build/ and
-devel/. Steps whose inputs have not changed are skipped; an interrupted set-up can be started
-again. Details go to .cache/log/.
+devel/. ROS 1 is Debian's (config/apt-ros.txt), unless another one is sourced in the shell: then
+everything is built on that one, now and in later shells, until .venv is deleted. Steps whose inputs
+have not changed are skipped; an interrupted set-up can be started again. Details go to .cache/log/.
 """
 
 import os

@@ -5,10 +5,10 @@ Sets nothing up and starts nothing.
 
 import os
 import platform
+import re
 import subprocess
-import tomllib
 
-from commands.bootstrap import workspace
+from commands.bootstrap import ros, workspace
 from commands.paths import ROOT, read
 
 
@@ -16,13 +16,14 @@ def run(_options, _rest):
     """Prints the lines."""
     print(f"Paddock {version()}{commit()}")
     print(f"{system()}, Python {platform.python_version()}, {platform.machine()}")
-    print("built" if os.path.exists(workspace.STAMP) else "not built yet: ./run setup")
+    on = f" on {ros.prefix()}" if ros.prefix() else ""
+    print(f"built{on}" if os.path.exists(workspace.STAMP) else "not built yet: ./run setup")
 
 
 def version():
     """Returns the version that pyproject.toml says."""
-    with open(os.path.join(ROOT, "pyproject.toml"), "rb") as stream:
-        return tomllib.load(stream)["project"]["version"]
+    text = read(os.path.join(ROOT, "pyproject.toml"))
+    return re.search(r'^version = "(.*)"$', text, re.MULTILINE)[1]
 
 
 def commit():

@@ -7,11 +7,24 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
+FILES = subprocess.run(
+    [sys.executable, "-m", "ruff", "check", "--show-files"],
+    cwd=ROOT,
+    capture_output=True,
+    text=True,
+).stdout.split()
 LINTERS = {
     "catkin_lint": ["catkin_lint", "--strict", "-W1", "src"],
     "ruff_check": [sys.executable, "-m", "ruff", "check", "--no-cache"],
     "ruff_format": [sys.executable, "-m", "ruff", "format", "--check", "--no-cache"],
     "mypy": [sys.executable, "-m", "mypy", "--cache-dir=.cache/mypy"],
+    "vermin": [
+        Path(sys.executable).with_name("vermin"),
+        "-t=3.10-",
+        "--violations",
+        "--no-tips",
+        *FILES,
+    ],
     "shellcheck": ["shellcheck", "run", "setup.bash", ".ci/run"],
 }
 

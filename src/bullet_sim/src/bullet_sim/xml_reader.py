@@ -43,11 +43,9 @@ _DELIMITERS = (
     ("other", "<?", ">"),
     ("other", "<!", ">"),
 )
-_TAG = re.compile(r"</?[^\W\d][^\s/>]*(?:\"[^\"]*\"|'[^']*'|[^\"'>])*+>")
+_TAG = re.compile(r"</?[^\W\d][^\s/>]*(?:\"[^\"]*\"|'[^']*'|[^\"'>])*>")
 _MAX_UNCLOSED = 50  # tags without an end; later ones are not searched for it
-_ATTRIBUTE = re.compile(
-    r"(?<![^\s=/\"'<>])([^\s=/\"'<>]++)\s*+=\s*+(\"[^\"]*\"|'[^']*'|[^\s\"'/>]+)"
-)
+_ATTRIBUTE = re.compile(r"(?<![^\s=/\"'<>])([^\s=/\"'<>]+)\s*=\s*(\"[^\"]*\"|'[^']*'|[^\s\"'/>]+)")
 _UNESCAPED = re.compile(r"&(?!(?:amp|lt|gt|quot|apos|#[1-9]\d*|#x[1-9a-fA-F][\da-fA-F]*);)")
 
 

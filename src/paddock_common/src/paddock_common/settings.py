@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import Field, dataclass, field, fields
 from typing import Any, TypeVar
 
-T = TypeVar("T")
+T = TypeVar("T", bound=Any)
 
 
 class Rule:

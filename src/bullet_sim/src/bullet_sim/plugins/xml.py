@@ -2,7 +2,7 @@
 
 import copy
 from collections.abc import Iterable
-from typing import Literal, Self, overload
+from typing import Literal, TypeVar, overload
 from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import ModelDescription
@@ -18,6 +18,9 @@ from bullet_sim.xml_reader import (
 )
 
 PoseTuple = tuple[Vec3, Vec3]
+# typing.Self needs Python 3.11
+_Plugin = TypeVar("_Plugin", bound="PluginXml")
+_Sensor = TypeVar("_Sensor", bound="SensorXml")
 ZERO: Vec3 = (0.0, 0.0, 0.0)
 ZERO_POSE: PoseTuple = (ZERO, ZERO)
 DEFAULT_RATE = 30.0  # [Hz] of cameras and lidars without a rate; Gazebo's has no limit then
@@ -177,7 +180,7 @@ class PluginXml(Values):
             raise ModelError(text)
         self.model.warn(text, cause, item)
 
-    def strict(self) -> Self:
+    def strict(self: _Plugin) -> _Plugin:
         """A copy that raises ModelError where this one warns."""
         other = copy.copy(self)
         other.element = copy.deepcopy(self.element)  # which belongs to no document
@@ -248,7 +251,7 @@ class SensorXml(PluginXml):
         self.sensor, self.type, self.parent = sensor, sensor.get("type"), parent
         self.pose: PoseTuple = (pose.position, pose.rpy)
 
-    def strict(self) -> Self:
+    def strict(self: _Sensor) -> _Sensor:
         """A copy that raises ModelError where this one warns."""
         other = super().strict()
         other.sensor = copy.deepcopy(self.sensor)
