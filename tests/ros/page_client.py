@@ -6,6 +6,7 @@ import signal
 import struct
 import subprocess
 import threading
+import urllib.error
 import urllib.request
 
 import websocket
@@ -37,6 +38,15 @@ class WebNode:
         """Bytes of a file below the token."""
         with urllib.request.urlopen(self.url + path, timeout=WALL_LIMIT) as response:
             return response.read()
+
+    def scene(self, number):
+        """Fields of a scene; None: another one has come."""
+        try:
+            return json.loads(self.get(f"scene/{number}"))
+        except urllib.error.HTTPError as error:
+            if error.code != 404:
+                raise
+            return None
 
     def end(self, number=signal.SIGINT):
         """Ends it; gives its exit status."""
@@ -98,11 +108,11 @@ class PageClient:
         else:
             setattr(self, kind, fields)
 
-    def send(self, kind, **fields):
+    def send(self, kind, /, **fields):
         """Sends a message."""
         self._socket.send(json.dumps({"type": kind, **fields}))
 
-    def act(self, action, **fields):
+    def act(self, action, /, **fields):
         """Asks for an action."""
         self.send("do", action=action, **fields)
 

@@ -4,6 +4,7 @@ import json
 import math
 import os
 import signal
+import subprocess
 import unittest
 
 import numpy as np
@@ -59,7 +60,7 @@ class Web(unittest.TestCase):
     def scene(self, page=None):
         page = page or self.page
         wait_until(lambda: page.scene, "a scene")
-        return json.loads(self.web.get(f"scene/{page.scene}"))
+        return wait_until(lambda: self.web.scene(page.scene), "the present scene")
 
     def key(self, name):
         return next(body["key"] for body in self.scene()["bodies"] if body["name"] == name)
@@ -237,14 +238,13 @@ class Web(unittest.TestCase):
         self.assertEqual(self.twists().count((0.0, 0.0)), 1)
 
     def test_a_wrong_setting_is_named(self):
-        import subprocess
 
-        for parameter, reason in (
-            ("_rate:=0", "rate is 0; it must be above 0 and at most 120 [Hz]"),
-            ("_share:=true", "share needs a password of at least 6 characters"),
+        for name, parameter, reason in (
+            ("one", "_rate:=0", "rate is 0; it must be above 0 and at most 120 [Hz]"),
+            ("two", "_share:=true", "share needs a password of at least 6 characters"),
         ):
             done = subprocess.run(
-                ["rosrun", "bullet_web", "web", parameter, "__name:=wrong"],
+                ["rosrun", "bullet_web", "web", parameter, f"__name:={name}"],
                 capture_output=True,
                 text=True,
                 env={**os.environ, "PADDOCK_WEB_PASSWORD": "short"},

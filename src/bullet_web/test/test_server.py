@@ -279,7 +279,7 @@ def test_a_message_that_is_too_long_closes_its_page(running):
     client = running.open()
     client.recv()
     client.send('"' + 5000 * "x" + '"')
-    with pytest.raises((websocket.WebSocketConnectionClosedException, OSError)):
+    with pytest.raises((websocket.WebSocketException, OSError)):
         while client.recv():
             pass
     wait(lambda: not running.server.pages)

@@ -242,7 +242,7 @@ class Socket(Guarded, tornado.websocket.WebSocketHandler):
         self.set_nodelay(True)
         self.page = self.server.add(self._send)
         if self.page is None:
-            self.close(1013, f"{MAX_PAGES} pages are open")
+            self.close(1008, f"{MAX_PAGES} pages are open")
 
     def _send(self, message: str | bytes) -> None:
         try:
