@@ -19,7 +19,7 @@ USAGE = "FILE.bag [OPTIONS]"
 
 def add_arguments(parser):
     """Declares the options of bullet_web.bag."""
-    parser.add_argument("bag", metavar="FILE.bag", type=existing_file, help="the bag")
+    parser.add_argument("bag", metavar="FILE.bag", help="the bag")
     parser.add_argument("--out", metavar="FILE.html", help="what to write (FILE.html)")
     track = parser.add_argument(
         "--track",
@@ -35,7 +35,7 @@ def add_arguments(parser):
 
 def run(options, _rest):
     """Becomes the program that makes it."""
-    words = [options.bag, "--track", options.track]
+    words = [existing_file(options.bag), "--track", options.track]
     for name in ("world", "urdf", "odometry"):
         if getattr(options, name):
             words += [f"--{name}", getattr(options, name)]

@@ -108,7 +108,7 @@ class Live {
     this.rates.push([now, time]);
     while (this.rates[0][0] < now - 1) this.rates.shift();
     const [then, before] = this.rates[0];
-    return now - then < 0.2 ? "" : `x ${((time - before) / (now - then)).toFixed(2)}`;
+    return now - then < 0.8 ? "" : `x ${((time - before) / (now - then)).toFixed(2)}`;
   }
 
   // status ---------------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 
 const WINDOW = 30; // [s] of simulated time that the plots show
 const SPEED_OVER = 0.1; // [s] of simulated time that a speed is the mean of
+const NARROW = 900; // [px] a narrower page has room for one panel
 const byId = (id) => document.getElementById(id);
 
 /* Says something for a while. */
@@ -132,7 +133,10 @@ class Panels {
   toggle(button) {
     const panel = byId(button.dataset.panel);
     panel.hidden = !panel.hidden;
-    button.classList.toggle("on", !panel.hidden);
+    for (const other of document.querySelectorAll("[data-panel]")) {
+      if (other !== button && window.innerWidth < NARROW) byId(other.dataset.panel).hidden = true;
+      other.classList.toggle("on", !byId(other.dataset.panel).hidden);
+    }
     button.blur();
     this.onpanel();
   }

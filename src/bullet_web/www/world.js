@@ -433,6 +433,7 @@ class World {
     const box = this.canvas.getBoundingClientRect();
     const at = new THREE.Vector2(
       (2 * (clientX - box.left)) / box.width - 1, 1 - (2 * (clientY - box.top)) / box.height);
+    this.camera.updateMatrixWorld();
     const caster = new THREE.Raycaster();
     caster.setFromCamera(at, this.camera);
     const hit = caster.intersectObject(this.content, true).find((each) => each.object.isMesh);
@@ -441,6 +442,7 @@ class World {
 
   /* Where a point of the world is on the page [px], or null behind the camera. */
   toPage(point) {
+    this.camera.updateMatrixWorld();
     const seen = point.clone().project(this.camera);
     if (seen.z > 1) return null;
     const box = this.canvas.getBoundingClientRect();

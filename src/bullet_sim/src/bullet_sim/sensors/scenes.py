@@ -11,17 +11,16 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from bullet_sim.models.model import Model
     from bullet_sim.snapshot import BodyState
-    from bullet_sim.world import World
 
 
 class WorldViews:
     """Makes scenes and views of a world, which is not changed.
 
     Args:
-        world: to be used in the thread that owns its engine.
+        world: World, to be used in the thread that owns its engine.
     """
 
-    def __init__(self, world: "World") -> None:
+    def __init__(self, world: Any) -> None:
         self._world = world
         self._number = 0  # of the present scene
         self._last: Any = None  # what it was made of
