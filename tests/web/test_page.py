@@ -247,7 +247,7 @@ def test_the_car_is_put_where_one_clicks_and_things_come_and_go(page, node):
     browser.click(cone["x"], cone["y"])
     wait(lambda: browser.run("return Boolean(page.world.body('cone_1'))"), "the cone")
     browser.shoot("placed")
-    browser.run("page.act('remove', {model: 'cone_1'})")
+    browser.run("page.panels.choose(page.world.body('cone_1')); page.act('remove')")
     wait(
         lambda: browser.run("return page.world.body('cone_1') === null"), "the cone gone"
     )
@@ -257,7 +257,6 @@ def test_camera_lidar_and_plots_are_shown(page):
     browser = page()
     for panel in ("look", "plots"):
         browser.run(f"document.querySelector('[data-panel={panel}]').click()")
-    browser.run("page.world.view('above')")
     for element, script in (
         ("camera", "return [...document.getElementById('camera').options].length > 1"),
         ("lidar", "return [...document.getElementById('lidar').options].length > 1"),

@@ -15,10 +15,12 @@ import numpy as np
 from paddock_common.testing import free_port
 from PIL import Image
 from selenium import webdriver
+from selenium.common.exceptions import TimeoutException
 from selenium.webdriver.chrome.service import Service
 
 ROOT = Path(__file__).resolve().parents[2]
 LIMIT = 180.0  # longest wait for anything [s]
+ATTEMPTS = 5  # to take a picture
 SHOTS = ROOT / "test-results" / "web"  # pictures for people
 OPTIONS = (
     "--headless=new",
@@ -33,6 +35,7 @@ OPTIONS = (
     "--disable-component-update",
     "--disable-sync",
     "--hide-scrollbars",
+    "--touch-events=disabled",  # but on phones
 )
 
 
@@ -151,8 +154,13 @@ class Browser:
 
     def picture(self):
         """The page, (H, W, 3) uint8 RGB."""
-        image = Image.open(io.BytesIO(self.driver.get_screenshot_as_png()))
-        return np.asarray(image.convert("RGB"))
+        for attempt in range(ATTEMPTS):
+            try:
+                image = Image.open(io.BytesIO(self.driver.get_screenshot_as_png()))
+                return np.asarray(image.convert("RGB"))
+            except TimeoutException:  # 10 s, while software renders on a busy machine
+                if attempt == ATTEMPTS - 1:
+                    raise
 
     def shoot(self, name):
         """Keeps a picture of the page for people; gives it."""
