@@ -248,9 +248,7 @@ def test_the_car_is_put_where_one_clicks_and_things_come_and_go(page, node):
     wait(lambda: browser.run("return Boolean(page.world.body('cone_1'))"), "the cone")
     browser.shoot("placed")
     browser.run("page.panels.choose(page.world.body('cone_1')); page.act('remove')")
-    wait(
-        lambda: browser.run("return page.world.body('cone_1') === null"), "the cone gone"
-    )
+    wait(lambda: browser.run("return page.world.body('cone_1') === null"), "the cone gone")
 
 
 def test_camera_lidar_and_plots_are_shown(page):

@@ -33,7 +33,9 @@ class Hands {
     window.addEventListener("blur", () => this.letGo());
     window.addEventListener("pagehide", () => this.letGo());
     document.addEventListener("visibilitychange", () => { if (document.hidden) this.letGo(); });
-    if (navigator.maxTouchPoints > 0) document.body.classList.add("pads");
+    const showPads = () => document.body.classList.add("pads");
+    if (matchMedia("(pointer: coarse)").matches) showPads();
+    window.addEventListener("touchstart", showPads, { once: true, passive: true });
     setInterval(() => { if (this.last[0] || this.last[1]) this.send(...this.last); }, REPEAT);
   }
 

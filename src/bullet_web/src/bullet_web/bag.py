@@ -138,7 +138,9 @@ class Stage:
         row, *numbers = self._body["frames"].get(link, [0, 0, 0, 0, 0, 0, 0, 1])
         if row:
             return position, orientation  # on a joint that moves: taken as it is
-        offset = Pose(tuple(numbers[:3]), tuple(numbers[3:])).inverse()
+        x, y, z, *turn = numbers
+        a, b, c, d = turn
+        offset = Pose((x, y, z), (a, b, c, d)).inverse()
         return compose(position, orientation, offset.position, offset.orientation)
 
     def set_joints(self, names: Sequence[str], positions: Sequence[float]) -> None:

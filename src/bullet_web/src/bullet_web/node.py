@@ -271,7 +271,7 @@ class WebNode:
         chosen = [drive for drive in drives if drive.topic == self._topic]
         if self._topic and not chosen:
             return Drive(self._topic) if self._topic == self._settings.topic else None
-        return (chosen or [*drives, None])[0]
+        return next(iter(chosen or drives), None)
 
     def _choose_topic(self, page: Page, topic: str) -> None:
         if topic not in [drive.topic for drive in self._graph.drives]:

@@ -98,15 +98,17 @@ def named(content_type: str, data: bytes) -> Asset:
 
 def shape_of(fields: Mapping[str, Any]) -> Shape:
     """Shape of its fields in JSON."""
-    geometry = dict(fields["geometry"])
+    geometry: dict[str, Any] = dict(fields["geometry"])
+    position: Any = tuple(fields["pose"]["position"])
+    orientation: Any = tuple(fields["pose"]["orientation"])
     for name in ("size", "scale"):
         geometry[name] = tuple(geometry[name])
     geometry["points"] = tuple(map(tuple, geometry["points"]))
-    color = fields["color"]
+    color: Any = fields["color"] and tuple(fields["color"])
     return Shape(
         Geometry(**geometry),
-        Pose(tuple(fields["pose"]["position"]), tuple(fields["pose"]["orientation"])),
-        None if color is None else tuple(color),
+        Pose(position, orientation),
+        color,
         fields["texture"],
         fields["painted"],
         fields["name"],

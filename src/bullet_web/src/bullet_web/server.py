@@ -64,7 +64,9 @@ class File(NamedTuple):
 class Content(Protocol):
     """What the server shows; called in its thread."""
 
-    files: Mapping[str, File]  # by the name below the token
+    @property
+    def files(self) -> Mapping[str, File]:
+        """Files that pages load, by the name below the token."""
 
     def scene(self, number: int) -> bytes | None:
         """JSON of a scene; None: it is not the present one."""
@@ -199,7 +201,7 @@ class Index(Guarded):
         if not self.server.password:
             raise tornado.web.HTTPError(405)
         async with self.server.guessing:  # one guess after the other
-            if not self.server.is_password(self.get_body_argument("password", "")):
+            if not self.server.is_password(self.get_body_argument("password", "") or ""):
                 await asyncio.sleep(SLOW)
                 raise tornado.web.HTTPError(403)
         self.set_cookie(
@@ -238,7 +240,7 @@ class Socket(Guarded, tornado.websocket.WebSocketHandler):
         """Pages of other sites do not get in."""
         return urlsplit(origin).netloc.lower() == self.request.headers.get("Host", "").lower()
 
-    def open(self, *_: str) -> None:
+    def open(self, *_: str, **__: str) -> None:
         self.set_nodelay(True)
         self.page = self.server.add(self._send)
         if self.page is None:
