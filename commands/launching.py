@@ -362,21 +362,26 @@ def window_arguments(arguments, pads=PADS):
     return [f"{name}:={value}" for name, value in wanted.items() if name not in given]
 
 
+def simulator_runs(environ):
+    """Returns whether the environment's master knows a node /gazebo."""
+    uri = environ["ROS_MASTER_URI"]
+    host, _, port = uri.partition("://")[2].split("/")[0].rpartition(":")
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), MASTER_TIMEOUT).close()
+    except (OSError, ValueError):
+        return False  # no master yet; roslaunch starts one, or says what is wrong with the address
+    return _knows_simulator(uri)
+
+
 def refuse_second_world(environ):
     """Refuses where a simulator runs: a second node /gazebo would end the first.
 
     Raises:
         CommandError: The environment's master knows a node /gazebo.
     """
-    uri = environ["ROS_MASTER_URI"]
-    host, _, port = uri.partition("://")[2].split("/")[0].rpartition(":")
-    try:
-        socket.create_connection((host.strip("[]"), int(port)), MASTER_TIMEOUT).close()
-    except (OSError, ValueError):
-        return  # no master yet; roslaunch starts one, or says what is wrong with the address
-    if _knows_simulator(uri):
+    if simulator_runs(environ):
         raise CommandError(
-            f"a simulator runs already on {uri}",
+            f"a simulator runs already on {environ['ROS_MASTER_URI']}",
             "Stop it, or give this one its own master:",
             "ROS_MASTER_URI=http://localhost:11312 ./run ...",
         )

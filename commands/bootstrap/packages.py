@@ -49,6 +49,17 @@ def _install(*arguments):
         raise SystemExit(processes.exit_status(status))
 
 
+def prepare_browser():
+    """Installs Chromium and what drives it, after bootstrap.prepare().
+
+    Raises:
+        SystemExit: Debian packages could not be installed, and ./run has said why.
+        Interrupted: A signal ended it.
+    """
+    with SetupLock():
+        prepare_more(DESK_TEST_LIST)
+
+
 def prepare_desk(tests=False):
     """Installs what is missing, after bootstrap.prepare().
 

@@ -1,9 +1,10 @@
 """Drives a whole lap without a display.
 
 Leaves in out/lap/: lap.mp4 (the camera with the window's overlay), lap.png, path.png (the path over
-the track), path.csv, referee.csv and result.json; out/lap/ is emptied first. With --starts above 1
-each start is at a random pose around the line. Launch arguments go to lap.launch, for example
-real_time_factor:=2 camera_width:=320 rviz:=true, or speed:=0.8 (line and pursuit only).
+the track), path.csv, referee.csv, replay.html (the lap in 3-D, for any browser) and result.json;
+out/lap/ is emptied first. With --starts above 1 each start is at a random pose around the line.
+Launch arguments go to lap.launch, for example real_time_factor:=2 camera_width:=320 rviz:=true, or
+speed:=0.8 (line and pursuit only).
 With a camera policy the camera has the 160x120 pixels that it has learned from.
 LAP_DEADLINE=SECONDS changes the overall limit (300 and 300 a start).
 """

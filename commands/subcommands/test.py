@@ -1,14 +1,14 @@
 """Runs the tests with pytest: unit tests, linters, and nodes on ROS graphs of their own.
 
 FILTER is unit, lint, ros, the name of a folder (./run test standins: all tests below it) or part of
-a file's name (./run test circle, ./run test bullet_sim). Five stages run only when they are asked
+a file's name (./run test circle, ./run test bullet_sim). Six stages run only when they are asked
 for: ./run test soak (two minutes of ./run soak, as CI does), ./run test learning (trainings; it
-installs torch, Ray and Optuna), ./run test desk (the desk in Chromium, which it installs), ./run
-test tutorials (what the tutorials say to type) and ./run test long (more and longer drives of the
-truck). What else starts with a dash goes to pytest, such as -x or --durations=50. JUnit's file,
-logs and the launch files of ROS tests are in test-results/. At the end come the slowest tests, the
-flaky ones (failed and passed in their last ten runs) and what failed. The last line is the sum; the
-exit status is 0 only if nothing failed.
+installs torch, Ray and Optuna), ./run test desk and ./run test web (the desk and the page in
+Chromium, which they install), ./run test tutorials (what the tutorials say to type) and ./run test
+long (more and longer drives of the truck). What else starts with a dash goes to pytest, such as -x
+or --durations=50. JUnit's file, logs and the launch files of ROS tests are in test-results/. At the
+end come the slowest tests, the flaky ones (failed and passed in their last ten runs) and what
+failed. The last line is the sum; the exit status is 0 only if nothing failed.
 """
 
 import os
@@ -19,7 +19,7 @@ from commands.paths import ROOT, SOURCES, VENV_PYTHON
 
 USAGE = "[FILTER ...] [OPTIONS]"
 PASSES_ON = True
-STAGES = ("unit", "lint", "ros", "soak", "learning", "desk", "tutorials", "long")
+STAGES = ("unit", "lint", "ros", "soak", "learning", "desk", "web", "tutorials", "long")
 RESULTS = os.path.join(ROOT, "test-results")
 CPU_QUOTA = "/sys/fs/cgroup/cpu.max"  # "QUOTA PERIOD" [us], or "max PERIOD"
 VALUED = ("-k", "-m", "-o", "-p", "-W", "--maxfail", "--deselect")  # of pytest, a value behind each
@@ -123,6 +123,8 @@ def prepare_stages(filters):
         venv.prepare_extras("learning", "ray", "sweep")
     if "desk" in filters:
         packages.prepare_desk(tests=True)
+    if "web" in filters:
+        packages.prepare_browser()
 
 
 def complete(_words):

@@ -16,10 +16,18 @@ STAGES = {  # stage -> what it holds
     "soak": "two minutes of ./run soak",
     "learning": "trainings",
     "desk": "the desk in Chromium",
+    "web": "the page in Chromium",
     "tutorials": "the commands of docs/tutorials",
     "long": "more and longer drives",
 }
-ASKED = {"soak", "learning", "desk", "tutorials", "long"}  # that run only when they are asked for
+ASKED = {
+    "soak",
+    "learning",
+    "desk",
+    "web",
+    "tutorials",
+    "long",
+}  # that run only when they are asked for
 SECONDS = "paddock/seconds"  # in pytest's cache: file -> wall time of its tests in the last run [s]
 OUTCOMES = "paddock/outcomes"  # there: test that has failed -> whether it passed, run by run
 RUNS = 10  # of a test that are kept

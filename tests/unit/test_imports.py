@@ -10,7 +10,8 @@ ROOT = Path(__file__).resolve().parents[2]
 ROBOT_PACKAGES = sorted(
     path.parent.name
     for path in (ROOT / "src").glob("*/package.xml")
-    if path.parent.name not in ("bullet_sim", "bullet_bridge", "bullet_viewer", "paddock_gym")
+    if path.parent.name
+    not in ("bullet_sim", "bullet_bridge", "bullet_viewer", "bullet_web", "paddock_gym")
 )
 SIMULATOR = {"bullet_sim", "bullet_bridge", "pybullet", "pybullet_data"}
 ROS_CLIENTS = {
@@ -229,6 +230,21 @@ SUITES = {
         "world",
     ),
     "bullet_bridge": ("srv", "transport", "loop", "plugins", "control", "services", ""),
+    "bullet_web": (
+        "messages",
+        "driving",
+        "scene",
+        "server",
+        "files",
+        "replay",
+        "graph",
+        "simulator",
+        "sensors",
+        "actions",
+        "record",
+        "bag",
+        "node",
+    ),
     "track_model": (
         "msg",
         "spec",

@@ -10,6 +10,7 @@ import rospy
 from bullet_sim.errors import SimError
 from bullet_sim.files import keep_python_output
 from bullet_sim.render.request import RENDERERS, SWITCHES, Quality
+from bullet_sim.sensors.scenes import WorldViews
 from bullet_sim.world import World
 from bullet_sim.xml_reader import is_true
 from paddock_common.nodes import tolerate_log_errors
@@ -160,6 +161,7 @@ def make_server(parts: ExitStack) -> Server:
     GazeboServices(world, jobs, robots, server, resolve, config.states_rate, rospy.get_name())
     advertise_json("~statistics", jobs, server.statistics)
     advertise_json("~describe", jobs, Describer(world, robots, described).describe)
+    advertise_views(world, jobs, server)
     StepService(jobs, server, received, config.step_timeout)
     robots.connect_world_models()
     viewer = ViewerLink(jobs, world, server, config.renderer, quality=quality_of(config))
@@ -171,6 +173,17 @@ def make_server(parts: ExitStack) -> Server:
     pace = f"real time x {factor:g}" if factor else "as fast as possible"
     rospy.loginfo("world '%s' is up: step %g s, %s", world.name, world.time_step, pace)
     return server
+
+
+def advertise_views(world: World, jobs: JobQueue, server: Server) -> None:
+    """Advertise what pages show: see WorldViews."""
+    views = WorldViews(world)
+
+    def view() -> dict[str, Any]:
+        return {**views.view(), "paused": server.paused, "pace": server.real_time_factor}
+
+    advertise_json("~scene", jobs, views.scene)
+    advertise_json("~view", jobs, view)
 
 
 def quality_of(config: Config) -> Quality:

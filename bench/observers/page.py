@@ -1,0 +1,60 @@
+"""An observer that starts the page's node and looks at the world as a browser does."""
+
+import re
+import subprocess
+import threading
+
+import websocket
+
+from observers import graph
+
+
+class Page:
+    """A page: acknowledges everything, counts views."""
+
+    def __init__(self, url):
+        self.views = 0
+        self._socket = websocket.create_connection(
+            url.replace("http:", "ws:") + "socket", origin="/".join(url.split("/")[:3])
+        )
+        self._thread = threading.Thread(target=self._receive, daemon=True)
+        self._thread.start()
+
+    def _receive(self):
+        try:
+            while message := self._socket.recv():
+                self._socket.send('{"type": "ack"}')
+                self.views += message.startswith('{"type": "view"')
+        except (OSError, websocket.WebSocketException):
+            pass  # closed
+
+    def close(self):
+        self._socket.close()
+        self._thread.join()
+
+
+def look():
+    """Answers the node's pid; then each line is a word: "open" and "close" a page, "count" its
+    views, or "time", answered by the simulated time [s]."""
+    graph.join()
+    graph.wait_for_controllers()
+    simulation = graph.Simulation()
+    node = subprocess.Popen(
+        ["setpriv", "--pdeathsig", "TERM", "rosrun", "bullet_web", "web"],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    for line in node.stdout:
+        if found := re.search(r"http://\S+/", line):
+            break
+    else:
+        graph.fail("the page's node has no address")
+    graph.say(pid=node.pid)
+    page = None
+    while True:
+        (word,) = graph.receive()
+        if word == "open":
+            page = Page(found[0])
+        elif word == "close":
+            page.close()
+        graph.say(views=page.views if page else 0, sim=simulation.time())

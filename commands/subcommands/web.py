@@ -1,0 +1,73 @@
+"""Shows the world on a page in a browser: in 3-D, to look at, drive and change.
+
+Beside a simulator that runs already (of any launch file) it shows that one's world. Otherwise it
+starts track, car, control and referee, without a window; launch arguments go to page.launch.
+
+Open the address that is printed, on a computer, a tablet or a phone; it has a token that is new at
+each start. Any number of pages look, one drives. Ctrl-C ends it.
+
+Only this machine gets in; from another one: ssh -L 7080:127.0.0.1:7080 HOST, then the same address.
+--share lets other machines in directly, with the token and a password of at least 6 characters
+(PADDOCK_WEB_PASSWORD, or asked for); nothing is encrypted then, so only in a network that you
+trust.
+"""
+
+import getpass
+import os
+import sys
+
+from commands import environment, launching
+from commands.errors import UsageError, say
+from commands.launching import LaunchFile
+
+LAUNCH = LaunchFile("deepracer_teleop", "page.launch", fixed=("port", "share"))
+BESIDE = LaunchFile("bullet_web", "web.launch", fixed=("port", "share"))
+USAGE = "[--port N] [--share] [ARG:=VALUE ...]"
+PASSWORD = "PADDOCK_WEB_PASSWORD"
+SHORTEST = 6  # characters
+
+
+def add_arguments(parser):
+    """Declares the page's own options."""
+    parser.add_argument(
+        "--port", metavar="N", default=0, type=_port, help="for browsers (7080, or the next free)"
+    )
+    parser.add_argument("--share", action="store_true", help="let other machines in, by password")
+
+
+def run(options, rest):
+    """Becomes roslaunch."""
+    environ = environment.ready()
+    beside = launching.simulator_runs(environ)
+    launch = BESIDE if beside else LAUNCH
+    arguments = launch.check(rest)
+    if options.share:
+        environ[PASSWORD] = asked_password()
+    if beside:
+        say(f"a page for the simulator on {environ['ROS_MASTER_URI']}")
+    arguments += [f"port:={options.port}", f"share:={str(options.share).lower()}"]
+    launching.become(launch, arguments, environ)
+
+
+def asked_password():
+    """Returns the password of the environment, or asks for one.
+
+    Raises:
+        UsageError: There is none, or it is too short.
+    """
+    password = os.environ.get(PASSWORD)
+    if password is None:
+        if not sys.stdin.isatty():
+            raise UsageError(f"--share needs a password, and {PASSWORD} is not set")
+        password = getpass.getpass(f"password for the page ({SHORTEST} characters or more): ")
+    if len(password) < SHORTEST:
+        raise UsageError(
+            f"the page's password has {len(password)} characters; it must have {SHORTEST} or more"
+        )
+    return password
+
+
+def _port(text):
+    if not (text.isascii() and text.isdigit() and 1 <= int(text) <= 65535):
+        raise UsageError(f"port is {text!r}; it must be a whole number from 1 to 65535")
+    return int(text)

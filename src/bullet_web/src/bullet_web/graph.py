@@ -1,0 +1,73 @@
+"""What the ROS graph has for pages: topics to drive, cameras, lidars, the goal service."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import rosgraph
+import rospy
+
+from bullet_web.driving import Drive, drive_of
+
+TWIST = "geometry_msgs/Twist"
+IMAGE = "sensor_msgs/Image"
+SCAN = "sensor_msgs/LaserScan"
+GOAL = "/goal"
+STANDARD = "/cmd_vel"  # the topic that comes first
+
+
+@dataclass(frozen=True)
+class Graph:
+    """What was found.
+
+    Attributes:
+        cameras, lidars: names of topics.
+        goal: whether there is a service that takes goals.
+    """
+
+    drives: tuple[Drive, ...] = ()
+    cameras: tuple[str, ...] = ()
+    lidars: tuple[str, ...] = ()
+    goal: bool = False
+    referee: bool = field(default=False)
+
+
+def look(caller: str) -> Graph:
+    """Ask the master.
+
+    Args:
+        caller: name of this node, which is no subscriber that counts.
+
+    Raises:
+        OSError, rosgraph.MasterException: it does not answer.
+    """
+    master = rosgraph.Master(caller)
+    publishers, subscribers, services = master.getSystemState()
+    types = dict(master.getTopicTypes())
+    listening = {topic: [name for name in nodes if name != caller] for topic, nodes in subscribers}
+    sent = [topic for topic, _ in publishers]
+    drives = [
+        drive_of(topic, _parameters(nodes))
+        for topic, nodes in sorted(listening.items(), key=lambda item: (item[0] != STANDARD, item))
+        if nodes and types.get(topic) == TWIST
+    ]
+    return Graph(
+        tuple(drives),
+        _of_type(sent, types, IMAGE),
+        _of_type(sent, types, SCAN),
+        GOAL in {name for name, _ in services},
+        types.get("/referee/status") == "track_model/LapStatus",
+    )
+
+
+def _of_type(topics: Sequence[str], types: dict[str, str], wanted: str) -> tuple[str, ...]:
+    return tuple(sorted(topic for topic in topics if types.get(topic) == wanted))
+
+
+def _parameters(nodes: Sequence[str]) -> dict[str, Any]:
+    """Private parameters of the first of some nodes that has any."""
+    for node in nodes:
+        found = rospy.get_param(node, {})
+        if isinstance(found, dict) and found:
+            return found
+    return {}

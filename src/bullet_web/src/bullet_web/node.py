@@ -1,0 +1,407 @@
+"""The node `web`: connects pages with the simulator and the ROS graph.
+
+Everything that pages share is changed in the thread of the asyncio loop alone; what rospy's threads
+and the simulator's bring is handed over by `call_soon_threadsafe`.
+"""
+
+import asyncio
+import json
+import os
+import socket
+import sys
+import threading
+from collections.abc import Awaitable, Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import roslib.message
+import rospy
+from geometry_msgs.msg import PoseStamped, Twist
+from paddock_common.settings import check, flag, number, read, text
+from paddock_common.waiting import flush
+
+from bullet_web import files, graph
+from bullet_web.actions import ActionError, Actions
+from bullet_web.driving import Drive, Seat
+from bullet_web.sensors import Sensors
+from bullet_web.server import File, Page, Server, listen
+from bullet_web.simulator import Simulator
+from paddock_common import nodes
+
+PASSWORD = "PADDOCK_WEB_PASSWORD"  # of the environment, with share
+SHORTEST = 6  # characters of a password
+TICK = 0.05  # [s] between two looks of the watchdog
+LOOK = 2.0  # [s] between two looks at the ROS graph
+DATA = 0.2  # [s] between two messages for the plots
+QUEUE = 20  # actions that may wait
+END_LIMIT = 2.0  # [s] for the last command
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of the node.
+
+    Attributes:
+        port: for browsers; 0: the first free one of server.PORTS.
+        share: let other machines in, by password.
+        rate: views of the world a second, at most.
+        timeout: wall time without a command after which the driver's hands count as gone [s].
+        topic: of the commands; empty: /cmd_vel, or the first Twist topic with a subscriber.
+    """
+
+    port: int = number(0, min=0, max=65535)
+    share: bool = flag(False)
+    rate: float = number(30.0, above=0.0, max=120.0, unit="Hz")
+    timeout: float = number(0.5, above=0.0, max=10.0, unit="s")
+    topic: str = text("", empty=True)
+
+    def __post_init__(self) -> None:
+        check(self)
+
+
+def password_of(share: bool) -> str:
+    """The password of the environment; empty without share.
+
+    Raises:
+        ValueError: there is none, or it is too short.
+    """
+    given = os.environ.pop(PASSWORD, "")
+    if not share:
+        return ""
+    if len(given) < SHORTEST:
+        raise ValueError(
+            f"share needs a password of at least {SHORTEST} characters in {PASSWORD}, which has "
+            f"{len(given)}"
+        )
+    return given
+
+
+class WebNode:
+    """Content of a Server: the world, the driver's seat, sensors, actions.
+
+    Args:
+        loop: asyncio loop of the server.
+    """
+
+    def __init__(self, settings: Settings, loop: asyncio.AbstractEventLoop) -> None:
+        self.files = files.read(files.LIVE)
+        self._settings, self._loop = settings, loop
+        self._server = Server(self, password_of(settings.share))
+        self._seat = Seat(self._publish, timeout=settings.timeout)
+        self._graph = graph.Graph()
+        self._topic = settings.topic
+        self._publishers: dict[str, Any] = {}
+        self._simulator = Simulator(
+            settings.rate,
+            self._safely(self._new_scene),
+            self._safely(self._new_view),
+            self._safely(self._no_simulator),
+        )
+        self._actions = Actions(lambda: set(self._simulator.names.values()), self._simulator.pose)
+        self._sensors = Sensors(self._safely(self._new_sensor_data))
+        self._worker = ThreadPoolExecutor(1, "web-actions")  # one action after the other
+        self._looker = ThreadPoolExecutor(1, "web-graph")
+        self._queued = 0
+        self._missing = "Waiting for the simulator"
+        self._pace = 1.0
+        self._data: dict[str, Any] = {}
+        self._subscribers: dict[str, Any] = {}  # for the plots
+        self._stopped, self._left = asyncio.Event(), threading.Event()
+
+    # life ---------------------------------------------------------------------------------------
+    async def run(self, listening: socket.socket) -> None:
+        """Serve until ROS shuts down."""
+        self._server.start(listening)
+        rospy.on_shutdown(self._end)
+        self._simulator.start()
+        tasks = [
+            asyncio.ensure_future(self._every(TICK, self._watch)),
+            asyncio.ensure_future(self._every(LOOK, self._look)),
+            asyncio.ensure_future(self._every(DATA, self._send_data)),
+        ]
+        await self._stopped.wait()
+        for task in tasks:
+            task.cancel()
+        self._server.stop()
+        self._simulator.close()
+
+    def _end(self) -> None:
+        """Send the last zero before ROS closes the topics; runs in the thread of the shutdown."""
+        self._safely(self._leave)()
+        self._left.wait(END_LIMIT)
+        if self._publishers:
+            flush(*self._publishers.values())
+        self._safely(self._stopped.set)()
+
+    def _leave(self) -> None:
+        self._seat.stop()
+        self._left.set()
+
+    def address(self, listening: socket.socket) -> str:
+        """What a browser opens."""
+        host = socket.gethostname() if self._settings.share else "127.0.0.1"
+        return f"http://{host}:{listening.getsockname()[1]}/{self._server.token}/"
+
+    async def _every(self, period: float, work: Callable[[], Awaitable[None] | None]) -> None:
+        while True:
+            result = work()
+            if result is not None:
+                await result
+            await asyncio.sleep(period)
+
+    def _safely(self, function: Callable[..., Any]) -> Callable[..., None]:
+        """The function, to be called from another thread; runs in the loop's."""
+
+        def call(*arguments: Any) -> None:
+            try:
+                self._loop.call_soon_threadsafe(function, *arguments)
+            except RuntimeError:  # the loop is closed: the node ends
+                pass
+
+        return call
+
+    # Content ------------------------------------------------------------------------------------
+    def scene(self, number: int) -> bytes | None:
+        """JSON of the present scene."""
+        return self._simulator.text if number == self._simulator.number else None
+
+    def asset(self, name: str) -> File | None:
+        """A mesh or an image of the present scene."""
+        found = self._simulator.asset(name)
+        return None if found is None else File(found.type, found.data)
+
+    def opened(self, page: Page) -> None:
+        """A page has come: the simulator is asked from now on."""
+        self._simulator.watch(True)
+        if self._missing:
+            page.put("waiting", json.dumps({"type": "waiting", "text": self._missing}))
+        if self._simulator.number:
+            self._send_scene(page)
+        self._send_status()
+        self._loop.create_task(self._look())
+
+    def closed(self, page: Page) -> None:
+        """A page has gone; without any the simulator is not asked."""
+        self._seat.release(page.number)
+        if not self._server.pages:
+            self._simulator.watch(False)
+        self._subscribe()
+        self._send_status()
+
+    def received(self, page: Page, message: dict[str, Any]) -> None:
+        """Do what a page asks for."""
+        kind = message["type"]
+        if kind == "drive":
+            before = self._seat.driver
+            self._seat.command(page.number, message["speed"], message["steering"])
+            if self._seat.driver != before:
+                self._send_status()
+        elif kind == "want":
+            page.wanted = message
+            self._subscribe()
+        elif kind in ("take", "release"):
+            (self._seat.take if kind == "take" else self._seat.release)(page.number)
+            self._send_status()
+        elif self._seat.driver not in (None, page.number):
+            page.notify(f"Page {self._seat.driver} drives: press Take over first.")
+        elif kind == "topic":
+            self._choose_topic(page, message["topic"])
+        else:
+            self._act(page, message)
+
+    # views --------------------------------------------------------------------------------------
+    def _new_scene(self, _: int) -> None:
+        for page in self._server.pages.values():
+            self._send_scene(page)
+
+    def _send_scene(self, page: Page) -> None:
+        page.put("scene", json.dumps({"type": "scene", "number": self._simulator.number}))
+
+    def _new_view(self, view: dict[str, Any], source: str) -> None:
+        self._missing = ""
+        if view["pace"] != self._pace:
+            self._pace = view["pace"]
+            self._send_status()
+        message = f'{{"type": "view", "view": {source}}}'
+        for page in self._server.pages.values():
+            page.put("view", message)
+
+    def _no_simulator(self, reason: str) -> None:
+        self._missing = reason
+        for page in self._server.pages.values():
+            page.put("waiting", json.dumps({"type": "waiting", "text": reason}))
+
+    def _send_status(self) -> None:
+        found = self._graph
+        status = {
+            "type": "status",
+            "driver": self._seat.driver,
+            "drives": [drive.described() for drive in found.drives],
+            "topic": self._drive.topic if self._drive else None,
+            "cameras": found.cameras,
+            "lidars": found.lidars,
+            "goal": found.goal,
+            "pace": self._pace,
+        }
+        for page in self._server.pages.values():
+            page.put("status", json.dumps({**status, "you": page.number}))
+
+    async def _look(self) -> None:
+        """Look at the ROS graph, while there are pages."""
+        if not self._server.pages:
+            return
+        try:
+            found = await self._loop.run_in_executor(self._looker, graph.look, rospy.get_name())
+        except Exception as error:  # of the master: XML-RPC's, sockets', rosgraph's
+            rospy.logwarn_throttle(60.0, f"the ROS master does not answer: {error}")
+            return
+        if found != self._graph:
+            self._graph = found
+            self._subscribe()
+            self._send_status()
+        if self._drive is not None:
+            self._publisher(self._drive.topic)
+
+    # driving ------------------------------------------------------------------------------------
+    @property
+    def _drive(self) -> Drive | None:
+        """How the chosen topic is commanded."""
+        drives = self._graph.drives
+        chosen = [drive for drive in drives if drive.topic == self._topic]
+        if self._topic and not chosen:
+            return Drive(self._topic) if self._topic == self._settings.topic else None
+        return next(iter(chosen or drives), None)
+
+    def _choose_topic(self, page: Page, topic: str) -> None:
+        if topic not in [drive.topic for drive in self._graph.drives]:
+            page.notify(f"{topic} is no topic of type {graph.TWIST} with a subscriber")
+            return
+        self._seat.stop()
+        self._topic = topic
+        self._publisher(topic)
+        self._send_status()
+
+    def _publisher(self, topic: str) -> Any:
+        if topic not in self._publishers:
+            self._publishers[topic] = rospy.Publisher(topic, Twist, queue_size=10)
+        return self._publishers[topic]
+
+    def _publish(self, speed: float, steering: float) -> None:
+        drive = self._drive
+        if drive is None:
+            return
+        message = Twist()
+        message.linear.x, message.angular.z = drive.twist(speed, steering)
+        try:
+            self._publisher(drive.topic).publish(message)
+        except rospy.ROSException as error:
+            rospy.logwarn_throttle(10.0, f"the command is not sent: {error}")
+
+    def _watch(self) -> None:
+        if self._seat.check() and self._seat.driver in self._server.pages:
+            self._server.pages[self._seat.driver].notify("No command arrived in time: stopped.")
+
+    # sensors and plots --------------------------------------------------------------------------
+    def _subscribe(self) -> None:
+        """Subscribe to what pages want and the graph has."""
+        found = {"camera": self._graph.cameras, "lidar": self._graph.lidars}
+        pages = self._server.pages.values()
+        self._sensors.set_wanted(
+            {
+                (want, page.wanted[want])
+                for page in pages
+                for want, topics in found.items()
+                if page.wanted.get(want) in topics
+            }
+        )
+        wanted = any(page.wanted.get("data") for page in pages)
+        self._follow("/goal/pose", PoseStamped, self._new_goal, bool(pages) and self._graph.goal)
+        if wanted and self._graph.referee:
+            kind = roslib.message.get_message_class("track_model/LapStatus")
+            if kind is not None:
+                self._follow("/referee/status", kind, self._new_lap, True)
+        else:
+            self._follow("/referee/status", None, self._new_lap, False)
+
+    def _follow(self, topic: str, kind: Any, callback: Callable[[Any], None], wanted: bool) -> None:
+        if wanted and topic not in self._subscribers:
+            self._subscribers[topic] = rospy.Subscriber(
+                topic, kind, self._safely(callback), queue_size=1
+            )
+        elif not wanted and topic in self._subscribers:
+            self._subscribers.pop(topic).unregister()
+
+    def _new_sensor_data(self, kind: str, topic: str, message: bytes) -> None:
+        want = "camera" if kind == "image" else "lidar"
+        for page in self._server.pages.values():
+            if page.wanted.get(want) == topic:
+                page.put(kind, message)
+
+    def _new_goal(self, message: Any) -> None:
+        self._data["goal"] = [message.pose.position.x, message.pose.position.y]
+
+    def _new_lap(self, message: Any) -> None:
+        times = [
+            f"lap {message.laps + 1}: {message.lap_time:.1f} s"
+            if message.running
+            else "no lap yet",
+            f"last {message.last_lap_time:.2f} s" if message.last_lap_time else "",
+            f"best {message.best_lap_time:.2f} s" if message.best_lap_time else "",
+        ]
+        self._data["lateral_error"] = message.lateral_error
+        self._data["lap"] = ", ".join(filter(None, times))
+
+    def _send_data(self) -> None:
+        if not self._data:
+            return
+        message = json.dumps({"type": "data", **self._data})
+        for page in self._server.pages.values():
+            page.put("data", message)
+
+    # actions ------------------------------------------------------------------------------------
+    def _act(self, page: Page, message: dict[str, Any]) -> None:
+        if self._queued >= QUEUE:
+            page.notify(f"{QUEUE} actions wait already")
+            return
+        self._queued += 1
+        self._loop.create_task(self._execute(page, message))
+
+    async def _execute(self, page: Page, message: dict[str, Any]) -> None:
+        execute = self._actions.execute
+        try:
+            done = await self._loop.run_in_executor(self._worker, execute, message)
+        except ActionError as error:
+            page.notify(str(error))
+        except Exception as error:  # a service's answer that nobody has foreseen
+            rospy.logerr("%s has failed: %s: %s", message, type(error).__name__, error)
+            page.notify(f"{message['action']}: {error}")
+        else:
+            if message["action"] == "cancel":
+                self._data.pop("goal", None)
+            if done:
+                page.notify(done, good=True)
+            self._simulator.wake.set()
+        finally:
+            self._queued -= 1
+
+
+def main() -> int:
+    """Run the node `web`; returns its exit code."""
+
+    def make() -> tuple[WebNode, socket.socket]:
+        settings = read(Settings, rospy.get_param)
+        listening = listen(settings.port, settings.share)
+        return WebNode(settings, loop), listening
+
+    loop = asyncio.new_event_loop()
+    asyncio.set_event_loop(loop)
+    node, listening = nodes.start("web", make, (ValueError, OSError), disable_rostime=True)
+    # Not to the log: who knows the address drives.
+    print(f"the page, in a browser: {node.address(listening)}", flush=True)
+    loop.run_until_complete(node.run(listening))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

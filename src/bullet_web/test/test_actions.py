@@ -1,0 +1,66 @@
+"""What pages spawn: read by the simulator without a warning, and standing."""
+
+import pytest
+from bullet_sim.formats.urdf import parse_urdf
+from bullet_sim.pose import Pose
+from bullet_sim.world import World
+from bullet_web.actions import (
+    BOX,
+    CONE_PARTS,
+    ActionError,
+    Actions,
+    cone,
+    free_name,
+    parked,
+    pose_of,
+)
+
+ROBOT = """<robot name="r"><link name="l"/>
+  <transmission name="t"/>
+  <gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo>
+  <gazebo reference="l"><material>Gazebo/Red</material><sensor name="s" type="ray"/></gazebo>
+</robot>"""
+
+
+@pytest.mark.parametrize("text, mass, height", [(BOX, 0.5, 0.2), (cone(), 0.3, 0.212)])
+def test_what_is_spawned_falls_and_stands(text, mass, height):
+    world = World()
+    try:
+        from bullet_sim.description.world import ground_plane
+
+        world.spawn(ground_plane())
+        model = world.spawn_sdf("thing", text, Pose((0.0, 0.0, 0.05)), str)
+        assert model.description.warnings == []
+        assert sum(link.mass for link in model.rigid_parts.values()) == pytest.approx(mass)
+        world.step(2000)
+        assert model.pose.position[2] == pytest.approx(0.0, abs=0.005)
+        assert model.pose.orientation[3] == pytest.approx(1.0, abs=0.01)
+        tops = [part[2] + part[1] / 2 for part in CONE_PARTS]
+        assert height == (max(tops) if text != BOX else 0.2)
+    finally:
+        world.close()
+
+
+def test_a_parked_robot_has_no_sensors_and_plugins():
+    description = parse_urdf(parked(ROBOT), str, "r")
+    assert description.sensors == [] and description.control_namespace is None
+    assert "Gazebo/Red" in parked(ROBOT)
+    with pytest.raises(ActionError, match="/robot_description is no XML"):
+        parked("<robot")
+
+
+def test_names_are_free():
+    assert free_name("box", []) == "box_1"
+    assert free_name("box", ["box_1", "box_3"]) == "box_2"
+
+
+def test_a_model_that_cannot_move_is_not_put_elsewhere():
+    actions = Actions(lambda: [], lambda name: None)
+    message = {"action": "place", "model": "track", "x": 0.0, "y": 0.0, "z": 0.0}
+    with pytest.raises(ActionError, match="model is 'track', which is none that can move"):
+        actions.execute(message)
+
+
+def test_poses_are_upright():
+    pose = pose_of(1, 2, 3, 0.0)
+    assert (pose.position.x, pose.orientation.w) == (1.0, 1.0)

@@ -1,0 +1,258 @@
+"""The page's node beside a real world: what a page sees, drives and does."""
+
+import json
+import math
+import os
+import signal
+import subprocess
+import unittest
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from paddock_common.testing import free_port
+from page_client import PageClient, WebNode
+from sim_client import Recorder, wait_for_car, wait_until
+from std_srvs.srv import Trigger
+
+LAUNCH = """<launch>
+  <include file="$(find track_model)/launch/world.launch">
+    <arg name="headless" value="true"/>
+    <arg name="state_publisher" value="false"/>
+    <arg name="camera_width" value="160"/>
+    <arg name="camera_height" value="120"/>
+    <arg name="camera_rate" value="5"/>
+  </include>
+  <include file="$(find deepracer_control)/launch/control.launch"/>
+  <include file="$(find track_model)/launch/referee.launch"/>
+</launch>
+"""
+ON_TRACK = {"x": 1.0, "y": 0.2, "z": 0.0}
+
+
+class Web(unittest.TestCase):
+    """One node for all tests, pages of their own."""
+
+    @classmethod
+    def setUpClass(cls):
+        wait_for_car()
+        cls.commands = Recorder("/cmd_vel", Twist)
+        cls.odometry = Recorder("/racecar/odom", Odometry)
+        cls.web = WebNode(f"_port:={free_port()}")
+        cls.addClassCleanup(cls.web.end)
+
+    def setUp(self):
+        self.page = self.open()
+        wait_until(lambda: self.page.status.get("topic"), "a topic to drive")
+        wait_until(self.has_subscriber, "control hearing the page")
+        self.commands.clear()
+
+    def open(self):
+        page = PageClient(self.web.url)
+        self.addCleanup(page.close)
+        return page
+
+    def has_subscriber(self):
+        """Whether the node's publisher of /cmd_vel is there."""
+        return self.commands._subscriber.get_num_connections() > 0
+
+    def scene(self, page=None):
+        page = page or self.page
+        wait_until(lambda: page.scene, "a scene")
+        return wait_until(lambda: self.web.scene(page.scene), "the present scene")
+
+    def key(self, name):
+        return next(body["key"] for body in self.scene()["bodies"] if body["name"] == name)
+
+    def names(self):
+        return {body["name"] for body in self.scene()["bodies"]}
+
+    def twists(self):
+        return [(m.linear.x, m.angular.z) for m in self.commands.messages]
+
+    def test_a_page_gets_the_world_as_it_is(self):
+        scene = self.scene()
+        self.assertLessEqual({"racecar", "track"}, {body["name"] for body in scene["bodies"]})
+        self.assertEqual(scene["problems"], [])
+        instances = [each for b in scene["bodies"] for k in b["links"] for each in k["instances"]]
+        self.assertGreater(len(instances), 10)
+        for name in {each["mesh"] for each in instances}:
+            data = self.web.get(f"asset/{name}")
+            (count,) = np.frombuffer(data, "<u4", 1)
+            triangles = np.frombuffer(data, "<u4", offset=4 + 32 * count)
+            self.assertLess(triangles.max(), count)
+        images = {each["image"] for each in instances} - {None}
+        self.assertTrue(images)
+        for name in images:
+            self.assertIn(self.web.get(f"asset/{name}")[:2], (b"\xff\xd8", b"\x89P"))
+        key = self.key("racecar")
+        row = wait_until(lambda: self.page.row(key), "the car")
+        pose = self.odometry.last.pose.pose.position
+        self.assertAlmostEqual(row[0], pose.x, delta=0.05)
+        self.assertAlmostEqual(row[1], pose.y, delta=0.05)
+
+    def test_views_come_while_somebody_looks_and_their_time_goes_on(self):
+        wait_until(lambda: len(self.page.views) > 20, "views")
+        times = [view["time"] for view in self.page.views]
+        self.assertEqual(times, sorted(times))
+        self.assertFalse(self.page.views[-1]["paused"])
+        self.assertEqual(self.page.views[-1]["pace"], 1.0)
+
+    def test_driving_moves_the_car_and_ends_with_one_zero(self):
+        start = self.odometry.last.pose.pose.position.x
+        self.page.act("place", model="racecar", x=0.0, y=0.0, z=0.0, yaw=0.0)
+        wait_until(lambda: any("racecar is put" in t for t in self.page.notices), "the car put")
+        start = self.odometry.next().pose.pose.position.x
+
+        def driven():
+            self.page.send("drive", speed=0.3, steering=0.0)
+            return abs(self.odometry.last.pose.pose.position.x - start) > 0.15
+
+        wait_until(driven, "the car's move")
+        self.assertEqual(self.page.status["driver"], self.page.status["you"])
+        self.page.send("drive", speed=0.0, steering=0.0)
+        wait_until(lambda: self.twists()[-1:] == [(0.0, 0.0)], "the last zero")
+        rospy.sleep(1.0)
+        self.assertEqual(self.twists().count((0.0, 0.0)), 1)
+        self.assertEqual(self.twists()[-1], (0.0, 0.0))
+        self.assertEqual(self.twists()[0][0], 0.3 * 50.0)
+
+    def test_a_page_that_goes_stops_the_car(self):
+        page = self.open()
+        page.send("drive", speed=0.2, steering=0.5)
+        wait_until(self.twists, "a command")
+        self.assertEqual(self.twists()[0], (10.0, 2.0))
+        page._socket.sock.close()  # without a word, as when the network goes
+        wait_until(lambda: self.twists()[-1] == (0.0, 0.0), "the last zero")
+        wait_until(lambda: self.page.status["driver"] is None, "an empty seat")
+        rospy.sleep(0.6)
+        self.assertEqual(self.twists().count((0.0, 0.0)), 1)
+
+    def test_the_watchdog_stops_a_page_that_says_nothing_more(self):
+        self.page.send("drive", speed=0.2, steering=0.0)
+        wait_until(lambda: (0.0, 0.0) in self.twists(), "the watchdog's zero")
+        self.assertEqual(self.twists(), [(10.0, 0.0), (0.0, 0.0)])
+        wait_until(lambda: self.page.notices, "a word about it")
+        self.page.send("release")
+
+    def test_one_drives_and_others_look_until_they_take_over(self):
+        other = self.open()
+        self.page.send("take")
+        mine = self.page.status["you"]
+        wait_until(lambda: other.status["driver"] == mine, "who drives, on the other page")
+        other.send("drive", speed=1.0, steering=0.0)
+        other.act("pause")
+        wait_until(lambda: any("press Take over" in text for text in other.notices), "the refusal")
+        self.assertEqual(self.twists(), [])
+        other.send("take")
+        wait_until(lambda: self.page.status["driver"] == other.status["you"], "the other driver")
+        other.send("drive", speed=0.1, steering=0.0)
+        wait_until(self.twists, "the other's command")
+        self.assertFalse(self.page.views[-1]["paused"])
+
+    def test_pause_step_resume_and_pace(self):
+        page = self.page
+        page.act("pause")
+        wait_until(lambda: page.views and page.views[-1]["paused"], "the pause")
+        before = page.views[-1]["time"]
+        page.act("step", count=250)
+        wait_until(lambda: page.views[-1]["time"] > before, "the steps")
+        self.assertAlmostEqual(page.views[-1]["time"], before + 0.25, delta=1e-6)
+        page.act("pace", factor=0.5)
+        wait_until(lambda: page.status["pace"] == 0.5, "the pace")
+        page.act("resume")
+        wait_until(lambda: not page.views[-1]["paused"], "going on")
+        page.act("pace", factor=1)
+        wait_until(lambda: page.status["pace"] == 1.0, "the pace")
+
+    def test_models_come_go_and_are_put_elsewhere(self):
+        page = self.page
+        for kind in ("box", "cone", "car"):
+            page.act("spawn", kind=kind, **ON_TRACK, yaw=0.5)
+            wait_until(lambda kind=kind: f"{kind}_1" in self.names(), f"a {kind}")
+        key = self.key("box_1")
+        page.act("place", model="box_1", x=2.0, y=1.0, z=0.0)
+        wait_until(lambda: page.row(key) and abs(page.row(key)[0] - 2.0) < 0.05, "the box there")
+        for kind in ("box", "cone", "car"):
+            page.act("remove", model=f"{kind}_1")
+        wait_until(lambda: not {"box_1", "cone_1", "car_1"} & self.names(), "them gone")
+        page.act("remove", model="nothing")
+        wait_until(lambda: any("'nothing'" in text for text in page.notices), "the reason")
+
+    def test_reset_sets_time_back(self):
+        page = self.page
+        wait_until(lambda: page.views and page.views[-1]["time"] > 2.0, "some time")
+        page.act("reset")
+        wait_until(lambda: page.views[-1]["time"] < 1.0, "time from the start")
+        wait_for_car()
+
+    def test_camera_and_lidar_come_while_they_are_wanted(self):
+        page = self.page
+        wait_until(lambda: page.status["cameras"] and page.status["lidars"], "the topics")
+        self.assertIn("/camera/image", page.status["cameras"])
+        lidar = page.status["lidars"][0]
+        page.send("want", camera="/camera/image", lidar=lidar, data=True)
+        wait_until(lambda: {"image", "points"} <= {head["type"] for head, _ in page.binary}, "both")
+        head, data = next(each for each in page.binary if each[0]["type"] == "points")
+        frames = {name for body in self.scene()["bodies"] for name in body["frames"]}
+        self.assertIn(head["frame"], frames)
+        points = np.frombuffer(data, np.float32).reshape(-1, 3)
+        self.assertTrue(np.isfinite(points).all())
+        image = next(data for head, data in page.binary if head["type"] == "image")
+        self.assertEqual(image[:2], b"\xff\xd8")
+        wait_until(lambda: "lateral_error" in page.data, "the referee's word")
+        self.assertTrue(math.isfinite(page.data["lateral_error"]))
+        page.send("want", camera="", lidar="", data=False)
+        wait_until(lambda: not self.subscribed("/camera/image"), "the end of the subscription")
+
+    def subscribed(self, topic):
+        """Whether the node subscribes to a topic."""
+        _, subscribers, _ = rospy.get_master().getSystemState()[2]
+        return any(name == topic and "/web" in nodes for name, nodes in subscribers)
+
+    def test_nothing_is_asked_when_nobody_looks(self):
+        wait_until(lambda: self.page.views, "views")
+        self.page.close()
+        wait_until(lambda: not self.asked(), "the end of the calls")
+
+    def asked(self):
+        """Whether the node has a connection to the simulator's service."""
+        import psutil
+
+        server = int(rospy.get_master().lookupService("/gazebo/view")[2].rpartition(":")[2])
+        connections = psutil.Process(self.web.process.pid).connections("tcp")
+        return any(each.raddr and each.raddr.port == server for each in connections)
+
+    def test_a_node_that_ends_while_one_drives_sends_one_zero(self):
+        web = WebNode(f"_port:={free_port()}", "__name:=second_web")
+        self.addCleanup(web.end)
+        page = PageClient(web.url)
+        self.addCleanup(page.close)
+        wait_until(lambda: page.status.get("topic"), "a topic to drive")
+        wait_until(lambda: self.commands._subscriber.get_num_connections() > 1, "its publisher")
+        page.send("drive", speed=0.2, steering=0.0)
+        wait_until(self.twists, "a command")
+        self.assertEqual(web.end(signal.SIGTERM), 0)
+        wait_until(lambda: self.twists()[-1] == (0.0, 0.0), "the last zero")
+        self.assertEqual(self.twists().count((0.0, 0.0)), 1)
+
+    def test_a_wrong_setting_is_named(self):
+
+        for name, parameter, reason in (
+            ("one", "_rate:=0", "rate is 0; it must be above 0 and at most 120 [Hz]"),
+            ("two", "_share:=true", "share needs a password of at least 6 characters"),
+        ):
+            done = subprocess.run(
+                ["rosrun", "bullet_web", "web", parameter, f"__name:={name}"],
+                capture_output=True,
+                text=True,
+                env={**os.environ, "PADDOCK_WEB_PASSWORD": "short"},
+            )
+            self.assertEqual(done.returncode, 1)
+            self.assertIn(reason, done.stdout + done.stderr)
+
+    def test_the_simulator_answers_with_json(self):
+        view = rospy.ServiceProxy("/gazebo/view", Trigger)()
+        self.assertTrue(view.success)
+        self.assertEqual(set(json.loads(view.message)) >= {"time", "scene", "bodies", "pace"}, True)
