@@ -1,12 +1,11 @@
 """<gazebo> elements of URDF, and contact properties of these and of <surface> of SDF."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
-from bullet_sim.description.model import EVERYTHING, Link, ModelDescription, Shape, Surface
+from bullet_sim.description.model import EVERYTHING, Link, ModelDescription, Surface
 from bullet_sim.errors import ModelError
-from bullet_sim.formats.materials import Material, Resolve, material_of, standard
+from bullet_sim.formats.materials import Resolve, material_of, standard
 from bullet_sim.plugins import parse_plugin, parse_sensor
 from bullet_sim.xml_reader import Node, child_number, child_text, floats, is_true
 
@@ -218,14 +217,4 @@ def _material(
     else:
         material = material_of(element.find("visual/material"), label, model, resolve)
     if material is not None:
-        link.visuals[:] = [_painted(shape, material) for shape in link.visuals]
-
-
-def _painted(shape: Shape, material: Material) -> Shape:
-    return replace(
-        shape,
-        color=material.color,
-        texture=material.texture,
-        painted=True,
-        finish=replace(material.finish, cast_shadows=shape.finish.cast_shadows),
-    )
+        link.visuals[:] = [material.on(shape) for shape in link.visuals]

@@ -58,11 +58,32 @@ class Material:
     Attributes:
         color: diffuse RGBA.
         texture: path of its image; '': none.
+        tint: mean color of an image that is not there, which stands for it.
     """
 
     color: RGBA = (*WHITE, 1.0)
     texture: str = ""
     finish: Finish = Finish(ambient=WHITE, specular=BLACK, shininess=0.0)
+    tint: RGB | None = None
+
+    def on(self, shape: Shape) -> Shape:
+        """A visual with this material; whether it casts shadows stays."""
+        color, finish = self.color, replace(self.finish, cast_shadows=shape.finish.cast_shadows)
+        if not finish.lit and not finish.blend and not self.texture:
+            color = (*WHITE, color[3])  # without light OGRE draws in the color of the corners
+        if self.tint is not None:
+            color = (*_product(color[:3], self.tint), color[3])
+            finish = replace(
+                finish,
+                ambient=_product(finish.ambient or WHITE, self.tint),
+                emissive=_product(finish.emissive, self.tint),
+            )
+        return replace(shape, color=color, texture=self.texture, painted=True, finish=finish)
+
+
+def _product(a: RGB, b: RGB) -> RGB:
+    red, green, blue = (x * y for x, y in zip(a, b))
+    return red, green, blue
 
 
 # Gazebo's standard materials -----------------------------------------------------------------------
@@ -191,17 +212,16 @@ def _finish(ambient: RGB, specular: RGB, shininess: float, **others: Any) -> Fin
 
 
 def _pictured(name: str, resolve: Resolve | None) -> Material:
-    ambient, diffuse, gray, shininess, image, (red, green, blue) = _PICTURED[name]
+    ambient, diffuse, gray, shininess, image, mean = _PICTURED[name]
     finish = _finish((ambient,) * 3, (gray,) * 3, shininess)
     try:
         path = os.path.join(resolve(MEDIA), image) if resolve is not None else ""
     except ValueError:
         path = ""
-    if os.path.isfile(path):
-        return Material((diffuse, diffuse, diffuse, 1.0), path, finish)
-    bright = (diffuse * red, diffuse * green, diffuse * blue, 1.0)
-    dark = (ambient * red, ambient * green, ambient * blue)
-    return Material(bright, "", replace(finish, ambient=dark))
+    there = os.path.isfile(path)
+    return Material(
+        (diffuse, diffuse, diffuse, 1.0), path if there else "", finish, None if there else mean
+    )
 
 
 NOTHING = Material(finish=_finish(WHITE, (0.1, 0.1, 0.1), 128.0))  # Gazebo/White, of no material
@@ -311,22 +331,17 @@ def with_material(
     material = material_of(element.find("material"), label, model, resolve)
     transparency = min(1.0, max(0.0, child_number(element, "transparency", label, 0.0)))
     casts = child_flag(element, "cast_shadows", label, True)
-    painted = material is not None
+    finish = replace(shape.finish, cast_shadows=casts)
     if material is None:
         lit = child_flag(element, "material/lighting", label, True)
         emissive = _given(element.find("material"), "emissive", label) or BLACK
         if shape.geometry.kind == "mesh":  # with materials of its own
-            finish = Finish(opacity=1.0 - transparency, cast_shadows=casts, lit=lit)
-            return replace(shape, finish=replace(finish, emissive=emissive))
-        material = NOTHING
-        material = replace(material, finish=replace(material.finish, lit=lit, emissive=emissive))
-    finish = replace(material.finish, cast_shadows=casts)
-    color = material.color
-    if not finish.lit and not finish.blend and not material.texture:
-        color = (*WHITE, color[3])  # without light OGRE draws in the color of the corners
-    if transparency:
-        color = (*color[:3], color[3] * (1.0 - transparency))
-    return replace(shape, color=color, texture=material.texture, painted=painted, finish=finish)
+            finish = replace(finish, opacity=1.0 - transparency, lit=lit, emissive=emissive)
+            return replace(shape, finish=finish)
+        material = replace(NOTHING, finish=replace(NOTHING.finish, lit=lit, emissive=emissive))
+    shape = material.on(replace(shape, finish=finish))
+    red, green, blue, alpha = shape.color or (*WHITE, 1.0)
+    return replace(shape, color=(red, green, blue, alpha * (1.0 - transparency)))
 
 
 def material_of(
