@@ -4,54 +4,29 @@ Recorded from its camera's JPEG files, so a few gray levels inexact. From above,
 background of 178, shadows off.
 """
 
-# <material> (and <transparency>) of a box -> RGB.
+# Elements of the <material> of a box, and its <transparency> -> RGB.
 GIVEN = {
-    "<material><diffuse>1 0 0 1</diffuse></material>": (255, 102, 102),
-    "<material><ambient>1 0 0 1</ambient></material>": (255, 176, 178),
-    "<material><ambient>0.2 0.4 0.6 1</ambient><diffuse>0.6 0.3 0.1 1</diffuse></material>": (
-        128,
-        94,
-        80,
-    ),
-    "<material><specular>1 1 1 1</specular></material>": (255, 255, 255),
-    "<material><emissive>0.5 0 0 1</emissive></material>": (255, 255, 255),
-    "DARK:<emissive>0.5 0 0 1</emissive></material>": (153, 29, 28),
-    "DARK:<specular>1 1 1 1</specular></material>": (28, 28, 28),
-    "<material><ambient>1 0 0 1</ambient><diffuse>1 0 0 0.3</diffuse></material>": (202, 125, 126),
-    "<material><ambient>1 0 0 0.3</ambient><diffuse>1 0 0 1</diffuse></material>": (253, 1, 0),
-    "<material><ambient>1 0 0 1</ambient><diffuse>1 0 0 1</diffuse></material><transparency>0.7</transparency>": (
-        202,
-        125,
-        126,
-    ),
-    "GAZEBO:Red:</material><transparency>0.7</transparency>": (201, 125, 126),
-    "<material><ambient>1 0 0 1</ambient><diffuse>1 0 0 1</diffuse><lighting>0</lighting></material>": (
-        255,
-        255,
-        255,
-    ),
-    "GAZEBO:Red:<lighting>0</lighting></material>": (255, 255, 255),
-    "<material><lighting>0</lighting></material>": (255, 255, 255),
-    "<material><lighting>1</lighting></material>": (255, 255, 255),
-    "GAZEBO:Grey:<ambient>1 1 1 1</ambient></material>": (227, 227, 227),
-    "GAZEBO:Grey:<diffuse>0 1 0 1</diffuse></material>": (31, 208, 32),
-    "GAZEBO:Grey:<ambient>1 0 0 1</ambient><diffuse>0 1 0 1</diffuse><emissive>0 0 .3</emissive></material>": (
-        102,
-        177,
-        75,
-    ),
-    "GAZEBO:NoSuchThing:</material>": (255, 255, 255),
-    "GAZEBO:NoSuchThing:<diffuse>0 1 0 1</diffuse></material>": (103, 255, 102),
-    "<material><ambient>1 1 1 1</ambient><diffuse>2 0.5 0.5 1</diffuse></material>": (
-        103,
-        191,
-        193,
-    ),
-    "<material><shader type='vertex'/><ambient>0.2 0.4 0.6 1</ambient><diffuse>0.6 0.3 0.1 1</diffuse></material>": (
-        128,
-        94,
-        80,
-    ),
+    "diffuse: 1 0 0 1": (255, 102, 102),
+    "ambient: 1 0 0 1": (255, 176, 178),
+    "ambient: 0.2 0.4 0.6 1; diffuse: 0.6 0.3 0.1 1": (128, 94, 80),
+    "specular: 1 1 1 1": (255, 255, 255),
+    "emissive: 0.5 0 0 1": (255, 255, 255),
+    "ambient: 0.1 0.1 0.1; diffuse: 0.1 0.1 0.1; emissive: 0.5 0 0 1": (153, 29, 28),
+    "ambient: 0.1 0.1 0.1; diffuse: 0.1 0.1 0.1; specular: 1 1 1 1": (28, 28, 28),
+    "ambient: 1 0 0 1; diffuse: 1 0 0 0.3": (202, 125, 126),
+    "ambient: 1 0 0 0.3; diffuse: 1 0 0 1": (253, 1, 0),
+    "ambient: 1 0 0 1; diffuse: 1 0 0 1; transparency: 0.7": (202, 125, 126),
+    "script: Gazebo/Red; transparency: 0.7": (201, 125, 126),
+    "ambient: 1 0 0 1; diffuse: 1 0 0 1; lighting: 0": (255, 255, 255),
+    "script: Gazebo/Red; lighting: 0": (255, 255, 255),
+    "lighting: 0": (255, 255, 255),
+    "lighting: 1": (255, 255, 255),
+    "script: Gazebo/Grey; ambient: 1 1 1 1": (227, 227, 227),
+    "script: Gazebo/Grey; diffuse: 0 1 0 1": (31, 208, 32),
+    "script: Gazebo/Grey; ambient: 1 0 0 1; diffuse: 0 1 0 1; emissive: 0 0 .3": (102, 177, 75),
+    "script: Gazebo/NoSuchThing": (255, 255, 255),
+    "script: Gazebo/NoSuchThing; diffuse: 0 1 0 1": (103, 255, 102),
+    "ambient: 1 1 1 1; diffuse: 2 0.5 0.5 1": (103, 191, 193),
 }
 
 # Gazebo/NAME -> RGB.

@@ -1,4 +1,4 @@
-"""Materials as real Gazebo renders them: <material>, standard ones, scripts, those of mesh files."""
+"""Materials as real Gazebo renders them: <material>, standard ones, scripts, mesh files."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,6 @@ GAZEBO = (
     "<material><script><uri>file://media/materials/scripts/gazebo.material</uri>"
     "<name>Gazebo/{}</name></script>{}"
 )
-DARK = "<material><ambient>0.1 0.1 0.1</ambient><diffuse>0.1 0.1 0.1</diffuse>"
 BOX = "<box><size>0.9 0.9 0.01</size></box>"
 WORLD = """<sdf version="1.6"><world name="w"><scene><shadows>0</shadows></scene>
 <include><uri>model://sun</uri></include><model name="m"><static>1</static><link name="l">
@@ -83,11 +82,17 @@ def pictured(gl, geometry, material=""):
 
 
 def written(text):
-    """<material> of a key of GIVEN."""
-    if text.startswith("GAZEBO:"):
-        _, name, rest = text.split(":", 2)
-        return GAZEBO.format(name, rest)
-    return text.replace("DARK:", DARK)
+    """<material> and <transparency> of a key of GIVEN."""
+    inside, after = "", ""
+    for part in text.split("; "):
+        tag, value = part.split(": ")
+        if tag == "transparency":
+            after = f"<transparency>{value}</transparency>"
+        elif tag == "script":
+            inside += f"<script><name>{value}</name></script>"
+        else:
+            inside += f"<{tag}>{value}</{tag}>"
+    return f"<material>{inside}</material>{after}"
 
 
 @pytest.mark.parametrize("material", GIVEN)
@@ -241,7 +246,8 @@ def test_materials_of_obj(gl, folder, tmp_path, material, expected):
     (tmp_path / "plate.mtl").write_text(f"newmtl m\n{material}\n")
     (tmp_path / "plate.obj").write_text(
         "mtllib plate.mtl\nv -0.45 -0.45 0.005\nv 0.45 -0.45 0.005\nv 0.45 0.45 0.005\n"
-        "v -0.45 0.45 0.005\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n"
+        "v -0.45 0.45 0.005\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nusemtl m\n"
+        "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n"
     )
     found = pictured(gl, f"<mesh><uri>file://{tmp_path}/plate.obj</uri></mesh>")
     assert np.abs(found - expected).max() <= 4

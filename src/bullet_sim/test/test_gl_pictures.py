@@ -237,7 +237,9 @@ def test_a_textured_quad_is_upright_and_not_mirrored(gl, tmp_path):
 
 
 def test_materials_of_one_file_have_their_colours(gl, tmp_path):
-    (tmp_path / "two.mtl").write_text("newmtl a\nKa 1 0 0\nKd 1 0 0\nnewmtl b\nKa 0 0 1\nKd 0 0 1\n")
+    (tmp_path / "two.mtl").write_text(
+        "newmtl a\nKa 1 0 0\nKd 1 0 0\nnewmtl b\nKa 0 0 1\nKd 0 0 1\n"
+    )
     (tmp_path / "two.obj").write_text(
         "mtllib two.mtl\nv 2 1 -1\nv 2 0 -1\nv 2 0 1\nv 2 1 1\nv 2 -1 -1\nv 2 -1 1\n"
         "usemtl a\nf 1 2 3 4\nusemtl b\nf 2 5 6 3\n"

@@ -8,8 +8,8 @@ import pytest
 from bullet_sim.engine import Engine
 from bullet_sim.engine.camera import PyBulletCamera
 from bullet_sim.errors import SimError
-from bullet_sim.formats.sdf.world import parse_model, parse_world
 from bullet_sim.formats.ogre import complete, look, read_script
+from bullet_sim.formats.sdf.world import parse_model, parse_world
 from bullet_sim.pose import Pose
 from bullet_sim.sensors import camera
 from bullet_sim.world import World

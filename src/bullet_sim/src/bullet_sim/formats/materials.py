@@ -86,7 +86,7 @@ def _product(a: RGB, b: RGB) -> RGB:
     return red, green, blue
 
 
-# Gazebo's standard materials -----------------------------------------------------------------------
+# Gazebo's standard materials ---------------------------------------------------------------------
 # The numbers of Gazebo 11's materials Gazebo/NAME: ambient and diffuse RGB, specular gray (None: as
 # the diffuse color), shininess.
 _PLAIN: dict[str, tuple[RGB, RGB, float | None, float]] = {

@@ -11,8 +11,8 @@ import numpy as np
 
 from bullet_sim.description.model import Geometry, Shape, TextureMapping
 from bullet_sim.errors import ModelError
-from bullet_sim.meshes.prepare import CORNERS, box_sides
 from bullet_sim.meshes.looks import Look, look_of
+from bullet_sim.meshes.prepare import CORNERS, box_sides
 from bullet_sim.meshes.read import check_corners, open_image, read_parts
 from bullet_sim.pose import Array
 
@@ -284,7 +284,8 @@ class AssetCache:
 
     def drop_unused(self) -> None:
         """Free what was not requested since start_scene()."""
-        for cache in (self._files, self._meshes, self._textures):
+        caches: tuple[dict[Any, Any], ...] = (self._files, self._meshes, self._textures)
+        for cache in caches:
             for key in [key for key in cache if key not in self._used]:
                 del cache[key]
 
