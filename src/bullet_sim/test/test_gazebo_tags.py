@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from bullet_sim.formats.shapes import gazebo_color
+from bullet_sim.formats.materials import standard
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec
 from bullet_sim.plugins.forces import ContactSpec
@@ -370,7 +370,8 @@ def test_flags_and_colours():
     )
     link = model.links["base"]
     assert model.static and link.self_collide and not model.links["head"].self_collide
-    assert link.visuals[0].color == gazebo_color("Gazebo/Blue")
+    blue = standard("Gazebo/Blue")
+    assert (link.visuals[0].color, link.visuals[0].finish) == (blue.color, blue.finish)
     values = read(
         '<gazebo reference="base"><selfCollide value="true"/><gravity value="0"/></gazebo>'
     )
@@ -379,7 +380,8 @@ def test_flags_and_colours():
         '<gazebo reference="base"><visual><material><ambient>1 0 0 1</ambient><diffuse>'
         "0 1 0</diffuse></material></visual></gazebo>"
     )
-    assert own.links["base"].visuals[0].color == (0, 1, 0, 1)
+    (shape,) = own.links["base"].visuals
+    assert shape.color == (0, 1, 0, 1) and shape.finish.ambient == (1, 0, 0)
 
 
 @pytest.mark.parametrize(
@@ -394,7 +396,7 @@ def test_flags_and_colours():
     ],
 )
 def test_standard_colours(name):
-    color = gazebo_color(name)
+    color = standard(name).color
     assert len(color) == 4 and all(0 <= value <= 1 for value in color)
     assert (color[3] < 1) == ("Transparent" in name)
-    assert gazebo_color("Gazebo/NoSuchThing") is None
+    assert standard("Gazebo/NoSuchThing") is None

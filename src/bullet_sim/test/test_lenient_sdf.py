@@ -75,7 +75,7 @@ def step(world):
 
 
 CUBE = "<box><size>1 1 1</size></box>"
-GREY = (0.7, 0.7, 0.7, 1.0)
+GREY = (1.0, 1.0, 1.0, 1.0)
 FRAME = '<pose relative_to="nose">1 0 0 0 0 0</pose>'
 GEARBOX = hinged("", "gearbox")
 

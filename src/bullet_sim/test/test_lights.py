@@ -16,7 +16,7 @@ def scene_of(text):
 def test_a_world_without_lights_has_ambient_light_alone():
     scene = scene_of("")
     assert scene.lights == () and scene.ambient == (0.4, 0.4, 0.4)
-    assert scene.background is None and scene.shadows and scene.fog is None
+    assert scene.background == (0.7, 0.7, 0.7) and scene.shadows and scene.fog is None
 
 
 def test_scene():
@@ -28,6 +28,8 @@ def test_scene():
     assert scene.ambient == (0.1, 0.2, 0.3) and scene.background == (0.5, 0.6, 0.7)
     assert not scene.shadows and scene.fog == Fog("linear", (1.0, 0.0, 0.0), 2.0, 9.0)
     assert scene_of("<scene><background>0 0 0</background><sky/></scene>").background is None
+    assert scene_of("<scene><sky/></scene>").background is None
+    assert scene_of("<scene><ambient>1 1 1</ambient></scene>").background == (0.7, 0.7, 0.7)
     assert scene_of("<scene><fog><type>none</type></fog></scene>").fog is None
 
 

@@ -8,8 +8,8 @@ import pytest
 from bullet_sim.engine import Engine
 from bullet_sim.engine.camera import PyBulletCamera
 from bullet_sim.errors import SimError
+from bullet_sim.formats.ogre import complete, look, read_script
 from bullet_sim.formats.sdf.world import parse_model, parse_world
-from bullet_sim.formats.shapes import read_materials
 from bullet_sim.pose import Pose
 from bullet_sim.sensors import camera
 from bullet_sim.world import World
@@ -269,10 +269,10 @@ material Park/Grass
     {
       ambient 0.5 0.5 0.5 1.0
       diffuse 0.2 0.9 0.2
-      texture_unit { scale 2 2 }
       texture_unit
       {
         texture grass.png
+        scale 2 2
       }
     }
   }
@@ -288,10 +288,14 @@ def test_models_of_one_name_get_numbers():
 
 
 def test_material_scripts():
-    found = read_materials(SCRIPT.replace("1 diffuse", "1\ndiffuse"))
-    assert found["Base"] == ("", (1, 0, 0, 1))
-    assert found["Park/Grass"] == ("grass.png", (0.2, 0.9, 0.2, 1.0))
-    assert found["Park/Pale"] == found["Park/Grass"]
+    sections = read_script(SCRIPT.replace("1 diffuse", "1\ndiffuse"))
+    materials = {section.name: section for section in sections}
+    found = {name: look(complete(name, materials)) for name in materials}
+    assert (found["Base"].texture, found["Base"].diffuse) == ("", (1, 0, 0, 1))
+    assert found["Base"].finish.ambient == (0.1, 0.1, 0.1)
+    grass = found["Park/Grass"]
+    assert (grass.texture, grass.diffuse) == ("grass.png", (0.2, 0.9, 0.2, 1.0))
+    assert found["Park/Pale"] == grass
 
 
 def visual(material, geometry="<plane><size>4 2</size></plane>"):
@@ -348,8 +352,8 @@ def test_picture_of_a_script_is_drawn(park, tmp_path):
 @pytest.mark.parametrize(
     "material, color, warned",
     [
-        ("", (0.7, 0.7, 0.7, 1), ""),
-        ("<material><ambient>1 0 0 1</ambient></material>", (1, 0, 0, 1), ""),
+        ("", (1, 1, 1, 1), ""),
+        ("<material><ambient>1 0 0 1</ambient></material>", (1, 1, 1, 1), ""),
         (
             "<material><ambient>1 0 0 1</ambient><diffuse>0 1 0 1</diffuse></material>",
             (0, 1, 0, 1),
@@ -360,7 +364,7 @@ def test_picture_of_a_script_is_drawn(park, tmp_path):
             (0, 1, 0, 0.75),
             "",
         ),
-        (scripted("Park/Nothing"), (0.7, 0.7, 0.7, 1), "Park/Nothing"),
+        (scripted("Park/Nothing"), (1, 1, 1, 1), "Park/Nothing"),
         (
             "<material><script><uri>file://media/materials/scripts/gazebo.material</uri><name>Gazebo/White"
             "</name></script></material>",

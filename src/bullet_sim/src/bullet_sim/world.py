@@ -13,8 +13,8 @@ from bullet_sim.engine import Engine
 from bullet_sim.errors import ModelError, WorldError
 from bullet_sim.files import OwnFolder
 from bullet_sim.formats import urdf
+from bullet_sim.formats.materials import Resolve
 from bullet_sim.formats.sdf import world as sdf
-from bullet_sim.formats.shapes import Resolve
 from bullet_sim.models.changes import Forces
 from bullet_sim.models.contacts import Contacts
 from bullet_sim.models.model import PERIOD, Model, Placed

@@ -18,6 +18,24 @@ RGBA = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
+class TextureMapping:
+    """How an image lies on a surface.
+
+    Attributes:
+        transform: (a, b, c, d, e, f): the image is read at (a u + b v + c, d u + e v + f), v
+            upwards; (): where the texture coordinates say.
+        wrap: beyond its edges it is repeated (''), or its edge is ('clamp').
+        filtering: '' trilinear, or 'nearest'.
+        anisotropy: samples along the longer side of a pixel's footprint, 1: one.
+    """
+
+    transform: tuple[float, ...] = ()
+    wrap: str = ""
+    filtering: str = ""
+    anisotropy: int = 1
+
+
+@dataclass(frozen=True)
 class Finish:
     """Surface of a visual, RGB 0..1.
 
@@ -25,9 +43,14 @@ class Finish:
         ambient: reflectance of ambient light; None: as the color.
         specular: of the highlights; None: the mesh's, or none.
         emissive: light that it emits.
-        shininess: exponent of the highlights.
+        shininess: exponent of the highlights; 0: none.
         opacity: 1 opaque, 0 invisible; multiplies the color's.
         lit: False: rendered in its color, whatever the light.
+        blend: how it is laid over what is behind it: '' it hides it (unless it is translucent),
+            'alpha', 'add', 'modulate' or 'color'.
+        rejection: points with an alpha of at most this are left out.
+        double_sided: whether its back is rendered, too.
+        mapping: of its texture.
     """
 
     ambient: RGB | None = None
@@ -37,6 +60,10 @@ class Finish:
     opacity: float = 1.0
     cast_shadows: bool = True
     lit: bool = True
+    blend: str = ""
+    rejection: float = 0.0
+    double_sided: bool = False
+    mapping: TextureMapping = TextureMapping()
 
 
 PLAIN = Finish()
@@ -57,6 +84,7 @@ class Geometry:
         path, scale: file and size factors of a mesh; a negative factor mirrors.
         submesh: name of the only part of the mesh file to use; empty: all.
         centered: the submesh is moved so that its center is the origin.
+        flat: only the upper side of a box is rendered, which is a plane's.
     """
 
     kind: str
@@ -66,6 +94,7 @@ class Geometry:
     submesh: str = ""
     centered: bool = False
     points: tuple[tuple[float, float], ...] = ()
+    flat: bool = False
 
 
 @dataclass
@@ -128,7 +157,6 @@ class Link:
     Attributes:
         gravity: False: the file disables gravity for it.
         self_collide: collides with other links of its model that have it.
-        color: of a <gazebo> material, which replaces the colors of its visuals; None: none.
     """
 
     name: str
@@ -140,7 +168,6 @@ class Link:
     surface: Surface = field(default_factory=Surface)
     gravity: bool = True
     self_collide: bool = False
-    color: RGBA | None = None
 
     def set_inertia(self, pose: Pose, moments: Sequence[float]) -> None:
         """Set centre and inertia, (ixx, ixy, ixz, iyy, iyz, izz) in a frame in the centre."""

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from bullet_sim.description.model import RGB, Geometry, Link, ModelDescription, Shape
+from bullet_sim.description.model import RGB, Finish, Geometry, Link, ModelDescription, Shape
 from bullet_sim.description.warnings import ReadWarning, add_warning
 from bullet_sim.pose import Pose, Vec3
 
@@ -85,13 +85,15 @@ class Scene:
     """
 
     ambient: RGB = (0.4, 0.4, 0.4)
-    background: RGB | None = None
+    background: RGB | None = (0.7, 0.7, 0.7)
     shadows: bool = True
     fog: Fog | None = None
     lights: tuple[Light, ...] = (SUN,)
 
 
-GROUND_COLOR = (0.6, 0.6, 0.6, 1.0)
+# Gazebo/Grey, the material of the floor.
+GROUND_COLOR = (0.7, 0.7, 0.7, 1.0)
+GROUND = Finish(ambient=(0.3,) * 3, specular=(0.01,) * 3, shininess=1.5, cast_shadows=False)
 MIN_STEP = 1e-6  # [s] minimum physics step
 DEFAULT_STEP = 0.001  # [s]
 
@@ -129,11 +131,12 @@ def ground_plane() -> ModelDescription:
     link.collisions.append(Shape(Geometry("plane"), name="collision", link="link"))
     link.visuals.append(
         Shape(
-            Geometry("box", (100.0, 100.0, 0.002)),
+            Geometry("box", (100.0, 100.0, 0.002), flat=True),
             Pose((0.0, 0.0, -0.003)),
             GROUND_COLOR,
             name="visual",
             link="link",
+            finish=GROUND,
         )
     )
     model.links["link"] = link

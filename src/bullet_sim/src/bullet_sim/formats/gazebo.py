@@ -1,12 +1,11 @@
 """<gazebo> elements of URDF, and contact properties of these and of <surface> of SDF."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 from bullet_sim.description.model import EVERYTHING, Link, ModelDescription, Surface
 from bullet_sim.errors import ModelError
-from bullet_sim.formats.shapes import gazebo_color, rgba_of
+from bullet_sim.formats.materials import Resolve, material_of, standard
 from bullet_sim.plugins import parse_plugin, parse_sensor
 from bullet_sim.xml_reader import Node, child_number, child_text, floats, is_true
 
@@ -129,8 +128,12 @@ _IGNORED = {
 }
 
 
-def apply(robot: Node, model: ModelDescription) -> None:
-    """Read every <gazebo> child of <robot> into the model description."""
+def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
+    """Read every <gazebo> child of <robot> into the model description.
+
+    Args:
+        resolve: of the URIs of scripts.
+    """
     for element in robot.findall("gazebo"):
         reference = element.get("reference")
         for child in element:  # <mu1 value="0.8"/>, which counts before a text, as in sdformat
@@ -138,7 +141,7 @@ def apply(robot: Node, model: ModelDescription) -> None:
         if reference is None:
             _model_flags(element, model)
         elif reference in model.links:
-            _link_flags(element, model, model.links[reference])
+            _link_flags(element, model, model.links[reference], resolve)
         elif reference not in model.joints:
             model.warn(
                 f"<gazebo reference='{reference}'> refers to no link and no joint; "
@@ -186,11 +189,11 @@ def _either(element: Node, *tags: str) -> str:
     return next((text for text in texts if text), "false")
 
 
-def _link_flags(element: Node, model: ModelDescription, link: Link) -> None:
+def _link_flags(element: Node, model: ModelDescription, link: Link, resolve: Resolve) -> None:
     label = f"<gazebo reference='{link.name}'>"
     read_surface(element, link.surface, label, model.warn, urdf=True)
     read_stiffness(element, link.surface, label)
-    _material(element, model, link, label)
+    _material(element, model, link, label, resolve)
     if is_true(_either(element, "selfCollide", "self_collide")):
         link.self_collide = True
     off = is_true(child_text(element, "turnGravityOff", "false"))
@@ -198,28 +201,20 @@ def _link_flags(element: Node, model: ModelDescription, link: Link) -> None:
         link.gravity = False
 
 
-def _material(element: Node, model: ModelDescription, link: Link, label: str) -> None:
-    name = child_text(element, "material")
+def _material(
+    element: Node, model: ModelDescription, link: Link, label: str, resolve: Resolve
+) -> None:
+    """<material> of a standard one, or the <material> of a <visual>, for all visuals of a link."""
+    name, material = child_text(element, "material"), None
     if name is not None:
-        color = gazebo_color(name)
-        if color is None:
+        material = standard(name, resolve)
+        if material is None:
             model.warn(
                 f"{label}: material '{name}' is none of Gazebo's standard colors; it is ignored",
                 "materials are none of Gazebo's standard colors and are ignored",
                 f"'{name}'",
             )
     else:
-        text = child_text(element, "visual/material/diffuse") or child_text(
-            element, "visual/material/ambient"
-        )
-        name = child_text(element, "visual/material/script/name")
-        color = (
-            rgba_of(element, text, f"{label} material")
-            if text
-            else (gazebo_color(name) if name else None)
-        )
-    if color is not None:
-        link.color = color
-        link.visuals[:] = [
-            replace(shape, color=color, texture="", painted=True) for shape in link.visuals
-        ]
+        material = material_of(element.find("visual/material"), label, model, resolve)
+    if material is not None:
+        link.visuals[:] = [material.on(shape) for shape in link.visuals]

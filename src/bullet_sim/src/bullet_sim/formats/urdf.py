@@ -17,7 +17,8 @@ from bullet_sim.description.model import (
 from bullet_sim.errors import ModelError
 from bullet_sim.formats import gazebo as gazebo_tags
 from bullet_sim.formats.joints import UNSUPPORTED_TYPES, check_mimics, read_joints
-from bullet_sim.formats.shapes import Resolve, first_geometry, mesh_geometry, rgba_of, usable_size
+from bullet_sim.formats.materials import Resolve, rgba_of
+from bullet_sim.formats.shapes import first_geometry, mesh_geometry, usable_size
 from bullet_sim.xml_reader import Node, floats_of, number_of, parse, urdf_origin
 
 INTERFACES = {
@@ -107,7 +108,7 @@ def parse_urdf(text: str | bytes | Node, resolve: Resolve, name: str = "robot") 
         _fix_unsupported(joint, model)
     model.transmissions = parse_transmissions(robot, model.joints, model.warn)
     check_mimics(model)
-    gazebo_tags.apply(robot, model)
+    gazebo_tags.apply(robot, model, resolve)
     return model
 
 

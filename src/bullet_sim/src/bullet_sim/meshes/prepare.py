@@ -53,14 +53,15 @@ CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))  # of a side, (right, up)
 
 def box_sides() -> Iterator[tuple[Array, list[Array]]]:
     """Sides of a box of edge 2 about the origin: normal (3,), four corners (3,) counter-clockwise
-    from the lower left of an image, seen from outside with the side upright."""
+    from the lower left of an image, seen from outside with the side upright, as in Gazebo: images
+    on top and below have their right at -y."""
     for axis in range(3):
         for side in (1.0, -1.0):
             normal = np.zeros(3)
             normal[axis] = side
-            right = np.array([0.0, side, 0.0]) if axis == 0 else np.array([1.0, 0.0, 0.0])
-            if axis == 1:
-                right = right * -side
+            right = (np.array([0.0, side, 0.0]), np.array([-side, 0.0, 0.0]))[axis == 1]
+            if axis == 2:
+                right = np.array([0.0, -1.0, 0.0])
             up = np.cross(normal, right)
             yield normal, [normal + a * right + b * up for a, b in CORNERS]
 

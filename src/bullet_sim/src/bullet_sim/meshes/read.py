@@ -12,6 +12,7 @@ import numpy as np
 
 from bullet_sim.description.model import RGBA, Geometry
 from bullet_sim.errors import ModelError
+from bullet_sim.meshes.collada import Part, read_collada
 from bullet_sim.pose import Array
 from bullet_sim.xml_reader import Document, decoded, repaired
 
@@ -158,20 +159,17 @@ def read_parts(
         ) from error
     try:
         resolver = MeshFileResolver(geometry.path)
-        scene = _scene(geometry, resolver)
+        found, unit = _parts(geometry, resolver)
         if errors is not None:
             errors += resolver.errors
-        parts, names = [], []
-        for node in scene.graph.nodes_geometry:
-            transform, name = scene.graph[node]
-            names.append(name)
-            mesh = scene.geometry[name]
-            if (
-                isinstance(mesh, trimesh.Trimesh)
-                and len(mesh.faces)
-                and (not geometry.submesh or _is_part(geometry.submesh, name, node))
-            ):
-                parts.append((mesh, np.diag([_unit(scene.units)] * 3 + [1.0]) @ transform))
+        names = [name for name, _, _ in found]
+        parts = [
+            (mesh, np.diag([unit] * 3 + [1.0]) @ transform)
+            for name, mesh, transform in found
+            if isinstance(mesh, trimesh.Trimesh)
+            and len(mesh.faces)
+            and (not geometry.submesh or _is_part(geometry.submesh, name))
+        ]
     except Exception as error:  # pylint: disable=broad-except  # its readers raise many types
         raise ModelError(
             f"mesh '{geometry.path}' cannot be read: {type(error).__name__}: {error}"
@@ -192,25 +190,38 @@ def check_corners(corners: Array, path: str) -> None:
         raise ModelError(f"mesh '{path}' has corners that are no numbers or beyond {MAX_SIZE:g} m")
 
 
-def _scene(geometry: Geometry, resolver: MeshFileResolver) -> "trimesh.Scene":
-    """trimesh's Scene of a file and those that it refers to."""
+def _parts(geometry: Geometry, resolver: MeshFileResolver) -> tuple[list[Part], float]:
+    """Parts of a file and those that it refers to, and the meters of its unit."""
     import trimesh
 
-    options = {"process": False, "resolver": resolver}
+    if geometry.path.lower().endswith(".dae"):
+        return _collada(geometry, resolver)
+    options: dict[str, Any] = {"process": False, "resolver": resolver}
     if geometry.submesh and geometry.path.lower().endswith(".obj"):
         options |= {"split_objects": True, "group_material": False}
+    scene = trimesh.load_scene(geometry.path, **options)
+    placed = [(*scene.graph[node], node) for node in scene.graph.nodes_geometry]
+    parts = [(name, scene.geometry[name], transform) for transform, name, _ in placed]
+    return parts, _unit(scene.units)
+
+
+def _collada(geometry: Geometry, resolver: MeshFileResolver) -> tuple[list[Part], float]:
+    from PIL import Image
+
+    def image(name: str) -> "Image.Image":
+        return Image.open(io.BytesIO(resolver.get(name)))
+
     try:
-        return trimesh.load_scene(geometry.path, **options)
+        with open(geometry.path, "rb") as file:
+            return read_collada(file, image)
     except Exception:  # XML that TinyXML accepts and lxml does not, such as < in a name?
-        if not geometry.path.lower().endswith(".dae"):
-            raise
         with open(geometry.path, "rb") as file:
             text = repaired(decoded(file.read(), Document(geometry.path)))
-    return trimesh.load_scene(io.BytesIO(text.encode()), file_type="dae", **options)
+    return read_collada(io.BytesIO(text.encode()), image)
 
 
-def _is_part(submesh: str, *names: str) -> bool:
-    return any(name == submesh or str(name).startswith(submesh) for name in names)
+def _is_part(submesh: str, name: str) -> bool:
+    return name.startswith(submesh)
 
 
 def _unit(text: str | None) -> float:

@@ -10,7 +10,8 @@ from bullet_sim.description.model import INERTIA, Joint, Link, ModelDescription,
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.gazebo import read_surface
 from bullet_sim.formats.joints import Version, read_joint
-from bullet_sim.formats.shapes import Resolve, parse_shape
+from bullet_sim.formats.materials import Resolve
+from bullet_sim.formats.shapes import parse_shape
 from bullet_sim.plugins import parse_plugin, parse_sensor
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import Node, child_number, child_text, is_true, sdf_pose

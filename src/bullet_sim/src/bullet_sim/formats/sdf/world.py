@@ -24,8 +24,8 @@ from bullet_sim.description.world import (
 from bullet_sim.errors import ModelError
 from bullet_sim.files import MAX_TEXT, read_file
 from bullet_sim.formats.joints import Version
+from bullet_sim.formats.materials import Resolve, rgba_of
 from bullet_sim.formats.sdf.model import OpenInclude, parse_model_element
-from bullet_sim.formats.shapes import Resolve, rgba_of
 from bullet_sim.plugins.xml import library
 from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
@@ -51,7 +51,8 @@ def parse_scene(world: Node, label: str) -> Scene:
     if scene is None:
         return Scene(lights=())
     label = f"{label} <scene>"
-    background = None if scene.find("sky") is not None else _color(scene, "background", label, None)
+    has_sky = scene.find("sky") is not None
+    background = None if has_sky else _color(scene, "background", label, Scene.background)
     return Scene(
         _color(scene, "ambient", label, Scene.ambient),
         background,

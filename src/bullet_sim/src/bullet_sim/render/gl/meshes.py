@@ -3,25 +3,17 @@
 import math
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from bullet_sim.description.model import RGB, RGBA, Geometry, Shape
+from bullet_sim.description.model import Geometry, Shape, TextureMapping
 from bullet_sim.errors import ModelError
+from bullet_sim.meshes.looks import Look, look_of
 from bullet_sim.meshes.prepare import CORNERS, box_sides
-from bullet_sim.meshes.read import (
-    GREY,
-    WHITE,
-    check_corners,
-    image_of,
-    mean_color,
-    open_image,
-    read_parts,
-    rgba,
-)
+from bullet_sim.meshes.read import check_corners, open_image, read_parts
 from bullet_sim.pose import Array
 
 Rows = list[list[float]]
@@ -76,14 +68,14 @@ def solid(shape: str) -> tuple[Array, Array]:
     """Corners and triangles of a shape of size 1: an edge, a diameter of 2, a length of 1.
 
     Args:
-        shape: 'box', 'cylinder' (along z) or 'sphere'.
+        shape: 'box', 'plane' (its upper side), 'cylinder' (along z) or 'sphere'.
 
     Returns:
         (n, 8) float32 position, normal, texture coordinates (right and up in the image);
         (m, 3) uint32, counter-clockwise seen from outside.
     """
     makers: dict[str, Callable[[], tuple[Rows, Triangles]]]
-    makers = {"box": _box, "cylinder": _cylinder, "sphere": _sphere}
+    makers = {"box": _box, "plane": _plane, "cylinder": _cylinder, "sphere": _sphere}
     corners, triangles = makers[shape]()
     return np.asarray(corners, np.float32), np.asarray(triangles, np.uint32)
 
@@ -100,37 +92,49 @@ def _box() -> tuple[Rows, Triangles]:
     return corners, triangles
 
 
+def _plane() -> tuple[Rows, Triangles]:
+    """The upper side of a box alone; its image has its right at +x, and its top at +y."""
+    corners: Rows = [
+        [a / 2.0, b / 2.0, 0.5, 0.0, 0.0, 1.0, (a + 1) / 2.0, (b + 1) / 2.0] for a, b in CORNERS
+    ]
+    return corners, [[0, 1, 2], [0, 2, 3]]
+
+
 def _cylinder() -> tuple[Rows, Triangles]:
+    """Images are upside down, from +y by +x around it; on top they shrink to a corner of theirs."""
     corners: Rows = []
     triangles: Triangles = []
     angles = np.linspace(0.0, 2.0 * np.pi, SIDES + 1)
     for angle in angles:
-        x, y = np.cos(angle), np.sin(angle)
+        x, y = np.sin(angle), np.cos(angle)
         along = angle / (2.0 * np.pi)
-        corners += [[x, y, -0.5, x, y, 0.0, along, 0.0], [x, y, 0.5, x, y, 0.0, along, 1.0]]
+        corners += [[x, y, -0.5, x, y, 0.0, along, 1.0], [x, y, 0.5, x, y, 0.0, along, 0.0]]
     for side in range(SIDES):
         a = 2 * side
-        triangles += [[a, a + 2, a + 3], [a, a + 3, a + 1]]
+        triangles += [[a, a + 3, a + 2], [a, a + 1, a + 3]]
     for end in (1.0, -1.0):
         first = len(corners)
-        for angle in angles[:-1]:
-            x, y = np.cos(angle), np.sin(angle)
-            corners.append([x, y, end / 2.0, 0.0, 0.0, end, 0.5 + x / 2.0, 0.5 + end * y / 2.0])
-        for side in range(1, SIDES - 1):
-            pair = (side, side + 1) if end > 0 else (side + 1, side)
+        corners.append([0.0, 0.0, end / 2.0, 0.0, 0.0, end, 0.0, 1.0])
+        for angle in angles:
+            x, y = np.sin(angle), np.cos(angle)
+            along = angle / (2.0 * np.pi)
+            corners.append([x, y, end / 2.0, 0.0, 0.0, end, along, 0.0 if end > 0 else 1.0])
+        for side in range(1, SIDES + 1):
+            pair = (side + 1, side) if end > 0 else (side, side + 1)
             triangles.append([first, first + pair[0], first + pair[1]])
     return corners, triangles
 
 
 def _sphere() -> tuple[Rows, Triangles]:
+    """The top of an image is at +y; its left edge is at +z, from where it goes by +x around y."""
     corners: Rows = []
     triangles: Triangles = []
     for ring in range(RINGS + 1):
         polar = np.pi * ring / RINGS
         for side in range(SIDES + 1):
             angle = 2.0 * np.pi * side / SIDES
-            x, y = np.sin(polar) * np.cos(angle), np.sin(polar) * np.sin(angle)
-            z = np.cos(polar)
+            x, z = np.sin(polar) * np.sin(angle), np.sin(polar) * np.cos(angle)
+            y = np.cos(polar)
             corners.append([x, y, z, x, y, z, side / SIDES, 1.0 - ring / RINGS])
     width = SIDES + 1
     for ring in range(RINGS):
@@ -144,25 +148,6 @@ def _sphere() -> tuple[Rows, Triangles]:
     return corners, triangles
 
 
-BLACK: RGB = (0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True)
-class Material:
-    """How a surface reflects light.
-
-    Attributes:
-        image: Pillow image over the color.
-        double_sided: whether the inside is rendered, too.
-    """
-
-    color: RGBA = WHITE
-    image: Any = None
-    specular: RGB = BLACK
-    emissive: RGB = BLACK
-    double_sided: bool = False
-
-
 @dataclass(frozen=True)
 class Part:
     """Triangles of one material.
@@ -170,11 +155,12 @@ class Part:
     Attributes:
         corners: (n, 8) float32: position [m], normal, texture coordinates.
         triangles: (m, 3) uint32, counter-clockwise seen from outside.
+        look: of the file; None: it has no material.
     """
 
     corners: Array
     triangles: Array
-    material: Material
+    look: Look | None
 
 
 def mesh_parts(geometry: Geometry) -> list[Part]:
@@ -216,8 +202,10 @@ def _part(mesh: Any, transform: Array, path: str) -> Part:
         corners = faces.ravel()
         rows = _rows(vertices[corners], normals, None if uv is None else uv[corners])
         rows, triangles = _joined(rows)
-    material = _material(mesh.visual, uv is not None)
-    return Part(rows, np.ascontiguousarray(triangles, np.uint32), material)
+    look = look_of(mesh)
+    if look is not None and look.image is not None and uv is None:
+        look = replace(look, image=None)
+    return Part(rows, np.ascontiguousarray(triangles, np.uint32), look)
 
 
 def _rows(positions: Array, normals: Array, uv: Any) -> Array:
@@ -236,28 +224,8 @@ def _joined(rows: Array) -> tuple[Array, Array]:
     return unique.view(np.float32).reshape(-1, 8), index.reshape(-1, 3)
 
 
-def _material(visual: Any, has_uv: bool) -> Material:
-    """Material of the visual of a trimesh, which may have texture coordinates."""
-    material = getattr(visual, "material", None)
-    if visual is None or not visual.defined:
-        return Material(GREY)
-    if material is None:
-        return Material(rgba(visual.main_color))
-    color, image = rgba(material.main_color), image_of(material) if has_uv else None
-    if image is not None:
-        color = (*WHITE[:3], color[3])
-    specular = emissive = BLACK
-    if hasattr(material, "glossiness"):  # of an MTL
-        specular = rgba(material.specular)[:3]
-    factors = getattr(material, "emissiveFactor", None)
-    if factors is not None:
-        r, g, b = (float(value) for value in factors[:3])
-        emissive = r, g, b
-    double_sided = bool(getattr(material, "doubleSided", False))
-    return Material(color, image, specular, emissive, double_sided)
-
-
 MAX_IMAGE_SIDE = 8192  # [px] of a texture
+MIPMAPS = 5  # smaller images of a texture, as in Gazebo: a line far away does not become gray
 
 
 class Mesh:
@@ -285,14 +253,13 @@ class Surface:
     """A mesh with its material, as a visual shows it.
 
     Attributes:
+        look: of the mesh's file; None: it has no material.
         texture: moderngl Texture, or None.
-        translucent: whether the texture lets something through.
     """
 
     mesh: Mesh
-    material: Material
+    look: Look | None = None
     texture: Any = None
-    translucent: bool = False
 
 
 class AssetCache:
@@ -300,14 +267,15 @@ class AssetCache:
 
     Args:
         gl: moderngl.Context.
-        anisotropy: of textures; 1: none.
+        anisotropy: maximum of textures; 1: none.
     """
 
     def __init__(self, gl: Any, anisotropy: float) -> None:
         self._gl, self._anisotropy = gl, anisotropy
-        self._solids: dict[str, Mesh] = {}
-        self._files: dict[Any, list[Surface]] = {}
-        self._textures: dict[Any, tuple[Any, bool]] = {}
+        self._solids: dict[Any, Mesh] = {}
+        self._files: dict[Any, list[tuple[Part, Any]]] = {}
+        self._meshes: dict[Any, Mesh] = {}
+        self._textures: dict[Any, Any] = {}
         self._used: set[Any] = set()
 
     def start_scene(self) -> None:
@@ -316,8 +284,10 @@ class AssetCache:
 
     def drop_unused(self) -> None:
         """Free what was not requested since start_scene()."""
-        self._files = {key: self._files[key] for key in self._files if key in self._used}
-        self._textures = {key: self._textures[key] for key in self._textures if key in self._used}
+        caches: tuple[dict[Any, Any], ...] = (self._files, self._meshes, self._textures)
+        for cache in caches:
+            for key in [key for key in cache if key not in self._used]:
+                del cache[key]
 
     def surfaces(self, shape: Shape) -> list[Surface]:
         """Surfaces of a visual Shape, one for each material.
@@ -325,25 +295,26 @@ class AssetCache:
         Raises:
             ModelError: its mesh or its texture cannot be read.
         """
-        geometry = shape.geometry
+        geometry, mapping = shape.geometry, shape.finish.mapping
+        transform = mapping.transform if shape.texture else ()
         if geometry.kind == "mesh":
-            surfaces = self._file(geometry)
+            surfaces = self._file(geometry, transform)
         else:
-            solid_type = "box" if geometry.kind == "plane" else geometry.kind
-            if solid_type not in self._solids:
-                self._solids[solid_type] = Mesh(self._gl, *solid(solid_type))
-            surfaces = [Surface(self._solids[solid_type], Material())]
+            solid_type = "plane" if geometry.flat else geometry.kind
+            key = (solid_type, transform)
+            if key not in self._solids:
+                corners, triangles = solid(solid_type)
+                self._solids[key] = Mesh(self._gl, transformed_uv(corners, transform), triangles)
+            surfaces = [Surface(self._solids[key])]
         if not shape.texture:
-            return surfaces
-        texture, translucent = self._texture(shape.texture)
+            return [Surface(each.mesh) for each in surfaces] if shape.painted else surfaces
+        texture = self._texture(shape.texture, mapping)
         return [
-            Surface(surface.mesh, Material(), texture, translucent)
-            if surface.mesh.mapped
-            else Surface(surface.mesh, Material(mean_color(shape.texture)))
+            Surface(surface.mesh, texture=texture) if surface.mesh.mapped else Surface(surface.mesh)
             for surface in surfaces
         ]
 
-    def _file(self, geometry: Geometry) -> list[Surface]:
+    def _file(self, geometry: Geometry, transform: tuple[float, ...]) -> list[Surface]:
         key = (
             geometry.path,
             _modified(geometry.path),
@@ -353,38 +324,61 @@ class AssetCache:
         )
         self._used.add(key)
         if key not in self._files:
-            surfaces = []
-            for part in mesh_parts(geometry):
-                image = part.material.image
-                texture, translucent = (None, False) if image is None else self._upload(image)
-                mesh = Mesh(self._gl, part.corners, part.triangles)
-                surfaces.append(Surface(mesh, part.material, texture, translucent))
-            self._files[key] = surfaces
-        return self._files[key]
+            self._files[key] = [
+                (
+                    part,
+                    None
+                    if part.look is None or part.look.image is None
+                    else self._upload(part.look.image, TextureMapping()),
+                )
+                for part in mesh_parts(geometry)
+            ]
+        surfaces = []
+        for index, (part, texture) in enumerate(self._files[key]):
+            name = (*key, index, transform)
+            self._used.add(name)
+            if name not in self._meshes:
+                corners = transformed_uv(part.corners, transform)
+                self._meshes[name] = Mesh(self._gl, corners, part.triangles)
+            surfaces.append(Surface(self._meshes[name], part.look, texture))
+        return surfaces
 
-    def _texture(self, path: str) -> tuple[Any, bool]:
-        key = (path, _modified(path))
+    def _texture(self, path: str, mapping: TextureMapping) -> Any:
+        key = (path, _modified(path), replace(mapping, transform=()))
         self._used.add(key)
         if key not in self._textures:
-            self._textures[key] = self._upload(open_image(path, transparent=True))
+            self._textures[key] = self._upload(open_image(path, transparent=True), mapping)
         return self._textures[key]
 
-    def _upload(self, image: Any) -> tuple[Any, bool]:
-        """(Texture of a Pillow image with its mipmaps, whether it lets something through)."""
+    def _upload(self, image: Any, mapping: TextureMapping) -> Any:
+        """Texture of a Pillow image with its mipmaps."""
         has_alpha = "A" in image.getbands() or "transparency" in image.info
         image = image.convert("RGBA" if has_alpha else "RGB")
         shrink = min(1.0, MAX_IMAGE_SIDE / max(image.size))
         if shrink < 1.0:
             image = image.resize([max(1, round(side * shrink)) for side in image.size])
         pixels = np.asarray(image)[::-1]  # OpenGL's first row is the lowest
-        translucent = pixels.shape[2] == 4 and int(pixels[:, :, 3].min()) < 250
         texture = self._gl.texture(
             image.size, pixels.shape[2], np.ascontiguousarray(pixels).tobytes(), alignment=1
         )
-        texture.build_mipmaps()
-        texture.filter = (self._gl.LINEAR_MIPMAP_LINEAR, self._gl.LINEAR)
-        texture.anisotropy = self._anisotropy
-        return texture, translucent
+        texture.build_mipmaps(max_level=MIPMAPS)
+        linear, nearest = self._gl.LINEAR, self._gl.NEAREST
+        texture.filter = (self._gl.LINEAR_MIPMAP_LINEAR, linear)
+        if mapping.filtering == "nearest":
+            texture.filter = (nearest, nearest)
+        texture.anisotropy = min(float(mapping.anisotropy), self._anisotropy)
+        texture.repeat_x = texture.repeat_y = mapping.wrap != "clamp"
+        return texture
+
+
+def transformed_uv(corners: Array, transform: tuple[float, ...]) -> Array:
+    """Corners (n, 8) with the texture coordinates of TextureMapping.transform."""
+    if not transform:
+        return corners
+    matrix = np.reshape(transform, (2, 3))
+    corners = corners.copy()
+    corners[:, 6:] = corners[:, 6:] @ matrix[:, :2].T + matrix[:, 2]
+    return corners
 
 
 def _modified(path: str) -> int:

@@ -112,6 +112,13 @@ class Sky:
         self._array.render()
 
 
+# Finish.blend -> factors of what is rendered and of what is there.
+BLENDS = {
+    "alpha": ("SRC_ALPHA", "ONE_MINUS_SRC_ALPHA"),
+    "add": ("ONE", "ONE"),
+    "modulate": ("DST_COLOR", "ZERO"),
+    "color": ("SRC_COLOR", "ONE_MINUS_SRC_COLOR"),
+}
 FOGS = {"linear": 1, "exp": 2, "exp2": 3}
 
 
@@ -176,12 +183,14 @@ class GlRenderer(Renderer):
         self._context = Context()
         self.device, self.software = self._context.device, self._context.software
         gl = self._context.gl
-        self._shadows_enabled = quality.shadows != "false"
+        self._shadows_enabled = (
+            not self.software if quality.shadows == "auto" else quality.shadows == "true"
+        )
         antialias = (
             not self.software if quality.antialias == "auto" else quality.antialias == "true"
         )
         self._samples = min(SAMPLES, gl.max_samples) if antialias else 0
-        anisotropy = 1.0 if self.software else min(gl.max_anisotropy, 16.0)
+        anisotropy = min(gl.max_anisotropy, 16.0)
         self._programs = Programs(gl)
         self._instances = Instances(gl, AssetCache(gl, anisotropy))
         self._shadows = Shadows(gl, self._programs.depth, 4096)
@@ -291,7 +300,6 @@ class GlRenderer(Renderer):
             away = np.linalg.norm(instances.centres - view.position, axis=1)
             batches.sort(key=lambda batch: -away[batch.first])
             gl.depth_func = ">"
-            gl.blend_func = gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA
         shadowed = 0
         if lighting.shadow_sun:
             shadowed = self._shadows.present
@@ -308,10 +316,13 @@ class GlRenderer(Renderer):
             if features != flags:
                 gl.enable_only(features)
                 flags = features
+            if transparent:
+                gl.blend_func = tuple(getattr(gl, name) for name in BLENDS[batch.type.blend])
             program = self._programs.surface(
                 batch.type.textured,
                 batch.type.shiny,
                 batch.type.lit,
+                batch.type.rejects,
                 lighting.sun is not None,
                 shadowed,
                 len(lighting.lights),

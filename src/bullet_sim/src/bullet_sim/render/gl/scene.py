@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bullet_sim.description.model import RGBA, Geometry, Shape, VisualLink
+from bullet_sim.description.model import RGB, RGBA, Geometry, Shape, VisualLink
 from bullet_sim.errors import ModelError
-from bullet_sim.meshes.read import GREY
+from bullet_sim.meshes.looks import Look
 from bullet_sim.pose import Array, Vec3, Vector
 from bullet_sim.render.gl.kinematics import Kinematics, pose_matrix
 from bullet_sim.render.gl.meshes import AssetCache, Surface
@@ -36,14 +36,18 @@ class BatchType(NamedTuple):
     Attributes:
         textured, shiny, lit: see shaders.Programs.
         double_sided: whether the inside is rendered, too.
+        rejects: whether points with too low an alpha are left out.
         transparent: rendered after all others, from far to near.
+        blend: Finish.blend of those.
     """
 
     textured: bool
     shiny: bool
     lit: bool
     double_sided: bool
+    rejects: bool
     transparent: bool
+    blend: str
 
 
 class Selection:
@@ -115,25 +119,38 @@ class Instance(NamedTuple):
     colors: list[float]
 
 
+WHITE: RGBA = (1.0, 1.0, 1.0, 1.0)
+BLACK: RGB = (0.0, 0.0, 0.0)
+NOTHING = Look()  # of a visual without material and color
+
+
 def describe(key: int, row: int, fixed: bool, shape: Shape, surface: Surface) -> Instance | None:
     """Instance of a surface of a body's Shape, or None when it is invisible."""
-    geometry, finish, material = shape.geometry, shape.finish, surface.material
+    geometry, finish, look = shape.geometry, shape.finish, surface.look
     size = _size(geometry)
-    color = material.color
-    if not shape.texture and (geometry.kind != "mesh" or shape.painted or color == GREY):
-        color = shape.color or GREY
+    if look is None or shape.painted or shape.texture:
+        color = shape.color or WHITE
+        ambient = color[:3] if finish.ambient is None else finish.ambient
+        specular, shininess = finish.specular or BLACK, finish.shininess
+        emissive = finish.emissive
+        if not shape.painted and not shape.color:
+            specular, shininess = NOTHING.specular, NOTHING.shininess
+    else:
+        color, ambient, shininess = look.diffuse, look.ambient, look.shininess
+        specular = look.specular
+        emissive = finish.emissive if any(finish.emissive) else look.emissive
     alpha = color[3] * finish.opacity
     if alpha <= 0.0:
         return None
-    specular = material.specular if finish.specular is None else finish.specular
-    emissive = np.maximum(material.emissive, finish.emissive).tolist()
-    ambient = color[:3] if finish.ambient is None else finish.ambient
+    blend = finish.blend or ("alpha" if alpha < 0.999 else "")
     batch_type = BatchType(
         textured=surface.texture is not None,
-        shiny=any(specular) or any(emissive),
+        shiny=any(specular) and shininess > 0.0,
         lit=finish.lit,
-        double_sided=material.double_sided,
-        transparent=alpha < 0.999 or surface.translucent,
+        double_sided=finish.double_sided or (look is not None and look.double_sided),
+        rejects=finish.rejection > 0.0,
+        transparent=bool(blend),
+        blend=blend,
     )
     return Instance(
         surface,
@@ -145,8 +162,8 @@ def describe(key: int, row: int, fixed: bool, shape: Shape, surface: Surface) ->
         fixed,
         [
             *(*color[:3], alpha),
-            *(*ambient, finish.shininess),
-            *(*specular, 0.0),
+            *(*ambient, shininess),
+            *(*specular, finish.rejection),
             *(*emissive, 0.0),
             *_label(key),
         ],

@@ -3,8 +3,8 @@
 GLSL of the program that renders surfaces, in variants made for what a batch needs.
 
 `Programs` defines the names of the #if lines, and puts `FRAME` before it. Light is added as
-Gazebo Classic's fixed pipeline does, in the colors' space:
-    texel * (ambient + sum of diffuse * cosine * shadow * attenuation) + emissive + highlights
+Gazebo Classic's per-pixel lighting does, in the colors' space, clamped at the end alone:
+    texel * (ambient + emissive + sum of diffuse * cosine * shadow * attenuation) + highlights
 """
 
 from collections.abc import Sequence
@@ -80,7 +80,9 @@ flat VARYING vec3 v_ambient;
 #endif
 #if SHINY
 flat VARYING vec4 v_specular;
-flat VARYING vec3 v_emissive;
+#endif
+#if REJECTS
+flat VARYING float v_rejection;
 #endif
 #if SHADOWED & 1
 VARYING vec3 v_fixed;
@@ -99,7 +101,7 @@ in vec4 in_row1;
 in vec4 in_row2;
 in vec4 in_color;
 in vec4 in_ambient;   // w: shininess
-in vec4 in_specular;
+in vec4 in_specular;  // w: rejection
 in vec4 in_emissive;
 void main() {
     vec4 local = vec4(in_position, 1.0);
@@ -124,11 +126,13 @@ void main() {
     v_uv = in_uv;
 #endif
 #if LIT
-    v_ambient = ambient.rgb * in_ambient.rgb;
+    v_ambient = ambient.rgb * in_ambient.rgb + in_emissive.rgb;
 #endif
 #if SHINY
     v_specular = vec4(in_specular.rgb, in_ambient.w);
-    v_emissive = in_emissive.rgb;
+#endif
+#if REJECTS
+    v_rejection = in_specular.w;
 #endif
 #if SHADOWED
     vec3 aside = outward * (0.1 + sqrt(max(1.0 - v_facing * v_facing, 0.0)));
@@ -158,7 +162,9 @@ void main() {
 #if TEXTURED
     vec4 texel = texture(albedo, v_uv);
     color *= texel;
-    if (color.a < 0.01) discard;
+#endif
+#if REJECTS
+    if (color.a <= v_rejection) discard;
 #endif
 #if LIT
 #if NEEDS_NORMAL
@@ -170,7 +176,7 @@ void main() {
     float away = length(back);
 #endif
 #if SHINY
-    vec3 shine = v_emissive;
+    vec3 shine = vec3(0.0);
     vec3 view = back / away;
 #endif
 #if SUN
@@ -347,6 +353,7 @@ class Programs:
         textured: bool,
         shiny: bool,
         lit: bool,
+        rejects: bool,
         sun: bool,
         shadowed: int,
         lights: int,
@@ -355,7 +362,7 @@ class Programs:
         """Program that renders surfaces.
 
         Args:
-            textured, shiny, lit: of the batch.
+            textured, shiny, lit, rejects: of the batch.
             sun: whether the scene has one.
             shadowed: whether something that never moves casts shadows (1) and something that
                 moves (2), added up.
@@ -367,6 +374,7 @@ class Programs:
             "TEXTURED": textured,
             "SHINY": shiny,
             "LIT": lit,
+            "REJECTS": rejects,
             "SUN": sun,
             "SHADOWED": shadowed if sun and lit else 0,
             "LIGHTS": lights,
