@@ -67,7 +67,7 @@ def switch(names, others):
 
 
 def main():
-    """Runs one command; returns 0 when it succeeded, else 1."""
+    """Runs one command; returns 1 for an error, 0 as upstream's also if a controller refuses."""
     parser = argparse.ArgumentParser(
         prog="controller_group", description="Start the controllers of a group."
     )
@@ -81,7 +81,8 @@ def main():
     options = parser.parse_args(rospy.myargv()[1:])
     nodes.init_node("controller_group", anonymous=True, disable_rosout=True)
     try:
-        return 0 if run(options, read_groups()) else 1
+        run(options, read_groups())
+        return 0
     except (ManagerError, ValueError, rospy.ROSException) as error:
         print(f"controller_group: {error}", file=sys.stderr)
         return 1
