@@ -96,8 +96,9 @@ def stop_controllers(names):
     return start_stop_controllers(stop_controllers=names)
 
 
-def start_stop_controllers(start_controllers=(), stop_controllers=()):
+def start_stop_controllers(start_controllers=None, stop_controllers=None):
     """Starts and stops controllers in one step, all or none."""
+    start_controllers, stop_controllers = start_controllers or [], stop_controllers or []
     if not _manager("switch_controller").switch(start_controllers, stop_controllers):
         print(f"Error when starting {start_controllers} and stopping {stop_controllers}")
         return False
