@@ -93,8 +93,8 @@ def environment(sources, suite, folder):
     """Environment of the tests: the copies and the suite's sources in front."""
     source = sources / suite.repository
     packages = [str(folder), str(HERE), *filter(None, [os.environ.get("ROS_PACKAGE_PATH")])]
-    if not (source / suite.package / "CATKIN_IGNORE").exists() and suite.nodes:
-        packages.insert(2, str(source / suite.package))
+    if suite.nodes or suite.plugin:  # tests look for files of the package that they belong to
+        packages.insert(0, str(source / suite.package))
     paths = [HERE / "dummy_robot" / "src", source / suite.package / "src"]
     python = [str(path) for path in paths if path.is_dir() and suite.nodes]
     python += [str(HERE)] if suite.plugin else []
