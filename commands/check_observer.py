@@ -41,6 +41,7 @@ _DIED = re.compile(
 )
 _CANNOT = re.compile(r"cannot launch node of type \[([\w.-]+)/([\w./-]+)\]")
 _UNABLE = re.compile(r"Unable to launch \[([\w/.-]+?)(?:-\d+)?\]")
+_NOT_FOUND = re.compile(r"error while attempting to run:\s+(\S+)")
 _REFUSED = re.compile(r"RLException: (.*(?:\n\s+\S.*)?)")
 _TRACEBACK = "The traceback for the exception was written"
 _CAUSE = re.compile(r"^(?:error|xacro|ERROR|Resource not found): .*", re.MULTILINE)
@@ -225,8 +226,8 @@ def read_launch_log(path):
 
     Returns:
         died: (node, exit code, name of its program); cannot: (package, type) of nodes that could
-        not start; unable: nodes whose program could not be run; errors: lines of errors; refused:
-        why roslaunch refuses the file, or None.
+        not start; unable: nodes whose program could not be run; interpreters: (script, missing
+        interpreter); errors: lines of errors; refused: why roslaunch refuses the file, or None.
     """
     with open(path, encoding="utf-8", errors="replace") as stream:
         text = _COLORS.sub("", stream.read())
@@ -239,9 +240,25 @@ def read_launch_log(path):
         ],
         "cannot": sorted(set(_CANNOT.findall(text))),
         "unable": sorted(set(_UNABLE.findall(text))),
+        "interpreters": missing_interpreters(_NOT_FOUND.findall(text)),
         "errors": [line for line in lines if re.match(r"\[?(ERROR|FATAL)\b", line)][:ERRORS],
         "refused": _refused(text),
     }
+
+
+def missing_interpreters(paths):
+    """(path, interpreter) of scripts whose first line names a program that does not exist."""
+    missing = {}
+    for path in paths:
+        try:
+            with open(path, "rb") as script:
+                first = script.readline(256).decode(errors="replace").strip()
+        except OSError:
+            continue
+        words = first[2:].split() if first.startswith("#!") else []
+        if words and not os.path.exists(words[0]):
+            missing[path] = words[0]
+    return sorted(missing.items())
 
 
 def _refused(text):

@@ -3,6 +3,8 @@
 ./run check PACKAGE FILE.launch [ARG:=VALUE ...]: nodes that could not start and the package they
 need, controllers, each sensor's topic with its nominal and its measured rate (in simulated time),
 what is missing or was ignored, whether the robots stand still and upright, the real-time factor.
+Problems come in the order in which to mend them, with what would replace what cannot work. The last
+line says whether the file works, works without something, or does not work, and why.
 It runs on a ROS master of its own and without a screen: windows such as rviz are not looked at.
 Exits 0 if nothing is wrong, 1 if something is. The log of the launch is in .cache/ros/check-PORT/.
 """
@@ -11,6 +13,7 @@ import collections
 import json
 import math
 import os
+import re
 import shutil
 import subprocess
 
@@ -74,11 +77,12 @@ def run(options, rest):
         raise CommandError("the check came to no result", f"logs in {relative(folder)}/")
     with open(result, encoding="utf-8") as stream:
         found = json.load(stream)
-    found.update(problems=problems(found), notes=notes(found), log=log)
+    found.update(problems=problems(found), notes=notes(found), verdict=verdict(found), log=log)
     if options.json:
         say(json.dumps(found, indent=2))
     else:
-        say("\n".join([*page(found, options.seconds), f"log: {relative(log)}"]))
+        lines = [*page(found, options.seconds), f"log: {relative(log)}", found["verdict"]]
+        say("\n".join(lines))
     if found["problems"]:
         raise SystemExit(1)
 
@@ -96,34 +100,68 @@ def _seconds(text):
 def problems(found):
     """Sentences about what did not come up or does not work; empty: all is well.
 
+    In the order in which to mend them: what roslaunch refuses, programs and packages that are
+    missing, plugins, controllers, robots, sensors, nodes that died.
+
     Args:
         found: What observer.py has written.
     """
+    return [sentence for sentence, _ in _findings(found)]
+
+
+def verdict(found):
+    """One line: works, works without what, or does not work and why."""
+    findings = _findings(found)
+    for sentence, without in findings:
+        if without is None:
+            return f"does not work because {sentence}"
+    if not findings:
+        return "works"
+    return "works without " + _listed(list(dict.fromkeys(without for _, without in findings)))
+
+
+def _findings(found):
+    """(sentence, what is missing; None: nothing works then) of each problem, in order."""
     said = []
+
+    def add(sentences, without):
+        said.extend((sentence, without) for sentence in sentences if sentence)
+
     if found.get("refused"):
-        said.append(f"roslaunch refuses the file: {found['refused']}")
-    said += [_cannot(found, package, kind) for package, kind in found["cannot"]]
-    said += [f"node {name} has a program that cannot be run" for name in found.get("unable", ())]
-    said += [
-        f"node {name} ({program}) died with exit code {code}"
-        for name, code, program in found["died"]
-        if not needs_screen(program)
-    ]
-    if not found["simulator"]:
-        if not found.get("refused"):
-            said.append(
-                "no simulator came up: does the file include gazebo_ros's empty_world.launch?"
-            )
-        return said
+        add([f"roslaunch refuses the file: {found['refused']}"], None)
+    for script, interpreter in found.get("interpreters", ()):
+        add([_without_interpreter(script, interpreter)], None)
+    for package, kind in sorted(found["cannot"], key=lambda node: _is_installed(found, node[1])):
+        add([_cannot(found, package, kind)], f"node {package}/{kind}")
+    for name in found.get("unable", ()):
+        add([f"node {name} has a program that cannot be run"], f"node {name}")
+    if not found["simulator"] and not found.get("refused"):
+        text = "no simulator came up: does the file include gazebo_ros's empty_world.launch?"
+        add([text], None)
+    if found["simulator"]:
+        _add_models(found, add)
+    for name, code, program in found["died"]:
+        if not needs_screen(program):
+            add([f"node {name} ({program}) died with exit code {code}"], f"node {name}")
+    return said
+
+
+def _add_models(found, add):
+    """Adds the findings about plugins, robots, their controllers and sensors."""
     if not robots(found):
-        said.append("no robot was spawned")
+        add(["no robot was spawned"], None)
+    for text in losses(found):
+        libraries = LIBRARY.findall(text)
+        add([_lost(found, text)], f"plugin {libraries[0]}" if libraries else text)
     for model in robots(found):
-        said += _stance(model)
-        said += _controllers(model)
-    said += [_lost(found, text) for text in losses(found)]
+        some_run = any(state == "running" for _, _, state in model.get("controllers") or ())
+        for sentence in _controllers(model):
+            add([sentence], sentence.partition(" is ")[0] if some_run else None)
+    for model in robots(found):
+        add(_stance(model), None)
     for model in found["models"]:
-        said += [_sensor(model, sensor) for sensor in model["sensors"]]
-    return [sentence for sentence in said if sentence]
+        for sensor in model["sensors"]:
+            add([_sensor(model, sensor)], f"sensor {sensor['topic']}")
 
 
 def notes(found):
@@ -178,21 +216,49 @@ def losses(found):
     return list(dict.fromkeys([*found.get("lost", ()), *texts]))
 
 
+LIBRARY = re.compile(r"lib[\w.+-]+\.so")
+OWN_PLUGIN = "a Python class can take its place (docs/tutorials/your_own_simulation.md)"
+
+
 def _lost(found, text):
     for name, (package, _) in found.get("builders", {}).items():
         if f"lib{name}.so" in text:
-            return f"{text}: it is C++ of package {package}"
-    return text
+            return f"{text}: it is C++ of package {package}; {OWN_PLUGIN}"
+    return f"{text}; {OWN_PLUGIN}" if LIBRARY.search(text) else text
+
+
+def _is_installed(found, kind):
+    """Whether the package of a node that cannot start is there; those that are not come first."""
+    return found.get("builders", {}).get(kind, (None, True))[1]
 
 
 def _cannot(found, package, kind):
     builder = found.get("builders", {}).get(kind)
     if builder is None:
-        return f"node {package}/{kind} cannot start: package {package} has no such node"
+        return (
+            f"node {package}/{kind} cannot start: package {package} has no such node; is the type "
+            "spelt as its file, and the file executable?"
+        )
     package_of_it, is_there = builder
     if not is_there:
-        return f"node {package}/{kind} cannot start: package {package} is not installed"
-    return f"node {package}/{kind} cannot start: it is C++ of {package_of_it}, which is not built"
+        return (
+            f"node {package}/{kind} cannot start: package {package} is not installed; ./run deps "
+            "PATH names Debian's packages, others have to be in your workspace as sources"
+        )
+    return (
+        f"node {package}/{kind} cannot start: it is C++ of {package_of_it}, which is not built; "
+        "build the workspace with catkin_make"
+    )
+
+
+def _without_interpreter(script, interpreter):
+    remedy = "install it, or change the script's first line"
+    if interpreter == "/usr/bin/python":
+        remedy = "apt install python-is-python3, or change the first line to #!/usr/bin/env python3"
+    return (
+        f"script {script} begins with #!{interpreter}, which this machine does not have, and "
+        f"roslaunch ends everything: {remedy}"
+    )
 
 
 def tilt(orientation):

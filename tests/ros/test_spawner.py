@@ -7,6 +7,7 @@ import time
 import unittest
 from pathlib import Path
 
+import rosnode
 import rospkg
 import rospy
 from controller_manager_msgs.srv import ListControllers
@@ -79,6 +80,16 @@ class Spawner(unittest.TestCase):
         both = {"arm_position": "running", "wheel_velocity": "running"}
         wait_until(lambda: self.states() == both, "both running", START_LIMIT)
         self.assertEqual(self.end(process), 0)
+        self.assertEqual(self.states(), {})
+
+    def test_rosnode_kill_takes_down_as_well(self):
+        process = self.start(
+            "spawner", "-n", BOT, "joint_state_controller", "__name:=killed_spawner"
+        )
+        wait_until(lambda: "running" in self.states().values(), "the controller")
+        names = [name for name in rosnode.get_node_names() if "killed_spawner" in name]
+        rosnode.kill_nodes(names)
+        self.assertEqual(process.wait(START_LIMIT), 0)
         self.assertEqual(self.states(), {})
 
     def test_one_that_does_not_load_is_named_and_the_rest_starts(self):

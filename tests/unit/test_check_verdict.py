@@ -54,7 +54,7 @@ def state(**values):
 
 
 def test_nothing_is_wrong():
-    assert check.problems(GOOD) == []
+    assert check.problems(GOOD) == [] and check.verdict(GOOD) == "works"
     page = "\n".join(check.page(GOOD, 8.0))
     assert "no problems" in page and "2 x a" in page and "real-time factor 1.00" in page
     for word in ("robot car", "/scan", "9.9 Hz", "wheels", "running"):
@@ -111,6 +111,60 @@ def test_nothing_is_wrong():
 def test_one_problem_each(found, words):
     (sentence,) = check.problems(found)
     assert all(word in sentence for word in words), sentence
+
+
+MISSING = {"cannot": [["tools", "merge"], ["gone", "node"]],
+           "builders": {"merge": ["laser_tools", True], "node": ["gone", False]}}  # fmt: skip
+
+
+def test_problems_come_in_the_order_of_mending():
+    sensors = [{"topic": "/t", "rate": 30.0, "count": 0, "measured": None}]
+    found = changed(
+        **MISSING, died=[["mux", 1, "mux.py"]], car_lost=["plugin 'libx.so'"], car_sensors=sensors
+    )
+    words = ("gone is not installed", "laser_tools, which is not built", "libx.so", "/t", "mux")
+    said = check.problems(found)
+    assert len(said) == len(words) and all(word in text for word, text in zip(words, said)), said
+    assert "./run deps" in said[0] and "catkin_make" in said[1] and "Python class" in said[2]
+
+
+@pytest.mark.parametrize(
+    "found, line",
+    [
+        (changed(**MISSING), "works without node gone/node, node tools/merge"),
+        (changed(car_lost=["plugin 'libx.so' is ignored"]), "works without plugin libx.so"),
+        (changed(died=[["mux", 1, "mux.py"]]), "works without node mux"),
+        (
+            changed(car_controllers=[["arm", "x", "stopped"], ["wheels", "y", "running"]]),
+            "works without controller arm in /car",
+        ),
+        (
+            changed(car_controllers=[["arm", "x", "stopped"]]),
+            "does not work because controller arm in /car is stopped",
+        ),
+        (changed(models=[GOOD["models"][0]]), "does not work because no robot was spawned"),
+        (
+            changed(**MISSING, car_after=state(position=(1.0, 2.4, 0.05))),
+            "does not work because robot car moves by itself: 0.40 m while it was watched",
+        ),
+    ],
+)
+def test_the_last_line(found, line):
+    assert check.verdict(found) == line
+
+
+def test_a_script_without_its_interpreter(tmp_path):
+    script = tmp_path / "old.py"
+    script.write_text("#!/usr/bin/no_python -u\n")
+    (tmp_path / "log").write_text(
+        "Roslaunch got a 'No such file or directory' error while attempting to run:\n\n"
+        f"{script} __name:=old\n\nPlease make sure that all the executables exist.\n"
+    )
+    said = check_observer.read_launch_log(str(tmp_path / "log"))
+    assert said["interpreters"] == [(str(script), "/usr/bin/no_python")]
+    found = changed(simulator=False, interpreters=[(str(script), "/usr/bin/python")], models=[])
+    first = check.problems(found)[0]
+    assert "python-is-python3" in first and check.verdict(found).endswith(first)
 
 
 def test_what_this_machine_or_a_missing_screen_does_is_no_problem():

@@ -10,7 +10,7 @@ from bullet_bridge.plugins import base
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from controller_manager_msgs import srv
-from fake_impl import Topic
+from fake_impl import FakeServer, Topic
 
 LINK = (
     '<link name="{0}"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" '
@@ -62,6 +62,8 @@ class Bot:
         for kind in ("Subscriber", "Service"):
             monkeypatch.setattr(control.rospy, kind, make)
         monkeypatch.setattr(base, "publisher", make)
+        monkeypatch.setattr(FakeServer, "made", {})
+        monkeypatch.setattr(base, "ValuesServer", FakeServer)
         monkeypatch.setattr(reconfigure, "PidServer", tune)
         monkeypatch.setattr(
             control.rospy, "get_param", lambda name, default=None: params.get(name, default)

@@ -53,6 +53,21 @@ class Topic:
         self.closed = True
 
 
+class FakeServer:
+    """Stands in for a ValuesServer: stores its arguments."""
+
+    made: dict = {}
+
+    def __init__(self, config, values, callback, namespace):
+        self.config, self.values, self.callback, self.closed = config, dict(values), callback, False
+        self.made[namespace] = self
+
+    def unregister(self):
+        self.closed = True
+
+    close = unregister
+
+
 class FakeReceivedCounts:
     """Stands in for ReceivedCounts: stores the last topic and its callback."""
 
@@ -83,14 +98,17 @@ def fake_publishers(monkeypatch, *modules, subscribers=1):
     """Topics by name, of the publishers that plugins, and other modules, make from now on."""
     made = {}
 
-    def publisher(name, kind, **_):
+    def publisher(name, kind, call=None, **_):
         if name not in made or made[name].closed:
-            made[name] = Topic(name, kind)
+            made[name] = Topic(name, kind, call)
             made[name].subscribers = subscribers
         return made[name]
 
     for module in (base, *modules):
         monkeypatch.setattr(module, "publisher", publisher)
+    monkeypatch.setattr(FakeServer, "made", {})
+    monkeypatch.setattr(base, "ValuesServer", FakeServer)
+    monkeypatch.setattr(base.rospy, "Service", lambda name, kind, call: publisher(name, kind, call))
     return made
 
 
@@ -100,3 +118,9 @@ def plugin_of(world, model, spec, seed=0, received=None):
         world, model, spec, seed, received or FakeReceivedCounts(), FakeCameras()
     )
     return make_plugin(context)
+
+
+def in_thread(plugin):
+    """The plugin, whose calls of the simulation thread are made at once."""
+    plugin.call = lambda work: work()
+    return plugin

@@ -36,6 +36,7 @@ def test_defaults():
         ("step_timeout", 2, "step_timeout", 2.0),
         ("gui", True, "gui", True),
         ("headless", True, "headless", True),
+        ("enable_ros_network", False, "enable_ros_network", False),
     ],
 )
 def test_good_values(name, value, field, expected):

@@ -185,6 +185,27 @@ def test_joint_states_come_at_their_rate(bot):
     assert sent[-1].header.stamp > sent[0].header.stamp
 
 
+def test_joint_states_are_of_joints_with_a_transmission_in_alphabetical_order(monkeypatch):
+    transmissions = "".join(
+        f'<transmission name="t"><joint name="{name}"><hardwareInterface>'
+        "VelocityJointInterface</hardwareInterface></joint></transmission>"
+        for name in ("wheel", "arm")
+    )
+    spare = URDF.replace("</robot>", f"{transmissions}</robot>").replace(
+        "</robot>",
+        '<link name="loose"/><joint name="aside" type="continuous"><parent link="base"/>'
+        '<child link="loose"/></joint></robot>',
+    )
+    for urdf, names in ((spare, ["arm", "wheel"]), (URDF, ["arm", "wheel"])):
+        bot = bot_rig.Bot(monkeypatch, urdf, PARAMS, Pose((0.0, 0.0, 1.0)))
+        bot.start("states")
+        bot.run(100)
+        message = bot.endpoints["/bot/joint_states"].messages[0]
+        assert message.name == names
+        assert len(message.position) == len(message.velocity) == len(message.effort) == len(names)
+        bot.world.close()
+
+
 def test_restart_drops_buffered_commands(bot):
     bot.load("drive")
     bot.switch(start=["drive"])

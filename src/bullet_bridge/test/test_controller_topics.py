@@ -11,6 +11,7 @@ from bullet_bridge.control.reconfigure import config_type
 from bullet_bridge.plugins import base
 from bullet_sim.controllers.pid import PidGains
 from control_msgs.msg import JointControllerState, PidState
+from fake_impl import FakeServer
 from four_wheel_steering_msgs.msg import FourWheelSteering, FourWheelSteeringStamped
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
@@ -57,6 +58,12 @@ PARAMS = {
         "publish_cmd": True,
         "allow_multiple_cmd_vel_publishers": False,
         "base_frame_id": "footprint",
+    },
+    "/bot/wheels": {
+        "type": "diff_drive_controller/DiffDriveController",
+        "left_wheel": "left",
+        "right_wheel": "right",
+        "publish_wheel_joint_controller_state": True,
     },
     "/bot/car": {
         "type": "ackermann_steering_controller/AckermannSteeringController",
@@ -202,6 +209,47 @@ def test_a_twist_that_is_no_number_is_refused(bot, bad):
     bot.run(50)
     assert any(f"command of 'car' is {bad}" in text for text in bot.log)
     assert bot.model.manager.get("car").limited == (0.4, 0.1)
+
+
+def test_the_parameters_of_a_differential_drive(bot):
+    bot.start("base")
+    server = FakeServer.made["/bot/base"]
+    assert list(server.values) == ["wheel_separation_multiplier", "left_wheel_radius_multiplier",
+                                   "right_wheel_radius_multiplier", "publish_rate",
+                                   "enable_odom_tf"]  # fmt: skip
+    assert list(server.config.defaults)[:3] == ["left_wheel_radius_multiplier",
+        "right_wheel_radius_multiplier", "wheel_separation_multiplier"]  # fmt: skip
+    config = bot.model.manager.get("base").config
+    changed = dict(server.values, left_wheel_radius_multiplier=0.5, publish_rate=20.0,
+                   wheel_separation_multiplier=1.5, enable_odom_tf=False)  # fmt: skip
+    bot.in_thread(lambda: server.callback(changed, 0))
+    tuned = bot.model.manager.get("base").config
+    assert tuned.radii == (0.5 * config.radii[0], config.radii[1])
+    assert tuned.separation == pytest.approx(1.5 * config.separation)
+    odom, frames = bot.endpoints["/bot/base/odom"].messages, bot.endpoints["/tf"].messages
+    odom.clear(), frames.clear()
+    bot.run(1000)
+    assert len(odom) == 20 and not frames
+    bad = dict(changed, publish_rate=math.nan)
+    assert bot.in_thread(lambda: server.callback(bad, 0))["publish_rate"] == 20.0
+    assert any("publish_rate nan" in text for text in bot.log)
+
+
+def test_what_the_wheels_of_a_differential_drive_do(bot):
+    bot.start("wheels")
+    bot.endpoints["/bot/wheels/cmd_vel"].call(twist(0.4, 0.0))
+    bot.run(400)
+    message = bot.endpoints["/bot/wheels/wheel_joint_controller_state"].messages[-1]
+    assert message.joint_names == ["left", "right"]
+    speed = 0.4 / 0.1
+    assert list(message.desired.velocities) == pytest.approx([speed, speed])
+    assert message.actual.velocities[0] == pytest.approx(speed, rel=0.05)
+    assert message.desired.positions[0] == pytest.approx(speed * 0.4, rel=0.02)
+    assert message.error.positions[0] == pytest.approx(
+        message.desired.positions[0] - message.actual.positions[0]
+    )
+    assert math.isnan(message.desired.effort[0]) and not math.isnan(message.actual.effort[1])
+    assert len(message.actual.accelerations) == 2
 
 
 def test_a_second_publisher_makes_it_brake_where_that_is_forbidden(bot):

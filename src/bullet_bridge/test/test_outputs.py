@@ -11,16 +11,25 @@ from bullet_bridge.transport import conversions, publishing
 from bullet_sim.controllers.drive import WheelDrive
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins import cameras, drives, forces, inertial, lidars
-from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec
+from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, TriggeredCameraSpec
 from bullet_sim.plugins.forces import ContactSpec
 from bullet_sim.plugins.lidars import RaySpec
 from bullet_sim.pose import Pose
 from bullet_sim.render.request import Frame
 from bullet_sim.sensors import camera
 from bullet_sim.world import World
-from fake_impl import FakeReceivedCounts, Topic, fake_publishers, plugin_of
+from fake_impl import (
+    FakeReceivedCounts,
+    FakeServer,
+    Topic,
+    fake_publishers,
+    in_thread,
+    plugin_of,
+)
 from geometry_msgs.msg import Twist
+from sensor_msgs.srv import SetCameraInfoRequest
 
 from bullet_bridge import robots
 
@@ -91,6 +100,47 @@ def test_points_carry_place_and_colour():
     assert np.isnan(floats[0, 1, :3]).all()
     packed = np.frombuffer(message.data, "<u4").reshape(2, 2, 8)[1, 1, 4]
     assert packed == (10 << 16) + (20 << 8) + 30
+
+
+def test_a_camera_takes_its_info_and_rate_from_services(topics, world, bot):
+    spec = CameraSpec("c", "bumper", width=4, height=2, topic="/cam/image_raw", rate=30.0,
+                      info_topic="/cam/camera_info", namespace="/cam", tunable=True,
+                      plugin_rate=20.0)  # fmt: skip
+    output = in_thread(plugin_of(world, bot, spec))
+    request = SetCameraInfoRequest()
+    request.camera_info.K[0], request.camera_info.header.frame_id = 7.0, "calibrated"
+    assert topics["/cam/set_camera_info"].call(request).success
+    info = output.info_message(1.5)
+    assert (info.K[0], info.header.frame_id, info.header.stamp.to_sec()) == (7.0, "calibrated", 1.5)
+    server = FakeServer.made["/cam"]
+    assert server.values == {"imager_rate": 2.0} and server.config.max["imager_rate"] == 50.0
+    output.schedule.check_subscribers(world.step_count)
+    for requested, expected in ((5.0, 5), (40.0, 20)):
+        server.callback({"imager_rate": requested}, 3)
+        start = world.step_count
+        assert sum(output.schedule.due(start + step) for step in range(1, 1001)) == expected
+        output.schedule.restart(start)
+    output.close()
+    assert server.closed and topics["/cam/set_camera_info"].closed
+
+
+def test_a_triggered_camera_takes_one_image_for_each_trigger(topics, world, bot):
+    spec = TriggeredCameraSpec("c", "bumper", width=4, height=2, topic="/cam/image_raw", rate=0.0,
+                               trigger_topics=("/cam/image_trigger",))  # fmt: skip
+    received = FakeReceivedCounts()
+    output = plugin_of(world, bot, spec, received=received)
+    assert received.topic == "/cam/image_trigger" and not output.needs_update()
+    received.take(None)
+    received.take(None)
+    taken = 0
+    while output.needs_update():
+        output.update(0.1 * taken, 0.1)
+        taken += 1
+    assert taken == 2 and len(output.context.cameras.requests) == 2
+    topics["/cam/image_raw"].subscribers = topics["/camera/camera_info"].subscribers = 0
+    received.take(None)
+    topics["/cam/image_raw"].subscribers = 1
+    assert not output.needs_update()  # nobody had asked for the image
 
 
 def test_depth_camera_publishes_what_is_subscribed(topics, world, bot):
@@ -266,9 +316,9 @@ CART = (
 )
 
 
-@pytest.mark.parametrize("tags, sign", [("<legacyMode>false</legacyMode>", 1.0), ("", -1.0)])
+@pytest.mark.parametrize("tags", ["<legacyMode>true</legacyMode>", ""])
 @pytest.mark.parametrize("source", ["world", "encoder"])
-def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, tags, sign, source):
+def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, tags, source):
     logged = []
     monkeypatch.setattr(wheel_plugins.rospy, "logerr_throttle", lambda _, text: logged.append(text))
     cart = world.spawn_urdf(
@@ -289,9 +339,8 @@ def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, t
         output.update(world.time, 0.0)
     odometry = topics["/n/odom"].messages[-1]
     assert odometry.twist.twist.linear.x == pytest.approx(0.3, rel=0.05)
-    assert odometry.twist.twist.angular.z == pytest.approx(
-        0.5 if source == "encoder" else sign * 0.5, rel=0.08
-    )
+    assert odometry.twist.twist.angular.z == pytest.approx(0.5, rel=0.08)
+    assert odometry.pose.covariance[35] == 1e-3 and not any(odometry.twist.covariance)
     assert (odometry.header.frame_id, odometry.child_frame_id) == ("odom", "base_footprint")
     transform = topics["/tf"].messages[-1].transforms[0]
     assert transform.transform.translation.x == odometry.pose.pose.position.x
@@ -302,6 +351,31 @@ def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, t
     assert topics["/n/odom"].messages[-1].twist.twist.linear.x == pytest.approx(0.3, rel=0.05)
     assert len(logged) == 1 and "/n/cmd_vel" in logged[0] and "nan" in logged[0]
     output.close()
+
+
+@pytest.mark.parametrize(
+    "tags, expected",
+    [("<publishTf>false</publishTf>", set()), ("<publishOdomTF>0</publishOdomTF>", {"/n/odom"})],
+)
+def test_outputs_of_diff_drive_that_are_switched_off(topics, world, tags, expected):
+    cart = world.spawn_urdf("cart", CART.format(tags), Pose((0.0, 0.0, 0.1)), str)
+    output = plugin_of(world, cart, cart.description.sensors[0])
+    output.update(world.time, 0.0)
+    assert set(topics) == expected
+    output.close()
+
+
+def test_the_covariances_of_skid_steering():
+    joints = "".join(
+        f"<{side}{end}Joint>{side}_joint</{side}{end}Joint>"
+        for side in ("left", "right")
+        for end in ("Front", "Rear")
+    )
+    text = CART.format(f"{joints}<covariance_x>0.5</covariance_x>")
+    text = text.replace("gazebo_ros_diff_drive", "gazebo_ros_skid_steer_drive")
+    [spec] = parse_urdf(text, str).sensors
+    assert not spec.publish_tf and spec.torque == 5.0
+    assert spec.pose_covariance == spec.twist_covariance == (0.5, 1e-4, 1e12, 1e12, 1e12, 1e-2)
 
 
 def test_wheel_acceleration_is_limited():
@@ -328,7 +402,8 @@ def test_joint_states_plugin(topics, world):
     spec = cart.description.sensors[1]
     plugin_of(world, cart, spec).update(0.2, 0.0)
     message = topics["/cart/joint_states"].messages[0]
-    assert message.name == ["right_joint", "left_joint"] and len(message.velocity) == 2
+    assert message.name == ["right_joint", "left_joint"]
+    assert (len(message.velocity), len(message.effort)) == (2, 0)
 
 
 def test_drive_of_unknown_joints_is_skipped(world):

@@ -5,15 +5,17 @@ import math
 
 import numpy as np
 import pytest
+import rospy
 from bullet_bridge.plugins import drives, lidars
 from bullet_sim.formats.sdf.world import ground_plane
 from bullet_sim.plugins.drives import PlanarMoveSpec, WheelDriveSpec
-from bullet_sim.plugins.inertial import GpsSpec, MagneticSpec
+from bullet_sim.plugins.inertial import BiasedImuSpec, GpsSpec, GroundTruthSpec, MagneticSpec
 from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-from fake_impl import FakeReceivedCounts, fake_publishers, plugin_of
-from geometry_msgs.msg import Twist
+from fake_impl import FakeReceivedCounts, fake_publishers, in_thread, plugin_of
+from geometry_msgs.msg import Twist, Vector3
+from hector_gazebo_plugins.srv import SetBiasRequest, SetReferenceGeoPoseRequest
 from sensor_msgs.msg import PointCloud, Range
 
 WALL = (
@@ -118,8 +120,62 @@ def test_gps(topics, world, cart):
         math.radians(spec.latitude)
     ) == pytest.approx(30.0, rel=0.01)
     assert fix.altitude == pytest.approx(100.1, abs=1.5)
-    assert fix.position_covariance[8] == pytest.approx(0.09) and fix.status.service == 1
+    assert fix.position_covariance[8] == pytest.approx(0.09) and fix.status.service == 0
     assert (velocity.vector.x, velocity.vector.y) == pytest.approx((2.0, -1.0))
+
+
+def test_the_reference_of_a_gps_can_be_set(topics, world, cart):
+    cart.set_state(Pose((30.0, 40.0, 0.1)))
+    output = in_thread(made(GpsSpec("g", "base"), world, cart))
+    request = SetReferenceGeoPoseRequest()
+    request.geo_pose.position.latitude, request.geo_pose.position.longitude = 10.0, 20.0
+    request.geo_pose.orientation.w = 1.0  # x of the world to the east
+    topics["/fix/set_reference_geopose"].call(request)
+    output.update(2.0, 0.0)
+    fix = topics["/fix"].messages[-1]
+    assert (fix.latitude - 10.0) * 110.6e3 == pytest.approx(40.0, rel=0.01)
+    request.geo_pose.position.latitude = math.nan
+    with pytest.raises(rospy.ServiceException, match="nan degrees north.*between -90 and 90"):
+        topics["/fix/set_reference_geopose"].call(request)
+
+
+def test_biases_of_an_imu_are_set_and_decay(topics, world, cart):
+    spec = BiasedImuSpec(
+        "i", "base", topic="/imu", service="/imu/calibrate", bias_topic="/imu/bias",
+        accel_frequency=(1.0, 1.0, 1.0), gyro_noise_mean=(0.0, 0.0, 0.2),
+    )  # fmt: skip
+    output = in_thread(made(spec, world, cart))
+    gravity = float(np.linalg.norm(world.gravity))
+    for name, bias in (("accel", Vector3(1.0, 0.0, 0.0)), ("rate", Vector3(0.0, 0.0, 0.5))):
+        topics[f"/imu/set_{name}_bias"].call(SetBiasRequest(bias))
+    output.update(world.time, 0.0)
+    message = topics["/imu"].messages[-1]
+    assert message.linear_acceleration.x == pytest.approx(1.0, abs=1e-6)
+    assert message.angular_velocity.z == pytest.approx(0.7, abs=1e-6)
+    assert message.orientation.y == pytest.approx(-0.5 / gravity, rel=0.01)
+    biases = topics["/imu/bias"].messages[-1]
+    assert (biases.linear_acceleration.x, biases.angular_velocity.z) == (1.0, 0.7)
+    topics["/imu/calibrate"].call(None)
+    output.update(world.time + 1.0, 0.0)
+    message = topics["/imu"].messages[-1]
+    assert message.linear_acceleration.x == pytest.approx(math.exp(-1.0), abs=1e-6)
+    assert message.angular_velocity.z == pytest.approx(0.2, abs=1e-6)
+    with pytest.raises(rospy.ServiceException, match="finite"):
+        topics["/imu/set_rate_bias"].call(SetBiasRequest(Vector3(math.inf, 0.0, 0.0)))
+
+
+def test_ground_truth_relative_to_a_link(topics, world, cart):
+    cart.set_state(Pose.from_xyz_rpy((1.0, 2.0, 0.1), (0.0, 0.0, math.pi / 2)), (1.0, 0.0, 0.0))
+    offset = ((0.0, 0.0, 5.0), (0.0, 0.0, 0.0))
+    spec = GroundTruthSpec("left_wheel", "/truth", "base", reference="base", offset=offset)
+    made(spec, world, cart).update(0.0, 0.0)
+    message = topics["/truth"].messages[-1]
+    p = message.pose.pose.position
+    assert (p.x, p.y) == pytest.approx((0.1, 0.15), abs=1e-6) and p.z > 4.5
+    assert message.header.frame_id == "base"
+    assert message.twist.twist.linear.x == pytest.approx(0.0, abs=1e-6)
+    nowhere = made(GroundTruthSpec("base", "/none", "odom", reference=None), world, cart)
+    assert not nowhere.needs_update() and topics["/none"].subscribers == 1
 
 
 @pytest.mark.parametrize("field_message", [False, True])
@@ -175,16 +231,17 @@ def test_diff_drive_tells_of_its_wheels(topics, world, cart):
         world.step(10)
     output.update(world.time, 0.0)
     state = topics["/joint_states"].messages[-1]
-    assert state.name == ["left", "right"] and state.position[0] == pytest.approx(1.5, rel=0.1)
+    assert state.name == ["right", "left"] and state.position[1] == pytest.approx(1.5, rel=0.1)
+    assert list(state.velocity) == list(state.effort) == []
     frames = [
         transform
         for message in topics["/tf"].messages[-2:]
         for transform in message.transforms
         if transform.header.frame_id == "base"
     ]
-    assert [frame.child_frame_id for frame in frames] == ["left_wheel", "right_wheel"]
-    assert frames[0].transform.translation.y == pytest.approx(0.15, abs=1e-6)
-    turned = 2 * math.atan2(frames[0].transform.rotation.y, frames[0].transform.rotation.w)
-    assert math.remainder(turned - state.position[0], 2 * math.pi) == pytest.approx(0.0, abs=1e-6)
+    assert [frame.child_frame_id for frame in frames] == ["right_wheel", "left_wheel"]
+    assert frames[1].transform.translation.y == pytest.approx(0.15, abs=1e-6)
+    turned = 2 * math.atan2(frames[1].transform.rotation.y, frames[1].transform.rotation.w)
+    assert math.remainder(turned - state.position[1], 2 * math.pi) == pytest.approx(0.0, abs=1e-6)
     output.close()
     assert topics["/joint_states"].closed

@@ -239,10 +239,10 @@ def test_numbers_that_yaml_takes_for_text_and_keys_without_effect():
         publish_rate="5e1",
         use_imu=1,
         pose_covariance_diagonal=[0, 0, "1.0e6", "1e6", 1e6, 0.1],
-        publish_wheel_joint_controller_state=True,
+        preserve_turning_radius=True,
     )
     assert config.publish_rate == 50.0 and config.pose_covariance[2] == 1e6
-    assert len(config.notes) == 1 and "publish_wheel_joint_controller_state" in config.notes[0]
+    assert len(config.notes) == 1 and "preserve_turning_radius" in config.notes[0]
     assert len(config.warnings) == 1 and "key 'use_imu'" in config.warnings[0]
 
 

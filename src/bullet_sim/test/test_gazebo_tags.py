@@ -48,7 +48,7 @@ CAMERA = (
 @pytest.mark.parametrize(
     "tags, topic, info, frame",
     [
-        ("", "/image_raw", "/camera_info", "world"),
+        ("", "/image_raw", "/camera_info", ""),
         (
             "<cameraName>cam</cameraName><frameName>f</frameName>",
             "/cam/image_raw",
@@ -287,7 +287,7 @@ def test_ground_truth():
     )
     assert type(spec) is GroundTruthSpec
     assert (spec.topic, spec.frame_id, spec.rate) == ("/n/odom", "map", 0.0)
-    assert spec.pose[0] == (1, 2, 3) and not spec.twist_in_child
+    assert spec.offset[0] == (1, 2, 3) and not spec.twist_in_child
 
 
 @pytest.mark.parametrize(

@@ -138,9 +138,30 @@ def test_plugins_with_bad_values():
     model = plugin("gazebo_ros_diff_drive", "<wheelSeparation>0.3m</wheelSeparation>")
     assert model.sensors[0].separation == 0.3 and "'0.3m'" in model.warnings[0]
     model = plugin("gazebo_ros_p3d", "<bodyName>base</bodyName><xyzOffset>1 2</xyzOffset>")
-    assert model.sensors[0].pose[0] == (0, 0, 0) and "'1 2'" in model.warnings[0]
+    assert model.sensors[0].offset[0] == (0, 0, 0) and "'1 2'" in model.warnings[0]
     model = plugin("gazebo_ros_control", "<controlPeriod>often</controlPeriod>")
     assert model.control_period == 0 and "'often'" in model.warnings[0]
+
+
+@pytest.mark.parametrize(
+    "frame, reference, header",
+    [("world", "", "world"), ("/map", "", "map"), ("left", "left", "left"), ("odom", None, "odom")],
+)
+def test_the_frame_of_a_ground_truth_is_the_world_or_a_link(frame, reference, header):
+    model = plugin("gazebo_ros_p3d", f"<bodyName>base</bodyName><frameName>{frame}</frameName>")
+    [spec] = model.sensors
+    assert (spec.reference, spec.frame_id) == (reference, header)
+    if reference is None:
+        [warning] = model.warnings
+        assert "'odom'" in warning and "base" in warning and "publishes nothing" in warning
+    else:
+        assert not model.warnings
+
+
+def test_the_frame_of_a_header_may_differ_from_that_of_the_pose():
+    tags = "<bodyName>base</bodyName><headerFrame>/odom</headerFrame>"
+    [spec] = plugin("gazebo_ros_p3d", tags).sensors
+    assert (spec.reference, spec.frame_id) == ("", "odom")
 
 
 QUIET = {

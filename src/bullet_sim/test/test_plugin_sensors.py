@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.drives import PlanarMoveSpec, WheelDriveSpec
-from bullet_sim.plugins.inertial import GpsSpec, ImuSpec, MagneticSpec
-from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec
+from bullet_sim.plugins.inertial import BiasedImuSpec, GpsSpec, ImuSpec, MagneticSpec
+from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec, RaySpec
 from bullet_sim.sensors import inertial
 from bullet_sim.sensors.lidar import LayeredLidar
 
@@ -50,9 +50,9 @@ VERTICAL = (
         (
             plugin("hector_gazebo_ros_imu", "<updateRate>50</updateRate><bodyName>left</bodyName>"
                    "<accelGaussianNoise>0.1 0.2 0.1</accelGaussianNoise>"),
-            ImuSpec,
+            BiasedImuSpec,
             {"topic": "/imu", "rate": 50.0, "link": "left", "frame_id": "left",
-             "accel_noise_stddev": 0.2},
+             "accel_noise_stddev": 0.2, "service": "/imu/calibrate", "bias_topic": "/imu/bias"},
         ),
         (
             plugin("hector_gazebo_ros_gps", "<robotNamespace>car</robotNamespace>"
@@ -60,7 +60,7 @@ VERTICAL = (
                    "<gaussianNoise>0.5</gaussianNoise>"),
             GpsSpec,
             {"topic": "/car/fix", "velocity_topic": "/car/fix_velocity", "rate": 4.0,
-             "latitude": 10.0, "longitude": 8.687077, "heading": math.pi / 2, "frame_id": "world",
+             "latitude": 10.0, "longitude": 8.9, "heading": math.pi / 2, "frame_id": "world",
              "noise_stddev": (0.5, 0.5, 0.5)},
         ),
         (
@@ -95,7 +95,24 @@ VERTICAL = (
             ray("hector_gazebo_ros_sonar", vertical=VERTICAL),
             RangeSpec,
             {"infrared": False, "field_of_view": pytest.approx(0.3), "topic": "/sonar",
-             "frame_id": "base"},
+             "frame_id": "sonar_link", "rate": 10.0},
+        ),
+        (
+            ray("hector_gazebo_ros_sonar", "<updateRate>40</updateRate><frameId>s</frameId>"),
+            RangeSpec,
+            {"rate": 40.0, "frame_id": "s"},
+        ),
+        (  # rays are samples times resolution, as Gazebo counts them
+            ray("gazebo_ros_laser", "<topicName>scan</topicName><frameName/>").replace(
+                "<samples>5</samples>", "<samples>820</samples><resolution>0.5</resolution>"),
+            RaySpec,
+            {"samples": 410, "topic": "/scan", "frame_id": ""},
+        ),
+        (
+            plugin("gazebo_ros_imu", "<bodyName>left</bodyName><serviceName>/imu_service"
+                   "</serviceName>"),
+            ImuSpec,
+            {"frame_id": "left", "service": "/imu_service", "topic": "/default_imu"},
         ),
         (
             plugin("gazebo_ros_diff_drive", "<leftJoint>l</leftJoint><rightJoint>r</rightJoint>"

@@ -165,14 +165,27 @@ def test_a_continuous_joint_takes_the_shorter_way_and_others_do_not():
     assert arm.joints.positions == pytest.approx({"arm": -2.0, "wheel": turn - 2.0, "slide": 0.0})
 
 
+@pytest.mark.parametrize("start, target", [(0.0, math.pi), (0.0, -math.pi), (2.0, 2.0 + math.pi)])
+@pytest.mark.parametrize("rounding", [-1e-12, 0.0, 1e-12])
+def test_of_two_ways_of_half_a_turn_it_is_that_of_the_commanded_numbers(start, target, rounding):
+    arm = Arm(joints=["wheel"])
+    arm.joints.positions["wheel"] = start
+    arm.manager.switch(["arm"], ["arm"])
+    arm.manager.command("arm", move((1.0, (target + rounding,)), joints=("wheel",)))
+    arm.run(1.01)
+    assert arm.joints.positions["wheel"] == pytest.approx(target)
+
+
 def test_an_empty_trajectory_stops_at_once_or_within_the_duration():
     arm = Arm(joints=["arm"])
     arm.manager.command("arm", move((1.0, (1.0,)), joints=("arm",)))
     arm.run(0.5)
     there = arm.joints.positions["arm"]
-    arm.manager.command("arm", move(joints=("arm",)))
+    arm.manager.command("arm", move(joints=()))  # whatever joints it names
     arm.run(0.5)
     assert arm.joints.positions["arm"] == there
+    with pytest.raises(JointsError):  # of a goal they are checked
+        arm.goal(move(joints=()))
     soft = Arm(joints=["arm"], stop_trajectory_duration=0.4)
     soft.manager.command("arm", move((1.0, (1.0,)), joints=("arm",)))
     soft.run(0.5)
@@ -270,6 +283,13 @@ def test_a_new_command_a_cancel_and_a_stop_cancel_the_goal():
         arm.run(0.01)
 
 
+def test_values_beyond_the_joints_of_a_trajectory_are_not_used():
+    arm = Arm(joints=["arm"])
+    arm.manager.command("arm", move((1.0, (1.0, 9.0), (0.0, 9.0)), joints=("arm",)))
+    arm.run(1.5)
+    assert arm.joints.positions["arm"] == pytest.approx(1.0)
+
+
 # errors -------------------------------------------------------------------------------------------
 @pytest.mark.parametrize(
     "joints, points, words",
@@ -288,7 +308,7 @@ def test_other_joints_are_an_error_of_their_own(joints, points, words):
     "points, words",
     [
         (((1.0, (1.0,)), (1.0, (2.0,))), "point #1 is at 1.0 s, must be after 1.0 s"),
-        (((1.0, ()),), "point #0 has 0 positions, must have 1"),
+        (((1.0, ()),), "point #0 has 0 positions, must have at least 1"),
         (((1.0, (1.0,), (1.0, 2.0)),), "has 2 velocities, must have 1"),
         (((1.0, (math.nan,)),), "must be finite numbers"),
     ],

@@ -210,10 +210,12 @@ def test_plugins(robot):
 def test_controllers_match_joints_and_transmissions(robot):
     text = (PACKAGE / "config" / "controllers.yaml").read_text()
     controllers = yaml.safe_load(text)["cybertruck"]
-    driven = {
+    interfaces = {
         item.find("joint").get("name"): item.find("joint/hardwareInterface").text
         for item in robot.findall("transmission")
     }
+    free = [name for name, interface in interfaces.items() if "Effort" in interface]
+    driven = {name: item for name, item in interfaces.items() if name not in free}
     assert driven == {
         **{
             f"front_{side}_steer_joint": "hardware_interface/PositionJointInterface"
@@ -226,6 +228,8 @@ def test_controllers_match_joints_and_transmissions(robot):
     }
     named = [joint for item in controllers.values() for joint in item.get("joints", ())]
     assert sorted(named) == sorted(driven)
+    moving = {j.get("name") for j in robot.findall("joint") if j.get("type") != "fixed"}
+    assert moving == set(interfaces)  # so that joint_states has what robot_state_publisher needs
     assert controllers["joint_state_controller"]["publish_rate"] == 125
 
 

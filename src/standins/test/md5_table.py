@@ -11,7 +11,8 @@ fields alone. Where an original changed, the sum is that of its last form, as No
 GetModelState has a header since Jade (before: af0f702011820738976b120226dc9d96),
 SwitchController has start_asap and timeout.
 
-Those of geographic_msgs, robot_localization, twist_mux_msgs and four_wheel_steering_msgs were
+Those of geographic_msgs, hector_gazebo_plugins, robot_localization, twist_mux_msgs and
+four_wheel_steering_msgs were
 computed from the originals' definitions; of these GeoPoint, GeoPath, SetPose, GetState, FromLL,
 ToggleFilterProcessing and FourWheelSteering were found in such code, too.
 """
@@ -142,6 +143,11 @@ SUMS = {
     "geographic_msgs/msg/GeoPoseWithCovariance.msg": ("84c133e7220362d3d8aff8e415075357",),
     "geographic_msgs/msg/GeoPoseWithCovarianceStamped.msg": ("2cc818b24aae5ffa4fd33f5ee0bb5421",),
     "geographic_msgs/msg/KeyValue.msg": ("cf57fdc6617a881a88c16e768132149c",),
+    "hector_gazebo_plugins/srv/SetBias.srv": ("af1f260075d9ba9bd73ca10c6a45df07", EMPTY),
+    "hector_gazebo_plugins/srv/SetReferenceGeoPose.srv": (
+        "fe903ca95d0210defda73a1629604439",
+        EMPTY,
+    ),
     "robot_localization/srv/FromLL.srv": (
         "191f0513cae6fcb95b63e2ec2e976938",
         "326fc0ec1385c52a253c06e024d9f49e",
@@ -224,6 +230,8 @@ CONNECTION = {
     "gazebo_msgs/srv/SetModelState.srv": ("5b3ab0281d4f5445def017e3a2e4a07b",),
     "gazebo_msgs/srv/SetPhysicsProperties.srv": ("97e2057080558ce4730434b5fae75c91",),
     "gazebo_msgs/srv/SpawnModel.srv": ("9ed9c82c96abe1a00c3e8cdaeee24413",),
+    "hector_gazebo_plugins/srv/SetBias.srv": ("af1f260075d9ba9bd73ca10c6a45df07",),
+    "hector_gazebo_plugins/srv/SetReferenceGeoPose.srv": ("fe903ca95d0210defda73a1629604439",),
     "robot_localization/srv/FromLL.srv": ("a6cd7064e35acbe3e4c3ac3dc5fd8265",),
     "robot_localization/srv/GetState.srv": ("b143410e9c7f7be208eedf8f691d8069",),
     "robot_localization/srv/SetDatum.srv": ("fe903ca95d0210defda73a1629604439",),

@@ -53,6 +53,7 @@ class Config:
         monotonic_clock: a reset does not set simulated time back to 0.
         step_timeout: wall time that /gazebo/step waits for commands [s].
         gui, headless: gui without headless opens the viewer.
+        enable_ros_network: False: neither the topics nor the services below the node's name.
     """
 
     world_file: str = text("", empty=True)
@@ -72,6 +73,7 @@ class Config:
     step_timeout: float = number(10.0, min=0.0, unit="s")
     gui: bool = flag(False)
     headless: bool = flag(False)
+    enable_ros_network: bool = flag(True)
 
     def __post_init__(self) -> None:
         check(self, prefix="parameter ")
@@ -158,15 +160,21 @@ def make_server(parts: ExitStack) -> Server:
     set_time = set_process_time if is_true(rospy.get_param("/use_sim_time", False)) else None
     clock = SimClock(config.clock_rate, world.time_step, set_time=set_time)
     server = Server(world, jobs, robots, config, clock, relay=relay)
-    GazeboServices(world, jobs, robots, server, resolve, config.states_rate, rospy.get_name())
-    advertise_json("~statistics", jobs, server.statistics)
-    advertise_json("~describe", jobs, Describer(world, robots, described).describe)
-    advertise_views(world, jobs, server)
-    StepService(jobs, server, received, config.step_timeout)
+    networked = config.enable_ros_network
+    if networked:
+        GazeboServices(world, jobs, robots, server, resolve, config.states_rate, rospy.get_name())
+        advertise_json("~statistics", jobs, server.statistics)
+        advertise_json("~describe", jobs, Describer(world, robots, described).describe)
+        advertise_views(world, jobs, server)
+    else:
+        rospy.loginfo("ROS topics and services of the world are disabled (enable_ros_network)")
+    if networked or config.lockstep:
+        StepService(jobs, server, received, config.step_timeout)
     robots.connect_world_models()
     viewer = ViewerLink(jobs, world, server, config.renderer, quality=quality_of(config))
     parts.callback(viewer.close)
-    viewer.advertise()
+    if networked:
+        viewer.advertise()
     if config.gui and not config.headless:
         viewer.open()
     factor = config.real_time_factor

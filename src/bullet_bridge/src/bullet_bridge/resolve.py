@@ -306,7 +306,8 @@ def _described(path: str, resolve: Resolver) -> WorldDescription:
     except ValueError as error:
         problem = error
     name, ending = os.path.splitext(os.path.basename(path))
-    if name in GAZEBO_WORLDS and ending == ".world" and not os.path.isabs(path):
+    is_gazebos = not os.path.isabs(path) or "/gazebo_plugins/test/test_worlds/" in path
+    if name in GAZEBO_WORLDS and ending == ".world" and is_gazebos:
         rospy.logwarn(
             "world '%s' is one of Gazebo's, which is not part of this stand-in; the empty "
             "world takes its place",

@@ -105,7 +105,9 @@ class Robots:
     def _add_plugin(self, model: "Model", index: int, spec: Any, parts: list[ModelPlugin]) -> None:
         """Append one of a model's plugins to a list; one that fails is skipped."""
         seed = zlib.crc32(f"{self._seed}/{model.name}/{index}".encode())
-        context = PluginContext(self._world, model, spec, seed, self.received, self._cameras)
+        context = PluginContext(
+            self._world, model, spec, seed, self.received, self._cameras, self._jobs
+        )
         custom = isinstance(spec, CustomSpec)
         try:
             parts.append(make_plugin(context, self.extensions.plugin(spec) if custom else None))

@@ -57,11 +57,11 @@ def test_the_pace_is_set_only_if_it_is_given():
         (
             "range_world.launch",
             ("paused:=true", "verbose:=false", "world:=bumper_test"),
-            "test_worlds/bumper_test.world",
+            "gazebo_plugins/test/test_worlds/bumper_test.world",
         ),
     ],
 )
 def test_worlds_by_launch_file(file, arguments, world):
     given = parameters(file, *arguments)
-    assert given["/gazebo/world_file"] == world
+    assert given["/gazebo/world_file"].endswith(world)
     assert given["/gazebo/paused"] is ("paused:=true" in arguments)

@@ -227,3 +227,21 @@ def test_the_template_holds_the_defaults():
     arrays = read_arrays(content)[0]
     assert (arrays["process_noise"] == PROCESS_NOISE).all()
     assert (arrays["covariance"] == 1e-9 * np.eye(15)).all()
+
+
+def test_parts_of_sensors_as_diagnostics_name_them():
+    sensors, _ = read_sensors(
+        {
+            "odom0": "odom",
+            "odom0_config": config(0, 6),
+            "pose0": "pose",
+            "pose0_config": config(0),
+            "imu0": "imu",
+            "imu0_config": config(5, 11, 12),
+        }
+    )
+    assert {sensor.name: sensor.parts() for sensor in sensors} == {
+        "odom0": ["odom0_pose", "odom0_twist"],
+        "pose0": ["pose0"],
+        "imu0": ["imu0_pose", "imu0_twist", "imu0_acceleration"],
+    }

@@ -69,3 +69,18 @@ def test_a_missing_file_is_named(package):
     result = _run(package, package / "gone.xacro")
     assert result.returncode != 0
     assert b"gone.xacro" in result.stderr and b"Traceback" not in result.stderr
+
+
+def test_arguments_of_a_macro_of_an_include_with_ns_are_those_of_its_namespace(package):
+    head = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+    (package / "wheel.xacro").write_text(
+        f'{head}<xacro:property name="side" value="left"/><xacro:macro name="wheel" '
+        'params="name"><link name="${name}"/></xacro:macro></robot>'
+    )
+    (package / "ns.xacro").write_text(
+        f'{head}<xacro:include filename="wheel.xacro" ns="w"/><xacro:property name="own" '
+        'value="hub"/><xacro:w.wheel name="${side}_${own}"/></robot>'
+    )
+    result = _run(package, package / "ns.xacro")
+    assert result.returncode == 0, result.stderr
+    assert ElementTree.fromstring(result.stdout).find("link").get("name") == "left_hub"

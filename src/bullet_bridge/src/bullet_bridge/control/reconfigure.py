@@ -1,4 +1,4 @@
-"""dynamic_reconfigure: servers whose first values are the simulation's, gains of PIDs."""
+"""dynamic_reconfigure of gains of PIDs."""
 
 import functools
 import math
@@ -13,7 +13,8 @@ from bullet_sim.controllers.pid import PidGains, parse_pid
 from bullet_sim.description.model import STEER_BOT_SIM_TYPE
 from bullet_sim.errors import ControllerError, SimError
 from control_toolbox.cfg import ParametersConfig
-from dynamic_reconfigure.server import Server
+
+from bullet_bridge.transport.reconfigure import ValuesServer, widened
 
 if TYPE_CHECKING:
     from bullet_sim.controllers.hardware import Hardware
@@ -27,16 +28,7 @@ NAMES = ("p", "i", "d", "i_clamp_min", "i_clamp_max", "antiwindup")
 
 def config_type(gains: PidGains) -> types.SimpleNamespace:
     """ParametersConfig with ranges widened to include the present gains."""
-    widened = types.SimpleNamespace(
-        **{
-            name: getattr(ParametersConfig, name)
-            for name in ("config_description", "defaults", "level", "type", "all_level")
-        }
-    )
-    values = {name: getattr(gains, name) for name in NAMES}
-    widened.min = {name: min(low, values[name]) for name, low in ParametersConfig.min.items()}
-    widened.max = {name: max(high, values[name]) for name, high in ParametersConfig.max.items()}
-    return widened
+    return widened(ParametersConfig, {name: getattr(gains, name) for name in NAMES})
 
 
 def _checked(config: Mapping[str, Any]) -> PidGains:
@@ -51,31 +43,6 @@ def _checked(config: Mapping[str, Any]) -> PidGains:
                 f"{name} is {config[name]}, must be a finite number; the gains are unchanged"
             )
     return PidGains(**{name: config[name] for name in NAMES})
-
-
-class ValuesServer(Server):
-    """A server whose first values are the simulation's, not those of the parameter server.
-
-    Args:
-        config: module that dynamic_reconfigure's generator would make.
-        values: name -> first value.
-        callback: as of Server; not called before the server is made.
-        namespace: of its topics, service and parameters, e.g. '/bot/arm/pid'.
-    """
-
-    def __init__(
-        self,
-        config: Any,
-        values: Mapping[str, Any],
-        callback: Callable[[Any, int], Any],
-        namespace: str,
-    ) -> None:
-        self._values = values
-        super().__init__(config, lambda first, _: first, namespace)
-        self.callback = callback
-
-    def _copy_from_parameter_server(self) -> None:
-        self.config.update(self._values)
 
 
 class PidServer(ValuesServer):
@@ -100,12 +67,6 @@ class PidServer(ValuesServer):
             rospy.logerr("%s: %s", self._namespace, error)
             config.update(self._last)
         return config
-
-    def close(self) -> None:
-        """Shut down the service and unregister the topics."""
-        self.set_service.shutdown("the controller is unloaded")
-        self.descr_topic.unregister()
-        self.update_topic.unregister()
 
 
 PID_GAINS = "gazebo_ros_control/pid_gains"

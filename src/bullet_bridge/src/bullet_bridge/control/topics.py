@@ -4,15 +4,17 @@ import math
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import rospy
 from bullet_sim.controllers import Controller, drive, four_wheel, joint
-from control_msgs.msg import JointControllerState, PidState
+from control_msgs.msg import JointControllerState, JointTrajectoryControllerState, PidState
 from four_wheel_steering_msgs.msg import FourWheelSteering, FourWheelSteeringStamped
 from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from paddock_common.geometry import transform_of
+from paddock_common.reconfigure import describe
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
 from tf2_msgs.msg import TFMessage
@@ -21,6 +23,7 @@ from bullet_bridge.loop.clock import SubscribedSchedule
 from bullet_bridge.plugins.base import PluginContext, RosPart, make_plugin
 from bullet_bridge.transport.conversions import header
 from bullet_bridge.transport.packed import PackedJointState
+from bullet_bridge.transport.reconfigure import widened
 
 if TYPE_CHECKING:
     from bullet_sim.controllers.joint import Sample
@@ -195,9 +198,9 @@ class JointStates(Topics):
         config = self.config
         self._states = self.publisher(f"{robot.namespace}/joint_states", JointState)
         self._schedule = self._every(config.publish_rate, self._states)
-        names = robot.manager.hardware.names
-        self._numbers = [names.index(name) for name in config.joints or names]
-        joints = [names[number] for number in self._numbers]
+        hardware = robot.manager.hardware
+        joints = config.joints or hardware.published_names
+        self._numbers = [hardware.names.index(name) for name in joints]
         self._extra = [row for row in config.extra_joints if row[0] not in joints]
         self._sender = PackedJointState(self._states, [*joints, *(row[0] for row in self._extra)])
 
@@ -272,12 +275,14 @@ class Drive(Commands):
     """geometry_msgs/Twist into the controller of a base, odometry and its transform out."""
 
     topic = "cmd_vel"
+    always_with_tf: ClassVar[bool] = False  # its transform may be switched on later
 
     def __init__(self, robot: "RobotControl", controller: Any) -> None:
         super().__init__(robot, controller)
         self._odometry = self.publisher(f"{self.name}/odom", Odometry)
         config = self.config
-        self._transform = self.publisher("/tf", TFMessage) if config.publish_tf else None
+        with_tf = config.publish_tf or self.always_with_tf
+        self._transform = self.publisher("/tf", TFMessage) if with_tf else None
         self._outputs = [out for out in (self._odometry, self._transform) if out is not None]
         self._schedule = self._every(config.publish_rate, *self._outputs)
         self._limited = None
@@ -308,10 +313,125 @@ class Drive(Commands):
         if not self._schedule.due(step):
             return
         outputs = [out for out in self._outputs if out.get_num_connections()]
+        if not self.controller.config.publish_tf:
+            outputs = [out for out in outputs if out is self._odometry]
         self._robot.manager.observe()
         message = drive_odometry(time, self.config, self.controller.odometry)
         for out in outputs:
             out.publish(message if out is self._odometry else TFMessage([transform_of(message)]))
+
+
+DIFF_DRIVE = SimpleNamespace(  # diff_drive_controller/DiffDriveController.cfg
+    **describe(
+        [
+            *(
+                (f"{name}_multiplier", "double", 1.0, 0.5, 1.5, f"Multiplier of the {text}.")
+                for name, text in (
+                    ("left_wheel_radius", "left wheels' radius"),
+                    ("right_wheel_radius", "right wheels' radius"),
+                    ("wheel_separation", "wheel separation"),
+                )
+            ),
+            ("publish_rate", "double", 50.0, 0.0, 2000.0, "Rate of the odometry [Hz]; 0: none."),
+            ("enable_odom_tf", "bool", True, False, True, "Publish the odometry's transform."),
+        ]
+    )
+)
+_MULTIPLIERS = tuple(  # in the order of DriveConfig's
+    f"{name}_multiplier" for name in ("wheel_separation", "left_wheel_radius", "right_wheel_radius")
+)
+_NEVER = 1e-9  # [Hz] a schedule's rate in place of 0
+
+
+@ros_side(drive.DiffDrive)
+class DiffDrive(Drive):
+    """Also parameters by dynamic_reconfigure, and what the wheels do."""
+
+    always_with_tf = True
+
+    def __init__(self, robot: "RobotControl", controller: Any) -> None:
+        super().__init__(robot, controller)
+        config = self.config
+        self._wheels: Any = None
+        if config.publish_wheels:
+            self._wheels = self.publisher(
+                f"{self.name}/wheel_joint_controller_state", JointTrajectoryControllerState
+            )
+            self._wheels_schedule = self._every(
+                1.0 / robot.manager.control_period(robot.world.time_step), self._wheels
+            )
+            names = robot.manager.hardware.names
+            self._numbers = [names.index(name) for name in config.joints]
+        self._parameters = {
+            **dict(zip(_MULTIPLIERS, config.multipliers)),
+            "publish_rate": config.publish_rate,
+            "enable_odom_tf": config.publish_tf,
+        }
+        module = widened(DIFF_DRIVE, self._parameters)
+        self.reconfigure(self.name, module, self._parameters, self._on_parameters)
+
+    def _on_parameters(self, parameters: Any, _level: int) -> Any:
+        separation, left, right = (parameters[name] for name in _MULTIPLIERS)
+        rate, with_tf = parameters["publish_rate"], parameters["enable_odom_tf"]
+        if not all(map(math.isfinite, (separation, left, right, rate))):
+            rospy.logerr(
+                "%s: multipliers %s and publish_rate %s must be finite numbers; they are unchanged",
+                self.name,
+                (separation, left, right),
+                rate,
+            )
+            parameters.update(self._parameters)
+            return parameters
+        self._robot.call(lambda: self._tune((separation, left, right), rate, with_tf))
+        self._parameters = {name: parameters[name] for name in self._parameters}
+        return parameters
+
+    def _tune(
+        self, multipliers: tuple[float, float, float], publish_rate: float, publish_tf: bool
+    ) -> None:
+        """Change the parameters (simulation thread)."""
+        world = self._robot.world
+        self.controller.tune(multipliers, publish_rate, publish_tf)
+        rate = min(publish_rate or _NEVER, 1.0 / world.time_step)
+        self._schedule.set_rate(rate, world.step_count)
+
+    def publish(self, step: int, time: float) -> None:
+        """As a Drive; and the wheels of the last update."""
+        super().publish(step, time)
+        if self._wheels is None or not self._wheels_schedule.due(step):
+            return
+        positions, _, efforts = self._robot.manager.hardware.joints.columns(self._numbers)
+        message = wheel_state(time, self.config, self.controller.wheels, positions, efforts)
+        self._wheels.publish(message)
+
+
+def wheel_state(
+    time: float,
+    config: drive.DriveConfig,
+    wheels: drive.WheelMotion,
+    positions: Sequence[float],
+    efforts: Sequence[float],
+) -> JointTrajectoryControllerState:
+    """control_msgs/JointTrajectoryControllerState of the wheels of a DiffDrive.
+
+    Args:
+        time: simulated [s].
+        positions, efforts: of all wheels [rad, N m]; an effort is not commanded: NaN.
+    """
+    count = len(config.left)
+    message = JointTrajectoryControllerState(
+        header=header(time), joint_names=[*config.left, *config.right]
+    )
+    commanded = (wheels.positions, wheels.velocities, wheels.accelerations, (math.nan, math.nan))
+    measured = (positions, wheels.measured_velocities, wheels.measured_accelerations, efforts)
+    for name, (left, right), values in zip(
+        ("positions", "velocities", "accelerations", "effort"), commanded, measured
+    ):
+        targets = [left] * count + [right] * count
+        setattr(message.desired, name, targets)
+        setattr(message.actual, name, list(values))
+        setattr(message.error, name, [a - b for a, b in zip(targets, values)])
+    return message
 
 
 @ros_side(four_wheel.FourWheel)

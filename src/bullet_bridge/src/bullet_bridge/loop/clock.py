@@ -67,16 +67,26 @@ class Schedule(Stateful):
         ValueError: the rate is not above 0 or higher than the step rate.
     """
 
-    STATE: ClassVar[tuple[str, ...]] = ("_count", "next")
+    STATE: ClassVar[tuple[str, ...]] = ("_count", "next", "_ratio")
 
     def __init__(self, rate: float, time_step: float, start: int = 0) -> None:
+        self._time_step = time_step
+        self.set_rate(rate, start)
+
+    def set_rate(self, rate: float, step: int) -> None:
+        """Continue after a step with another rate [Hz].
+
+        Raises:
+            ValueError: as of the class.
+        """
+        time_step = self._time_step
         if not (math.isfinite(rate) and 0 < rate <= 1.0001 / time_step):
             raise ValueError(
                 f"rate is {rate} Hz, must be above 0 and at most "
                 f"{1 / time_step:g} Hz, one per physics step"
             )
         self._ratio = 1.0 / (rate * time_step)
-        self.restart(start)
+        self.restart(step)
 
     def restart(self, step: int) -> None:
         """Count on from a step: the first due step after it that is k periods from 0."""

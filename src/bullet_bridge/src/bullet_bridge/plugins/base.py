@@ -11,12 +11,14 @@ from bullet_sim.pose import Array, Pose, cross
 
 from bullet_bridge.loop.clock import SubscribedSchedule
 from bullet_bridge.transport.publishing import all_or_none, note_endpoint, publisher
+from bullet_bridge.transport.reconfigure import ValuesServer
 
 if TYPE_CHECKING:
     from bullet_sim.models.model import Model
     from bullet_sim.world import World
 
 P = TypeVar("P", bound="ModelPlugin")
+T = TypeVar("T")
 
 # Class of a specification -> the ModelPlugin that does it, and its subclasses.
 ROS_SIDE: "dict[type, type[ModelPlugin]]" = {}
@@ -41,6 +43,7 @@ class PluginContext:
         seed: of its noise.
         received: ReceivedCounts of the messages that it receives.
         cameras: Cameras, which have images rendered.
+        jobs: JobQueue of the simulation thread.
     """
 
     world: "World"
@@ -49,6 +52,7 @@ class PluginContext:
     seed: int = 0
     received: Any = None
     cameras: Any = None
+    jobs: Any = None
 
 
 def make_plugin(
@@ -96,10 +100,53 @@ class RosPart:
         self._endpoints.append(endpoint)
         return endpoint
 
+    def service(self, name: str, service: type, handler: Callable[[Any], Any]) -> None:
+        """Offer a service; one whose name is taken is skipped with a warning, as in Gazebo.
+
+        Args:
+            handler: function of a request; runs in a thread of its own, see ModelPlugin.call.
+        """
+        self._offer(name, lambda: _ServiceEndpoint(rospy.Service(name, service, handler)))
+
+    def reconfigure(
+        self,
+        namespace: str,
+        config: Any,
+        values: dict[str, Any],
+        callback: Callable[[Any, int], Any],
+    ) -> None:
+        """Offer parameters by dynamic_reconfigure, skipped as a service is.
+
+        Args:
+            config: module that dynamic_reconfigure's generator would make.
+            values: name -> first value.
+            callback: as of dynamic_reconfigure's Server; runs in a thread of its own.
+        """
+        self._offer(namespace, lambda: ValuesServer(config, values, callback, namespace))
+
+    def _offer(self, name: str, make: Callable[[], Any]) -> None:
+        try:
+            endpoint = make()
+        except rospy.ServiceException as error:
+            rospy.logwarn("%s is not offered a second time: %s", name, error)
+            return
+        note_endpoint(endpoint)
+        self._endpoints.append(endpoint)
+
     def close(self) -> None:
-        """Unregister the topics."""
+        """Unregister the topics and services."""
         for endpoint in self._endpoints:
             endpoint.unregister()
+
+
+class _ServiceEndpoint:
+    """A rospy.Service that is closed like a publisher."""
+
+    def __init__(self, service: Any) -> None:
+        self._service = service
+
+    def unregister(self) -> None:
+        self._service.shutdown("its model is deleted")
 
 
 class ModelPlugin(RosPart, Component):
@@ -151,6 +198,15 @@ class ModelPlugin(RosPart, Component):
     def message_type(self) -> str:
         """Type of what it publishes first, e.g. 'sensor_msgs/Imu'; '' if it publishes nothing."""
         return self._publishers[0].type if self._publishers else ""
+
+    def call(self, work: Callable[[], T]) -> T:
+        """Result of a function that the simulation thread runs, for services and callbacks."""
+        return self.context.jobs.call(work)
+
+    def set_rate(self, rate: float) -> None:
+        """Change the rate of the updates [Hz]; 0: every physics step (simulation thread)."""
+        fastest = 1.0 / self.world.time_step
+        self.schedule.set_rate(min(rate or fastest, fastest), self.world.step_count)
 
     def needs_update(self) -> bool:
         """Whether it is to be updated: always, or while a topic of it has subscribers."""

@@ -1,21 +1,31 @@
 """Cameras and depth cameras: images requested from the renderer, published when they arrive."""
 
+import copy
 import json
+import math
 import threading
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import rospy
 from bullet_sim.errors import RenderError
-from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, RangeCameraSpec
+from bullet_sim.plugins.cameras import (
+    CameraSpec,
+    DepthCameraSpec,
+    RangeCameraSpec,
+    TriggeredCameraSpec,
+)
 from bullet_sim.pose import Array, Pose
 from bullet_sim.render.client import RenderClient
 from bullet_sim.render.request import DEFAULT, CameraRequest, Frame, Quality
 from bullet_sim.sensors import camera
+from paddock_common.reconfigure import describe
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
-from std_msgs.msg import String
+from sensor_msgs.srv import SetCameraInfo, SetCameraInfoResponse
+from std_msgs.msg import Empty, String
 
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
 from bullet_bridge.transport import conversions
@@ -183,11 +193,28 @@ class Cameras:
             self._client.close()
 
 
+IMAGER_RATES = (1.0, 50.0)  # [Hz] range of imager_rate
+IMAGER = SimpleNamespace(  # gazebo_plugins/GazeboRosCamera.cfg
+    **describe(
+        [
+            (
+                "imager_rate",
+                "double",
+                2.0,
+                *IMAGER_RATES,
+                "Rate of the sensor [Hz]. It acts from the first change on; the rate of the "
+                "file holds before.",
+            )
+        ]
+    )
+)
+
+
 @ros_side(CameraSpec)
 class CameraSensor(Sensor):
     """sensor_msgs/Image and CameraInfo; images come from the render worker."""
 
-    CACHE = ("_labels", "_label_sender")
+    CACHE = ("_labels", "_label_sender", "_assigned")
     message = Image
     relayed = False
 
@@ -214,7 +241,25 @@ class CameraSensor(Sensor):
             name=f"{model.name}/{spec.link}/{spec.name}/{index_in_model}",
         )
         self._request = CameraRequest(**values)
+        self._assigned: CameraInfo | None = None  # by set_camera_info
+        if spec.namespace:
+            name = f"{spec.namespace.rstrip('/')}/set_camera_info"
+            self.service(name, SetCameraInfo, self._on_set_info)
+        if spec.tunable:
+            self.reconfigure(spec.namespace, IMAGER, dict(IMAGER.defaults), self._on_rate)
         context.cameras.add(self)
+
+    def _on_set_info(self, request: Any) -> SetCameraInfoResponse:
+        """From now on camera_info is the request's, as of upstream's camera_info_manager."""
+        self._assigned = request.camera_info
+        return SetCameraInfoResponse(success=True)
+
+    def _on_rate(self, config: Any, _level: int) -> Any:
+        """Change the sensor's rate; that of the plugin stays a limit."""
+        limit = self.spec.plugin_rate or math.inf
+        rate = min(config["imager_rate"], limit)
+        self.call(lambda: self.set_rate(rate))
+        return config
 
     def update(self, time: float, period: float) -> None:
         """Have an image rendered, which publish_frame gets later."""
@@ -245,7 +290,7 @@ class CameraSensor(Sensor):
 
     def info_message(self, time: float) -> CameraInfo:
         """camera_info for a simulated time [s]."""
-        info = conversions.camera_info(self.spec, self._info)
+        info = copy.deepcopy(self._assigned) or conversions.camera_info(self.spec, self._info)
         info.header.stamp = conversions.stamp(time)
         return info
 
@@ -253,6 +298,46 @@ class CameraSensor(Sensor):
         """Unregister the topics; nothing is rendered any more."""
         self.context.cameras.remove(self)
         super().close()
+
+
+@ros_side(TriggeredCameraSpec)
+class TriggeredCameraSensor(CameraSensor):
+    """One image for each trigger that arrives while there are subscribers."""
+
+    STATE = ("_pending",)
+    reports = False  # it has no rate
+
+    def __init__(self, context: PluginContext) -> None:
+        self._pending = 0
+        self._counting = threading.Lock()
+        super().__init__(context)
+        for topic in self.spec.trigger_topics:
+            self.subscribe(topic, Empty, self._on_trigger)
+
+    def _on_rate(self, config: Any, _level: int) -> Any:
+        """Has no effect on a camera without a rate."""
+        return config
+
+    def reset(self, time: float) -> None:
+        """Forget the triggers."""
+        super().reset(time)
+        self._pending = 0
+
+    def _on_trigger(self, _message: Any) -> None:
+        with self._counting:
+            self._pending += super().needs_update()
+
+    def needs_update(self) -> bool:
+        """While there are triggers whose images were not requested."""
+        return self._pending > 0 and super().needs_update()
+
+    def update(self, time: float, period: float) -> None:
+        """Have an image rendered, which counts for one trigger."""
+        with self._counting:
+            if self._pending == 0:
+                return
+            self._pending -= 1
+        super().update(time, period)
 
 
 # PCL's layout of a point: x y z, 4 unused bytes, color (blue, green, red, 0).

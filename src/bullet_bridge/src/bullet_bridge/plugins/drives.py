@@ -23,8 +23,6 @@ from bullet_bridge.loop.clock import Schedule
 from bullet_bridge.plugins.base import ModelPlugin, PluginContext, Sensor, ros_side
 from bullet_bridge.transport import conversions
 
-PLANAR = (1e-5, 1e-5, 1e12, 1e12, 1e12, 1e-3)  # variances of a base's odometry
-
 
 @ros_side(JointStatesSpec)
 class JointStatesSensor(Sensor):
@@ -57,12 +55,14 @@ class WheelDrivePlugin(ModelPlugin):
         spec, joints = self.spec, self.model.joints
         self._drive = WheelDrive(spec)
         self._wheels = [[joints.index(name) for name in names] for names in (spec.left, spec.right)]
-        self._odometry = self.publisher(spec.topic, Odometry)
-        self._transform = self.publisher("/tf", TFMessage) if spec.publish_tf else None
+        odometry = spec.publish_odometry
+        self._odometry = self.publisher(spec.topic, Odometry) if odometry else None
+        with_tf = odometry and spec.publish_tf
+        self._transform = self.publisher("/tf", TFMessage) if with_tf else None
         topic = spec.wheel_states_topic
         self._wheel_states = self.publisher(topic, JointState) if topic else None
         self._wheel_frames = self.publisher("/tf", TFMessage) if spec.wheel_transforms else None
-        self._wheel_names = [*spec.left, *spec.right]
+        self._wheel_names = [*spec.right, *spec.left]  # in upstream's order
         self.subscribe(spec.command_topic, Twist, self._on_command)
 
     def start(self, time: float) -> None:
@@ -145,7 +145,7 @@ def odometry_message(time: float, spec: Any, pose: Pose, linear: Array, angular:
 
     Args:
         time: simulated [s].
-        spec: has frame_id and child_frame_id.
+        spec: has frame_id, child_frame_id, pose_covariance and twist_covariance.
         pose: Pose in frame_id.
         linear, angular: (3,) [m/s, rad/s] in the child frame.
     """
@@ -153,8 +153,8 @@ def odometry_message(time: float, spec: Any, pose: Pose, linear: Array, angular:
     message = Odometry(header=header, child_frame_id=spec.child_frame_id)
     message.pose.pose = conversions.pose_to_msg(pose)
     message.twist.twist = conversions.twist_to_msg(linear, angular)
-    for covariance in (message.pose.covariance, message.twist.covariance):
-        covariance[::7] = list(PLANAR)
+    message.pose.covariance[::7] = list(spec.pose_covariance)
+    message.twist.covariance[::7] = list(spec.twist_covariance)
     return message
 
 

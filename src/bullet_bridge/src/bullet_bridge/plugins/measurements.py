@@ -1,18 +1,35 @@
 """Ground truth, IMU, GPS, magnetometer, force and torque, contacts."""
 
-from typing import TYPE_CHECKING, Any
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+import rospy
 from bullet_sim.plugins.forces import ContactSpec, ForceTorqueSpec, LinkForceSpec
-from bullet_sim.plugins.inertial import GpsSpec, GroundTruthSpec, ImuSpec, MagneticSpec
-from bullet_sim.pose import Array, Pose, Vector
+from bullet_sim.plugins.inertial import (
+    BiasedImuSpec,
+    GpsSpec,
+    GroundTruthSpec,
+    ImuSpec,
+    MagneticSpec,
+)
+from bullet_sim.pose import Array, Pose, Vector, multiply
 from bullet_sim.sensors import inertial
 from bullet_sim.sensors.contact import nearest, watched_links
 from bullet_sim.sensors.inertial import add_noise, joint_wrench, net_wrench
 from gazebo_msgs.msg import ContactsState, ContactState
 from geometry_msgs.msg import Vector3, Vector3Stamped, Wrench, WrenchStamped
+from hector_gazebo_plugins.srv import (
+    SetBias,
+    SetBiasResponse,
+    SetReferenceGeoPose,
+    SetReferenceGeoPoseResponse,
+)
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, MagneticField, NavSatFix
+from std_srvs.srv import Empty as EmptyService
+from std_srvs.srv import EmptyResponse
 
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
 from bullet_bridge.transport import conversions
@@ -25,7 +42,7 @@ if TYPE_CHECKING:
 
 @ros_side(GroundTruthSpec)
 class GroundTruthSensor(Sensor):
-    """nav_msgs/Odometry without error."""
+    """nav_msgs/Odometry without error, in the world or relative to a link."""
 
     message = Odometry
 
@@ -36,14 +53,26 @@ class GroundTruthSensor(Sensor):
             self.pub, spec.frame_id, spec.child_frame_id, spec.noise_stddev**2
         )
 
+        self._shift: Pose | None = Pose.from_xyz_rpy(*spec.offset)
+        if self._shift == Pose():
+            self._shift = None
+
+    def needs_update(self) -> bool:
+        """As ModelPlugin; never where the reference link does not exist."""
+        return self.spec.reference is not None and super().needs_update()
+
     def update(self, time: float, period: float) -> None:
         linear: Any
         angular: Any
-        if self._offset is None:
-            position, orientation, linear, angular = self.model.link_motion(self.spec.link)
-        else:
-            pose, linear, angular = self.sensor_state()
-            position, orientation = pose.position, pose.orientation
+        position, orientation, linear, angular = self.model.link_motion(self.spec.link)
+        if self.spec.reference:
+            frame = self.model.link_motion(self.spec.reference)
+            position, orientation, linear, angular = inertial.relative_motion(
+                (position, orientation, linear, angular), frame
+            )
+        if self._shift is not None:
+            x, y, z = np.add(position, self._shift.position).tolist()
+            position, orientation = (x, y, z), multiply(self._shift.orientation, orientation)
         linear, angular = inertial.twist(orientation, linear, angular, self.spec.twist_in_child)
         if self.spec.noise_stddev > 0:
             linear = linear + self.rng.normal(0, self.spec.noise_stddev, 3)
@@ -55,8 +84,17 @@ class GroundTruthSensor(Sensor):
 class ImuSensor(Sensor):
     """sensor_msgs/Imu: proper acceleration, mean over the sensor's period."""
 
-    STATE = ("_before",)
+    STATE: ClassVar[tuple[str, ...]] = ("_before",)
     message = Imu
+
+    def __init__(self, context: PluginContext) -> None:
+        super().__init__(context)
+        if self.spec.service:
+            self.service(self.spec.service, EmptyService, self._on_calibrate)
+
+    def _on_calibrate(self, _request: Any) -> EmptyResponse:
+        """A simulated IMU is calibrated."""
+        return EmptyResponse()
 
     def start(self, time: float) -> None:
         """Measure from now on."""
@@ -81,6 +119,78 @@ class ImuSensor(Sensor):
         return conversions.imu_message(time, self.spec, pose.orientation, rate, force)
 
 
+@ros_side(BiasedImuSpec)
+class BiasedImuSensor(ImuSensor):
+    """An IMU with biases that services set, and that decay."""
+
+    STATE = ("_rate_bias", "_force_bias", "_measured")
+
+    def __init__(self, context: PluginContext) -> None:
+        super().__init__(context)
+        spec = self.spec
+        self._biases = self.publisher(spec.bias_topic, Imu) if spec.bias_topic else None
+        for name, set_bias in (
+            ("set_accel_bias", self._set_force_bias),
+            ("set_rate_bias", self._set_rate_bias),
+        ):
+            self.service(f"{spec.topic}/{name}", SetBias, self._handler(set_bias))
+
+    def _handler(self, set_bias: Callable[[Array], None]) -> Callable[[Any], SetBiasResponse]:
+        def handle(request: Any) -> SetBiasResponse:
+            bias = np.array((request.bias.x, request.bias.y, request.bias.z))
+            if not np.isfinite(bias).all():
+                raise rospy.ServiceException(f"bias is {bias.tolist()}, must be finite numbers")
+            self.call(lambda: set_bias(bias))
+            return SetBiasResponse()
+
+        return handle
+
+    def _set_force_bias(self, bias: Array) -> None:
+        self._force_bias = bias
+
+    def _set_rate_bias(self, bias: Array) -> None:
+        self._rate_bias = bias
+
+    def _on_calibrate(self, request: Any) -> EmptyResponse:
+        """The gyroscopes lose their bias."""
+        self.call(lambda: self._set_rate_bias(np.zeros(3)))
+        return super()._on_calibrate(request)
+
+    def reset(self, time: float) -> None:
+        """Without biases."""
+        self._rate_bias, self._force_bias, self._measured = np.zeros(3), np.zeros(3), time
+        super().reset(time)
+
+    def measure(self, time: float) -> Imu:
+        """As an ImuSensor, with the biases, which also tilt the orientation."""
+        spec, period = self.spec, time - self._measured
+        self._measured = time
+        self._rate_bias = self._rate_bias * np.exp(-period * np.asarray(spec.gyro_frequency))
+        self._force_bias = self._force_bias * np.exp(-period * np.asarray(spec.accel_frequency))
+        message = super().measure(time)
+        _add(message.angular_velocity, self._rate_bias)
+        _add(message.linear_acceleration, self._force_bias)
+        gravity = float(np.linalg.norm(self.world.gravity))
+        if gravity > 0.0 and self._force_bias.any():
+            q = message.orientation
+            q.x, q.y, q.z, q.w = inertial.tilt_error(
+                (q.x, q.y, q.z, q.w), self._force_bias, gravity
+            )
+        if self._biases is not None and self._biases.get_num_connections() > 0:
+            biases = Imu(header=message.header)
+            biases.orientation.w = 1.0
+            _add(biases.angular_velocity, self._rate_bias + np.asarray(spec.gyro_noise_mean))
+            _add(biases.linear_acceleration, self._force_bias + np.asarray(spec.accel_noise_mean))
+            self._biases.publish(biases)
+        return message
+
+
+def _add(vector: Any, values: Array) -> None:
+    """Add (3,) to a geometry_msgs/Vector3."""
+    x, y, z = values.tolist()
+    vector.x, vector.y, vector.z = vector.x + x, vector.y + y, vector.z + z
+
+
 @ros_side(GpsSpec)
 class GpsSensor(Sensor):
     """sensor_msgs/NavSatFix, and the velocity as geometry_msgs/Vector3Stamped.
@@ -88,11 +198,29 @@ class GpsSensor(Sensor):
     The velocity's axes point to the north, to the west and up.
     """
 
+    STATE = ("_reference",)
     message = NavSatFix
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
-        self._velocity = self.publisher(self.spec.velocity_topic, Vector3Stamped)
+        spec = self.spec
+        # latitude, longitude [degrees], altitude [m] of the world's origin, heading of its x axis
+        self._reference = (spec.latitude, spec.longitude, spec.altitude, spec.heading)
+        self._velocity = self.publisher(spec.velocity_topic, Vector3Stamped)
+        name = f"{spec.topic}/set_reference_geopose"
+        self.service(name, SetReferenceGeoPose, self._on_reference)
+
+    def _on_reference(self, request: Any) -> SetReferenceGeoPoseResponse:
+        position, q = request.geo_pose.position, request.geo_pose.orientation
+        yaw = Pose(orientation=(q.x, q.y, q.z, q.w)).rpy[2]  # counter-clockwise from east
+        reference = (position.latitude, position.longitude, position.altitude, math.pi / 2.0 - yaw)
+        if not (all(map(math.isfinite, reference)) and abs(position.latitude) < 90.0):
+            raise rospy.ServiceException(
+                f"reference is {reference[0]:g} degrees north, {reference[1]:g} east, "
+                f"{reference[2]:g} m, must be finite, the latitude between -90 and 90"
+            )
+        self.call(lambda: setattr(self, "_reference", reference))
+        return SetReferenceGeoPoseResponse()
 
     def measure(self, time: float) -> NavSatFix:
         spec = self.spec
@@ -103,13 +231,13 @@ class GpsSensor(Sensor):
         message = NavSatFix(header=conversions.header(time, spec.frame_id))
         message.status.status, message.status.service = spec.status, spec.service
         message.latitude, message.longitude, message.altitude = inertial.fix(
-            position, spec.latitude, spec.longitude, spec.altitude, spec.heading
+            position, *self._reference
         )
         message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
         for axis in range(3):
             message.position_covariance[4 * axis] = spec.noise_stddev[axis] ** 2
         speed = Vector3Stamped(header=message.header)
-        north, west = inertial.to_north_west(spec.heading, velocity[0], velocity[1])
+        north, west = inertial.to_north_west(self._reference[3], velocity[0], velocity[1])
         speed.vector = Vector3(north, west, velocity[2])
         self._velocity.publish(speed)
         return message

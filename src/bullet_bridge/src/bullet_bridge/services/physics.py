@@ -13,10 +13,10 @@ from gazebo_msgs.msg import ODEPhysics
 from geometry_msgs.msg import Vector3
 from std_srvs.srv import Empty
 
-from bullet_bridge.control.reconfigure import ValuesServer
 from bullet_bridge.services import physics_config
 from bullet_bridge.services.handlers import empty_service_handler, service_handler
 from bullet_bridge.transport.conversions import vector
+from bullet_bridge.transport.reconfigure import ValuesServer
 
 if TYPE_CHECKING:
     from bullet_sim.world import World

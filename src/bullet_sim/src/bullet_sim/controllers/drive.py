@@ -3,7 +3,7 @@
 import collections
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -172,6 +172,9 @@ class DriveConfig(BaseConfig):
         radii: of the left and right wheels, or of the rear wheel for odometry and for the
             command [m], with their multipliers.
         steer_multiplier: of the measured steering angle in the odometry.
+        sizes: separation and radius without multipliers [m].
+        multipliers: of the separation and of the left and the right radius.
+        publish_wheels: what the wheels do, as a topic.
     """
 
     left: tuple[str, ...]
@@ -179,11 +182,16 @@ class DriveConfig(BaseConfig):
     separation: float
     radii: tuple[float, float]
     steer_multiplier: float = 1.0
+    sizes: tuple[float, float] = (0.0, 0.0)
+    multipliers: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    publish_wheels: bool = False
 
 
-def common(settings: Settings, claims: Claims) -> dict[str, Any]:
+def common(
+    settings: Settings, claims: Claims, ignored_keys: Sequence[str] = _WITHOUT_EFFECT
+) -> dict[str, Any]:
     """Values of a BaseConfig."""
-    ignored = settings.ignore(*_WITHOUT_EFFECT)
+    ignored = settings.ignore(*ignored_keys)
     return {
         "name": settings.name,
         "joints": tuple(joint for _, names in claims for joint in names),
@@ -322,7 +330,7 @@ class Drive(Controller):
         limited: (forward [m/s], yaw rate [rad/s] or steering angle [rad]) command after the limits.
     """
 
-    STATE = (
+    STATE: ClassVar[tuple[str, ...]] = (
         "odometry",
         "limited",
         "_before",
@@ -440,9 +448,84 @@ class Drive(Controller):
             self._write(outputs)
 
 
+@dataclass(frozen=True)
+class WheelMotion:
+    """What the wheels do and what was commanded, of the last update.
+
+    Attributes:
+        positions, velocities, accelerations: commanded, of the left and of the right wheels: the
+            sum of the velocities over the time [rad], [rad/s], and as upstream the change of
+            velocity times the period.
+        measured_velocities, measured_accelerations: of all wheels, left ones first.
+    """
+
+    positions: tuple[float, float] = (0.0, 0.0)
+    velocities: tuple[float, float] = (0.0, 0.0)
+    accelerations: tuple[float, float] = (0.0, 0.0)
+    measured_velocities: tuple[float, ...] = ()
+    measured_accelerations: tuple[float, ...] = ()
+
+
 @CONTROLLERS.register("diff_drive_controller/DiffDriveController")
 class DiffDrive(Drive):
-    """Left and right wheels; commands are m/s forward and rad/s to the left."""
+    """Left and right wheels; commands are m/s forward and rad/s to the left.
+
+    Attributes:
+        wheels: WheelMotion, where its topic is configured.
+    """
+
+    STATE = ("config", "wheels")
+
+    def __init__(self, config: Any, hardware: Hardware) -> None:
+        super().__init__(config, hardware)
+        self.wheels = WheelMotion()
+
+    def start(self, time: float) -> None:
+        """As a Drive; the commanded positions of the wheels continue."""
+        super().start(time)
+        velocities = tuple(joint.velocity for joint in self.joints)
+        self.wheels = WheelMotion(
+            self.wheels.positions, (0.0, 0.0), (0.0, 0.0), velocities, (0.0,) * len(velocities)
+        )
+
+    def reset(self, time: float) -> None:
+        """As a Drive; the commanded positions of the wheels are 0."""
+        self.wheels = WheelMotion()
+        super().reset(time)
+
+    def update(self, time: float, period: float) -> None:
+        """As a Drive; then what the wheels do."""
+        super().update(time, period)
+        if not self.config.publish_wheels:
+            return
+        before, (left, right) = self.wheels, self._outputs(*self.limited)
+        measured = tuple(joint.velocity for joint in self.joints)
+        self.wheels = WheelMotion(
+            (before.positions[0] + left * period, before.positions[1] + right * period),
+            (left, right),
+            ((left - before.velocities[0]) * period, (right - before.velocities[1]) * period),
+            measured,
+            tuple((now - old) / period for now, old in zip(measured, before.measured_velocities)),
+        )
+
+    def tune(
+        self, multipliers: tuple[float, float, float], publish_rate: float, publish_tf: bool
+    ) -> None:
+        """Change the configuration while it runs.
+
+        Args:
+            multipliers: of the separation and of the left and the right radius.
+            publish_rate: of the odometry [Hz].
+        """
+        (separation, radius), (of_separation, left, right) = self.config.sizes, multipliers
+        self.config = replace(
+            self.config,
+            separation=separation * of_separation,
+            radii=(radius * left, radius * right),
+            multipliers=multipliers,
+            publish_rate=publish_rate,
+            publish_tf=publish_tf,
+        )
 
     @classmethod
     def _configure(cls, settings: Settings, description: ModelDescription | None) -> DriveConfig:
@@ -452,7 +535,19 @@ class DiffDrive(Drive):
                 f"{settings.label} has {len(left)} left and {len(right)} right wheels, must be as "
                 "many"
             )
-        both = settings.number("wheel_radius_multiplier", 1.0, above=0.0)
+        of_sides = [
+            settings.number(f"{side}_wheel_radius_multiplier", 1.0, above=0.0)
+            for side in ("left", "right")
+        ]
+        if "wheel_radius_multiplier" in settings:  # then upstream reads no others
+            of_sides = [settings.number("wheel_radius_multiplier", 1.0, above=0.0)] * 2
+        multipliers = (
+            settings.number("wheel_separation_multiplier", 1.0, above=0.0),
+            of_sides[0],
+            of_sides[1],
+        )
+        wheel_states = _WITHOUT_EFFECT[0]
+        publish_wheels = settings.flag(wheel_states, False)
         radius = size(settings, "wheel_radius", lambda: wheel_radius(description, left[0]))
         separation = size(
             settings, "wheel_separation", lambda: _distance(description, left[0], right[0])
@@ -460,12 +555,12 @@ class DiffDrive(Drive):
         return DriveConfig(
             left,
             right,
-            separation * settings.number("wheel_separation_multiplier", 1.0, above=0.0),
-            (
-                radius * settings.number("left_wheel_radius_multiplier", both, above=0.0),
-                radius * settings.number("right_wheel_radius_multiplier", both, above=0.0),
-            ),
-            **common(settings, (("velocity", left + right),)),
+            separation * multipliers[0],
+            (radius * multipliers[1], radius * multipliers[2]),
+            sizes=(separation, radius),
+            multipliers=multipliers,
+            publish_wheels=publish_wheels,
+            **common(settings, (("velocity", left + right),), _WITHOUT_EFFECT[1:]),
         )
 
     def _outputs(self, linear: float, angular: float) -> tuple[float, float]:

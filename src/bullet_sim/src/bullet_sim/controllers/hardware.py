@@ -118,6 +118,17 @@ class Hardware(Stateful):
         """Names of the movable joints."""
         return tuple(self._handles)
 
+    @property
+    def published_names(self) -> tuple[str, ...]:
+        """Joints of the JointStateInterface, in alphabetical order as in its std::map.
+
+        As in gazebo_ros_control they are those with a <transmission>; without any <transmission>,
+        where it has none, they are all.
+        """
+        return tuple(sorted(self._interfaces.keys() & self._handles.keys())) or tuple(
+            sorted(self._handles)
+        )
+
     def handles(self, names: Iterable[str]) -> tuple[JointHandle, ...]:
         """The handles of joints.
 

@@ -228,6 +228,8 @@ def check(command: Command, joints: Sequence[str], partial: bool) -> None:
     Args:
         partial: whether some of them may be missing.
 
+    A point may have more values than there are names, as upstream; they are not used.
+
     Raises:
         JointsError: other joints.
         CommandError: times that do not increase, or the wrong count of values.
@@ -245,11 +247,17 @@ def check(command: Command, joints: Sequence[str], partial: bool) -> None:
         )
     count, before = len(command.joints), -math.inf
     for index, point in enumerate(command.points):
+        given = len(point.positions)
+        if given < count:
+            raise CommandError(
+                f"trajectory point #{index} has {given} positions, must have at least {count}"
+            )
         for quantity in ("positions", "velocities", "accelerations"):
             values = getattr(point, quantity)
-            if len(values) != count and (values or quantity == "positions"):
+            if values and len(values) != given:
                 raise CommandError(
-                    f"trajectory point #{index} has {len(values)} {quantity}, must have {count}"
+                    f"trajectory point #{index} has {len(values)} {quantity}, must have {given} as "
+                    "it has positions"
                 )
             if not all(math.isfinite(value) for value in values):
                 raise CommandError(
@@ -322,9 +330,19 @@ def join(
     return result
 
 
+HALF_TURN = 1e-9  # [rad] from pi up to which both directions count as equally long
+
+
 def _offset(here: float, there: float) -> float:
-    """Full rotations [rad] that bring an angle closest to another."""
-    return here + shortest_distance(here, there) - there
+    """Full rotations [rad] that bring an angle closest to another.
+
+    Of two directions of pi each it is that in which the numbers grow or fall, as in
+    joint_trajectory_segment.h.
+    """
+    distance = shortest_distance(here, there)
+    if abs(abs(distance) - math.pi) < HALF_TURN:
+        distance = math.copysign(distance, there - here)
+    return here + distance - there
 
 
 def _for_goal(segment: Segment, goal: "Goal | None") -> Segment:
@@ -527,8 +545,9 @@ class TrajectoryControl(ActionControl):
 
     # commands ---------------------------------------------------------------------------------
     def check(self, command: Command) -> Command:
-        """Check a Command; returns it."""
-        check(command, self.config.joints, self.config.partial)
+        """Check a Command; returns it. One without points stops, whatever joints it names."""
+        if command.points:
+            check(command, self.config.joints, self.config.partial)
         return command
 
     def command(self, command: Command) -> None:
@@ -546,7 +565,7 @@ class TrajectoryControl(ActionControl):
         Raises:
             CommandError: it cannot be followed; a JointsError where its joints are wrong.
         """
-        self.check(command)
+        check(command, self.config.joints, self.config.partial)
         self._follow(command, goal)
         self._finish("canceled")
         self.goal = goal

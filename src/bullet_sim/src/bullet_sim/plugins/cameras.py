@@ -60,6 +60,9 @@ class CameraSpec:
         baseline: of a stereo pair's right camera [m], as <hackBaseline> gives it.
         distortion: (k1, k2, p1, p2, k3) of its lens, as CameraInfo's plumb_bob; (): a pinhole.
         lens: of a wide-angle camera; horizontal_fov is then that of a pinhole, for camera_info.
+        namespace: of its service set_camera_info; "": it has none.
+        tunable: its rate can be changed by dynamic_reconfigure in that namespace.
+        plugin_rate: the plugin's limit of the rate [Hz]; 0: none.
     """
 
     name: str
@@ -80,6 +83,20 @@ class CameraSpec:
     baseline: float = 0.0
     distortion: tuple[float, ...] = ()
     lens: Lens | None = None
+    namespace: str = ""
+    tunable: bool = False
+    plugin_rate: float = 0.0
+
+
+@dataclass(frozen=True)
+class TriggeredCameraSpec(CameraSpec):
+    """A camera that takes one image for each message on its trigger's topics.
+
+    Attributes:
+        trigger_topics: of std_msgs/Empty; those of both cameras of a stereo pair.
+    """
+
+    trigger_topics: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -229,13 +246,14 @@ def clip(camera: Values) -> tuple[float, float]:
 
 
 def _camera_values(
-    xml: SensorXml, element: Element | None = None, side: str = ""
+    xml: SensorXml, element: Element | None = None, side: str = "", triggered: bool = False
 ) -> dict[str, Any]:
     """Values of a CameraSpec.
 
     Args:
         element: its <camera>; None: the only one.
         side: appended to the topics' namespace.
+        triggered: it has no rate of its own.
     """
     plugin = xml.plugin("camera")
     camera = Values(element, plugin.label) if element is not None else xml.part("camera", "camera")
@@ -251,10 +269,13 @@ def _camera_values(
         horizontal_fov=field_of_view(camera, xml.type == WIDE),
         near=near,
         far=far,
-        rate=xml.output_rate(),
+        rate=0.0 if triggered else xml.output_rate(),
+        plugin_rate=max(0.0, plugin.number("updateRate")),
+        namespace=xml.names.topic("", group),
+        tunable=bool(group.strip("/")),
         topic=xml.topic("imageTopicName", "image_raw", group),
         info_topic=xml.topic("cameraInfoTopicName", "camera_info", group),
-        frame_id=xml.frame("frameName", "/world"),
+        frame_id=xml.frame("frameName", ""),  # of gazebo_ros_camera_utils, which has no default
         noise_stddev=stddev,
         noise_mean=mean,
         encoding=encoding(camera, xml.model),
@@ -280,10 +301,9 @@ def camera(xml: SensorXml) -> CameraSpec:
     return CameraSpec(**dict(_camera_values(xml), lens=lens, distortion=()))
 
 
-@sensor_plugin("gazebo_ros_multicamera", types=("multicamera",))
-def multicamera(xml: SensorXml) -> list[CameraSpec]:
-    """CameraSpecs of a left and a right camera, distinguished by their names."""
-    specs = []
+def _pair(xml: SensorXml, triggered: bool = False) -> dict[str, dict[str, Any]]:
+    """Values of the CameraSpecs of a left and a right camera, distinguished by their names."""
+    pair = {}
     for camera in xml.sensor.findall("camera"):
         name = camera.get("name", "")
         side = next((side for side in ("left", "right") if side in name), None)
@@ -293,11 +313,33 @@ def multicamera(xml: SensorXml) -> list[CameraSpec]:
                 "or 'right'"
             )
             continue
-        values = dict(_camera_values(xml, camera, f"/{side}"), name=f"{xml.name}/{name}")
+        values = _camera_values(xml, camera, f"/{side}", triggered)
+        values["name"] = f"{xml.name}/{name}"
         if side == "left":
             values["baseline"] = 0.0
-        specs.append(CameraSpec(**values))
-    return specs
+        pair[side] = values
+    return pair
+
+
+@sensor_plugin("gazebo_ros_multicamera", types=("multicamera",))
+def multicamera(xml: SensorXml) -> list[CameraSpec]:
+    return [CameraSpec(**values) for values in _pair(xml).values()]
+
+
+@sensor_plugin("gazebo_ros_triggered_camera", types=("camera",))
+def triggered_camera(xml: SensorXml) -> CameraSpec:
+    topic = xml.topic("triggerTopicName", "image_trigger", xml.text("cameraName"))
+    return TriggeredCameraSpec(**_camera_values(xml, triggered=True), trigger_topics=(topic,))
+
+
+@sensor_plugin("gazebo_ros_triggered_multicamera", types=("multicamera",))
+def triggered_multicamera(xml: SensorXml) -> list[CameraSpec]:
+    """TriggeredCameraSpecs; either trigger has both images taken, as upstream."""
+    pair, name = _pair(xml, triggered=True), xml.text("cameraName")
+    topics = tuple(
+        xml.topic("triggerTopicName", "image_trigger", f"{name}/{side}") for side in pair
+    )
+    return [TriggeredCameraSpec(**values, trigger_topics=topics) for values in pair.values()]
 
 
 @sensor_plugin(
@@ -352,6 +394,8 @@ def realsense(xml: PluginXml) -> list[CameraSpec]:
             topic=topic,
             info_topic=topic.rsplit("/", 1)[0] + "/camera_info",
             frame_id=xml.frame(f"{tag}OpticalframeName", link),
+            namespace="",
+            tunable=False,
         )
         if values["encoding"] == "mono8":
             values["encoding"] = "8UC1"  # as the plugin names it

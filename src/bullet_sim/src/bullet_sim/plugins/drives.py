@@ -12,7 +12,10 @@ from bullet_sim.xml_reader import is_true
 
 @dataclass(frozen=True)
 class JointStatesSpec:
-    """libgazebo_ros_joint_state_publisher: positions and velocities of named joints."""
+    """libgazebo_ros_joint_state_publisher: positions and velocities of named joints.
+
+    As upstream it has no efforts.
+    """
 
     name: str
     link: str
@@ -20,6 +23,10 @@ class JointStatesSpec:
     rate: float = 100.0
     topic: str = "/joint_states"
     frame_id: str = ""
+
+
+PLANAR = (1e-5, 1e-5, 1e12, 1e12, 1e12, 1e-3)  # variances of a base's pose
+NO_COVARIANCE = (0.0,) * 6
 
 
 @dataclass(frozen=True)
@@ -36,7 +43,9 @@ class WheelDriveSpec:
         rate: of commands to the wheels and of odometry [Hz].
         command_topic, topic: of velocity commands and of odometry.
         frame_id, child_frame_id: of the odometry.
+        publish_odometry: False: neither odometry nor its transform.
         publish_tf: also publish the odometry's transform on /tf.
+        pose_covariance, twist_covariance: diagonals of the odometry's.
         from_wheels: odometry by the wheels' angles, from zero; else the true pose.
         wheel_states_topic: of JointState with the wheels' positions; empty: none.
         wheel_transforms: also publish the wheels' transforms on /tf.
@@ -55,7 +64,10 @@ class WheelDriveSpec:
     topic: str = "/odom"
     frame_id: str = "odom"
     child_frame_id: str = "base_footprint"
+    publish_odometry: bool = True
     publish_tf: bool = True
+    pose_covariance: tuple[float, ...] = PLANAR
+    twist_covariance: tuple[float, ...] = NO_COVARIANCE
     from_wheels: bool = False
     wheel_states_topic: str = ""
     wheel_transforms: bool = False
@@ -78,6 +90,8 @@ class PlanarMoveSpec:
     topic: str = "/odom"
     frame_id: str = "odom"
     child_frame_id: str = "base_footprint"
+    pose_covariance: tuple[float, ...] = PLANAR
+    twist_covariance: tuple[float, ...] = NO_COVARIANCE
 
 
 @dataclass(frozen=True)
@@ -148,18 +162,20 @@ def state_publisher(xml: PluginXml) -> list[Any]:
 
 @model_plugin("gazebo_ros_diff_drive")
 def diff_drive(xml: PluginXml) -> WheelDriveSpec | None:
-    """WheelDriveSpec; <legacyMode>, true by default, swaps the left and the right joint."""
+    """WheelDriveSpec; <publishTf> false switches the odometry off, too, as upstream.
+
+    <legacyMode>, which once swapped the joints, is no more since gazebo_plugins 2.8.3.
+    """
     left, right = (xml.text(f"{side}Joint", f"{side}_joint") for side in ("left", "right"))
-    if is_true(xml.text("legacyMode", "true")):
-        left, right = right, left
-    tf_tag = "publishOdomTF" if xml.element.find("publishOdomTF") is not None else "publishTf"
     with_states = is_true(xml.text("publishWheelJointState"))
     return _drive(
         xml,
         (left,),
         (right,),
-        tf_tag,
         0.34,
+        xml.number("wheelTorque", 5.0),
+        publish_odometry=is_true(xml.text("publishTf", "true")),
+        publish_tf=is_true(xml.text("publishOdomTF", "true")),
         wheel_states_topic=xml.names.topic("joint_states") if with_states else "",
         wheel_transforms=is_true(xml.text("publishWheelTF")),
         from_wheels=xml.text("odometrySource", "world") in ("encoder", "0"),
@@ -175,7 +191,21 @@ def skid_steer(xml: PluginXml) -> WheelDriveSpec | None:
         )
         for side in ("left", "right")
     )
-    return _drive(xml, left, right, "broadcastTF", 0.4)
+    along, across, turning = (
+        xml.number(f"covariance_{name}", default)
+        for name, default in (("x", 1e-4), ("y", 1e-4), ("yaw", 1e-2))
+    )
+    covariance = (along, across, *PLANAR[2:5], turning)
+    return _drive(
+        xml,
+        left,
+        right,
+        0.4,
+        xml.number("torque", 5.0),
+        publish_tf=is_true(xml.text("broadcastTF")),
+        pose_covariance=covariance,
+        twist_covariance=covariance,
+    )
 
 
 @model_plugin("gazebo_ros_planar_move")
@@ -233,13 +263,12 @@ def _drive(
     xml: PluginXml,
     left: tuple[str, ...],
     right: tuple[str, ...],
-    tf_tag: str,
     separation: float,
-    **flags: Any,
+    torque: float,
+    **values: Any,
 ) -> WheelDriveSpec | None:
     separation = xml.number("wheelSeparation", separation)
     diameter = xml.number("wheelDiameter", 0.15)
-    torque = xml.number("wheelTorque", xml.number("torque", 5.0))
     if len(_movable(xml, (*left, *right))) < len((*left, *right)):
         return None
     if min(separation, diameter) <= 0:
@@ -258,7 +287,6 @@ def _drive(
         torque=abs(torque),
         acceleration=max(0.0, xml.number("wheelAcceleration")),
         rate=xml.number("updateRate", 100.0),
-        publish_tf=is_true(xml.text(tf_tag, "true")),
         **_odometry_names(xml),
-        **flags,
+        **values,
     )

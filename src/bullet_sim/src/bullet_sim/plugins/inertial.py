@@ -6,6 +6,7 @@ from typing import Any
 
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
 from bullet_sim.plugins.xml import ZERO, ZERO_POSE, Names, PluginXml, PoseTuple, SensorXml, Values
+from bullet_sim.pose import Vec3
 from bullet_sim.xml_reader import is_true
 
 
@@ -15,7 +16,9 @@ class ImuSpec:
 
     Attributes:
         rate: messages per simulated second [Hz]; 0: every physics step.
+        gyro_noise_mean, accel_noise_mean: one for all axes, or one for each.
         variance: on the diagonals of the covariances.
+        service: name of its std_srvs/Empty; "": none.
     """
 
     name: str
@@ -26,9 +29,24 @@ class ImuSpec:
     frame_id: str = "imu_link"
     gyro_noise_stddev: float = 0.0
     accel_noise_stddev: float = 0.0
-    gyro_noise_mean: float = 0.0
-    accel_noise_mean: float = 0.0
+    gyro_noise_mean: float | Vec3 = 0.0
+    accel_noise_mean: float | Vec3 = 0.0
     variance: float = 0.0
+    service: str = ""
+
+
+@dataclass(frozen=True)
+class BiasedImuSpec(ImuSpec):
+    """hector's IMU, whose present biases can be set.
+
+    Attributes:
+        bias_topic: of sensor_msgs/Imu with the biases; "": none.
+        gyro_frequency, accel_frequency: at which a set bias decays [1/s].
+    """
+
+    bias_topic: str = ""
+    gyro_frequency: Vec3 = (1.0 / 3600.0,) * 3
+    accel_frequency: Vec3 = (1.0 / 3600.0,) * 3
 
 
 @dataclass(frozen=True)
@@ -37,12 +55,15 @@ class GroundTruthSpec:
 
     Attributes:
         link: link whose frame is reported.
-        frame_id: the world frame's name in the header.
+        frame_id: of the header.
         rate: messages per simulated second [Hz]; 0: every physics step.
+        reference: link that pose and twist are relative to; "": the world; None: a link that does
+            not exist, nothing is published.
         child_frame_id: the link's name in the message.
         twist_in_child: True: twist in the child frame, as nav_msgs/Odometry asks; False: along
             the world's axes, as upstream's plugin gives it.
-        pose: (xyz [m], rpy [rad]) of the reported frame in the link frame.
+        offset: (xyz [m], rpy [rad]), in the reference frame: added to the position, multiplied from
+            the left with the orientation.
     """
 
     link: str
@@ -52,7 +73,8 @@ class GroundTruthSpec:
     twist_in_child: bool = False
     child_frame_id: str = "base_link"
     noise_stddev: float = 0.0
-    pose: PoseTuple = ZERO_POSE
+    reference: str | None = ""
+    offset: PoseTuple = ZERO_POSE
 
 
 @dataclass(frozen=True)
@@ -77,12 +99,12 @@ class GpsSpec:
     topic: str = "/fix"
     velocity_topic: str = "/fix_velocity"
     frame_id: str = "world"
-    latitude: float = 49.860246
-    longitude: float = 8.687077
+    latitude: float = 49.9
+    longitude: float = 8.9
     altitude: float = 0.0
     heading: float = 0.0
     status: int = 0
-    service: int = 1
+    service: int = 0
     noise_stddev: tuple[float, float, float] = (0.0, 0.0, 0.0)
     velocity_noise_stddev: tuple[float, float, float] = (0.0, 0.0, 0.0)
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -124,18 +146,32 @@ def _offset(xml: PluginXml) -> PoseTuple:
     return xyz, rpy
 
 
+WORLD_FRAMES = ("/world", "world", "/map", "map")  # values of <frameName> that are no link
+
+
 @model_plugin("gazebo_ros_p3d")
 def ground_truth(xml: PluginXml) -> GroundTruthSpec:
-    link = xml.link("bodyName", xml.model.root)
+    """GroundTruthSpec; <headerFrame> is Paddock's own: another frame_id than <frameName>."""
+    link, frame = xml.link("bodyName", xml.model.root), xml.text("frameName", "world")
+    reference: str | None = "" if frame in WORLD_FRAMES else frame
+    if reference and reference not in xml.model.links:
+        xml.warn(
+            f"{xml.label} has frameName '{frame}', which is neither world nor map nor a link; "
+            f"links are {', '.join(xml.model.links)}; it publishes nothing, as in Gazebo",
+            "ground truth plugins have a frameName that is no link and publish nothing",
+            f"'{frame}'",
+        )
+        reference = None
     return GroundTruthSpec(
         link=link,
         topic=xml.topic("topicName", "ground_truth"),
-        frame_id=xml.frame("frameName", "world"),
+        frame_id=xml.frame("headerFrame", frame.lstrip("/")),
+        reference=reference,
         rate=xml.number("updateRate"),
         twist_in_child=xml.text("twistFrame", "world") == "child",
         child_frame_id=link,
         noise_stddev=abs(xml.number("gaussianNoise")),
-        pose=_offset(xml),
+        offset=_offset(xml),
     )
 
 
@@ -155,8 +191,9 @@ def model_imu(xml: PluginXml) -> ImuSpec:
         link,
         _offset(xml),
         rate=xml.number("updateRate"),
-        frame_id=xml.frame("frameName", link),
+        frame_id=xml.frame("frameName", xml.text("bodyName", link)),
         topic=xml.topic("topicName", "/default_imu"),
+        service=xml.topic("serviceName", "/default_imu"),
     )
 
 
@@ -171,6 +208,7 @@ def imu(xml: SensorXml) -> ImuSpec:
         rate=xml.rate(),
         frame_id=xml.frame("frameName", xml.text("bodyName", xml.parent)),
         topic=xml.topic("topicName", "/default_imu"),
+        service=xml.topic("serviceName", "/default_imu"),
     )
 
 
@@ -214,24 +252,33 @@ def imu_sensor(xml: SensorXml) -> ImuSpec:
 
 # hector's; drifts are not simulated ---------------------------------------------------------------
 @model_plugin("hector_gazebo_ros_imu")
-def hector_imu(xml: PluginXml) -> ImuSpec:
+def hector_imu(xml: PluginXml) -> BiasedImuSpec:
     link = xml.link("bodyName", xml.model.root)
     noise = abs(xml.number("gaussianNoise"))
     acceleration = (
         max(abs(value) for value in xml.vector("accelGaussianNoise", broadcast=True)) or noise
     )
     rate = max(abs(value) for value in xml.vector("rateGaussianNoise", broadcast=True))
-    return ImuSpec(
+    topic = xml.topic("topicName", "imu")
+    gyro_frequency, accel_frequency = (
+        xml.vector(f"{name}DriftFrequency", default=(1.0 / 3600.0,) * 3, broadcast=True)
+        for name in ("rate", "accel")
+    )
+    return BiasedImuSpec(
         name=xml.name or "imu",
         link=link,
         pose=(ZERO, xml.vector("rpyOffset", broadcast=True)),
         rate=xml.number("updateRate"),
-        topic=xml.topic("topicName", "imu"),
+        topic=topic,
+        bias_topic=xml.topic("biasTopicName", f"{topic}/bias"),
+        service=xml.topic("serviceName", f"{topic}/calibrate"),
+        gyro_frequency=gyro_frequency,
+        accel_frequency=accel_frequency,
         frame_id=xml.frame("frameId", link),
         gyro_noise_stddev=rate,
         accel_noise_stddev=acceleration,
-        gyro_noise_mean=xml.vector("rateOffset", broadcast=True)[0],
-        accel_noise_mean=xml.vector("accelOffset", broadcast=True)[0],
+        gyro_noise_mean=xml.vector("rateOffset", broadcast=True),
+        accel_noise_mean=xml.vector("accelOffset", broadcast=True),
         variance=acceleration**2,
     )
 
@@ -252,7 +299,7 @@ def gps(xml: PluginXml) -> GpsSpec:
         altitude=xml.number("referenceAltitude"),
         heading=math.radians(xml.number("referenceHeading")),
         status=int(xml.number("status")),
-        service=int(xml.number("service", 1.0)),
+        service=int(xml.number("service")),
         noise_stddev=xml.vector("gaussianNoise", broadcast=True),
         velocity_noise_stddev=xml.vector("velocityGaussianNoise", broadcast=True),
         offset=xml.vector("offset", broadcast=True),

@@ -103,6 +103,13 @@ def scan_range(ray: Values) -> tuple[float, float]:
     return used
 
 
+def rays_of(ray: Values, axis: str, samples: int) -> int:
+    """Number of rays of a <scan> along an axis: <samples> times <resolution>, as in Gazebo."""
+    resolution = ray.number(f"scan/{axis}/resolution", 1.0)
+    count = ray.whole(f"scan/{axis}/samples", samples)
+    return max(1, int(count * resolution)) if resolution > 0.0 else count
+
+
 def _scan(xml: SensorXml, ray: Values, samples: int) -> dict[str, Any]:
     """Values common to all of them, from <ray>; samples: default number of rays."""
     first, last = sweep(ray)
@@ -111,7 +118,7 @@ def _scan(xml: SensorXml, ray: Values, samples: int) -> dict[str, Any]:
         name=xml.name,
         link=xml.parent,
         pose=xml.pose,
-        samples=ray.whole("scan/horizontal/samples", samples),
+        samples=rays_of(ray, "horizontal", samples),
         min_angle=first,
         max_angle=last,
         range_min=near,
@@ -125,7 +132,7 @@ def _layers(xml: SensorXml) -> dict[str, Any]:
     ray = xml.part("ray", "lidar")
     return dict(
         _scan(xml, ray, 1),
-        layers=ray.whole("scan/vertical/samples", 1),
+        layers=rays_of(ray, "vertical", 1),
         min_elevation=ray.number("scan/vertical/min_angle"),
         max_elevation=ray.number("scan/vertical/max_angle"),
         noise_mean=ray.number("noise/mean"),
@@ -205,14 +212,23 @@ def range_sensor(xml: SensorXml) -> RangeSpec:
 
 @sensor_plugin("hector_gazebo_ros_sonar", types=TYPES)
 def sonar(xml: SensorXml) -> RangeSpec:
-    """RangeSpec; its field of view is the smaller of both angles."""
+    """RangeSpec; its field of view is the smaller of both angles.
+
+    Its rate is the plugin's <updateRate>, 10 Hz without one; that of the <sensor> has no effect.
+    """
     values = _layers(xml)
     wide = values["max_angle"] - values["min_angle"]
     high = values["max_elevation"] - values["min_elevation"]
     angles = [angle for angle in (wide, high) if angle > 0.0]
+    plugin = xml.plugin("sonar")
     return RangeSpec(
-        **_output(xml, xml.plugin("sonar"), values, "sonar"),
-        frame_id=xml.frame("frameId", xml.parent),
+        **dict(
+            values,
+            noise_stddev=values["noise_stddev"] or abs(plugin.number("gaussianNoise")),
+            rate=max(0.0, plugin.number("updateRate", 10.0)),
+            topic=xml.topic("topicName", "sonar"),
+        ),
+        frame_id=xml.frame("frameId", "/sonar_link"),
         infrared=False,
         field_of_view=min(angles, default=0.0),
     )

@@ -191,8 +191,11 @@ class PluginXml(Values):
         return self.names.topic(self.text(tag, default), group)
 
     def frame(self, tag: str, default: str) -> str:
-        """Name of the frame that a tag names, for headers: without a leading slash."""
-        return self.text(tag, default).lstrip("/")
+        """Name of the frame that a tag names, for headers: without a leading slash.
+
+        As in Gazebo an empty tag is an empty frame; the default is that of a missing tag.
+        """
+        return (self.text(tag) if self.element.find(tag) is not None else default).lstrip("/")
 
     def link(self, tag: str, default: str | None = None) -> str:
         """Link that a tag names as 'link', '/link' or 'model::link'.

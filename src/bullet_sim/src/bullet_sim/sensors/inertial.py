@@ -6,7 +6,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bullet_sim.description.lump import WELD_AXIS
-from bullet_sim.pose import Array, Vec3, Vector, rotation_matrix, rows_from_quaternion
+from bullet_sim.pose import (
+    Array,
+    Quat,
+    Vec3,
+    Vector,
+    multiply,
+    rotation_matrix,
+    rows_from_quaternion,
+)
 
 if TYPE_CHECKING:
     from bullet_sim.models.model import Model
@@ -51,7 +59,22 @@ def mean_acceleration(velocity: Vector, velocity_before: Vector, elapsed: float)
     return (np.asarray(velocity, dtype=float) - np.asarray(velocity_before)) / elapsed
 
 
-def add_noise(values: Vector, stddev: float, rng: Any, mean: float = 0.0) -> Any:
+def tilt_error(orientation: Vector, bias: Vector, gravity: float) -> Quat:
+    """Orientation that an IMU with a biased accelerometer reports: its bias tilts the vertical.
+
+    As hector's plugin: small angles, about the world's x and y.
+
+    Args:
+        bias: (3,) of the accelerometer in the link's axes [m/s^2].
+        gravity: [m/s^2], above 0.
+    """
+    x, y, _ = (rotation_matrix(orientation) @ np.asarray(bias, dtype=float)).tolist()
+    roll, pitch = 0.5 * y / gravity, -0.5 * x / gravity
+    length = math.sqrt(roll * roll + pitch * pitch + 1.0)
+    return multiply((roll / length, pitch / length, 0.0, 1.0 / length), orientation)
+
+
+def add_noise(values: Vector, stddev: float, rng: Any, mean: float | Vec3 = 0.0) -> Any:
     """White Gaussian noise of a mean and a standard deviation (unit of `values`); 0 = none."""
     if mean:
         values = np.asarray(values, dtype=float) + mean
@@ -89,6 +112,29 @@ def twist(
         (a * u + b * v + c * w, d * u + e * v + f * w, g * u + h * v + i * w),
         (a * p + b * q + c * r, d * p + e * q + f * r, g * p + h * q + i * r),
     )
+
+
+Motion = tuple[Vec3, Quat, Vec3, Vec3]
+
+
+def relative_motion(motion: Motion, frame: Motion) -> Motion:
+    """Motion of a link relative to another, as libgazebo_ros_p3d computes it.
+
+    The position is in the frame's axes. The orientation is the link's times the inverse of the
+    frame's, and the differences of velocities are rotated by the frame's orientation (not by its
+    inverse): they are those of the frame's axes only while it is parallel to the world.
+
+    Args:
+        motion, frame: (position [m], orientation, linear [m/s], angular [rad/s]) in the world.
+    """
+    rotation = rotation_matrix(frame[1])
+    x, y, z = (rotation.T @ np.subtract(motion[0], frame[0])).tolist()
+    (i, j, k, w), (u, v, s), (p, q, r) = (
+        frame[1],
+        (rotation @ np.subtract(motion[2], frame[2])).tolist(),
+        (rotation @ np.subtract(motion[3], frame[3])).tolist(),
+    )
+    return (x, y, z), multiply(motion[1], (-i, -j, -k, w)), (u, v, s), (p, q, r)
 
 
 EQUATORIAL_RADIUS = 6378137.0  # [m], WGS 84

@@ -6,6 +6,7 @@ import sys
 
 import rospy
 
+from controller_manager import controller_manager_interface as interface
 from controller_manager.client import ManagerClient, ManagerError
 from paddock_common import nodes, yaml_file
 
@@ -103,79 +104,48 @@ def expand(names):
 TIMEOUT = 30.0  # [s], wall clock; launch files start it with the simulator
 
 
-def format_controller(state):
-    """Returns one line about a ControllerState."""
-    claims = "; ".join(
-        "{}: {}".format(c.hardware_interface, ", ".join(c.resources))
-        for c in state.claimed_resources
-    )
-    return "{} - {} ( {} )".format(state.name, claims or "no joints", state.state)
+def _for_each(function):
+    return lambda names: all([function(name) for name in names])
 
 
-def _list(manager, _):
-    controllers = manager.list()
-    for state in controllers:
-        print(format_controller(state))
-    if not controllers:
-        print("No controllers are loaded")
+def _list(_):
+    interface.list_controllers()
     return True
 
 
-def _list_types(manager, _):
-    for name, _base in manager.list_types():
-        print(name)
+def _list_types(_):
+    interface.list_controller_types()
     return True
 
 
-def _reload(manager, names):
-    before = manager.list() if "--restore" in names else []
-    success = _report(manager.reload_libraries(True), "reload", "the libraries")
-    for state in before:
-        success = _report(manager.load(state.name), "load", state.name) and success
-    running = [state.name for state in before if state.state == "running"]
-    if running:
-        success = (
-            _report(manager.switch(start=running, strict=False), "start", ", ".join(running))
-            and success
-        )
-    return success
-
-
-def _report(success, verb, label):
-    print(
-        "{} {} {}".format("Did" if success else "Could not", verb, label),
-        file=sys.stdout if success else sys.stderr,
-    )
-    return success
-
-
-def _load(manager, names):
-    return all([_report(manager.load(n), "load", n) for n in names])
-
-
-def _unload(manager, names):
-    return all([_report(manager.unload(n), "unload", n) for n in names])
-
-
-def _start(manager, names):
-    return _report(manager.switch(start=names), "start", ", ".join(names))
-
-
-def _stop(manager, names):
-    return _report(manager.switch(stop=names), "stop", ", ".join(names))
+def _in_order(*functions):
+    """One function for all names after the other, as upstream also if one fails."""
+    return lambda names: all([_for_each(function)(names) for function in functions])
 
 
 # name: (function, needs controller names, help)
 COMMANDS = {
     "list": (_list, False, "list loaded controllers"),
     "list-types": (_list_types, False, "list the types that can be loaded"),
-    "reload-libraries": (_reload, False, "reload the types [--restore: and the controllers]"),
-    "load": (_load, True, "load controllers"),
-    "unload": (_unload, True, "unload controllers"),
-    "start": (_start, True, "start loaded controllers"),
-    "stop": (_stop, True, "stop controllers"),
-    "spawn": (lambda m, n: _load(m, n) and _start(m, n), True, "load and start controllers"),
-    "kill": (lambda m, n: _stop(m, n) and _unload(m, n), True, "stop and unload controllers"),
+    "reload-libraries": (
+        lambda names: interface.reload_libraries(True, restore="--restore" in names),
+        False,
+        "reload the types [--restore: and the controllers]",
+    ),
+    "load": (_in_order(interface.load_controller), True, "load controllers"),
+    "unload": (_in_order(interface.unload_controller), True, "unload controllers"),
+    "start": (_in_order(interface.start_controller), True, "start loaded controllers"),
+    "stop": (_in_order(interface.stop_controller), True, "stop controllers"),
+    "spawn": (
+        _in_order(interface.load_controller, interface.start_controller),
+        True,
+        "load and start controllers",
+    ),
+    "kill": (
+        _in_order(interface.stop_controller, interface.unload_controller),
+        True,
+        "stop and unload controllers",
+    ),
 }
 SHORT = {"lc": "list", "lt": "list-types", "sp": "spawn", "kl": "kill"}
 
@@ -205,7 +175,7 @@ def main():
     manager = ManagerClient()
     try:
         manager.wait(TIMEOUT, ["list_controllers"])
-        return 0 if function(manager, argv[1:]) else 1
+        return 0 if function(argv[1:]) else 1
     except rospy.ROSInterruptException:
         return 1
     except ManagerError as error:

@@ -71,6 +71,8 @@ def main():
     stop_requested = start_node("spawner")
     manager = ManagerClient(opts.namespace, stop_requested)
     spawner = Spawner(manager, rospy.loginfo, rospy.logerr)
+    # rosnode kill: later than in this hook a node reads no responses of services.
+    rospy.on_shutdown(lambda: take_down_quietly(spawner, manager, opts.shutdown_timeout))
     try:
         return run(opts, manager, spawner, stop_requested)
     except rospy.ROSInterruptException:
@@ -134,12 +136,17 @@ def unspawn():
         rospy.logfatal("unspawner: %s", error)
         return 1
     rospy.loginfo("Stopped %s", ", ".join(opts.controllers))
+    restarts = [lambda: manager.switch(start=opts.controllers, strict=False)]
+
+    def restart():
+        """Starts them again, once: at a signal, or in a hook at rosnode kill as the spawner."""
+        reason = run_bounded(restarts.pop(), SHUTDOWN_TIMEOUT) if restarts else None
+        if reason and manager.is_there():
+            rospy.logwarn(f"Controllers were not started again: {reason}")
+
+    rospy.on_shutdown(restart)
     while not stop_requested():
         time.sleep(waiting.POLL_PERIOD)
-    reason = run_bounded(
-        lambda: manager.switch(start=opts.controllers, strict=False), SHUTDOWN_TIMEOUT
-    )
-    if reason and manager.is_there():
-        rospy.logwarn(f"Controllers were not started again: {reason}")
+    restart()
     rospy.signal_shutdown("the unspawner has stopped")
     return 0

@@ -51,10 +51,20 @@ class Diagnostics:
         self._since = self._due = time.monotonic()
         self._rate = 0.0
         self._unknown = []
+        self._ignored = {}  # key -> text about messages since the last publication
         self._updater = Updater()
         self._updater.setHardwareID("none")
         self._updater.add("Filter diagnostic updater", self._state)
         self._updater.add("odometry/filtered topic status", self._topic)
+
+    def ignored(self, names, text):
+        """Reports that a message was ignored because of its stamp.
+
+        Args:
+            names: of the sensor, or of each part of its messages.
+        """
+        for name in names:
+            self._ignored[f"{name}_timestamp"] = text
 
     def update(self, ekf, outliers):
         """Counts an estimate, and publishes when it is time."""
@@ -69,12 +79,16 @@ class Diagnostics:
         self._count, self._since = 0, now
         self._updater.force_update()
         self._outliers = 0
+        self._ignored = {}
 
     def _state(self, status):
         level = DiagnosticStatus.OK
         for error, name, text in self._warnings:
             level = max(level, DiagnosticStatus.ERROR if error else DiagnosticStatus.WARN)
             status.add(f"{name}_configuration", text)
+        for key, text in self._ignored.items():
+            level = max(level, DiagnosticStatus.WARN)
+            status.add(key, text)
         if self._outliers:
             level = max(level, DiagnosticStatus.WARN)
             status.add("outliers", f"{self._outliers} measurements were skipped as outliers")
@@ -215,6 +229,11 @@ class EkfNode:
         stamp = message.header.stamp
         with self._lock:
             if stamp <= self._ignore_until:
+                self._report_ignored(
+                    [sensor.name],
+                    f"a message stamped {stamp.to_sec():.3f} s is not later than the last reset of "
+                    "the filter and is ignored; is its stamp empty?",
+                )
                 return
             last = self._last_stamp.get(sensor.name)
             if last is not None and stamp < last:
@@ -225,10 +244,19 @@ class EkfNode:
                         "and is ignored; was the clock set back? reset_on_time_jump restarts "
                         "the filter",
                     )
+                    self._report_ignored(
+                        sensor.parts(),
+                        f"a message stamped {stamp.to_sec():.3f} s is older than the one before "
+                        "and is ignored",
+                    )
                     return
                 self._reset()
             self._last_stamp[sensor.name] = stamp
             self._reader.process(sensor, message)
+
+    def _report_ignored(self, names, text):
+        if self._diagnostics:
+            self._diagnostics.ignored(names, text)
 
     def _reset(self):
         self._fusion.clear()

@@ -75,6 +75,13 @@ class Sensor:
         """Whether it measures something of POSE, TWIST or ACCELERATION."""
         return any(self.used[part])
 
+    def parts(self):
+        """Names of what is used of its messages, as in /diagnostics: odom0_pose, odom0_twist."""
+        if self.input_type in ("pose", "twist"):
+            return [self.name]
+        names = ((POSE, "pose"), (TWIST, "twist"), (ACCELERATION, "acceleration"))
+        return [f"{self.name}_{name}" for part, name in names if self.uses(part)]
+
 
 def read(parameters):
     """Reads the sensors; an invalid one is skipped.

@@ -1,0 +1,1 @@
+"""Messages and services of controller managers; utils finds and filters them."""

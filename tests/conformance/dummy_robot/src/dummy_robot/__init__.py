@@ -1,0 +1,1 @@
+"""A robot of three joints that controllers of tests claim."""
