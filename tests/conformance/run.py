@@ -62,6 +62,8 @@ def rewrite(text, suite, package, copied, scripts):
         tag = match.group(0).replace(f'pkg="{package}"', f'pkg="{copied}"')
         if suite.service and text != original and tag.startswith("<test"):
             tag = f'<test launch-prefix="{HERE / "wait_for"} {suite.service}"' + tag[5:]
+        if tag.startswith("<test") and "time-limit" not in tag:  # rostest's is 60 s
+            tag = f'<test time-limit="{LIMIT - 60.0:g}"' + tag[5:]
         return tag
 
     return re.sub(r"<(?:test|node)\b[^>]*>", owned, text)
