@@ -190,7 +190,9 @@ class Engine:
         Args:
             fixed_base: the root link never moves.
             self_collide: links collide with each other, those of one joint excepted.
-            static: prepared as static: one link, of which meshes collide as they are.
+            static: prepared as static: one link, of which meshes collide as they are. Such a body
+                is none of PyBullet's multibodies, which cost time in every step; link_indices()
+                does not know its link, -1.
 
         Raises:
             ModelError: PyBullet refuses the file.
@@ -203,14 +205,18 @@ class Engine:
                     (0, 0, 0),
                     (0, 0, 0, 1),
                     useFixedBase=fixed_base,
+                    useMaximalCoordinates=static,
                     flags=self._flags | (p.URDF_USE_SELF_COLLISION if self_collide else 0),
                     physicsClientId=client,
                 )
         except p.error as error:
             raise ModelError(f"PyBullet cannot load {path}: {error}") from error
-        info = p.getDynamicsInfo(body, -1, physicsClientId=client)
-        self._inertial[body] = (info[3], info[4])
-        outward = Pose(info[3], info[4]).inverse()
+        center = Pose()  # of what is static; PyBullet has a quaternion of zeros for it
+        if not static:
+            info = p.getDynamicsInfo(body, -1, physicsClientId=client)
+            center = Pose(info[3], info[4])
+        self._inertial[body] = (center.position, center.orientation)
+        outward = center.inverse()
         self._outward[body] = (outward.position, outward.orientation)
         count = p.getNumJoints(body, physicsClientId=client)
         joints = [p.getJointInfo(body, i, physicsClientId=client) for i in range(count)]
@@ -218,7 +224,7 @@ class Engine:
         if not fixed_base:
             self.free.add(body)
         if static:
-            self.rays.scenery.add(body)
+            self.rays.scenery.add(body, path)
         self.states.note_layout("load", body, count)
         for link, damping in ((-1, -1.0), *((j[0], j[6]) for j in joints)):
             p.changeDynamics(

@@ -7,14 +7,15 @@ against those few triangles that it meets. PyBullet casts the rays that come nea
 
 import math
 import operator
-from collections.abc import Iterator
+import xml.etree.ElementTree as ET
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pybullet as p
 
-from bullet_sim.pose import Array, Quat, Vec3, Vector, matrix_from_quaternion
+from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, matrix_from_quaternion
 
 Box = tuple[Array, Array]  # lower and upper corner (3,) [m]
 
@@ -28,7 +29,7 @@ _CUBE_TRIANGLES = _CUBE[_SIDES]  # (12, 3, 3)
 
 @dataclass
 class Shapes:
-    """Collision shapes of one body, in the frame of its inertia.
+    """Collision shapes of one body, in the frame of its link.
 
     Attributes:
         triangles: (n, 3, 3) corners [m].
@@ -43,36 +44,46 @@ class Shapes:
     spheres: Array
 
 
-def read_shapes(client: int, body: int, with_triangles: bool) -> Shapes | None:
-    """Shapes of a body's root link, the only one of what never moves.
+def read_shapes(path: str, with_triangles: bool) -> Shapes | None:
+    """Shapes of the only link of what never moves.
+
+    PyBullet tells the shapes of multibodies alone, and what never moves is none (Engine.load).
 
     Args:
+        path: of the prepared URDF file that was loaded.
         with_triangles: False: boxes and meshes become spheres, too.
 
     Returns:
         None if a shape is of a type that is not known here.
     """
     triangles, solid, planes, spheres = [], [], [], []
-    for shape in p.getCollisionShapeData(body, -1, physicsClientId=client):
-        shape_type, size, path, place = shape[2], np.array(shape[3]), shape[4], np.array(shape[5])
-        turn = matrix_from_quaternion(shape[6])
-        if shape_type == p.GEOM_PLANE:
+    for collision in ET.parse(path).iterfind("link/collision"):
+        origin, shape = collision.find("origin"), collision.find("geometry/*")
+        if shape is None:
+            return None
+        pose = (
+            Pose() if origin is None else Pose.from_xyz_rpy(*map(_floats(origin), ("xyz", "rpy")))
+        )
+        floats, place, turn = _floats(shape), np.array(pose.position), pose.matrix
+        if shape.tag == "plane":
             planes.append((place, turn[:, 2]))
-        elif shape_type in (p.GEOM_BOX, p.GEOM_MESH):
-            own = _CUBE_TRIANGLES if shape_type == p.GEOM_BOX else _mesh_triangles(path)
+        elif shape.tag in ("box", "mesh"):
+            size = floats("size" if shape.tag == "box" else "scale")
+            own = _CUBE_TRIANGLES if shape.tag == "box" else _mesh_triangles(shape.get("filename"))
             if own is None:
                 return None
             own = (own * size) @ turn.T + place
             if with_triangles:
                 triangles.append(own)
-                solid.append(np.full(len(own), shape_type == p.GEOM_BOX))
+                solid.append(np.full(len(own), shape.tag == "box"))
             else:
                 low, high = own.min(axis=(0, 1)), own.max(axis=(0, 1))
                 spheres.append((*(low + high) / 2.0, np.linalg.norm(high - low) / 2.0))
-        elif shape_type == p.GEOM_SPHERE:
-            spheres.append((*place, size[0]))
-        elif shape_type in (p.GEOM_CYLINDER, p.GEOM_CAPSULE):  # length, radius
-            spheres.append((*place, np.hypot(size[0] / 2.0, size[1]) + size[1]))
+        elif shape.tag == "sphere":
+            spheres.append((*place, *floats("radius")))
+        elif shape.tag == "cylinder":
+            (length,), (radius,) = floats("length"), floats("radius")
+            spheres.append((*place, np.hypot(length / 2.0, radius) + radius))
         else:
             return None
     return Shapes(
@@ -83,12 +94,17 @@ def read_shapes(client: int, body: int, with_triangles: bool) -> Shapes | None:
     )
 
 
-def _mesh_triangles(path: bytes) -> Array | None:
+def _floats(element: ET.Element) -> Callable[[str], tuple[float, ...]]:
+    """Function of an attribute's name that returns its numbers."""
+    return lambda name: tuple(map(float, element.get(name, "").split()))
+
+
+def _mesh_triangles(path: str | None) -> Array | None:
     """Triangles (n, 3, 3) of a mesh file, or None if it cannot be read."""
     import trimesh  # takes 0.2 s, for worlds with meshes alone
 
     try:
-        mesh = trimesh.load(path.decode(), force="mesh", process=False, skip_materials=True)
+        mesh = trimesh.load(path, force="mesh", process=False, skip_materials=True)
     except Exception:  # pylint: disable=broad-except  # whatever a reader raises: PyBullet has it
         return None
     triangles = np.asarray(mesh.triangles, float)
@@ -109,6 +125,7 @@ class Scenery:
 
     def __init__(self, client: int) -> None:
         self._client = client
+        self._paths: dict[int, str] = {}  # of the prepared URDF files
         self._shapes: dict[int, Any] = {}  # Shapes, None: not read yet
         self._poses: dict[int, tuple[Vec3, Quat]] = {}
         self._moves: dict[int, int] = {}
@@ -121,9 +138,9 @@ class Scenery:
     def __contains__(self, body: int | None) -> bool:
         return body in self._shapes
 
-    def add(self, body: int) -> None:
-        """Take a body of which meshes collide as they are."""
-        self._shapes[body], self._moves[body] = None, 0
+    def add(self, body: int, path: str) -> None:
+        """Take a body of which meshes collide as they are, and its prepared URDF file."""
+        self._paths[body], self._shapes[body], self._moves[body] = path, None, 0
         self._is_current = self._has_same = False
 
     def discard(self, body: int) -> None:
@@ -133,7 +150,7 @@ class Scenery:
             self._is_current = self._has_same = False
 
     def _forget(self, body: int) -> None:
-        del self._shapes[body], self._moves[body]
+        del self._paths[body], self._shapes[body], self._moves[body]
         self._poses.pop(body, None)  # another body may get its number
 
     def check_poses(self) -> None:
@@ -154,7 +171,7 @@ class Scenery:
         self._has_same = True
         for body, pose in poses.items():
             if self._shapes[body] is None:
-                self._shapes[body] = read_shapes(self._client, body, _has_embree())
+                self._shapes[body] = read_shapes(self._paths[body], _has_embree())
             self._moves[body] += self._poses.get(body, pose) != pose
             if self._shapes[body] is None or self._moves[body] > MOST_MOVES:
                 self._forget(body)

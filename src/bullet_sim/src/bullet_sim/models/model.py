@@ -132,7 +132,9 @@ class Model:
             self_collide=self_collide,
             static=description.static,
         )
-        self._links = index = engine.link_indices(body)
+        self._links = index = (
+            dict.fromkeys(links, -1) if description.static else engine.link_indices(body)
+        )
         if self_collide:
             for name in apart:
                 for other in links:
