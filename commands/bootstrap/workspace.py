@@ -150,6 +150,7 @@ def _build(step):
     environ = {name: value for name, value in os.environ.items() if name not in left_out}
     environ["PATH"] = SYSTEM_PATH
     ros.enter(environ, folder)
+    environ.pop("ROS_DISTRO", None)  # catkin fails where it is another one than the ROS sets
     environ.update(PATH=f"{VENV}/bin:{environ['PATH']}", PYTHONNOUSERSITE="1", VIRTUAL_ENV=VENV)
     step.execute(
         [
