@@ -281,6 +281,26 @@ material "Park/Pale" : Park/Grass { }
 """
 
 
+def test_links_are_where_the_state_has_them():
+    """Poses of links in a <state> are the world's; where joints hold links they stay."""
+    text = (
+        '<model name="lamp"><static>1</static>{joint}'
+        '<link name="post"><pose>9 9 9 0 0 0</pose></link>'
+        '<link name="head"><pose relative_to="post">0 0 4 0 0 0</pose></link></model>'
+        '<state world_name="w"><model name="lamp"><pose>5 6 0 0 0 1.5707963</pose>'
+        '<link name="post"><pose>5 6 0 0 0 1.5707963</pose></link>'
+        '<link name="head"><pose>5 7 1.5 0 0 1.5707963</pose></link><link name="x"/>'
+        "</model></state>"
+    )
+    ((model, pose),) = world_of(text.format(joint="")).models
+    assert pose.position == (5, 6, 0) and model.warnings == []
+    (joint,) = model.joints.values()
+    assert joint.origin.position == pytest.approx((1.0, 0.0, 1.5), abs=1e-6)
+    held = '<joint name="j" type="fixed"><parent>post</parent><child>head</child></joint>'
+    ((model, _),) = world_of(text.format(joint=held)).models
+    assert model.joints["j"].origin.position == pytest.approx((9.0, 9.0, 13.0), abs=1e-6)
+
+
 def test_models_of_one_name_get_numbers():
     world = world_of('<model name="cone"><link name="a"/></model>' * 3)
     assert [model.name for model, _ in world.models] == ["cone", "cone_1", "cone_2"]

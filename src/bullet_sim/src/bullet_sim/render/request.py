@@ -111,7 +111,7 @@ class RendererInfo:
 
 @dataclass(frozen=True)
 class Quality:
-    """Costly features of the OpenGL renderer: 'auto' (if the driver is fast), 'true', 'false'."""
+    """Costly features of the OpenGL renderer: 'auto' (with a GPU), 'true', 'false'."""
 
     shadows: str = "auto"
     antialias: str = "auto"

@@ -208,7 +208,10 @@ def _model(
     version: Version,
     states: dict[str | None, Node],
 ) -> None:
+    state = states.get(element.get("name"))
     try:
+        if state is not None:
+            _move_links(element, state, label)
         model, pose = _read_model(element, resolve, label, version)
     except ModelError as error:
         element.warn(
@@ -217,9 +220,29 @@ def _model(
             f"'{element.get('name')}'",
         )
         return
-    if model.name in states:
-        pose = sdf_pose(states[model.name], f"{label} state of '{model.name}'")
+    if state is not None:
+        pose = sdf_pose(state, f"{label} state of '{model.name}'")
     described.models.append((model, pose))
+
+
+def _move_links(element: Node, state: Node, label: str) -> None:
+    """Give the links of a <model> without joints the poses, in the world, of its <state>."""
+    if element.find("joint") is not None:
+        return
+    label = f"{label} state of '{element.get('name')}'"
+    origin = sdf_pose(state, label).inverse()
+    links = {link.get("name"): link for link in element.findall("link")}
+    for moved in state.findall("link"):
+        link, pose = links.get(moved.get("name")), moved.find("pose")
+        if link is None or pose is None:
+            continue
+        local = origin * sdf_pose(moved, f"{label} link '{moved.get('name')}'")
+        own = link.find("pose")
+        if own is not None:
+            link.remove(own)
+        pose.attrib.clear()
+        pose.text = " ".join(f"{value:.9g}" for value in (*local.position, *local.rpy))
+        link.append(pose)
 
 
 def _number_names(described: WorldDescription, label: str) -> None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
+import cv2
 import numpy as np
 
 from bullet_sim.description.model import Geometry, Shape, TextureMapping
@@ -361,7 +362,12 @@ class AssetCache:
         texture = self._gl.texture(
             image.size, pixels.shape[2], np.ascontiguousarray(pixels).tobytes(), alignment=1
         )
-        texture.build_mipmaps(max_level=MIPMAPS)
+        levels = min(MIPMAPS, max(image.size).bit_length() - 1)
+        texture.build_mipmaps(max_level=levels)
+        for level in range(1, levels + 1):  # a driver's own are up to 4 of 255 too bright
+            size = (max(1, image.width >> level), max(1, image.height >> level))
+            small = cv2.resize(np.ascontiguousarray(pixels), size, interpolation=cv2.INTER_AREA)
+            texture.write(small.tobytes(), level=level, alignment=1)
         linear, nearest = self._gl.LINEAR, self._gl.NEAREST
         texture.filter = (self._gl.LINEAR_MIPMAP_LINEAR, linear)
         if mapping.filtering == "nearest":
