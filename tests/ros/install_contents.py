@@ -120,4 +120,4 @@ def dependencies(manifest):
     """Gives the catkin packages that a package.xml needs at run time or for building on it."""
     tags = ("depend", "exec_depend", "build_export_depend", "buildtool_export_depend")
     names = {element.text for tag in tags for element in ElementTree.parse(manifest).iter(tag)}
-    return {name for name in names if not name.startswith("python3-")}
+    return {name for name in names if not name.startswith(("python3-", "libjs-"))}

@@ -90,6 +90,8 @@ class InstalledFiles(unittest.TestCase):
         count = 0
         for name, path in self.named_in("*"):
             for package, below in references(path):
+                if (package, below.partition("/")[0]) == ("gazebo_plugins", "test"):
+                    continue  # of range_world.launch, for a workspace that has the original
                 count += 1
                 self.assertTrue(found(self.prefix, package, below), f"{name}: {package}/{below}")
         self.assertGreater(count, 50, "the walk misses references")

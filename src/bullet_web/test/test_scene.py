@@ -133,5 +133,5 @@ def test_names_of_assets_stay_and_unused_ones_go(world, tmp_path):
 def test_lights_and_background_are_the_world_s(world):
     scene, _ = scene_of(world)
     assert scene["light"]["lights"][0]["name"] == "sun"
-    assert scene["light"]["background"] is None
+    assert scene["light"]["background"] == [0.7, 0.7, 0.7]  # Gazebo's, of a world without <sky>
     assert all(0.0 <= value <= 1.0 for color in scene["sky"] for value in color)

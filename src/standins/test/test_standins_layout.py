@@ -29,6 +29,7 @@ GAZEBO_ARGUMENTS = {
     "gui_required",
 }
 OURS = {
+    "web",
     "real_time_factor",
     "lockstep",
     "renderer",

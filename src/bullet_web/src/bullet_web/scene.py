@@ -44,18 +44,22 @@ class Texture:
 
     anisotropy = 1.0
     filter: tuple[int, int] = (0, 0)
+    repeat_x = repeat_y = True
 
     def __init__(self, size: tuple[int, int], components: int, data: bytes) -> None:
         self.asset = image_asset(size, components, data)
 
-    def build_mipmaps(self) -> None:
+    def build_mipmaps(self, max_level: int) -> None:
         """Browsers make them."""
+
+    def write(self, data: bytes, level: int, alignment: int) -> None:
+        """Take a smaller image of the same; browsers make their own."""
 
 
 class Memory:
     """What AssetCache uses of a moderngl.Context."""
 
-    LINEAR_MIPMAP_LINEAR = LINEAR = 0
+    LINEAR_MIPMAP_LINEAR = LINEAR = NEAREST = 0
 
     def buffer(self, data: bytes) -> Buffer:
         return Buffer(data)
