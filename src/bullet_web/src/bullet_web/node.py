@@ -36,6 +36,7 @@ LOOK = 2.0  # [s] between two looks at the ROS graph
 DATA = 0.2  # [s] between two messages for the plots
 QUEUE = 20  # actions that may wait
 END_LIMIT = 2.0  # [s] for the last command
+THREAD_LIMIT = 10.0  # [s] that the node waits at its end for a scene that is being made
 
 
 @dataclass(frozen=True)
@@ -124,7 +125,10 @@ class WebNode:
         for task in tasks:
             task.cancel()
         self._server.stop()
+        # A thread of Python's that is within OpenCV when the interpreter ends aborts the process.
+        self._sensors.close()
         self._simulator.close()
+        self._simulator.join(THREAD_LIMIT)
 
     def _end(self) -> None:
         """Send the last zero before ROS closes the topics; runs in the thread of the shutdown."""

@@ -137,6 +137,7 @@ class Subscription:
         self._kind, message, rate, self._convert = TYPES[want]
         self._period, self._last = 1.0 / rate, -math.inf
         self._problem = ""
+        self._converting, self._closed = threading.Lock(), False
         self._subscriber = rospy.Subscriber(
             topic, message, self._receive, queue_size=1, buff_size=BUFFER
         )
@@ -147,14 +148,21 @@ class Subscription:
             return
         self._last = now
         try:
-            self._deliver(self._kind, self.topic, self._convert(message))
+            with self._converting:
+                if self._closed:
+                    return
+                converted = self._convert(message)
+            self._deliver(self._kind, self.topic, converted)
         except ValueError as error:
             if str(error) != self._problem:  # once
                 self._problem = str(error)
                 rospy.logwarn("%s cannot be shown: %s", self.topic, error)
 
     def close(self) -> None:
+        """Unsubscribe; no message is being converted afterwards."""
         self._subscriber.unregister()
+        with self._converting:
+            self._closed = True
 
 
 class Sensors:
@@ -176,3 +184,7 @@ class Sensors:
                 self._subscriptions.pop(key).close()
             for want, topic in sorted(wanted - set(self._subscriptions)):
                 self._subscriptions[want, topic] = Subscription(topic, want, self._deliver)
+
+    def close(self) -> None:
+        """Subscribe to nothing; no message is being converted afterwards."""
+        self.set_wanted(set())

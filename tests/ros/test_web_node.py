@@ -5,6 +5,7 @@ import math
 import os
 import signal
 import subprocess
+import time
 import unittest
 
 import numpy as np
@@ -149,6 +150,7 @@ class Web(unittest.TestCase):
         wait_until(lambda: self.page.status["driver"] == other.status["you"], "the other driver")
         other.send("drive", speed=0.1, steering=0.0)
         wait_until(self.twists, "the other's command")
+        wait_until(lambda: self.page.views, "a view")
         self.assertFalse(self.page.views[-1]["paused"])
 
     def test_pause_step_resume_and_pace(self):
@@ -237,8 +239,17 @@ class Web(unittest.TestCase):
         wait_until(lambda: self.twists()[-1] == (0.0, 0.0), "the last zero")
         self.assertEqual(self.twists().count((0.0, 0.0)), 1)
 
-    def test_a_wrong_setting_is_named(self):
+    def test_a_node_that_ends_while_it_makes_a_scene_ends_well(self):
+        for number in range(4):
+            web = WebNode(f"_port:={free_port()}", f"__name:=short_web_{number}")
+            self.addCleanup(web.end)
+            page = PageClient(web.url)
+            self.addCleanup(page.close)
+            wait_until(lambda page=page: page.status, "the first message")
+            time.sleep(0.1 * number)
+            self.assertEqual(web.end(signal.SIGTERM), 0)
 
+    def test_a_wrong_setting_is_named(self):
         for name, parameter, reason in (
             ("one", "_rate:=0", "rate is 0; it must be above 0 and at most 120 [Hz]"),
             ("two", "_share:=true", "share needs a password of at least 6 characters"),
