@@ -77,6 +77,7 @@ def bare_world(cars=(CAR,), track=True):
         model.manager.switch([name for name, _ in COMMANDS], [])
         for name, value in COMMANDS:
             model.manager.command(name, [value])
+    world.step()  # the first step chooses the friction model and the coefficients
     return world
 
 

@@ -300,7 +300,7 @@ class World:
             contacts.apply_forces()
             engine.step(stride)
             self.step_count += stride
-            contacts.update(self.step_count)
+            contacts.update(self.step_count, may_sleep=not forces.active)
         self._order.stepped()
         if self.time >= self._next_check:
             self._next_check = self.time + PERIOD

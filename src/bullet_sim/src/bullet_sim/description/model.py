@@ -239,6 +239,7 @@ class ModelDescription:
         transmissions: hardware interfaces of each joint: 'effort', 'velocity', 'position'.
         static: never moves.
         fixed_base: the root link is fixed to the world; joints move.
+        auto_disable: it may sleep while it rests.
     """
 
     name: str
@@ -254,6 +255,7 @@ class ModelDescription:
     static: bool = False
     self_collide: bool = False
     fixed_base: bool = False
+    auto_disable: bool = True
     warnings: list[ReadWarning] = field(default_factory=list)
 
     def warn(self, text: str, cause: str = "", item: str = "") -> None:

@@ -32,6 +32,14 @@ _MAX_FRICTION = 10.0  # to which Bullet cuts the coefficient of a pair
 # own bits begin.
 _COMMON, _SHIFT = 3, 8
 _STATIC, _GHOST = 2, 64  # Bullet's group of what never moves, our own of ghosts
+# Sleeping bodies: Bullet does not step them, and wakes them when the sum of the squares of their
+# velocities [m/s, rad/s] in a step is above the bound.
+_SLEEP = (
+    p.ACTIVATION_STATE_SLEEP | p.ACTIVATION_STATE_ENABLE_SLEEPING | p.ACTIVATION_STATE_ENABLE_WAKEUP
+)
+_WAKE = p.ACTIVATION_STATE_WAKE_UP | p.ACTIVATION_STATE_DISABLE_SLEEPING
+_WAKING = 1e-6
+_UNMOVED = 1e-5  # [m] and parts of a quaternion: Bullet makes one or two more steps with them
 
 
 @dataclass(frozen=True)
@@ -102,6 +110,7 @@ class Engine:
         self._motors: dict[tuple[int, int], tuple[str, tuple[Any, ...]]] = {}  # see motors()
         # body -> last drive_velocities that _motors lacks, and its indices
         self._batches: dict[int, tuple[Any, ...]] = {}
+        self._asleep: dict[int, tuple[Vec3, Quat]] = {}  # bodies that sleep, their poses
         self.rays = RayCaster(self.client, self.free)
         self.states = BodyStates(self)
         p.setTimeStep(self.time_step, physicsClientId=self.client)
@@ -130,6 +139,7 @@ class Engine:
         """Set gravity [m/s^2] in the world frame."""
         self.gravity = _vector(gravity)
         p.setGravity(*self.gravity, physicsClientId=self.client)
+        self.wake_all()
 
     def set_time_step(self, time_step: float) -> None:
         """Set the physics step [s]."""
@@ -244,6 +254,7 @@ class Engine:
 
     def remove(self, body: int) -> None:
         """Remove a body."""
+        self.wake_all()  # it may hold others
         p.removeBody(body, physicsClientId=self.client)
         del self.movable[body], self._inertial[body], self._outward[body]
         self.free.discard(body)
@@ -283,6 +294,7 @@ class Engine:
 
     def set_mass(self, body: int, link: int, mass: float, moments: Vector) -> None:
         """Change a link's mass [kg] and its moments of inertia (3,) along its principal axes."""
+        self.wake(body)
         p.changeDynamics(
             body, link, mass=mass, localInertiaDiagonal=tuple(moments), physicsClientId=self.client
         )
@@ -316,6 +328,7 @@ class Engine:
 
     def set_base_pose(self, body: int, position: Vector, orientation: Vector) -> None:
         """Move the root link's frame to a world pose; joints and velocities stay."""
+        self.wake_all()  # it may hold others
         pose = compose(position, orientation, *self._inertial[body])
         p.resetBasePositionAndOrientation(body, *pose, physicsClientId=self.client)
         if body in self.rays.scenery:
@@ -323,6 +336,7 @@ class Engine:
 
     def set_base_velocity(self, body: int, linear: Vector, angular: Vector) -> None:
         """Set the velocity of the root link's frame origin [m/s, rad/s], world axes."""
+        self.wake(body)
         arm = np.subtract(self.link_centre(body, -1), self.base_pose(body)[0])
         linear = np.asarray(linear, float) + np.cross(angular, arm)
         p.resetBaseVelocity(body, tuple(linear), tuple(angular), physicsClientId=self.client)
@@ -530,7 +544,53 @@ class Engine:
 
     def apply_force(self, body: int, link: int, force: Vector, point: Vector) -> None:
         """Apply a force (3,) [N] to a link at a world point for the next step only."""
+        self.wake(body)
         p.applyExternalForce(body, link, force, point, p.WORLD_FRAME, physicsClientId=self.client)
+
+    # Sleep: see models/sleep.py
+
+    def body_pose(self, body: int) -> tuple[Vec3, Quat]:
+        """World pose of the root link's principal axes, the cheapest pose to ask for."""
+        return p.getBasePositionAndOrientation(body, physicsClientId=self.client)
+
+    def sleep(self, body: int) -> None:
+        """Let a free body without joints sleep: it costs next to nothing until it is woken.
+
+        Bullet stops stepping it as soon as nothing that is awake touches it, and steps it again
+        when it moves. Its velocity is 0 then.
+        """
+        p.resetBaseVelocity(body, (0, 0, 0), (0, 0, 0), physicsClientId=self.client)
+        p.changeDynamics(
+            body, -1, activationState=_SLEEP, sleepThreshold=_WAKING, physicsClientId=self.client
+        )
+        self._asleep[body] = self.body_pose(body)
+
+    def is_asleep(self, body: int) -> bool:
+        """Whether a body sleeps; one that has moved since sleep() is awake from now on."""
+        if body not in self._asleep:
+            return False
+        before, pose = self._asleep[body], self.body_pose(body)
+        if math.dist(before[0] + before[1], pose[0] + pose[1]) < _UNMOVED:
+            return True
+        self._end_sleep(body)
+        return False
+
+    def wake(self, body: int) -> None:
+        """Wake a body, if it sleeps, for the next step."""
+        if body in self._asleep:
+            self._end_sleep(body)
+            self.states.start_anew()
+
+    def wake_all(self) -> None:
+        """Wake all bodies for the next step."""
+        if self._asleep:
+            for body in list(self._asleep):
+                self._end_sleep(body)
+            self.states.start_anew()
+
+    def _end_sleep(self, body: int) -> None:
+        del self._asleep[body]
+        p.changeDynamics(body, -1, activationState=_WAKE, physicsClientId=self.client)
 
     # Contacts
 
@@ -564,6 +624,7 @@ class Engine:
         self._set_filter(body, link, _GHOST, _STATIC)
 
     def _set_filter(self, body: int, link: int, group: int, mask: int) -> None:
+        self.wake_all()
         self.rays.scenery.discard(body)  # rays may go through it
         p.setCollisionFilterGroupMask(body, link, group, mask, physicsClientId=self.client)
         self.states.note_layout("mask", body, link)
@@ -572,6 +633,7 @@ class Engine:
         self, body: int, link: int, other: int, other_link: int, collide: bool
     ) -> None:
         """Enable or disable collision between two links, `other_link` of the body `other`."""
+        self.wake_all()
         p.setCollisionFilterPair(
             body, other, link, other_link, int(collide), physicsClientId=self.client
         )
@@ -628,7 +690,7 @@ class Engine:
             if math.hypot(*force) < _SATURATED * limit:
                 continue
             mine = self._point_velocity(body, link, point[5])
-            its = self._point_velocity(*other, point[6]) if self._moves(other[0]) else (0, 0, 0)
+            its = self._point_velocity(*other, point[6]) if self.moves(other[0]) else (0, 0, 0)
             n = point[7]
             x, y, z = mine[0] - its[0], mine[1] - its[1], mine[2] - its[2]
             along = x * n[0] + y * n[1] + z * n[2]
@@ -637,7 +699,8 @@ class Engine:
                 found.append((link, point[5], force, velocity, limit))
         return found
 
-    def _moves(self, body: int) -> bool:
+    def moves(self, body: int) -> bool:
+        """Whether a body can move, as a whole or in its joints."""
         return bool(self.movable.get(body)) or body in self.free
 
     def _point_velocity(self, body: int, link: int, point: Vec3) -> Vec3:

@@ -54,13 +54,13 @@ class BodyStates:
 
         Args:
             clear: clear the contacts in any case.
+
+        Bodies that sleep wake, also for the world that goes on.
         """
+        self._engine.wake_all()
         motions = {body: self._motion(body) for body in self._engine.movable}
         points = self._contact_points()
-        with _file_in_memory() as file:
-            with silenced():
-                p.saveBullet(_path(file), physicsClientId=self._client)
-            data = file.read()
+        data = self._data()
         if not clear:  # find out whether Bullet brings the contacts back
             self._restore_data(data)
             clear = self._contact_points() != points
@@ -76,15 +76,37 @@ class BodyStates:
             Whether the world goes on as it did when the state was saved, to the bit. False: the
             layout is another one, the contacts' warm start is lost.
         """
+        self._engine.wake_all()
         warm = state.layout == self.layout and not state.is_cleared
         if warm:
             self._restore_data(state.data)
         else:
             self._set_motions(state.motions)
             self._clear_contacts()
-        for (body, _), (command, arguments) in state.motors.items():
-            getattr(self._engine, command)(body, *arguments)
+        self._set_motors(state.motors)
         return warm or state.is_cleared
+
+    def _set_motors(self, motors: dict[tuple[int, int], tuple[str, tuple[Any, ...]]]) -> None:
+        for (body, _), (command, arguments) in dict(motors).items():
+            getattr(self._engine, command)(body, *arguments)
+
+    def start_anew(self) -> None:
+        """Have the next step move bodies that were woken, and find their contacts.
+
+        Bullet marks their shapes as awake at the end of a step only, and sets their velocities to
+        0 in it. So a step is made and undone.
+        """
+        data = self._data()
+        self._engine.step()
+        self._restore_data(data)
+        self._set_motors(self._engine.motors())
+
+    def _data(self) -> bytes:
+        """Bullet's copy of poses, velocities and contacts."""
+        with _file_in_memory() as file:
+            with silenced():
+                p.saveBullet(_path(file), physicsClientId=self._client)
+            return file.read()
 
     def note_layout(self, *event: object) -> None:
         """Note what gives bodies numbers in the broad phase."""

@@ -33,6 +33,7 @@ from bullet_sim.component import Stateful
 from bullet_sim.description.model import Joint, Link, Surface
 from bullet_sim.models.model import Model, implausible_state
 from bullet_sim.models.release import Release
+from bullet_sim.models.sleep import Sleep
 from bullet_sim.pose import Array, Pose, Vec3, matrix_from_quaternion
 
 if TYPE_CHECKING:
@@ -136,6 +137,8 @@ class Friction(Stateful):
         """Set the coefficients of such links by what each presses on hardest."""
         partners: dict[Key, tuple[float, Key]] = {}  # force, the other link
         for body in self.followers:
+            if self._engine.is_asleep(body):
+                continue
             for link, other, other_link, force in self._engine.touching(body):
                 if force > partners.get((body, link), (0.0,))[0] and (
                     {(body, link), (other, other_link)} <= self._given.keys()
@@ -330,7 +333,7 @@ class Contacts(Stateful):
             implausible.
     """
 
-    STATE = ("_friction", "_slip", "_release", "_weight", "_changed", "_reported")
+    STATE = ("_friction", "_slip", "_release", "_weight", "_sleep", "_changed", "_reported")
     CACHE = ("_models",)
 
     def __init__(
@@ -340,6 +343,7 @@ class Contacts(Stateful):
         self.on_implausible = on_implausible
         self._friction, self._slip = Friction(engine), Slip(engine)
         self._release, self._weight = Release(engine), Weight(engine)
+        self._sleep = Sleep(engine)
         self._models: dict[str, Model] = {}
         self._changed = False
         self._reported: set[str] = set()
@@ -377,6 +381,7 @@ class Contacts(Stateful):
             or self._friction.followers
             or self._release.active
             or self._weight.active
+            or self._sleep.bodies
         )
 
     def begin_restore(self) -> None:
@@ -397,13 +402,16 @@ class Contacts(Stateful):
         self._friction.assign(models.values())
         self._slip.assign(models.values())
         self._weight.assign(models.values())
+        self._sleep.assign(models.values())
 
     def stride(self, step: int, count: int) -> int:
         """How many of `count` steps can be made in one call, `step` steps having been made."""
         if self._slip.active or self._release.active or self._weight.active:
             return 1
         if self._slip.has_wheels or self._friction.followers:
-            return min(count, CHECK_STEPS - step % CHECK_STEPS)
+            count = min(count, CHECK_STEPS - step % CHECK_STEPS)
+        if self._sleep.bodies:
+            count = min(count, self._sleep.interval - step % self._sleep.interval)
         return count
 
     def apply_forces(self) -> None:
@@ -415,13 +423,20 @@ class Contacts(Stateful):
         if self._slip.active:
             self._slip.apply()
 
-    def update(self, step: int) -> None:
-        """After a stride, `step` steps having been made."""
+    def update(self, step: int, may_sleep: bool = True) -> None:
+        """After a stride, `step` steps having been made.
+
+        Args:
+            may_sleep: whether what rests may fall asleep: no wrench is to come.
+        """
         due = step % CHECK_STEPS == 0
         if self._slip.has_wheels and (due or self._slip.active):
             self._slip.update()
         if due and self._friction.followers:
             self._friction.update()
+        if self._sleep.bodies and step % self._sleep.interval == 0:
+            if may_sleep and not self._release.active:
+                self._sleep.update()
 
     def check(self) -> None:
         """Report each model with an implausible state once."""

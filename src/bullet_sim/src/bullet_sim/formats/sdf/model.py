@@ -174,6 +174,7 @@ def parse_model_element(
     model = ModelDescription(element.get("name") or "model", warnings=element.document.warnings)
     model.static = is_true(child_text(element, "static", "false"))
     model.self_collide = is_true(child_text(element, "self_collide", "false"))
+    model.auto_disable = is_true(child_text(element, "allow_auto_disable", "true"))
     reader = ModelReader(model, resolve, open_include)
     reader.read(element, "", Pose(), version)
     if element.find("static") is None:
