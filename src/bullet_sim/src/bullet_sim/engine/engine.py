@@ -331,6 +331,8 @@ class Engine:
         self.wake_all()  # it may hold others
         pose = compose(position, orientation, *self._inertial[body])
         p.resetBasePositionAndOrientation(body, *pose, physicsClientId=self.client)
+        if not self.moves(body):  # else Bullet looks for its contacts with what sleeps, too
+            p.changeDynamics(body, -1, activationState=_SLEEP, physicsClientId=self.client)
         if body in self.rays.scenery:
             self.rays.scenery.check_poses()
 
