@@ -240,15 +240,21 @@ def test_stand_ins_give_way_to_the_sourced_ros_alone(found, tmp_path):
 
 def test_debian_packages_of_ros_are_no_answer_for_a_sourced_one(found, tmp_path):
     found(ros_rig.make_ros(tmp_path / "one", ["rospy", "tf2_ros"]))
-    assert {"rospy", "tf2_ros", "gazebo_ros"} <= deps.ours()
+    assert deps.of_sourced_ros() == {"rospy", "tf2_ros"} and "gazebo_ros" in deps.ours()
     assert deps.candidates("move_base_msgs", debians_ros=False) == []
     assert deps.candidates("python3-scipy", debians_ros=False) == ["python3-scipy"]
     package = tmp_path / "package.xml"
     package.write_text(
-        "<package><name>a</name><depend>tf2_ros</depend><depend>rviz</depend></package>"
+        "<package><name>a</name><depend>tf2_ros</depend><depend>rviz</depend>"
+        "<depend>gazebo_ros</depend></package>"
     )
     answer = deps.find(str(tmp_path), set, set)
-    assert answer.paddock == ["tf2_ros"] and answer.nowhere == {"rviz": ["a"]}
+    assert answer.sourced == ["tf2_ros"] and answer.nowhere == {"rviz": ["a"]}
+    one = tmp_path / "one"
+    assert deps.page(answer) == [
+        "packages: a", "in Paddock: gazebo_ros", f"in {one}: tf2_ros",
+        f"neither in Debian nor in {one} nor in Paddock:", "  rviz, for a",
+    ]  # fmt: skip
 
 
 def test_an_unfinished_venv_still_knows_its_ros(found, monkeypatch, tmp_path):
