@@ -11,12 +11,18 @@ PROGRAMS = (
     "awk bash cat cut env flock grep head id mkdir paste rm sed sleep sort tail touch tr uname wc"
 ).split()
 DPKG_QUERY = """case $1 in
-  -W) shift 2; if [ -e "$STATE" ]; then for name; do echo "ii  $name"; done; fi ;;
+  -W) shift 2
+    for name; do
+      case " $INSTALLED " in *" $name "*) echo "ii  $name"; continue ;; esac
+      if [ -e "$STATE" ]; then case " $(cat "$STATE") " in *" $name "*) echo "ii  $name" ;; esac; fi
+    done ;;
 esac"""
 APT_GET = """echo "$*" >>"$CALLS"
-case " $* " in *" install "*) : >"$STATE" ;; esac"""
+case " $* " in *" install "*) echo "$*" >"$STATE" ;; esac"""
+# More than a pipe holds: who stops reading at the candidate breaks it.
 APT_CACHE = """echo "$2:"
-case " $KNOWN " in *" $2 "*) echo "  Candidate: 1.0" ;; *) echo "  Candidate: (none)" ;; esac"""
+case " $KNOWN $INSTALLED " in *" $2 "*) echo "  Candidate: 1.0" ;; *) echo "  Candidate: (none)" ;; esac
+printf '%200000s\\n' 'Version table:'"""
 
 
 def make_ros(folder, names, python=None):

@@ -84,8 +84,22 @@ def test_of_alternatives_the_first_that_apt_knows(tmp_path):
     assert "[1/3] 3 Debian packages done" in done.stdout, done.stdout + done.stderr
     assert system.installed() == ["newer", "old", "plain"]
     system.calls.unlink()
-    system.run("setup")
-    assert system.installed() is None  # one of each is enough
+    system.run("setup", KNOWN="old newer newest plain")
+    assert system.installed() is None
+
+
+@pytest.mark.parametrize(
+    "known, installed", [("new old", ["new"]), ("old", None), ("", None)]
+)
+def test_an_alternative_that_is_there_is_enough_only_where_apt_has_none_before_it(
+    tmp_path, known, installed
+):
+    """python3-xlib, which many desktops have, is no reason to go without python3-pynput."""
+    system = ros_rig.System(tmp_path, DEBIAN.format(12))
+    (system.root / "config" / "apt.txt").write_text("new|old\n")
+    (system.root / "config" / "apt-ros.txt").write_text("")
+    system.run("setup", KNOWN=known, INSTALLED="old")
+    assert system.installed() == installed
 
 
 def test_a_sourced_ros_is_named_first_and_debians_is_not_installed(tmp_path):
