@@ -133,7 +133,8 @@ class InstalledFiles(unittest.TestCase):
             self.assertEqual(places.get(name), str(self.prefix / "share" / name))
 
     def test_catkin_make_with_the_devel_space_sourced_does_not_chain_it(self):
-        # an entry in the cache, for Debian's ROS an empty one, keeps CMake from asking the environment
+        # an entry in the cache, though empty for Debian's ROS, keeps CMake from asking the
+        # environment
         self.assertEqual(cache_entry("CMAKE_PREFIX_PATH"), ros.prefix())
 
     def test_dependencies_are_there(self):

@@ -21,7 +21,10 @@ APT_GET = """echo "$*" >>"$CALLS"
 case " $* " in *" install "*) echo "$*" >"$STATE" ;; esac"""
 # More than a pipe holds: who stops reading at the candidate breaks it.
 APT_CACHE = """echo "$2:"
-case " $KNOWN $INSTALLED " in *" $2 "*) echo "  Candidate: 1.0" ;; *) echo "  Candidate: (none)" ;; esac
+case " $KNOWN $INSTALLED " in
+  *" $2 "*) echo "  Candidate: 1.0" ;;
+  *) echo "  Candidate: (none)" ;;
+esac
 printf '%200000s\\n' 'Version table:'"""
 
 
@@ -69,7 +72,8 @@ class System:
 
         Args:
             os_release: Text of /etc/os-release; None for none.
-            apt: Whether it has dpkg-query and apt-get.
+            apt: Whether it has dpkg-query and apt-get; KNOWN and INSTALLED in the environment of
+                run() name what apt could install and what is installed.
         """
         self.root = run_rig.small_clone(folder / "paddock")
         self.calls, self._programs = folder / "calls", folder / "programs"

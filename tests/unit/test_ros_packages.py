@@ -11,8 +11,8 @@ import subprocess
 
 import pytest
 import run_rig  # noqa: F401 - puts the package commands on the path
-from rospkg import ResourceNotFound
 from roslib import packages
+from rospkg import ResourceNotFound
 
 from commands.bootstrap import ros
 

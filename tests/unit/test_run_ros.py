@@ -88,9 +88,7 @@ def test_of_alternatives_the_first_that_apt_knows(tmp_path):
     assert system.installed() is None
 
 
-@pytest.mark.parametrize(
-    "known, installed", [("new old", ["new"]), ("old", None), ("", None)]
-)
+@pytest.mark.parametrize("known, installed", [("new old", ["new"]), ("old", None), ("", None)])
 def test_an_alternative_that_is_there_is_enough_only_where_apt_has_none_before_it(
     tmp_path, known, installed
 ):
