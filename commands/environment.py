@@ -12,7 +12,7 @@ import time
 
 from commands import bootstrap, signature
 from commands.bootstrap import ros
-from commands.bootstrap.workspace import STANDINS, installed_elsewhere
+from commands.bootstrap.workspace import STANDINS, in_ros
 from commands.errors import CommandError
 from commands.paths import CACHE, DEVEL, ROOT, SYSTEM_PATH, VENV, read, write
 
@@ -220,7 +220,7 @@ def activated(environ):
     prepend(environ, "/usr/bin")
     apply_setup_bash(environ)
     prepend(environ, os.path.join(VENV, "bin"))
-    if "xacro" not in installed_elsewhere():
+    if not in_ros("xacro"):
         # For launch files that call a bare xacro: PyPI's in .venv cannot $(find) packages.
         prepend(environ, os.path.join(STANDINS, "xacro"))
     environ["PADDOCK_ROOT"] = ROOT

@@ -30,13 +30,13 @@ COMPILERS = ("CC", "CXX", "CFLAGS", "CXXFLAGS", "LDFLAGS")
 
 def installed_elsewhere():
     """Lists stand-ins whose real package the ROS has; they are left out of the build."""
-    share = ros.share()
     names = sorted(os.listdir(STANDINS)) if os.path.isdir(STANDINS) else []
-    return [
-        name
-        for name in names
-        if name not in SIMULATOR and os.path.exists(f"{share}/{name}/package.xml")
-    ]
+    return [name for name in names if name not in SIMULATOR and in_ros(name)]
+
+
+def in_ros(name):
+    """Returns whether the ROS below has a package."""
+    return os.path.exists(f"{ros.share()}/{name}/package.xml")
 
 
 def scan():

@@ -1,8 +1,8 @@
 """Names what the package.xml files at and below PATH ask for, and which Debian package has it.
 
-Packages of the folder itself and of Paddock (with its stand-ins for what Debian lacks) count as
-there. --names prints only the Debian packages to install, for scripts. Exits 0 if everything is
-there or in Debian, 1 if something is neither in Debian nor in Paddock.
+Packages of the folder itself, of Paddock (with its stand-ins for what Debian lacks) and of a ROS
+that is sourced count as there. --names prints only the Debian packages to install, for scripts.
+Exits 0 if everything is there or in Debian, 1 if something is nowhere.
 """
 
 import glob
@@ -199,6 +199,7 @@ class Answer:
         packages: Packages of the folder.
         here: Of them, those that another one asks for.
         paddock: In Paddock's workspace, with those of its stand-ins.
+        sourced: In a ROS that is not Debian's.
         installed: Dependency -> Debian packages, all installed.
         missing: Dependency -> Debian packages that are there to be installed.
         nowhere: Dependency -> packages that ask for it.
@@ -207,19 +208,22 @@ class Answer:
     packages: list = field(default_factory=list)
     here: list = field(default_factory=list)
     paddock: list = field(default_factory=list)
+    sourced: list = field(default_factory=list)
     installed: dict = field(default_factory=dict)
     missing: dict = field(default_factory=dict)
     nowhere: dict = field(default_factory=dict)
 
 
 def ours():
-    """Lists the packages of Paddock's workspace, and of a ROS that is not Debian's."""
+    """Lists the packages of Paddock's workspace."""
     files = glob.glob(f"{SOURCES}/**/package.xml", recursive=True)
-    found = {read_manifest(path)[0] for path in files} - set(installed_elsewhere())
-    if ros.prefix():
-        found |= {os.path.basename(os.path.dirname(path))
-                  for path in glob.glob(f"{ros.share()}/*/package.xml")}  # fmt: skip
-    return found
+    return {read_manifest(path)[0] for path in files} - set(installed_elsewhere())
+
+
+def of_sourced_ros():
+    """Lists the packages of a ROS that is not Debian's."""
+    files = glob.glob(f"{ros.share()}/*/package.xml") if ros.prefix() else []
+    return {os.path.basename(os.path.dirname(path)) for path in files}
 
 
 def find(folder, existing=existing, installed=installed, paddock=None):
@@ -234,6 +238,7 @@ def find(folder, existing=existing, installed=installed, paddock=None):
     """
     read = [read_manifest(path) for path in find_manifests(folder)]
     paddock = ours() if paddock is None else paddock
+    sourced = of_sourced_ros()
     answer = Answer(packages=[name for name, _ in read])
     asking, built = {}, set()
     for name, wanted in read:
@@ -250,6 +255,8 @@ def find(folder, existing=existing, installed=installed, paddock=None):
             answer.here.append(name)
         elif name in paddock:
             answer.paddock.append(name)
+        elif name in sourced:
+            answer.sourced.append(name)
         elif not choices:
             answer.nowhere[name] = askers
         elif set(choices) <= there:
@@ -265,6 +272,7 @@ def page(answer):
     for title, names in (
         ("asked for and here", answer.here),
         ("in Paddock", answer.paddock),
+        (f"in {ros.prefix()}", answer.sourced),
         ("installed from Debian", list(answer.installed)),
     ):
         if names:
@@ -275,7 +283,8 @@ def page(answer):
         names = " ".join(to_install(answer))
         lines.append(f"  apt-get install --no-install-recommends {names}")
     if answer.nowhere:
-        lines.append("neither in Debian nor in Paddock:")
+        places = ["Debian", ros.prefix(), "Paddock"]
+        lines.append(f"neither in {' nor in '.join(filter(None, places))}:")
         lines += [f"  {name}, for {', '.join(asker)}" for name, asker in answer.nowhere.items()]
     return lines
 

@@ -1,4 +1,4 @@
-"""Commands through the mux and the relay, maps from files and back, Debian's own nodes.
+"""Commands through the mux and the relay, maps from files and back, the ROS's own nodes.
 
 Time is simulated and stands still unless a test sets it.
 """
@@ -52,7 +52,7 @@ LAUNCH = """<launch>
     <param name="frame_id" value="world"/>
   </node>
 
-  <!-- Debian's own. -->
+  <!-- The ROS's own. -->
   <node pkg="topic_tools" type="relay" name="relay" args="/mux/out /relayed"/>
   <node pkg="image_transport" type="republish" name="republish"
         args="raw in:=/picture raw out:=/picture_again"/>
@@ -157,7 +157,7 @@ class Nodes(unittest.TestCase):
             self.assertNotEqual(change("/nowhere.yaml").result, 0)
         self.assertEqual(len(grids.messages), 2)
 
-    def test_debians_nodes(self):
+    def test_nodes_of_the_ros_itself(self):
         pictures, frames = Recorder("/picture_again", Image), Recorder("/tf", TFMessage)
         for recorder in (pictures, frames):
             self.addCleanup(recorder.close)

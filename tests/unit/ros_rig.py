@@ -11,12 +11,21 @@ PROGRAMS = (
     "awk bash cat cut env flock grep head id mkdir paste rm sed sleep sort tail touch tr uname wc"
 ).split()
 DPKG_QUERY = """case $1 in
-  -W) shift 2; if [ -e "$STATE" ]; then for name; do echo "ii  $name"; done; fi ;;
+  -W) shift 2
+    for name; do
+      case " $INSTALLED " in *" $name "*) echo "ii  $name"; continue ;; esac
+      if [ -e "$STATE" ]; then case " $(cat "$STATE") " in *" $name "*) echo "ii  $name" ;; esac; fi
+    done ;;
 esac"""
 APT_GET = """echo "$*" >>"$CALLS"
-case " $* " in *" install "*) : >"$STATE" ;; esac"""
+case " $* " in *" install "*) echo "$*" >"$STATE" ;; esac"""
+# More than a pipe holds: who stops reading at the candidate breaks it.
 APT_CACHE = """echo "$2:"
-case " $KNOWN " in *" $2 "*) echo "  Candidate: 1.0" ;; *) echo "  Candidate: (none)" ;; esac"""
+case " $KNOWN $INSTALLED " in
+  *" $2 "*) echo "  Candidate: 1.0" ;;
+  *) echo "  Candidate: (none)" ;;
+esac
+printf '%200000s\\n' 'Version table:'"""
 
 
 def make_ros(folder, names, python=None):
@@ -63,7 +72,8 @@ class System:
 
         Args:
             os_release: Text of /etc/os-release; None for none.
-            apt: Whether it has dpkg-query and apt-get.
+            apt: Whether it has dpkg-query and apt-get; KNOWN and INSTALLED in the environment of
+                run() name what apt could install and what is installed.
         """
         self.root = run_rig.small_clone(folder / "paddock")
         self.calls, self._programs = folder / "calls", folder / "programs"

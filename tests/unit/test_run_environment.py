@@ -6,6 +6,8 @@ import time
 import pytest
 from run_rig import NOISE, PATIENCE, ROOT, run
 
+from commands.bootstrap import ros, workspace
+
 # What ./run exec promises, by hand.
 BY_HAND = r"""
 set -e
@@ -16,14 +18,18 @@ export LANG=${LANG:-C.UTF-8} HOME=${HOME:-$root/.cache/home}
 master=${ROS_MASTER_URI:-}
 PATH="/usr/bin:$PATH"
 . "$root/devel/setup.bash" >/dev/null
-export PATH="$root/src/standins/xacro:$root/.venv/bin:$PATH" PADDOCK_ROOT=$root
+export PATH="$root/.venv/bin:$PATH" PADDOCK_ROOT=$root
+if [ ! -e "$share/xacro/package.xml" ]; then PATH="$root/src/standins/xacro:$PATH"; fi
 export ROS_LOG_DIR=${ROS_LOG_DIR:-$root/.cache/ros}
 if [ -z "$ROS_IP$ROS_HOSTNAME" ]; then export ROS_IP=127.0.0.1; fi
 if [ -n "$master" ]; then export ROS_MASTER_URI=$master; fi
-unset root
+unset root share
 exec /usr/bin/env -0
 """
 PLAIN = {"PATH": "/usr/local/bin:/usr/bin:/bin", "HOME": "/tmp"}
+# What is in front of PATH, and where packages are: a ROS that is not Debian's names its folder.
+FIRST = f"{ROOT}/.venv/bin:" if workspace.in_ros("xacro") else f"{ROOT}/src/standins/xacro:"
+PACKAGES = f"{ROOT}/src:{ros.share()}" if ros.prefix() else f"{ROOT}/src"
 
 
 def variables(done):
@@ -35,8 +41,9 @@ def variables(done):
 
 def by_hand(root, environ):
     script = ["/bin/bash", "-c", BY_HAND]
-    return variables(subprocess.run(script, env={**environ, "root": str(root)}, timeout=PATIENCE,
-                                    capture_output=True, text=True, check=False))  # fmt: skip
+    environ = {**environ, "root": str(root), "share": ros.share()}
+    return variables(subprocess.run(script, env=environ, timeout=PATIENCE, capture_output=True,
+                                    text=True, check=False))  # fmt: skip
 
 
 def by_run(root, environ):
@@ -83,7 +90,7 @@ def test_as_by_hand_in_a_clone(clone):
 def test_as_by_hand_after_another_workspace(tmp_path):
     environ = {**PLAIN, **other_workspace(tmp_path)}
     found, expected = by_run(ROOT, environ), by_hand(ROOT, environ)
-    assert found.pop("ROS_PACKAGE_PATH") == f"{ROOT}/src:/opt/packages"
+    assert found.pop("ROS_PACKAGE_PATH") == f"{PACKAGES}:/opt/packages"
     expected.pop("ROS_PACKAGE_PATH")
     assert found == expected
     assert found["PYTHONPATH"].endswith("dist-packages:/opt/python")
@@ -108,9 +115,9 @@ def test_within_its_own_shell():
 def test_the_callers_paths_stay_behind_ours():
     environ = {**PLAIN, "PATH": "/opt/first:/usr/bin:/bin", "ROS_PACKAGE_PATH": "/opt/a:/opt/b"}
     found = by_run(ROOT, environ)
-    assert found["PATH"].startswith(f"{ROOT}/src/standins/xacro:{ROOT}/.venv/bin:")
+    assert found["PATH"].startswith(FIRST) and f"{ROOT}/.venv/bin:" in found["PATH"]
     assert found["PATH"].endswith(":/opt/first:/usr/bin:/bin")
-    assert found["ROS_PACKAGE_PATH"] == f"{ROOT}/src:/opt/a:/opt/b"
+    assert found["ROS_PACKAGE_PATH"] == f"{PACKAGES}:/opt/a:/opt/b"
 
 
 def test_a_python3_earlier_on_the_path_is_not_ours(tmp_path):

@@ -84,8 +84,20 @@ def test_of_alternatives_the_first_that_apt_knows(tmp_path):
     assert "[1/3] 3 Debian packages done" in done.stdout, done.stdout + done.stderr
     assert system.installed() == ["newer", "old", "plain"]
     system.calls.unlink()
-    system.run("setup")
-    assert system.installed() is None  # one of each is enough
+    system.run("setup", KNOWN="old newer newest plain")
+    assert system.installed() is None
+
+
+@pytest.mark.parametrize("known, installed", [("new old", ["new"]), ("old", None), ("", None)])
+def test_an_alternative_that_is_there_is_enough_only_where_apt_has_none_before_it(
+    tmp_path, known, installed
+):
+    """python3-xlib, which many desktops have, is no reason to go without python3-pynput."""
+    system = ros_rig.System(tmp_path, DEBIAN.format(12))
+    (system.root / "config" / "apt.txt").write_text("new|old\n")
+    (system.root / "config" / "apt-ros.txt").write_text("")
+    system.run("setup", KNOWN=known, INSTALLED="old")
+    assert system.installed() == installed
 
 
 def test_a_sourced_ros_is_named_first_and_debians_is_not_installed(tmp_path):
@@ -240,15 +252,21 @@ def test_stand_ins_give_way_to_the_sourced_ros_alone(found, tmp_path):
 
 def test_debian_packages_of_ros_are_no_answer_for_a_sourced_one(found, tmp_path):
     found(ros_rig.make_ros(tmp_path / "one", ["rospy", "tf2_ros"]))
-    assert {"rospy", "tf2_ros", "gazebo_ros"} <= deps.ours()
+    assert deps.of_sourced_ros() == {"rospy", "tf2_ros"} and "gazebo_ros" in deps.ours()
     assert deps.candidates("move_base_msgs", debians_ros=False) == []
     assert deps.candidates("python3-scipy", debians_ros=False) == ["python3-scipy"]
     package = tmp_path / "package.xml"
     package.write_text(
-        "<package><name>a</name><depend>tf2_ros</depend><depend>rviz</depend></package>"
+        "<package><name>a</name><depend>tf2_ros</depend><depend>rviz</depend>"
+        "<depend>gazebo_ros</depend></package>"
     )
     answer = deps.find(str(tmp_path), set, set)
-    assert answer.paddock == ["tf2_ros"] and answer.nowhere == {"rviz": ["a"]}
+    assert answer.sourced == ["tf2_ros"] and answer.nowhere == {"rviz": ["a"]}
+    one = tmp_path / "one"
+    assert deps.page(answer) == [
+        "packages: a", "in Paddock: gazebo_ros", f"in {one}: tf2_ros",
+        f"neither in Debian nor in {one} nor in Paddock:", "  rviz, for a",
+    ]  # fmt: skip
 
 
 def test_an_unfinished_venv_still_knows_its_ros(found, monkeypatch, tmp_path):
