@@ -37,8 +37,8 @@ LAYERS = """
 <vertical><samples>{layers}</samples><min_angle>-0.26</min_angle><max_angle>0.26</max_angle>
 </vertical></scan>
 <range><min>0.3</min><max>100</max></range></ray>
-<plugin name="bench_layers" filename="libgazebo_ros_velodyne_laser.so"><topicName>/points</topicName>
-<frameName>base_link</frameName></plugin></sensor></gazebo>
+<plugin name="bench_layers" filename="libgazebo_ros_velodyne_laser.so">
+<topicName>/points</topicName><frameName>base_link</frameName></plugin></sensor></gazebo>
 """
 
 
