@@ -119,9 +119,14 @@ class ImuSensor(Sensor):
         )
 
     def _noisy(self, values: Vec3, stddev: float, mean: float | Vec3) -> Vec3:
-        if not mean and stddev <= 0.0:
-            return values
-        x, y, z = add_noise(values, stddev, self.rng, mean).tolist()
+        """As inertial.add_noise, on plain numbers."""
+        x, y, z = values
+        if mean:
+            a, b, c = (mean, mean, mean) if isinstance(mean, float) else mean
+            x, y, z = x + a, y + b, z + c
+        if stddev > 0.0:
+            a, b, c = self.rng.normal(0.0, stddev, 3).tolist()
+            x, y, z = x + a, y + b, z + c
         return x, y, z
 
 
