@@ -59,6 +59,13 @@ VARIANTS = {
         file="two_cars.launch",
         cars=(CAR, SECOND),
     ),
+    "imu_1_khz": Variant(("/imu",), ("imu_rate:=1000",), "rates.launch"),
+    "ground_truth_1_khz": Variant(("/truth",), ("truth_rate:=1000",), "rates.launch"),
+    "ekf_and_imu_1_khz": Variant(
+        ("/odometry/filtered",), ("imu_rate:=1000", "ekf:=true"), "rates.launch"
+    ),
+    "lidar_16_layers_10_hz": Variant(("/points",), ("layers:=16",), "rates.launch"),
+    "model_and_link_states": Variant(("/gazebo/model_states", "/gazebo/link_states")),
 }
 
 

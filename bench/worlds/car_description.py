@@ -19,6 +19,29 @@ COMMANDS = [(f"{name}_velocity_controller", SPEED) for name in WHEELS] + [
 ]
 
 
+IMU = """
+<gazebo reference="base_link"><sensor name="bench_imu" type="imu"><update_rate>{rate}</update_rate>
+<plugin name="bench_imu" filename="libgazebo_ros_imu_sensor.so"><topicName>/imu</topicName>
+<bodyName>base_link</bodyName><frameName>base_link</frameName><gaussianNoise>0.01</gaussianNoise>
+<updateRateHZ>{rate}</updateRateHZ></plugin></sensor></gazebo>
+"""
+TRUTH = """
+<gazebo><plugin name="bench_truth" filename="libgazebo_ros_p3d.so"><topicName>/truth</topicName>
+<bodyName>base_link</bodyName><updateRate>{rate}</updateRate></plugin></gazebo>
+"""
+LAYERS = """
+<gazebo reference="base_link"><sensor name="bench_layers" type="ray"><update_rate>10</update_rate>
+<pose>0 0 0.3 0 0 0</pose><ray><scan>
+<horizontal><samples>1800</samples><min_angle>-3.14159</min_angle><max_angle>3.14159</max_angle>
+</horizontal>
+<vertical><samples>{layers}</samples><min_angle>-0.26</min_angle><max_angle>0.26</max_angle>
+</vertical></scan>
+<range><min>0.3</min><max>100</max></range></ray>
+<plugin name="bench_layers" filename="libgazebo_ros_velodyne_laser.so">
+<topicName>/points</topicName><frameName>base_link</frameName></plugin></sensor></gazebo>
+"""
+
+
 def describe(
     namespace="/racecar",
     topic="/scan",
@@ -28,6 +51,9 @@ def describe(
     camera=True,
     efforts=False,
     transforms_rate=0,
+    imu_rate=0.0,
+    truth_rate=0.0,
+    layers=0,
 ):
     """Give the URDF text.
 
@@ -36,6 +62,9 @@ def describe(
         lidar_rate: scans per second [Hz].
         efforts: all joints take efforts instead of velocities and positions.
         transforms_rate: of the joints' transforms [Hz]; 0: the simulator publishes none.
+        imu_rate: of an IMU on /imu [Hz]; 0: none.
+        truth_rate: of the ground truth on /truth [Hz]; 0: none.
+        layers: of a lidar of 1800 points each on /points at 10 Hz; 0: none.
     """
     path = rospkg.RosPack().get_path("track_model") + "/urdf/racecar.urdf.xacro"
     text = xacro.process_file(
@@ -57,6 +86,13 @@ def describe(
     if efforts:
         for interface in robot.findall("transmission/joint/hardwareInterface"):
             interface.text = "hardware_interface/EffortJointInterface"
+    for wanted, block in (
+        (imu_rate, IMU.format(rate=imu_rate)),
+        (truth_rate, TRUTH.format(rate=truth_rate)),
+        (layers, LAYERS.format(layers=layers)),
+    ):
+        if wanted:
+            robot.append(ElementTree.fromstring(block))
     return ElementTree.tostring(robot, encoding="unicode")
 
 
@@ -71,6 +107,9 @@ def main():
     parser.add_argument("--no-camera", dest="camera", action="store_false")
     parser.add_argument("--efforts", action="store_true")
     parser.add_argument("--transforms-rate", type=float, default=0.0)
+    parser.add_argument("--imu-rate", type=float, default=0.0)
+    parser.add_argument("--truth-rate", type=float, default=0.0)
+    parser.add_argument("--layers", type=int, default=0)
     print(describe(**vars(parser.parse_args())))
 
 

@@ -173,3 +173,29 @@ def test_the_car_of_the_bench_worlds():
     plain = ElementTree.fromstring(describe(lidar=False))
     assert plain.find("gazebo/sensor[@type='ray']") is None
     assert plain.find("gazebo/sensor[@type='camera']") is not None
+
+
+@pytest.mark.parametrize(
+    "options, path, value",
+    [
+        ({"imu_rate": 1000.0}, "gazebo/sensor[@name='bench_imu']/update_rate", "1000.0"),
+        ({"truth_rate": 500.0}, "gazebo/plugin[@name='bench_truth']/updateRate", "500.0"),
+        (
+            {"layers": 16},
+            "gazebo/sensor[@name='bench_layers']/ray/scan/vertical/samples",
+            "16",
+        ),
+    ],
+)
+def test_the_car_has_the_sensors_that_are_asked_for(options, path, value):
+    assert ElementTree.fromstring(describe(**options)).findtext(path) == value
+    assert ElementTree.fromstring(describe()).find(path) is None
+
+
+def test_the_worlds_and_topics_of_the_variants_with_high_rates():
+    for name in ("imu_1_khz", "ground_truth_1_khz", "ekf_and_imu_1_khz", "lidar_16_layers_10_hz"):
+        variant = efficiency.VARIANTS[name]
+        launch = ElementTree.parse(BENCH / "worlds" / variant.file)
+        known = {item.get("name") for item in launch.iter("arg")}
+        assert {item.partition(":=")[0] for item in variant.arguments} <= known
+        assert variant.topics

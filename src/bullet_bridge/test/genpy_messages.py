@@ -1,8 +1,9 @@
 """Messages as genpy builds them: the measure of the packed ones."""
 
 from bullet_bridge.transport import conversions
+from geometry_msgs.msg import Quaternion, Vector3
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import Image, JointState, LaserScan
+from sensor_msgs.msg import Image, Imu, JointState, LaserScan
 
 
 def joint_state(time, names, positions, velocities, efforts):
@@ -25,6 +26,20 @@ def odometry(time, spec, pose, linear, angular):
     message.twist.twist = conversions.twist_to_msg(linear, angular)
     for covariance in (message.pose.covariance, message.twist.covariance):
         covariance[::7] = [spec.noise_stddev**2] * 6
+    return message
+
+
+def imu(time, spec, orientation, rate, force):
+    """sensor_msgs/Imu of an ImuSpec; orientation (x, y, z, w), [rad/s], [m/s^2]."""
+    message = Imu(header=conversions.header(time, spec.frame_id))
+    message.orientation = Quaternion(*orientation)
+    message.angular_velocity, message.linear_acceleration = Vector3(*rate), Vector3(*force)
+    for covariance in (
+        message.orientation_covariance,
+        message.angular_velocity_covariance,
+        message.linear_acceleration_covariance,
+    ):
+        covariance[::4] = [spec.variance] * 3
     return message
 
 

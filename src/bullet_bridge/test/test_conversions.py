@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from bullet_bridge.transport import conversions
 from bullet_sim.plugins.cameras import CameraSpec
-from bullet_sim.plugins.inertial import ImuSpec
 from bullet_sim.pose import Pose
 from bullet_sim.sensors.camera import camera_info_arrays
 from geometry_msgs.msg import Pose as PoseMsg
@@ -74,17 +73,4 @@ def test_camera_info_sizes():
     assert (message.width, message.height, message.header.frame_id) == (160, 120, "f")
     assert message.distortion_model == "plumb_bob"
     assert message.K[0] == pytest.approx(80 / math.tan(0.5)) and message.P[0] == message.K[0]
-    assert packs(message)
-
-
-def test_imu_message():
-    message = conversions.imu_message(
-        1.0,
-        ImuSpec("i", "l", frame_id="imu"),
-        (0.0, 0.0, 0.0, 1.0),
-        np.ones(3),
-        np.array([0, 0, 9.81]),
-    )
-    assert message.orientation.w == 1.0 and message.linear_acceleration.z == 9.81
-    assert message.angular_velocity.y == 1.0 and message.header.frame_id == "imu"
     assert packs(message)

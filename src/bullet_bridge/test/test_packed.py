@@ -3,15 +3,18 @@
 import io
 import struct
 import threading
+from types import SimpleNamespace
 
 import genpy_messages
 import numpy as np
 import pytest
 from bullet_bridge.transport import conversions, packed
-from bullet_sim.plugins.inertial import GroundTruthSpec
+from bullet_sim.plugins.inertial import GroundTruthSpec, ImuSpec
 from bullet_sim.plugins.lidars import RaySpec
 from bullet_sim.pose import Pose
+from gazebo_msgs.msg import LinkStates, ModelStates
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
@@ -78,9 +81,59 @@ def test_odometry(time):
     )
     pose = Pose((1.0, 2.0, 3.0), (0.0, 0.6, 0.0, 0.8))
     linear, angular, fake = np.array([1.0, 2.0, 3.0]), np.array([-1.0, 0.5, 0.0]), FakePublisher()
-    sender = packed.PackedOdometry(fake, "odom", "base_link", 0.25**2)
+    sender = packed.PackedOdometry(fake, "odom", "base_link", [0.25**2] * 6, [0.25**2] * 6)
     sender.send(time, pose.position, pose.orientation, linear, angular)
     assert fake.sent == [bytes_of(genpy_messages.odometry(time, spec, pose, linear, angular), 42)]
+
+
+@pytest.mark.parametrize("time", TIMES)
+def test_imu(time):
+    spec = ImuSpec("i", "base", frame_id="imu_länk", variance=0.5)
+    orientation, rate, force = (0.0, 0.6, 0.0, 0.8), (0.1, -0.2, 1e-300), (9.0, -1.0, 0.25)
+    fake = FakePublisher()
+    packed.PackedImu(fake, spec.frame_id, spec.variance).send(time, orientation, rate, force)
+    message = genpy_messages.imu(time, spec, orientation, rate, force)
+    assert fake.sent == [bytes_of(message, 42)]
+
+
+@pytest.mark.parametrize("message_type", [ModelStates, LinkStates])
+@pytest.mark.parametrize("names", [(), ("ground", "bot::base")])
+def test_states(names, message_type):
+    motions = [((1, 2.5, 3), (0.0, 0.6, 0.0, 0.8), (0.1, 0.2, 0.3), (4, 5, 6.0))] * len(names)
+    fake, message = FakePublisher(), message_type(name=list(names))
+    for position, orientation, linear, angular in motions:
+        message.pose.append(conversions.pose_to_msg(Pose(position, orientation)))
+        message.twist.append(conversions.twist_to_msg(linear, angular))
+    packed.PackedStates(fake, names).send(motions)
+    assert fake.sent == [bytes_of(message)]
+
+
+def test_joint_state_without_efforts():
+    fake = FakePublisher()
+    sender = packed.PackedJointState(fake, ("a", "b"), with_efforts=False)
+    sender.send(2.5, [1.0, 2.0], [3.0, 4.0])
+    arrays = np.array([1.0, 2.0]), np.array([3.0, 4.0]), np.array([])
+    assert fake.sent == [bytes_of(genpy_messages.joint_state(2.5, ("a", "b"), *arrays), 42)]
+
+
+@pytest.mark.parametrize("with_odometry", [True, False])
+def test_a_base_has_one_header_for_odometry_and_transform(with_odometry):
+    spec = SimpleNamespace(pose_covariance=[1, 2, 3, 4, 5, 6.0], twist_covariance=[0.5] * 6)
+    odometry, transform = (FakePublisher() if with_odometry else None), FakePublisher()
+    sender = packed.PackedBase(odometry, transform, spec, ("odom", "base"))
+    pose = (1.0, 2.0, 0.0), (0.0, 0.0, 0.6, 0.8)
+    sender.send(2.5, *pose, (1.0, 0.5, 0.0), (0.0, 0.0, 0.3))
+    message = Odometry().deserialize(odometry.sent[0]) if with_odometry else None
+    (moved,) = TFMessage().deserialize(transform.sent[0]).transforms
+    assert (moved.header.frame_id, moved.child_frame_id) == ("odom", "base")
+    assert moved.transform.translation.y == 2.0 and moved.transform.rotation.z == 0.6
+    assert moved.header.stamp == conversions.stamp(2.5)
+    if message is not None:
+        assert moved.header == message.header and message.header.seq == 42
+        assert message.pose.covariance[::7] == (1, 2, 3, 4, 5, 6)
+        assert message.twist.covariance[::7] == (0.5,) * 6 and message.pose.covariance[1] == 0.0
+    sender.send(2.6, *pose, (0, 0, 0), (0, 0, 0), with_transform=False)
+    assert len(transform.sent) == 1
 
 
 def test_scan():

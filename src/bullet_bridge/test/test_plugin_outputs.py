@@ -7,9 +7,16 @@ import numpy as np
 import pytest
 import rospy
 from bullet_bridge.plugins import drives, lidars
+from bullet_bridge.transport.conversions import vector
 from bullet_sim.formats.sdf.world import ground_plane
 from bullet_sim.plugins.drives import PlanarMoveSpec, WheelDriveSpec
-from bullet_sim.plugins.inertial import BiasedImuSpec, GpsSpec, GroundTruthSpec, MagneticSpec
+from bullet_sim.plugins.inertial import (
+    BiasedImuSpec,
+    GpsSpec,
+    GroundTruthSpec,
+    ImuSpec,
+    MagneticSpec,
+)
 from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
@@ -137,6 +144,26 @@ def test_the_reference_of_a_gps_can_be_set(topics, world, cart):
     request.geo_pose.position.latitude = math.nan
     with pytest.raises(rospy.ServiceException, match="nan degrees north.*between -90 and 90"):
         topics["/fix/set_reference_geopose"].call(request)
+
+
+def test_noise_of_an_imu_is_that_of_its_seed(topics, world, cart):
+    """First of the rates, then of the forces, with a mean for all axes or for each."""
+    exact = ImuSpec("i", "base", topic="/exact")
+    noisy = ImuSpec(
+        "i", "base", topic="/noisy", gyro_noise_mean=0.5, gyro_noise_stddev=0.1,
+        accel_noise_mean=(1.0, 2.0, 3.0), accel_noise_stddev=0.2,
+    )  # fmt: skip
+    outputs, rng = [made(spec, world, cart) for spec in (exact, noisy)], np.random.default_rng(1)
+    for _ in range(3):
+        world.step(1)
+        for output in outputs:
+            output.update(world.time, 0.001)
+        without, message = (topics[name].messages[-1] for name in ("/exact", "/noisy"))
+        rate = vector(without.angular_velocity) + 0.5 + rng.normal(0.0, 0.1, 3)
+        force = vector(without.linear_acceleration) + (1.0, 2.0, 3.0) + rng.normal(0.0, 0.2, 3)
+        assert vector(message.angular_velocity).tolist() == rate.tolist()
+        assert vector(message.linear_acceleration).tolist() == force.tolist()
+        assert message.orientation == without.orientation
 
 
 def test_biases_of_an_imu_are_set_and_decay(topics, world, cart):

@@ -56,15 +56,71 @@ def test_rate_is_kept_and_never_more_than_one_a_step(topics, world, rate, expect
     assert not topics["/gazebo/link_states"].messages
 
 
-def test_contents(world):
-    models, links = state_topics.model_states(world), state_topics.link_states(world)
+def test_contents(topics, world):
+    reporter = StateTopics("/gazebo", world, 1000.0)
+    for topic in topics.values():
+        topic.subscribers = 1
+    run(world, reporter, 1)
+    models, links = (topics[f"/gazebo/{name}_states"].messages[-1] for name in ("model", "link"))
     assert models.name == ["ground_plane", "bot"]
     assert links.name == ["ground_plane::link", "bot::base"]  # the plate is merged
     for message in (models, links):
         place, speed = message.pose[1].position, message.twist[1]
-        assert (place.x, place.y, place.z) == pytest.approx((1, 2, 3))
-        assert (speed.linear.x, speed.angular.z) == pytest.approx((0.1, 0.2))
-        assert message.twist[0].linear.x == 0
+        assert (place.x, place.y, place.z) == pytest.approx((1.0001, 2, 3))
+        assert (speed.linear.x, speed.angular.z) == pytest.approx((0.1, 0.2), rel=1e-3)
+        assert message.pose[0].orientation.w == 1.0 and message.twist[0].linear.x == 0
+
+
+def test_models_that_come_and_go_and_are_loaded_again(topics, world):
+    """Names and numbers belong together, whatever happened since the last message."""
+    reporter = StateTopics("/gazebo", world, 1000.0)
+    for topic in topics.values():
+        topic.subscribers = 1
+    for change, names in (
+        (lambda: None, ["ground_plane", "bot"]),
+        (lambda: world.spawn_urdf("other", URDF, Pose((4, 0, 1)), str), None),
+        (world.reset, ["ground_plane", "bot", "other"]),
+        (lambda: world.delete("bot"), ["ground_plane", "other"]),
+        (lambda: world.spawn_urdf("bot", URDF, Pose((1, 5, 3)), str), None),
+    ):
+        change()
+        reporter.restart()  # as the server does after a reset
+        run(world, reporter, 1)
+        models, links = (
+            topics[f"/gazebo/{kind}_states"].messages[-1] for kind in ("model", "link")
+        )
+        assert models.name == (names or list(world.models))
+        assert [name.partition("::")[0] for name in links.name] == models.name
+        for index, name in enumerate(models.name):
+            expected = world.models[name].pose.position
+            for message in (models, links):
+                place = message.pose[index].position
+                assert (place.x, place.y, place.z) == pytest.approx(expected, abs=1e-9)
+
+
+JOINTED = (
+    '<robot name="r"><link name="base"><inertial><origin xyz="0.1 0 0"/><mass value="1"/>'
+    '<inertia ixx="0.1" iyy="0.2" izz="0.1"/></inertial></link>'
+    + "".join(
+        f'<link name="arm{i}"><inertial><origin xyz="0 0.05 0"/><mass value="0.5"/><inertia '
+        f'ixx="0.01" iyy="0.01" izz="0.01"/></inertial></link><joint name="j{i}" type="continuous">'
+        f'<parent link="base"/><child link="arm{i}"/><origin xyz="0 {i} 0" rpy="0.3 0 0"/>'
+        '<axis xyz="0 0 1"/></joint>'
+        for i in range(3)
+    )
+    + "</robot>"
+)
+
+
+def test_all_links_at_once_are_as_one_by_one(topics, world):
+    model = world.spawn_urdf("arms", JOINTED, Pose((0, 0, 1)), str)
+    model.set_state(Pose((0, 0, 1)), (0.3, 0.2, 0.1), (0.5, -0.4, 0.3))
+    model.joints.drive_velocities(model.joints.names, (1.0, 2.0, 3.0))
+    world.step(20)
+    motions = dict(zip(model.rigid_parts, model.part_motions()))
+    assert len(motions) == 4
+    for link, motion in motions.items():
+        assert motion == model.link_motion(link)
 
 
 def test_a_restart_goes_on_from_the_new_time(topics, world):

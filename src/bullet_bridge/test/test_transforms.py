@@ -67,7 +67,7 @@ def test_joints_are_where_the_engine_has_them(topics, world, kind):
     output(world, model)
     model.joints.set_positions({"j": 0.7})
     joint = model.description.joints["j"]
-    position, orientation = transforms.joint_pose(joint, model.joints.positions_of(["j"])[0])
+    position, orientation = transforms.JointFrame(joint).at(model.joints.positions_of(["j"])[0])
     base, part = (model.link_state(link)[0] for link in ("base", "part"))
     there = base.inverse() * part
     assert position == pytest.approx(there.position, abs=1e-6)
@@ -85,7 +85,7 @@ def test_a_joint_of_an_sdf_has_its_frame_elsewhere(topics, world):
     model = world.spawn_sdf("m", text, Pose((0, 0, 1.0)), str)
     model.joints.set_positions({"j": 0.7})
     a, b = (model.link_state(link)[0] for link in ("a", "b"))
-    position, _ = transforms.joint_pose(model.description.joints["j"], 0.7)
+    position, _ = transforms.JointFrame(model.description.joints["j"]).at(0.7)
     assert position == pytest.approx((a.inverse() * b).position, abs=1e-6)
 
 

@@ -192,17 +192,22 @@ def test_bad_lidars_are_named(changes):
 
 def test_imu_at_rest_feels_up_and_turns_with_the_sensor():
     roll_90 = (math.sqrt(0.5), 0, 0, math.sqrt(0.5))
-    rate, force = inertial.reading(roll_90, (0, 0, 2.0), (0, 0, 0))
-    np.testing.assert_allclose(rate, (0, 2.0, 0), atol=1e-12)
-    np.testing.assert_allclose(force, (0, 9.81, 0), atol=1e-12)
-    _, falling = inertial.reading(LEVEL, (0, 0, 0), (0, 0, -9.81))
+    gravity, rest = (0.0, 0.0, -9.81), (0.0, 0.0, 0.0)
+    for before in (None, (rest, 1.0)):
+        force = inertial.specific_force(rest, before, 1.01, gravity)
+        force, rate = inertial.twist(roll_90, force, (0, 0, 2.0))
+        np.testing.assert_allclose(rate, (0, 2.0, 0), atol=1e-12)
+        np.testing.assert_allclose(force, (0, 9.81, 0), atol=1e-12)
+    falling = inertial.specific_force((0.0, 0.0, -0.0981), (rest, 1.0), 1.01, gravity)
     np.testing.assert_allclose(falling, 0, atol=1e-12)
 
 
 def test_imu_acceleration_and_noise():
-    np.testing.assert_allclose(inertial.mean_acceleration((1, 0, 0), (0.5, 0, 0), 0.01), (50, 0, 0))
+    nothing = (0.0, 0.0, 0.0)
+    force = inertial.specific_force((1.0, 0, 0), ((0.5, 0.0, 0.0), 2.0), 2.01, nothing)
+    np.testing.assert_allclose(force, (50, 0, 0))
     with pytest.raises(ValueError, match="elapsed 0"):
-        inertial.mean_acceleration((1, 0, 0), (1, 0, 0), 0.0)
+        inertial.specific_force((1.0, 0, 0), ((1.0, 0.0, 0.0), 2.0), 2.0, nothing)
     noisy = inertial.add_noise(np.zeros(20000), 0.3, np.random.default_rng(2))
     assert noisy.std() == pytest.approx(0.3, rel=0.03)
 

@@ -14,6 +14,7 @@ Array = np.ndarray  # numpy.typing takes 6 to 30 ms to import
 Vector = Sequence[float] | Array
 Vec3 = tuple[float, float, float]
 Quat = tuple[float, float, float, float]
+Motion = tuple[Vec3, Quat, Vec3, Vec3]  # position, orientation, linear [m/s], angular [rad/s]
 
 MAX_POSITION = 1e9  # [m] bound of a placeable position
 QUATERNION_LENGTHS = (1e-6, 1e6)  # lengths that can be normalised

@@ -13,7 +13,6 @@ from control_msgs.msg import JointControllerState, JointTrajectoryControllerStat
 from four_wheel_steering_msgs.msg import FourWheelSteering, FourWheelSteeringStamped
 from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
-from paddock_common.geometry import transform_of
 from paddock_common.reconfigure import describe
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray
@@ -22,7 +21,7 @@ from tf2_msgs.msg import TFMessage
 from bullet_bridge.loop.clock import SubscribedSchedule
 from bullet_bridge.plugins.base import PluginContext, RosPart, make_plugin
 from bullet_bridge.transport.conversions import header
-from bullet_bridge.transport.packed import PackedJointState
+from bullet_bridge.transport.packed import PackedBase, PackedJointState
 from bullet_bridge.transport.reconfigure import widened
 
 if TYPE_CHECKING:
@@ -69,20 +68,6 @@ def pid_state(time: float, period: float, pid: "Pid") -> PidState:
     )
 
 
-def drive_odometry(time: float, config: drive.BaseConfig, odometry: Any) -> Odometry:
-    """nav_msgs/Odometry of a BaseConfig and an Odometry; the twist is in the base's frame."""
-    message = Odometry(header=header(time, config.odom_frame), child_frame_id=config.base_frame)
-    position, orientation = message.pose.pose.position, message.pose.pose.orientation
-    position.x, position.y = odometry.x, odometry.y
-    orientation.z, orientation.w = math.sin(odometry.heading / 2), math.cos(odometry.heading / 2)
-    message.twist.twist.linear.x = odometry.linear
-    message.twist.twist.linear.y = odometry.lateral
-    message.twist.twist.angular.z = odometry.angular
-    message.pose.covariance = _diagonal(config.pose_covariance)
-    message.twist.covariance = _diagonal(config.twist_covariance)
-    return message
-
-
 def four_wheel_state(
     time: float, frame: str, odometry: four_wheel.FourWheelOdometry
 ) -> FourWheelSteeringStamped:
@@ -97,12 +82,6 @@ def four_wheel_state(
     data.front_steering_angle, data.rear_steering_angle = odometry.angles
     data.front_steering_angle_velocity, data.rear_steering_angle_velocity = odometry.rates
     return message
-
-
-def _diagonal(values: Sequence[float]) -> list[float]:
-    matrix = [0.0] * 36
-    matrix[::7] = values
-    return matrix
 
 
 def limited_twist(time: float, linear: float, angular: float) -> TwistStamped:
@@ -283,8 +262,10 @@ class Drive(Commands):
         config = self.config
         with_tf = config.publish_tf or self.always_with_tf
         self._transform = self.publisher("/tf", TFMessage) if with_tf else None
-        self._outputs = [out for out in (self._odometry, self._transform) if out is not None]
-        self._schedule = self._every(config.publish_rate, *self._outputs)
+        frames = config.odom_frame, config.base_frame
+        self._sender = PackedBase(self._odometry, self._transform, config, frames)
+        outputs = [out for out in (self._odometry, self._transform) if out is not None]
+        self._schedule = self._every(config.publish_rate, *outputs)
         self._limited = None
         if config.publish_command:
             self._limited = self.publisher(f"{self.name}/cmd_vel_out", TwistStamped)
@@ -312,13 +293,14 @@ class Drive(Commands):
             self._limited.publish(limited_twist(time, *self.controller.limited))
         if not self._schedule.due(step):
             return
-        outputs = [out for out in self._outputs if out.get_num_connections()]
-        if not self.controller.config.publish_tf:
-            outputs = [out for out in outputs if out is self._odometry]
         self._robot.manager.observe()
-        message = drive_odometry(time, self.config, self.controller.odometry)
-        for out in outputs:
-            out.publish(message if out is self._odometry else TFMessage([transform_of(message)]))
+        odometry = self.controller.odometry
+        half = odometry.heading / 2
+        position = (odometry.x, odometry.y, 0.0)
+        orientation = (0.0, 0.0, math.sin(half), math.cos(half))
+        linear, angular = (odometry.linear, odometry.lateral, 0.0), (0.0, 0.0, odometry.angular)
+        with_tf = self.controller.config.publish_tf
+        self._sender.send(time, position, orientation, linear, angular, with_tf)
 
 
 DIFF_DRIVE = SimpleNamespace(  # diff_drive_controller/DiffDriveController.cfg

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 import numpy as np
 import rospy
 from bullet_sim.component import Component
-from bullet_sim.pose import Array, Pose, cross
+from bullet_sim.pose import Array, Pose, Quat, Vec3, compose, cross, velocity_at
 
 from bullet_bridge.loop.clock import SubscribedSchedule
 from bullet_bridge.transport.publishing import all_or_none, note_endpoint, publisher
@@ -227,6 +227,16 @@ class ModelPlugin(RosPart, Component):
             return pose, linear, angular
         arm = pose.matrix @ np.asarray(self._offset.position)
         return pose * self._offset, linear + cross(angular, arm), angular
+
+    def sensor_motion(self) -> tuple[Vec3, Quat, Vec3, Vec3]:
+        """As sensor_state, in tuples: position, quaternion, linear and angular velocity."""
+        motion = self.model.link_motion(self.spec.link)
+        offset = self._offset
+        if offset is None:
+            return motion
+        origin, rotation, linear, angular = motion
+        position, orientation = compose(origin, rotation, offset.position, offset.orientation)
+        return position, orientation, velocity_at(position, origin, linear, angular), angular
 
     def pose(self) -> Pose:
         """Pose of the sensor frame in the world."""

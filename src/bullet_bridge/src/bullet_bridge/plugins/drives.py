@@ -10,11 +10,10 @@ from bullet_sim.controllers.drive import WheelDrive
 from bullet_sim.errors import SimError
 from bullet_sim.plugins.drives import JointStatesSpec, PlanarMoveSpec, WheelDriveSpec
 from bullet_sim.plugins.forces import HandOfGodSpec, JointPosesSpec
-from bullet_sim.pose import Array, Pose
+from bullet_sim.pose import Pose, rpy_from_quaternion
 from bullet_sim.sensors import inertial
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from paddock_common.geometry import transform_of
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory
@@ -22,6 +21,7 @@ from trajectory_msgs.msg import JointTrajectory
 from bullet_bridge.loop.clock import Schedule
 from bullet_bridge.plugins.base import ModelPlugin, PluginContext, Sensor, ros_side
 from bullet_bridge.transport import conversions
+from bullet_bridge.transport.packed import PackedBase, PackedJointState
 
 
 @ros_side(JointStatesSpec)
@@ -30,14 +30,15 @@ class JointStatesSensor(Sensor):
 
     message = JointState
 
-    def measure(self, time: float) -> JointState:
-        positions, velocities = self.model.joints.state()
-        return JointState(
-            header=conversions.header(time),
-            name=list(self.spec.joints),
-            position=[positions[name] for name in self.spec.joints],
-            velocity=[velocities[name] for name in self.spec.joints],
-        )
+    def __init__(self, context: PluginContext) -> None:
+        super().__init__(context)
+        names, joints = list(self.spec.joints), self.model.joints
+        self._indices = [joints.names.index(name) for name in names]
+        self._sender = PackedJointState(self.pub, names, with_efforts=False)
+
+    def update(self, time: float, period: float) -> None:
+        positions, velocities, _ = self.model.joints.columns(self._indices)
+        self._sender.send(time, positions, velocities)
 
 
 @ros_side(WheelDriveSpec)
@@ -59,6 +60,8 @@ class WheelDrivePlugin(ModelPlugin):
         self._odometry = self.publisher(spec.topic, Odometry) if odometry else None
         with_tf = odometry and spec.publish_tf
         self._transform = self.publisher("/tf", TFMessage) if with_tf else None
+        frames = spec.frame_id, spec.child_frame_id
+        self._sender = PackedBase(self._odometry, self._transform, spec, frames)
         topic = spec.wheel_states_topic
         self._wheel_states = self.publisher(topic, JointState) if topic else None
         self._wheel_frames = self.publisher("/tf", TFMessage) if spec.wheel_transforms else None
@@ -89,17 +92,11 @@ class WheelDrivePlugin(ModelPlugin):
             left, right = self.model.joints.positions_of((self.spec.left[0], self.spec.right[0]))
             self._drive.measure(left, right, elapsed)
         self._publish_wheels(time)
-        outputs = [
-            out
+        if any(
+            out is not None and out.get_num_connections() > 0
             for out in (self._odometry, self._transform)
-            if out is not None and out.get_num_connections() > 0
-        ]
-        if not outputs:
-            return
-        message = self._odometry_message(time)
-        for out in outputs:
-            transform = out is self._transform
-            out.publish(TFMessage([transform_of(message)]) if transform else message)
+        ):
+            self._sender.send(time, *self._motion())
 
     def _publish_wheels(self, time: float) -> None:
         """Positions of the wheels, and their frames below the links that carry them."""
@@ -117,15 +114,13 @@ class WheelDrivePlugin(ModelPlugin):
         pose = parent.inverse() * child
         return conversions.transform_to_msg(time, joint.parent, joint.child, pose)
 
-    def _odometry_message(self, time: float) -> Odometry:
-        linear: Any
-        angular: Any
+    def _motion(self) -> Any:
+        """Position, orientation in the odometry's frame, linear and angular in the base's."""
         if self.spec.from_wheels:
-            pose, (linear, angular) = self._drive.pose, self._drive.twist
-        else:
-            pose, linear, angular = self.model.link_state(self.spec.link)
-            linear, angular = inertial.twist(pose.orientation, linear, angular)
-        return odometry_message(time, self.spec, pose, linear, angular)
+            pose = self._drive.pose
+            return (pose.position, pose.orientation, *self._drive.twist)
+        position, orientation, linear, angular = self.model.link_motion(self.spec.link)
+        return (position, orientation, *inertial.twist(orientation, linear, angular))
 
 
 def command_of(topic: str, values: tuple[float, ...]) -> tuple[float, ...] | None:
@@ -138,24 +133,6 @@ def command_of(topic: str, values: tuple[float, ...]) -> tuple[float, ...] | Non
         "either way; the last valid one is kept",
     )
     return None
-
-
-def odometry_message(time: float, spec: Any, pose: Pose, linear: Array, angular: Array) -> Odometry:
-    """nav_msgs/Odometry of a base that moves in the plane.
-
-    Args:
-        time: simulated [s].
-        spec: has frame_id, child_frame_id, pose_covariance and twist_covariance.
-        pose: Pose in frame_id.
-        linear, angular: (3,) [m/s, rad/s] in the child frame.
-    """
-    header = conversions.header(time, spec.frame_id)
-    message = Odometry(header=header, child_frame_id=spec.child_frame_id)
-    message.pose.pose = conversions.pose_to_msg(pose)
-    message.twist.twist = conversions.twist_to_msg(linear, angular)
-    message.pose.covariance[::7] = list(spec.pose_covariance)
-    message.twist.covariance[::7] = list(spec.twist_covariance)
-    return message
 
 
 @ros_side(PlanarMoveSpec)
@@ -174,6 +151,8 @@ class PlanarMovePlugin(ModelPlugin):
         self._due = Schedule(rate, self.world.time_step, self.world.step_count)
         self._odometry = self.publisher(self.spec.topic, Odometry)
         self._transform = self.publisher("/tf", TFMessage)
+        frames = self.spec.frame_id, self.spec.child_frame_id
+        self._sender = PackedBase(self._odometry, self._transform, self.spec, frames)
         self.subscribe(self.spec.command_topic, Twist, self._on_command)
 
     def start(self, time: float) -> None:
@@ -195,21 +174,16 @@ class PlanarMovePlugin(ModelPlugin):
             self._since, self._new = time, False
         if 0.0 <= self.spec.timeout < time - (time if self._since is None else self._since):
             self._command = (0.0, 0.0, 0.0)
-        pose, linear, angular = self.model.link_state(self.spec.link)
+        position, orientation, linear, angular = self.model.link_motion(self.spec.link)
         x, y, yaw_rate = self._command
-        yaw = pose.rpy[2]
+        yaw = rpy_from_quaternion(orientation)[2]
         c, s = math.cos(yaw), math.sin(yaw)
         self.world.engine.set_base_velocity(
             self.model.body, (c * x - s * y, s * x + c * y, 0.0), (0.0, 0.0, yaw_rate)
         )
         if self._due.due(self.world.step_count):
-            self._publish(time, pose, linear, angular)
-
-    def _publish(self, time: float, pose: Pose, linear: Any, angular: Any) -> None:
-        linear, angular = inertial.twist(pose.orientation, linear, angular)
-        message = odometry_message(time, self.spec, pose, linear, angular)
-        self._odometry.publish(message)
-        self._transform.publish(TFMessage([transform_of(message)]))
+            linear, angular = inertial.twist(orientation, linear, angular)
+            self._sender.send(time, position, orientation, linear, angular)
 
 
 @ros_side(HandOfGodSpec)

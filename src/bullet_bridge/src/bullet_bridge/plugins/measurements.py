@@ -14,7 +14,7 @@ from bullet_sim.plugins.inertial import (
     ImuSpec,
     MagneticSpec,
 )
-from bullet_sim.pose import Array, Pose, Vector, multiply
+from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, multiply
 from bullet_sim.sensors import inertial
 from bullet_sim.sensors.contact import nearest, watched_links
 from bullet_sim.sensors.inertial import add_noise, joint_wrench, net_wrench
@@ -33,7 +33,7 @@ from std_srvs.srv import EmptyResponse
 
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
 from bullet_bridge.transport import conversions
-from bullet_bridge.transport.packed import PackedOdometry
+from bullet_bridge.transport.packed import PackedImu, PackedOdometry
 
 if TYPE_CHECKING:
     from bullet_sim.description.model import Shape
@@ -49,8 +49,9 @@ class GroundTruthSensor(Sensor):
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
+        variances = [spec.noise_stddev**2] * 6
         self._sender = PackedOdometry(
-            self.pub, spec.frame_id, spec.child_frame_id, spec.noise_stddev**2
+            self.pub, spec.frame_id, spec.child_frame_id, variances, variances
         )
 
         self._shift: Pose | None = Pose.from_xyz_rpy(*spec.offset)
@@ -89,6 +90,7 @@ class ImuSensor(Sensor):
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
+        self._sender = PackedImu(self.pub, self.spec.frame_id, self.spec.variance)
         if self.spec.service:
             self.service(self.spec.service, EmptyService, self._on_calibrate)
 
@@ -100,23 +102,32 @@ class ImuSensor(Sensor):
         """Measure from now on."""
         self._before: Any = None  # (velocity, time) at the last measurement
 
-    def measure(self, time: float) -> Imu:
-        pose, linear, angular = self.sensor_state()
-        if self._before is None:
-            acceleration = np.zeros(3)
-        else:
-            acceleration = inertial.mean_acceleration(
-                linear, self._before[0], time - self._before[1]
-            )
+    def update(self, time: float, period: float) -> None:
+        self._sender.send(time, *self.read(time))
+
+    def read(self, time: float) -> tuple[Quat, Vec3, Vec3]:
+        """Orientation, angular velocity [rad/s] and specific force [m/s^2] at a time [s]."""
+        _, orientation, linear, angular = self.sensor_motion()
+        force = inertial.specific_force(linear, self._before, time, self.world.gravity)
         self._before = (linear, time)
-        rate, force = inertial.reading(pose.orientation, angular, acceleration, self.world.gravity)
-        rate = inertial.add_noise(
-            rate, self.spec.gyro_noise_stddev, self.rng, self.spec.gyro_noise_mean
+        force, rate = inertial.twist(orientation, force, angular)
+        spec = self.spec
+        return (
+            orientation,
+            self._noisy(rate, spec.gyro_noise_stddev, spec.gyro_noise_mean),
+            self._noisy(force, spec.accel_noise_stddev, spec.accel_noise_mean),
         )
-        force = inertial.add_noise(
-            force, self.spec.accel_noise_stddev, self.rng, self.spec.accel_noise_mean
-        )
-        return conversions.imu_message(time, self.spec, pose.orientation, rate, force)
+
+    def _noisy(self, values: Vec3, stddev: float, mean: float | Vec3) -> Vec3:
+        """As inertial.add_noise, on plain numbers."""
+        x, y, z = values
+        if mean:
+            a, b, c = (mean, mean, mean) if isinstance(mean, float) else mean
+            x, y, z = x + a, y + b, z + c
+        if stddev > 0.0:
+            a, b, c = self.rng.normal(0.0, stddev, 3).tolist()
+            x, y, z = x + a, y + b, z + c
+        return x, y, z
 
 
 @ros_side(BiasedImuSpec)
@@ -128,7 +139,10 @@ class BiasedImuSensor(ImuSensor):
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
-        self._biases = self.publisher(spec.bias_topic, Imu) if spec.bias_topic else None
+        self._bias_sender = None
+        if spec.bias_topic:
+            biases = self.publisher(spec.bias_topic, Imu)
+            self._bias_sender = PackedImu(biases, spec.frame_id)
         for name, set_bias in (
             ("set_accel_bias", self._set_force_bias),
             ("set_rate_bias", self._set_rate_bias),
@@ -161,34 +175,29 @@ class BiasedImuSensor(ImuSensor):
         self._rate_bias, self._force_bias, self._measured = np.zeros(3), np.zeros(3), time
         super().reset(time)
 
-    def measure(self, time: float) -> Imu:
+    def read(self, time: float) -> tuple[Quat, Vec3, Vec3]:
         """As an ImuSensor, with the biases, which also tilt the orientation."""
         spec, period = self.spec, time - self._measured
         self._measured = time
         self._rate_bias = self._rate_bias * np.exp(-period * np.asarray(spec.gyro_frequency))
         self._force_bias = self._force_bias * np.exp(-period * np.asarray(spec.accel_frequency))
-        message = super().measure(time)
-        _add(message.angular_velocity, self._rate_bias)
-        _add(message.linear_acceleration, self._force_bias)
+        orientation, rate, force = super().read(time)
         gravity = float(np.linalg.norm(self.world.gravity))
         if gravity > 0.0 and self._force_bias.any():
-            q = message.orientation
-            q.x, q.y, q.z, q.w = inertial.tilt_error(
-                (q.x, q.y, q.z, q.w), self._force_bias, gravity
+            orientation = inertial.tilt_error(orientation, self._force_bias, gravity)
+        if self._bias_sender is not None:
+            self._bias_sender.send(
+                time,
+                (0.0, 0.0, 0.0, 1.0),
+                self._rate_bias + np.asarray(spec.gyro_noise_mean),
+                self._force_bias + np.asarray(spec.accel_noise_mean),
             )
-        if self._biases is not None and self._biases.get_num_connections() > 0:
-            biases = Imu(header=message.header)
-            biases.orientation.w = 1.0
-            _add(biases.angular_velocity, self._rate_bias + np.asarray(spec.gyro_noise_mean))
-            _add(biases.linear_acceleration, self._force_bias + np.asarray(spec.accel_noise_mean))
-            self._biases.publish(biases)
-        return message
+        return orientation, _sum(rate, self._rate_bias), _sum(force, self._force_bias)
 
 
-def _add(vector: Any, values: Array) -> None:
-    """Add (3,) to a geometry_msgs/Vector3."""
-    x, y, z = values.tolist()
-    vector.x, vector.y, vector.z = vector.x + x, vector.y + y, vector.z + z
+def _sum(values: Vec3, bias: Array) -> Vec3:
+    x, y, z = (values + bias).tolist()
+    return x, y, z
 
 
 @ros_side(GpsSpec)

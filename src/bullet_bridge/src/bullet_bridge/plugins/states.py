@@ -1,48 +1,70 @@
 """Topics about the full world: states of models and links, and performance."""
 
 import time as wall
-from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
-import numpy as np
-import rospy
+from bullet_sim.models.model import Model
+from bullet_sim.pose import Motion
 from gazebo_msgs.msg import LinkStates, ModelStates, PerformanceMetrics, SensorPerformanceMetric
 
 from bullet_bridge.loop.clock import NEVER, SubscribedSchedule
-from bullet_bridge.transport.conversions import header, pose_to_msg, twist_to_msg
+from bullet_bridge.transport.conversions import header
+from bullet_bridge.transport.packed import PackedStates
 from bullet_bridge.transport.publishing import publisher
 
 if TYPE_CHECKING:
-    from bullet_sim.models.model import Model
     from bullet_sim.world import World
 
+AT_REST = (0.0, 0.0, 0.0)
 METRICS_PERIOD = 0.2  # [s] wall time
 
 
-def model_states(world: "World") -> ModelStates:
-    """gazebo_msgs/ModelStates of all models, by their root links."""
-    message = ModelStates()
-    for model in world.models.values():
-        _add(message, model.name, model, model.description.root)
-    return message
-
-
-def link_states(world: "World") -> LinkStates:
-    """gazebo_msgs/LinkStates of all links but those that fixed joints merge into others."""
-    message = LinkStates()
-    for model in world.models.values():
-        for link in model.rigid_parts:
-            _add(message, f"{model.name}::{link}", model, link)
-    return message
-
-
-def _add(message: Any, name: str, model: "Model", link: str) -> None:
-    pose, linear, angular = model.link_state(link)
+def root_motions(model: "Model") -> Sequence[Motion]:
+    """Motion of a model's root link, as the only one."""
     if model.is_static:
-        linear = angular = np.zeros(3)
-    message.name.append(name)
-    message.pose.append(pose_to_msg(pose))
-    message.twist.append(twist_to_msg(linear, angular))
+        return [(*model.frame_at(model.index(model.description.root)), AT_REST, AT_REST)]
+    return [model.link_motion(model.description.root)]
+
+
+def model_names(model: "Model") -> list[str]:
+    """The name of a model in model_states, as the only one."""
+    return [model.name]
+
+
+def link_names(model: "Model") -> list[str]:
+    """Names in link_states: of all links but those that fixed joints merge into others."""
+    return [f"{model.name}::{link}" for link in model.rigid_parts]
+
+
+class StateTopic:
+    """One of the topics about all models.
+
+    Args:
+        message_type: ModelStates or LinkStates.
+        names: function of a Model: the names that it has in the message.
+        motions: function of a Model: their motions.
+    """
+
+    def __init__(
+        self,
+        topic: str,
+        message_type: type,
+        names: "Callable[[Model], list[str]]",
+        motions: "Callable[[Model], Sequence[Motion]]",
+    ) -> None:
+        self.publisher = publisher(topic, message_type)
+        self._names, self._motions = names, motions
+        self._models: list[Model] = []
+        self._sender = PackedStates(self.publisher, [])
+
+    def publish(self, world: "World") -> None:
+        models = list(world.models.values())
+        if models != self._models:
+            self._models = models
+            names = [name for model in models for name in self._names(model)]
+            self._sender = PackedStates(self.publisher, names)
+        self._sender.send([motion for model in models for motion in self._motions(model)])
 
 
 class StateTopics:
@@ -56,11 +78,8 @@ class StateTopics:
     def __init__(self, prefix: str, world: "World", rate: float) -> None:
         self._world, self._rate = world, rate
         self._topics = [
-            (publisher(f"{prefix}/{name}", message_type), read)
-            for name, message_type, read in (
-                ("model_states", ModelStates, model_states),
-                ("link_states", LinkStates, link_states),
-            )
+            StateTopic(f"{prefix}/model_states", ModelStates, model_names, root_motions),
+            StateTopic(f"{prefix}/link_states", LinkStates, link_names, Model.part_motions),
         ]
         self.restart()
 
@@ -71,8 +90,8 @@ class StateTopics:
             min(self._rate, 1.0 / step), step, self._world.step_count, self._subscribed
         )
 
-    def _subscribed(self) -> "list[tuple[rospy.Publisher, Callable[[World], Any]]]":
-        return [(topic, read) for topic, read in self._topics if topic.get_num_connections() > 0]
+    def _subscribed(self) -> list[StateTopic]:
+        return [topic for topic in self._topics if topic.publisher.get_num_connections() > 0]
 
     def next_due(self) -> int:
         """Physics step after which a message is due; infinity without subscribers."""
@@ -81,8 +100,8 @@ class StateTopics:
     def publish(self, step: int, _time: float) -> None:
         """Publish what is due and has subscribers."""
         if self._schedule.due(step):
-            for topic, read in self._subscribed():
-                topic.publish(read(self._world))
+            for topic in self._subscribed():
+                topic.publish(self._world)
 
 
 class PerformanceTopic:

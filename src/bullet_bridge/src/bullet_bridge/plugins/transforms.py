@@ -5,7 +5,7 @@ import threading
 from typing import TYPE_CHECKING, Any
 
 from bullet_sim.plugins.drives import JointTransformsSpec, RootTransformSpec
-from bullet_sim.pose import Pose, Quat, Vec3, multiply
+from bullet_sim.pose import Pose, Quat, Vec3, compose, multiply
 from tf2_msgs.msg import TFMessage
 
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
@@ -15,6 +15,9 @@ from bullet_bridge.transport.publishing import publisher
 
 if TYPE_CHECKING:
     from bullet_sim.description.model import Joint
+
+
+NO_ROTATION = (0.0, 0.0, 0.0, 1.0)
 
 
 class FixedTransforms:
@@ -61,6 +64,7 @@ class JointTransformsSensor(Sensor):
         joints = model.description.joints.values()
         self._moving = [joint for joint in joints if joint.name in model.joints.names]
         self._names = [joint.name for joint in self._moving]
+        self._frames = [JointFrame(joint) for joint in self._moving]
         self._packed = PackedTransforms(
             self.pub, [(joint.parent, joint.child) for joint in self._moving]
         )
@@ -73,7 +77,7 @@ class JointTransformsSensor(Sensor):
 
     def update(self, time: float, period: float) -> None:
         positions = self.model.joints.positions_of(self._names)
-        self._packed.send(time, list(map(joint_pose, self._moving, positions)))
+        self._packed.send(time, list(map(JointFrame.at, self._frames, positions)))
 
     def close(self) -> None:
         super().close()
@@ -96,23 +100,28 @@ class RootTransformSensor(Sensor):
         self._packed.send(time, [self.model.link_motion(self.spec.link)[:2]])
 
 
-def joint_pose(joint: "Joint", value: float) -> tuple[Vec3, Quat]:
-    """The child link's frame in the parent link's.
+class JointFrame:
+    """The child link's frame in the parent link's, by the joint's position."""
 
-    Args:
-        value: its position [rad, m].
+    def __init__(self, joint: "Joint") -> None:
+        anchored = joint.anchor != Pose()
+        origin = joint.origin * joint.anchor if anchored else joint.origin
+        self._origin, self._orientation = origin.position, origin.orientation
+        self._back = joint.anchor.inverse() if anchored else None
+        self._axis, self._slides = joint.axis, joint.kind == "prismatic"
 
-    Returns:
-        (position [m], orientation (x, y, z, w)).
-    """
-    pose = joint.origin if joint.anchor == Pose() else joint.origin * joint.anchor
-    x, y, z = joint.axis
-    if joint.kind == "prismatic":
-        pose = pose * Pose((x * value, y * value, z * value))
-    else:
-        sine = math.sin(value / 2.0)
-        rotation = (x * sine, y * sine, z * sine, math.cos(value / 2.0))
-        pose = Pose(pose.position, multiply(pose.orientation, rotation))
-    if joint.anchor != Pose():
-        pose = pose * joint.anchor.inverse()
-    return pose.position, pose.orientation
+    def at(self, value: float) -> tuple[Vec3, Quat]:
+        """Position [m] and orientation (x, y, z, w) for a position [rad, m]."""
+        x, y, z = self._axis
+        position, orientation = self._origin, self._orientation
+        if self._slides:
+            offset = (x * value, y * value, z * value)
+            position, orientation = compose(position, orientation, offset, NO_ROTATION)
+        else:
+            sine = math.sin(value / 2.0)
+            turned = (x * sine, y * sine, z * sine, math.cos(value / 2.0))
+            orientation = multiply(orientation, turned)
+        if self._back is not None:
+            back = self._back
+            position, orientation = compose(position, orientation, back.position, back.orientation)
+        return position, orientation

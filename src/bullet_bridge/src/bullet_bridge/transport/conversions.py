@@ -5,10 +5,10 @@ from typing import Any
 import cv2
 import numpy as np
 import rospy
-from bullet_sim.pose import Array, Pose, Quat, Vector
+from bullet_sim.pose import Array, Pose, Vector
 from geometry_msgs.msg import Pose as PoseMsg
 from geometry_msgs.msg import TransformStamped, Twist
-from sensor_msgs.msg import CameraInfo, Imu, PointCloud2
+from sensor_msgs.msg import CameraInfo, PointCloud2
 from std_msgs.msg import Header
 
 from bullet_bridge.transport.packed import to_sec_nsec
@@ -107,19 +107,3 @@ def cloud(header: Header, data: Array, fields: list[Any], is_dense: bool) -> Poi
         data=np.ascontiguousarray(data).tobytes(),
         is_dense=is_dense,
     )
-
-
-def imu_message(time: float, spec: Any, orientation: Quat, rate: Vector, force: Vector) -> Imu:
-    """sensor_msgs/Imu: orientation (x, y, z, w), rate (3,) [rad/s], force (3,) [m/s^2]."""
-    message = Imu(header=header(time, spec.frame_id))
-    q, w, a = message.orientation, message.angular_velocity, message.linear_acceleration
-    q.x, q.y, q.z, q.w = orientation
-    w.x, w.y, w.z = (float(v) for v in rate)
-    a.x, a.y, a.z = (float(v) for v in force)
-    for covariance in (
-        message.orientation_covariance,
-        message.angular_velocity_covariance,
-        message.linear_acceleration_covariance,
-    ):
-        covariance[0] = covariance[4] = covariance[8] = spec.variance
-    return message

@@ -13,12 +13,13 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import rospy
-from bullet_sim.pose import Array
+from bullet_sim.pose import Array, Motion
 
 if TYPE_CHECKING:
     from bullet_sim.plugins.lidars import RaySpec
 
 _LENGTH = struct.Struct("<I")
+_HEADER = struct.Struct("<III")  # seq, stamp: seconds, nanoseconds
 
 
 def pack_string(text: str) -> bytes:
@@ -52,17 +53,21 @@ class Packed:
         for part in self._parts:
             buffer.write(part)
 
-    def _send(self, *parts: bytes | memoryview) -> None:
-        """Do what publish() of rospy's topic does, without its buffer."""
+    def _send(self, *parts: bytes | memoryview) -> int:
+        """Do what publish() of rospy's topic does, without its buffer.
+
+        Returns:
+            The topic's seq; 0 if nothing was sent from here.
+        """
         impl, failed = self._impl, []
         impl.acquire()
         try:
             if impl.closed or impl.is_latch:  # raises, or stores the latched message
                 self._parts = parts
                 impl.publish(self)
-                return
+                return 0
             if not impl.connections:
-                return
+                return 0
             impl.seq += 1
             data = b"".join((_LENGTH.pack(sum(map(len, parts))), *parts))
             for connection in impl.connections:
@@ -72,26 +77,35 @@ class Packed:
                     rospy.logdebug("connection to %s ended: %s", connection.endpoint_id, error)
                     failed.append(connection)
             impl.message_data_sent += len(data)
+            seq: int = impl.seq
         finally:
             impl.release()
         for connection in failed:
             connection.close()
+        return seq
 
     def _header(self, time: float) -> bytes:
         """seq and stamp; rospy increments seq just before it serialises a message."""
-        return struct.pack("<III", (self._impl.seq + 1) & 0xFFFFFFFF, *to_sec_nsec(time))
+        return _HEADER.pack((self._impl.seq + 1) & 0xFFFFFFFF, *to_sec_nsec(time))
 
 
 class PackedJointState(Packed):
-    """sensor_msgs/JointState."""
+    """sensor_msgs/JointState.
 
-    def __init__(self, publisher: rospy.Publisher, names: Sequence[str]) -> None:
+    Args:
+        with_efforts: whether there is an effort for each name, or none at all.
+    """
+
+    def __init__(
+        self, publisher: rospy.Publisher, names: Sequence[str], with_efforts: bool = True
+    ) -> None:
         super().__init__(publisher)
         self._constant = (
             pack_string("") + struct.pack("<I", len(names)) + b"".join(map(pack_string, names))
         )
         count = len(names)
-        self._numbers = struct.Struct("<" + f"I{count}d" * 3)
+        self._efforts = count if with_efforts else 0
+        self._numbers = struct.Struct(f"<I{count}dI{count}dI{self._efforts}d")
         self._count = count
 
     def send(
@@ -99,14 +113,14 @@ class PackedJointState(Packed):
         time: float,
         positions: Iterable[float],
         velocities: Iterable[float],
-        efforts: Iterable[float],
+        efforts: Iterable[float] = (),
     ) -> None:
         """Publish for a simulated time [s]; three sequences of numbers in the names' order."""
         n = self._count
         self._send(
             self._header(time),
             self._constant,
-            self._numbers.pack(n, *positions, n, *velocities, n, *efforts),
+            self._numbers.pack(n, *positions, n, *velocities, self._efforts, *efforts),
         )
 
 
@@ -114,18 +128,25 @@ class PackedOdometry(Packed):
     """nav_msgs/Odometry.
 
     Args:
-        variance: on the diagonals of both covariances.
+        pose_variances, twist_variances: the six on the diagonals of the covariances.
     """
 
     _NUMBERS = struct.Struct("<7d")
     _TWIST = struct.Struct("<6d")
 
     def __init__(
-        self, publisher: rospy.Publisher, frame: str, child_frame: str, variance: float
+        self,
+        publisher: rospy.Publisher,
+        frame: str,
+        child_frame: str,
+        pose_variances: Sequence[float],
+        twist_variances: Sequence[float],
     ) -> None:
         super().__init__(publisher)
         self._frames = pack_string(frame) + pack_string(child_frame)
-        self._covariance = struct.pack("<36d", *(variance * (i % 7 == 0) for i in range(36)))
+        self._pose_covariance, self._twist_covariance = map(
+            _pack_diagonal, (pose_variances, twist_variances)
+        )
 
     def send(
         self,
@@ -134,16 +155,84 @@ class PackedOdometry(Packed):
         orientation: Iterable[float],
         linear: Iterable[float],
         angular: Iterable[float],
-    ) -> None:
-        """Publish for a simulated time [s]: pose and twist [m, m/s, rad/s]."""
-        self._send(
+    ) -> int:
+        """Publish for a simulated time [s]: pose and twist [m, m/s, rad/s].
+
+        Returns:
+            seq of its header; 0 without a subscriber.
+        """
+        return self._send(
             self._header(time),
             self._frames,
             self._NUMBERS.pack(*position, *orientation),
-            self._covariance,
+            self._pose_covariance,
             self._TWIST.pack(*linear, *angular),
-            self._covariance,
+            self._twist_covariance,
         )
+
+
+def _pack_diagonal(values: Sequence[float]) -> bytes:
+    """Bytes of a square matrix with a diagonal."""
+    size = len(values)
+    matrix = [0.0] * size**2
+    matrix[:: size + 1] = values
+    return struct.pack(f"<{size**2}d", *matrix)
+
+
+class PackedImu(Packed):
+    """sensor_msgs/Imu.
+
+    Args:
+        frame: frame_id of the header.
+        variance: on the diagonals of the covariances.
+    """
+
+    _NUMBERS = struct.Struct("<4d72s3d72s3d72s")
+
+    def __init__(self, publisher: rospy.Publisher, frame: str, variance: float = 0.0) -> None:
+        super().__init__(publisher)
+        self._frame = pack_string(frame)
+        self._covariance = _pack_diagonal([variance] * 3)
+
+    def send(
+        self,
+        time: float,
+        orientation: Iterable[float],
+        rate: Iterable[float],
+        force: Iterable[float],
+    ) -> None:
+        """Publish for a simulated time [s]: (x, y, z, w), [rad/s], [m/s^2]."""
+        covariance = self._covariance
+        self._send(
+            self._header(time),
+            self._frame,
+            self._NUMBERS.pack(*orientation, covariance, *rate, covariance, *force, covariance),
+        )
+
+
+class PackedStates(Packed):
+    """gazebo_msgs/ModelStates or LinkStates.
+
+    Args:
+        names: of the models or links.
+    """
+
+    def __init__(self, publisher: rospy.Publisher, names: Sequence[str]) -> None:
+        super().__init__(publisher)
+        self._count, count = len(names), struct.pack("<I", len(names))
+        self._names = count + b"".join(map(pack_string, names))
+        self._numbers = struct.Struct(f"<I{7 * len(names)}dI{6 * len(names)}d")
+
+    def send(self, motions: Iterable[Motion]) -> None:
+        """Publish (position [m], orientation, linear [m/s], angular [rad/s]) of each name."""
+        poses: list[float] = []
+        twists: list[float] = []
+        for position, orientation, linear, angular in motions:
+            poses += position
+            poses += orientation
+            twists += linear
+            twists += angular
+        self._send(self._names, self._numbers.pack(self._count, *poses, self._count, *twists))
 
 
 class PackedTransforms(Packed):
@@ -160,13 +249,53 @@ class PackedTransforms(Packed):
         self._count = struct.pack("<I", len(frames))
         self._frames = [pack_string(frame) + pack_string(child) for frame, child in frames]
 
-    def send(self, time: float, poses: Iterable[tuple[Iterable[float], Iterable[float]]]) -> None:
-        """Publish for a simulated time [s]; (position [m], orientation) of each."""
-        stamp = struct.pack("<III", 0, *to_sec_nsec(time))
+    def send(
+        self, time: float, poses: Iterable[tuple[Iterable[float], Iterable[float]]], seq: int = 0
+    ) -> None:
+        """Publish for a simulated time [s]; (position [m], orientation) of each, seq of all."""
+        stamp = _HEADER.pack(seq, *to_sec_nsec(time))
         parts = [self._count]
         for frames, (position, orientation) in zip(self._frames, poses):
             parts += stamp, frames, self._NUMBERS.pack(*position, *orientation)
         self._send(*parts)
+
+
+class PackedBase:
+    """Odometry of a base and its transform, which has the odometry's header.
+
+    Args:
+        odometry, transform: publishers, or None.
+        spec: has pose_covariance and twist_covariance: the diagonals.
+        frames: of the odometry and of the base.
+    """
+
+    def __init__(
+        self,
+        odometry: rospy.Publisher | None,
+        transform: rospy.Publisher | None,
+        spec: Any,
+        frames: tuple[str, str],
+    ) -> None:
+        self._odometry = odometry and PackedOdometry(
+            odometry, *frames, spec.pose_covariance, spec.twist_covariance
+        )
+        self._transform = transform and PackedTransforms(transform, [frames])
+
+    def send(
+        self,
+        time: float,
+        position: Iterable[float],
+        orientation: Iterable[float],
+        linear: Iterable[float],
+        angular: Iterable[float],
+        with_transform: bool = True,
+    ) -> None:
+        """Publish for a simulated time [s]: pose, and twist in the base's frame [m/s, rad/s]."""
+        seq = 0
+        if self._odometry is not None:
+            seq = self._odometry.send(time, position, orientation, linear, angular)
+        if with_transform and self._transform is not None:
+            self._transform.send(time, [(position, orientation)], seq)
 
 
 class PackedScan(Packed):

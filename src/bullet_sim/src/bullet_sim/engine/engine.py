@@ -12,7 +12,7 @@ from bullet_sim.engine.rays import RayCaster
 from bullet_sim.engine.states import BodyStates
 from bullet_sim.errors import ModelError
 from bullet_sim.files import silenced
-from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, compose, velocity_at
+from bullet_sim.pose import Array, Motion, Pose, Quat, Vec3, Vector, compose, velocity_at
 
 # Below this sum of squared impulses of an iteration the constraint solver stops early. PyBullet's
 # 1e-7 lets a braked car of 25 kg roll on by 1.4 mm a minute; this one by 0.5 mm, at the same speed.
@@ -378,6 +378,28 @@ class Engine:
             physicsClientId=self.client,
         )
         return state[0], state[6], state[7], state[4:6]
+
+    def link_motions(self, body: int, links: Sequence[int]) -> list[Motion]:
+        """As link_motion, of several links of a body in one call of PyBullet."""
+        below = [link for link in links if link >= 0]
+        states = (
+            p.getLinkStates(
+                body,
+                below,
+                computeLinkVelocity=1,
+                computeForwardKinematics=1,
+                physicsClientId=self.client,
+            )
+            if below
+            else ()
+        )
+        motions = {
+            link: (state[4], state[5], velocity_at(state[4], state[0], *state[6:8]), state[7])
+            for link, state in zip(below, states)
+        }
+        if len(below) < len(links):
+            motions[-1] = self.link_motion(body, -1)
+        return [motions[link] for link in links]
 
     def link_poses(self, body: int) -> tuple[Array, Array]:
         """World poses of all link frames: (n + 1, 3) and (n + 1, 4); row 0 is the root link."""

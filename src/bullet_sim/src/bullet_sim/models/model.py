@@ -23,7 +23,7 @@ from bullet_sim.errors import ModelError
 from bullet_sim.meshes.prepare import prepare_meshes
 from bullet_sim.models.joints import UNLIMITED_EFFORT, UNLIMITED_SPEED, Joints, Mimics
 from bullet_sim.models.urdf_writer import prepared_urdf, principal_inertia
-from bullet_sim.pose import PLACEABLE, Array, Pose, Quat, Vec3, Vector, cross
+from bullet_sim.pose import PLACEABLE, Array, Motion, Pose, Quat, Vec3, Vector, cross
 from bullet_sim.snapshot import BodySource, BodyState
 
 if TYPE_CHECKING:
@@ -62,6 +62,7 @@ def implausible_state(model: "Model", engine: "Engine") -> str | None:
 
 
 MAX_VELOCITY = 1e6  # [m/s, rad/s] bound of set_state along each axis
+_REST = (0.0, 0.0, 0.0)
 _SAME = Pose()
 _HULL_OVERLAP = 1e-3  # [m]
 _STABLE_DAMPING = 0.5  # of a joint's inertia / step
@@ -322,6 +323,13 @@ class Model:
         if offset == _SAME:
             return self.engine.link_motion(self.body, index)
         return self.engine.link_motion(self.body, index, (offset.position, offset.orientation))
+
+    def part_motions(self) -> list[Motion]:
+        """As link_motion, of each of the rigid_parts; those of a static model do not move."""
+        links = [self._links[name] for name in self._lumped.links]
+        if not self.is_static:
+            return self.engine.link_motions(self.body, links)
+        return [(*self.frame_at(link), _REST, _REST) for link in links]
 
     @property
     def pose(self) -> Pose:

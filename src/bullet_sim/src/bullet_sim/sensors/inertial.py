@@ -8,6 +8,7 @@ import numpy as np
 from bullet_sim.description.lump import WELD_AXIS
 from bullet_sim.pose import (
     Array,
+    Motion,
     Quat,
     Vec3,
     Vector,
@@ -22,41 +23,29 @@ if TYPE_CHECKING:
 GRAVITY_IN_WORLD = (0.0, 0.0, -9.81)
 
 
-def reading(
-    orientation: Vector,
-    angular_velocity_in_world: Vector,
-    acceleration_in_world: Vector,
-    gravity_in_world: Vector = GRAVITY_IN_WORLD,
-) -> tuple[Array, Array]:
-    """Angular velocity and specific force; at rest +9.81 m/s^2 upwards (REP 145).
+def specific_force(
+    velocity: Vec3, before: tuple[Vec3, float] | None, time: float, gravity: Vec3
+) -> Vec3:
+    """What an accelerometer feels on average since its last reading, [m/s^2] along world axes.
+
+    At rest that is 9.81 m/s^2 upwards (REP 145).
 
     Args:
-        orientation: (x, y, z, w), sensor frame in the world.
-        angular_velocity_in_world: (3,) [rad/s].
-        acceleration_in_world: (3,) [m/s^2], of the sensor, without gravity.
-        gravity_in_world: (3,) [m/s^2].
+        velocity: [m/s] in the world.
+        before: velocity and time [s] of the last reading; None: at rest until now.
+        time: [s].
+        gravity: [m/s^2] in the world.
 
-    Returns:
-        (angular_velocity (3,) [rad/s], linear_acceleration (3,) [m/s^2]), in the sensor frame.
+    Raises:
+        ValueError: no time has passed.
     """
-    to_sensor = rotation_matrix(orientation).T
-    force = np.asarray(acceleration_in_world, dtype=float) - np.asarray(gravity_in_world)
-    return to_sensor @ np.asarray(angular_velocity_in_world, dtype=float), to_sensor @ force
-
-
-def mean_acceleration(velocity: Vector, velocity_before: Vector, elapsed: float) -> Array:
-    """Acceleration over one sensor period.
-
-    Args:
-        velocity, velocity_before: (3,) [m/s] in the world.
-        elapsed: simulated time between them [s], > 0.
-
-    Returns:
-        (3,) [m/s^2] in the world.
-    """
+    x, y, z = gravity
+    if before is None:
+        return -x, -y, -z
+    (u, v, w), (a, b, c), elapsed = velocity, before[0], time - before[1]
     if not elapsed > 0.0:
         raise ValueError(f"elapsed {elapsed} s: time > 0 between two readings is expected")
-    return (np.asarray(velocity, dtype=float) - np.asarray(velocity_before)) / elapsed
+    return (u - a) / elapsed - x, (v - b) / elapsed - y, (w - c) / elapsed - z
 
 
 def tilt_error(orientation: Vector, bias: Vector, gravity: float) -> Quat:
@@ -112,9 +101,6 @@ def twist(
         (a * u + b * v + c * w, d * u + e * v + f * w, g * u + h * v + i * w),
         (a * p + b * q + c * r, d * p + e * q + f * r, g * p + h * q + i * r),
     )
-
-
-Motion = tuple[Vec3, Quat, Vec3, Vec3]
 
 
 def relative_motion(motion: Motion, frame: Motion) -> Motion:

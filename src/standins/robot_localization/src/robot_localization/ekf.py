@@ -14,12 +14,13 @@ third order in the step.
 import heapq
 import itertools
 import math
+import struct
 from collections import deque
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from robot_localization.frames import matrix, wrap
+from robot_localization.frames import wrap
 
 NAMES = (
     "x",
@@ -54,8 +55,7 @@ PROCESS_NOISE = np.diag(
 )
 
 
-@dataclass(frozen=True)
-class Measurement:
+class Measurement(NamedTuple):
     """Measured values of the state.
 
     Attributes:
@@ -65,6 +65,7 @@ class Measurement:
         value: (n,).
         covariance: (n, n).
         threshold: Mahalanobis distance from which on it counts as an outlier.
+        checked: Whether all numbers are finite and no variance is below MIN_VARIANCE.
     """
 
     source: str
@@ -73,14 +74,20 @@ class Measurement:
     value: np.ndarray
     covariance: np.ndarray
     threshold: float = float("inf")
+    checked: bool = False
 
 
 MIN_COSINE = 1e-6  # minimum cosine of the pitch in divisions
-UNIT_3 = np.eye(3)
+UNIT = np.eye(SIZE)
+UPPER_ROWS = struct.Struct(f"={6 * SIZE}d")  # of a Jacobian: those of the pose
+# In a flat Jacobian: the derivatives of the velocities by the accelerations.
+VELOCITY_BY_ACCELERATION = slice(6 * SIZE + 12, 9 * SIZE, SIZE + 1)
 
 
 def advance(state, step):
     """Predicts a state.
+
+    Plain numbers: for matrices of 3 by 3 numpy's calls take several times as long.
 
     Args:
         state: (15,).
@@ -89,68 +96,104 @@ def advance(state, step):
     Returns:
         (state (15,), its derivative by the state before (15, 15)).
     """
-    rates = state[RATES]
-    rate_matrix, rate_matrix_by_angles = _angle_rates(state[ANGLES], rates)
-    midpoint = state[ANGLES] + 0.5 * step * (rate_matrix @ rates)
-    midpoint_by_angles = UNIT_3 + 0.5 * step * rate_matrix_by_angles
-    midpoint_by_rates = 0.5 * step * rate_matrix
-    rate_matrix, rate_matrix_by_midpoint = _angle_rates(midpoint, rates)
-    displacement = step * state[VELOCITY] + 0.5 * step * step * state[ACCELERATION]
-    rotation = matrix(*midpoint)
-    displacement_by_midpoint = _rotated_by_angles(midpoint, rotation, displacement)
-
-    after = state.copy()
-    after[POSITION] += rotation @ displacement
-    after[ANGLES] += step * (rate_matrix @ rates)
-    after[ANGLES] = [wrap(angle) for angle in after[ANGLES]]
-    after[VELOCITY] += step * state[ACCELERATION]
-
-    jacobian = np.eye(SIZE)
-    jacobian[POSITION, ANGLES] = displacement_by_midpoint @ midpoint_by_angles
-    jacobian[POSITION, RATES] = displacement_by_midpoint @ midpoint_by_rates
-    jacobian[POSITION, VELOCITY] = step * rotation
-    jacobian[POSITION, ACCELERATION] = 0.5 * step * step * rotation
-    jacobian[ANGLES, ANGLES] += step * (rate_matrix_by_midpoint @ midpoint_by_angles)
-    jacobian[ANGLES, RATES] = step * (rate_matrix + rate_matrix_by_midpoint @ midpoint_by_rates)
-    jacobian[VELOCITY, ACCELERATION] = step * UNIT_3
-    return after, jacobian
-
-
-def _angle_rates(angles, rates):
-    """T of the angles, and the derivative of T w by the angles; both (3, 3)."""
-    roll, pitch = angles[0], angles[1]
-    sr, cr, sp, cp = math.sin(roll), math.cos(roll), math.sin(pitch), math.cos(pitch)
+    x, y, z, roll, pitch, yaw, u, v, w, p, q, r, ax, ay, az = state.tolist()
+    half = 0.5 * step
+    sr, cr = math.sin(roll), math.cos(roll)
+    sp, cp = math.sin(pitch), math.cos(pitch)
     cp = math.copysign(max(abs(cp), MIN_COSINE), cp)
     tp = sp / cp
-    _, p, q = rates
-    rate_matrix = np.array(((1.0, sr * tp, cr * tp), (0.0, cr, -sr), (0.0, sr / cp, cr / cp)))
-    by_roll, by_pitch = cr * p - sr * q, sr * p + cr * q
-    return rate_matrix, np.array(
+    # T = ((1, sr tp, cr tp), (0, cr, -sr), (0, sr / cp, cr / cp)); T w and its derivative:
+    by_roll, by_pitch = cr * q - sr * r, sr * q + cr * r
+    roll_m = roll + half * (p + tp * by_pitch)
+    pitch_m = pitch + half * by_roll
+    yaw_m = yaw + half * (by_pitch / cp)
+    # Derivatives of the midpoint, m by the angles (its last column is that of the yaw: 0, 0, 1), n
+    # by the rates (its first column is half, 0, 0).
+    m00, m01 = 1.0 + half * (by_roll * tp), half * (by_pitch / (cp * cp))
+    m10, m20 = -half * by_pitch, half * (by_roll / cp)
+    m21 = half * (by_pitch * tp / cp)
+    n01, n02, n11, n12 = half * (sr * tp), half * (cr * tp), half * cr, -half * sr
+    n21, n22 = half * (sr / cp), half * (cr / cp)
+
+    sr, cr = math.sin(roll_m), math.cos(roll_m)
+    sp, cp = math.sin(pitch_m), math.cos(pitch_m)
+    sy, cy = math.sin(yaw_m), math.cos(yaw_m)
+    r00, r01, r02 = cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr
+    r10, r11, r12 = sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr
+    r20, r21, r22 = -sp, cp * sr, cp * cr
+    late = half * step
+    i, j, k = step * u + late * ax, step * v + late * ay, step * w + late * az
+    dx = r00 * i + r01 * j + r02 * k
+    dy = r10 * i + r11 * j + r12 * k
+    dz = r20 * i + r21 * j + r22 * k
+    # Derivative of the displacement by the midpoint's angles, (a, b, c) by rows; c = (-dy, dx, 0).
+    a0, a1, a2 = r02 * j - r01 * k, r12 * j - r11 * k, r22 * j - r21 * k
+    forward = -sp * i + cp * (sr * j + cr * k)  # of Ry Rx displacement, by the pitch
+    b0, b1, b2 = cy * forward, sy * forward, -cp * i - sp * (sr * j + cr * k)
+
+    cp = math.copysign(max(abs(cp), MIN_COSINE), cp)
+    tp = sp / cp
+    by_roll, by_pitch = cr * q - sr * r, sr * q + cr * r
+    # Derivative e of T w by the midpoint's angles; its last column is 0.
+    e00, e01 = by_roll * tp, by_pitch / (cp * cp)
+    e20, e21 = by_roll / cp, by_pitch * tp / cp
+    after = np.array(
         (
-            (by_roll * tp, by_pitch / (cp * cp), 0.0),
-            (-by_pitch, 0.0, 0.0),
-            (by_roll / cp, by_pitch * tp / cp, 0.0),
+            x + dx,
+            y + dy,
+            z + dz,
+            wrap(roll + step * (p + tp * by_pitch)),
+            wrap(pitch + step * by_roll),
+            wrap(yaw + step * (by_pitch / cp)),
+            u + step * ax,
+            v + step * ay,
+            w + step * az,
+            p,
+            q,
+            r,
+            ax,
+            ay,
+            az,
         )
     )
-
-
-def _rotated_by_angles(angles, rotation, vector):
-    """Derivative of R(angles) vector by the angles, (3, 3)."""
-    x, y, z = vector
-    rx, ry, _ = rotation @ vector
-    sy, cy = math.sin(angles[2]), math.cos(angles[2])
-    sp, cp = math.sin(angles[1]), math.cos(angles[1])
-    sr, cr = math.sin(angles[0]), math.cos(angles[0])
-    by_roll = rotation @ (0.0, -z, y)
-    forward_part = -sp * x + cp * (sr * y + cr * z)  # of Ry Rx vector, by the pitch
-    down = -cp * x - sp * (sr * y + cr * z)
-    return np.array(
-        (
-            (by_roll[0], cy * forward_part, -ry),
-            (by_roll[1], sy * forward_part, rx),
-            (by_roll[2], down, 0.0),
-        )
+    # The rows by columns: position, angles, velocity, rates, acceleration.
+    jacobian = UNIT.copy()
+    UPPER_ROWS.pack_into(
+        jacobian,
+        0,
+        *(1.0, 0.0, 0.0),
+        *(a0 * m00 + b0 * m10 - dy * m20, a0 * m01 + b0 - dy * m21, -dy),
+        *(step * r00, step * r01, step * r02),
+        *(a0 * half, a0 * n01 + b0 * n11 - dy * n21, a0 * n02 + b0 * n12 - dy * n22),
+        *(late * r00, late * r01, late * r02),
+        *(0.0, 1.0, 0.0),
+        *(a1 * m00 + b1 * m10 + dx * m20, a1 * m01 + b1 + dx * m21, dx),
+        *(step * r10, step * r11, step * r12),
+        *(a1 * half, a1 * n01 + b1 * n11 + dx * n21, a1 * n02 + b1 * n12 + dx * n22),
+        *(late * r10, late * r11, late * r12),
+        *(0.0, 0.0, 1.0),
+        *(a2 * m00 + b2 * m10, a2 * m01 + b2, 0.0),
+        *(step * r20, step * r21, step * r22),
+        *(a2 * half, a2 * n01 + b2 * n11, a2 * n02 + b2 * n12),
+        *(late * r20, late * r21, late * r22),
+        *(0.0, 0.0, 0.0),
+        *(1.0 + step * (e00 * m00 + e01 * m10), step * (e00 * m01 + e01), 0.0),
+        *(0.0, 0.0, 0.0),
+        *(step * (1.0 + e00 * half), step * (sr * tp + e00 * n01 + e01 * n11)),
+        *(step * (cr * tp + e00 * n02 + e01 * n12), 0.0, 0.0, 0.0),
+        *(0.0, 0.0, 0.0),
+        *(-step * by_pitch * m00, 1.0 - step * by_pitch * m01, 0.0),
+        *(0.0, 0.0, 0.0),
+        *(-step * by_pitch * half, step * (cr - by_pitch * n01), -step * (sr + by_pitch * n02)),
+        *(0.0, 0.0, 0.0),
+        *(0.0, 0.0, 0.0),
+        *(step * (e20 * m00 + e21 * m10), step * (e20 * m01 + e21), 1.0),
+        *(0.0, 0.0, 0.0),
+        *(step * (e20 * half), step * (sr / cp + e20 * n01 + e21 * n11)),
+        *(step * (cr / cp + e20 * n02 + e21 * n12), 0.0, 0.0, 0.0),
     )
+    jacobian.reshape(-1)[VELOCITY_BY_ACCELERATION] = step
+    return after, jacobian
 
 
 SAME_TIME = 1e-9  # [s]
@@ -238,7 +281,6 @@ class Fusion:
 
 FIRST_VARIANCE = 1e-9  # of each value before the first measurement
 MIN_VARIANCE = 1e-9  # of a measured value
-UNIT = np.eye(SIZE)
 LONGEST_STEP = 1e5  # a longer one is a clock that was not set yet [s]
 STEP_INSTEAD = 0.01  # [s]
 
@@ -309,42 +351,62 @@ class Ekf:
             noise = noise.copy()
             noise[POSE, POSE] *= self.state[TWIST] @ self.state[TWIST]
         self.state, jacobian = advance(self.state, step)
-        self.covariance = jacobian @ self.covariance @ jacobian.T + step * noise
+        covariance = jacobian.dot(self.covariance).dot(jacobian.T)
+        covariance += step * noise
+        self.covariance = covariance
 
     def correct(self, measurement):
         """Corrects the state by a measurement of the same time; False for an outlier."""
         index, value, noise = _usable(measurement)
         if not index.size:
             return False
-        innovation = value - self.state[index]
-        for entry in np.flatnonzero((index >= ANGLES.start) & (index < ANGLES.stop)):
-            innovation[entry] = wrap(innovation[entry])
-        cross = self.covariance[:, index]
-        expected = cross[index] + noise
+        innovation = value - self.state.take(index)
+        gaps = innovation.tolist()
+        if max(gaps) > math.pi or min(gaps) < -math.pi:
+            for entry, position in enumerate(index.tolist()):
+                if ANGLES.start <= position < ANGLES.stop:
+                    innovation[entry] = wrap(gaps[entry])
+        covariance = self.covariance
+        cross = covariance.take(index, 1)
+        expected = cross.take(index, 0)
+        expected += noise
         try:
             inverse = np.linalg.inv(expected)
         except np.linalg.LinAlgError:
             return False
-        if math.sqrt(max(0.0, innovation @ inverse @ innovation)) >= measurement.threshold:
+        weighted = inverse.dot(innovation)
+        if math.sqrt(max(0.0, innovation.dot(weighted))) >= measurement.threshold:
             return False
-        gain = cross @ inverse
-        self.state = self.state + gain @ innovation
-        self.state[ANGLES] = [wrap(angle) for angle in self.state[ANGLES]]
+        gain = cross.dot(inverse)
+        state = cross.dot(weighted)
+        state += self.state
+        angles = state[ANGLES].tolist()
+        if max(angles) > math.pi or min(angles) < -math.pi:
+            state[ANGLES] = [wrap(angle) for angle in angles]
+        self.state = state
         # Joseph's form keeps the covariance symmetric and positive.
-        complement = UNIT.copy()
-        complement[:, index] -= gain
-        self.covariance = complement @ self.covariance @ complement.T + gain @ noise @ gain.T
+        complement = UNIT - gain.dot(UNIT.take(index, 0))
+        after = complement.dot(covariance).dot(complement.T)
+        after += gain.dot(noise).dot(gain.T)
+        self.covariance = after
         return True
 
 
 def _usable(measurement):
     """Index, value and covariance of the finite values, with variances that can be inverted."""
     index, value, covariance = measurement.index, measurement.value, measurement.covariance
-    variance = covariance.diagonal()
-    finite = np.isfinite(value) & np.isfinite(variance)
+    if measurement.checked:
+        return index, value, covariance
+    finite = np.isfinite(value) & np.isfinite(covariance.diagonal())
     if not finite.all():
-        index, value, variance = index[finite], value[finite], variance[finite]
+        index, value = index[finite], value[finite]
         covariance = covariance[np.ix_(finite, finite)]
+    return index, value, usable_covariance(covariance)
+
+
+def usable_covariance(covariance):
+    """An (n, n) covariance with finite variances as one that can be inverted, a copy."""
+    variance = covariance.diagonal()
     covariance = np.where(np.isfinite(covariance), covariance, 0.0)
-    covariance[np.diag_indices(len(index))] = np.maximum(np.abs(variance), MIN_VARIANCE)
-    return index, value, covariance
+    covariance[np.diag_indices(len(variance))] = np.maximum(np.abs(variance), MIN_VARIANCE)
+    return covariance

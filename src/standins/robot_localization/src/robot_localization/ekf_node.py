@@ -1,5 +1,6 @@
 """The node ekf_localization_node: messages, diagnostics, transforms."""
 
+import math
 import threading
 import time
 
@@ -10,14 +11,11 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from diagnostic_updater import Updater
 from geometry_msgs.msg import (
     AccelWithCovarianceStamped,
-    Point,
     PoseWithCovarianceStamped,
-    Quaternion,
     TwistWithCovarianceStamped,
     Vector3,
 )
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import Imu
 from std_srvs.srv import Empty, EmptyResponse
 
 from paddock_common import nodes
@@ -34,7 +32,14 @@ from robot_localization.ekf import (
     Ekf,
     Fusion,
 )
-from robot_localization.frames import Frames, Transform, matrix, to_message, to_quaternion
+from robot_localization.frames import (
+    Frames,
+    Transform,
+    matrix,
+    quaternion_from_angles,
+    to_quaternion,
+)
+from robot_localization.messages import ImuReading, OdometryBytes, TransformBytes
 from robot_localization.sensors import Reader, configuration_warnings
 
 PERIOD = 1.0  # wall time between two messages [s]
@@ -105,26 +110,15 @@ class Diagnostics:
         return status
 
 
-def pose_message(ekf):
-    """Transform: the robot in the world."""
-    return Transform(matrix(*ekf.state[ANGLES]), ekf.state[POSITION].copy())
+STEEP = 0.5 * math.pi - 1e-3  # pitch from which on angles are not those of their rotation [rad]
 
 
-def odometry(ekf, world, robot, stamp):
-    """nav_msgs/Odometry of an Ekf."""
-    message = Odometry()
-    message.header.frame_id, message.header.stamp = world, stamp
-    message.child_frame_id = robot
-    here, speeds = pose_message(ekf), ekf.state[TWIST].tolist()
-    message.pose.pose.position = Point(*here.translation.tolist())
-    message.pose.pose.orientation = Quaternion(*to_quaternion(here.rotation))
-    message.pose.covariance = ekf.covariance[POSE, POSE].ravel().tolist()
-    message.twist.twist.linear, message.twist.twist.angular = (
-        Vector3(*speeds[:3]),
-        Vector3(*speeds[3:]),
-    )
-    message.twist.covariance = ekf.covariance[TWIST, TWIST].ravel().tolist()
-    return message
+def orientation_of(ekf):
+    """Quaternion (x, y, z, w) of the robot in the world."""
+    angles = ekf.state[ANGLES].tolist()
+    if abs(angles[1]) < STEEP:
+        return quaternion_from_angles(*angles)
+    return to_quaternion(matrix(*angles))
 
 
 def acceleration(ekf, robot, stamp, rates_change, step):
@@ -150,7 +144,7 @@ TYPES = {
     "odom": Odometry,
     "pose": PoseWithCovarianceStamped,
     "twist": TwistWithCovarianceStamped,
-    "imu": Imu,
+    "imu": ImuReading,
 }
 WARN_PERIOD = 5.0  # between two equal warnings [s]
 
@@ -193,7 +187,7 @@ class EkfNode:
         self._reader = Reader(option, self._frames, self._ekf, self._fusion.add)
         self._enabled, self._on = not option.disabled_at_startup, True
         self._published = rospy.Time()
-        self._last_stamp, self._ignore_until = {}, rospy.Time()
+        self._last_stamp, self._ignore_until = {}, 0  # [ns]
         self._last_rates, self._last_update = np.zeros(3), None
         self._diagnostics = Diagnostics(option, inputs) if option.print_diagnostics else None
 
@@ -204,6 +198,13 @@ class EkfNode:
             else None
         )
         self._broadcaster = tf2_ros.TransformBroadcaster()
+        world, robot = option.world_frame, option.base_link_frame_output
+        self._estimate = OdometryBytes(world, robot)
+        if option.invert_tf:
+            self._frame = TransformBytes(robot, world)
+        else:
+            child = robot if world == option.odom_frame else option.odom_frame
+            self._frame = TransformBytes(world, child)
         self._interfaces = [
             rospy.Subscriber("set_pose", PoseWithCovarianceStamped, self._set_pose, queue_size=1),
             rospy.Service("set_pose", srv.SetPose, self._set_pose_service),
@@ -226,12 +227,12 @@ class EkfNode:
         )
 
     def _process(self, message, sensor):
-        stamp = message.header.stamp
+        stamp = message.header.stamp.to_nsec()
         with self._lock:
             if stamp <= self._ignore_until:
                 self._report_ignored(
                     [sensor.name],
-                    f"a message stamped {stamp.to_sec():.3f} s is not later than the last reset of "
+                    f"a message stamped {1e-9 * stamp:.3f} s is not later than the last reset of "
                     "the filter and is ignored; is its stamp empty?",
                 )
                 return
@@ -246,7 +247,7 @@ class EkfNode:
                     )
                     self._report_ignored(
                         sensor.parts(),
-                        f"a message stamped {stamp.to_sec():.3f} s is older than the one before "
+                        f"a message stamped {1e-9 * stamp:.3f} s is older than the one before "
                         "and is ignored",
                     )
                     return
@@ -264,7 +265,7 @@ class EkfNode:
         self._reader.clear()
         self._frames.clear()
         self._last_stamp.clear()
-        self._ignore_until = self._published = rospy.Time()
+        self._ignore_until, self._published = 0, rospy.Time()
         self._last_update = None
         rospy.logwarn("%s: the clock was set back; the filter restarts", self._name)
 
@@ -272,7 +273,7 @@ class EkfNode:
         with self._lock:
             self._fusion.clear()
             self._reader.clear()
-            self._ignore_until = message.header.stamp
+            self._ignore_until = message.header.stamp.to_nsec()
             measured = self._reader.pose_in_world(message)
             if measured is None:
                 rospy.logerr("%s: set_pose: its frame is not known; nothing is set", self._name)
@@ -334,29 +335,36 @@ class EkfNode:
         if stamp <= self._published and not option.permit_corrected_publication:
             return
         self._published = stamp
-        robot = option.base_link_frame_output
-        self._odometry.publish(odometry(ekf, option.world_frame, robot, stamp))
+        position, orientation = ekf.state[POSITION].tolist(), orientation_of(ekf)
+        if self._odometry.get_num_connections():
+            covariances = ekf.covariance[POSE, POSE], ekf.covariance[TWIST, TWIST]
+            twist = ekf.state[TWIST].tolist()
+            self._odometry.publish(
+                self._estimate.fill(stamp, position, orientation, twist, covariances)
+            )
         if self._acceleration:
+            robot, change = option.base_link_frame_output, self._reader.rates_change
             self._acceleration.publish(
-                acceleration(ekf, robot, stamp, self._reader.rates_change, self._reader.rates_step)
+                acceleration(ekf, robot, stamp, change, self._reader.rates_step)
             )
         if option.publish_tf:
-            self._publish_frames(stamp)
+            self._publish_frame(stamp, position, orientation)
 
-    def _publish_frames(self, stamp):
+    def _publish_frame(self, stamp, position, orientation):
         option = self._options
-        pose, later = pose_message(self._ekf), stamp + rospy.Duration(option.transform_time_offset)
-        world, robot = option.world_frame, option.base_link_frame_output
-        if option.invert_tf:
-            message = to_message(pose.inverse(), robot, world, later)
-        elif world == option.odom_frame:
-            message = to_message(pose, world, robot, later)
-        else:
-            odom = self._frames.find(option.base_link_frame, option.odom_frame, stamp)
-            if odom is None:
-                return
-            message = to_message(pose.of(odom), world, option.odom_frame, later)
-        self._broadcaster.sendTransform(message)
+        in_map = option.world_frame != option.odom_frame
+        if option.invert_tf or in_map:
+            pose = Transform(matrix(*self._ekf.state[ANGLES]), self._ekf.state[POSITION])
+            if option.invert_tf:
+                pose = pose.inverse()
+            else:
+                odom = self._frames.find(option.base_link_frame, option.odom_frame, stamp)
+                if odom is None:
+                    return
+                pose = pose.of(odom)
+            position, orientation = pose.translation.tolist(), to_quaternion(pose.rotation)
+        later = stamp + rospy.Duration(option.transform_time_offset)
+        self._broadcaster.pub_tf.publish(self._frame.fill(later, position, orientation))
 
 
 def main(name="ekf_localization_node"):

@@ -60,7 +60,12 @@ def from_quaternion(x, y, z, w):
 
 def to_quaternion(rotation):
     """Quaternion (x, y, z, w) of a (3, 3) rotation."""
-    roll, pitch, yaw = (angle / 2.0 for angle in angles(rotation))
+    return quaternion_from_angles(*angles(rotation).tolist())
+
+
+def quaternion_from_angles(roll, pitch, yaw):
+    """Quaternion (x, y, z, w) of three angles [rad]."""
+    roll, pitch, yaw = 0.5 * roll, 0.5 * pitch, 0.5 * yaw
     sr, cr = math.sin(roll), math.cos(roll)
     sp, cp = math.sin(pitch), math.cos(pitch)
     sy, cy = math.sin(yaw), math.cos(yaw)
@@ -140,8 +145,34 @@ def to_message(transform, parent, child, stamp):
     return message
 
 
+class StaticFrames(tf2_ros.Buffer):
+    """A buffer of frames that notices changes of the static ones.
+
+    Attributes:
+        on_change: Called when what was a static frame may be another from now on.
+    """
+
+    def __init__(self, on_change):
+        super().__init__()
+        self.on_change, self._children = on_change, set()
+
+    def set_transform_static(self, transform, authority):
+        super().set_transform_static(transform, authority)
+        self._children.add(transform.child_frame_id.lstrip("/"))
+        self.on_change()
+
+    def set_transform(self, transform, authority):
+        super().set_transform(transform, authority)
+        if transform.child_frame_id.lstrip("/") in self._children:
+            self.on_change()
+
+    def clear(self):
+        super().clear()
+        self.on_change()
+
+
 class Frames:
-    """Looks up frames.
+    """Looks up frames; those with static transforms alone only once.
 
     Args:
         timeout: Maximum wait for a frame [s].
@@ -149,12 +180,16 @@ class Frames:
 
     def __init__(self, timeout=0.0):
         self._timeout = rospy.Duration(timeout)
-        self._buffer = tf2_ros.Buffer()
+        self._known = {}  # (target, source) -> Transform, of static transforms
+        self._buffer = StaticFrames(self._forget)
         self._listener = tf2_ros.TransformListener(self._buffer)
         self._suppressed = bool(rospy.get_param("/silent_tf_failure", False))
 
     def clear(self):
         self._buffer.clear()
+
+    def _forget(self):
+        self._known = {}  # a new one: find() may be about to write to the old one
 
     def find(self, target, source, stamp):
         """The pose of a frame in another.
@@ -165,18 +200,25 @@ class Frames:
             stamp: rospy.Time; if that time is unknown, the latest is used.
 
         Returns:
-            Transform, or None with a warning.
+            Transform, or None with a warning. Of static transforms it is the same object each time.
         """
         target, source = target.lstrip("/"), source.lstrip("/")
         if target == source or not source:
             return IDENTITY
+        known = self._known
+        if (target, source) in known:
+            return known[target, source]
         for time, timeout in ((stamp, self._timeout), (rospy.Time(), rospy.Duration())):
             try:
                 transform = self._buffer.lookup_transform(target, source, time, timeout).transform
+                latest = self._buffer.get_latest_common_time(target, source)
             except tf2_ros.TransformException as error:
                 reason = str(error)
             else:
-                return to_transform(transform.translation, transform.rotation)
+                found = to_transform(transform.translation, transform.rotation)
+                if latest.is_zero():  # all transforms between the two are static
+                    known[target, source] = found
+                return found
         if not self._suppressed:
             rospy.logwarn_throttle(
                 WARN_PERIOD, f"no transform from '{source}' to '{target}': {reason}"

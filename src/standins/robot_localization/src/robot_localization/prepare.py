@@ -6,7 +6,15 @@ value of the state counts as measured when a used axis has a component in it.
 
 import numpy as np
 
-from robot_localization.ekf import ACCELERATION, OUT_OF_PLANE, POSE, SIZE, TWIST
+from robot_localization.ekf import (
+    ACCELERATION,
+    OUT_OF_PLANE,
+    POSE,
+    SIZE,
+    TWIST,
+    Measurement,
+    usable_covariance,
+)
 from robot_localization.frames import IDENTITY, Transform, angles, cross, matrix, twice
 
 FLAT = np.array(OUT_OF_PLANE)
@@ -96,18 +104,24 @@ class PoseInput:
         if self.differential:
             return self._velocity(time, pose, covariance, base, used)
         if base is not IDENTITY:
-            pose = pose.of(base)
             covariance = spread(base.rotation.T, covariance)
-        if self._relative:
-            self._first = pose if self._first is None else self._first
-            pose = self._first.inverse().of(pose)
-        pose = frame.of(pose)
         return StateValues().set(
             POSE,
             rotated(frame.rotation, used),
-            np.concatenate((pose.translation, angles(pose.rotation))),
+            self.place(pose, frame, base),
             spread(frame.rotation, covariance),
         )
+
+    def place(self, pose, frame=IDENTITY, base=IDENTITY):
+        """The values alone of process(), of a sensor that is not differential: six numbers."""
+        if base is not IDENTITY:
+            pose = pose.of(base)
+        if self._relative:
+            self._first = pose if self._first is None else self._first
+            pose = self._first.inverse().of(pose)
+        if frame is not IDENTITY:
+            pose = frame.of(pose)
+        return (*pose.translation.tolist(), *angles(pose.rotation).tolist())
 
     def process_attitude(self, time, rotation, covariance, mount=IDENTITY):
         """Attitudes of an IMU.
@@ -124,7 +138,7 @@ class PoseInput:
         Returns:
             StateValues, or None: the first attitude of a differential sensor.
         """
-        pose = Transform(rotation @ mount.rotation.T, np.zeros(3))
+        pose = attitude_of(rotation, mount)
         yaw = matrix(0.0, 0.0, angles(mount.rotation)[2])
         full = np.zeros((6, 6))
         full[3:, 3:] = yaw @ covariance @ yaw.T
@@ -147,6 +161,13 @@ class PoseInput:
         )
 
 
+def attitude_of(rotation, mount):
+    """Transform of a robot from the (3, 3) attitude of an IMU that is mounted on it, at 0."""
+    if mount is not IDENTITY:
+        rotation = rotation @ mount.rotation.T
+    return Transform(rotation, IDENTITY.translation)
+
+
 def twist(linear, angular, covariance, used, mount=IDENTITY, rates=None):
     """Velocities of the robot.
 
@@ -159,15 +180,22 @@ def twist(linear, angular, covariance, used, mount=IDENTITY, rates=None):
         rates: (3,) angular rates of the robot, for a sensor off its centre [rad/s];
             None: `angular`.
     """
-    angular = mount.rotation @ angular
-    rates = angular if rates is None else rates
-    linear = mount.rotation @ linear + cross(mount.translation, rates)
     return StateValues().set(
         TWIST,
         rotated(mount.rotation, used),
-        np.concatenate((linear, angular)),
+        velocities(linear, angular, mount, rates),
         spread(mount.rotation, covariance),
     )
+
+
+def velocities(linear, angular, mount=IDENTITY, rates=None):
+    """The values alone of twist(): six numbers."""
+    if mount is IDENTITY:
+        return (*linear, *angular)
+    angular = mount.rotation @ angular
+    rates = angular if rates is None else rates
+    linear = mount.rotation @ linear + cross(mount.translation, rates)
+    return (*linear.tolist(), *angular.tolist())
 
 
 def acceleration(measured, covariance, used, mount, rates, rates_change):
@@ -181,16 +209,23 @@ def acceleration(measured, covariance, used, mount, rates, rates_change):
         rates: (3,) angular rates of the robot [rad/s].
         rates_change: (3,) their change [rad/s^2].
     """
-    arm, rotation = mount.translation, mount.rotation
-    value = rotation @ measured
-    if arm.any():
-        value = value - cross(rates_change, arm) - cross(rates, cross(rates, arm))
+    rotation = mount.rotation
     return StateValues().set(
         ACCELERATION,
         rotated(rotation, used),
-        value,
+        at_centre(measured, mount, rates, rates_change),
         rotation @ np.asarray(covariance, float) @ rotation.T,
     )
+
+
+def at_centre(measured, mount, rates, rates_change):
+    """The values alone of acceleration(): three numbers."""
+    if mount is IDENTITY:
+        return tuple(measured)
+    arm, value = mount.translation, mount.rotation @ measured
+    if arm.any():
+        value = value - cross(rates_change, arm) - cross(rates, cross(rates, arm))
+    return tuple(value.tolist())
 
 
 def gravity_of(attitude, strength):
@@ -204,3 +239,88 @@ def gravity_of(attitude, strength):
         (3,) about the sensor's axes [m/s^2].
     """
     return attitude.T @ (0.0, 0.0, strength)
+
+
+LARGEST_SQUARE = 1e290  # of values whose Mahalanobis distance is a number, with MIN_VARIANCE
+
+
+class Selection:
+    """Which values a sensor measures and how sure it is, for all messages that agree in that.
+
+    Args:
+        part: POSE, TWIST or ACCELERATION.
+        values: StateValues of one of the messages.
+        planar: Whether they are flattened.
+
+    Attributes:
+        index: (n,) indices of the state.
+        covariance: (n, n).
+    """
+
+    def __init__(self, part, values, planar):
+        self.index, _, self.covariance = values.select()
+        self._usable = bool(np.isfinite(self.covariance.diagonal()).all())
+        if self._usable:
+            self.covariance = usable_covariance(self.covariance)
+        zero = part.stop - part.start
+        self._places = [
+            zero
+            if not part.start <= index < part.stop or (planar and index in OUT_OF_PLANE)
+            else index - part.start
+            for index in self.index.tolist()
+        ]
+
+    def measurement(self, source, time, numbers, threshold):
+        """Measurement of a message: the numbers of the part in its order."""
+        numbers = (*numbers, 0.0)
+        value = np.array([numbers[place] for place in self._places])
+        checked = self._usable and value.dot(value) < LARGEST_SQUARE
+        return Measurement(source, time, self.index, value, self.covariance, threshold, checked)
+
+
+NO_CORRELATION = 1e-12  # of two values that count as independent
+
+
+class Joint:
+    """Measurements of one time as one, for all messages that agree in index and covariance.
+
+    One correction by several independent measurements gives the same as one after the other, and
+    costs hardly more than one. A value that several measure is measured by their weighted mean.
+
+    Args:
+        measurements: Of the first message, without thresholds, all of them checked.
+    """
+
+    def __init__(self, measurements):
+        self._covariances = [item.covariance for item in measurements]
+        index = np.concatenate([item.index for item in measurements])
+        ends = np.cumsum([0] + [item.index.size for item in measurements])
+        noise = np.zeros((index.size, index.size))
+        for start, end, covariance in zip(ends, ends[1:], self._covariances):
+            noise[start:end, start:end] = covariance
+        self.possible, self._weights = True, None
+        self.index, self.covariance = index, noise
+        unique = np.unique(index)
+        if unique.size < index.size:
+            variance = noise.diagonal()
+            bound = NO_CORRELATION * np.sqrt(np.outer(variance, variance)) + np.diag(variance)
+            self.possible = bool((np.abs(noise) <= bound).all())
+            information = (unique[:, None] == index) / variance
+            total = information.sum(axis=1)
+            self.index, self.covariance = unique, np.diag(1.0 / total)
+            self._weights = information / total[:, None]
+
+    def fits(self, measurements):
+        """Whether it is for these measurements."""
+        covariances = self._covariances
+        return len(covariances) == len(measurements) and all(
+            item.covariance is covariance for item, covariance in zip(measurements, covariances)
+        )
+
+    def measurement(self, measurements):
+        """One Measurement for all."""
+        value = np.concatenate([item.value for item in measurements])
+        if self._weights is not None:
+            value = self._weights.dot(value)
+        first = measurements[0]
+        return first._replace(index=self.index, value=value, covariance=self.covariance)

@@ -1,10 +1,13 @@
 """Inputs of a filter: topics, what is used of each, messages in order of time."""
 
+import operator
+import struct
 from dataclasses import dataclass
 
 import numpy as np
 from paddock_common.settings import converted
 
+from robot_localization import messages
 from robot_localization.ekf import (
     ACCELERATION,
     ANGLES,
@@ -16,11 +19,23 @@ from robot_localization.ekf import (
     TWIST,
     Measurement,
 )
-from robot_localization.frames import IDENTITY, matrix, rotation_of, to_transform, vector
+from robot_localization.frames import IDENTITY, from_quaternion, matrix, to_transform, vector
 from robot_localization.options import truth
-from robot_localization.prepare import PoseInput, acceleration, gravity_of, twist
+from robot_localization.prepare import (
+    Joint,
+    PoseInput,
+    Selection,
+    acceleration,
+    at_centre,
+    attitude_of,
+    gravity_of,
+    twist,
+    velocities,
+)
 
 NEVER = float("inf")
+PARTS = (POSE, TWIST, ACCELERATION)
+FIRST = struct.Struct("<d")
 INPUT_TYPES = ("odom", "pose", "twist", "imu")
 # Values of the state in a message of each type.
 PROVIDED = {
@@ -213,7 +228,7 @@ class Reader:
 
     def __init__(self, options, frames, ekf, add):
         self._options, self._frames, self._ekf, self._add = options, frames, ekf, add
-        self._poses = {}
+        self._poses, self._selections, self._joints = {}, {}, {}
         self.rates_change, self.rates_step = np.zeros(3), 1.0
         self._handlers = {
             "odom": self._odometry,
@@ -226,8 +241,24 @@ class Reader:
         self._poses.clear()
 
     def process(self, sensor, message):
-        """Processes a message of a Sensor."""
-        self._handlers[sensor.input_type](sensor, message)
+        """Processes a message of a Sensor; those of an IMU are messages.ImuReading."""
+        measurements = self._handlers[sensor.input_type](sensor, message)
+        measurements = [item for item in measurements if item is not None]
+        for item in self._joined(sensor, measurements):
+            self._add(item)
+
+    def _joined(self, sensor, measurements):
+        """The measurements of a message, as one where that is the same."""
+        # The first one of all sets the state: the others of its message correct it.
+        if len(measurements) < 2 or not self._ekf.initialized:
+            return measurements
+        for item in measurements:
+            if not item.checked or item.threshold != NEVER:
+                return measurements
+        joint = self._joints.get(sensor.name)
+        if joint is None or not joint.fits(measurements):
+            joint = self._joints[sensor.name] = Joint(measurements)
+        return (joint.measurement(measurements),) if joint.possible else measurements
 
     def pose_in_world(self, message):
         """Numbers of a geometry_msgs/PoseWithCovarianceStamped, or None without its frame."""
@@ -248,28 +279,44 @@ class Reader:
             )
         return self._poses[sensor.name]
 
-    def _send(self, sensor, part, stamp, values):
-        if values is None:
-            return
-        if self._options.two_d_mode:
-            values.flatten()
-        threshold = sensor.thresholds[(POSE, TWIST, ACCELERATION).index(part)]
-        self._add(Measurement(sensor.name, stamp.to_sec(), *values.select(), threshold))
+    def _measurement(self, sensor, part, stamp, numbers, depends, values):
+        """A Measurement of a part of the state.
+
+        Args:
+            numbers: The values in the part's order.
+            depends: What used axes and covariance depend on: Transforms, and numbers or bytes.
+            values: Function without arguments that returns StateValues with these two; called when
+                what they depend on is another than in the message before.
+        """
+        known = self._selections.get((sensor.name, part.start))
+        if known is None or not _same(known[0], depends):
+            made = values()
+            planar = self._options.two_d_mode
+            selection = Selection(part, made.flatten() if planar else made, planar)
+            known = self._selections[sensor.name, part.start] = depends, selection
+        return known[1].measurement(
+            sensor.name, stamp.to_sec(), numbers, sensor.thresholds[PARTS.index(part)]
+        )
 
     def _odometry(self, sensor, message):
+        pose = velocity = None
         if sensor.uses(POSE):
             child = message.child_frame_id if sensor.child_frame else None
-            self._process_pose(sensor, message.header, message.pose, child)
+            pose = self._pose_measurement(sensor, message.header, message.pose, child)
         if sensor.uses(TWIST):
-            self._process_twist(sensor, message.header.stamp, message.child_frame_id, message.twist)
+            velocity = self._twist_measurement(
+                sensor, message.header.stamp, message.child_frame_id, message.twist
+            )
+        return pose, velocity
 
     def _pose(self, sensor, message):
-        self._process_pose(sensor, message.header, message.pose, None)
+        return (self._pose_measurement(sensor, message.header, message.pose, None),)
 
     def _twist(self, sensor, message):
-        self._process_twist(sensor, message.header.stamp, message.header.frame_id, message.twist)
+        header = message.header
+        return (self._twist_measurement(sensor, header.stamp, header.frame_id, message.twist),)
 
-    def _process_pose(self, sensor, header, value, child):
+    def _pose_measurement(self, sensor, header, value, child):
         option, find, stamp = self._options, self._frames.find, header.stamp
         memory = self._memory(sensor)
         frame = IDENTITY
@@ -277,69 +324,113 @@ class Reader:
             frame = find(option.world_frame, header.frame_id, stamp)
         base = find(child, option.base_link_frame, stamp) if child else IDENTITY
         if frame is None or base is None:
-            return
+            return None
         pose = to_transform(value.pose.position, value.pose.orientation)
-        values = memory.process(stamp.to_sec(), pose, _square(value.covariance, 6), frame, base)
-        self._send(sensor, POSE, stamp, values)
 
-    def _process_twist(self, sensor, stamp, frame, value):
+        def values():
+            return memory.process(stamp.to_sec(), pose, _square(value.covariance, 6), frame, base)
+
+        if sensor.differential:
+            return self._velocity(sensor, stamp, values())
+        numbers, depends = memory.place(pose, frame, base), (frame, base, value.covariance)
+        return self._measurement(sensor, POSE, stamp, numbers, depends, values)
+
+    def _velocity(self, sensor, stamp, values):
+        """Measurement of the velocities of two poses, StateValues or None."""
+        if values is None:
+            return None
+        if self._options.two_d_mode:
+            values.flatten()
+        return Measurement(sensor.name, stamp.to_sec(), *values.select(), sensor.thresholds[0])
+
+    def _twist_measurement(self, sensor, stamp, frame, value):
         mount = self._frames.find(self._options.base_link_frame, frame, stamp)
         if mount is None:
-            return
-        values = twist(
-            vector(value.twist.linear),
-            vector(value.twist.angular),
-            _square(value.covariance, 6),
-            sensor.used[TWIST],
-            mount,
-            self._ekf.state[RATES],
+            return None
+        linear, angular = vector(value.twist.linear), vector(value.twist.angular)
+        rates = self._ekf.state[RATES]
+        return self._measurement(
+            sensor,
+            TWIST,
+            stamp,
+            velocities(linear, angular, mount, rates),
+            (mount, value.covariance),
+            lambda: twist(
+                linear, angular, _square(value.covariance, 6), sensor.used[TWIST], mount, rates
+            ),
         )
-        self._send(sensor, TWIST, stamp, values)
 
-    def _imu(self, sensor, message):
-        stamp = message.header.stamp
-        mount = self._frames.find(self._options.base_link_frame, message.header.frame_id, stamp)
+    def _imu(self, sensor, reading):
+        stamp = reading.header.stamp
+        mount = self._frames.find(self._options.base_link_frame, reading.header.frame_id, stamp)
         if mount is None:
-            return
-        attitude = rotation_of(message.orientation)
-        if sensor.uses(POSE) and not _absent(message.orientation_covariance):
-            covariance = _square(message.orientation_covariance, 3)
-            values = self._memory(sensor).process_attitude(
-                stamp.to_sec(), attitude, covariance, mount
-            )
-            self._send(sensor, POSE, stamp, values)
-        if sensor.uses(TWIST) and not _absent(message.angular_velocity_covariance):
-            covariance = np.zeros((6, 6))
-            covariance[3:, 3:] = _square(message.angular_velocity_covariance, 3)
-            rates = vector(message.angular_velocity)
-            values = twist(np.zeros(3), rates, covariance, sensor.used[TWIST], mount)
-            self._send(sensor, TWIST, stamp, values)
-        if sensor.uses(ACCELERATION) and not _absent(message.linear_acceleration_covariance):
-            self._process_acceleration(sensor, message, attitude, mount)
+            return ()
+        attitude = None
+        if sensor.uses(POSE) or sensor.remove_gravity:
+            attitude = from_quaternion(*reading.attitude)
+        known = [not _absent(data) for data in reading.covariances]
+        return (
+            self._attitude(sensor, reading, attitude, mount)
+            if sensor.uses(POSE) and known[0]
+            else None,
+            self._rates(sensor, reading, mount) if sensor.uses(TWIST) and known[1] else None,
+            self._acceleration(sensor, reading, attitude if known[0] else None, mount)
+            if sensor.uses(ACCELERATION) and known[2]
+            else None,
+        )
 
-    def _process_acceleration(self, sensor, message, attitude, mount):
-        measured = vector(message.linear_acceleration)
+    def _attitude(self, sensor, reading, attitude, mount):
+        memory, stamp, data = self._memory(sensor), reading.header.stamp, reading.covariances[0]
+
+        def values():
+            covariance = _square(messages.covariance(data), 3)
+            return memory.process_attitude(stamp.to_sec(), attitude, covariance, mount)
+
+        if sensor.differential:
+            return self._velocity(sensor, stamp, values())
+        numbers = memory.place(attitude_of(attitude, mount))
+        return self._measurement(sensor, POSE, stamp, numbers, (mount, data), values)
+
+    def _rates(self, sensor, reading, mount):
+        data = reading.covariances[1]
+
+        def values():
+            covariance = np.zeros((6, 6))
+            covariance[3:, 3:] = _square(messages.covariance(data), 3)
+            return twist(np.zeros(3), reading.rates, covariance, sensor.used[TWIST], mount)
+
+        numbers = velocities((0.0, 0.0, 0.0), reading.rates, mount)
+        stamp = reading.header.stamp
+        return self._measurement(sensor, TWIST, stamp, numbers, (mount, data), values)
+
+    def _acceleration(self, sensor, reading, attitude, mount):
+        """As the others; attitude: (3, 3), None if the IMU does not measure it."""
+        measured, data = reading.force, reading.covariances[2]
+        rates, change, used = self._ekf.state[RATES], self.rates_change, sensor.used[ACCELERATION]
         if sensor.remove_gravity:
-            if _absent(message.orientation_covariance):
+            if attitude is None:
                 attitude = matrix(*self._ekf.state[ANGLES]) @ mount.rotation
             elif sensor.relative:
                 attitude = attitude @ mount.rotation
             measured = measured - gravity_of(attitude, self._options.gravitational_acceleration)
-        values = acceleration(
-            measured,
-            _square(message.linear_acceleration_covariance, 3),
-            sensor.used[ACCELERATION],
-            mount,
-            self._ekf.state[RATES],
-            self.rates_change,
-        )
-        self._send(sensor, ACCELERATION, message.header.stamp, values)
+
+        def values():
+            covariance = _square(messages.covariance(data), 3)
+            return acceleration(measured, covariance, used, mount, rates, change)
+
+        numbers, stamp = at_centre(measured, mount, rates, change), reading.header.stamp
+        return self._measurement(sensor, ACCELERATION, stamp, numbers, (mount, data), values)
 
 
 def _square(values, size):
     return np.array(values, float).reshape(size, size)
 
 
-def _absent(covariance):
-    """Whether an IMU does not measure a quantity: -1 as the first variance."""
-    return abs(covariance[0] + 1.0) < 1e-9
+def _absent(data):
+    """Whether an IMU does not measure a quantity: -1 as the first variance of its covariance."""
+    return abs(FIRST.unpack_from(data)[0] + 1.0) < 1e-9
+
+
+def _same(before, now):
+    """Whether what a Selection depends on is the same: objects, and numbers or bytes at the end."""
+    return all(map(operator.is_, before[:-1], now)) and before[-1] == now[-1]
