@@ -1,4 +1,4 @@
-"""Shadows without bands, saw teeth and spots, and markings that do not flicker with what they lie on.
+"""Shadows without bands, saw teeth and spots; markings that are not hidden by what they lie on.
 
 What is lit is computed for each pixel by a ray to the sun through the scene's boxes. A pixel is
 judged where all points near it on its surface agree, so not at a shadow's edge.

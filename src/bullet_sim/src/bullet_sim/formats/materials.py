@@ -247,8 +247,8 @@ def script_material(
     paths = _paths(element, resolve)
     folders = _folders(paths)
     sections: dict[str, Section] = {}
-    for path in (file for path in paths for file in _scripts(path)):
-        for material in _read_file(path, _changed(path)):
+    for file in (file for path in paths for file in _scripts(path)):
+        for material in _read_file(file, _changed(file)):
             sections.setdefault(material.name, material)
     section = complete(name, sections)
     if section is None:
