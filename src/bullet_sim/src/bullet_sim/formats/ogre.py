@@ -221,7 +221,7 @@ _OPERATIONS = {
 
 
 def _operation(said: Mapping[str, Sequence[str]]) -> str:
-    words = tuple(said.get("colour_op_ex") or said.get("colour_op", ()))
+    words = tuple(said.get("colour_op_ex") or said.get("colour_op") or ())
     if words[:1] == ("source2",) and words[2:3] == ("src_texture",):
         return "replace"
     return _OPERATIONS.get(words[:1]) or _OPERATIONS.get(words[:2]) or "modulate"
