@@ -86,6 +86,9 @@ def test_depth_in_millimetres():
     message = depth_image(0.0, DepthCameraSpec("d", "l", millimetres=True), DEPTH)
     assert (message.encoding, message.step) == ("16UC1", 4)
     assert np.frombuffer(message.data, "<u2").tolist() == [1000, 0, 2000, 3500]
+    cut = np.array([[1.9999, 0.0006, np.inf, 1.0]], np.float32)
+    message = depth_image(0.0, DepthCameraSpec("d", "l", millimetres=True), cut)
+    assert np.frombuffer(message.data, "<u2").tolist() == [1999, 0, 0, 1000]
 
 
 def test_points_carry_place_and_colour():
@@ -99,7 +102,9 @@ def test_points_carry_place_and_colour():
     np.testing.assert_allclose(floats[1, 1, :3], (0.875, 0.875, 3.5))
     assert np.isnan(floats[0, 1, :3]).all()
     packed = np.frombuffer(message.data, "<u4").reshape(2, 2, 8)[1, 1, 4]
-    assert packed == (10 << 16) + (20 << 8) + 30
+    assert packed == (30 << 16) + (20 << 8) + 10, "the bytes as they are in the image"
+    row = point_cloud(0.0, DepthCameraSpec("d", "l", organized=False), DEPTH, rgb, k)
+    assert (row.width, row.height, row.row_step) == (4, 1, 128) and row.data == message.data
 
 
 def test_a_camera_takes_its_info_and_rate_from_services(topics, world, bot):

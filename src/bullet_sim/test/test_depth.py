@@ -2,12 +2,18 @@
 
 import numpy as np
 import pytest
+from bullet_sim.description.model import Finish, Geometry, Shape, VisualLink
+from bullet_sim.description.world import Scene
+from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec
+from bullet_sim.pose import Pose
 from bullet_sim.render.client import RenderClient
+from bullet_sim.render.gl.renderer import GlRenderer
 from bullet_sim.render.pybullet_renderer import PyBulletRenderer
-from bullet_sim.render.request import CameraRequest
+from bullet_sim.render.request import CameraRequest, Quality
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
+from PIL import Image
 
 SCENE = """<robot name="s"><link name="base"><visual><origin xyz="3 0 0"/><geometry>
 <box size="1 1 1"/></geometry><material name="m"><color rgba="1 0 0 1"/></material></visual>
@@ -96,6 +102,45 @@ def test_worker_sends_depth_to_those_who_ask(source, kind):
     assert flat.depth is None and deep.step == 7
     check_scene(deep.depth, deep.rgb)
     np.testing.assert_array_equal(deep.rgb, flat.rgb)
+
+
+PLUGIN = """<robot name="r"><link name="base"/><gazebo reference="base">
+<sensor type="depth" name="c"><update_rate>10</update_rate><camera/>
+<plugin name="p" filename="libgazebo_ros_{}.so">{}</plugin></sensor></gazebo></robot>"""
+
+
+@pytest.mark.parametrize(
+    "library, cutoffs, organized",
+    [("depth_camera", (0.3, np.inf), False), ("openni_kinect", (0.3, 6.0), True)],
+)
+def test_cutoffs_and_rows_of_the_two_plugins(library, cutoffs, organized):
+    values = "<pointCloudCutoff>0.3</pointCloudCutoff><pointCloudCutoffMax>6</pointCloudCutoffMax>"
+    (spec,) = parse_urdf(PLUGIN.format(library, values), str, "r").sensors
+    assert ((spec.cutoff, spec.cutoff_max), spec.organized) == (cutoffs, organized)
+    (spec,) = parse_urdf(PLUGIN.format(library, ""), str, "r").sensors
+    assert spec.cutoff_max == (5.0 if organized else np.inf)
+
+
+def test_holes_of_a_cut_out_image_have_the_surfaces_depth(tmp_path):
+    """As in Gazebo, whose depth has no textures."""
+    Image.fromarray(np.full((4, 4, 4), (255, 0, 0, 0), np.uint8)).save(tmp_path / "hole.png")
+    panel = Shape(
+        Geometry("box", (0.1, 2.0, 2.0)),
+        Pose((3.0, 0.0, 0.0)),
+        texture=str(tmp_path / "hole.png"),
+        painted=True,
+        finish=Finish(rejection=0.5),
+    )
+    gl = GlRenderer(Quality("false", "false"))
+    try:
+        sources = [BodySource(0, "", True, (VisualLink(shapes=(panel,)),))]
+        gl.sync_sources(sources, Scene(background=(0.0, 0.0, 1.0)))
+        gl.apply(SNAPSHOT)
+        rgb, depth = gl.render_with_depth(request())
+    finally:
+        gl.close()
+    assert rgb[45, 60].tolist() == [0, 0, 255]
+    assert depth[45, 60] == pytest.approx(2.95, abs=1e-3) and depth[0, 0] == np.float32(FAR)
 
 
 def test_requests_of_specs():

@@ -8,7 +8,7 @@ from bullet_sim.description.model import Finish, Geometry, Shape, VisualLink
 from bullet_sim.description.world import SUN, Fog, Light, Scene
 from bullet_sim.engine import Engine
 from bullet_sim.errors import RenderError
-from bullet_sim.plugins.cameras import Lens
+from bullet_sim.plugins.cameras import Distortion, Lens
 from bullet_sim.pose import Pose
 from bullet_sim.render.gl.renderer import GlRenderer
 from bullet_sim.render.request import CameraRequest, Quality
@@ -335,7 +335,7 @@ def test_labels_tell_which_body_each_pixel_shows(gl):
     area = (straight == 70000).sum() / (focal / 4.5) ** 2  # the cube's top, and a strip of a side
     assert 1.0 <= area <= 1.15
     for lens in (
-        {"distortion": (-0.3, 0.1, 0.0, 0.0, 0.0)},
+        {"distortion": Distortion(-0.3, 0.1, crop=True)},
         {"lens": Lens(fov=2.0, function="tan"), "horizontal_fov": 0.8},
     ):
         bent = gl.labels(view(**lens))

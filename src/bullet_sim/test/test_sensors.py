@@ -123,6 +123,7 @@ def test_camera_noise_has_its_deviation_and_repeats():
     assert noisy.dtype == np.uint8
     assert noisy.std() == pytest.approx(0.02 * 255, rel=0.02)
     assert noisy.mean() == pytest.approx(128, abs=0.1)
+    assert (noisy == noisy[:, :, :1]).all(), "as in Gazebo gray, whatever the color"
     np.testing.assert_array_equal(noisy, camera.add_noise(grey, 0.02, np.random.default_rng(3)))
     white = camera.add_noise(np.full((9, 9, 3), 255, np.uint8), 0.02, np.random.default_rng(3))
     assert white.min() > 200  # cut off, not wrapped round

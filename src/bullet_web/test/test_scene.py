@@ -2,14 +2,16 @@
 
 import io
 import json
+from dataclasses import asdict
 
 import numpy as np
 import pytest
+from bullet_sim.description.model import Finish, Geometry, Layer, Shape, TextureMapping
 from bullet_sim.pose import Pose
 from bullet_sim.render.gl.meshes import solid
 from bullet_sim.sensors.scenes import WorldViews
 from bullet_sim.world import World
-from bullet_web.scene import SceneMaker, image_asset
+from bullet_web.scene import SceneMaker, image_asset, shape_of
 from PIL import Image
 from replay_rig import ARM
 
@@ -87,6 +89,25 @@ def test_a_textured_mesh_brings_its_image(world, tmp_path):
     image = Image.open(io.BytesIO(asset.data))
     assert image.size == (8, 4)
     assert np.abs(np.subtract(image.getpixel((3, 2)), (10, 200, 30))).max() < 8
+
+
+def test_a_visual_with_images_of_its_material_brings_the_lowest(tmp_path):
+    path = str(tmp_path / "red.png")
+    Image.new("RGB", (8, 8), (250, 0, 0)).save(path)
+    mapping = TextureMapping((2.0, 0.0, 0.0, 0.0, 2.0, 0.0))
+    shape = Shape(
+        Geometry("box", (1.0, 1.0, 1.0)),
+        texture=path,
+        painted=True,
+        finish=Finish(mapping=mapping, layers=(Layer(path, "add", mapping),)),
+    )
+    read = shape_of(json.loads(json.dumps(asdict(shape))))
+    assert read.finish.mapping == mapping and read.finish.layers == ()
+    links = [{"shapes": [json.loads(json.dumps(asdict(shape)))]}]
+    maker = SceneMaker()
+    scene = maker.make({"bodies": [{"name": "m", "links": links}]})
+    (instance,) = scene["bodies"][0]["links"][0]["instances"]
+    assert instance["image"] in maker.assets and scene["problems"] == []
 
 
 def test_images_keep_their_upper_side_and_their_transparency():

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from bullet_sim.description.model import Finish, Geometry, Shape
+from bullet_sim.description.model import Finish, Geometry, Shape, TextureMapping
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Pose
 from bullet_sim.render.gl.meshes import AssetCache
@@ -109,6 +109,10 @@ def shape_of(fields: Mapping[str, Any]) -> Shape:
         geometry[name] = tuple(geometry[name])
     geometry["points"] = tuple(map(tuple, geometry["points"]))
     color: Any = fields["color"] and tuple(fields["color"])
+    finish = dict(fields["finish"], layers=())  # the page shows the lowest image alone
+    mapping = finish.get("mapping") or {}
+    transform = tuple(mapping.get("transform", ()))
+    finish["mapping"] = TextureMapping(**{**mapping, "transform": transform})
     return Shape(
         Geometry(**geometry),
         Pose(position, orientation),
@@ -117,7 +121,7 @@ def shape_of(fields: Mapping[str, Any]) -> Shape:
         fields["painted"],
         fields["name"],
         fields["link"],
-        Finish(**fields["finish"]),
+        Finish(**finish),
     )
 
 

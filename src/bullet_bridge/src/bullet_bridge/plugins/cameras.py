@@ -226,7 +226,12 @@ class CameraSensor(Sensor):
         self._labels: Any = None
         self._sender = PackedImage(self.pub, spec.frame_id, spec.encoding)
         self._info = camera.camera_info_arrays(
-            spec.width, spec.height, spec.horizontal_fov, spec.distortion
+            spec.width,
+            spec.height,
+            spec.horizontal_fov,
+            spec.coefficients,
+            spec.focal_length,
+            (spec.center_x, spec.center_y),
         )
         index, offset = model.link_in_body(spec.link)
         pose = offset * Pose.from_xyz_rpy(*spec.pose)
@@ -340,9 +345,14 @@ class TriggeredCameraSensor(CameraSensor):
         super().update(time, period)
 
 
-# PCL's layout of a point: x y z, 4 unused bytes, color (blue, green, red, 0).
+# PCL's layout of a point: x y z, 4 unused bytes, 3 bytes of color.
 _POINT = np.dtype(
-    {"names": ["xyz", "bgr"], "formats": ["(3,)<f4", "(3,)u1"], "offsets": [0, 16], "itemsize": 32}
+    {
+        "names": ["xyz", "color"],
+        "formats": ["(3,)<f4", "(3,)u1"],
+        "offsets": [0, 16],
+        "itemsize": 32,
+    }
 )
 _FIELDS = [
     PointField(name=name, offset=offset, datatype=PointField.FLOAT32, count=1)
@@ -353,11 +363,12 @@ _FIELDS = [
 def depth_image(time: float, spec: Any, depth: Array) -> Image:
     """sensor_msgs/Image of depths (H, W) float32 [m], NaN: unknown.
 
-    32FC1 [m] or, with spec.millimetres, 16UC1 [mm] and 0 for unknown.
+    32FC1 [m] or, with spec.millimetres, 16UC1 [mm] and 0 for unknown; as in Gazebo parts of a
+    millimeter are cut off.
     """
     height, width = depth.shape
     if spec.millimetres:
-        data = np.nan_to_num(np.rint(depth * 1000.0), nan=0.0, posinf=0.0, neginf=0.0)
+        data = np.nan_to_num(depth.astype(float) * 1000.0, nan=0.0, posinf=0.0, neginf=0.0)
         data, encoding, size = np.clip(data, 0, 65535).astype("<u2"), "16UC1", 2
     else:
         data, encoding, size = depth.astype("<f4"), "32FC1", 4
@@ -371,17 +382,19 @@ def depth_image(time: float, spec: Any, depth: Array) -> Image:
     )
 
 
-def point_cloud(time: float, spec: Any, depth: Array, rgb: Array, k: Array) -> PointCloud2:
-    """sensor_msgs/PointCloud2, organised like the image, in the optical frame.
+def point_cloud(time: float, spec: Any, depth: Array, colors: Array, k: Array) -> PointCloud2:
+    """sensor_msgs/PointCloud2 in the optical frame.
 
     Args:
         depth: (H, W) float32 [m], NaN: unknown.
-        rgb: (H, W, 3) uint8.
+        colors: (H, W, 3) or (H, W) uint8; PCL takes the first of three for blue.
         k: (3, 3) [px].
     """
     data = np.zeros(depth.shape, _POINT)
     data["xyz"] = camera.points(depth, k)
-    data["bgr"] = rgb[:, :, ::-1]
+    data["color"] = colors.reshape(*depth.shape, -1)
+    if not spec.organized:
+        data = data.reshape(1, -1)
     header = conversions.header(time, spec.frame_id)
     return conversions.cloud(header, data, _FIELDS, bool(np.isfinite(depth).all()))
 
@@ -408,8 +421,9 @@ class DepthCameraSensor(CameraSensor):
         depth = camera.within(frame.depth, self.spec.cutoff, self.spec.cutoff_max)
         if deep:
             self._depth.publish(depth_image(frame.time, self.spec, depth))
-        if cloud:
-            self._points.publish(point_cloud(frame.time, self.spec, depth, frame.rgb, self._k))
+        if cloud:  # as in Gazebo with the bytes of the image: red is blue unless it is bgr8
+            colors = conversions.pixels(frame.rgb, self.spec.encoding)
+            self._points.publish(point_cloud(frame.time, self.spec, depth, colors, self._k))
 
 
 @ros_side(RangeCameraSpec)
@@ -437,4 +451,5 @@ class RangeCameraSensor(CameraSensor):
         self.pub.publish(depth_image(frame.time, spec, depth))
         if self._has_points():
             near = camera.within(frame.depth, spec.cutoff, spec.cutoff_max)
-            self._points.publish(point_cloud(frame.time, spec, near, frame.rgb, self._k))
+            colors = frame.rgb[:, :, ::-1]
+            self._points.publish(point_cloud(frame.time, spec, near, colors, self._k))

@@ -36,6 +36,21 @@ class TextureMapping:
 
 
 @dataclass(frozen=True)
+class Layer:
+    """One more image on a surface, laid over its light and its first image.
+
+    Attributes:
+        path: of the image.
+        operation: 'modulate' (multiplied), 'add', 'replace' or 'alpha_blend' (by its own alpha).
+        mapping: how it lies on the surface.
+    """
+
+    path: str
+    operation: str = "modulate"
+    mapping: TextureMapping = TextureMapping()
+
+
+@dataclass(frozen=True)
 class Finish:
     """Surface of a visual, RGB 0..1.
 
@@ -51,6 +66,8 @@ class Finish:
         rejection: points with an alpha of at most this are left out.
         double_sided: whether its back is rendered, too.
         mapping: of its texture.
+        layers: further images, the lowest first.
+        normal_map: path of an image of normals in the surface's axes; '': none.
     """
 
     ambient: RGB | None = None
@@ -64,6 +81,8 @@ class Finish:
     rejection: float = 0.0
     double_sided: bool = False
     mapping: TextureMapping = TextureMapping()
+    layers: tuple[Layer, ...] = ()
+    normal_map: str = ""
 
 
 PLAIN = Finish()

@@ -244,18 +244,11 @@ def script_material(
     known = standard(name, resolve) if name.startswith("Gazebo/") else None
     if known is not None:
         return known
-    files, folders = [], []
-    uris = [(uri.text or "").strip() for uri in element.findall("uri")]
-    for uri in uris or DEFAULT_SCRIPTS:
-        try:
-            path = resolve(element.document.resolve_relative(uri))
-        except ValueError:
-            continue
-        folders.append(path if os.path.isdir(path) else os.path.dirname(path))
-        files += _scripts(path)
+    paths = _paths(element, resolve)
+    folders = _folders(paths)
     sections: dict[str, Section] = {}
-    for path in files:
-        for material in _read_file(path, _changed(path)):
+    for file in (file for path in paths for file in _scripts(path)):
+        for material in _read_file(file, _changed(file)):
             sections.setdefault(material.name, material)
     section = complete(name, sections)
     if section is None:
@@ -266,17 +259,36 @@ def script_material(
         )
         return None
     found = look(section)
-    if not found.texture:
-        return Material(found.diffuse, "", found.finish)
-    image = _texture_path(found.texture, folders)
-    if not image:
-        model.warn(
-            f"{label}: image '{found.texture}' of material '{name}' is in none of "
-            f"{', '.join(folders)}",
-            "images of materials are missing",
-            f"'{found.texture}'",
-        )
-    return Material(found.diffuse, image, found.finish)
+
+    def image(file: str) -> str:
+        path = _texture_path(file, folders)
+        if not path:
+            model.warn(
+                f"{label}: image '{file}' of material '{name}' is in none of {', '.join(folders)}",
+                "images of materials are missing",
+                f"'{file}'",
+            )
+        return path
+
+    layers = [replace(layer, path=image(layer.path)) for layer in found.finish.layers]
+    finish = replace(found.finish, layers=tuple(layer for layer in layers if layer.path))
+    return Material(found.diffuse, image(found.texture) if found.texture else "", finish)
+
+
+def _paths(script: Node, resolve: Resolve) -> list[str]:
+    """Files and folders of a <script>'s <uri>s, as far as they are found."""
+    uris = [(uri.text or "").strip() for uri in script.findall("uri")]
+    paths = []
+    for uri in uris or DEFAULT_SCRIPTS:
+        try:
+            paths.append(resolve(script.document.resolve_relative(uri)))
+        except ValueError:
+            continue
+    return paths
+
+
+def _folders(paths: list[str]) -> list[str]:
+    return [path if os.path.isdir(path) else os.path.dirname(path) for path in paths]
 
 
 def _changed(path: str) -> int:
@@ -368,7 +380,32 @@ def material_of(
     if emissive is not None:
         finish = replace(finish, emissive=emissive)
     finish = replace(finish, lit=finish.lit and child_flag(material, "lighting", label, True))
+    finish = replace(finish, normal_map=_normal_map(material, resolve, label, model))
     return replace(base, color=diffuse or base.color, finish=finish)
+
+
+def _normal_map(material: Node, resolve: Resolve, label: str, model: ModelDescription) -> str:
+    """Path of the image of a <shader> with normals in the surface's axes; '': none."""
+    shader = material.find("shader")
+    if shader is None or shader.get("type") != "normal_map_tangent_space":
+        return ""
+    name = child_text(shader, "normal_map", "")
+    if name in ("", "__default__"):
+        return ""
+    script = material.find("script")
+    folders = [] if script is None else _folders(_paths(script, resolve))
+    path = _texture_path(name, folders)
+    if path:
+        return path
+    try:
+        return resolve(shader.document.resolve_relative(name))
+    except ValueError as error:
+        model.warn(
+            f"{label}: normal map '{name}' is not found: {error}",
+            "normal maps are not found",
+            f"'{name}'",
+        )
+        return ""
 
 
 def _given(material: Node | None, tag: str, label: str) -> RGB | None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from bullet_sim.description.model import RGB, RGBA, Finish, TextureMapping
+from bullet_sim.description.model import RGB, RGBA, Finish, Layer, TextureMapping
 
 Statement = list[str]
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
@@ -124,7 +124,7 @@ class OgreMaterial:
     Attributes:
         diffuse: RGBA.
         texture: file name of its image; '': none.
-        finish: the rest.
+        finish: the rest, with file names for the paths of its layers.
     """
 
     diffuse: RGBA = (1.0, 1.0, 1.0, 1.0)
@@ -202,13 +202,33 @@ def _pass(section: Section) -> OgreMaterial:
         double_sided=said.get("cull_hardware") == ["none"],
     )
     alpha = diffuse[3] if len(diffuse) > 3 else 1.0
-    units = section.of_kind("texture_unit")
     material = OgreMaterial((*colors["diffuse"], alpha), "", finish)
-    return _with_unit(material, units[0]) if units else material
+    for unit in section.of_kind("texture_unit"):
+        material = _with_unit(material, unit)
+    return material
+
+
+MAX_LAYERS = 3  # texture_units beyond the first
+# The first words of colour_op and colour_op_ex -> Layer.operation; others multiply.
+_OPERATIONS = {
+    ("add",): "add",
+    ("add_smooth",): "add",
+    ("replace",): "replace",
+    ("source1", "src_texture"): "replace",
+    ("alpha_blend",): "alpha_blend",
+    ("blend_texture_alpha", "src_texture"): "alpha_blend",
+}
+
+
+def _operation(said: Mapping[str, Sequence[str]]) -> str:
+    words = tuple(said.get("colour_op_ex") or said.get("colour_op") or ())
+    if words[:1] == ("source2",) and words[2:3] == ("src_texture",):
+        return "replace"
+    return _OPERATIONS.get(words[:1]) or _OPERATIONS.get(words[:2]) or "modulate"
 
 
 def _with_unit(material: OgreMaterial, unit: Section) -> OgreMaterial:
-    """A pass with its first texture_unit."""
+    """A pass with one more texture_unit."""
     said = {words[0]: words[1:] for words in unit.statements}
     texture, finish = (said.get("texture") or [""])[0], material.finish
     red, green, blue, alpha = material.diffuse
@@ -226,7 +246,14 @@ def _with_unit(material: OgreMaterial, unit: Section) -> OgreMaterial:
         "nearest" if filters in (["none"], ["point", "point", "none"]) else "",
         int(_first(said.get("max_anisotropy", ()), 1.0)) if filters == ["anisotropic"] else 1,
     )
-    return OgreMaterial((red, green, blue, alpha), texture, replace(finish, mapping=mapping))
+    operation, first = _operation(said), not material.texture and not finish.layers
+    if not texture:
+        return replace(material, diffuse=(red, green, blue, alpha), finish=finish)
+    if first and operation == "modulate":
+        finish = replace(finish, mapping=mapping)
+        return OgreMaterial((red, green, blue, alpha), texture, finish)
+    layers = (*finish.layers, Layer(texture, operation, mapping))[:MAX_LAYERS]
+    return replace(material, finish=replace(finish, layers=layers))
 
 
 def _transform(said: Mapping[str, Sequence[str]]) -> tuple[float, ...]:

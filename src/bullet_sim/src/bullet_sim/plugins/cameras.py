@@ -44,6 +44,28 @@ class Lens:
 
 
 @dataclass(frozen=True)
+class Distortion:
+    """Distortion of an image, see render.lenses.
+
+    Attributes:
+        k1, k2, k3, p1, p2: coefficients of Brown's model.
+        center: of the lens, in widths and heights of the image from its upper left corner.
+        crop: whether the image is enlarged until its corners are filled.
+        legacy: whether coordinates are in image sizes, as by default in Gazebo; False: in focal
+            lengths.
+    """
+
+    k1: float = 0.0
+    k2: float = 0.0
+    k3: float = 0.0
+    p1: float = 0.0
+    p2: float = 0.0
+    center: tuple[float, float] = (0.5, 0.5)
+    crop: bool = False
+    legacy: bool = True
+
+
+@dataclass(frozen=True)
 class CameraSpec:
     """A color camera that points along +x of its sensor frame, z up.
 
@@ -58,7 +80,9 @@ class CameraSpec:
         noise_stddev, noise_mean: of Gaussian noise on intensities in 0..1.
         encoding: of the messages: rgb8, bgr8 or mono8.
         baseline: of a stereo pair's right camera [m], as <hackBaseline> gives it.
-        distortion: (k1, k2, p1, p2, k3) of its lens, as CameraInfo's plumb_bob; (): a pinhole.
+        distortion: of its image; None: a pinhole.
+        coefficients: (k1, k2, p1, p2, k3) of camera_info's plumb_bob; (): zeros.
+        focal_length, center_x, center_y: of camera_info [px]; 0: those of the rendered image.
         lens: of a wide-angle camera; horizontal_fov is then that of a pinhole, for camera_info.
         namespace: of its service set_camera_info; "": it has none.
         tunable: its rate can be changed by dynamic_reconfigure in that namespace.
@@ -81,7 +105,11 @@ class CameraSpec:
     noise_mean: float = 0.0
     encoding: str = "rgb8"
     baseline: float = 0.0
-    distortion: tuple[float, ...] = ()
+    distortion: Distortion | None = None
+    coefficients: tuple[float, ...] = ()
+    focal_length: float = 0.0
+    center_x: float = 0.0
+    center_y: float = 0.0
     lens: Lens | None = None
     namespace: str = ""
     tunable: bool = False
@@ -106,6 +134,7 @@ class DepthCameraSpec(CameraSpec):
     Attributes:
         depth_topic, depth_info_topic, points_topic: resolved topic names.
         cutoff, cutoff_max: depths outside are unknown: NaN [m].
+        organized: whether the points have the rows and columns of the image, instead of one row.
         millimetres: depth images are 16UC1 [mm] with 0 for unknown, instead of 32FC1 [m].
     """
 
@@ -115,6 +144,7 @@ class DepthCameraSpec(CameraSpec):
     cutoff: float = 0.4
     cutoff_max: float = 5.0
     millimetres: bool = False
+    organized: bool = True
 
 
 @dataclass(frozen=True)
@@ -222,15 +252,31 @@ def _fills(lens: Lens) -> bool:
     return not lens.scaled or 0.0 < edge < limit[lens.function]
 
 
-def distortion(camera: Values, plugin: Values) -> tuple[float, ...]:
-    """(k1, k2, p1, p2, k3) of a lens, () of a pinhole.
+def distortion(camera: Values, plugin: Values) -> Distortion | None:
+    """Distortion of a camera's image; None: a pinhole.
 
-    Those of the <camera> count, else those of its plugin; all below MIN_DISTORTION count as none.
+    As in Gazebo, the coefficients of the plugin do not count, and only barrels (k1 below 0) are
+    cropped, unless the plugin's borderCrop is false.
     """
-    values = [camera.number(f"distortion/{name}") for name in ("k1", "k2", "p1", "p2", "k3")]
-    if camera.element.find("distortion") is None:
-        values = [plugin.number(f"distortion{name}") for name in ("K1", "K2", "T1", "T2", "K3")]
-    return tuple(values) if max(abs(value) for value in values) > MIN_DISTORTION else ()
+    element = camera.element.find("distortion")
+    if element is None:
+        return None
+    values = {name: camera.number(f"distortion/{name}") for name in ("k1", "k2", "k3", "p1", "p2")}
+    if max(abs(value) for value in values.values()) <= MIN_DISTORTION:
+        return None
+    x, y = camera.vector("distortion/center", 2, (0.5, 0.5))
+    mode = next((child for child in element if child.tag == "ignition:legacy_mode"), None)
+    legacy = mode is None or is_true(mode.text)
+    crop = legacy and values["k1"] < 0.0 and plugin.flag("borderCrop", True)
+    return Distortion(**values, center=(x, y), crop=crop, legacy=legacy)
+
+
+def coefficients(camera: Values, plugin: Values) -> tuple[float, ...]:
+    """(k1, k2, p1, p2, k3) of camera_info: the plugin's, or the camera's with autoDistortion."""
+    values = [plugin.number(f"distortion{name}") for name in ("K1", "K2", "T1", "T2", "K3")]
+    if plugin.flag("autoDistortion"):
+        values = [camera.number(f"distortion/{name}") for name in ("k1", "k2", "p1", "p2", "k3")]
+    return tuple(values) if any(values) else ()
 
 
 def clip(camera: Values) -> tuple[float, float]:
@@ -280,6 +326,10 @@ def _camera_values(
         noise_mean=mean,
         encoding=encoding(camera, xml.model),
         distortion=distortion(camera, plugin),
+        coefficients=coefficients(camera, plugin),
+        focal_length=max(0.0, plugin.number("focalLength")),
+        center_x=plugin.number("Cx"),
+        center_y=plugin.number("Cy"),
         baseline=plugin.number("hackBaseline"),
     )
 
@@ -298,7 +348,7 @@ def camera(xml: SensorXml) -> CameraSpec:
     if xml.type != WIDE:
         return CameraSpec(**_camera_values(xml))
     lens = wide_lens(xml.part("camera", "camera"), xml.model)
-    return CameraSpec(**dict(_camera_values(xml), lens=lens, distortion=()))
+    return CameraSpec(**dict(_camera_values(xml), lens=lens, distortion=None))
 
 
 def _pair(xml: SensorXml, triggered: bool = False) -> dict[str, dict[str, Any]]:
@@ -348,15 +398,17 @@ def triggered_multicamera(xml: SensorXml) -> list[CameraSpec]:
     types=("camera", "depth", "depth_camera"),
 )
 def depth_camera(xml: SensorXml) -> DepthCameraSpec:
+    """DepthCameraSpec; as in Gazebo only openni_kinect has a pointCloudCutoffMax."""
     plugin, group = xml.plugin("depth camera"), xml.text("cameraName")
-    cutoff_max = math.inf if library(xml.element) == "gazebo_ros_depth_camera" else 5.0
+    is_kinect = library(xml.element) == "gazebo_ros_openni_kinect"
     return DepthCameraSpec(
         **dict(_camera_values(xml), noise_mean=0.0, noise_stddev=0.0),
         depth_topic=xml.topic("depthImageTopicName", "depth/image_raw", group),
         depth_info_topic=xml.topic("depthImageCameraInfoTopicName", "depth/camera_info", group),
         points_topic=xml.topic("pointCloudTopicName", "points", group),
         cutoff=plugin.number("pointCloudCutoff", 0.4),
-        cutoff_max=plugin.number("pointCloudCutoffMax", cutoff_max),
+        cutoff_max=plugin.number("pointCloudCutoffMax", 5.0) if is_kinect else math.inf,
+        organized=is_kinect,
         millimetres=is_true(xml.text("useDepth16UC1Format")),
     )
 

@@ -1,8 +1,11 @@
 """Lenses that are no pinhole: distorted and wide-angle images, warped from pinhole images.
 
-The model of distorted ones is that of sensor_msgs/CameraInfo's plumb_bob and of OpenCV (Brown
-1966): with x and y on the plane at distance 1 and r^2 = x^2 + y^2
-    x' = x (1 + k1 r^2 + k2 r^4 + k3 r^6) + 2 p1 x y + p2 (r^2 + 2 x^2), and y' alike.
+Distorted ones as Gazebo Classic 11 makes them: Brown's model (1966) moves each point of the
+pinhole's image to
+    x' = c + d (1 + k1 r^2 + k2 r^4 + k3 r^6) + (2 p1 dx dy + p2 (r^2 + 2 dx^2), ...), d = x - c,
+with x in widths and heights of the image, so not as CameraInfo's plumb_bob has it, whose d is in
+focal lengths. Points are moved one by one on a square map as wide as the longer side; holes between
+them take the mean of their neighbors.
 """
 
 import math
@@ -14,43 +17,75 @@ from typing import Any
 import cv2
 import numpy as np
 
-from bullet_sim.plugins.cameras import Lens
+from bullet_sim.plugins.cameras import Distortion, Lens
 from bullet_sim.pose import Array, Pose, quaternion_from_rpy
 from bullet_sim.render.request import CameraRequest
-from bullet_sim.sensors import camera
 
-WIDEST = math.tan(math.radians(80.0))  # of the pinhole that is warped, half its width at distance 1
-ITERATIONS = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-10)
+NEIGHBORS = np.array([[0.707, 1.0, 0.707], [1.0, 0.0, 1.0], [0.707, 1.0, 0.707]])
+MIN_SCALE = 1e-7  # of a cropped image; below it is not cropped
+
+
+def distorted(points: Array, lens: Distortion, scale: float = 1.0) -> Array:
+    """Where points of a pinhole's image are in the distorted one.
+
+    Args:
+        points: (..., 2) in widths and heights of the image, from its upper left corner.
+        scale: of the model's lengths: the map's side over the focal length.
+
+    Returns:
+        (..., 2), likewise.
+    """
+    d = (points - np.array(lens.center)) * scale
+    x, y = d[..., 0], d[..., 1]
+    square = x * x + y * y
+    radial = 1.0 + square * (lens.k1 + square * (lens.k2 + square * lens.k3))
+    moved = np.stack(
+        [
+            x * radial + lens.p2 * (square + 2.0 * x * x) + 2.0 * lens.p1 * x * y,
+            y * radial + lens.p1 * (square + 2.0 * y * y) + 2.0 * lens.p2 * x * y,
+        ],
+        axis=-1,
+    )
+    return np.array(lens.center) + moved / scale
 
 
 @lru_cache(maxsize=16)
-def plan_pinhole(
-    width: int, height: int, horizontal_fov: float, distortion: tuple[float, ...]
-) -> tuple[tuple[int, int, float], Array]:
-    """The pinhole to render for a lens, and where each of the lens's pixels is in its image.
+def plan_distortion(width: int, height: int, horizontal_fov: float, lens: Distortion) -> Array:
+    """Where each pixel of a distorted image is in the pinhole's.
 
     Args:
-        width, height: of the lens's image [px].
-        horizontal_fov: of its K [rad].
-        distortion: (k1, k2, p1, p2, k3).
+        width, height: of both [px].
+        horizontal_fov: [rad].
 
     Returns:
-        (width, height, horizontal_fov) of the pinhole; (H, W, 2) float32 (column, row) for
-        cv2.remap.
+        (H, W, 2) float32 (column, row) for cv2.remap; a corner where nothing is.
     """
-    k = camera.intrinsics(width, height, horizontal_fov)
-    columns, rows = np.meshgrid(np.arange(width, dtype=float), np.arange(height, dtype=float))
-    pixels = np.stack([columns.ravel(), rows.ravel()], axis=1)[:, None, :]
-    straight = cv2.undistortPointsIter(
-        pixels, k, np.array(distortion, float), None, None, ITERATIONS
-    )[:, 0, :]
-    straight = np.clip(np.nan_to_num(straight), -WIDEST, WIDEST)
-    focal = k[0, 0]
-    extent = np.abs(straight).max(axis=0)
-    size = [2 * math.ceil(focal * value) + 3 for value in extent]
-    fov = 2.0 * math.atan(size[0] / (2.0 * focal))
-    points = focal * straight + (np.array(size) - 1.0) / 2.0
-    return (size[0], size[1], fov), points.reshape(height, width, 2).astype(np.float32)
+    side = max(width, height)
+    focal = width / (2.0 * math.tan(horizontal_fov / 2.0))
+    scale = 1.0 if lens.legacy else side / focal
+    steps = np.arange(side) / side
+    points = np.stack(np.meshgrid(steps, steps), axis=-1)
+    cells = np.floor(distorted(points, lens, scale) * side)
+    inside = ((cells >= 0) & (cells < side)).all(axis=-1)
+    columns, rows = cells[inside].astype(int).T
+    sources = np.full((side, side, 2), 0.0)
+    known = np.zeros((side, side))
+    sources[rows, columns], known[rows, columns] = points[inside], 1.0  # the last of several
+    weights = cv2.filter2D(known, -1, NEIGHBORS, borderType=cv2.BORDER_CONSTANT)[..., None]
+    means = cv2.filter2D(sources, -1, NEIGHBORS, borderType=cv2.BORDER_CONSTANT)
+    means = np.divide(means, weights, out=np.zeros_like(means), where=weights > 0.5)
+    sources = np.where(known[..., None] > 0.0, sources, means).astype(np.float32)
+    zoom = np.ones(2)
+    if lens.crop:
+        low, high = distorted(np.array([[0.0, 0.0], [1.0, 1.0]]), lens, scale)
+        zoom = high - low if (high - low).min() > MIN_SCALE else zoom
+    x = ((np.arange(width) + 0.5) / width - 0.5) * zoom[0] + 0.5
+    y = ((np.arange(height) + 0.5) / height - 0.5) * zoom[1] + 0.5
+    at = np.stack(np.meshgrid(x, y), axis=-1) * side - 0.5
+    found = cv2.remap(
+        sources, at.astype(np.float32), None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )
+    return (found * (width, height) - 0.5).astype(np.float32)
 
 
 QUARTER = math.pi / 2.0
@@ -140,17 +175,20 @@ def warped_image(
         rgb, depth: arrays that take the result; None: new ones.
 
     Returns:
-        As Renderer.image; a wide-angle lens has no depth.
+        As Renderer.image; as in Gazebo distances are not distorted. A wide-angle lens has none.
     """
     rgb = np.empty((request.height, request.width, 3), np.uint8) if rgb is None else rgb
+    if request.distortion is not None:
+        colors, distances = render(replace(request, distortion=None))
+        if depth is not None and distances is not None:
+            depth[:] = distances
+        points = _points(request, request.distortion)
+        return cv2.remap(colors, points, None, cv2.INTER_LINEAR, dst=rgb), distances
     rgb[:] = 0
-    distances = None
-    for pinhole, points, mask in _pinholes(request):
-        colors, metres = render(pinhole)
+    for pinhole, points, mask in _sides(request, request.lens or Lens(request.horizontal_fov)):
+        colors, _ = render(pinhole)
         rgb[mask] = cv2.remap(colors, points, None, cv2.INTER_LINEAR)[mask]
-        if metres is not None:  # distances are not mixed across edges
-            distances = cv2.remap(metres, points, None, cv2.INTER_NEAREST, dst=depth)
-    return rgb, distances
+    return rgb, None
 
 
 def warped_labels(render: Callable[[CameraRequest], Array], request: CameraRequest) -> Array:
@@ -163,23 +201,23 @@ def warped_labels(render: Callable[[CameraRequest], Array], request: CameraReque
     Returns:
         (H, W) float32 of whole numbers: cv2.remap takes no int32.
     """
+    if request.distortion is not None:
+        image = render(replace(request, distortion=None)).astype(np.float32)
+        return cv2.remap(image, _points(request, request.distortion), None, cv2.INTER_NEAREST)
     labels = np.zeros((request.height, request.width), np.float32)
-    for pinhole, points, mask in _pinholes(request):
+    for pinhole, points, mask in _sides(request, request.lens or Lens(request.horizontal_fov)):
         image = render(pinhole).astype(np.float32)  # exact below 2^24, which labels are
         labels[mask] = cv2.remap(image, points, None, cv2.INTER_NEAREST)[mask]
     return labels
 
 
-def _pinholes(request: CameraRequest) -> Iterator[tuple[CameraRequest, Array, Any]]:
+def _points(request: CameraRequest, lens: Distortion) -> Array:
+    return plan_distortion(request.width, request.height, request.horizontal_fov, lens)
+
+
+def _sides(request: CameraRequest, lens: Lens) -> Iterator[tuple[CameraRequest, Array, Any]]:
     """The pinholes to render: request, points of the lens's pixels in its image, their mask."""
-    if request.lens is None:
-        (width, height, fov), points = plan_pinhole(
-            request.width, request.height, request.horizontal_fov, request.distortion
-        )
-        wide = replace(request, width=width, height=height, horizontal_fov=fov, distortion=())
-        yield wide, points, ...
-        return
-    size, angle, sides = plan_sides(request.width, request.height, request.lens)
+    size, angle, sides = plan_sides(request.width, request.height, lens)
     pose = Pose.from_xyz_rpy(*request.pose)
     pinhole = replace(
         request, width=size, height=size, horizontal_fov=angle, lens=None, depth=False

@@ -120,7 +120,7 @@ class Renderer:
         """
         if out is None:
             out = np.empty((request.height, request.width), np.int32)
-        if request.lens is not None or request.distortion:
+        if request.lens is not None or request.distortion is not None:
             out[:] = lenses.warped_labels(self.label_image, request)
         else:
             out[:] = self.label_image(request)
@@ -153,7 +153,7 @@ class Renderer:
         camera.check(
             request.width, request.height, request.horizontal_fov, request.near, request.far
         )
-        if request.lens is not None or request.distortion:
+        if request.lens is not None or request.distortion is not None:
             rgb, depth = lenses.warped_image(self.image, request, rgb, depth)
         else:
             rgb, depth = self.image(request, rgb, depth)

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, Lens
+from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, Distortion, Lens
 from bullet_sim.plugins.xml import PoseTuple
 from bullet_sim.pose import Array
 
@@ -25,7 +25,7 @@ class CameraRequest:
         noise_stddev, noise_mean: of the full scale, see sensors.camera.add_noise.
         seed: of the noise; the noise of a frame depends on seed, name and step alone.
         labels: whether a label image is requested.
-        distortion: (k1, k2, p1, p2, k3) of its lens, see lenses; (): a pinhole.
+        distortion: of the colors and labels, see lenses; None: a pinhole.
         lens: a wide-angle Lens, see lenses; horizontal_fov has no effect then.
     """
 
@@ -42,7 +42,7 @@ class CameraRequest:
     seed: int = 0
     noise_mean: float = 0.0
     depth: bool = False
-    distortion: tuple[float, ...] = ()
+    distortion: Distortion | None = None
     lens: Lens | None = None
     labels: bool = False
 

@@ -62,19 +62,27 @@ def intrinsics(width: int, height: int, horizontal_fov: float) -> Array:
 
 
 def camera_info_arrays(
-    width: int, height: int, horizontal_fov: float, distortion: Sequence[float] = ()
+    width: int,
+    height: int,
+    horizontal_fov: float,
+    distortion: Sequence[float] = (),
+    focal_length: float = 0.0,
+    center: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[Array, Array, Array, Array]:
     """D, K, R and P of a sensor_msgs/CameraInfo ('plumb_bob').
 
     Args:
         width, height: [px].
         horizontal_fov: [rad].
-        distortion: (k1, k2, p1, p2, k3) of the lens; (): a pinhole.
+        distortion: (k1, k2, p1, p2, k3) of the lens; (): zeros.
+        focal_length, center: that replace those of the pinhole [px]; 0: they do not.
 
     Returns:
         (D (5,), K (9,), R (9,), P (12,)) float64, row-major.
     """
     k = intrinsics(width, height, horizontal_fov)
+    k[0, 0] = k[1, 1] = focal_length or k[0, 0]
+    k[0, 2], k[1, 2] = center[0] or k[0, 2], center[1] or k[1, 2]
     p = np.hstack([k, np.zeros((3, 1))])
     d = np.array(distortion, float) if distortion else np.zeros(5)
     return d, k.ravel(), np.eye(3).ravel(), p.ravel()
@@ -178,7 +186,7 @@ def within(depth: Array, low: float, high: float) -> Array:
 
 
 def add_noise(rgb: Array, stddev: float, rng: Any, mean: float = 0.0) -> Array:
-    """Gaussian noise on every channel, cut off at 0 and 255.
+    """Gaussian noise, as in Gazebo the same on all channels of a pixel, cut off at 0 and 255.
 
     Args:
         rgb: (H, W, 3) uint8.
@@ -191,12 +199,12 @@ def add_noise(rgb: Array, stddev: float, rng: Any, mean: float = 0.0) -> Array:
     """
     if stddev <= 0.0 and not mean:
         return rgb
-    noisy = np.zeros(rgb.shape, np.float32)
+    noise = np.zeros((*rgb.shape[:2], 1), np.float32)
     if stddev > 0.0:
-        noisy = rng.standard_normal(rgb.shape, dtype=np.float32)
-        noisy *= np.float32(stddev * 255.0)
-    noisy += np.float32(mean * 255.0)
-    noisy += rgb
+        noise = rng.standard_normal(noise.shape, dtype=np.float32)
+        noise *= np.float32(stddev * 255.0)
+    noise += np.float32(mean * 255.0)
+    noisy = rgb + noise
     np.rint(noisy, out=noisy)
     np.clip(noisy, 0, 255, out=noisy)
     return noisy.astype(np.uint8)

@@ -10,7 +10,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from bullet_sim.description.model import Geometry, Shape, TextureMapping
+from bullet_sim.description.model import Geometry, Layer, Shape, TextureMapping
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes.looks import Look, look_of
 from bullet_sim.meshes.prepare import CORNERS, box_sides
@@ -256,11 +256,16 @@ class Surface:
     Attributes:
         look: of the mesh's file; None: it has no material.
         texture: moderngl Texture, or None.
+        layers: texture, operation and matrix (3, 3) float32 bytes from the mesh's texture
+            coordinates to its own, of each further image.
+        normals: Texture of the normal map, or None.
     """
 
     mesh: Mesh
     look: Look | None = None
     texture: Any = None
+    layers: tuple[tuple[Any, str, bytes], ...] = ()
+    normals: Any = None
 
 
 class AssetCache:
@@ -307,13 +312,36 @@ class AssetCache:
                 corners, triangles = solid(solid_type)
                 self._solids[key] = Mesh(self._gl, transformed_uv(corners, transform), triangles)
             surfaces = [Surface(self._solids[key])]
-        if not shape.texture:
-            return [Surface(each.mesh) for each in surfaces] if shape.painted else surfaces
-        texture = self._texture(shape.texture, mapping)
+        if not shape.painted and not shape.texture:
+            return surfaces
+        texture = self._texture(shape.texture, mapping) if shape.texture else None
+        layers = self._layers(shape.finish.layers, transform)
+        file = shape.finish.normal_map
+        normals = self._texture(file, TextureMapping()) if file else None
         return [
-            Surface(surface.mesh, texture=texture) if surface.mesh.mapped else Surface(surface.mesh)
+            Surface(surface.mesh, None, texture, layers, normals)
+            if surface.mesh.mapped
+            else Surface(surface.mesh)
             for surface in surfaces
         ]
+
+    def _layers(
+        self, layers: tuple[Layer, ...], transform: tuple[float, ...]
+    ) -> tuple[tuple[Any, str, bytes], ...]:
+        """As Surface.layers.
+
+        Args:
+            transform: of the mesh's texture coordinates, see TextureMapping.
+        """
+        undone = np.linalg.inv(_matrix(transform))
+        return tuple(
+            (
+                self._texture(layer.path, layer.mapping),
+                layer.operation,
+                (_matrix(layer.mapping.transform) @ undone).T.astype(np.float32).tobytes(),
+            )
+            for layer in layers
+        )
 
     def _file(self, geometry: Geometry, transform: tuple[float, ...]) -> list[Surface]:
         key = (
@@ -377,13 +405,21 @@ class AssetCache:
         return texture
 
 
+def _matrix(transform: tuple[float, ...]) -> Array:
+    """(3, 3) of TextureMapping.transform."""
+    matrix = np.eye(3)
+    if transform:
+        matrix[:2] = np.reshape(transform, (2, 3))
+    return matrix
+
+
 def transformed_uv(corners: Array, transform: tuple[float, ...]) -> Array:
     """Corners (n, 8) with the texture coordinates of TextureMapping.transform."""
     if not transform:
         return corners
-    matrix = np.reshape(transform, (2, 3))
+    matrix = _matrix(transform)
     corners = corners.copy()
-    corners[:, 6:] = corners[:, 6:] @ matrix[:, :2].T + matrix[:, 2]
+    corners[:, 6:] = corners[:, 6:] @ matrix[:2, :2].T + matrix[:2, 2]
     return corners
 
 

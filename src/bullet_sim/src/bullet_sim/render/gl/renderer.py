@@ -12,8 +12,15 @@ from bullet_sim.errors import RenderError
 from bullet_sim.pose import Array, Vector, sensor_in_world
 from bullet_sim.render.gl.context import Context, Target, Targets
 from bullet_sim.render.gl.meshes import AssetCache
-from bullet_sim.render.gl.scene import Instances
-from bullet_sim.render.gl.shaders import SIZE, Programs, frame_bytes, light_rows
+from bullet_sim.render.gl.scene import Batch, Instances
+from bullet_sim.render.gl.shaders import (
+    LAYER_UNIT,
+    NORMALS_UNIT,
+    SIZE,
+    Programs,
+    frame_bytes,
+    light_rows,
+)
 from bullet_sim.render.gl.shadows import Shadows
 from bullet_sim.render.renderer import HORIZON, ZENITH, Renderer, check_body, check_link, links_of
 from bullet_sim.render.request import DEFAULT, CameraRequest, Quality
@@ -287,8 +294,24 @@ class GlRenderer(Renderer):
         self._render_surfaces(view, transparent=True)
         rgb = target.colors(rgb)
         if request.depth:
+            self._fill_holes(view, target)
             depth = metres(target.depth(), request.near, request.far, depth)
         return rgb, depth
+
+    def _fill_holes(self, view: View, target: Target) -> None:
+        """Render the depths of cut-out surfaces where their images have holes, as in Gazebo."""
+        gl, instances, program = self._context.gl, self._instances, self._programs.depth
+        target.framebuffer.use()
+        gl.depth_func = ">"
+        for batch in instances.batches:
+            if not batch.type.rejects:
+                continue
+            selection = instances.select(batch, view.visible, "visible")
+            if selection:
+                double = batch.type.double_sided
+                gl.enable_only(gl.DEPTH_TEST if double else gl.DEPTH_TEST | gl.CULL_FACE)
+                program["clip"].write(view.clip.T.astype(np.float32).tobytes())
+                instances.render(batch, selection, program)
 
     def _render_surfaces(self, view: View, transparent: bool) -> None:
         """Render the opaque surfaces, or the transparent ones from far to near."""
@@ -319,10 +342,7 @@ class GlRenderer(Renderer):
             if transparent:
                 gl.blend_func = tuple(getattr(gl, name) for name in BLENDS[batch.type.blend])
             program = self._programs.surface(
-                batch.type.textured,
-                batch.type.shiny,
-                batch.type.lit,
-                batch.type.rejects,
+                batch.variant,
                 lighting.sun is not None,
                 shadowed,
                 len(lighting.lights),
@@ -330,7 +350,16 @@ class GlRenderer(Renderer):
             )
             if batch.surface.texture is not None:
                 batch.surface.texture.use(0)
+            self._use_layers(batch, program)
             instances.render(batch, selection, program)
+
+    def _use_layers(self, batch: Batch, program: Any) -> None:
+        """Bind a batch's further images and its normal map."""
+        for index, (texture, _, matrix) in enumerate(batch.surface.layers):
+            texture.use(LAYER_UNIT + index)
+            program[f"layer_uv{index}"].write(matrix)
+        if batch.surface.normals is not None:
+            batch.surface.normals.use(NORMALS_UNIT)
 
     def label_image(self, request: CameraRequest) -> Array:
         """See Renderer; glass and the holes of cut-out textures count as what they belong to."""

@@ -39,6 +39,8 @@ class BatchType(NamedTuple):
         rejects: whether points with too low an alpha are left out.
         transparent: rendered after all others, from far to near.
         blend: Finish.blend of those.
+        layers: operations of further images.
+        bumpy: whether there is a normal map.
     """
 
     textured: bool
@@ -48,6 +50,8 @@ class BatchType(NamedTuple):
     rejects: bool
     transparent: bool
     blend: str
+    layers: tuple[str, ...] = ()
+    bumpy: bool = False
 
 
 class Selection:
@@ -74,6 +78,7 @@ class Batch:
     Attributes:
         first, end: its range in the table of Instances.
         selections: by purpose.
+        variant: its type without what the programs do not distinguish.
     """
 
     surface: Surface
@@ -81,6 +86,10 @@ class Batch:
     first: int
     end: int
     selections: dict[str, Selection] = field(default_factory=dict)
+    variant: BatchType = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.variant = self.type._replace(double_sided=False, transparent=False, blend="")
 
 
 def attributes(
@@ -151,6 +160,8 @@ def describe(key: int, row: int, fixed: bool, shape: Shape, surface: Surface) ->
         rejects=finish.rejection > 0.0,
         transparent=bool(blend),
         blend=blend,
+        layers=tuple(operation for _, operation, _ in surface.layers),
+        bumpy=surface.normals is not None and finish.lit,
     )
     return Instance(
         surface,
@@ -256,12 +267,13 @@ class Instances:
     def _fill(self, instances: list[Instance]) -> None:
         groups: dict[Any, list[Instance]] = {}
         for instance in instances:
-            group = instance.surface.mesh, instance.surface.texture, instance.type
+            surface = instance.surface
+            group = surface.mesh, surface.texture, surface.layers, surface.normals, instance.type
             groups.setdefault(group, []).append(instance)
         ordered: list[Instance] = []
         self.batches: list[Batch] = []
-        for (_, _, batch_type), members in sorted(
-            groups.items(), key=lambda item: item[0][2].transparent
+        for (*_, batch_type), members in sorted(
+            groups.items(), key=lambda item: item[0][-1].transparent
         ):
             first = len(ordered)
             ordered += members

@@ -16,6 +16,7 @@ import numpy as np
 from bullet_sim.description.world import Light, Scene
 from bullet_sim.errors import RenderError
 from bullet_sim.pose import Array
+from bullet_sim.render.gl.scene import BatchType
 from bullet_sim.render.gl.shadows import Shadows
 
 LABEL_VERTEX = """
@@ -72,7 +73,7 @@ VARYING float v_facing;
 #if NEEDS_POSITION
 VARYING vec3 v_position;
 #endif
-#if TEXTURED
+#if NEEDS_UV
 VARYING vec2 v_uv;
 #endif
 #if LIT
@@ -122,7 +123,7 @@ void main() {
 #if NEEDS_POSITION
     v_position = position;
 #endif
-#if TEXTURED
+#if NEEDS_UV
     v_uv = in_uv;
 #endif
 #if LIT
@@ -148,12 +149,39 @@ void main() {
 
 FRAGMENT = """
 uniform sampler2D albedo;
+uniform sampler2D layer0;
+uniform sampler2D layer1;
+uniform sampler2D layer2;
+uniform mat3 layer_uv0;   // from v_uv to the layer's texture coordinates
+uniform mat3 layer_uv1;
+uniform mat3 layer_uv2;
+uniform sampler2D normals;
 uniform sampler2DShadow fixed_map;
 uniform sampler2DShadow moving_map;
 #if SHADOWED
 float sunlit(sampler2DShadow map, vec3 at) {
     vec2 off = abs(at.xy - 0.5);
     return max(off.x, off.y) < 0.5 ? texture(map, at) : 1.0;
+}
+#endif
+vec3 over(vec3 below, vec4 texel, int operation) {
+    if (operation == 1) return below + texel.rgb;
+    if (operation == 2) return texel.rgb;
+    if (operation == 3) return mix(below, texel.rgb, texel.a);
+    return below * texel.rgb;
+}
+#if BUMPY
+vec3 bumped(vec3 normal) {   // axes of the texture from how it changes across the image
+    vec3 right = dFdx(v_position), down = dFdy(v_position);
+    vec2 right_uv = dFdx(v_uv), down_uv = dFdy(v_uv);
+    vec3 tangent = right * down_uv.y - down * right_uv.y;
+    tangent *= sign(right_uv.x * down_uv.y - down_uv.x * right_uv.y);
+    tangent -= normal * dot(normal, tangent);
+    float size = length(tangent);
+    if (size == 0.0) return normal;
+    tangent /= size;
+    vec3 bump = texture(normals, v_uv).xyz * 2.0 - 1.0;
+    return normalize(bump.x * tangent + bump.y * cross(normal, tangent) + bump.z * normal);
 }
 #endif
 out vec4 out_color;
@@ -163,12 +191,27 @@ void main() {
     vec4 texel = texture(albedo, v_uv);
     color *= texel;
 #endif
+#if LAYERS > 0
+    vec4 texel0 = texture(layer0, (layer_uv0 * vec3(v_uv, 1.0)).xy);
+    color.a *= texel0.a;
+#endif
+#if LAYERS > 1
+    vec4 texel1 = texture(layer1, (layer_uv1 * vec3(v_uv, 1.0)).xy);
+    color.a *= texel1.a;
+#endif
+#if LAYERS > 2
+    vec4 texel2 = texture(layer2, (layer_uv2 * vec3(v_uv, 1.0)).xy);
+    color.a *= texel2.a;
+#endif
 #if REJECTS
     if (color.a <= v_rejection) discard;
 #endif
 #if LIT
 #if NEEDS_NORMAL
     vec3 normal = normalize(gl_FrontFacing ? v_normal : -v_normal);
+#if BUMPY
+    normal = bumped(normal);
+#endif
 #endif
     vec3 light = v_ambient;
 #if NEEDS_POSITION
@@ -180,7 +223,11 @@ void main() {
     vec3 view = back / away;
 #endif
 #if SUN
+#if BUMPY
+    float facing = max(dot(normal, sun.xyz), 0.0);
+#else
     float facing = max(gl_FrontFacing ? v_facing : -v_facing, 0.0);
+#endif
 #if SHADOWED == 1
     facing *= sunlit(fixed_map, v_fixed);
 #elif SHADOWED == 2
@@ -228,9 +275,18 @@ void main() {
 #else
     color.rgb = light;
 #endif
+#endif
+#if LAYERS > 0
+    color.rgb = over(color.rgb, texel0, OPERATION0);
+#endif
+#if LAYERS > 1
+    color.rgb = over(color.rgb, texel1, OPERATION1);
+#endif
+#if LAYERS > 2
+    color.rgb = over(color.rgb, texel2, OPERATION2);
+#endif
 #if SHINY
     color.rgb += shine;
-#endif
 #endif
 #if FOG
 #if !LIT
@@ -250,6 +306,17 @@ void main() {
 """
 
 
+LAYER_UNIT, NORMALS_UNIT = 3, 6  # texture units of the first layer, and of the normal map
+UNITS = {
+    "albedo": 0,
+    "fixed_map": 1,
+    "moving_map": 2,
+    "layer0": LAYER_UNIT,
+    "layer1": LAYER_UNIT + 1,
+    "layer2": LAYER_UNIT + 2,
+    "normals": NORMALS_UNIT,
+}
+OPERATIONS = {"modulate": 0, "add": 1, "replace": 2, "alpha_blend": 3}  # Layer.operation
 MAX_LIGHTS = 16  # point and spot lights, and suns beyond the first
 MATRICES, VECTORS, LIGHT = 3, 7, 5  # numbers of 4x4, of 4, and of 4 a light
 LIGHT_TYPES = {"directional": 0.0, "point": 1.0, "spot": 2.0}
@@ -348,47 +415,42 @@ class Programs:
         start = f"#version 330 core\n{head}"
         return self._gl.program(vertex_shader=start + vertex, fragment_shader=start + fragment)
 
-    def _surface(
-        self,
-        textured: bool,
-        shiny: bool,
-        lit: bool,
-        rejects: bool,
-        sun: bool,
-        shadowed: int,
-        lights: int,
-        fog: int,
-    ) -> Any:
+    def _surface(self, batch: BatchType, sun: bool, shadowed: int, lights: int, fog: int) -> Any:
         """Program that renders surfaces.
 
         Args:
-            textured, shiny, lit, rejects: of the batch.
+            batch: Batch.variant of theirs.
             sun: whether the scene has one.
             shadowed: whether something that never moves casts shadows (1) and something that
                 moves (2), added up.
             lights: number of further lights.
             fog: 0 none, 1 linear, 2 exp, 3 exp2.
         """
-        shiny, sun, lights = shiny and lit, sun and lit, lights if lit else 0
+        lit, bumpy, layers = batch.lit, batch.bumpy, batch.layers
+        shiny, sun, lights = batch.shiny and lit, sun and lit, lights if lit else 0
         values = {
-            "TEXTURED": textured,
+            "TEXTURED": batch.textured,
             "SHINY": shiny,
             "LIT": lit,
-            "REJECTS": rejects,
+            "REJECTS": batch.rejects,
             "SUN": sun,
             "SHADOWED": shadowed if sun and lit else 0,
             "LIGHTS": lights,
             "FOG": fog,
-            "NEEDS_NORMAL": shiny or lights,
-            "NEEDS_POSITION": shiny or lights or fog,
+            "LAYERS": len(layers),
+            "BUMPY": bumpy,
+            "NEEDS_UV": batch.textured or layers != () or bumpy,
+            "NEEDS_NORMAL": shiny or lights or bumpy,
+            "NEEDS_POSITION": shiny or lights or fog or bumpy,
         }
+        values |= {f"OPERATION{i}": OPERATIONS[name] for i, name in enumerate(layers)}
         head = "".join(f"#define {name} {int(value)}\n" for name, value in values.items())
         program = self._program(
             "#define VARYING out\n" + VARYINGS + VERTEX,
             "#define VARYING in\n" + VARYINGS + FRAGMENT,
             head + FRAME,
         )
-        for name, unit in (("albedo", 0), ("fixed_map", 1), ("moving_map", 2)):
+        for name, unit in UNITS.items():
             if name in program:
                 program[name].value = unit
         if "Frame" in program:
