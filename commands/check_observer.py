@@ -46,7 +46,16 @@ _REFUSED = re.compile(r"RLException: (.*(?:\n\s+\S.*)?)")
 _TRACEBACK = "The traceback for the exception was written"
 _CAUSE = re.compile(r"^(?:error|xacro|ERROR|Resource not found): .*", re.MULTILINE)
 _LIBRARY = re.compile(r"lib([\w.+-]+)\.so")
-_BUILT = re.compile(r"(?:add_library|add_executable)\s*\(\s*(\S+)", re.IGNORECASE)
+_BUILT = re.compile(r"(?:add_library|add_executable)\s*\(\s*([^\s)]+)([^)]*)", re.IGNORECASE)
+# Headers that a C++ file includes and that do not exist here -> whose they are.
+ABSENT = {
+    "gazebo": "Gazebo's headers",
+    "ignition": "Gazebo's headers",
+    "controller_interface": "ros_control's headers",
+    "controller_manager": "ros_control's headers",
+    "hardware_interface": "ros_control's headers",
+}
+_INCLUDED = re.compile(r"#\s*include\s*[<\"](\w+)/")
 _PROJECT = re.compile(r"project\s*\(\s*(\w+)", re.IGNORECASE)
 SOURCES_LIMIT = 400  # CMakeLists.txt files that are read
 
@@ -282,8 +291,9 @@ def builders(found):
         found: What was observed: models with their losses, nodes that cannot start.
 
     Returns:
-        Dict from a library's or program's name to (package, whether its sources are there): nodes
-        of packages that are not installed have (package, False).
+        Dict from a library's or program's name to (package, whether its sources are there, headers
+        that they need and that do not exist here): nodes of packages that are not installed have
+        (package, False, "").
     """
     rospack = rospkg.RosPack()
     wanted, answer = set(), {}
@@ -293,7 +303,7 @@ def builders(found):
         wanted.update(_LIBRARY.findall(text))
     for package, kind in found["cannot"]:
         if package not in rospack.list():
-            answer[kind] = (package, False)
+            answer[kind] = (package, False, "")
         else:
             wanted.add(kind)
     if wanted:
@@ -310,11 +320,25 @@ def _found_in_sources(rospack, wanted):
         with open(path, encoding="utf-8", errors="replace") as stream:
             text = stream.read()
         project = _PROJECT.search(text)
-        for name in _BUILT.findall(text):
-            name = name.rstrip(")").replace("${PROJECT_NAME}", project.group(1) if project else "")
+        for name, files in _BUILT.findall(text):
+            name = name.replace("${PROJECT_NAME}", project.group(1) if project else "")
             if name in wanted:
-                answer[name] = (package, True)
+                answer[name] = (package, True, _against(os.path.dirname(path), files.split()))
     return answer
+
+
+def _against(folder, files):
+    """Whose headers the sources of a target include that do not exist here; "" if none."""
+    for name in files:
+        try:
+            with open(os.path.join(folder, name), encoding="utf-8", errors="replace") as stream:
+                included = _INCLUDED.findall(stream.read())
+        except OSError:  # a word of CMake
+            continue
+        found = [ABSENT[header] for header in included if header in ABSENT]
+        if found:
+            return found[0]
+    return ""
 
 
 def main(result, log, port, seconds, *launch_words):

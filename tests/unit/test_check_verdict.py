@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from commands import check_observer
+from commands import check_observer, check_remedies
 from commands.subcommands import check
 
 STATE = {"position": (1.0, 2.0, 0.05), "orientation": (0.0, 0.0, 0.0, 1.0), "speed": 0.0}
@@ -241,16 +241,50 @@ def test_sources_of_what_is_missing(tmp_path, monkeypatch):
         (tmp_path / name).mkdir()
         (tmp_path / name / "package.xml").write_text(f"<package><name>{name}</name></package>")
     (tmp_path / "hover" / "CMakeLists.txt").write_text(
-        "project(hover)\nadd_library(${PROJECT_NAME}_plugin a.cpp)\nadd_executable(drive b.cpp)\n"
+        "project(hover)\nadd_library(${PROJECT_NAME}_plugin SHARED a.cpp)\n"
+        "add_executable(drive b.cpp)\n"
     )
+    (tmp_path / "hover" / "a.cpp").write_text("#include <ros/ros.h>\n# include <gazebo/g.hh>\n")
+    (tmp_path / "hover" / "b.cpp").write_text("#include <ros/ros.h>\n")
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
     found = {"cannot": [["hover", "drive"], ["gone", "node"]], "lost": [],
              "models": [{"lost": ["plugin 'libhover_plugin.so' is not known here"]}]}  # fmt: skip
     assert check_observer.builders(found) == {
-        "drive": ("hover", True),
-        "node": ("gone", False),
-        "hover_plugin": ("hover", True),
+        "drive": ("hover", True, ""),
+        "node": ("gone", False, ""),
+        "hover_plugin": ("hover", True, "Gazebo's headers"),
     }
+
+
+def test_what_would_replace_it():
+    def existing(names):
+        return {name for name in names if name == "laser-filters"}
+
+    remedies = {
+        name: check_remedies.for_package(name, existing)
+        for name in ("laser_filters", "move_base", "robot_pose_ekf", "my_own")
+    }
+    assert remedies["laser_filters"] == "apt-get install laser-filters"
+    assert "ros-planning/navigation" in remedies["move_base"]
+    assert "robot_localization" in remedies["robot_pose_ekf"]
+    assert "./run deps" in remedies["my_own"]
+    assert "Python class" in check_remedies.for_plugin("libhover.so")
+    assert "apply_body_wrench" in check_remedies.for_plugin("libgazebo_ros_force.so")
+
+
+def test_remedies_are_told_with_their_problems():
+    found = changed(
+        cannot=[["move_base", "move_base"], ["base", "hw"]],
+        builders={"move_base": ["move_base", False, ""], "hw": ["base", True, "X's headers"]},
+        remedies={"move_base": "look there"},
+    )
+    missing, absent = check.problems(found)
+    assert "move_base is not installed; look there" in missing
+    assert "asks for X's headers" in absent and "Python" in absent
+    refused = changed(simulator=False, models=[], refused="Resource not found: amcl",
+                      remedies={"amcl": "look here"})  # fmt: skip
+    assert check_remedies.missing_packages(refused) == ["amcl"]
+    assert check.problems(refused)[0].endswith("Resource not found: amcl; amcl: look here")
 
 
 def test_without_a_simulator():
