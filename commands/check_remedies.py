@@ -94,5 +94,7 @@ def named_packages(text):
 
 def missing_packages(found):
     """Names of the packages that are not there, of what check_observer.py has written."""
-    names = [package for package, is_there, *_ in found.get("builders", {}).values() if not is_there]
+    names = [
+        package for package, is_there, *_ in found.get("builders", {}).values() if not is_there
+    ]
     return list(dict.fromkeys([*names, *named_packages(found.get("refused"))]))

@@ -255,9 +255,7 @@ def _cannot(found, package, kind):
     package_of_it, is_there, against = (*builder, "")[:3]
     if not is_there:
         remedy = found.get("remedies", {}).get(package, check_remedies.GENERIC)
-        return (
-            f"node {package}/{kind} cannot start: package {package} is not installed; {remedy}"
-        )
+        return f"node {package}/{kind} cannot start: package {package} is not installed; {remedy}"
     if against:
         return (
             f"node {package}/{kind} cannot start: it is C++ of {package_of_it}, which asks for "

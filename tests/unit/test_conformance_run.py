@@ -65,4 +65,4 @@ def test_missing_clones_and_unknown_suites_are_named(tmp_path, capsys):
     assert f"clone xacro into {tmp_path}" in capsys.readouterr().out
     with pytest.raises(SystemExit):
         run.main(["--sources", str(tmp_path), "nothing"])
-    assert "'nothing' is not one of teleop_twist_joy" in capsys.readouterr().err
+    assert "'nothing' is not one of diff_drive_controller" in capsys.readouterr().err

@@ -265,9 +265,7 @@ def test_a_link_with_a_mass_but_no_inertia_loses_its_shapes_as_in_gazebo(inside,
     (warning,) = model.warnings
     for word in ("link 'tip'", "no <inertia>", "as in Gazebo", *words):
         assert word in warning
-    massless = parse_urdf(
-        robot(f'<link name="tip"><inertial/>{shapes}</link>{hold()}'), str, "car"
-    )
+    massless = parse_urdf(robot(f'<link name="tip"><inertial/>{shapes}</link>{hold()}'), str, "car")
     assert len(massless.links["tip"].collisions) == 1 and not massless.warnings
 
 
