@@ -28,6 +28,7 @@ if __name__ == "__main__":
 
 from commands import procfs  # noqa: E402
 
+ROSLAUNCH = str(pathlib.Path(__file__).with_name("check_roslaunch.py"))
 START_LIMIT = 60.0  # wall time until the simulator answers [s]
 SETTLED = 4.0  # wall time without a new model after which spawning is over [s]
 SPAWN_LIMIT = 40.0  # wall time for spawning [s]
@@ -101,7 +102,10 @@ def call(service, kind, *arguments):
 
 def find_simulator():
     """Name of the simulator's node, which launch files may put into a namespace, or None."""
-    services = {name for name, _ in rospy.get_master().getSystemState()[2][2]}
+    try:
+        services = {name for name, _ in rospy.get_master().getSystemState()[2][2]}
+    except OSError:  # the launch has ended, and its master with it
+        return None
     for name in sorted(services):
         node, _, service = name.rpartition("/")
         if service == "describe" and f"{node}/spawn_urdf_model" in services:
@@ -345,7 +349,7 @@ def main(result, log, port, seconds, *launch_words):
     """Runs it all; the result is written even if the launch fails."""
     with open(log, "w", encoding="utf-8") as stream:
         launch = subprocess.Popen(
-            ["roslaunch", "-p", port, *launch_words],
+            [sys.executable, ROSLAUNCH, "-p", port, *launch_words],
             stdout=stream,
             stderr=subprocess.STDOUT,
             stdin=subprocess.DEVNULL,

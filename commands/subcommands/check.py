@@ -20,6 +20,7 @@ import subprocess
 from commands import check_remedies, environment, launching, processes
 from commands.errors import CommandError, UsageError, say
 from commands.paths import ROOT, VENV_PYTHON, relative
+from commands.windows import needs_screen
 
 USAGE = "PACKAGE FILE.launch [--json] [--seconds N] [ARG:=VALUE ...]"
 OBSERVER = os.path.join(ROOT, "commands", "check_observer.py")
@@ -29,11 +30,6 @@ STILL = 0.05  # [m] that a robot nobody drives may move while it is watched
 UPRIGHT = 30.0  # [degrees] of tilt up to which a robot stands upright
 LISTED = 3  # names that a sentence gives
 LOWEST = -1.0  # [m] below which a robot has fallen out of the world
-
-
-# Programs that need a screen or a terminal: they end at once here and are no problem.
-WITH_SCREEN = ("rviz", "rqt", "gzclient", "joint_state_publisher_gui", "image_view", "xterm")
-AT_KEYBOARD = ("keyboard", "keyop", "teleop_key")  # in the names of programs
 
 
 def add_arguments(parser):
@@ -133,7 +129,8 @@ def _findings(found):
         add([_refused(found)], None)
     for script, interpreter in found.get("interpreters", ()):
         add([_without_interpreter(script, interpreter)], None)
-    for package, kind in sorted(found["cannot"], key=lambda node: _is_installed(found, node[1])):
+    cannot = [node for node in found["cannot"] if not needs_screen(node[1])]
+    for package, kind in sorted(cannot, key=lambda node: _is_installed(found, node[1])):
         add([_cannot(found, package, kind)], f"node {package}/{kind}")
     for name in found.get("unable", ()):
         add([f"node {name} has a program that cannot be run"], f"node {name}")
@@ -173,6 +170,11 @@ def notes(found):
         for name, _, program in found["died"]
         if needs_screen(program)
     ]
+    said += [
+        f"node {package}/{kind}, a window, is not installed"
+        for package, kind in found["cannot"]
+        if needs_screen(kind)
+    ]
     if found.get("was_paused"):
         said.append("the file starts the world paused; the check let it go on")
     factor = found.get("real_time_factor")
@@ -200,11 +202,6 @@ def _restless(found):
     """Names of the world file's loose things that do not stay where they are."""
     loose = [m for m in found["models"] if not m["static"] and m.get("furniture")]
     return [model["name"] for model in loose if _stance(model)]
-
-
-def needs_screen(program):
-    """Whether a program opens a window or reads a terminal's keys."""
-    return program.startswith(WITH_SCREEN) or any(word in program for word in AT_KEYBOARD)
 
 
 def _listed(names):

@@ -1,13 +1,15 @@
 """Runs test suites of the packages that Paddock stands in for, from clones that you bring.
 
-    ./run exec python tests/conformance/run.py --sources FOLDER [--clients FOLDER] [SUITE ...]
+    ./run exec python tests/conformance/run.py --sources FOLDER [--clients FOLDER]
+        [--pace F] [SUITE ...]
 
 --sources has a clone of each repository (branch noetic-devel), e.g. FOLDER/ros_control; --clients
 has the test programs in C++ that you have compiled, as FOLDER/PACKAGE/NAME, which is how a
 workspace's devel/lib has them. Launch files and scripts of a suite are copied into a package in a
 temporary folder; `$(find PACKAGE)/test` and the package of its test programs become that package,
 and a robot in C++ becomes Paddock with a robot of this folder. Nothing else is changed, and nothing
-is written into the clones. Prints a table and what did not pass; exits 0 if all passed.
+is written into the clones. Prints a table and what did not pass, and to standard error what each
+file came to; exits 0 if all passed.
 """
 
 import argparse
@@ -27,7 +29,9 @@ sys.path.insert(0, str(HERE))
 
 from suites import SUITES, WITHOUT  # noqa: E402
 
-LIMIT = 300.0  # wall time of one launch file or module [s]
+LIMIT = 300.0  # time of one launch file or module [s], wall time at a real-time factor of 1
+PACE = "CONFORMANCE_PACE"  # variable with the real-time factor, which launch files of robots read
+SHOWN = 300  # characters of a failure
 PACKAGE = """<package format="2"><name>{name}</name><version>0.0.1</version>
 <description>tests</description><maintainer email="a@b.org">a</maintainer>
 <license>BSD</license></package>
@@ -51,6 +55,7 @@ def rewrite(text, suite, package, copied, programs):
         programs: names of the copied scripts and of the compiled programs.
     """
     text = text.replace(f"$(find {package})/test", f"$(find {copied})/test")
+    limit = LIMIT / float(os.environ.get(PACE, "1")) - 60.0
     for (owner, kind), launch in suite.nodes.items():
         file, *arguments = shlex.split(launch)
         include = f'<include file="{HERE / file}">'
@@ -70,7 +75,7 @@ def rewrite(text, suite, package, copied, programs):
                 tag = f'<test launch-prefix="{HERE / "wait_for"} {suite.service}"' + tag[5:]
             # rostest's own limit is 60 s, and a simulator starts slower than a robot in C++
             tag = re.sub(r'\s*time-limit="[^"]*"', "", tag)
-            tag = f'<test time-limit="{LIMIT - 60.0:g}"' + tag[5:]
+            tag = f'<test time-limit="{limit:g}"' + tag[5:]
         return tag
 
     return re.sub(r"<(?:test|node)\b[^>]*>", owned, text)
@@ -136,7 +141,7 @@ def run_rostest(path, name, environ, _suite):
             cwd=path.parent,
             text=True,
             capture_output=True,
-            timeout=LIMIT,
+            timeout=LIMIT / float(environ.get(PACE, "1")),
             check=False,
         )
     except subprocess.TimeoutExpired:
@@ -182,8 +187,16 @@ def read_junit(path, name):
         bad = next((it for it in element if it.tag in ("failure", "error", "skipped")), None)
         reason = "" if bad is None else (bad.get("message") or bad.text or bad.tag).strip()
         title = f"{name}::{element.get('classname', '')}.{element.get('name', '')}"
-        cases.append(Case(title, reason.splitlines()[-1] if reason else ""))
+        cases.append(Case(title, short(reason)))
     return cases
+
+
+def short(reason):
+    """What a failure says: the last line of a traceback, or all that gtest says in one line."""
+    lines = [line.strip() for line in reason.splitlines() if line.strip()]
+    if not lines:
+        return ""
+    return " ".join(lines)[:SHOWN] if ".cpp:" in lines[0] else lines[-1]
 
 
 def missing_clients(suite, copy, package):
@@ -215,8 +228,12 @@ def run_suite(package, suite, sources, clients=None):
         cases = []
         for patterns, run in ((suite.rostests, run_rostest), (suite.modules, run_module)):
             for path in sorted(file for pattern in patterns for file in copy.glob(pattern)):
-                if path.name not in suite.not_applicable:
-                    cases += run(path, path.name, environ, suite)
+                if path.name in suite.not_applicable:
+                    continue
+                made_here = run(path, path.name, environ, suite)
+                cases += made_here
+                passed = sum(not case.reason for case in made_here)
+                print(f"{package}: {path.name}: {passed} of {len(made_here)}", file=sys.stderr)
     return cases
 
 
@@ -242,11 +259,20 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("--sources", required=True, type=Path, help="folder with the clones")
     parser.add_argument("--clients", type=Path, help="folder with compiled test programs")
+    parser.add_argument(
+        "--pace",
+        type=float,
+        default=1.0,
+        help="real-time factor of Paddock with a robot; lower on a machine that has other work (1)",
+    )
     parser.add_argument("suites", nargs="*", metavar="SUITE", help=", ".join(SUITES))
     options = parser.parse_args(arguments)
     unknown = [name for name in options.suites if name not in SUITES]
     if unknown:
         parser.error(f"suite {unknown[0]!r} is not one of {', '.join(SUITES)}")
+    if not 0.0 < options.pace <= 1.0:
+        parser.error(f"--pace is {options.pace}, must be above 0, at most 1")
+    os.environ[PACE] = f"{options.pace:g}"
     sources, clients = options.sources.resolve(), options.clients and options.clients.resolve()
     results = {
         name: run_suite(name, SUITES[name], sources, clients)

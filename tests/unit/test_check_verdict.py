@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from commands import check_observer, check_remedies
+from commands import check_observer, check_remedies, check_roslaunch
 from commands.subcommands import check
 
 STATE = {"position": (1.0, 2.0, 0.05), "orientation": (0.0, 0.0, 0.0, 1.0), "speed": 0.0}
@@ -180,6 +180,30 @@ def test_what_this_machine_or_a_missing_screen_does_is_no_problem():
     page = "\n".join(check.page(found, 8.0))
     assert "worth knowing" in page and "no problems" in page
     assert check.notes(GOOD) == []
+
+
+def test_windows_that_are_missing_or_required_are_no_problem():
+    found = changed(cannot=[["rqt_robot_steering", "rqt_robot_steering"]], died=[])
+    assert check.problems(found) == [] and "not installed" in check.notes(found)[0]
+
+    class Node:
+        def __init__(self, package, node_type, name=None, required=False, respawn=False):
+            self.type, self.required, self.respawn = node_type, required, respawn
+
+    check_roslaunch.without_required_windows(Node)
+    window = Node("rviz", "rviz", "view", required=True, respawn=True)
+    driver = Node("base", "driver", "driver", required=True, respawn=True)
+    assert (window.required, window.respawn) == (False, False)
+    assert (driver.required, driver.respawn) == (True, True)
+
+
+def test_a_launch_that_ends_early_has_no_simulator(monkeypatch):
+    class Gone:
+        def getSystemState(self):
+            raise ConnectionRefusedError
+
+    monkeypatch.setattr(check_observer.rospy, "get_master", Gone)
+    assert check_observer.find_simulator() is None
 
 
 def test_loose_things_of_the_world_are_no_robots():
