@@ -23,6 +23,7 @@ from commands.paths import ROOT, VENV_PYTHON, relative
 from commands.windows import needs_screen
 
 USAGE = "PACKAGE FILE.launch [--json] [--seconds N] [ARG:=VALUE ...]"
+LAUNCH = None  # takes the arguments of any launch file
 OBSERVER = os.path.join(ROOT, "commands", "check_observer.py")
 LIMIT = 240.0  # wall time beyond the seconds of watching [s]
 SLOW = 0.9  # of the nominal rate, below which a sensor is too slow

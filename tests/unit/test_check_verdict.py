@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from commands import check_observer, check_remedies, check_roslaunch
+from commands import check_observer, check_remedies, check_roslaunch, cli
 from commands.subcommands import check
 
 STATE = {"position": (1.0, 2.0, 0.05), "orientation": (0.0, 0.0, 0.0, 1.0), "speed": 0.0}
@@ -204,6 +204,14 @@ def test_a_launch_that_ends_early_has_no_simulator(monkeypatch):
 
     monkeypatch.setattr(check_observer.rospy, "get_master", Gone)
     assert check_observer.find_simulator() is None
+
+
+def test_launch_arguments_get_to_the_launch_file(monkeypatch):
+    seen = []
+    monkeypatch.setattr(check, "run", lambda options, rest: seen.append((options, rest)))
+    cli.parsed("check", check, ["car", "car.launch", "--seconds", "3", "gui:=false", "n:=2"])
+    (options, rest), = seen  # fmt: skip
+    assert (options.file, options.seconds, rest) == ("car.launch", 3.0, ["gui:=false", "n:=2"])
 
 
 def test_loose_things_of_the_world_are_no_robots():
