@@ -29,7 +29,7 @@ sys.path.insert(0, str(HERE))
 
 from suites import SUITES, WITHOUT  # noqa: E402
 
-LIMIT = 300.0  # time of one launch file or module [s], wall time at a real-time factor of 1
+LIMIT = 600.0  # time of one launch file or module [s], wall time at a real-time factor of 1
 PACE = "CONFORMANCE_PACE"  # variable with the real-time factor, which launch files of robots read
 SHOWN = 300  # characters of a failure
 PACKAGE = """<package format="2"><name>{name}</name><version>0.0.1</version>
@@ -116,7 +116,7 @@ def environment(sources, suite, folder):
     """Environment of the tests: the copies and the suite's sources in front."""
     source = sources / suite.repository
     packages = [str(folder), str(HERE), *filter(None, [os.environ.get("ROS_PACKAGE_PATH")])]
-    if suite.nodes or suite.plugin:  # tests look for files of the package that they belong to
+    if suite.nodes or suite.plugin or suite.in_place:
         packages.insert(0, str(source / suite.package))
     robots = [HERE / name / "src" for name in ("dummy_robot", "kinematic_robot")]
     paths = [*robots, source / suite.package / "src"]
@@ -199,17 +199,14 @@ def short(reason):
     return " ".join(lines)[:SHOWN] if ".cpp:" in lines[0] else lines[-1]
 
 
-def missing_clients(suite, copy, package):
-    """Names of the test programs that the suite's launch files start and that are not there."""
-    there = {path.name for path in copy.rglob("*") if os.access(path, os.X_OK)}
-    tags = (
-        tag
-        for pattern in suite.rostests
-        for path in copy.glob(pattern)
-        for tag in re.findall(r"<test\b[^>]*>", path.read_text(encoding="utf-8"))
-        if f'pkg="{package}"' in tag
-    )
-    return sorted({re.search(r'type="([^"]*)"', tag).group(1) for tag in tags} - there)
+def missing_client(path, copy, package):
+    """Name of a test program that a launch file starts and that is not there; "" if none."""
+    there = {each.name for each in copy.rglob("*") if os.access(each, os.X_OK)}
+    for tag in re.findall(r"<test\b[^>]*>", path.read_text(encoding="utf-8")):
+        name = re.search(r'type="([^"]*)"', tag).group(1)
+        if f'pkg="{package}"' in tag and name not in there:
+            return name
+    return ""
 
 
 def run_suite(package, suite, sources, clients=None):
@@ -220,15 +217,18 @@ def run_suite(package, suite, sources, clients=None):
     with tempfile.TemporaryDirectory(prefix="conformance-") as made:
         folder = Path(made)
         copy, _ = copy_package(suite, sources, package, folder, clients)
-        missing = missing_clients(suite, copy, package)
-        if missing:
-            text = f"compile it (--clients FOLDER, with {package}/NAME); it is C++"
-            return [Case(name, text) for name in missing]
         environ = environment(sources, suite, folder)
         cases = []
         for patterns, run in ((suite.rostests, run_rostest), (suite.modules, run_module)):
             for path in sorted(file for pattern in patterns for file in copy.glob(pattern)):
                 if path.name in suite.not_applicable:
+                    continue
+                client = missing_client(path, copy, package)
+                if client:
+                    text = (
+                        f"compile {client} (--clients FOLDER, with {package}/{client}): it is C++"
+                    )
+                    cases.append(Case(path.name, text))
                     continue
                 made_here = run(path, path.name, environ, suite)
                 cases += made_here

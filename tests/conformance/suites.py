@@ -18,6 +18,7 @@ class Suite:
         edits: (text, its replacement) in scripts, for Python libraries newer than the tests.
         plugin: module of this folder that pytest loads first.
         folders: of the package that are copied.
+        in_place: tests look for files of the package that they belong to.
         not_applicable: test, or name of its file -> why it cannot apply here.
     """
 
@@ -30,6 +31,7 @@ class Suite:
     edits: tuple[tuple[str, str], ...] = ()
     plugin: str = ""
     folders: tuple[str, ...] = ("test",)
+    in_place: bool = False
     not_applicable: dict[str, str] = field(default_factory=dict)
 
 
@@ -127,7 +129,7 @@ SUITES = {
             "test_ros_robot_localization_listener.test": LIBRARY,
         },
     ),
-    "map_server": Suite("navigation", "map_server", rostests=("test/*.xml",)),
+    "map_server": Suite("navigation", "map_server", rostests=("test/*.xml",), in_place=True),
     "teleop_twist_joy": Suite("teleop_twist_joy", rostests=("test/*.test",)),
     "twist_mux": Suite("twist_mux", rostests=("test/*.test",)),
     "xacro": Suite("xacro", modules=("test/test_xacro.py",), plugin="xacro_here"),

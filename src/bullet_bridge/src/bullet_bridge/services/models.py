@@ -151,6 +151,7 @@ class ModelServices:
                 f"joint_names has {len(names)} entries and joint_positions "
                 f"{len(positions)}; must be as many"
             )
+
         def work() -> list[str]:
             joints = self._world.model(request.model_name).joints
             values = dict(zip(names, positions))

@@ -1,6 +1,6 @@
 """Joints that do what they are commanded, as those of the robots in C++ of ros_controllers' tests.
 
-The tests of controllers start a robot without physics: its joints have what the controllers have
+The tests of controllers start a robot without physics: its joints do what the controllers have
 commanded after one period. Here such joints take the place of a model's, below the controllers, so
 that everything above them is tested as it is.
 """
@@ -17,6 +17,7 @@ from std_srvs.srv import Empty as EmptyService
 from std_srvs.srv import EmptyResponse
 
 NAN = math.nan
+PERIOD = 0.01  # [s] between two updates of the robots in C++
 
 
 class KinematicJoints:
@@ -25,6 +26,7 @@ class KinematicJoints:
     Args:
         limits: joint name -> its Joint of the description.
         start: first positions [rad, m] of the joints in that order; the others' are 0.
+        clock: function that returns the simulated time [s].
         wrap: positions stay within half a turn of 0, and velocities are only followed as far as
             `lag` says.
 
@@ -35,7 +37,14 @@ class KinematicJoints:
         running: False: all states are NaN.
     """
 
-    def __init__(self, limits: Mapping[str, Joint], start: Sequence[float], wrap: bool) -> None:
+    def __init__(
+        self,
+        limits: Mapping[str, Joint],
+        start: Sequence[float],
+        wrap: bool,
+        clock: Callable[[], float],
+    ) -> None:
+        self._clock, self._time = clock, clock()
         self.names, self.limits, self._wrap = tuple(limits), dict(limits), wrap
         self._position = {name: 0.0 for name in self.names} | dict(zip(self.names, start))
         self._velocity = dict.fromkeys(self.names, 0.0)
@@ -44,9 +53,11 @@ class KinematicJoints:
         self._last: dict[str, tuple[str, float]] = {}
         self.lag = dict.fromkeys(self.names, 0.0)
         self.delayed, self.upper, self.running = False, math.inf, True
+        self._elapsed = 0.0  # since the last latch [s]
 
     def read(self, handles: Iterable[JointHandle]) -> None:
         """As Joints.read."""
+        self.advance()
         for name, handle in zip(self.names, handles):
             known = self.running
             handle.position = self._position[name] if known else NAN
@@ -54,6 +65,7 @@ class KinematicJoints:
 
     def columns(self, indices: Sequence[int]) -> list[list[float]]:
         """As Joints.columns."""
+        self.advance()
         names = [self.names[index] for index in indices]
         return [
             [values[name] if self.running else NAN for name in names]
@@ -88,34 +100,39 @@ class KinematicJoints:
         for name in names:
             self._commands.pop(name, None)
 
-    def advance(self, period: float) -> None:
-        """Move all joints for a period [s]."""
-        acting, self._last = (
-            (self._last if self.delayed else self._commands),
-            dict(self._commands),
-        )
+    def advance(self) -> None:
+        """Move all joints until now; what moves them changes once a PERIOD."""
+        period, self._time = self._clock() - self._time, self._clock()
+        if period <= 0.0:  # not after a physics step
+            return
+        self._elapsed += period
+        if self._elapsed >= PERIOD - 1e-9:
+            self._elapsed = 0.0
+            self._latch()
         if not self.running:
             return
         for name in self.names:
-            self._move(name, *acting.get(name, ("velocity", 0.0)), period)
+            position = self._position[name] + self._velocity[name] * period
+            if position > self.upper:
+                position, self._velocity[name] = self.upper, 0.0
+            if self._wrap:
+                position = math.remainder(position, 2.0 * math.pi)
+            self._position[name] = position
 
-    def _move(self, name: str, interface: str, value: float, period: float) -> None:
-        position, velocity, share = self._position[name], self._velocity[name], 1.0 - self.lag[name]
-        if interface == "position":
-            velocity = share * (value - position) / period
-            position += velocity * period
-        elif interface == "velocity":
-            velocity = (self.lag[name] if self._wrap else share) * value
-            position += velocity * period
-        else:
-            position += (velocity + 0.5 * value * period) * period
-            velocity += value * period
-            self._effort[name] = value
-        if position > self.upper:
-            position, velocity = self.upper, 0.0
-        if self._wrap:
-            position = math.remainder(position, 2.0 * math.pi)
-        self._position[name], self._velocity[name] = position, velocity
+    def _latch(self) -> None:
+        """Let the commands act for the next PERIOD."""
+        acting = self._last if self.delayed else self._commands
+        self._last = dict(self._commands)
+        for name in self.names:
+            interface, value = acting.get(name, ("velocity", 0.0))
+            share = 1.0 - self.lag[name]
+            if interface == "position":
+                self._velocity[name] = share * (value - self._position[name]) / PERIOD
+            elif interface == "velocity":
+                self._velocity[name] = (self.lag[name] if self._wrap else share) * value
+            else:
+                self._velocity[name] += value * PERIOD
+                self._effort[name] = value
 
 
 class KinematicRobot(ModelPlugin):
@@ -126,12 +143,16 @@ class KinematicRobot(ModelPlugin):
     delay and upper_bound, each confirmed on parameter_updated.
     """
 
+    every_step = True
+
     def configure(self, sdf: Any) -> None:
         if self.model.manager is None:
             raise ValueError("a kinematic robot needs the plugin libgazebo_ros_control.so")
         start = [float(text) for text in sdf.text("start").split()]
         limits = {name: self.model.joints.limits[name] for name in sorted(self.model.joints.names)}
-        self._joints = joints = KinematicJoints(limits, start, sdf.flag("wrap", False))
+        self._joints = joints = KinematicJoints(
+            limits, start, sdf.flag("wrap", False), lambda: self.world.time
+        )
         offered = dict.fromkeys(joints.names, tuple(sdf.text("interfaces").split()))
         hardware = self.model.manager.hardware
         self.call(lambda: self._put_before(hardware, joints, offered))
@@ -167,4 +188,4 @@ class KinematicRobot(ModelPlugin):
         self._joints.lag.update(zip(self._joints.names, values))
 
     def update(self, time: float, period: float) -> None:
-        self._joints.advance(period)
+        self._joints.advance()
