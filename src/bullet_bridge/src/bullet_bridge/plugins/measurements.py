@@ -171,6 +171,10 @@ class BiasedImuSensor(ImuSensor):
         _add(message.angular_velocity, self._rate_bias)
         _add(message.linear_acceleration, self._force_bias)
         gravity = float(np.linalg.norm(self.world.gravity))
+        message.angular_velocity_covariance[::4] = list(spec.rate_variances)
+        message.linear_acceleration_covariance[::4] = list(spec.accel_variances)
+        tilt = [v / gravity**2 if gravity > 0.0 else -1.0 for v in spec.accel_variances[:2]]
+        message.orientation_covariance[::4] = [*tilt, spec.heading_variance]
         if gravity > 0.0 and self._force_bias.any():
             q = message.orientation
             q.x, q.y, q.z, q.w = inertial.tilt_error(
