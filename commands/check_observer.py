@@ -28,6 +28,7 @@ if __name__ == "__main__":
 
 from commands import procfs  # noqa: E402
 
+ROSLAUNCH = str(pathlib.Path(__file__).with_name("check_roslaunch.py"))
 START_LIMIT = 60.0  # wall time until the simulator answers [s]
 SETTLED = 4.0  # wall time without a new model after which spawning is over [s]
 SPAWN_LIMIT = 40.0  # wall time for spawning [s]
@@ -46,7 +47,16 @@ _REFUSED = re.compile(r"RLException: (.*(?:\n\s+\S.*)?)")
 _TRACEBACK = "The traceback for the exception was written"
 _CAUSE = re.compile(r"^(?:error|xacro|ERROR|Resource not found): .*", re.MULTILINE)
 _LIBRARY = re.compile(r"lib([\w.+-]+)\.so")
-_BUILT = re.compile(r"(?:add_library|add_executable)\s*\(\s*(\S+)", re.IGNORECASE)
+_BUILT = re.compile(r"(?:add_library|add_executable)\s*\(\s*([^\s)]+)([^)]*)", re.IGNORECASE)
+# Headers that a C++ file includes and that do not exist here -> whose they are.
+ABSENT = {
+    "gazebo": "Gazebo's headers",
+    "ignition": "Gazebo's headers",
+    "controller_interface": "ros_control's headers",
+    "controller_manager": "ros_control's headers",
+    "hardware_interface": "ros_control's headers",
+}
+_INCLUDED = re.compile(r"#\s*include\s*[<\"](\w+)/")
 _PROJECT = re.compile(r"project\s*\(\s*(\w+)", re.IGNORECASE)
 SOURCES_LIMIT = 400  # CMakeLists.txt files that are read
 
@@ -92,7 +102,10 @@ def call(service, kind, *arguments):
 
 def find_simulator():
     """Name of the simulator's node, which launch files may put into a namespace, or None."""
-    services = {name for name, _ in rospy.get_master().getSystemState()[2][2]}
+    try:
+        services = {name for name, _ in rospy.get_master().getSystemState()[2][2]}
+    except OSError:  # the launch has ended, and its master with it
+        return None
     for name in sorted(services):
         node, _, service = name.rpartition("/")
         if service == "describe" and f"{node}/spawn_urdf_model" in services:
@@ -282,8 +295,9 @@ def builders(found):
         found: What was observed: models with their losses, nodes that cannot start.
 
     Returns:
-        Dict from a library's or program's name to (package, whether its sources are there): nodes
-        of packages that are not installed have (package, False).
+        Dict from a library's or program's name to (package, whether its sources are there, headers
+        that they need and that do not exist here): nodes of packages that are not installed have
+        (package, False, "").
     """
     rospack = rospkg.RosPack()
     wanted, answer = set(), {}
@@ -293,7 +307,7 @@ def builders(found):
         wanted.update(_LIBRARY.findall(text))
     for package, kind in found["cannot"]:
         if package not in rospack.list():
-            answer[kind] = (package, False)
+            answer[kind] = (package, False, "")
         else:
             wanted.add(kind)
     if wanted:
@@ -310,18 +324,32 @@ def _found_in_sources(rospack, wanted):
         with open(path, encoding="utf-8", errors="replace") as stream:
             text = stream.read()
         project = _PROJECT.search(text)
-        for name in _BUILT.findall(text):
-            name = name.rstrip(")").replace("${PROJECT_NAME}", project.group(1) if project else "")
+        for name, files in _BUILT.findall(text):
+            name = name.replace("${PROJECT_NAME}", project.group(1) if project else "")
             if name in wanted:
-                answer[name] = (package, True)
+                answer[name] = (package, True, _against(os.path.dirname(path), files.split()))
     return answer
+
+
+def _against(folder, files):
+    """Whose headers the sources of a target include that do not exist here; "" if none."""
+    for name in files:
+        try:
+            with open(os.path.join(folder, name), encoding="utf-8", errors="replace") as stream:
+                included = _INCLUDED.findall(stream.read())
+        except OSError:  # a word of CMake
+            continue
+        found = [ABSENT[header] for header in included if header in ABSENT]
+        if found:
+            return found[0]
+    return ""
 
 
 def main(result, log, port, seconds, *launch_words):
     """Runs it all; the result is written even if the launch fails."""
     with open(log, "w", encoding="utf-8") as stream:
         launch = subprocess.Popen(
-            ["roslaunch", "-p", port, *launch_words],
+            [sys.executable, ROSLAUNCH, "-p", port, *launch_words],
             stdout=stream,
             stderr=subprocess.STDOUT,
             stdin=subprocess.DEVNULL,

@@ -17,11 +17,13 @@ import re
 import shutil
 import subprocess
 
-from commands import environment, launching, processes
+from commands import check_remedies, environment, launching, processes
 from commands.errors import CommandError, UsageError, say
 from commands.paths import ROOT, VENV_PYTHON, relative
+from commands.windows import needs_screen
 
 USAGE = "PACKAGE FILE.launch [--json] [--seconds N] [ARG:=VALUE ...]"
+LAUNCH = None  # takes the arguments of any launch file
 OBSERVER = os.path.join(ROOT, "commands", "check_observer.py")
 LIMIT = 240.0  # wall time beyond the seconds of watching [s]
 SLOW = 0.9  # of the nominal rate, below which a sensor is too slow
@@ -29,11 +31,6 @@ STILL = 0.05  # [m] that a robot nobody drives may move while it is watched
 UPRIGHT = 30.0  # [degrees] of tilt up to which a robot stands upright
 LISTED = 3  # names that a sentence gives
 LOWEST = -1.0  # [m] below which a robot has fallen out of the world
-
-
-# Programs that need a screen or a terminal: they end at once here and are no problem.
-WITH_SCREEN = ("rviz", "rqt", "gzclient", "joint_state_publisher_gui", "image_view", "xterm")
-AT_KEYBOARD = ("keyboard", "keyop", "teleop_key")  # in the names of programs
 
 
 def add_arguments(parser):
@@ -77,6 +74,8 @@ def run(options, rest):
         raise CommandError("the check came to no result", f"logs in {relative(folder)}/")
     with open(result, encoding="utf-8") as stream:
         found = json.load(stream)
+    missing = check_remedies.missing_packages(found)
+    found["remedies"] = {name: check_remedies.for_package(name) for name in missing}
     found.update(problems=problems(found), notes=notes(found), verdict=verdict(found), log=log)
     if options.json:
         say(json.dumps(found, indent=2))
@@ -128,10 +127,11 @@ def _findings(found):
         said.extend((sentence, without) for sentence in sentences if sentence)
 
     if found.get("refused"):
-        add([f"roslaunch refuses the file: {found['refused']}"], None)
+        add([_refused(found)], None)
     for script, interpreter in found.get("interpreters", ()):
         add([_without_interpreter(script, interpreter)], None)
-    for package, kind in sorted(found["cannot"], key=lambda node: _is_installed(found, node[1])):
+    cannot = [node for node in found["cannot"] if not needs_screen(node[1])]
+    for package, kind in sorted(cannot, key=lambda node: _is_installed(found, node[1])):
         add([_cannot(found, package, kind)], f"node {package}/{kind}")
     for name in found.get("unable", ()):
         add([f"node {name} has a program that cannot be run"], f"node {name}")
@@ -171,6 +171,11 @@ def notes(found):
         for name, _, program in found["died"]
         if needs_screen(program)
     ]
+    said += [
+        f"node {package}/{kind}, a window, is not installed"
+        for package, kind in found["cannot"]
+        if needs_screen(kind)
+    ]
     if found.get("was_paused"):
         said.append("the file starts the world paused; the check let it go on")
     factor = found.get("real_time_factor")
@@ -200,11 +205,6 @@ def _restless(found):
     return [model["name"] for model in loose if _stance(model)]
 
 
-def needs_screen(program):
-    """Whether a program opens a window or reads a terminal's keys."""
-    return program.startswith(WITH_SCREEN) or any(word in program for word in AT_KEYBOARD)
-
-
 def _listed(names):
     shown = ", ".join(names[:LISTED])
     return shown if len(names) <= LISTED else f"{shown} and {len(names) - LISTED} more"
@@ -217,14 +217,25 @@ def losses(found):
 
 
 LIBRARY = re.compile(r"lib[\w.+-]+\.so")
-OWN_PLUGIN = "a Python class can take its place (docs/tutorials/your_own_simulation.md)"
 
 
 def _lost(found, text):
-    for name, (package, _) in found.get("builders", {}).items():
+    library = LIBRARY.search(text)
+    if library is None:
+        return text
+    remedy = check_remedies.for_plugin(library.group())
+    for name, (package, *_) in found.get("builders", {}).items():
         if f"lib{name}.so" in text:
-            return f"{text}: it is C++ of package {package}; {OWN_PLUGIN}"
-    return f"{text}; {OWN_PLUGIN}" if LIBRARY.search(text) else text
+            return f"{text}: it is C++ of package {package}; {remedy}"
+    return f"{text}; {remedy}"
+
+
+def _refused(found):
+    """What roslaunch refuses, and where the packages come from that it misses."""
+    sentence = f"roslaunch refuses the file: {found['refused']}"
+    named = check_remedies.named_packages(found["refused"])
+    remedies = [f"{name}: {found.get('remedies', {}).get(name)}" for name in named]
+    return "; ".join([sentence, *(text for text in remedies if not text.endswith(": None"))])
 
 
 def _is_installed(found, kind):
@@ -239,11 +250,14 @@ def _cannot(found, package, kind):
             f"node {package}/{kind} cannot start: package {package} has no such node; is the type "
             "spelt as its file, and the file executable?"
         )
-    package_of_it, is_there = builder
+    package_of_it, is_there, against = (*builder, "")[:3]
     if not is_there:
+        remedy = found.get("remedies", {}).get(package, check_remedies.GENERIC)
+        return f"node {package}/{kind} cannot start: package {package} is not installed; {remedy}"
+    if against:
         return (
-            f"node {package}/{kind} cannot start: package {package} is not installed; ./run deps "
-            "PATH names Debian's packages, others have to be in your workspace as sources"
+            f"node {package}/{kind} cannot start: it is C++ of {package_of_it}, which asks for "
+            f"{against}, and that does not exist here; a node in Python can take its place"
         )
     return (
         f"node {package}/{kind} cannot start: it is C++ of {package_of_it}, which is not built; "

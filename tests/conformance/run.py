@@ -1,17 +1,21 @@
 """Runs test suites of the packages that Paddock stands in for, from clones that you bring.
 
-    ./run exec python tests/conformance/run.py --sources FOLDER [SUITE ...]
+    ./run exec python tests/conformance/run.py --sources FOLDER [--clients FOLDER]
+        [--pace F] [SUITE ...]
 
-FOLDER has a clone of each repository (branch noetic-devel), e.g. FOLDER/ros_control. Launch files
-and scripts of a suite are copied into a package in a temporary folder; `$(find PACKAGE)/test` and
-the package of its test scripts become that package, and a C++ robot becomes Paddock with a robot of
-this folder. Nothing else is changed, and nothing is written into the clones. Prints a table and
-what did not pass; exits 0 if all passed.
+--sources has a clone of each repository (branch noetic-devel), e.g. FOLDER/ros_control; --clients
+has the test programs in C++ that you have compiled, as FOLDER/PACKAGE/NAME, which is how a
+workspace's devel/lib has them. Launch files and scripts of a suite are copied into a package in a
+temporary folder; `$(find PACKAGE)/test` and the package of its test programs become that package,
+and a robot in C++ becomes Paddock with a robot of this folder. Nothing else is changed, and nothing
+is written into the clones. Prints a table and what did not pass, and to standard error what each
+file came to; exits 0 if all passed.
 """
 
 import argparse
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -23,9 +27,11 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
-from suites import SUITES  # noqa: E402
+from suites import SUITES, WITHOUT  # noqa: E402
 
-LIMIT = 300.0  # wall time of one launch file or module [s]
+LIMIT = 600.0  # time of one launch file or module [s], wall time at a real-time factor of 1
+PACE = "CONFORMANCE_PACE"  # variable with the real-time factor, which launch files of robots read
+SHOWN = 300  # characters of a failure
 PACKAGE = """<package format="2"><name>{name}</name><version>0.0.1</version>
 <description>tests</description><maintainer email="a@b.org">a</maintainer>
 <license>BSD</license></package>
@@ -40,44 +46,59 @@ class Case:
     reason: str = ""
 
 
-def rewrite(text, suite, package, copied, scripts):
+def rewrite(text, suite, package, copied, programs):
     """A launch file of a suite, for the copies of its test files.
 
     Args:
         package: name of the suite's package.
         copied: name of the package with the copies.
-        scripts: names of the copied scripts.
+        programs: names of the copied scripts and of the compiled programs.
     """
     text = text.replace(f"$(find {package})/test", f"$(find {copied})/test")
-    original = text
+    limit = LIMIT / float(os.environ.get(PACE, "1")) - 60.0
     for (owner, kind), launch in suite.nodes.items():
-        include = f'<include file="{HERE / launch}"/>'
+        file, *arguments = shlex.split(launch)
+        include = f'<include file="{HERE / file}">'
+        for argument in arguments:
+            name, _, value = argument.partition(":=")
+            include += f'<arg name="{name}" value="{value}"/>'
         pattern = rf'<node\b(?=[^>]*pkg="{owner}")(?=[^>]*type="{kind}")[^>]*/>'
-        text = re.sub(pattern, include, text)
+        text = re.sub(pattern, include + "</include>", text)
 
     def owned(match):
         kind = re.search(r'type="([^"]*)"', match.group(0))
-        if kind is None or kind.group(1) not in scripts:
+        if kind is None or kind.group(1) not in programs:
             return match.group(0)
         tag = match.group(0).replace(f'pkg="{package}"', f'pkg="{copied}"')
-        if suite.service and text != original and tag.startswith("<test"):
-            tag = f'<test launch-prefix="{HERE / "wait_for"} {suite.service}"' + tag[5:]
-        if tag.startswith("<test") and "time-limit" not in tag:  # rostest's is 60 s
-            tag = f'<test time-limit="{LIMIT - 60.0:g}"' + tag[5:]
+        if tag.startswith("<test"):
+            if suite.service:
+                tag = f'<test launch-prefix="{HERE / "wait_for"} {suite.service}"' + tag[5:]
+            # rostest's own limit is 60 s, and a simulator starts slower than a robot in C++
+            tag = re.sub(r'\s*time-limit="[^"]*"', "", tag)
+            tag = f'<test time-limit="{limit:g}"' + tag[5:]
         return tag
 
     return re.sub(r"<(?:test|node)\b[^>]*>", owned, text)
 
 
-def copy_package(suite, sources, package, folder):
-    """Copies the test files of a suite into a package; returns (its folder, its name)."""
+def copy_package(suite, sources, package, folder, clients=None):
+    """Copies the test files of a suite into a package; returns (its folder, its name).
+
+    Args:
+        clients: folder of the compiled test programs; None: there are none.
+    """
     name = f"conformance_{package}"
     source = sources / suite.repository / suite.package
     target = folder / name
-    shutil.copytree(source / "test", target / "test")
+    for each in suite.folders:
+        shutil.copytree(source / each, target / each)
     (target / "package.xml").write_text(PACKAGE.format(name=name), encoding="utf-8")
-    files = [path for path in (target / "test").rglob("*") if path.is_file()]
+    files = [path for path in target.rglob("*") if path.is_file()]
     scripts = {path.name for path in files if path.read_bytes().startswith(b"#!")}
+    programs = set(scripts)
+    if clients is not None and (clients / package).is_dir():
+        shutil.copytree(clients / package, target / "clients")
+        programs |= {path.name for path in (target / "clients").iterdir()}
     for path in files:
         if path.name in scripts:
             path.chmod(0o755)
@@ -85,9 +106,9 @@ def copy_package(suite, sources, package, folder):
             for old, new in suite.edits:
                 text = text.replace(old, new)
             path.write_text(text, encoding="utf-8")
-        if path.suffix in (".test", ".launch"):
+        if path.suffix in (".test", ".launch", ".xml"):
             text = path.read_text(encoding="utf-8")
-            path.write_text(rewrite(text, suite, package, name, scripts), encoding="utf-8")
+            path.write_text(rewrite(text, suite, package, name, programs), encoding="utf-8")
     return target, name
 
 
@@ -95,9 +116,10 @@ def environment(sources, suite, folder):
     """Environment of the tests: the copies and the suite's sources in front."""
     source = sources / suite.repository
     packages = [str(folder), str(HERE), *filter(None, [os.environ.get("ROS_PACKAGE_PATH")])]
-    if suite.nodes or suite.plugin:  # tests look for files of the package that they belong to
+    if suite.nodes or suite.plugin or suite.in_place:
         packages.insert(0, str(source / suite.package))
-    paths = [HERE / "dummy_robot" / "src", source / suite.package / "src"]
+    robots = [HERE / name / "src" for name in ("dummy_robot", "kinematic_robot")]
+    paths = [*robots, source / suite.package / "src"]
     python = [str(path) for path in paths if path.is_dir() and suite.nodes]
     python += [str(HERE)] if suite.plugin else []
     return dict(
@@ -119,7 +141,7 @@ def run_rostest(path, name, environ, _suite):
             cwd=path.parent,
             text=True,
             capture_output=True,
-            timeout=LIMIT,
+            timeout=LIMIT / float(environ.get(PACE, "1")),
             check=False,
         )
     except subprocess.TimeoutExpired:
@@ -165,23 +187,53 @@ def read_junit(path, name):
         bad = next((it for it in element if it.tag in ("failure", "error", "skipped")), None)
         reason = "" if bad is None else (bad.get("message") or bad.text or bad.tag).strip()
         title = f"{name}::{element.get('classname', '')}.{element.get('name', '')}"
-        cases.append(Case(title, reason.splitlines()[-1] if reason else ""))
+        cases.append(Case(title, short(reason)))
     return cases
 
 
-def run_suite(package, suite, sources):
-    """Cases of a suite."""
+def short(reason):
+    """What a failure says: the last line of a traceback, or all that gtest says in one line."""
+    lines = [line.strip() for line in reason.splitlines() if line.strip()]
+    if not lines:
+        return ""
+    return " ".join(lines)[:SHOWN] if ".cpp:" in lines[0] else lines[-1]
+
+
+def missing_client(path, copy, package):
+    """Name of a test program that a launch file starts and that is not there; "" if none."""
+    there = {each.name for each in copy.rglob("*") if os.access(each, os.X_OK)}
+    for tag in re.findall(r"<test\b[^>]*>", path.read_text(encoding="utf-8")):
+        name = re.search(r'type="([^"]*)"', tag).group(1)
+        if f'pkg="{package}"' in tag and name not in there:
+            return name
+    return ""
+
+
+def run_suite(package, suite, sources, clients=None):
+    """Cases of a suite; `clients`: see copy_package."""
     source = sources / suite.repository / suite.package / "test"
     if not source.is_dir():
         return [Case(package, f"there is no {source}; clone {suite.repository} into {sources}")]
     with tempfile.TemporaryDirectory(prefix="conformance-") as made:
         folder = Path(made)
-        copy, _ = copy_package(suite, sources, package, folder)
+        copy, _ = copy_package(suite, sources, package, folder, clients)
         environ = environment(sources, suite, folder)
         cases = []
         for patterns, run in ((suite.rostests, run_rostest), (suite.modules, run_module)):
             for path in sorted(file for pattern in patterns for file in copy.glob(pattern)):
-                cases += run(path, path.name, environ, suite)
+                if path.name in suite.not_applicable:
+                    continue
+                client = missing_client(path, copy, package)
+                if client:
+                    text = (
+                        f"compile {client} (--clients FOLDER, with {package}/{client}): it is C++"
+                    )
+                    cases.append(Case(path.name, text))
+                    continue
+                made_here = run(path, path.name, environ, suite)
+                cases += made_here
+                passed = sum(not case.reason for case in made_here)
+                print(f"{package}: {path.name}: {passed} of {len(made_here)}", file=sys.stderr)
     return cases
 
 
@@ -206,16 +258,29 @@ def main(arguments=None):
     """Runs the suites; returns 0 if all cases passed."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("--sources", required=True, type=Path, help="folder with the clones")
+    parser.add_argument("--clients", type=Path, help="folder with compiled test programs")
+    parser.add_argument(
+        "--pace",
+        type=float,
+        default=1.0,
+        help="real-time factor of Paddock with a robot; lower on a machine that has other work (1)",
+    )
     parser.add_argument("suites", nargs="*", metavar="SUITE", help=", ".join(SUITES))
     options = parser.parse_args(arguments)
     unknown = [name for name in options.suites if name not in SUITES]
     if unknown:
         parser.error(f"suite {unknown[0]!r} is not one of {', '.join(SUITES)}")
-    sources = options.sources.resolve()
+    if not 0.0 < options.pace <= 1.0:
+        parser.error(f"--pace is {options.pace}, must be above 0, at most 1")
+    os.environ[PACE] = f"{options.pace:g}"
+    sources, clients = options.sources.resolve(), options.clients and options.clients.resolve()
     results = {
-        name: run_suite(name, SUITES[name], sources) for name in options.suites or list(SUITES)
+        name: run_suite(name, SUITES[name], sources, clients)
+        for name in options.suites or list(SUITES)
     }
     print("\n".join(table(results)))
+    if not options.suites:
+        print("\n".join(f"  not run: {tests}: {reason}" for tests, reason in WITHOUT.items()))
     return int(any(case.reason for cases in results.values() for case in cases))
 
 

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from commands import check_observer
+from commands import check_observer, check_remedies, check_roslaunch, cli
 from commands.subcommands import check
 
 STATE = {"position": (1.0, 2.0, 0.05), "orientation": (0.0, 0.0, 0.0, 1.0), "speed": 0.0}
@@ -182,6 +182,38 @@ def test_what_this_machine_or_a_missing_screen_does_is_no_problem():
     assert check.notes(GOOD) == []
 
 
+def test_windows_that_are_missing_or_required_are_no_problem():
+    found = changed(cannot=[["rqt_robot_steering", "rqt_robot_steering"]], died=[])
+    assert check.problems(found) == [] and "not installed" in check.notes(found)[0]
+
+    class Node:
+        def __init__(self, package, node_type, name=None, required=False, respawn=False):
+            self.type, self.required, self.respawn = node_type, required, respawn
+
+    check_roslaunch.without_required_windows(Node)
+    window = Node("rviz", "rviz", "view", required=True, respawn=True)
+    driver = Node("base", "driver", "driver", required=True, respawn=True)
+    assert (window.required, window.respawn) == (False, False)
+    assert (driver.required, driver.respawn) == (True, True)
+
+
+def test_a_launch_that_ends_early_has_no_simulator(monkeypatch):
+    class Gone:
+        def getSystemState(self):
+            raise ConnectionRefusedError
+
+    monkeypatch.setattr(check_observer.rospy, "get_master", Gone)
+    assert check_observer.find_simulator() is None
+
+
+def test_launch_arguments_get_to_the_launch_file(monkeypatch):
+    seen = []
+    monkeypatch.setattr(check, "run", lambda options, rest: seen.append((options, rest)))
+    cli.parsed("check", check, ["car", "car.launch", "--seconds", "3", "gui:=false", "n:=2"])
+    (options, rest), = seen  # fmt: skip
+    assert (options.file, options.seconds, rest) == ("car.launch", 3.0, ["gui:=false", "n:=2"])
+
+
 def test_loose_things_of_the_world_are_no_robots():
     ball = {**GOOD["models"][1], "name": "ball", "furniture": True, "sensors": [],
             "controllers": [], "after": state(position=(1.0, 2.4, 0.05))}  # fmt: skip
@@ -241,16 +273,50 @@ def test_sources_of_what_is_missing(tmp_path, monkeypatch):
         (tmp_path / name).mkdir()
         (tmp_path / name / "package.xml").write_text(f"<package><name>{name}</name></package>")
     (tmp_path / "hover" / "CMakeLists.txt").write_text(
-        "project(hover)\nadd_library(${PROJECT_NAME}_plugin a.cpp)\nadd_executable(drive b.cpp)\n"
+        "project(hover)\nadd_library(${PROJECT_NAME}_plugin SHARED a.cpp)\n"
+        "add_executable(drive b.cpp)\n"
     )
+    (tmp_path / "hover" / "a.cpp").write_text("#include <ros/ros.h>\n# include <gazebo/g.hh>\n")
+    (tmp_path / "hover" / "b.cpp").write_text("#include <ros/ros.h>\n")
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
     found = {"cannot": [["hover", "drive"], ["gone", "node"]], "lost": [],
              "models": [{"lost": ["plugin 'libhover_plugin.so' is not known here"]}]}  # fmt: skip
     assert check_observer.builders(found) == {
-        "drive": ("hover", True),
-        "node": ("gone", False),
-        "hover_plugin": ("hover", True),
+        "drive": ("hover", True, ""),
+        "node": ("gone", False, ""),
+        "hover_plugin": ("hover", True, "Gazebo's headers"),
     }
+
+
+def test_what_would_replace_it():
+    def existing(names):
+        return {name for name in names if name == "laser-filters"}
+
+    remedies = {
+        name: check_remedies.for_package(name, existing)
+        for name in ("laser_filters", "move_base", "robot_pose_ekf", "my_own")
+    }
+    assert remedies["laser_filters"] == "apt-get install laser-filters"
+    assert "ros-planning/navigation" in remedies["move_base"]
+    assert "robot_localization" in remedies["robot_pose_ekf"]
+    assert "./run deps" in remedies["my_own"]
+    assert "Python class" in check_remedies.for_plugin("libhover.so")
+    assert "apply_body_wrench" in check_remedies.for_plugin("libgazebo_ros_force.so")
+
+
+def test_remedies_are_told_with_their_problems():
+    found = changed(
+        cannot=[["move_base", "move_base"], ["base", "hw"]],
+        builders={"move_base": ["move_base", False, ""], "hw": ["base", True, "X's headers"]},
+        remedies={"move_base": "look there"},
+    )
+    missing, absent = check.problems(found)
+    assert "move_base is not installed; look there" in missing
+    assert "asks for X's headers" in absent and "Python" in absent
+    refused = changed(simulator=False, models=[], refused="Resource not found: amcl",
+                      remedies={"amcl": "look here"})  # fmt: skip
+    assert check_remedies.missing_packages(refused) == ["amcl"]
+    assert check.problems(refused)[0].endswith("Resource not found: amcl; amcl: look here")
 
 
 def test_without_a_simulator():

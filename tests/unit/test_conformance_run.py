@@ -47,6 +47,33 @@ def test_copies_find_each_other_and_the_clone_stays_as_it_is(sources, tmp_path):
     assert "old()" in (original / "client.py").read_text()
 
 
+def test_compiled_programs_are_copied_and_missing_ones_named(sources, tmp_path):
+    suite = suites.Suite("clone", "robot", ("test/*.test",),
+                         nodes={("robot", "fake"): "here.launch speed:='1 2' slow:=true"})  # fmt: skip
+    text = LAUNCH.replace("client.py", "client_test").replace("<test ", '<test time-limit="9" ')
+    (sources / "clone" / "robot" / "test" / "drive.test").write_text(text)
+    (tmp_path / "work").mkdir()
+    (case,) = run.run_suite("robot", suite, sources)
+    assert case.name == "drive.test" and "compile client_test" in case.reason
+    clients = tmp_path / "clients" / "robot"
+    clients.mkdir(parents=True)
+    (clients / "client_test").write_text("#!/bin/sh\n")
+    (clients / "client_test").chmod(0o755)
+    copy, name = run.copy_package(suite, sources, "robot", tmp_path / "work", clients.parent)
+    assert run.missing_client(copy / "test" / "drive.test", copy, "robot") == ""
+    text = (copy / "test" / "drive.test").read_text()
+    assert f'pkg="{name}" type="client_test"' in text and 'time-limit="9"' not in text
+    assert '<arg name="speed" value="1 2"/><arg name="slow" value="true"/></include>' in text
+
+
+def test_what_gtest_says_is_one_line():
+    assert run.short("Traceback\n  File x\nValueError: 3") == "ValueError: 3"
+    assert run.short("/a/b.cpp:7\nExpected: 1\n  Which is: 2") == (
+        "/a/b.cpp:7 Expected: 1 Which is: 2"
+    )
+    assert run.short(" ") == ""
+
+
 def test_a_suite_of_functions_and_a_table(sources, monkeypatch):
     suite = suites.Suite("clone", "robot", modules=("test/test_sums.py",),
                          not_applicable={"cm_test": "C++"})  # fmt: skip
@@ -65,4 +92,4 @@ def test_missing_clones_and_unknown_suites_are_named(tmp_path, capsys):
     assert f"clone xacro into {tmp_path}" in capsys.readouterr().out
     with pytest.raises(SystemExit):
         run.main(["--sources", str(tmp_path), "nothing"])
-    assert "'nothing' is not one of teleop_twist_joy" in capsys.readouterr().err
+    assert "'nothing' is not one of diff_drive_controller" in capsys.readouterr().err

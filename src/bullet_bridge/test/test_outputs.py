@@ -360,13 +360,16 @@ def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, t
 
 @pytest.mark.parametrize(
     "tags, expected",
-    [("<publishTf>false</publishTf>", set()), ("<publishOdomTF>0</publishOdomTF>", {"/n/odom"})],
+    [
+        ("<publishTf>false</publishTf>", {"/tf"}),
+        ("<publishOdomTF>0</publishOdomTF>", {"/n/odom", "/tf"}),
+    ],
 )
 def test_outputs_of_diff_drive_that_are_switched_off(topics, world, tags, expected):
     cart = world.spawn_urdf("cart", CART.format(tags), Pose((0.0, 0.0, 0.1)), str)
     output = plugin_of(world, cart, cart.description.sensors[0])
     output.update(world.time, 0.0)
-    assert set(topics) == expected
+    assert set(topics) == expected and topics["/tf"].messages == []  # advertised, as upstream
     output.close()
 
 

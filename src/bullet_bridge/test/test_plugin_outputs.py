@@ -170,6 +170,7 @@ def test_biases_of_an_imu_are_set_and_decay(topics, world, cart):
     spec = BiasedImuSpec(
         "i", "base", topic="/imu", service="/imu/calibrate", bias_topic="/imu/bias",
         accel_frequency=(1.0, 1.0, 1.0), gyro_noise_mean=(0.0, 0.0, 0.2),
+        accel_variances=(0.01, 0.04, 0.09), rate_variances=(1.0, 2.0, 3.0), heading_variance=0.5,
     )  # fmt: skip
     output = in_thread(made(spec, world, cart))
     gravity = float(np.linalg.norm(world.gravity))
@@ -179,6 +180,10 @@ def test_biases_of_an_imu_are_set_and_decay(topics, world, cart):
     message = topics["/imu"].messages[-1]
     assert message.linear_acceleration.x == pytest.approx(1.0, abs=1e-6)
     assert message.angular_velocity.z == pytest.approx(0.7, abs=1e-6)
+    tilt = [0.01 / gravity**2, 0.04 / gravity**2, 0.5]  # as hector's: of gravity's direction
+    assert message.orientation_covariance[::4] == pytest.approx(tilt)
+    assert message.linear_acceleration_covariance[::4] == [0.01, 0.04, 0.09]
+    assert message.angular_velocity_covariance[::4] == [1.0, 2.0, 3.0]
     assert message.orientation.y == pytest.approx(-0.5 / gravity, rel=0.01)
     biases = topics["/imu/bias"].messages[-1]
     assert (biases.linear_acceleration.x, biases.angular_velocity.z) == (1.0, 0.7)

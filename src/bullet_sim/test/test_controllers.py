@@ -1,5 +1,6 @@
 """Controllers: their configuration and their life cycles, on fake joints."""
 
+import dataclasses
 import math
 
 import pytest
@@ -96,8 +97,6 @@ BAD = [
     ({"type": STATE, "publish_rate": True}, ["publish_rate True"]),
     ({"type": STATE, "publish_rate": 10**400}, ["publish_rate 1000"]),
     ({"type": STATE, "joints": ["nose"]}, ["joint 'nose'"]),
-    ({"type": STATE, "extra_joints": 3}, ["extra_joints 3", "a list"]),
-    ({"type": STATE, "extra_joints": [{"position": 1}]}, ["extra_joints #0", "name None"]),
     ({"type": GROUP, "joints": ["left", "right", "left"]}, ["joint 'left' twice"]),
     ({"type": EFFORT_GROUP, "joints": ["left", "left"]}, ["joint 'left' twice"]),
     ({"type": EFFORT_POSITION, "joint": "left"}, ["has no pid", EFFORT_POSITION]),
@@ -133,11 +132,22 @@ UNKNOWN = [
     ({"type": STATE, 1: 2}, "key '1'"),
     ({"type": STATE, "joint": "left"}, "key 'joint'"),
     ({"type": STATE, "extra_joints": [{"name": "x", "speed": 1}]}, "#0 has key 'speed'"),
+    ({"type": STATE, "extra_joints": 3}, "extra_joints 3, must be a list; it is ignored"),
+    ({"type": STATE, "extra_joints": [{"position": 1}]}, "#0 has name None, must be a name; it"),
+    ({"type": STATE, "extra_joints": [{"name": "x", "effort": "a"}]}, "effort 'a', must be a"),
+    ({"type": STATE, "extra_joints": [{"name": "x"}, {"name": "x"}]}, "'x' a second time"),
     (
         {"type": EFFORT_GROUP_POSITION, "joints": ["left"], "left": {"pid": {"p": 1}, "gear": 2}},
         "controller 'c' left has key 'gear'",
     ),
 ]
+
+
+def test_extra_joints_that_are_usable_stay():
+    extra = [{"name": "x", "position": 1.5}, 3, {"name": "x", "position": 2}, {"name": "y"}]
+    _, config = configure("c", {"type": STATE, "extra_joints": extra}, JOINTS)
+    assert config.extra_joints == (("x", 1.5, 0.0, 0.0), ("y", 0.0, 0.0, 0.0))
+    assert len(config.warnings) == 2
 
 
 @pytest.mark.parametrize("config, text", UNKNOWN, ids=[text for _, text in UNKNOWN])
@@ -244,6 +254,17 @@ def test_strict_switch_refuses_all_with_a_reason(manager, joints, start, stop, r
     with pytest.raises(ControllerError, match=reason):
         manager.switch(start, stop, strict=True)
     assert (states(manager), joints.calls) == (before, calls)
+
+
+def test_a_controller_that_claims_a_joint_twice_cannot_start(manager):
+    controller = manager.get("speed")
+    claims = (("velocity", ("left",)), ("effort", ("left",)))
+    controller.config = dataclasses.replace(controller.config, claims=claims)
+    with pytest.raises(ControllerError, match="'speed' cannot start: it claims joint 'left' twice"):
+        manager.switch(["speed"], [])
+    (reason,) = manager.switch(["speed", "other"], [], strict=False)
+    assert "twice" in reason and states(manager)["other"] == RUNNING
+    assert states(manager)["speed"] != RUNNING
 
 
 def test_two_rivals_in_one_switch_are_refused(manager):

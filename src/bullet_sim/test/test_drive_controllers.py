@@ -1,11 +1,13 @@
 """diff_drive and ackermann_steering: configuration, limits, time-out, odometry in closed form."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from bullet_sim.controllers import configure
 from bullet_sim.controllers.drive import Odometry, SpeedLimiter
 from bullet_sim.controllers.manager import Manager
+from bullet_sim.description.model import Geometry
 from bullet_sim.errors import ControllerError
 from bullet_sim.formats.urdf import parse_urdf
 from fake_joints import FakeJoints
@@ -283,6 +285,23 @@ BAD = [
 def test_bad_configuration_is_refused_by_name(config, text):
     with pytest.raises(ControllerError, match=f"controller 'base'.*{text}"):
         parse(type=DIFF, **config)
+
+
+def test_spheres_are_wheels_of_diff_drive_alone_as_upstream():
+    shape = replace(
+        DESCRIPTION.links["left_link"].collisions[0], geometry=Geometry("sphere", (0.2,))
+    )
+    links = {name: replace(link) for name, link in DESCRIPTION.links.items()}
+    for name in ("left_link", "right_link"):
+        links[name].collisions = [shape]
+    description = replace(DESCRIPTION, links=links)
+    values = {"type": DIFF, "left_wheel": "left", "right_wheel": "right"}
+    _, config = configure("base", values, NAMES, description)
+    assert config.sizes[1] == 0.2
+    values = {"type": ACKERMANN, "rear_wheel": "left", "front_steer": "steer"}
+    with pytest.raises(ControllerError, match="no wheel_radius, and link 'left_link' has no cylin"):
+        configure("base", values, NAMES, description)
+    configure("base", {**values, "wheel_radius": 0.2}, NAMES, description)
 
 
 def test_missing_joints_of_an_ackermann_base_are_named():

@@ -253,6 +253,22 @@ PARTS = {
 }
 
 
+@pytest.mark.parametrize("inside, words", [("", []), ("<box_inertia m='1'/>", ["<box_inertia>"])])
+def test_a_link_with_a_mass_but_no_inertia_loses_its_shapes_as_in_gazebo(inside, words):
+    inertial = f'<inertial><origin xyz="0 0 1"/><mass value="3"/>{inside}</inertial>'
+    box = '<geometry><box size="1 1 1"/></geometry>'
+    shapes = f"<visual>{box}</visual><collision>{box}</collision>"
+    model = parse_urdf(robot(f'<link name="tip">{inertial}{shapes}</link>{hold()}'), str, "car")
+    tip = model.links["tip"]
+    assert (tip.mass, tip.centre.tolist()) == (3.0, [0.0, 0.0, 1.0])
+    assert tip.visuals == [] and tip.collisions == []
+    (warning,) = model.warnings
+    for word in ("link 'tip'", "no <inertia>", "as in Gazebo", *words):
+        assert word in warning
+    massless = parse_urdf(robot(f'<link name="tip"><inertial/>{shapes}</link>{hold()}'), str, "car")
+    assert len(massless.links["tip"].collisions) == 1 and not massless.warnings
+
+
 @pytest.mark.parametrize("text, links, joints, words", PARTS.values(), ids=PARTS)
 def test_a_bad_part_costs_itself(text, links, joints, words):
     model = parse_urdf(robot(text), str, "car")

@@ -205,3 +205,34 @@ def test_points_of_all_layers_lie_on_the_wall():
 def test_wrong_layers(vertical, word):
     with pytest.raises(ValueError, match=word):
         LayeredLidar(one(ray("gazebo_ros_block_laser", vertical=vertical)))
+
+
+@pytest.mark.parametrize("library", ["hector_gazebo_ros_imu", "gazebo_ros_imu"])
+@pytest.mark.parametrize(
+    "more, frame",
+    [
+        ("", "base"),
+        ('<gazebo reference="m"><preserveFixedJoint>true</preserveFixedJoint></gazebo>', "mast"),
+    ],
+)
+def test_frames_are_of_the_link_that_fixed_joints_merge_into_as_in_gazebo(library, more, frame):
+    mast = (
+        '<link name="mast"/><joint name="m" type="fixed"><parent link="base"/><child link="mast"/>'
+        "</joint>"
+    )
+    text = plugin(library, "<bodyName>mast</bodyName>")
+    robot = f'<robot name="r">{LINKS}{mast}<gazebo>{text}</gazebo>{more}</robot>'
+    (spec,) = parse_urdf(robot, str, "bot").sensors
+    assert (spec.link, spec.frame_id) == ("mast", frame)
+
+
+def test_covariances_of_hectors_imu():
+    spec = one(
+        plugin(
+            "hector_gazebo_ros_imu",
+            "<accelGaussianNoise>0.1 0.2 0.3</accelGaussianNoise><rateGaussianNoise>0.5"
+            "</rateGaussianNoise><headingGaussianNoise>0.4</headingGaussianNoise>",
+        )
+    )
+    assert spec.accel_variances == pytest.approx((0.01, 0.04, 0.09))
+    assert spec.rate_variances == (0.25,) * 3 and spec.heading_variance == pytest.approx(0.16)

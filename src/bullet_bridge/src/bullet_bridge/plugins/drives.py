@@ -58,13 +58,13 @@ class WheelDrivePlugin(ModelPlugin):
         self._wheels = [[joints.index(name) for name in names] for names in (spec.left, spec.right)]
         odometry = spec.publish_odometry
         self._odometry = self.publisher(spec.topic, Odometry) if odometry else None
-        with_tf = odometry and spec.publish_tf
-        self._transform = self.publisher("/tf", TFMessage) if with_tf else None
+        tf = self.publisher("/tf", TFMessage)  # which upstream advertises in any case
+        self._transform = tf if odometry and spec.publish_tf else None
         frames = spec.frame_id, spec.child_frame_id
         self._sender = PackedBase(self._odometry, self._transform, spec, frames)
         topic = spec.wheel_states_topic
         self._wheel_states = self.publisher(topic, JointState) if topic else None
-        self._wheel_frames = self.publisher("/tf", TFMessage) if spec.wheel_transforms else None
+        self._wheel_frames = tf if spec.wheel_transforms else None
         self._wheel_names = [*spec.right, *spec.left]  # in upstream's order
         self.subscribe(spec.command_topic, Twist, self._on_command)
 

@@ -135,10 +135,12 @@ class BiasedImuSensor(ImuSensor):
     """An IMU with biases that services set, and that decay."""
 
     STATE = ("_rate_bias", "_force_bias", "_measured")
+    CACHE = ("_gravity",)
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
+        self._gravity: float | None = None  # [m/s^2] that the sent variances are computed with
         self._bias_sender = None
         if spec.bias_topic:
             biases = self.publisher(spec.bias_topic, Imu)
@@ -183,6 +185,12 @@ class BiasedImuSensor(ImuSensor):
         self._force_bias = self._force_bias * np.exp(-period * np.asarray(spec.accel_frequency))
         orientation, rate, force = super().read(time)
         gravity = float(np.linalg.norm(self.world.gravity))
+        if gravity != self._gravity:
+            self._gravity = gravity
+            tilt = [v / gravity**2 if gravity > 0.0 else -1.0 for v in spec.accel_variances[:2]]
+            self._sender.set_variances(
+                [*tilt, spec.heading_variance], spec.rate_variances, spec.accel_variances
+            )
         if gravity > 0.0 and self._force_bias.any():
             orientation = inertial.tilt_error(orientation, self._force_bias, gravity)
         if self._bias_sender is not None:

@@ -151,14 +151,19 @@ class ModelServices:
                 f"joint_names has {len(names)} entries and joint_positions "
                 f"{len(positions)}; must be as many"
             )
-        self._jobs.call(
-            lambda: self._world.model(request.model_name).joints.set_positions(
-                dict(zip(names, positions))
-            )
-        )
-        return srv.SetModelConfigurationResponse(
-            status_message=f"set {len(names)} joints of '{request.model_name}'"
-        )
+
+        def work() -> list[str]:
+            joints = self._world.model(request.model_name).joints
+            values = dict(zip(names, positions))
+            joints.set_positions({name: values[name] for name in values if name in joints.names})
+            return [name for name in values if name not in joints.names]
+
+        unknown = self._jobs.call(work)
+        message = f"set {len(names) - len(unknown)} joints of '{request.model_name}'"
+        if unknown:  # which Gazebo skips without a word
+            message += f"; {', '.join(unknown)} do not exist or do not move, and are skipped"
+            rospy.logwarn("set_model_configuration: %s", message)
+        return srv.SetModelConfigurationResponse(status_message=message)
 
     def _get_world(self, _: Any) -> srv.GetWorldPropertiesResponse:
         time, names = self._jobs.call(lambda: (self._world.time, list(self._world.models)))

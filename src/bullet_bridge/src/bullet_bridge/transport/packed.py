@@ -192,7 +192,13 @@ class PackedImu(Packed):
     def __init__(self, publisher: rospy.Publisher, frame: str, variance: float = 0.0) -> None:
         super().__init__(publisher)
         self._frame = pack_string(frame)
-        self._covariance = _pack_diagonal([variance] * 3)
+        self.set_variances([variance] * 3, [variance] * 3, [variance] * 3)
+
+    def set_variances(
+        self, orientation: Sequence[float], rate: Sequence[float], force: Sequence[float]
+    ) -> None:
+        """Set the diagonals (3,) of the covariances [rad^2, rad^2/s^2, m^2/s^4]."""
+        self._covariances = [_pack_diagonal(values) for values in (orientation, rate, force)]
 
     def send(
         self,
@@ -202,11 +208,11 @@ class PackedImu(Packed):
         force: Iterable[float],
     ) -> None:
         """Publish for a simulated time [s]: (x, y, z, w), [rad/s], [m/s^2]."""
-        covariance = self._covariance
+        first, second, third = self._covariances
         self._send(
             self._header(time),
             self._frame,
-            self._NUMBERS.pack(*orientation, covariance, *rate, covariance, *force, covariance),
+            self._NUMBERS.pack(*orientation, first, *rate, second, *force, third),
         )
 
 

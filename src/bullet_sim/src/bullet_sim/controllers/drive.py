@@ -49,19 +49,28 @@ def joint_position(description: ModelDescription | None, name: str) -> Vec3:
     return pose.position
 
 
-def wheel_radius(description: ModelDescription | None, name: str) -> float:
-    """Radius [m] of the cylinder or sphere with which a joint's child link collides.
+ROUND = ("cylinder", "sphere")
+
+
+def wheel_radius(
+    description: ModelDescription | None, name: str, kinds: tuple[str, ...] = ("cylinder",)
+) -> float:
+    """Radius [m] of the shape with which a joint's child link collides.
+
+    Args:
+        kinds: of shapes that count: urdf_geometry_parser takes cylinders, diff_drive_controller
+            spheres, too.
 
     Raises:
-        ControllerError: no such joint, or the link has neither.
+        ControllerError: no such joint, or the link has none of them.
     """
     description = _with_joint(description, name)
     link = description.links[description.joints[name].child]
     for shape in link.collisions:
-        if shape.geometry.kind in ("cylinder", "sphere"):
+        if shape.geometry.kind in kinds:
             return shape.geometry.size[0]
     raise ControllerError(
-        f"link '{link.name}' has no cylinder or sphere as its collision to take it from"
+        f"link '{link.name}' has no {' or '.join(kinds)} as its collision to take it from"
     )
 
 
@@ -548,7 +557,7 @@ class DiffDrive(Drive):
         )
         wheel_states = _WITHOUT_EFFECT[0]
         publish_wheels = settings.flag(wheel_states, False)
-        radius = size(settings, "wheel_radius", lambda: wheel_radius(description, left[0]))
+        radius = size(settings, "wheel_radius", lambda: wheel_radius(description, left[0], ROUND))
         separation = size(
             settings, "wheel_separation", lambda: _distance(description, left[0], right[0])
         )

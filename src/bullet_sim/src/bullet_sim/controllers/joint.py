@@ -47,26 +47,44 @@ class JointState(Controller):
             )
         check_joints(requested, settings.label, joints)
         settings.ignore("interface_name")
-        extra = settings.get("extra_joints", [])
-        if not isinstance(extra, list):
-            raise ControllerError(f"{settings.label} has extra_joints {extra!r}, must be a list")
-        extra_joints: list[tuple[str, float, float, float]] = []
-        warnings: list[str] = []
-        for number, item in enumerate(extra):
+        extra_joints, warnings = _extra_joints(settings)
+        return JointStateConfig(
+            name=settings.name,
+            joints=tuple(requested),
+            publish_rate=settings.rate(),
+            extra_joints=extra_joints,
+            warnings=warnings,
+        )
+
+
+def _extra_joints(
+    settings: Settings,
+) -> tuple[tuple[tuple[str, float, float, float], ...], tuple[str, ...]]:
+    """(name, position, velocity, effort) of each usable entry of extra_joints, and warnings.
+
+    As upstream an entry without a name, with a name that is there already, or with a value that is
+    no number is ignored, as is a value of another type than a list.
+    """
+    rows: dict[str, tuple[str, float, float, float]] = {}
+    warnings: list[str] = []
+    extra = settings.get("extra_joints", [])
+    if not isinstance(extra, list):
+        return (), (f"{settings.label} has extra_joints {extra!r}, must be a list; it is ignored",)
+    for number, item in enumerate(extra):
+        try:
             entry = Settings(item, f"{settings.label} extra_joints #{number}")
             name = entry.text("name", None)
             position, velocity, effort = (
                 entry.number(key, 0.0) for key in ("position", "velocity", "effort")
             )
-            extra_joints.append((name, position, velocity, effort))
-            warnings += entry.unknown()
-        return JointStateConfig(
-            name=settings.name,
-            joints=tuple(requested),
-            publish_rate=settings.rate(),
-            extra_joints=tuple(extra_joints),
-            warnings=tuple(warnings),
-        )
+        except ControllerError as error:
+            warnings.append(f"{error}; it is ignored")
+            continue
+        warnings += entry.unknown()
+        if name in rows:
+            warnings.append(f"{entry.label} has name '{name}' a second time; it is ignored")
+        rows.setdefault(name, (name, position, velocity, effort))
+    return tuple(rows.values()), tuple(warnings)
 
 
 class SensorController(Controller):

@@ -166,12 +166,17 @@ class Manager(Stateful):
             lambda n: not self.is_running(n) or n in stopping,
             "is running already",
         ):
-            taken = [joint for joint in self._claims(name) if joint in claimed]
-            if not taken:
+            mine = self._claims(name)
+            taken = [joint for joint in mine if joint in claimed]
+            twice = [joint for joint in mine if mine.count(joint) > 1]
+            if not taken and not twice:
                 starting.append(name)
-                claimed.update({joint: name for joint in self._claims(name)})
+                claimed.update(dict.fromkeys(mine, name))
                 continue
-            rival = f"joint '{taken[0]}' is claimed by '{claimed[taken[0]]}'"
+            if taken:
+                rival = f"joint '{taken[0]}' is claimed by '{claimed[taken[0]]}'"
+            else:
+                rival = f"it claims joint '{twice[0]}' twice, by different interfaces"
             reason = f"controller '{name}' cannot start: {rival}"
             if strict:
                 raise ControllerError(reason)

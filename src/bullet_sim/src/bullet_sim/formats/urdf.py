@@ -163,7 +163,8 @@ def _link(
             label,
         )
         return None
-    _inertial(element, link, label)
+    if not _inertial(element, link, label):
+        return link
     for tag, shapes in (("visual", link.visuals), ("collision", link.collisions)):
         for shape_element in element.findall(tag):
             shape = _shape(shape_element, f"{label} {tag}", materials, resolve, model)
@@ -178,10 +179,15 @@ def _link(
     return link
 
 
-def _inertial(element: Node, link: Link, label: str) -> None:
+def _inertial(element: Node, link: Link, label: str) -> bool:
+    """Read a link's mass and inertia; returns whether its shapes are to be read, too.
+
+    urdfdom reads a link's <inertial> first and gives the link up where it has a mass, but no
+    <inertia>: in Gazebo such a link has a mass, but nothing to see or to collide with.
+    """
     inertial = element.find("inertial")
     if inertial is None:
-        return
+        return True
     pose = urdf_origin(inertial, f"{label} inertial")
     mass, inertia = inertial.find("mass"), inertial.find("inertia")
     if mass is not None:
@@ -197,6 +203,16 @@ def _inertial(element: Node, link: Link, label: str) -> None:
         moments = [number_of(inertia, key, f"{label} inertia", 0.0) for key in INERTIA]
         link.set_inertia(pose, moments)
     link.centre = np.array(pose.position)
+    if mass is None or inertia is not None:
+        return True
+    macros = [f"<{child.tag}>" for child in inertial if child.tag not in ("origin", "mass")]
+    inertial.warn(
+        f"{label} has a mass, but no <inertia>; as in Gazebo its shapes are left out, and nothing "
+        "collides with it" + (f"; is {macros[0]} a macro without 'xacro:'?" if macros else ""),
+        "links have a mass, but no <inertia>, and lose their shapes, as in Gazebo",
+        label,
+    )
+    return False
 
 
 def _shape_name(link: str, tag: str, index: int) -> str:

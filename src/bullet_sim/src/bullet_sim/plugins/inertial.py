@@ -42,8 +42,13 @@ class BiasedImuSpec(ImuSpec):
     Attributes:
         bias_topic: of sensor_msgs/Imu with the biases; "": none.
         gyro_frequency, accel_frequency: at which a set bias decays [1/s].
+        rate_variances, accel_variances: on the diagonals of these covariances, along the axes; the
+            orientation's are those of the acceleration over gravity squared, and of the heading.
     """
 
+    rate_variances: Vec3 = (0.0,) * 3
+    accel_variances: Vec3 = (0.0,) * 3
+    heading_variance: float = 0.0
     bias_topic: str = ""
     gyro_frequency: Vec3 = (1.0 / 3600.0,) * 3
     accel_frequency: Vec3 = (1.0 / 3600.0,) * 3
@@ -191,7 +196,7 @@ def model_imu(xml: PluginXml) -> ImuSpec:
         link,
         _offset(xml),
         rate=xml.number("updateRate"),
-        frame_id=xml.frame("frameName", xml.text("bodyName", link)),
+        frame_id=xml.frame("frameName", xml.merged(link)),
         topic=xml.topic("topicName", "/default_imu"),
         service=xml.topic("serviceName", "/default_imu"),
     )
@@ -251,14 +256,20 @@ def imu_sensor(xml: SensorXml) -> ImuSpec:
 
 
 # hector's; drifts are not simulated ---------------------------------------------------------------
+def _squares(values: Vec3) -> Vec3:
+    x, y, z = values
+    return x * x, y * y, z * z
+
+
 @model_plugin("hector_gazebo_ros_imu")
 def hector_imu(xml: PluginXml) -> BiasedImuSpec:
     link = xml.link("bodyName", xml.model.root)
     noise = abs(xml.number("gaussianNoise"))
-    acceleration = (
-        max(abs(value) for value in xml.vector("accelGaussianNoise", broadcast=True)) or noise
+    of_accel, of_rate = (
+        xml.vector(f"{name}GaussianNoise", broadcast=True) for name in ("accel", "rate")
     )
-    rate = max(abs(value) for value in xml.vector("rateGaussianNoise", broadcast=True))
+    of_accel = of_accel if any(of_accel) else (noise,) * 3
+    acceleration, rate = (max(map(abs, values)) for values in (of_accel, of_rate))
     topic = xml.topic("topicName", "imu")
     gyro_frequency, accel_frequency = (
         xml.vector(f"{name}DriftFrequency", default=(1.0 / 3600.0,) * 3, broadcast=True)
@@ -274,9 +285,12 @@ def hector_imu(xml: PluginXml) -> BiasedImuSpec:
         service=xml.topic("serviceName", f"{topic}/calibrate"),
         gyro_frequency=gyro_frequency,
         accel_frequency=accel_frequency,
-        frame_id=xml.frame("frameId", link),
+        frame_id=xml.frame("frameId", xml.merged(link)),
         gyro_noise_stddev=rate,
         accel_noise_stddev=acceleration,
+        rate_variances=_squares(of_rate),
+        accel_variances=_squares(of_accel),
+        heading_variance=xml.number("headingGaussianNoise") ** 2,
         gyro_noise_mean=xml.vector("rateOffset", broadcast=True),
         accel_noise_mean=xml.vector("accelOffset", broadcast=True),
         variance=acceleration**2,
@@ -314,7 +328,7 @@ def magnetic(xml: PluginXml) -> MagneticSpec:
         link=link,
         rate=xml.number("updateRate"),
         topic=xml.topic("topicName", "magnetic"),
-        frame_id=xml.frame("frameId", link),
+        frame_id=xml.frame("frameId", xml.merged(link)),
         magnitude=xml.number("magnitude", 0.44),
         heading=math.radians(xml.number("referenceHeading")),
         declination=math.radians(xml.number("declination")),

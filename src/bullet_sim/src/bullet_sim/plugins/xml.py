@@ -14,7 +14,9 @@ from bullet_sim.xml_reader import (
     child_number,
     child_text,
     child_whole,
+    document_root,
     floats,
+    is_true,
 )
 
 PoseTuple = tuple[Vec3, Vec3]
@@ -218,6 +220,29 @@ class PluginXml(Values):
             "plugins name a link that does not exist and are left out",
             self.label,
         )
+
+    def merged(self, link: str) -> str:
+        """Link that Gazebo knows a link as: of a URDF, the one that fixed joints merge it into.
+
+        It writes that name into <bodyName>, and plugins into their headers where no frame is given.
+        """
+        robot = document_root(self.element)
+        if robot.tag != "robot":
+            return link
+        kept = {
+            each.get("reference")
+            for each in robot.findall("gazebo")
+            for tag in ("preserveFixedJoint", "disableFixedJointLumping")
+            if is_true(child_text(each, tag))
+        }
+        parents = {
+            joint.child: joint.parent
+            for joint in self.model.joints.values()
+            if joint.kind == "fixed" and joint.name not in kept and joint.parent != "world"
+        }
+        while link in parents:
+            link = parents[link]
+        return link
 
     def joint(self, tag: str) -> str:
         """Joint that a tag names; raises MissingPart where the model has no such joint."""

@@ -1,8 +1,11 @@
-"""The controller type of controller_manager_tests: it claims joints and commands nothing."""
+"""The controller types of controller_manager_tests: they claim joints and command nothing."""
 
-from typing import Any
+from typing import Any, ClassVar
 
 from bullet_sim.controllers.base import Controller, ControllerConfig, Settings
+from bullet_sim.errors import ControllerError
+
+Claims = tuple[tuple[str, tuple[str, ...]], ...]
 
 
 class EffortTest(Controller):
@@ -18,3 +21,79 @@ class EffortTest(Controller):
         if "joints" in settings:
             names = settings.joints("joints", joints)
         return ControllerConfig(name=settings.name, joints=names, claims=(("effort", names),))
+
+
+class Claiming(Controller):
+    """Claims what `claims` says.
+
+    Attributes:
+        KEYS: parameter -> interface of its joints.
+    """
+
+    interface = "effort"
+    KEYS: ClassVar[dict[str, str]]
+
+    @classmethod
+    def claims(cls, settings: Settings, joints: tuple[str, ...], description: Any) -> Claims:
+        return tuple((name, settings.joints(key, joints)) for key, name in cls.KEYS.items())
+
+    @classmethod
+    def configure(
+        cls, settings: Settings, joints: tuple[str, ...], description: Any
+    ) -> ControllerConfig:
+        claims = cls.claims(settings, joints, description)
+        names = tuple(dict.fromkeys(name for _, names in claims for name in names))
+        return ControllerConfig(name=settings.name, joints=names, claims=claims)
+
+
+class VelEff(Claiming):
+    """Claims velocities and efforts."""
+
+    KEYS: ClassVar[dict[str, str]] = {"velocity_joints": "velocity", "effort_joints": "effort"}
+
+
+class PosEff(Claiming):
+    """Claims positions, which the robot does not have, and efforts."""
+
+    KEYS: ClassVar[dict[str, str]] = {"position_joints": "position", "effort_joints": "effort"}
+
+
+class PosEffOpt(PosEff):
+    """As PosEff, without the interfaces that the joints do not have."""
+
+    @classmethod
+    def claims(cls, settings: Settings, joints: tuple[str, ...], description: Any) -> Claims:
+        offered = description.transmissions
+        return tuple(
+            (interface, names)
+            for interface, names in super().claims(settings, joints, description)
+            if all(interface in offered.get(name, ()) for name in names)
+        )
+
+
+class MyDummy(Controller):
+    """Needs an interface that no robot has."""
+
+    interface = "effort"
+
+    @classmethod
+    def configure(
+        cls, settings: Settings, joints: tuple[str, ...], description: Any
+    ) -> ControllerConfig:
+        raise ControllerError(f"{settings.label} needs an interface that the robot does not have")
+
+
+class Extensible(Claiming):
+    """Claims the velocity of one joint."""
+
+    KEYS: ClassVar[dict[str, str]] = {"velocity_joint": "velocity"}
+
+    @classmethod
+    def claims(cls, settings: Settings, joints: tuple[str, ...], description: Any) -> Claims:
+        return tuple((name, (settings.joint(key, joints),)) for key, name in cls.KEYS.items())
+
+
+class Derived(Extensible):
+    """Claims the effort of another one, too."""
+
+    KEYS: ClassVar[dict[str, str]] = {"velocity_joint": "velocity", "effort_joint": "effort"}

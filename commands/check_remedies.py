@@ -1,0 +1,100 @@
+"""What takes the place of what cannot work here, for ./run check: packages and plugins by name."""
+
+import re
+import subprocess
+
+from commands.subcommands import deps
+
+# Packages that neither Debian nor Paddock has -> what does the same.
+SAME = {
+    "cmd_vel_mux": "twist_mux",
+    "joint_state_publisher_gui": "joint_state_publisher, without a window,",
+    "key_teleop": "teleop_twist_keyboard",
+    "robot_pose_ekf": "robot_localization (ekf_localization_node)",
+    "turtlebot_teleop": "teleop_twist_keyboard",
+    "yocs_cmd_vel_mux": "twist_mux",
+}
+# Packages that neither has -> repository of their sources, for ROS 1.
+SOURCES = {
+    **dict.fromkeys(
+        (
+            "amcl",
+            "base_local_planner",
+            "carrot_planner",
+            "clear_costmap_recovery",
+            "costmap_2d",
+            "dwa_local_planner",
+            "fake_localization",
+            "global_planner",
+            "move_base",
+            "navfn",
+            "navigation",
+            "rotate_recovery",
+            "voxel_grid",
+        ),
+        "ros-planning/navigation",
+    ),
+    **dict.fromkeys(("gmapping", "slam_gmapping"), "ros-perception/slam_gmapping"),
+    **dict.fromkeys(
+        ("hector_mapping", "hector_slam_launch", "hector_geotiff", "hector_trajectory_server"),
+        "tu-darmstadt-ros-pkg/hector_slam",
+    ),
+    "cartographer_ros": "cartographer-project/cartographer_ros",
+    "costmap_converter": "rst-tu-dortmund/costmap_converter",
+    "depthimage_to_laserscan": "ros-perception/depthimage_to_laserscan",
+    "laser_filters": "ros-perception/laser_filters",
+    "pointcloud_to_laserscan": "ros-perception/pointcloud_to_laserscan",
+    "slam_toolbox": "SteveMacenski/slam_toolbox",
+    "teb_local_planner": "rst-tu-dortmund/teb_local_planner",
+    "velodyne_pointcloud": "ros-drivers/velodyne",
+}
+# Libraries of Gazebo plugins that are not here -> what is.
+PLUGINS = {
+    "gazebo_ros_force": "the service /gazebo/apply_body_wrench does the same",
+    "gazebo_ros_prosilica": "libgazebo_ros_camera.so does the same without its own services",
+    "gazebo_ros_tricycle_drive": "ackermann_steering_controller drives such a base",
+    "gazebo_ros_wheel_slip": "<mu1> and <mu2> of the wheels are what there is",
+    "hector_gazebo_ros_force_based_move": "libgazebo_ros_planar_move.so moves a model so",
+    "hector_gazebo_thermal_camera": "libgazebo_ros_camera.so has the image in its own colors",
+}
+OWN_PLUGIN = "a Python class can take its place (docs/tutorials/your_own_simulation.md)"
+GENERIC = "./run deps PATH names Debian's packages, others have to be in your workspace as sources"
+_NOT_FOUND = re.compile(r"Resource not found: ([\w-]+)|\b[Pp]ackage '([\w-]+)' not found")
+
+
+def for_package(name, existing=deps.existing):
+    """A sentence's end: where a ROS package comes from, or what does the same.
+
+    Args:
+        existing: From names of Debian packages to those that exist.
+    """
+    if name in SAME:
+        return f"{SAME[name]} does the same"
+    try:
+        known = existing(deps.candidates(name, built=False))
+    except (OSError, subprocess.CalledProcessError):  # no apt here
+        known = set()
+    if known:
+        return f"apt-get install {' '.join(sorted(known))}"
+    if name in SOURCES:
+        return f"neither Debian nor Paddock has it; its sources are {SOURCES[name]}"
+    return GENERIC
+
+
+def for_plugin(library):
+    """A sentence's end: what takes the place of a plugin's library (libNAME.so)."""
+    name = library.removeprefix("lib").partition(".so")[0]
+    return PLUGINS.get(name, OWN_PLUGIN)
+
+
+def named_packages(text):
+    """Names of the packages that a message of roslaunch misses."""
+    return [first or second for first, second in _NOT_FOUND.findall(text or "")]
+
+
+def missing_packages(found):
+    """Names of the packages that are not there, of what check_observer.py has written."""
+    names = [
+        package for package, is_there, *_ in found.get("builders", {}).values() if not is_there
+    ]
+    return list(dict.fromkeys([*names, *named_packages(found.get("refused"))]))
