@@ -5,39 +5,19 @@ from gazebo_ros import gzserver
 
 
 @pytest.mark.parametrize(
-    "line, gui, expected",
+    "line, expected",
     [
-        (
-            "",
-            False,
-            [
-                '_world_file:="worlds/empty.world"',
-                "_paused:=false",
-                "_gui:=false",
-                "_headless:=true",
-            ],
-        ),
-        (
-            "-u -e ode /w/my.world",
-            False,
-            ['_world_file:="/w/my.world"', "_paused:=true", "_gui:=false", "_headless:=true"],
-        ),
+        ("", ['_world_file:="worlds/empty.world"', "_paused:=false"]),
+        ("-u -e ode /w/my.world", ['_world_file:="/w/my.world"', "_paused:=true"]),
         (
             "--verbose worlds/empty.world --seed 3",
-            True,
-            [
-                '_world_file:="worlds/empty.world"',
-                "_paused:=false",
-                "_gui:=true",
-                "_headless:=false",
-                "_seed:=3",
-            ],
+            ['_world_file:="worlds/empty.world"', "_paused:=false", "_seed:=3"],
         ),
     ],
 )
-def test_parameters(line, gui, expected):
+def test_parameters(line, expected):
     options, notes = gzserver.parse(line.split())
-    assert gzserver.parameters(options, gui) == expected and notes == []
+    assert gzserver.parameters(options) == expected and notes == []
 
 
 @pytest.mark.parametrize(
@@ -60,7 +40,7 @@ def test_options_without_effect_are_reported(line, notes):
 
 def test_remappings_go_on_to_the_bridge():
     arguments, notes = gzserver.command(
-        ["-u", "a.world", "__name:=gazebo", "__log:=/l", "a:=b"], False, "gzserver"
+        ["-u", "a.world", "__name:=gazebo", "__log:=/l", "a:=b"], "gzserver"
     )
     assert arguments[0] == '_world_file:="a.world"' and "_paused:=true" in arguments and notes == []
     assert arguments[-3:] == ["__name:=gazebo", "__log:=/l", "a:=b"]
