@@ -335,6 +335,16 @@ def test_sub_packages_say_what_they_are(package):
     assert silent == []
 
 
+def test_the_picture_of_the_packages_has_all_of_them():
+    source = ast.parse((ROOT / "docs" / "tools" / "rooms.py").read_text())
+    places = next(
+        ast.literal_eval(node.value)
+        for node in source.body
+        if isinstance(node, ast.Assign) and node.targets[0].id == "PLACES"
+    )
+    assert set(places) == {path.parent.name for path in (ROOT / "src").glob("*/package.xml")}
+
+
 def test_a_folder_that_is_not_there_is_an_error():
     with pytest.raises(FileNotFoundError):
         offences(ROOT / "src" / "absent", SIMULATOR.__contains__)
