@@ -13,8 +13,8 @@ from track_model.track import load_track
 from web_rig import SHOTS, wait
 
 LIMIT = 420.0  # wall time of the lap [s]
-PACE = 0.5  # simulated seconds per second: software renders few frames
-SPEED = 0.9  # [m/s] on straights
+PACE = 0.25  # simulated seconds per second: software renders few frames
+SPEED = 0.7  # [m/s] on straights
 CAR, REAR_AXLE = Geometry(), Car().rear  # x of the rear axle in the car's frame [m]
 LARGEST = math.radians(60.0)  # hinge angle of a full thumb
 TRAVEL = 0.4  # of a pad's size: a full thumb
@@ -55,7 +55,7 @@ def test_a_lap_by_two_thumbs(web, browsers):
     # The lap's time comes with the plots, which would cover the world on a phone.
     browser.run("byId('plots').hidden = false; page.want(); byId('plots').hidden = true;")
     track = load_track("default")
-    pursuit = Pursuit(Path(track.centreline, closed=track.closed), max_speed=SPEED)
+    pursuit = Pursuit(Path(track.centreline, closed=track.closed), lookahead=0.5, max_speed=SPEED)
     # A full thumb is the top speed of the slider: 1 of the topic's largest.
     browser.run("byId('top').value = 1; byId('top').dispatchEvent(new Event('input'))")
     largest = browser.run("return page.topSpeed.speed") * CAR.wheel_radius  # [m/s]

@@ -8,8 +8,8 @@ from web_rig import Run, Web, wait
 
 TRUCK = "page.world.body('cybertruck')"
 NEAR = 0.3  # [m] of a goal: the controller stops at 0.15 m from it
-GOALS = ((3.0, 1.0), (-2.0, -4.5))  # in the world [m]
-AWAY = (-4.0, -3.0, 1.2)  # where the truck is put: x, y [m], yaw [rad]
+GOALS = ((3.0, 1.0), (10.0, 4.5))  # in the world [m]
+AWAY = (8.0, 6.0, 1.2)  # where the truck is put: x, y [m], yaw [rad]
 
 
 @pytest.fixture(scope="module")

@@ -19,6 +19,7 @@ from typing import Any
 import roslib.message
 import rospkg
 import rospy
+from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped, Twist
 from paddock_common.settings import check, flag, number, read, text
 from paddock_common.waiting import flush
@@ -117,7 +118,9 @@ class WebNode:
         self._queued = 0
         self._missing = "Waiting for the simulator"
         self._pace = 1.0
-        self._data: dict[str, Any] = {}
+        self._data: dict[str, Any] = {}  # of the referee
+        self._goal: tuple[float, float] | None = None  # of the truck, in the world [m]
+        self._has_goal = self._sent_data = False
         self._subscribers: dict[str, Any] = {}  # for the plots
         self._stopped, self._left = asyncio.Event(), threading.Event()
         self._page_came, self._no_window = asyncio.Event(), ""  # or why no window opens
@@ -377,7 +380,9 @@ class WebNode:
         )
         self._simulator.wants_contacts = any(page.wanted.get("contacts") for page in pages)
         wanted = any(page.wanted.get("data") for page in pages)
-        self._follow("/goal/pose", PoseStamped, self._new_goal, bool(pages) and self._graph.goal)
+        goal = bool(pages) and self._graph.goal
+        self._follow("/goal/pose", PoseStamped, self._new_goal, goal)
+        self._follow("/goal/status", GoalStatus, self._new_goal_status, goal)
         if wanted and self._graph.referee:
             kind = roslib.message.get_message_class("track_model/LapStatus")
             if kind is not None:
@@ -404,7 +409,10 @@ class WebNode:
         goal = self._actions.goal
         if goal is not None and math.dist(place, goal[0]) < SAME:
             place = goal[1]  # as it was clicked, in the world
-        self._data["goal"] = place
+        self._goal = place
+
+    def _new_goal_status(self, message: Any) -> None:
+        self._has_goal = message.status in (GoalStatus.ACTIVE, GoalStatus.SUCCEEDED)
 
     def _new_lap(self, message: Any) -> None:
         times = [
@@ -418,9 +426,12 @@ class WebNode:
         self._data["lap"] = ", ".join(filter(None, times))
 
     def _send_data(self) -> None:
-        if not self._data:
+        goal = {"goal": self._goal} if self._goal and self._has_goal else {}
+        data = {**self._data, **goal}
+        if not data and not self._sent_data:
             return
-        message = json.dumps({"type": "data", **self._data})
+        self._sent_data = bool(data)  # what is no longer there is told once
+        message = json.dumps({"type": "data", **data})
         for page in self._server.pages.values():
             page.put("data", message)
 
@@ -442,8 +453,6 @@ class WebNode:
             rospy.logerr("%s has failed: %s: %s", message, type(error).__name__, error)
             page.notify(f"{message['action']}: {error}")
         else:
-            if message["action"] == "cancel":
-                self._data.pop("goal", None)
             if done:
                 page.notify(done, good=True)
             self._simulator.wake.set()
