@@ -10,8 +10,7 @@ ROOT = Path(__file__).resolve().parents[2]
 ROBOT_PACKAGES = sorted(
     path.parent.name
     for path in (ROOT / "src").glob("*/package.xml")
-    if path.parent.name
-    not in ("bullet_sim", "bullet_bridge", "bullet_web", "paddock_gym")
+    if path.parent.name not in ("bullet_sim", "bullet_bridge", "bullet_web", "paddock_gym")
 )
 SIMULATOR = {"bullet_sim", "bullet_bridge", "pybullet", "pybullet_data"}
 ROS_CLIENTS = {

@@ -267,7 +267,9 @@ def test_camera_lidar_and_plots_are_shown(page):
     browser.run("document.getElementById('frames').click()")
     browser.key("KeyW", True)
     wait(lambda: browser.run("return document.getElementById('picture').naturalWidth"), "an image")
-    wait(lambda: browser.run("return page.world.cloud && page.world.cloud.children.length"), "points")
+    wait(
+        lambda: browser.run("return page.world.cloud && page.world.cloud.children.length"), "points"
+    )
     wait(lambda: browser.run("return page.panels.plots.curves.size >= 3"), "curves")
     wait(lambda: browser.run("return page.world.path.geometry.drawRange.count > 5"), "a path")
     time.sleep(2.0)

@@ -12,7 +12,7 @@ from track_model.referee.referee import Car
 from track_model.track import load_track
 from web_rig import SHOTS, wait
 
-LIMIT = 420.0  # wall time of the lap [s]
+LIMIT = 500.0  # wall time of the lap [s]
 PACE = 0.25  # simulated seconds per second: software renders few frames
 SPEED = 0.7  # [m/s] on straights
 CAR, REAR_AXLE = Geometry(), Car().rear  # x of the rear axle in the car's frame [m]

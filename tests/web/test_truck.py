@@ -1,4 +1,4 @@
-"""The truck on the page in headless Chromium: its goal is set by a click and cancelled by a button."""
+"""The truck on the page in Chromium: a click sets its goal, a button cancels it."""
 
 import math
 import time
@@ -71,7 +71,10 @@ def test_a_click_sends_the_truck_there_also_after_it_was_put_elsewhere(page):
     browser = page
     click_goal(browser, *GOALS[0])
     arrive(browser, GOALS[0])
-    wait(lambda: browser.run("return (page.extra['to the goal'] || [9])[0]") < NEAR, "the plotted distance")
+    wait(
+        lambda: browser.run("return (page.extra['to the goal'] || [9])[0]") < NEAR,
+        "the plotted distance",
+    )
     browser.shoot("goal")
     # The wheels' odometry does not know that the truck is put elsewhere; a click still counts
     # where it is in the world.

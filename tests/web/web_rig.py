@@ -12,7 +12,6 @@ import time
 from pathlib import Path
 
 import numpy as np
-from paddock_common.testing import free_port
 from PIL import Image
 from selenium import webdriver
 from selenium.common.exceptions import TimeoutException

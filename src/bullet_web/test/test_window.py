@@ -5,8 +5,9 @@ import os
 import stat
 
 import pytest
-from bullet_web import window
 from bullet_web.window import NoWindow, Redirect, find_browser, show
+
+from bullet_web import window
 
 ADDRESS = "http://127.0.0.1:7080/a-token_/"
 SCREEN = {"DISPLAY": ":7"}

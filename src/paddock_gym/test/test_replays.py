@@ -69,7 +69,9 @@ def test_a_replay_that_cannot_be_written_is_told(env, lap, tmp_path):
 
 def test_the_best_lap_is_driven_as_before(env, lap):
     def end(each):
-        done = drive(env, PursuitDriver(1.0), {"start": 0.1, "lateral": 0.0, "turn": 0.0}, each=each)
+        done = drive(
+            env, PursuitDriver(1.0), {"start": 0.1, "lateral": 0.0, "turn": 0.0}, each=each
+        )
         return done.end, done.time, done.trajectory.tolist()
 
     watched = []

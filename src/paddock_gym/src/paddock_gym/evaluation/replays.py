@@ -1,4 +1,4 @@
-"""Drives in the gym as replays: HTML files that any browser opens, where bullet_web is installed."""
+"""Drives in the gym as replays: HTML files for any browser, where bullet_web is installed."""
 
 from collections.abc import Callable
 from typing import Any

@@ -97,7 +97,11 @@ def parameters(options):
     return arguments
 
 
-BRIDGE, PAGE, CLIENT = ("bullet_bridge", "bridge"), ("bullet_web", "web"), ("gazebo_ros", "gzclient")
+BRIDGE, PAGE, CLIENT = (
+    ("bullet_bridge", "bridge"),
+    ("bullet_web", "web"),
+    ("gazebo_ros", "gzclient"),
+)
 OWN = ("__name:=", "__log:=")  # remappings that are of one node alone
 
 
