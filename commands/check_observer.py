@@ -34,6 +34,8 @@ SETTLED = 4.0  # wall time without a new model after which spawning is over [s]
 SPAWN_LIMIT = 40.0  # wall time for spawning [s]
 FIRST_LIMIT = 20.0  # wall time for the first message of each sensor [s]
 STOP_LIMIT = 20.0  # wall time for the launch to end [s]
+REPLAY_RATE = 10.0  # frames of the replay a second of wall time
+REPLAY_LIMIT = 60.0  # wall time for the replay to be written [s]
 ERRORS = 50  # lines of errors that are kept
 REFUSED_LINES = 2  # lines of roslaunch's own error that are kept
 _COLORS = re.compile(r"\x1b(\[[0-9;]*m|\][^\x07]*\x07)")
@@ -192,7 +194,47 @@ def wait_for_first(launch, counters):
         time.sleep(0.1)
 
 
-def observe(launch, seconds):
+class Replay:
+    """Records what happens in the world while it is watched, with a low priority.
+
+    Args:
+        path: Of the HTML file.
+        title: Of its page.
+    """
+
+    def __init__(self, path, title):
+        self._path, self._title, self._process = path, title, None
+
+    def start(self, simulator):
+        """Starts recording.
+
+        Args:
+            simulator: Name of the simulator's node.
+        """
+        self._process = subprocess.Popen(
+            [
+                *("nice", "-n", "10", "rosrun", "bullet_web", "record"),
+                *(f"_out:={self._path}", f"_title:={self._title}", f"_rate:={REPLAY_RATE}"),
+                *(f"_simulator:={simulator}", "__name:=paddock_check_replay"),
+            ],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+
+    def end(self):
+        """Writes it, if it was started; a file that cannot be written is none."""
+        if self._process is None:
+            return
+        self._process.send_signal(signal.SIGINT)
+        try:
+            self._process.wait(REPLAY_LIMIT)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+
+def observe(launch, seconds, replay):
     """Watches the running launch; returns what goes into the result.
 
     The seconds begin when every sensor has sent its first message, or after FIRST_LIMIT.
@@ -200,6 +242,7 @@ def observe(launch, seconds):
     simulator = wait_for_simulator(launch)
     if simulator is None:
         return {"simulator": False}
+    replay.start(simulator)
     clock = ClockMonitor()
     found = wait_for_models(launch, simulator)
     if found is None:
@@ -356,6 +399,8 @@ def main(result, log, port, seconds, *launch_words):
             start_new_session=True,
         )
     found = {"simulator": False}
+    path = os.path.join(os.path.dirname(result), "replay.html")
+    replay = Replay(path, " ".join(launch_words))
     try:
         deadline = time.monotonic() + START_LIMIT
         while time.monotonic() < deadline and launch.poll() is None:
@@ -366,9 +411,10 @@ def main(result, log, port, seconds, *launch_words):
                 time.sleep(0.2)
         if launch.poll() is None:
             rospy.init_node("paddock_check", anonymous=True, disable_signals=True)
-            found = observe(launch, float(seconds))
+            found = observe(launch, float(seconds), replay)
             rospy.signal_shutdown("the check is over")
     finally:
+        replay.end()
         stop(launch)
         with open(result, "w", encoding="utf-8") as stream:
             said = read_launch_log(log)

@@ -19,7 +19,7 @@ COMMANDS = {
     "truck": "the Cyber Truck with its trailer in a yard, or backing its trailer",
     "web": "the world on a page in a browser: 3-D, driving by keys or thumbs, cameras, plots",
     "replay": "make a replay, an HTML file that any browser opens, of a rosbag",
-    "desk": "the window, rviz and the viewer in a browser, from a machine without a screen",
+    "desk": "the window and rviz in a browser, from a machine without a screen",
     "check": "start a launch file of yours and tell what came up",
     "ci": "build and test packages of yours as a CI does it: JUnit files, logs, films",
     "deps": "name the Debian packages that package.xml files ask for, and what Debian lacks",

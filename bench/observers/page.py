@@ -33,28 +33,39 @@ class Page:
         self._thread.join()
 
 
+def start_node(*parameters):
+    """Starts the page's node, which ends with this process; returns it and its address.
+
+    Raises:
+        OSError: it has ended without an address.
+    """
+    node = subprocess.Popen(
+        ["setpriv", "--pdeathsig", "TERM", "rosrun", "bullet_web", "web", *parameters],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    for line in node.stdout:
+        if found := re.search(r"http://\S+/", line):
+            return node, found[0]
+    raise OSError(f"the page's node ended with {node.wait()} and without an address")
+
+
 def look():
     """Answers the node's pid; then each line is a word: "open" and "close" a page, "count" its
     views, or "time", answered by the simulated time [s]."""
     graph.join()
     graph.wait_for_controllers()
     simulation = graph.Simulation()
-    node = subprocess.Popen(
-        ["setpriv", "--pdeathsig", "TERM", "rosrun", "bullet_web", "web"],
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    for line in node.stdout:
-        if found := re.search(r"http://\S+/", line):
-            break
-    else:
-        graph.fail("the page's node has no address")
+    try:
+        node, address = start_node()
+    except OSError as error:
+        graph.fail(str(error))
     graph.say(pid=node.pid)
     page = None
     while True:
         (word,) = graph.receive()
         if word == "open":
-            page = Page(found[0])
+            page = Page(address)
         elif word == "close":
             page.close()
         graph.say(views=page.views if page else 0, sim=simulation.time())

@@ -27,10 +27,11 @@ from gazebo_msgs.srv import (
 )
 from genpy import Message
 from geometry_msgs.msg import Point, Pose, Quaternion, Twist
-from std_srvs.srv import Empty, Trigger
+from std_srvs.srv import Empty
 
 from bullet_bridge.srv import Step
 from observers import graph
+from observers.page import Page, start_node
 
 NUMBERS = (0.0, -0.0, 1.0, -1.0, 1e-300, 1e300, -1e300, math.inf, -math.inf, math.nan, 1e9)
 TEXTS = ("", "racecar", "ball0", "no such thing", "::", "a::b", "/", "ä ö", "x" * 5000,
@@ -39,7 +40,7 @@ TEXTS = ("", "racecar", "ball0", "no such thing", "::", "a::b", "/", "ä ö", "x
 # Services that a fuzzed call would use as it is meant: they end, stop or change what is monitored.
 SPARED = ("set_logger_level", "get_loggers", "pause_physics", "step", "set_physics_properties",
           "set_parameters", "unload_controller", "switch_controller", "delete_model",
-          "reload_controller_libraries", "open_viewer", "reset_simulation", "reset_world",
+          "reload_controller_libraries", "reset_simulation", "reset_world",
           "delete_light", "set_link_properties", "set_joint_properties",
           "set_light_properties")  # fmt: skip
 BALL = """<sdf version="1.6"><model name="ball"><link name="link"><inertial><mass>1</mass><inertia>
@@ -157,10 +158,17 @@ class Operator:
         rospy.wait_for_message("/camera/image", rospy.AnyMsg, 60.0)
         return {}
 
-    def viewer(self):
-        """Opens the viewer."""
-        answer = call("/gazebo/open_viewer", Trigger)
-        return {"success": answer.success, "text": answer.message}
+    def page(self, seconds):
+        """A page looks at the world for some seconds of wall time; then its node is killed."""
+        node, address = start_node("__name:=soak_page")
+        try:
+            page = Page(address)
+            time.sleep(seconds)
+        finally:
+            node.kill()
+            node.communicate()
+        page.close()
+        return {"views": page.views}
 
     def step(self, count):
         """Steps the paused world."""

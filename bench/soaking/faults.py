@@ -243,17 +243,11 @@ def freeze(session, rng):
     return f"everything stopped for {seconds:.1f} s"
 
 
-def viewer(session, rng):
-    """The viewer opens and dies."""
-    answer = ask(session, what="viewer")
-    if not answer["success"]:
-        raise Failure(f"the viewer does not open: {answer['text']}")
-    time.sleep(rng.uniform(0.1, 4.0))
-    number = rng.choice((signal.SIGKILL, signal.SIGSTOP, signal.SIGTERM))
-    session.send("main", number)
-    time.sleep(rng.uniform(0.1, 2.0))
-    session.send("main", signal.SIGKILL)
-    return f"viewer opened, then {number.name}"
+def page(session, rng):
+    """A page looks at the world, and its node is killed."""
+    seconds = rng.uniform(0.1, 5.0)
+    views = ask(session, what="page", seconds=seconds)["views"]
+    return f"a page for {seconds:.1f} s, {views} views, then SIGKILL of its node"
 
 
 # Fault -> how often it comes in a round. Those that end a session are in SHUTDOWNS.
@@ -270,6 +264,6 @@ FAULTS = {
     fuzzed_commands: 3,
     noise: 2,
     set_real_time_factor: 3,
-    viewer: 2,
+    page: 2,
     freeze: 1,
 }

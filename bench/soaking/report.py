@@ -9,8 +9,8 @@ from matplotlib import pyplot
 
 from soaking.monitor import neighbors, rates, real_time_factor, real_time_factors
 
-ROLES = ("bridge", "relay", "render_worker", "control", "teleop", "drive", "main")
-NAMES = {"main": "viewer", "teleop": "window", "bridge": "simulator"}
+ROLES = ("bridge", "relay", "render_worker", "control", "teleop", "drive")
+NAMES = {"teleop": "window", "bridge": "simulator"}
 PLOTTED = ("/clock", "/racecar/odom", "/scan", "/camera/image", "/cybertruck/joint_states")
 
 

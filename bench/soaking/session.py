@@ -16,7 +16,7 @@ SUPERVISOR = BENCH.parent / "commands" / "supervisor.py"
 START_LIMIT = 180.0  # wall time for a session to come up [s]
 STOP_LIMIT = 30.0  # wall time from SIGINT to the end [s]; beyond it is a failure anyhow
 CORE = ("rosmaster", "roscore", "rosout")
-OURS = ("bridge", "relay", "render_worker", "main", "control", "teleop", "drive", "odom_tf",
+OURS = ("bridge", "relay", "render_worker", "control", "teleop", "drive", "odom_tf",
         "robot_state_publisher", "roslaunch", *CORE)  # fmt: skip
 
 

@@ -6,10 +6,12 @@ what is missing or was ignored, whether the robots stand still and upright, the 
 Problems come in the order in which to mend them, with what would replace what cannot work. The last
 line says whether the file works, works without something, or does not work, and why.
 It runs on a ROS master of its own and without a screen: windows such as rviz are not looked at.
+out/check/replay.html shows in 3-D, in any browser, what happened meanwhile.
 Exits 0 if nothing is wrong, 1 if something is. The log of the launch is in .cache/ros/check-PORT/.
 """
 
 import collections
+import contextlib
 import json
 import math
 import os
@@ -19,7 +21,7 @@ import subprocess
 
 from commands import check_remedies, environment, launching, processes
 from commands.errors import CommandError, UsageError, say
-from commands.paths import ROOT, VENV_PYTHON, relative
+from commands.paths import OUT, ROOT, VENV_PYTHON, relative
 from commands.windows import needs_screen
 
 USAGE = "PACKAGE FILE.launch [--json] [--seconds N] [ARG:=VALUE ...]"
@@ -77,13 +79,37 @@ def run(options, rest):
     missing = check_remedies.missing_packages(found)
     found["remedies"] = {name: check_remedies.for_package(name) for name in missing}
     found.update(problems=problems(found), notes=notes(found), verdict=verdict(found), log=log)
+    found["replay"] = kept_replay(folder)
     if options.json:
         say(json.dumps(found, indent=2))
     else:
-        lines = [*page(found, options.seconds), f"log: {relative(log)}", found["verdict"]]
+        lines = [*page(found, options.seconds), f"log: {relative(log)}"]
+        if found["replay"]:
+            lines.append(f"replay: {relative(found['replay'])}")
+        lines.append(found["verdict"])
         say("\n".join(lines))
     if found["problems"]:
         raise SystemExit(1)
+
+
+def kept_replay(folder):
+    """Moves the replay of a check to where that of the last check is; returns its path.
+
+    Args:
+        folder: Of the check's files.
+
+    Returns:
+        None where the check has left none: no simulator came up, or nothing could be recorded.
+    """
+    kept = os.path.join(OUT, "check", "replay.html")
+    try:
+        os.makedirs(os.path.dirname(kept), exist_ok=True)
+        shutil.move(os.path.join(folder, "replay.html"), kept)
+    except OSError:
+        with contextlib.suppress(OSError):
+            os.remove(kept)  # of another check
+        return None
+    return kept
 
 
 def _seconds(text):

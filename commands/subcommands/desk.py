@@ -1,4 +1,4 @@
-"""Shows the window, rviz and the viewer in a browser; this machine needs no screen.
+"""Shows the window and rviz in a browser; this machine needs no screen.
 
 COMMAND is what otherwise stands behind ./run: nothing (the track, the car and the window), launch
 arguments, truck, lap, world, demo, exec with any program. For example:

@@ -1,11 +1,11 @@
 """Learns to drive: PPO on this machine's cores, without a GPU and without ROS.
 
 Everything goes to out/train/NAME/: policy.onnx (what ./run lap --driver policy and ./run evaluate
-take), report.json, the film of the best lap, the learning curve, a map of where runs ended, logs
-and checkpoints. Ctrl-C ends in order and keeps all; --resume goes on. A new training of the same
-name empties the folder. The first time, Debian's torch and stable-baselines3 get installed (330
-MB). reward_function.py, model_metadata.json and hyperparameters.json of AWS DeepRacer run as they
-are. --env backing teaches the Cyber Truck to back its trailer instead. docs/learning.md tells
+take), report.json, film and replay.html of the best lap, the learning curve, a map of where runs
+ended, logs and checkpoints. Ctrl-C ends in order and keeps all; --resume goes on. A new training of
+the same name empties the folder. The first time, Debian's torch and stable-baselines3 get installed
+(330 MB). reward_function.py, model_metadata.json and hyperparameters.json of AWS DeepRacer run as
+they are. --env backing teaches the Cyber Truck to back its trailer instead. docs/learning.md tells
 more. With --ray the workers are actors of Ray, on this machine or on several (./run cluster), as
 they are where more than two for each core are asked for.
 """

@@ -15,7 +15,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PLACES = {
     "bullet_sim": (0.0, 0.0),
     "bullet_bridge": (3.3, 0.0),
-    "bullet_viewer": (6.6, 0.0),
+    "bullet_web": (6.6, 0.0),
     "paddock_common": (0.0, 3.4),
     "track_model": (1.65, 3.4),
     "deepracer_control": (3.3, 3.4),

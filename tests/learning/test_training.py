@@ -25,6 +25,7 @@ FILES = {
     "learning_curve.png",
     "policy.onnx",
     "progress.csv",
+    "replay.html",
     "report.json",
     "settings.json",
 }

@@ -65,10 +65,12 @@ class PageClient:
         status: the newest.
         notices: texts.
         binary: (head, payload) of all binary messages.
+        contacts: the newest message with contact points; None: none yet.
     """
 
     def __init__(self, url):
         self.views, self.notices, self.binary, self.data = [], [], [], {}
+        self.contacts = None
         self.status, self.scene, self.waiting = {}, 0, ""
         self._socket = websocket.create_connection(
             url.replace("http:", "ws:") + "socket",

@@ -194,7 +194,7 @@ class Web(unittest.TestCase):
         wait_until(lambda: page.status["cameras"] and page.status["lidars"], "the topics")
         self.assertIn("/camera/image", page.status["cameras"])
         lidar = page.status["lidars"][0]
-        page.send("want", camera="/camera/image", lidar=lidar, data=True)
+        page.send("want", camera="/camera/image", lidar=lidar, data=True, contacts=True)
         wait_until(lambda: {"image", "points"} <= {head["type"] for head, _ in page.binary}, "both")
         head, data = next(each for each in page.binary if each[0]["type"] == "points")
         frames = {name for body in self.scene()["bodies"] for name in body["frames"]}
@@ -205,7 +205,14 @@ class Web(unittest.TestCase):
         self.assertEqual(image[:2], b"\xff\xd8")
         wait_until(lambda: "lateral_error" in page.data, "the referee's word")
         self.assertTrue(math.isfinite(page.data["lateral_error"]))
-        page.send("want", camera="", lidar="", data=False)
+        self.assertLessEqual(head["hits"], len(points))
+        wait_until(lambda: page.contacts and len(page.contacts["rows"]) >= 4, "contacts of wheels")
+        page.send("want", camera="", lidar="", data=False, contacts=False)
+        page.views.clear()
+        wait_until(lambda: len(page.views) > 10, "views without contacts")
+        sent, page.contacts = page.contacts, None
+        rospy.sleep(0.5)
+        self.assertIsNone(page.contacts, sent)
         wait_until(lambda: not self.subscribed("/camera/image"), "the end of the subscription")
 
     def subscribed(self, topic):

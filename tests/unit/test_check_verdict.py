@@ -2,6 +2,7 @@
 
 import copy
 import math
+import signal
 
 import pytest
 
@@ -332,3 +333,48 @@ def test_without_a_simulator():
 )
 def test_tilt(orientation, degrees):
     assert check.tilt(orientation) == pytest.approx(degrees, abs=1e-6)
+
+
+def test_the_replay_of_the_last_check_is_kept(tmp_path, monkeypatch):
+    monkeypatch.setattr(check, "OUT", str(tmp_path / "out"))
+    folder = tmp_path / "check-1"
+    folder.mkdir()
+    (folder / "replay.html").write_text("first")
+    kept = tmp_path / "out" / "check" / "replay.html"
+    assert check.kept_replay(str(folder)) == str(kept)
+    assert kept.read_text() == "first" and list(folder.iterdir()) == []
+    assert check.kept_replay(str(folder)) is None  # this check has left none
+    assert not kept.exists()
+
+
+class Recorder:
+    """What the recorder of a check is told."""
+
+    def __init__(self, code):
+        self.code, self.command, self.signals = code, [], []
+
+    def __call__(self, command, **_):
+        self.command = command
+        return self
+
+    def send_signal(self, number):
+        self.signals.append(number)
+
+    def wait(self, _=None):
+        return self.code
+
+
+def test_a_check_records_the_simulator_that_it_has_found(monkeypatch):
+    recorder = Recorder(0)
+    monkeypatch.setattr(check_observer.subprocess, "Popen", recorder)
+    replay = check_observer.Replay("/folder/replay.html", "my_car drive.launch")
+    replay.end()  # no simulator came up
+    assert recorder.signals == []
+    replay.start("/depot/gazebo")
+    replay.end()
+    assert recorder.signals == [signal.SIGINT]
+    assert {
+        "_out:=/folder/replay.html",
+        "_title:=my_car drive.launch",
+        "_simulator:=/depot/gazebo",
+    } <= set(recorder.command)

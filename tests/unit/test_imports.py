@@ -10,8 +10,7 @@ ROOT = Path(__file__).resolve().parents[2]
 ROBOT_PACKAGES = sorted(
     path.parent.name
     for path in (ROOT / "src").glob("*/package.xml")
-    if path.parent.name
-    not in ("bullet_sim", "bullet_bridge", "bullet_viewer", "bullet_web", "paddock_gym")
+    if path.parent.name not in ("bullet_sim", "bullet_bridge", "bullet_web", "paddock_gym")
 )
 SIMULATOR = {"bullet_sim", "bullet_bridge", "pybullet", "pybullet_data"}
 ROS_CLIENTS = {
@@ -134,10 +133,6 @@ def test_the_core_knows_no_ros():
     assert offences(ROOT / "src" / "bullet_sim", is_ros) == []
 
 
-def test_the_viewer_knows_no_ros():
-    assert offences(ROOT / "src" / "bullet_viewer", is_ros) == []
-
-
 def test_the_gym_knows_ros_only_in_its_driver():
     base = ROOT / "src" / "paddock_gym" / "src" / "paddock_gym"
     driver = set(python_files(base / "driver"))
@@ -169,8 +164,8 @@ def test_torch_is_needed_for_training_alone():
     assert offences(base, names.__contains__, exempt=training) == []
 
 
-def test_only_the_viewer_of_the_simulator_knows_qt():
-    for package in ("bullet_sim", "bullet_bridge"):
+def test_the_simulator_knows_no_qt():
+    for package in ("bullet_sim", "bullet_bridge", "bullet_web"):
         assert offences(ROOT / "src" / package, {"PyQt5"}.__contains__) == []
 
 
@@ -237,6 +232,7 @@ SUITES = {
         "server",
         "files",
         "replay",
+        "window",
         "graph",
         "simulator",
         "sensors",
@@ -336,6 +332,16 @@ def test_sub_packages_say_what_they_are(package):
         if not ast.get_docstring(ast.parse(path.read_text()))
     ]
     assert silent == []
+
+
+def test_the_picture_of_the_packages_has_all_of_them():
+    source = ast.parse((ROOT / "docs" / "tools" / "rooms.py").read_text())
+    places = next(
+        ast.literal_eval(node.value)
+        for node in source.body
+        if isinstance(node, ast.Assign) and node.targets[0].id == "PLACES"
+    )
+    assert set(places) == {path.parent.name for path in (ROOT / "src").glob("*/package.xml")}
 
 
 def test_a_folder_that_is_not_there_is_an_error():

@@ -43,7 +43,7 @@ OFFERED = {
     "./run truck --back l": ["lane-change", "line"],
     "./run truck --back line sp": ["speed:="],
     "./run test circ": ["circle"],
-    "./run test bullet_": ["bullet_bridge", "bullet_sim", "bullet_viewer", "bullet_web"],
+    "./run test bullet_": ["bullet_bridge", "bullet_sim", "bullet_web"],
     "./run test --li": ["--list"],
     "./run bench --only eff": ["efficiency"],
     "./run exec catkin_mak": ["catkin_make", "catkin_make_isolated"],

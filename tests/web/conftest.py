@@ -15,10 +15,11 @@ def master():
     return port
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def web(master):
     """The track with the car and its page."""
-    running = Web("camera_width:=320", "camera_height:=240", "camera_rate:=10", master=master)
+    camera = ("camera_width:=320", "camera_height:=240", "camera_rate:=10")
+    running = Web("web", "--port", str(free_port()), *camera, master=master)
     yield running
     running.end()
 

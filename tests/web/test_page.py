@@ -267,12 +267,67 @@ def test_camera_lidar_and_plots_are_shown(page):
     browser.run("document.getElementById('frames').click()")
     browser.key("KeyW", True)
     wait(lambda: browser.run("return document.getElementById('picture').naturalWidth"), "an image")
-    wait(lambda: browser.run("return page.world.cloud && page.world.cloud.geometry"), "points")
+    wait(
+        lambda: browser.run("return page.world.cloud && page.world.cloud.children.length"), "points"
+    )
     wait(lambda: browser.run("return page.panels.plots.curves.size >= 3"), "curves")
     wait(lambda: browser.run("return page.world.path.geometry.drawRange.count > 5"), "a path")
     time.sleep(2.0)
     browser.key("KeyW", False)
     browser.shoot("look")
+    assert browser.errors() == []
+
+
+def test_rays_contacts_and_names_of_frames_are_drawn_on_demand(page):
+    browser = page()
+    browser.run("document.querySelector('[data-panel=look]').click()")
+    wait(lambda: browser.run("return byId('lidar').options.length > 1"), "the lidar's topic")
+    for box in ("rays", "contacts", "frames"):
+        browser.run(f"byId('{box}').click()")
+    browser.run("byId('lidar').selectedIndex = 1; byId('lidar').onchange()")
+    browser.run(f"page.panels.choose({CAR})")
+    points, lines = wait(
+        lambda: browser.run(
+            "const c = page.world.cloud; return c && c.children.length === 2 &&"
+            " c.children.map(each => each.geometry.attributes.position.count)"
+        ),
+        "points and rays",
+    )
+    assert lines >= 2 * points > 0
+    # All rays begin in the lidar, and reach no further than it measures.
+    lengths = browser.run(
+        "const p = page.world.cloud.children[1].geometry.attributes.position.array;"
+        "const all = []; for (let k = 0; k < p.length; k += 6) {"
+        " if (p[k] || p[k + 1] || p[k + 2]) throw new Error('a ray begins elsewhere');"
+        " all.push(Math.hypot(p[k + 3], p[k + 4], p[k + 5])); } return all"
+    )
+    assert 0.0 < min(lengths) and max(lengths) < 200.0
+    contacts = wait(
+        lambda: browser.run(
+            "const c = page.world.contacts;"
+            "return c && Array.from(c.children[0].geometry.attributes.position.array)"
+        ),
+        "contact points",
+    )
+    place = np.reshape(contacts, (-1, 3))
+    car = browser.run(f"return {CAR}.state.slice(1, 3)")
+    assert len(place) >= 4  # of four wheels
+    assert np.hypot(*(place[:, :2] - car).T).max() < 0.3 and np.abs(place[:, 2]).max() < 0.02
+    sprites = "return page.world.axes.filter(a => a.children.length).length"
+    frames = browser.run(f"return Object.keys({CAR}.frames).length")
+    assert browser.run(sprites) == frames
+    browser.run("page.panels.look('free')")
+    time.sleep(1.0)
+    browser.shoot("marks")
+    browser.run("page.panels.choose(null)")
+    assert browser.run(sprites) == 0
+    for box in ("rays", "contacts", "frames"):
+        browser.run(f"byId('{box}').click()")
+    wait(lambda: browser.run("return page.world.contacts === null"), "no contacts any more")
+    wait(lambda: browser.run("return page.world.cloud.children.length === 1"), "no rays any more")
+    assert browser.run("return page.world.axes.length") == 0
+    x, y = browser.run(f"const p = page.world.toPage({CAR}.root.position); return [p.x, p.y]")
+    browser.click(x, y)  # a click meets points and lines, too
     assert browser.errors() == []
 
 

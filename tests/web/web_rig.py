@@ -12,7 +12,6 @@ import time
 from pathlib import Path
 
 import numpy as np
-from paddock_common.testing import free_port
 from PIL import Image
 from selenium import webdriver
 from selenium.common.exceptions import TimeoutException
@@ -50,31 +49,32 @@ def wait(condition, what):
     raise AssertionError(f"{what}: not within {LIMIT:g} s")
 
 
-class Web:
-    """./run web.
+class Run:
+    """A command of ./run in a session of its own, on a ROS master of the test.
 
     Attributes:
-        url: The address that it has printed.
+        said: What it has printed and was read.
     """
 
-    def __init__(self, *arguments, master, **environ):
-        """Starts it and reads the address."""
+    def __init__(self, *words, master, **environ):
+        """Starts it."""
         self.said = ""
         self.process = subprocess.Popen(
-            [str(ROOT / "run"), "web", "--port", str(free_port()), *arguments],
+            [str(ROOT / "run"), *words],
             env={**os.environ, "ROS_MASTER_URI": f"http://127.0.0.1:{master}", **environ},
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
             start_new_session=True,
         )
+
+    def read(self, pattern):
+        """Reads up to a line with a pattern; gives its match."""
         for line in self.process.stdout:
             self.said += line
-            if found := re.search(r"the page, in a browser: (http://\S+/)", line):
-                self.url = found[1]
-                break
-        else:
-            raise AssertionError(f"no address: {self.said}")
+            if found := re.search(pattern, line):
+                return found
+        raise AssertionError(f"no {pattern!r} in: {self.said}")
 
     def end(self):
         """Ends it as Ctrl-C does; gives its exit status."""
@@ -82,6 +82,19 @@ class Web:
             self.process.send_signal(signal.SIGINT)
         self.said += self.process.communicate(timeout=LIMIT)[0]
         return self.process.returncode
+
+
+class Web(Run):
+    """A world with its page.
+
+    Attributes:
+        url: The address that it has printed.
+    """
+
+    def __init__(self, *words, master, **environ):
+        """Starts it and reads the address; words: a command of ./run and its arguments."""
+        super().__init__(*words, master=master, **environ)
+        self.url = self.read(r"the page, in a browser: (http://\S+/)")[1]
 
 
 class Browser:

@@ -34,8 +34,6 @@ def test_defaults():
         ("seed", 7, "seed", 7),
         ("monotonic_clock", True, "monotonic_clock", True),
         ("step_timeout", 2, "step_timeout", 2.0),
-        ("gui", True, "gui", True),
-        ("headless", True, "headless", True),
         ("enable_ros_network", False, "enable_ros_network", False),
     ],
 )
@@ -62,7 +60,6 @@ def test_good_values(name, value, field, expected):
         ("monotonic_clock", 0),
         ("step_timeout", -1),
         ("step_timeout", math.inf),
-        ("gui", "true"),
         ("seed", "x"),
         ("seed", math.nan),
     ],

@@ -2,9 +2,11 @@
 
 import json
 
+import numpy as np
 import pytest
 from bullet_sim.description.world import ground_plane
 from bullet_sim.pose import Pose
+from bullet_sim.sensors import scenes
 from bullet_sim.sensors.scenes import WorldViews
 from bullet_sim.world import World
 
@@ -20,6 +22,11 @@ CART = """<robot name="cart">
   <joint name="rail" type="prismatic"><parent link="chassis"/><child link="slide"/>
     <axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="10" velocity="1"/></joint>
 </robot>"""
+
+BLOCK = """<robot name="block"><link name="l">
+  <inertial><mass value="1"/>
+    <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+  <collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link></robot>"""
 
 
 @pytest.fixture
@@ -84,6 +91,33 @@ def test_a_body_whose_place_is_no_number_is_left_out(world, monkeypatch):
     assert views.view()["bodies"] == []
 
 
+def test_contacts_are_where_bodies_press(world):
+    views = WorldViews(world)
+    assert views.contacts() == {"contacts": []}  # it is still in the air
+    world.spawn_urdf("block", BLOCK, Pose((5.0, 1.0, 0.1)), str)
+    world.step(200)
+    own = [row for row in views.contacts()["contacts"] if row[0] > 4.0]
+    assert own == sorted(own, key=lambda row: -row[6])
+    for x, y, z, nx, ny, nz, force in own:
+        assert (abs(x - 5.0), abs(y - 1.0)) == pytest.approx((0.1, 0.1), abs=0.005)
+        assert z == pytest.approx(0.0, abs=1e-3)
+        assert (nx, ny, abs(nz)) == pytest.approx((0.0, 0.0, 1.0), abs=1e-3)
+        assert force > 0.0
+    assert sum(row[6] for row in own) == pytest.approx(9.81, rel=0.05)
+    assert json.loads(json.dumps(views.contacts())) == views.contacts()
+
+
+def test_contacts_have_numbers_and_a_bound(world, monkeypatch):
+    count = scenes.MAX_CONTACTS + 5
+    forces = np.arange(1.0, count + 1)
+    places, normals = np.zeros((count, 3)), np.tile([0.0, 0.0, 1.0], (count, 1))
+    places[-1, 0] = np.nan
+    monkeypatch.setattr(world.engine, "all_contacts", lambda: (places, normals, forces))
+    rows = WorldViews(world).contacts()["contacts"]
+    assert len(rows) == scenes.MAX_CONTACTS
+    assert [row[6] for row in rows[:2]] == [count - 1, count - 2]
+
+
 def test_looking_changes_nothing():
     def heights(look):
         world = World()
@@ -96,6 +130,7 @@ def test_looking_changes_nothing():
                 if look:
                     views.view()
                     views.scene()
+                    views.contacts()
                 found.append(world.model("cart").state())
             return found
         finally:

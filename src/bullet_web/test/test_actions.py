@@ -1,5 +1,7 @@
 """What pages spawn: read by the simulator without a warning, and standing."""
 
+import math
+
 import pytest
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
@@ -9,6 +11,7 @@ from bullet_web.actions import (
     CONE_PARTS,
     ActionError,
     Actions,
+    carried,
     cone,
     free_name,
     parked,
@@ -55,10 +58,18 @@ def test_names_are_free():
 
 
 def test_a_model_that_cannot_move_is_not_put_elsewhere():
-    actions = Actions(lambda: [], lambda name: None)
+    actions = Actions(lambda: [], lambda name: None, lambda link: None)
     message = {"action": "place", "model": "track", "x": 0.0, "y": 0.0, "z": 0.0}
     with pytest.raises(ActionError, match="model is 'track', which is none that can move"):
         actions.execute(message)
+
+
+def test_a_place_is_carried_into_the_frame_of_an_odometry():
+    # The truck stands at (2, 1) and looks along y; its odometry says (5, 5), along x.
+    seen, told = (2.0, 1.0, math.pi / 2), (5.0, 5.0, 0.0)
+    assert carried((2.0, 4.0), seen, told) == pytest.approx((8.0, 5.0))  # 3 m ahead
+    assert carried((1.0, 1.0), seen, told) == pytest.approx((5.0, 6.0))  # 1 m to its left
+    assert carried((3.0, -2.0), seen, seen) == pytest.approx((3.0, -2.0))
 
 
 def test_poses_are_upright():

@@ -6,8 +6,19 @@ import struct
 import cv2
 import numpy as np
 import pytest
-from bullet_web.sensors import image_message, jpeg, packed, picture, points, scan_message
-from sensor_msgs.msg import Image, LaserScan
+from bullet_web.sensors import (
+    CONE_RAYS,
+    MAX_POINTS,
+    cloud_ends,
+    cone_ends,
+    image_message,
+    jpeg,
+    packed,
+    picture,
+    points_message,
+    scan_ends,
+)
+from sensor_msgs.msg import Image, LaserScan, PointCloud2, PointField, Range
 
 
 def image(encoding, values, step=None):
@@ -70,7 +81,7 @@ def test_images_that_cannot_be_shown(message, reason):
         jpeg(message)
 
 
-def test_points_lie_where_the_rays_end():
+def test_rays_end_at_their_echo_or_at_the_largest_range():
     scan = LaserScan(
         angle_min=0.0,
         angle_increment=np.pi / 2,
@@ -79,15 +90,76 @@ def test_points_lie_where_the_rays_end():
         ranges=[2.0, 3.0, np.inf, 0.05, np.nan, 11.0],
     )
     scan.header.frame_id = "racecar/laser"
-    assert points(scan) == pytest.approx(np.array([[2, 0, 0], [0, 3, 0]]), abs=1e-6)
-    head, data = unpacked(scan_message(scan))
-    assert head == {"type": "points", "frame": "laser"}
-    assert len(data) == 2 * 3 * 4
+    hits, misses = scan_ends(scan)
+    assert hits == pytest.approx(np.array([[2, 0, 0], [0, 3, 0]]), abs=1e-6)
+    assert misses == pytest.approx(np.array([[-10, 0, 0], [0, 10, 0]]), abs=1e-5)
+    head, data = unpacked(points_message(scan, scan_ends))
+    assert head == {"type": "points", "frame": "laser", "hits": 2}
+    assert np.frombuffer(data, "<f4").reshape(4, 3) == pytest.approx(np.vstack([hits, misses]))
+    scan.range_max = np.inf
+    assert len(scan_ends(scan)[1]) == 0
 
 
 def test_scans_without_angles_are_refused():
     with pytest.raises(ValueError, match="angles are nan"):
-        scan_message(LaserScan(angle_min=np.nan))
+        scan_ends(LaserScan(angle_min=np.nan))
+
+
+def test_a_sonar_is_a_fan_of_rays():
+    sonar = Range(field_of_view=np.pi / 2, min_range=0.1, max_range=4.0, range=2.0)
+    hits, misses = cone_ends(sonar)
+    assert (len(hits), len(misses)) == (CONE_RAYS, 0)
+    assert np.hypot(hits[:, 0], hits[:, 1]) == pytest.approx(2.0)
+    assert hits[0] == pytest.approx([np.sqrt(2), -np.sqrt(2), 0], abs=1e-6)
+    sonar.range = np.inf
+    hits, misses = cone_ends(sonar)
+    assert len(hits) == 0 and misses[CONE_RAYS // 2] == pytest.approx([4, 0, 0])
+    with pytest.raises(ValueError, match="field_of_view is nan"):
+        cone_ends(Range(field_of_view=np.nan))
+
+
+def cloud(values, names=("intensity", "x", "y", "z"), big=False, padding=4):
+    """A PointCloud2 of rows (n, fields), as one row of points with bytes after each."""
+    step = 4 * len(names) + padding
+    table = np.zeros((len(values), step), np.uint8)
+    order = ">f4" if big else "<f4"
+    numbers = np.ascontiguousarray(np.asarray(values, order))
+    table[:, : 4 * len(names)] = numbers.view(np.uint8).reshape(len(values), -1)
+    fields = [PointField(name, 4 * k, PointField.FLOAT32, 1) for k, name in enumerate(names)]
+    return PointCloud2(
+        height=1,
+        width=len(values),
+        fields=fields,
+        is_bigendian=big,
+        point_step=step,
+        row_step=step * len(values),
+        data=table.tobytes(),
+    )
+
+
+@pytest.mark.parametrize("big", [False, True])
+def test_a_cloud_keeps_its_finite_points(big):
+    hits, misses = cloud_ends(cloud([(9, 1, 2, 3), (9, np.nan, 0, 0), (9, 4, 5, 6)], big=big))
+    assert hits.tolist() == [[1, 2, 3], [4, 5, 6]] and len(misses) == 0
+    assert hits.dtype == np.float32
+
+
+def test_a_large_cloud_is_thinned():
+    hits, _ = cloud_ends(cloud(np.ones((3 * MAX_POINTS + 1, 4))))
+    assert MAX_POINTS / 2 < len(hits) <= MAX_POINTS
+
+
+def test_clouds_that_cannot_be_shown():
+    with pytest.raises(ValueError, match="must have x, y and z"):
+        cloud_ends(cloud([(1, 2)], names=("x", "y")))
+    short = cloud([(9, 1, 2, 3), (9, 4, 5, 6)])
+    short.data = short.data[:-1]
+    with pytest.raises(ValueError, match="the cloud has 39 bytes, 1 rows of 40 and 2 points of 20"):
+        cloud_ends(short)
+    narrow = cloud([(9, 1, 2, 3)])
+    narrow.point_step = 4
+    with pytest.raises(ValueError, match="points of 4"):
+        cloud_ends(narrow)
 
 
 @pytest.mark.parametrize("frame", ["a", "abcde", "ü"])

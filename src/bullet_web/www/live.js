@@ -56,6 +56,7 @@ class Live {
     else if (message.type === "status") this.setStatus(message);
     else if (message.type === "scene") this.setScene(message.number);
     else if (message.type === "data") this.setData(message);
+    else if (message.type === "contacts") this.world.showContacts(byId("contacts").checked ? message.rows : []);
     else if (message.type === "waiting") cover(message.text);
     else if (message.type === "notice") notice(message.text, message.good);
   }
@@ -71,7 +72,7 @@ class Live {
       byId("picture").hidden = !byId("camera").value;
     } else if (head.type === "points") {
       const shown = byId("lidar").value ? new Float32Array(payload) : null;
-      if (!this.world.showCloud(shown, head.frame) && this.missing !== head.frame) {
+      if (!this.world.showCloud(shown, head.hits, head.frame, byId("rays").checked) && this.missing !== head.frame) {
         this.missing = head.frame;
         notice(`The lidar's frame ${head.frame} is no link of a model: its points cannot be shown.`);
       }
@@ -181,6 +182,10 @@ class Live {
       this.world.showCloud(null);
       this.want();
     };
+    byId("contacts").onchange = () => {
+      this.world.showContacts([]);
+      this.want();
+    };
     this.panels.onpanel = () => this.want();
     for (const button of document.querySelectorAll("[data-do]")) {
       button.onclick = () => { button.blur(); this.act(button.dataset.do); };
@@ -199,6 +204,7 @@ class Live {
       camera: looking ? byId("camera").value : "",
       lidar: byId("lidar").value,
       data: !byId("plots").hidden,
+      contacts: byId("contacts").checked,
     });
   }
 

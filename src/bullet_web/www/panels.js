@@ -123,7 +123,7 @@ class Panels {
       world.follow(world.body(event.target.value));
       event.target.blur();
     };
-    byId("frames").onchange = (event) => world.showAxes(event.target.checked);
+    byId("frames").onchange = (event) => world.showAxes(event.target.checked, this.chosen);
     world.onslow = () => { byId("shadows").checked = false; };
     byId("shadows").onchange = (event) => world.setShadows(event.target.checked);
     byId("path").onchange = (event) => { world.path.visible = event.target.checked; world.touch(); };
@@ -190,6 +190,7 @@ class Panels {
   choose(body) {
     this.chosen = body ? body.name : null;
     byId("remove").disabled = !body;
+    if (this.world.axesShown) this.world.showAxes(true, this.chosen);
     this.showChosen();
   }
 

@@ -7,6 +7,8 @@
 const CHASE = { back: 1.6, up: 0.75 }; // the camera behind a model, in lengths of the model
 const PATH_POINTS = 20000;
 const PATH_STEP = 0.02; // [m] between two points of the path
+const NORMAL = 0.05; // length of a contact's normal, of the distance to the camera
+const NAME = 0.025; // height of a frame's name, of the page at a distance of 1
 const SHADOW_PIXELS = 2048;
 const SLOW_FRAME = 80; // [ms] the median between two frames above which shadows are switched off
 const FRAMES = 30; // that are looked at
@@ -53,6 +55,7 @@ class World {
     this.anchor = null; // pose of the followed body when the camera was last moved with it
     this.path = this.makePath();
     this.cloud = null;
+    this.contacts = null;
     this.axes = [];
     this.marks = new THREE.Group();
     this.three.add(this.marks);
@@ -127,8 +130,10 @@ class World {
     this.forget(this.images, images);
     const before = this.bodies;
     this.bodies = new Map();
-    this.dispose(this.content);
+    this.showCloud(null);
+    for (const axes of this.axes) this.unmark(axes);
     this.axes = [];
+    this.dispose(this.content);
     for (const fields of scene.bodies) {
       const body = this.makeBody(fields);
       this.bodies.set(fields.key, body);
@@ -139,7 +144,7 @@ class World {
     this.setLight(scene.light, scene.sky);
     if (!this.followed || !this.bodies.has(this.followed.key)) this.follow(this.firstMoving());
     else this.followed = this.bodies.get(this.followed.key);
-    this.showAxes(this.axesShown);
+    this.showAxes(this.axesShown, this.axesNamed);
     this.touch();
   }
 
@@ -481,51 +486,118 @@ class World {
     this.lastPoint = place.clone();
   }
 
-  /* Shows points (n, 3) of a sensor in a link's frame; null: none. */
-  showCloud(points, frame) {
-    if (this.cloud) {
-      this.cloud.parent.remove(this.cloud);
-      this.cloud.geometry.dispose();
-      this.cloud.material.dispose();
-      this.cloud = null;
-    }
+  /* Points or lines of places (n, 3), drawn wherever they are, not just in the camera's view. */
+  marked(Kind, places, material) {
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(places, 3));
+    const found = new Kind(geometry, material);
+    found.frustumCulled = false;
+    return found;
+  }
+
+  /* Takes an object of marked() out of the scene, with what is below it. */
+  unmark(object) {
+    object.parent.remove(object);
+    object.traverse((each) => {
+      if (each.geometry && !each.isSprite) each.geometry.dispose(); // sprites share theirs
+      if (each.material) {
+        if (each.material.map) each.material.map.dispose();
+        each.material.dispose();
+      }
+    });
+  }
+
+  /* Shows the ends (n, 3) of a sensor's rays in a link's frame; null: none.
+     hits: how many have an echo; they come first. rays: whether the rays are shown, too.
+     Returns whether a model has that frame. */
+  showCloud(ends, hits, frame, rays) {
+    if (this.cloud) this.unmark(this.cloud);
+    this.cloud = null;
     this.touch();
-    if (!points) return true;
+    if (!ends) return true;
     for (const body of this.bodies.values()) {
       const place = body.frames[frame];
       if (!place) continue;
-      const geometry = new THREE.BufferGeometry();
-      geometry.setAttribute("position", new THREE.BufferAttribute(points, 3));
-      const material = new THREE.PointsMaterial({ color: 0xff2d55, size: 4, sizeAttenuation: false });
-      this.cloud = new THREE.Points(geometry, material);
-      this.cloud.frustumCulled = false;
+      this.cloud = new THREE.Group();
       this.cloud.position.set(...place.slice(1, 4));
       this.cloud.quaternion.set(...place.slice(4, 8));
+      this.cloud.add(this.marked(THREE.Points, ends.slice(0, 3 * hits),
+        new THREE.PointsMaterial({ color: 0xff2d55, size: 4, sizeAttenuation: false })));
+      if (rays) {
+        const lines = new Float32Array(2 * ends.length); // from the frame's origin to each end
+        for (let at = 0; at < ends.length; at += 3) lines.set(ends.subarray(at, at + 3), 2 * at + 3);
+        this.cloud.add(this.marked(THREE.LineSegments, lines,
+          new THREE.LineBasicMaterial({ color: 0x2878ff, transparent: true, opacity: 0.35 })));
+      }
       body.links[place[0]].add(this.cloud);
       return true;
     }
     return false;
   }
 
-  /* Shows the frames of all links of the models that can move: x red, y green, z blue. */
-  showAxes(on) {
+  /* Shows contact points with their normals, in front of everything: rows of position, unit normal
+     and force, as in /gazebo/contacts. */
+  showContacts(rows) {
+    if (this.contacts) this.unmark(this.contacts);
+    this.contacts = null;
+    this.touch();
+    if (!rows.length) return;
+    const places = new Float32Array(3 * rows.length);
+    const normals = new Float32Array(6 * rows.length);
+    const eye = this.camera.position;
+    rows.forEach(([x, y, z, ...normal], index) => {
+      const length = NORMAL * Math.hypot(x - eye.x, y - eye.y, z - eye.z);
+      places.set([x, y, z], 3 * index);
+      normals.set([x, y, z, x + length * normal[0], y + length * normal[1], z + length * normal[2]], 6 * index);
+    });
+    const look = { color: 0xffaa00, depthTest: false, transparent: true };
+    this.contacts = new THREE.Group();
+    this.contacts.add(
+      this.marked(THREE.Points, places, new THREE.PointsMaterial({ ...look, size: 6, sizeAttenuation: false })),
+      this.marked(THREE.LineSegments, normals, new THREE.LineBasicMaterial(look)));
+    this.three.add(this.contacts);
+  }
+
+  /* Shows the frames of all links of the models that can move: x red, y green, z blue.
+     named: name of a model whose frames show their names. */
+  showAxes(on, named) {
     this.axesShown = Boolean(on);
-    for (const axes of this.axes) {
-      axes.parent.remove(axes);
-      axes.geometry.dispose();
-      axes.material.dispose();
-    }
+    this.axesNamed = named;
+    for (const axes of this.axes) this.unmark(axes);
     this.axes = [];
-    if (on) for (const body of this.movingBodies()) for (const place of Object.values(body.frames)) {
+    if (on) for (const body of this.movingBodies()) for (const [name, place] of Object.entries(body.frames)) {
       const axes = new THREE.AxesHelper(0.12);
       axes.position.set(...place.slice(1, 4));
       axes.quaternion.set(...place.slice(4, 8));
       axes.material.depthTest = false;
       axes.renderOrder = 1;
+      if (body.name === named) axes.add(this.nameSprite(name));
       body.links[place[0]].add(axes);
       this.axes.push(axes);
     }
     this.touch();
+  }
+
+  /* A text of the same size at any distance, to the right of its place. */
+  nameSprite(text) {
+    const canvas = document.createElement("canvas");
+    const context = canvas.getContext("2d");
+    const font = "28px system-ui, sans-serif";
+    context.font = font;
+    canvas.width = Math.ceil(context.measureText(text).width) + 12;
+    canvas.height = 36;
+    context.font = font; // a canvas forgets it with its size
+    context.fillStyle = "rgba(12, 14, 18, 0.6)";
+    context.fillRect(0, 0, canvas.width, canvas.height);
+    context.fillStyle = "#fff";
+    context.fillText(text, 6, 27);
+    const map = new THREE.CanvasTexture(canvas);
+    map.minFilter = THREE.LinearFilter; // sizes are no powers of two
+    const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map, depthTest: false, sizeAttenuation: false }));
+    sprite.center.set(0, 0);
+    sprite.scale.set((NAME * canvas.width) / canvas.height, NAME, 1);
+    sprite.renderOrder = 2;
+    return sprite;
   }
 
   /* Shows a goal (x, y) as a ring on the ground, or none. */

@@ -23,7 +23,6 @@ from bullet_bridge.loop.jobs import JobQueue
 from bullet_bridge.loop.received import ReceivedCounts
 from bullet_bridge.loop.server import Server
 from bullet_bridge.plugins.cameras import Cameras
-from bullet_bridge.plugins.viewer_link import ViewerLink
 from bullet_bridge.resolve import Resolver, load_world
 from bullet_bridge.robots import Robots
 from bullet_bridge.services.gazebo import GazeboServices
@@ -52,7 +51,6 @@ class Config:
         seed: of all sensor noise.
         monotonic_clock: a reset does not set simulated time back to 0.
         step_timeout: wall time that /gazebo/step waits for commands [s].
-        gui, headless: gui without headless opens the viewer.
         enable_ros_network: False: neither the topics nor the services below the node's name.
     """
 
@@ -71,8 +69,6 @@ class Config:
     seed: int = number(0)
     monotonic_clock: bool = flag(False)
     step_timeout: float = number(10.0, min=0.0, unit="s")
-    gui: bool = flag(False)
-    headless: bool = flag(False)
     enable_ros_network: bool = flag(True)
 
     def __post_init__(self) -> None:
@@ -171,12 +167,6 @@ def make_server(parts: ExitStack) -> Server:
     if networked or config.lockstep:
         StepService(jobs, server, received, config.step_timeout)
     robots.connect_world_models()
-    viewer = ViewerLink(jobs, world, server, config.renderer, quality=quality_of(config))
-    parts.callback(viewer.close)
-    if networked:
-        viewer.advertise()
-    if config.gui and not config.headless:
-        viewer.open()
     factor = config.real_time_factor
     pace = f"real time x {factor:g}" if factor else "as fast as possible"
     rospy.loginfo("world '%s' is up: step %g s, %s", world.name, world.time_step, pace)
@@ -192,6 +182,7 @@ def advertise_views(world: World, jobs: JobQueue, server: Server) -> None:
 
     advertise_json("~scene", jobs, views.scene)
     advertise_json("~view", jobs, view)
+    advertise_json("~contacts", jobs, views.contacts)
 
 
 def quality_of(config: Config) -> Quality:

@@ -24,7 +24,7 @@ class Child:
     """A process that is started with one end of a socket pair.
 
     Args:
-        name: for messages: the viewer.
+        name: for messages: the render worker.
         command: program and arguments; the descriptor number of its socket is appended.
         arguments: further arguments, after that number.
         descriptors: further file descriptors that it inherits.
@@ -81,12 +81,8 @@ class Child:
             self.process.kill()
             self.process.wait()
 
-    def ending(self, ignored: str | tuple[str, ...] = ()) -> str:
-        """How it exited, in one line: exit code or signal, and the last line of its log.
-
-        Args:
-            ignored: lines that start with this text, or with one of several, are skipped.
-        """
+    def ending(self) -> str:
+        """How it exited, in one line: exit code or signal, and the last line of its log."""
         code = self.process.returncode
         text = f"{self.name} ended with " + (f"signal {-code}" if code < 0 else f"exit code {code}")
         if self._log is None:
@@ -94,7 +90,7 @@ class Child:
         size = self._log.seek(0, os.SEEK_END)
         self._log.seek(max(0, size - TAIL))
         lines = self._log.read().decode(errors="replace").splitlines()
-        lines = [line.strip() for line in lines if line.strip() and not line.startswith(ignored)]
+        lines = [line.strip() for line in lines if line.strip()]
         return f"{text}: {lines[-1]}" if lines else text
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""State of a world as a small value, for its mirrors (renderer, viewer).
+"""State of a world as a small value, for its mirrors (renderers).
 
 A snapshot is for rendering. The simulation cannot be continued from it bit-exactly: it has no
 contact caches.

@@ -17,9 +17,12 @@ from gazebo_msgs.srv import (
     SpawnModel,
 )
 from geometry_msgs.msg import Pose
+from nav_msgs.msg import Odometry
 from std_srvs.srv import Empty, Trigger
 
-TIMEOUT = 2.0  # [s] for a service to be there
+TIMEOUT = 2.0  # [s] for a service to be there, and for an odometry
+ODOMETRY = "/odom"  # in whose frame goals are
+Planar = tuple[float, float, float]  # x, y [m], yaw [rad]
 CLEARANCE = 0.05  # [m] above what was clicked
 UPRIGHT = math.radians(10.0)  # a model that leans less keeps its height
 DESCRIPTION = "/robot_description"  # of the robot that "car" copies
@@ -101,14 +104,20 @@ class Actions:
     Args:
         names: function that lists the models.
         pose: function from a model's name to its position and quaternion, or None.
+        link_pose: function from a link's name to its x, y, yaw in the world, or None.
+
+    Attributes:
+        goal: the last goal: x, y in the frame of the odometry, and x, y in the world; or None.
     """
 
     def __init__(
         self,
         names: Callable[[], Collection[str]],
         pose: Callable[[str], list[float] | None],
+        link_pose: Callable[[str], Planar | None],
     ) -> None:
-        self._names, self._pose = names, pose
+        self._names, self._pose, self._link_pose = names, pose, link_pose
+        self.goal: tuple[tuple[float, float], tuple[float, float]] | None = None
 
     def execute(self, message: dict[str, Any]) -> str:
         """Do what a checked message "do" asks for.
@@ -203,14 +212,45 @@ class Actions:
         kind = roslib.message.get_service_class("cybertruck/Goal")
         if kind is None:
             raise ActionError("the package cybertruck is not there")
+        place = message["x"], message["y"]
+        try:
+            odometry = rospy.wait_for_message(ODOMETRY, Odometry, TIMEOUT)
+        except rospy.ROSException as error:
+            raise ActionError(f"the goal is in the frame of {ODOMETRY}, which is silent") from error
         request = kind._request_class()
-        request.pose = pose_of(message["x"], message["y"], 0.0, message.get("yaw", 0.0))
+        goal = self._in_odometry(place, odometry)
+        request.pose = pose_of(*goal, 0.0, message.get("yaw", 0.0))
+        self.goal = goal, place
         self._call("/goal", kind, request)
-        return f"the goal is {message['x']:.2f}, {message['y']:.2f}"
+        return f"the goal is {place[0]:.2f}, {place[1]:.2f}"
+
+    def _in_odometry(self, place: tuple[float, float], message: Any) -> tuple[float, float]:
+        """A place of the world in the frame of an odometry, which drifts and is not moved along
+        when its model is put elsewhere."""
+        link = message.child_frame_id.rpartition("/")[2]
+        here = self._link_pose(link)
+        if here is None:
+            return place
+        pose = message.pose.pose
+        q = pose.orientation
+        yaw = rpy_from_quaternion((q.x, q.y, q.z, q.w))[2]
+        return carried(place, here, (pose.position.x, pose.position.y, yaw))
 
     def _cancel(self, _: dict[str, Any]) -> str:
         self._call("/goal/cancel", Trigger)
         return "the goal is cancelled"
+
+
+def carried(place: tuple[float, float], seen: Planar, told: Planar) -> tuple[float, float]:
+    """A place [m] from one frame in another, in which the same body has another pose.
+
+    Args:
+        seen: x, y [m], yaw [rad] of the body in the frame of the place.
+        told: its pose in the other frame.
+    """
+    dx, dy, turn = place[0] - seen[0], place[1] - seen[1], told[2] - seen[2]
+    cosine, sine = math.cos(turn), math.sin(turn)
+    return told[0] + cosine * dx - sine * dy, told[1] + sine * dx + cosine * dy
 
 
 def pose_of(x: float, y: float, z: float, yaw: float) -> Pose:

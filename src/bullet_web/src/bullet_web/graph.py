@@ -1,6 +1,6 @@
 """What the ROS graph has for pages: topics to drive, cameras, lidars, the goal service."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,7 +11,7 @@ from bullet_web.driving import Drive, drive_of
 
 TWIST = "geometry_msgs/Twist"
 IMAGE = "sensor_msgs/Image"
-SCAN = "sensor_msgs/LaserScan"
+POINTS = ("sensor_msgs/LaserScan", "sensor_msgs/PointCloud2", "sensor_msgs/Range")
 GOAL = "/goal"
 STANDARD = "/cmd_vel"  # the topic that comes first
 
@@ -21,13 +21,15 @@ class Graph:
     """What was found.
 
     Attributes:
-        cameras, lidars: names of topics.
+        cameras, lidars: names of topics; lidars are all that measure points.
+        types: of these topics.
         goal: whether there is a service that takes goals.
     """
 
     drives: tuple[Drive, ...] = ()
     cameras: tuple[str, ...] = ()
     lidars: tuple[str, ...] = ()
+    types: Mapping[str, str] = field(default_factory=dict)
     goal: bool = False
     referee: bool = field(default=False)
 
@@ -53,15 +55,18 @@ def look(caller: str) -> Graph:
     ]
     return Graph(
         tuple(drives),
-        _of_type(sent, types, IMAGE),
-        _of_type(sent, types, SCAN),
+        _of_type(sent, types, (IMAGE,)),
+        _of_type(sent, types, POINTS),
+        {topic: types[topic] for topic in sent if types.get(topic) in (IMAGE, *POINTS)},
         GOAL in {name for name, _ in services},
         types.get("/referee/status") == "track_model/LapStatus",
     )
 
 
-def _of_type(topics: Sequence[str], types: dict[str, str], wanted: str) -> tuple[str, ...]:
-    return tuple(sorted(topic for topic in topics if types.get(topic) == wanted))
+def _of_type(
+    topics: Sequence[str], types: dict[str, str], wanted: Sequence[str]
+) -> tuple[str, ...]:
+    return tuple(sorted(topic for topic in topics if types.get(topic) in wanted))
 
 
 def _parameters(nodes: Sequence[str]) -> dict[str, Any]:

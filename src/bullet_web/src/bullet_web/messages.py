@@ -67,7 +67,7 @@ FIELDS: dict[str, dict[str, tuple[Check, str]]] = {
     "release": {},
     "drive": {"speed": _number(-1.0, 1.0), "steering": _number(-1.0, 1.0)},
     "topic": {"topic": NAME},
-    "want": {"camera": NAME, "lidar": NAME, "data": _flag()},
+    "want": {"camera": NAME, "lidar": NAME, "data": _flag(), "contacts": _flag()},
     "do": {"action": _one_of(*ACTIONS)},
 }
 OPTIONAL = {"yaw": _number(-10.0, 10.0)}  # [rad] of place, spawn and goal

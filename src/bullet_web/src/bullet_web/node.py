@@ -6,6 +6,7 @@ and the simulator's bring is handed over by `call_soon_threadsafe`.
 
 import asyncio
 import json
+import math
 import os
 import socket
 import sys
@@ -16,12 +17,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import roslib.message
+import rospkg
 import rospy
+from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped, Twist
 from paddock_common.settings import check, flag, number, read, text
 from paddock_common.waiting import flush
 
-from bullet_web import files, graph
+from bullet_web import files, graph, window
 from bullet_web.actions import ActionError, Actions
 from bullet_web.driving import Drive, Seat
 from bullet_web.sensors import Sensors
@@ -34,8 +37,10 @@ SHORTEST = 6  # characters of a password
 TICK = 0.05  # [s] between two looks of the watchdog
 LOOK = 2.0  # [s] between two looks at the ROS graph
 DATA = 0.2  # [s] between two messages for the plots
+SAME = 1e-6  # [m] between two goals that are one
 QUEUE = 20  # actions that may wait
 END_LIMIT = 2.0  # [s] for the last command
+WINDOW_LIMIT = 30.0  # [s] for a browser that was started to open the page
 THREAD_LIMIT = 10.0  # [s] that the node waits at its end for a scene that is being made
 
 
@@ -49,6 +54,7 @@ class Settings:
         rate: views of the world a second, at most.
         timeout: wall time without a command after which the driver's hands count as gone [s].
         topic: of the commands; empty: /cmd_vel, or the first Twist topic with a subscriber.
+        open: open the page in a browser window here.
     """
 
     port: int = number(0, min=0, max=65535)
@@ -56,6 +62,7 @@ class Settings:
     rate: float = number(30.0, above=0.0, max=120.0, unit="Hz")
     timeout: float = number(0.5, above=0.0, max=10.0, unit="s")
     topic: str = text("", empty=True)
+    open: bool = flag(False)
 
     def __post_init__(self) -> None:
         check(self)
@@ -97,22 +104,33 @@ class WebNode:
             settings.rate,
             self._safely(self._new_scene),
             self._safely(self._new_view),
+            self._safely(self._new_contacts),
             self._safely(self._no_simulator),
         )
-        self._actions = Actions(lambda: set(self._simulator.names.values()), self._simulator.pose)
+        self._actions = Actions(
+            lambda: set(self._simulator.names.values()),
+            self._simulator.pose,
+            self._simulator.link_pose,
+        )
         self._sensors = Sensors(self._safely(self._new_sensor_data))
         self._worker = ThreadPoolExecutor(1, "web-actions")  # one action after the other
         self._looker = ThreadPoolExecutor(1, "web-graph")
         self._queued = 0
         self._missing = "Waiting for the simulator"
         self._pace = 1.0
-        self._data: dict[str, Any] = {}
+        self._data: dict[str, Any] = {}  # of the referee
+        self._goal: tuple[float, float] | None = None  # of the truck, in the world [m]
+        self._has_goal = self._sent_data = False
         self._subscribers: dict[str, Any] = {}  # for the plots
         self._stopped, self._left = asyncio.Event(), threading.Event()
+        self._page_came, self._no_window = asyncio.Event(), ""  # or why no window opens
 
     # life ---------------------------------------------------------------------------------------
     async def run(self, listening: socket.socket) -> None:
-        """Serve until ROS shuts down."""
+        """Serve until ROS shuts down.
+
+        The address goes to the terminal and not to the log: who knows it drives.
+        """
         self._server.start(listening)
         rospy.on_shutdown(self._end)
         self._simulator.start()
@@ -121,9 +139,14 @@ class WebNode:
             asyncio.ensure_future(self._every(LOOK, self._look)),
             asyncio.ensure_future(self._every(DATA, self._send_data)),
         ]
+        if self._settings.open:
+            tasks.append(asyncio.ensure_future(self._open_window(self.address(listening))))
+        else:
+            print(f"the page, in a browser: {self.address(listening)}", flush=True)
         await self._stopped.wait()
         for task in tasks:
             task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
         self._server.stop()
         # A thread of Python's that is within OpenCV when the interpreter ends aborts the process.
         self._sensors.close()
@@ -146,6 +169,35 @@ class WebNode:
         """What a browser opens."""
         host = socket.gethostname() if self._settings.share else "127.0.0.1"
         return f"http://{host}:{listening.getsockname()[1]}/{self._server.token}/"
+
+    async def _open_window(self, address: str) -> None:
+        """Tell the address and show the page in a browser window, or say why none opens."""
+        text = f"the page, in a browser: {address}"
+        try:
+            window.find_browser()
+            redirect = window.Redirect(address, rospkg.get_ros_home())
+        except (window.NoWindow, OSError) as error:
+            print(f"{text} (no window opens here: {error})", flush=True)
+            return
+        print(text, flush=True)
+
+        def show() -> None:
+            try:
+                window.show(redirect.path)
+            except window.NoWindow as error:
+                self._no_window = str(error)
+                self._safely(self._page_came.set)()
+
+        try:
+            # A browser that stays in the foreground returns when its window is closed.
+            threading.Thread(target=show, name="browser", daemon=True).start()
+            await asyncio.wait_for(self._page_came.wait(), WINDOW_LIMIT)
+        except asyncio.TimeoutError:
+            self._no_window = f"no browser has opened the page within {WINDOW_LIMIT:g} s"
+        finally:
+            redirect.remove()
+        if self._no_window:
+            print(f"no window: {self._no_window}; open {address} in a browser", flush=True)
 
     async def _every(self, period: float, work: Callable[[], Awaitable[None] | None]) -> None:
         while True:
@@ -177,6 +229,7 @@ class WebNode:
 
     def opened(self, page: Page) -> None:
         """A page has come: the simulator is asked from now on."""
+        self._page_came.set()
         self._simulator.watch(True)
         if self._missing:
             page.put("waiting", json.dumps({"type": "waiting", "text": self._missing}))
@@ -230,6 +283,12 @@ class WebNode:
         message = f'{{"type": "view", "view": {source}}}'
         for page in self._server.pages.values():
             page.put("view", message)
+
+    def _new_contacts(self, rows: list[list[float]]) -> None:
+        message = json.dumps({"type": "contacts", "rows": rows})
+        for page in self._server.pages.values():
+            if page.wanted.get("contacts"):
+                page.put("contacts", message)
 
     def _no_simulator(self, reason: str) -> None:
         self._missing = reason
@@ -313,14 +372,17 @@ class WebNode:
         pages = self._server.pages.values()
         self._sensors.set_wanted(
             {
-                (want, page.wanted[want])
+                (self._graph.types[page.wanted[want]], page.wanted[want])
                 for page in pages
                 for want, topics in found.items()
                 if page.wanted.get(want) in topics
             }
         )
+        self._simulator.wants_contacts = any(page.wanted.get("contacts") for page in pages)
         wanted = any(page.wanted.get("data") for page in pages)
-        self._follow("/goal/pose", PoseStamped, self._new_goal, bool(pages) and self._graph.goal)
+        goal = bool(pages) and self._graph.goal
+        self._follow("/goal/pose", PoseStamped, self._new_goal, goal)
+        self._follow("/goal/status", GoalStatus, self._new_goal_status, goal)
         if wanted and self._graph.referee:
             kind = roslib.message.get_message_class("track_model/LapStatus")
             if kind is not None:
@@ -343,7 +405,14 @@ class WebNode:
                 page.put(kind, message)
 
     def _new_goal(self, message: Any) -> None:
-        self._data["goal"] = [message.pose.position.x, message.pose.position.y]
+        place = message.pose.position.x, message.pose.position.y
+        goal = self._actions.goal
+        if goal is not None and math.dist(place, goal[0]) < SAME:
+            place = goal[1]  # as it was clicked, in the world
+        self._goal = place
+
+    def _new_goal_status(self, message: Any) -> None:
+        self._has_goal = message.status in (GoalStatus.ACTIVE, GoalStatus.SUCCEEDED)
 
     def _new_lap(self, message: Any) -> None:
         times = [
@@ -357,9 +426,12 @@ class WebNode:
         self._data["lap"] = ", ".join(filter(None, times))
 
     def _send_data(self) -> None:
-        if not self._data:
+        goal = {"goal": self._goal} if self._goal and self._has_goal else {}
+        data = {**self._data, **goal}
+        if not data and not self._sent_data:
             return
-        message = json.dumps({"type": "data", **self._data})
+        self._sent_data = bool(data)  # what is no longer there is told once
+        message = json.dumps({"type": "data", **data})
         for page in self._server.pages.values():
             page.put("data", message)
 
@@ -381,8 +453,6 @@ class WebNode:
             rospy.logerr("%s has failed: %s: %s", message, type(error).__name__, error)
             page.notify(f"{message['action']}: {error}")
         else:
-            if message["action"] == "cancel":
-                self._data.pop("goal", None)
             if done:
                 page.notify(done, good=True)
             self._simulator.wake.set()
@@ -401,8 +471,6 @@ def main() -> int:
     loop = asyncio.new_event_loop()
     asyncio.set_event_loop(loop)
     node, listening = nodes.start("web", make, (ValueError, OSError), disable_rostime=True)
-    # Not to the log: who knows the address drives.
-    print(f"the page, in a browser: {node.address(listening)}", flush=True)
     loop.run_until_complete(node.run(listening))
     return 0
 

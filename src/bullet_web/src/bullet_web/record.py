@@ -26,11 +26,13 @@ class Settings:
         out: file to write, such as /tmp/replay.html.
         title: of the page.
         rate: frames a second of wall time.
+        simulator: name of its node.
     """
 
     out: str = text("replay.html")
     title: str = text("Paddock")
     rate: float = number(20.0, above=0.0, max=100.0, unit="Hz")
+    simulator: str = text("/gazebo")
 
     def __post_init__(self) -> None:
         check(self)
@@ -48,7 +50,12 @@ class Recorder:
         self._recording = Recording(self._settings.title)
         self._lock = threading.Lock()
         self._simulator = Simulator(
-            self._settings.rate, self._new_scene, self._new_view, lambda reason: None
+            self._settings.rate,
+            self._new_scene,
+            self._new_view,
+            lambda contacts: None,
+            lambda reason: None,
+            self._settings.simulator,
         )
         self._simulator.watch(True)
         self._simulator.start()

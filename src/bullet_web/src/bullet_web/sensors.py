@@ -1,4 +1,4 @@
-"""Camera images and lidar scans for pages: subscribed while a page wants them."""
+"""Camera images, lidar scans and point clouds for pages: subscribed while a page wants them."""
 
 import json
 import math
@@ -6,16 +6,19 @@ import struct
 import threading
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import cv2
 import numpy as np
 import rospy
 from bullet_sim.pose import Array
-from sensor_msgs.msg import Image, LaserScan
+from sensor_msgs.msg import Image, LaserScan, PointCloud2, PointField, Range
 
 IMAGE_RATE = 15.0  # images a second of wall time, at most
-SCAN_RATE = 10.0
+POINTS_RATE = 10.0
+MAX_POINTS = 20000  # of a cloud on a page
+CONE_RAYS = 9  # that stand for the cone of a sensor_msgs/Range
 BUFFER = 1 << 24  # [B] of a subscription: a whole image
 MAX_WIDTH = 640  # [px] of an image on a page
 JPEG = [int(cv2.IMWRITE_JPEG_QUALITY), 75]
@@ -98,15 +101,86 @@ def jpeg(message: Any) -> bytes:
     return data.tobytes()
 
 
-def points(message: Any) -> Array:
-    """(n, 3) float32 [m] of a sensor_msgs/LaserScan in its frame, where rays have an echo."""
+def ends(ranges: Array, angles: Array, low: float, high: float) -> tuple[Array, Array]:
+    """Ends of a plane's rays in the sensor's frame.
+
+    Args:
+        ranges: (n,) [m].
+        angles: (n,) [rad], counter-clockwise from x.
+        low, high: bounds of ranges with an echo [m].
+
+    Returns:
+        (k, 3) float32 [m] where rays have an echo, and (m, 3) at `high` where they have none; a
+        range below `low` or that is no number is in neither.
+    """
+    hit = np.isfinite(ranges) & (ranges >= low) & (ranges <= high)
+    miss = (ranges > high) & np.isfinite(high)
+    found = []
+    for chosen, lengths in ((hit, ranges), (miss, np.full_like(ranges, high))):
+        place = np.zeros((int(chosen.sum()), 3), np.float32)
+        place[:, 0] = lengths[chosen] * np.cos(angles[chosen])
+        place[:, 1] = lengths[chosen] * np.sin(angles[chosen])
+        found.append(place)
+    return found[0], found[1]
+
+
+def scan_ends(message: Any) -> tuple[Array, Array]:
+    """As ends(), of a sensor_msgs/LaserScan.
+
+    Raises:
+        ValueError: its angles are no numbers.
+    """
+    if not math.isfinite(message.angle_min) or not math.isfinite(message.angle_increment):
+        raise ValueError(f"angles are {message.angle_min}, {message.angle_increment}")
     ranges = np.asarray(message.ranges, np.float32)
     angles = message.angle_min + message.angle_increment * np.arange(len(ranges))
-    hit = np.isfinite(ranges) & (ranges >= message.range_min) & (ranges <= message.range_max)
-    found = np.zeros((int(hit.sum()), 3), np.float32)
-    found[:, 0] = ranges[hit] * np.cos(angles[hit])
-    found[:, 1] = ranges[hit] * np.sin(angles[hit])
-    return found
+    return ends(ranges, angles, message.range_min, message.range_max)
+
+
+def cone_ends(message: Any) -> tuple[Array, Array]:
+    """As ends(), of a sensor_msgs/Range: rays across its field of view.
+
+    Raises:
+        ValueError: the field of view is no number.
+    """
+    if not math.isfinite(message.field_of_view):
+        raise ValueError(f"field_of_view is {message.field_of_view}")
+    angles = np.linspace(-0.5, 0.5, CONE_RAYS) * message.field_of_view
+    ranges = np.full(CONE_RAYS, message.range, np.float32)
+    return ends(ranges, angles, message.min_range, message.max_range)
+
+
+def cloud_ends(message: Any) -> tuple[Array, Array]:
+    """As ends(), of a sensor_msgs/PointCloud2, which has no rays without an echo.
+
+    Raises:
+        ValueError: it has no float32 x, y and z, or too few bytes.
+    """
+    offsets = {f.name: f.offset for f in message.fields if f.datatype == PointField.FLOAT32}
+    if not {"x", "y", "z"} <= offsets.keys():
+        raise ValueError(f"the cloud has float32 fields {sorted(offsets)}, must have x, y and z")
+    step, width, height = message.point_step, message.width, message.height
+    row = message.row_step or step * width
+    last = max(offsets[name] for name in "xyz") + 4
+    if step < last or row < step * width or len(message.data) < row * height:
+        raise ValueError(
+            f"the cloud has {len(message.data)} bytes, {height} rows of {row} and {width} points "
+            f"of {step}"
+        )
+    table = np.frombuffer(message.data, np.uint8, row * height).reshape(height, row)
+    order = ">" if message.is_bigendian else "<"
+    kind = np.dtype(
+        {
+            "names": ["x", "y", "z"],
+            "formats": [f"{order}f4"] * 3,
+            "offsets": [offsets[name] for name in "xyz"],
+            "itemsize": step,
+        }
+    )
+    rows = np.ascontiguousarray(table[:, : step * width]).view(kind).ravel()
+    found = np.column_stack([rows["x"], rows["y"], rows["z"]]).astype(np.float32)
+    found = found[np.isfinite(found).all(axis=1)]
+    return found[:: max(1, -(-len(found) // MAX_POINTS))], np.zeros((0, 3), np.float32)
 
 
 def image_message(message: Any) -> bytes:
@@ -114,27 +188,43 @@ def image_message(message: Any) -> bytes:
     return packed({"type": "image"}, jpeg(message))
 
 
-def scan_message(message: Any) -> bytes:
-    """What pages get of a scan; `frame` is the link, without its model."""
+def points_message(message: Any, find: Callable[[Any], tuple[Array, Array]]) -> bytes:
+    """What pages get of ends of rays: first those with an echo, which are `hits`, then the others.
+
+    `frame` is the link, without its model.
+    """
+    hits, misses = find(message)
     frame = message.header.frame_id.rpartition("/")[2]
-    if not math.isfinite(message.angle_min) or not math.isfinite(message.angle_increment):
-        raise ValueError(f"angles are {message.angle_min}, {message.angle_increment}")
-    return packed({"type": "points", "frame": frame}, points(message).tobytes())
+    head = {"type": "points", "frame": frame, "hits": len(hits)}
+    return packed(head, hits.tobytes() + misses.tobytes())
 
 
-TYPES = {  # what a page wants -> (kind of message, type, most a second, conversion)
-    "camera": ("image", Image, IMAGE_RATE, image_message),
-    "lidar": ("points", LaserScan, SCAN_RATE, scan_message),
+TYPES: dict[str, tuple[str, Any, float, Callable[[Any], bytes]]] = {
+    # type of a topic -> (kind of message, class, most a second, conversion)
+    "sensor_msgs/Image": ("image", Image, IMAGE_RATE, image_message),
+    "sensor_msgs/LaserScan": (
+        "points",
+        LaserScan,
+        POINTS_RATE,
+        partial(points_message, find=scan_ends),
+    ),
+    "sensor_msgs/PointCloud2": (
+        "points",
+        PointCloud2,
+        POINTS_RATE,
+        partial(points_message, find=cloud_ends),
+    ),
+    "sensor_msgs/Range": ("points", Range, POINTS_RATE, partial(points_message, find=cone_ends)),
 }
 
 
 class Subscription:
     """One topic that pages want, converted once for all of them."""
 
-    def __init__(self, topic: str, want: str, deliver: Callable[[str, str, bytes], object]) -> None:
+    def __init__(self, topic: str, kind: str, deliver: Callable[[str, str, bytes], object]) -> None:
         self.topic = topic
         self._deliver = deliver
-        self._kind, message, rate, self._convert = TYPES[want]
+        self._kind, message, rate, self._convert = TYPES[kind]
         self._period, self._last = 1.0 / rate, -math.inf
         self._problem = ""
         self._converting, self._closed = threading.Lock(), False
@@ -178,12 +268,12 @@ class Sensors:
         self._lock = threading.Lock()
 
     def set_wanted(self, wanted: set[tuple[str, str]]) -> None:
-        """Subscribe to these (camera or lidar, topic), and to nothing else."""
+        """Subscribe to these (type, topic), and to nothing else."""
         with self._lock:
             for key in set(self._subscriptions) - wanted:
                 self._subscriptions.pop(key).close()
-            for want, topic in sorted(wanted - set(self._subscriptions)):
-                self._subscriptions[want, topic] = Subscription(topic, want, self._deliver)
+            for kind, topic in sorted(wanted - set(self._subscriptions)):
+                self._subscriptions[kind, topic] = Subscription(topic, kind, self._deliver)
 
     def close(self) -> None:
         """Subscribe to nothing; no message is being converted afterwards."""

@@ -29,7 +29,7 @@ from bullet_web.messages import MAX_BYTES, BadMessage, parse
 LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
 PORTS = range(7080, 7100)  # the first free one is taken
 WINDOW = 3  # messages that a page has not acknowledged yet
-ORDER = ("status", "scene", "waiting", "notice", "view", "data", "points", "image")
+ORDER = ("status", "scene", "waiting", "notice", "view", "contacts", "data", "points", "image")
 NOTICES = 20  # kept for a page
 RATE = 200.0  # messages a page may send a second, and ...
 BURST = 600.0  # ... at once; then it is closed

@@ -7,12 +7,14 @@ from collections.abc import Callable
 from typing import Any
 
 import rospy
+from bullet_sim.pose import compose, rpy_from_quaternion
 from std_srvs.srv import Trigger
 
 from bullet_web.scene import Asset, Scene, SceneMaker
 
 RETRY = 1.0  # [s] between two tries to reach a simulator
 RECHECK = 0.5  # [s] between two views while paused
+CONTACTS = 0.1  # [s] between two looks at the contact points
 
 
 class Simulator(threading.Thread):
@@ -20,8 +22,10 @@ class Simulator(threading.Thread):
 
     Args:
         rate: views a second.
+        name: of the simulator's node.
         on_scene: called with the number of a new scene.
         on_view: called with each view: its fields and its JSON text.
+        on_contacts: called with the rows of `/gazebo/contacts`, while they are wanted.
         on_missing: called with the reason while there is no simulator.
         The callbacks run in this thread.
     """
@@ -31,11 +35,14 @@ class Simulator(threading.Thread):
         rate: float,
         on_scene: Callable[[int], object],
         on_view: Callable[[dict[str, Any], str], object],
+        on_contacts: Callable[[list[list[float]]], object],
         on_missing: Callable[[str], object],
+        name: str = "/gazebo",
     ) -> None:
         super().__init__(name="simulator", daemon=True)
-        self._period = 1.0 / rate
-        self._on_scene, self._on_view, self._on_missing = on_scene, on_view, on_missing
+        self._period, self._prefix = 1.0 / rate, name
+        self._on_scene, self._on_view = on_scene, on_view
+        self._on_contacts, self._on_missing = on_contacts, on_missing
         self._watched, self._ended = threading.Event(), False
         self._maker = SceneMaker()
         self._services: dict[str, Any] = {}
@@ -45,6 +52,8 @@ class Simulator(threading.Thread):
         self.names: dict[int, str] = {}  # of the models by key
         self.last: dict[str, Any] = {}  # the newest view
         self.wake = threading.Event()  # set: ask now
+        self.wants_contacts = False
+        self._contacts_at = 0.0  # wall time of the last [s]
 
     def watch(self, on: bool) -> None:
         """Ask, or do not."""
@@ -70,6 +79,20 @@ class Simulator(threading.Thread):
                 return row[1:8]
         return None
 
+    def link_pose(self, link: str) -> tuple[float, float, float] | None:
+        """x, y [m], yaw [rad] of a link's frame in the newest view.
+
+        None: no model has that link, or it is behind a joint that moves. Of several models the one
+        that was spawned first counts.
+        """
+        rows = {row[0]: row for row in self.last.get("bodies", ())}
+        for body in self.scene.get("bodies", ()):
+            row, frame = rows.get(body["key"]), body["frames"].get(link)
+            if row is not None and frame is not None and not frame[0]:
+                position, orientation = compose(row[1:4], row[4:8], frame[1:4], frame[4:8])
+                return position[0], position[1], rpy_from_quaternion(orientation)[2]
+        return None
+
     def run(self) -> None:
         """Ask until the node ends."""
         due = time.monotonic()
@@ -93,16 +116,20 @@ class Simulator(threading.Thread):
 
     def _look(self) -> float:
         """Take a view; returns the time to the next one [s]."""
-        text = self._call("/gazebo/view")
+        text = self._call("view")
         view = json.loads(text)
         if view["scene"] != self.number:
             self._take_scene()
         self.last = view
         self._on_view(view, text)
+        now = time.monotonic()
+        if self.wants_contacts and now - self._contacts_at >= CONTACTS:
+            self._contacts_at = now
+            self._on_contacts(json.loads(self._call("contacts"))["contacts"])
         return RECHECK / 5.0 if view["paused"] else self._period
 
     def _take_scene(self) -> None:
-        source = json.loads(self._call("/gazebo/scene"))
+        source = json.loads(self._call("scene"))
         scene = self._maker.make(source)
         self.text = json.dumps(scene).encode()
         self.names = {body["key"]: body["name"] for body in scene["bodies"]}
@@ -118,8 +145,9 @@ class Simulator(threading.Thread):
             ValueError: it answers with an error.
         """
         if name not in self._services:
-            rospy.wait_for_service(name, timeout=RETRY)
-            self._services[name] = rospy.ServiceProxy(name, Trigger, persistent=True)
+            service = f"{self._prefix}/{name}"
+            rospy.wait_for_service(service, timeout=RETRY)
+            self._services[name] = rospy.ServiceProxy(service, Trigger, persistent=True)
         response = self._services[name]()
         if not response.success:
             raise ValueError(response.message)

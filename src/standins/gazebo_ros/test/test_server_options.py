@@ -5,39 +5,19 @@ from gazebo_ros import gzserver
 
 
 @pytest.mark.parametrize(
-    "line, gui, expected",
+    "line, expected",
     [
-        (
-            "",
-            False,
-            [
-                '_world_file:="worlds/empty.world"',
-                "_paused:=false",
-                "_gui:=false",
-                "_headless:=true",
-            ],
-        ),
-        (
-            "-u -e ode /w/my.world",
-            False,
-            ['_world_file:="/w/my.world"', "_paused:=true", "_gui:=false", "_headless:=true"],
-        ),
+        ("", ['_world_file:="worlds/empty.world"', "_paused:=false"]),
+        ("-u -e ode /w/my.world", ['_world_file:="/w/my.world"', "_paused:=true"]),
         (
             "--verbose worlds/empty.world --seed 3",
-            True,
-            [
-                '_world_file:="worlds/empty.world"',
-                "_paused:=false",
-                "_gui:=true",
-                "_headless:=false",
-                "_seed:=3",
-            ],
+            ['_world_file:="worlds/empty.world"', "_paused:=false", "_seed:=3"],
         ),
     ],
 )
-def test_parameters(line, gui, expected):
+def test_parameters(line, expected):
     options, notes = gzserver.parse(line.split())
-    assert gzserver.parameters(options, gui) == expected and notes == []
+    assert gzserver.parameters(options) == expected and notes == []
 
 
 @pytest.mark.parametrize(
@@ -60,7 +40,7 @@ def test_options_without_effect_are_reported(line, notes):
 
 def test_remappings_go_on_to_the_bridge():
     arguments, notes = gzserver.command(
-        ["-u", "a.world", "__name:=gazebo", "__log:=/l", "a:=b"], False, "gzserver"
+        ["-u", "a.world", "__name:=gazebo", "__log:=/l", "a:=b"], "gzserver"
     )
     assert arguments[0] == '_world_file:="a.world"' and "_paused:=true" in arguments and notes == []
     assert arguments[-3:] == ["__name:=gazebo", "__log:=/l", "a:=b"]
@@ -71,3 +51,46 @@ def test_wrong_command_line_is_exit_2(line):
     with pytest.raises(SystemExit) as error:
         gzserver.parse(line.split())
     assert error.value.code == 2
+
+
+@pytest.fixture
+def started(monkeypatch):
+    """Commands that would have been started, and the program that would have been become."""
+    commands = []
+    monkeypatch.setattr(gzserver.subprocess, "Popen", lambda command, **_: commands.append(command))
+    monkeypatch.setattr(
+        gzserver.os, "execv", lambda path, arguments: commands.append([path, *arguments[1:]])
+    )
+    monkeypatch.setattr(
+        gzserver.roslib.packages, "find_node", lambda package, name: [f"/{package}/{name}"]
+    )
+    return commands
+
+
+def test_gazebo_starts_its_client_and_becomes_the_server(started, monkeypatch):
+    monkeypatch.setattr(
+        gzserver.sys, "argv", ["gazebo", "-u", "w.world", "__name:=gazebo", "__log:=/l", "a:=b"]
+    )
+    gzserver.main("gazebo", gui=True)
+    client, server = started
+    assert client == ["setpriv", "--pdeathsig", "TERM", "/gazebo_ros/gzclient", "a:=b"]
+    assert server[0] == "/bullet_bridge/bridge" and "_paused:=true" in server
+
+
+def test_gzserver_starts_no_client(started, monkeypatch):
+    monkeypatch.setattr(gzserver.sys, "argv", ["gzserver"])
+    gzserver.main("gzserver")
+    assert [command[0] for command in started] == ["/bullet_bridge/bridge"]
+
+
+@pytest.mark.parametrize(
+    "given, name",
+    [(["--verbose"], "__name:=gazebo_gui"), (["__name:=my_gui"], "__name:=my_gui")],
+)
+def test_gzclient_becomes_the_page_in_a_window(started, monkeypatch, given, name):
+    monkeypatch.setattr(gzserver.sys, "argv", ["gzclient", *given])
+    monkeypatch.setattr(gzserver, "wait_for_simulator", lambda: True)
+    gzserver.view()
+    ((path, *arguments),) = started
+    assert path == "/bullet_web/web" and "_open:=true" in arguments
+    assert [word for word in arguments if word.startswith("__name:=")] == [name]

@@ -1,16 +1,21 @@
 """The world as a page in a browser or a recorder shows it: its looks, and where everything is.
 
 Two values, so that a frame stays small: a scene changes when models come and go, a view with each
-step. Both are lists and dicts, for JSON; lengths in m, angles in rad, quaternions (x, y, z, w).
+step; contacts are a third one, for who wants them. All are lists and dicts, for JSON; lengths in m,
+angles in rad, quaternions (x, y, z, w).
 """
 
 import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 if TYPE_CHECKING:
     from bullet_sim.models.model import Model
     from bullet_sim.snapshot import BodyState
+
+MAX_CONTACTS = 1000  # that contacts() has
 
 
 class WorldViews:
@@ -53,6 +58,20 @@ class WorldViews:
             "light": asdict(self._world.scene),
             "bodies": [body_fields(model) for model in self._world.models.values()],
         }
+
+    def contacts(self) -> dict[str, Any]:
+        """Where bodies press against each other, as of the last step.
+
+        Returns:
+            contacts: for each point its position [m], its unit normal (both in the world frame) and
+            its normal force [N]: seven numbers; the strongest first, at most MAX_CONTACTS. A point
+            with a number that is not finite is missing.
+        """
+        places, normals, forces = self._world.engine.all_contacts()
+        rows = np.column_stack([places, normals, forces])
+        rows = rows[np.isfinite(rows).all(axis=1)]
+        strongest = np.argsort(-rows[:, 6], kind="stable")[:MAX_CONTACTS]
+        return {"contacts": rows[strongest].round(5).tolist()}
 
     def _count_scene(self) -> None:
         """Give the scene another number if it is not what it was."""

@@ -59,12 +59,13 @@ class BackingRun:
     rms_lateral: float
 
 
-def drive(env: BackingEnv, driver, seed) -> BackingRun:
+def drive(env: BackingEnv, driver, seed, each=None) -> BackingRun:
     """Drive once along the path of a seed.
 
     Args:
         driver: has act(observation, env) -> action, and restart().
         seed: of path and start.
+        each: called without arguments after every action.
     """
     observation, info = env.reset(seed=seed)
     driver.restart()
@@ -73,6 +74,8 @@ def drive(env: BackingEnv, driver, seed) -> BackingRun:
         observation, _, terminated, truncated, info = env.step(driver.act(observation, env))
         done = terminated or truncated
         lateral.append(info["lateral"])
+        if each:
+            each()
     rms = float(np.sqrt(np.mean(np.square(lateral))))
     return BackingRun(info["end"], info["time"], info["lateral"], info["heading"], rms)
 

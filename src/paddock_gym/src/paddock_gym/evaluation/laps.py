@@ -89,8 +89,12 @@ def drive(env, driver, start, seed=0, each=None) -> Lap:
     )
 
 
-def film_lap(env, driver, start, path) -> Lap:
+def film_lap(env, driver, start, path, each=None) -> Lap:
     """Drive once and film it.
+
+    Args:
+        path: of the film.
+        each: called without arguments after every action.
 
     Raises:
         OSError: the file cannot be written.
@@ -107,6 +111,8 @@ def film_lap(env, driver, start, path) -> Lap:
                 image, text, (12, 24), cv2.FONT_HERSHEY_SIMPLEX, 0.6, color, width, cv2.LINE_AA
             )
         film.add(image)
+        if each:
+            each()
 
     try:
         return drive(env, driver, start, each=add)

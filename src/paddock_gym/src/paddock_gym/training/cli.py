@@ -86,6 +86,8 @@ def summary(report, folder):
         mean = report["mean_lap_time"]
         result = f"{report['laps']} laps of {report['evaluated_starts']} unseen starts"
         result += f", {mean:.2f} s a lap" if mean else ""
+    if "no_replay" in report:
+        result += f"\ntrain: no replay: {report['no_replay']}"
     files = " ".join(sorted(name for name in os.listdir(folder) if name != FILE))
     return f"train: {result}\nin {os.path.relpath(folder)}/: {files}"
 

@@ -9,15 +9,15 @@ from paddock_gym.contract.actions import Continuous
 from paddock_gym.course import LAP
 from paddock_gym.envs.backing import ARRIVED, TOP_SPEED, BackingEnv
 from paddock_gym.envs.deepracer import DeepRacerEnv
-from paddock_gym.evaluation import backing, plots
-from paddock_gym.evaluation.laps import PolicyDriver, drive, film_lap, starts
+from paddock_gym.evaluation import backing, plots, replays
+from paddock_gym.evaluation.laps import FIRST_SEED, PolicyDriver, drive, film_lap, starts
 from paddock_gym.ids import BACKING
 from paddock_gym.policy.description import PolicyDescription
 from paddock_gym.policy.export import export
 from paddock_gym.training import monitor
 
 STARTS = 10  # of the evaluation at the end
-POLICY, FILM = "policy.onnx", "best_lap.mp4"
+POLICY, FILM, REPLAY = "policy.onnx", "best_lap.mp4", "replay.html"
 
 
 def success(settings):
@@ -63,9 +63,16 @@ def _finish_laps(settings, folder, model, rows):
     times = [lap.time for lap in complete]
     best = min(complete or laps, key=lambda lap: (-lap.progress, lap.time))
     filmed, driver = starts(STARTS)[laps.index(best)], PolicyDriver(os.path.join(folder, POLICY))
-    film_lap(env, driver, filmed, os.path.join(folder, FILM))
+
+    def drive_best(each):
+        lap = film_lap(env, driver, filmed, os.path.join(folder, FILM), each)
+        return f"{lap.end}, {lap.progress:.0f} % of a lap in {lap.time:.2f} s"
+
+    replay = os.path.join(folder, REPLAY)
+    problem = replays.keep(env.scene.world, f"{settings.name}: the best lap", replay, drive_best)
     env.close()
     return {
+        **_without_replay(problem),
         "track_length": round(float(env.scene.projector.length), 3),
         "evaluated_starts": STARTS,
         "laps": len(complete),
@@ -88,9 +95,28 @@ def _finish_backing(settings, folder, model, _rows):
         return (arrived, -np.mean([run.rms_lateral for run in runs])), runs
 
     runs = _write_better(folder, model, env, description, evaluate)
+    best = min(range(STARTS), key=lambda k: (runs[k].end != ARRIVED, runs[k].rms_lateral))
+    driver = PolicyDriver(os.path.join(folder, POLICY), BACKING)
+
+    def drive_best(each):
+        run = backing.drive(env, driver, FIRST_SEED + best, each)
+        return f"{run.end or 'too slow'} after {run.time:.1f} s, {100 * run.rms_lateral:.1f} cm rms"
+
+    replay = os.path.join(folder, REPLAY)
+    problem = replays.keep(env.truck.world, f"{settings.name}: the best run", replay, drive_best)
     env.close()
     row = backing.summary("policy", runs)
-    return {"evaluated_starts": row.pop("starts"), **row, "ends": [run.end for run in runs]}
+    return {
+        **_without_replay(problem),
+        "evaluated_starts": row.pop("starts"),
+        **row,
+        "ends": [run.end for run in runs],
+    }
+
+
+def _without_replay(problem):
+    """The report's part on a replay that could not be written; none otherwise."""
+    return {"no_replay": problem} if problem else {}
 
 
 def _write_better(folder, model, env, description, evaluate):

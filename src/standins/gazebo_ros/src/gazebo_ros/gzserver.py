@@ -3,13 +3,13 @@
 import argparse
 import json
 import os
+import subprocess
 import sys
+import time
 
+import rosgraph
 import roslib.packages
 import rospy
-from std_srvs.srv import Trigger
-
-from paddock_common import nodes, waiting
 
 EMPTY_WORLD = "worlds/empty.world"
 ROS_PLUGINS = ("libgazebo_ros_api_plugin.so", "libgazebo_ros_paths_plugin.so")
@@ -82,33 +82,34 @@ def _without_effect(options):
     return notes
 
 
-def parameters(options, gui):
+def parameters(options):
     """Private parameters for the bridge, as command line arguments.
 
     Args:
         options: of parse().
-        gui: whether the viewer is to open.
     """
     arguments = [
         f"_world_file:={json.dumps(options.world)}",
         f"_paused:={str(options.pause).lower()}",
-        f"_gui:={str(gui).lower()}",
-        f"_headless:={str(not gui).lower()}",
     ]
     if options.seed is not None:
         arguments.append(f"_seed:={options.seed}")
     return arguments
 
 
-BRIDGE = ("bullet_bridge", "bridge")
+BRIDGE, PAGE, CLIENT = (
+    ("bullet_bridge", "bridge"),
+    ("bullet_web", "web"),
+    ("gazebo_ros", "gzclient"),
+)
+OWN = ("__name:=", "__log:=")  # remappings that are of one node alone
 
 
-def command(argv, gui, program):
+def command(argv, program):
     """Command line of the bridge.
 
     Args:
         argv: the program's arguments with ROS remappings, without its name.
-        gui: whether the viewer is to open.
         program: name for help and messages.
 
     Returns:
@@ -117,56 +118,88 @@ def command(argv, gui, program):
     program_arguments = rospy.myargv([program] + list(argv))[1:]
     remappings = [argument for argument in argv if argument not in program_arguments]
     options, notes = parse(program_arguments, program)
-    return parameters(options, gui) + remappings, notes
+    return parameters(options) + remappings, notes
 
 
 def main(program, gui=False):
-    """Replaces this process by the bridge; returns 1 when the bridge is missing."""
-    arguments, notes = command(sys.argv[1:], gui, program)
+    """Replaces this process by the bridge.
+
+    Args:
+        gui: whether gzclient is started, too.
+
+    Returns:
+        1 when the bridge is missing.
+    """
+    arguments, notes = command(sys.argv[1:], program)
     for note in notes:
         print(f"{program}: {note}", file=sys.stderr)
-    executables = roslib.packages.find_node(*BRIDGE)
+    if gui:
+        start_client(sys.argv[1:])
+    return become(program, BRIDGE, arguments)
+
+
+def start_client(argv):
+    """Starts gzclient as a child of this process, with which it ends.
+
+    Args:
+        argv: arguments of this program, of which the client gets the remappings.
+    """
+    remappings = [word for word in argv if ":=" in word and not word.startswith(OWN)]
+    for executable in roslib.packages.find_node(*CLIENT)[:1]:
+        subprocess.Popen(
+            ["setpriv", "--pdeathsig", "TERM", executable, *remappings], stdin=subprocess.DEVNULL
+        )
+
+
+def become(program, node, arguments):
+    """Replaces this process by a node.
+
+    Args:
+        program: name for messages.
+        node: package and executable.
+
+    Returns:
+        1: the node is missing.
+    """
+    executables = roslib.packages.find_node(*node)
     if not executables:
-        print("{}: package {} has no executable {}".format(program, *BRIDGE), file=sys.stderr)
+        print("{}: package {} has no executable {}".format(program, *node), file=sys.stderr)
         return 1
     sys.stdout.flush()
-    os.execv(executables[0], [executables[0]] + arguments)
+    os.execv(executables[0], [executables[0], *arguments])
     return 1  # not reached
 
 
-SERVICE = "/gazebo/open_viewer"
+SERVICE = "/gazebo/scene"
 TIMEOUT = 60.0  # [s] wall clock
+PERIOD = 0.2  # [s] between two looks for the simulator
 
 
-def open_viewer(service=SERVICE, timeout=TIMEOUT):
-    """Opens the viewer.
+def wait_for_simulator(timeout=TIMEOUT):
+    """Waits until the master knows the simulator, so that the page does not delay its start.
 
     Returns:
-        '' or why there is none.
-
-    Raises:
-        rospy.ROSInterruptException: the node was shut down meanwhile.
+        Whether it does.
     """
-    try:
-        waiting.wait_for_service(service, timeout)
-        response = rospy.ServiceProxy(service, Trigger)()
-    except (waiting.WaitTimeout, rospy.ServiceException) as error:
-        return str(error)
-    return "" if response.success else response.message
+    master = rosgraph.Master("/gzclient")
+    end = time.monotonic() + timeout
+    while time.monotonic() < end:
+        try:
+            master.lookupService(SERVICE)
+            return True
+        except (OSError, rosgraph.MasterException):
+            time.sleep(PERIOD)
+    return False
 
 
 def view():
-    """Runs the node; returns 0 also without a viewer: the simulation does not need one."""
-    nodes.init_interruptible("gazebo_gui", anonymous=True)
-    if not any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM")):
-        print("gzclient: no display (DISPLAY is not set), so no viewer", file=sys.stderr)
-        return 0
-    try:
-        problem = open_viewer()
-    except rospy.ROSInterruptException:
-        return 0
-    if problem:
-        rospy.logwarn("no viewer: %s", problem)
-        return 0
-    rospy.spin()
-    return 0
+    """Replaces this process by the node of the page, which opens it in a browser window.
+
+    Returns:
+        1 when that is missing.
+    """
+    arguments = sys.argv[1:]
+    if not any(word.startswith("__name:=") for word in arguments):
+        arguments = [*arguments, "__name:=gazebo_gui"]
+    wait_for_simulator()
+    return become("gzclient", PAGE, ["_open:=true", *arguments])

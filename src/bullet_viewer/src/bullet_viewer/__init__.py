@@ -1,1 +1,0 @@
-"""The simulator's window. `main` is the process, started by the bridge; needs PyQt5."""
