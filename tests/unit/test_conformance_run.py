@@ -48,8 +48,8 @@ def test_copies_find_each_other_and_the_clone_stays_as_it_is(sources, tmp_path):
 
 
 def test_compiled_programs_are_copied_and_missing_ones_named(sources, tmp_path):
-    suite = suites.Suite("clone", "robot", ("test/*.test",),
-                         nodes={("robot", "fake"): "here.launch speed:='1 2' slow:=true"})  # fmt: skip
+    nodes = {("robot", "fake"): "here.launch speed:='1 2' slow:=true"}
+    suite = suites.Suite("clone", "robot", ("test/*.test",), nodes=nodes)
     text = LAUNCH.replace("client.py", "client_test").replace("<test ", '<test time-limit="9" ')
     (sources / "clone" / "robot" / "test" / "drive.test").write_text(text)
     (tmp_path / "work").mkdir()

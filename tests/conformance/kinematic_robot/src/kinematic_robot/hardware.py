@@ -54,6 +54,7 @@ class KinematicJoints:
         self.lag = dict.fromkeys(self.names, 0.0)
         self.delayed, self.upper, self.running = False, math.inf, True
         self._elapsed = 0.0  # since the last latch [s]
+        self._is_new = False  # whether there are commands since then
 
     def read(self, handles: Iterable[JointHandle]) -> None:
         """As Joints.read."""
@@ -74,11 +75,11 @@ class KinematicJoints:
 
     def drive_velocities(self, names: Iterable[str], values: Iterable[float]) -> None:
         """As Joints.drive_velocities."""
-        self._commands.update({name: ("velocity", value) for name, value in zip(names, values)})
+        self._command("velocity", zip(names, values))
 
     def drive_positions(self, names: Iterable[str], values: Iterable[float]) -> None:
         """As Joints.drive_positions."""
-        self._commands.update({name: ("position", value) for name, value in zip(names, values)})
+        self._command("position", zip(names, values))
 
     def effort_bounds(self, name: str, position: float, velocity: float) -> tuple[float, float]:
         """As Joints.effort_bounds, from the URDF's effort alone."""
@@ -87,7 +88,7 @@ class KinematicJoints:
 
     def apply_efforts(self, efforts: Mapping[str, float]) -> None:
         """As Joints.apply_efforts, of unit inertias."""
-        self._commands.update({name: ("effort", value) for name, value in efforts.items()})
+        self._command("effort", efforts.items())
 
     def track(
         self, targets: Mapping[str, tuple[float, float]], handles: Mapping[str, JointHandle]
@@ -100,15 +101,19 @@ class KinematicJoints:
         for name in names:
             self._commands.pop(name, None)
 
+    def _command(self, interface: str, values: Iterable[tuple[str, float]]) -> None:
+        self._commands.update({name: (interface, value) for name, value in values})
+        self._is_new |= interface != "effort"  # efforts are written before every step
+
     def advance(self) -> None:
-        """Move all joints until now; what moves them changes once a PERIOD."""
+        """Move all joints until now; what moves them changes with new commands, or in a PERIOD."""
         period, self._time = self._clock() - self._time, self._clock()
         if period <= 0.0:  # not after a physics step
             return
-        self._elapsed += period
-        if self._elapsed >= PERIOD - 1e-9:
-            self._elapsed = 0.0
+        if self._is_new or self._elapsed >= PERIOD - 1e-9:
+            self._elapsed, self._is_new = 0.0, False
             self._latch()
+        self._elapsed += period
         if not self.running:
             return
         for name in self.names:
