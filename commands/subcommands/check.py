@@ -6,7 +6,7 @@ what is missing or was ignored, whether the robots stand still and upright, the 
 Problems come in the order in which to mend them, with what would replace what cannot work. The last
 line says whether the file works, works without something, or does not work, and why.
 It runs on a ROS master of its own and without a screen: windows such as rviz are not looked at.
-out/check/replay.html shows in 3-D, in any browser, what happened meanwhile.
+out/check/PACKAGE/FILE.html shows in 3-D, in any browser, what happened meanwhile.
 Exits 0 if nothing is wrong, 1 if something is. The log of the launch is in .cache/ros/check-PORT/.
 """
 
@@ -79,7 +79,7 @@ def run(options, rest):
     missing = check_remedies.missing_packages(found)
     found["remedies"] = {name: check_remedies.for_package(name) for name in missing}
     found.update(problems=problems(found), notes=notes(found), verdict=verdict(found), log=log)
-    found["replay"] = kept_replay(folder)
+    found["replay"] = kept_replay(folder, options.package, options.file)
     if options.json:
         say(json.dumps(found, indent=2))
     else:
@@ -92,16 +92,19 @@ def run(options, rest):
         raise SystemExit(1)
 
 
-def kept_replay(folder):
-    """Moves the replay of a check to where that of the last check is; returns its path.
+def kept_replay(folder, package, file):
+    """Moves the replay of a check to where that of the last check of the same file is.
 
     Args:
         folder: Of the check's files.
+        package, file: What was checked.
 
     Returns:
-        None where the check has left none: no simulator came up, or nothing could be recorded.
+        Its path, or None where the check has left none: no simulator came up, or nothing could be
+        recorded.
     """
-    kept = os.path.join(OUT, "check", "replay.html")
+    name = os.path.basename(file).removesuffix(".launch")
+    kept = os.path.join(OUT, "check", package, f"{name}.html")
     try:
         os.makedirs(os.path.dirname(kept), exist_ok=True)
         shutil.move(os.path.join(folder, "replay.html"), kept)

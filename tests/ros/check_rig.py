@@ -68,11 +68,11 @@ class Rig(unittest.TestCase):
     def test_every_check_leaves_a_replay(self):
         for name in self.STYLES:
             path = Path(self.found(name)["replay"])
-            self.assertEqual(path, ROOT / "out" / "check" / "replay.html")
-        text = path.read_text()  # of the last one, or of a check in another test
-        self.assertTrue(text.startswith("<!doctype html>"))
-        self.assertIn("window.REPLAY = ", text)
-        self.assertLess(path.stat().st_size, 10_000_000)
+            self.assertEqual(path, ROOT / "out" / "check" / FLEET / f"{name}.html")
+            text = path.read_text()
+            self.assertTrue(text.startswith("<!doctype html>"))
+            self.assertIn("window.REPLAY = ", text)
+            self.assertLess(path.stat().st_size, 10_000_000)
 
     def test_every_style_holds_what_it_should(self):
         wrong = []

@@ -202,7 +202,6 @@ class GazeboCommands(unittest.TestCase):
         self.fails(1, "/no_such_parameter", "-urdf", "-param", "/no_such_parameter", "-model", "a")
         self.fails(1, "not well-formed XML", "-urdf", "-stdin", "-model", "a", text="<robot>")
         self.fails(1, "exists already", "-urdf", "-file", car, "-model", "sphere")
-        self.fails(1, "nose", "-urdf", "-file", car, "-model", "with_nose", "-J", "nose", "1")
         self.fails(1, "no_such_model", "-sdf", "-database", "no_such_model", "-model", "a")
         self.fails(
             1,
@@ -218,6 +217,10 @@ class GazeboCommands(unittest.TestCase):
             "1",
         )
         self.assertNotIn("a", models())
+
+    def test_5b_a_joint_that_the_model_lacks_is_skipped_as_in_gazebo(self):
+        car = self.path("small_car.urdf")
+        self.spawned("with_nose", "-urdf", "-file", car, "-y", "-20", "-J", "nose", "1")
 
     def test_6_bond_deletes_on_exit(self):
         process = subprocess.Popen(

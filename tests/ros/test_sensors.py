@@ -89,7 +89,8 @@ class Sensors(unittest.TestCase):
         np.testing.assert_allclose(counts, np.rint(counts), atol=1e-6)
         self.assertGreaterEqual(counts.min(), 0.999)
 
-    def test_points_lie_on_the_wall_and_are_red(self):
+    def test_points_lie_on_the_wall_and_have_the_bytes_of_the_red_image(self):
+        """As in Gazebo: the image is rgb8, so that a reader of `rgb` takes red for blue."""
         message = self.record("/kinect/depth/points", PointCloud2, 2)[-1]
         self.assertEqual((message.width, message.height, message.point_step), (160, 120, 32))
         self.assertEqual([field.name for field in message.fields], ["x", "y", "z", "rgb"])
@@ -98,7 +99,7 @@ class Sensors(unittest.TestCase):
             message.data,
             np.dtype(
                 {
-                    "names": ["xyz", "bgr"],
+                    "names": ["xyz", "rgb"],
                     "formats": ["(3,)<f4", "(3,)u1"],
                     "offsets": [0, 16],
                     "itemsize": 32,
@@ -110,7 +111,7 @@ class Sensors(unittest.TestCase):
         np.testing.assert_allclose(
             centre["xyz"], ((80 - 79.5) / focal * WALL, (50 - 59.5) / focal * WALL, WALL), atol=0.01
         )
-        blue, green, red = (int(value) for value in centre["bgr"])
+        red, green, blue = (int(value) for value in centre["rgb"])
         self.assertGreater(red, 2 * max(blue, green))
 
     def test_both_camera_infos_agree(self):

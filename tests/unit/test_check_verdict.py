@@ -335,15 +335,18 @@ def test_tilt(orientation, degrees):
     assert check.tilt(orientation) == pytest.approx(degrees, abs=1e-6)
 
 
-def test_the_replay_of_the_last_check_is_kept(tmp_path, monkeypatch):
+def test_the_replay_of_the_last_check_of_a_file_is_kept(tmp_path, monkeypatch):
     monkeypatch.setattr(check, "OUT", str(tmp_path / "out"))
     folder = tmp_path / "check-1"
     folder.mkdir()
     (folder / "replay.html").write_text("first")
-    kept = tmp_path / "out" / "check" / "replay.html"
-    assert check.kept_replay(str(folder)) == str(kept)
+    kept = tmp_path / "out" / "check" / "my_car" / "drive.html"
+    words = str(folder), "my_car", "/my/launch/drive.launch"
+    assert check.kept_replay(*words) == str(kept)
     assert kept.read_text() == "first" and list(folder.iterdir()) == []
-    assert check.kept_replay(str(folder)) is None  # this check has left none
+    assert check.kept_replay(str(folder), "my_car", "park.launch") is None  # has left none
+    assert kept.exists()
+    assert check.kept_replay(*words) is None  # nor has this one, of the same file
     assert not kept.exists()
 
 

@@ -98,7 +98,8 @@ def test_a_real_package():
         return
     below = f"in {ros.prefix()}" if ros.prefix() else "installed from Debian"
     ours, found, theirs = done.stdout.partition(f"\n{below}: catkin, ")
-    assert ours.startswith("packages: campus_rover, yard_fleet\nin Paddock: ackermann_"), ours
+    packages = "campus_rover, harbour_fleet, yard_fleet"
+    assert ours.startswith(f"packages: {packages}\nin Paddock: ackermann_"), ours
     assert found and " gazebo_ros," in ours  # which is Paddock's also where the ROS has it
     assert "hector_gazebo_plugins" in done.stdout and "geometry_msgs" in theirs
     assert done.returncode == 0

@@ -17,8 +17,10 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Float64, Float64MultiArray
 
-SPHERE = '<collision><geometry><sphere radius="0.1"/></geometry></collision></link>'
-LINK = bot_rig.LINK.replace("</link>", SPHERE)
+CYLINDER = (
+    '<collision><geometry><cylinder radius="0.1" length="0.05"/></geometry></collision></link>'
+)
+LINK = bot_rig.LINK.replace("</link>", CYLINDER)
 JOINT = (
     '<joint name="{0}" type="continuous"><origin xyz="{1}"/><parent link="base"/>'
     '<child link="{0}_link"/><axis xyz="0 1 0"/><limit effort="10" velocity="50"/></joint>'

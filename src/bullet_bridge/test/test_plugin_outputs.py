@@ -182,8 +182,8 @@ def test_biases_of_an_imu_are_set_and_decay(topics, world, cart):
     assert message.angular_velocity.z == pytest.approx(0.7, abs=1e-6)
     tilt = [0.01 / gravity**2, 0.04 / gravity**2, 0.5]  # as hector's: of gravity's direction
     assert message.orientation_covariance[::4] == pytest.approx(tilt)
-    assert message.linear_acceleration_covariance[::4] == [0.01, 0.04, 0.09]
-    assert message.angular_velocity_covariance[::4] == [1.0, 2.0, 3.0]
+    assert message.linear_acceleration_covariance[::4] == (0.01, 0.04, 0.09)
+    assert message.angular_velocity_covariance[::4] == (1.0, 2.0, 3.0)
     assert message.orientation.y == pytest.approx(-0.5 / gravity, rel=0.01)
     biases = topics["/imu/bias"].messages[-1]
     assert (biases.linear_acceleration.x, biases.angular_velocity.z) == (1.0, 0.7)

@@ -258,7 +258,7 @@ def test_imu_model_plugin():
         "</gazebo>"
     )
     spec = one(plugin.format("<updateRate>0</updateRate><robotNamespace>a</robotNamespace>"))
-    assert (spec.topic, spec.frame_id, spec.rate) == ("/a/imu/data", "head", 0.0)
+    assert (spec.topic, spec.frame_id, spec.rate) == ("/a/imu/data", "base", 0.0)
     assert spec.accel_noise_stddev == 0.2
     model = read(plugin.replace(">head<", ">tail<").format(""))
     assert model.sensors == [] and "bodyName 'tail'" in model.warnings[0]

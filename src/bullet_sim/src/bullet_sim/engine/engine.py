@@ -176,7 +176,8 @@ class Engine:
     def restore_state(self, number: int) -> None:
         """Restore a copy of save_state, as long as the bodies are the same; motors stay."""
         self.rays.scenery.check_poses()
-        p.restoreState(stateId=number, physicsClientId=self.client)
+        with self.states.fitted_bounds():
+            p.restoreState(stateId=number, physicsClientId=self.client)
 
     def step(self, count: int = 1) -> None:
         """Advance by `count` time steps."""
@@ -329,12 +330,17 @@ class Engine:
     def set_base_pose(self, body: int, position: Vector, orientation: Vector) -> None:
         """Move the root link's frame to a world pose; joints and velocities stay."""
         self.wake_all()  # it may hold others
-        pose = compose(position, orientation, *self._inertial[body])
-        p.resetBasePositionAndOrientation(body, *pose, physicsClientId=self.client)
-        if not self.moves(body):  # else Bullet looks for its contacts with what sleeps, too
-            p.changeDynamics(body, -1, activationState=_SLEEP, physicsClientId=self.client)
+        self.put(body, *compose(position, orientation, *self._inertial[body]))
         if body in self.rays.scenery:
             self.rays.scenery.check_poses()
+
+    def put(self, body: int, position: Vector, orientation: Vector) -> None:
+        """Move the root link's principal axes to a world pose; nothing wakes."""
+        p.resetBasePositionAndOrientation(
+            body, position, orientation, physicsClientId=self.client
+        )
+        if not self.moves(body):  # else Bullet looks for its contacts with what sleeps, too
+            p.changeDynamics(body, -1, activationState=_SLEEP, physicsClientId=self.client)
 
     def set_base_velocity(self, body: int, linear: Vector, angular: Vector) -> None:
         """Set the velocity of the root link's frame origin [m/s, rad/s], world axes."""

@@ -2,6 +2,8 @@
 
 import os
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from io import FileIO
 from typing import TYPE_CHECKING, Any
@@ -124,8 +126,20 @@ class BodyStates:
                 body, place, (0.0, 0.0, 0.0, 1.0), physicsClientId=self._client
             )
         p.performCollisionDetection(physicsClientId=self._client)
-        with _file_in_memory(data) as file, silenced():
+        with _file_in_memory(data) as file, silenced(), self.fitted_bounds():
             p.restoreState(fileName=_path(file), physicsClientId=self._client)
+
+    @contextmanager
+    def fitted_bounds(self) -> Iterator[None]:
+        """What never moves and is elsewhere afterwards is put there again: as it sleeps, Bullet
+        leaves its bounding box where it was, and neither rays nor bodies meet it."""
+        engine = self._engine
+        before = {body: engine.body_pose(body) for body in engine.movable if not engine.moves(body)}
+        yield
+        for body, pose in before.items():
+            now = engine.body_pose(body)
+            if now != pose:
+                engine.put(body, *now)
 
     def _clear_contacts(self) -> None:
         """Forget all contacts, as if the bodies had just been put where they are."""
@@ -145,9 +159,7 @@ class BodyStates:
     def _set_motions(self, motions: dict[int, tuple[Any, ...]]) -> None:
         self._engine.rays.scenery.check_poses()
         for body, (position, orientation, linear, angular, joints) in motions.items():
-            p.resetBasePositionAndOrientation(
-                body, position, orientation, physicsClientId=self._client
-            )
+            self._engine.put(body, position, orientation)
             p.resetBaseVelocity(body, linear, angular, physicsClientId=self._client)
             for joint, (angle, speed) in zip(self._engine.movable[body], joints):
                 p.resetJointState(body, joint, angle, speed, physicsClientId=self._client)
