@@ -1,5 +1,6 @@
 """The bridge node: its parameters, and its life from the first world to the last message."""
 
+import os
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -7,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import rospy
+from bullet_sim.engine import SOLVERS
 from bullet_sim.errors import SimError
 from bullet_sim.files import keep_python_output
 from bullet_sim.render.request import RENDERERS, SWITCHES, Quality
@@ -43,6 +45,8 @@ class Config:
         world_pace: no real_time_factor is given; that of the world file counts.
         lockstep: start paused; time advances only by /gazebo/step, which waits for all images.
         every_picture: wait for each due image, without lockstep, too; time slows down instead.
+        solver: bullet, or ode: steps as Gazebo's ODE makes them; its default is the environment
+            variable PADDOCK_SOLVER, for launch files that do not pass it on.
         renderer: auto, gl or tiny.
         shadows, antialias: auto, true or false: see bullet_sim.render.request.Quality.
         labels: every camera also publishes which model each pixel shows.
@@ -60,6 +64,7 @@ class Config:
     world_pace: bool = False
     lockstep: bool = flag(False)
     every_picture: bool = flag(False)
+    solver: str = choice(SOLVERS[0], SOLVERS)
     renderer: str = choice("auto", RENDERERS)
     shadows: str = choice("auto", SWITCHES)
     antialias: str = choice("auto", SWITCHES)
@@ -81,7 +86,8 @@ def parse_config(get: Callable[[str, Any], Any]) -> Config:
     Raises:
         ValueError: names the parameter, the value and what is valid.
     """
-    config = read(Config, get, prefix="")
+    solver = os.environ.get("PADDOCK_SOLVER") or Config.solver
+    config = read(Config, lambda n, d: get(n, solver if n == "solver" else d), prefix="")
     return replace(
         config,
         world_pace=get("real_time_factor", None) is None,
@@ -132,10 +138,10 @@ def make_server(parts: ExitStack) -> Server:
     Args:
         parts: ExitStack that closes it, in reverse order.
     """
-    world = World()
+    config = parse_config(lambda name, default: rospy.get_param(f"~{name}", default))
+    world = World(solver=config.solver)
     parts.callback(world.close)
     world.contacts.on_implausible = rospy.logerr
-    config = parse_config(lambda name, default: rospy.get_param(f"~{name}", default))
     publishing.set_lockstep(config.lockstep)
     relay = None if config.lockstep else start_relay()
     if relay is not None:

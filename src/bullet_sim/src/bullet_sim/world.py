@@ -126,6 +126,7 @@ class World:
         time_step: physics step [s].
         gravity: [m/s^2] in the world frame.
         engine: an Engine to use instead of a new one (tests).
+        solver: 'bullet', or 'ode': steps as Gazebo's ODE makes them.
     """
 
     def __init__(
@@ -133,8 +134,9 @@ class World:
         time_step: float = 0.001,
         gravity: Vec3 = (0.0, 0.0, -9.81),
         engine: Engine | None = None,
+        solver: str = "bullet",
     ) -> None:
-        self.engine = engine or Engine(time_step, gravity)
+        self.engine = engine or Engine(time_step, gravity, solver=solver)
         self._folder = OwnFolder()  # of the models' prepared files
         self._next_key = 0
         self.name = "default"

@@ -150,7 +150,8 @@ class Surface:
     Attributes:
         friction, friction2: Coulomb coefficients along the first and the second direction.
         direction: the first direction (fdir1) in the link's frame.
-        stiffness [N/m], damping [N s/m]: of the contact.
+        stiffness [N/m], damping [N s/m]: of the contact, where it is softer than Bullet's.
+        kp [N/m], kd [N s/m]: the same as the file says, for the solver 'ode'.
         bitmask: two links touch where the AND of their masks is not 0.
         max_speed: at which a link that was spawned inside another is pushed out [m/s].
         min_depth: penetration that is not corrected then [m].
@@ -161,6 +162,8 @@ class Surface:
     direction: Vec3 | None = None
     stiffness: float | None = None
     damping: float | None = None
+    kp: float | None = None
+    kd: float | None = None
     bitmask: int = EVERYTHING
     max_speed: float | None = None
     min_depth: float = 0.0

@@ -6,6 +6,6 @@ Poses are those of link frames (not of inertial frames), quaternions are (x, y, 
 from bullet_sim.files import silenced
 
 with silenced():  # PyBullet prints a banner
-    from bullet_sim.engine.engine import Engine
+    from bullet_sim.engine.engine import SOLVERS, Engine
 
-__all__ = ["Engine"]
+__all__ = ["SOLVERS", "Engine"]

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pybullet as p
@@ -14,9 +14,13 @@ from bullet_sim.errors import ModelError
 from bullet_sim.files import silenced
 from bullet_sim.pose import Array, Motion, Pose, Quat, Vec3, Vector, compose, velocity_at
 
+if TYPE_CHECKING:
+    from bullet_sim.engine.ode import OdeSolver
+
 # Below this sum of squared impulses of an iteration the constraint solver stops early. PyBullet's
 # 1e-7 lets a braked car of 25 kg roll on by 1.4 mm a minute; this one by 0.5 mm, at the same speed.
 SOLVER_RESIDUAL = 1e-8
+SOLVERS = ("bullet", "ode")
 # PyBullet has one maximum for all joints of a body and cuts their speeds there, 100 by default:
 # the limits of single joints are applied to their commands.
 MAX_COORDINATE_SPEED = 1e4  # [rad/s, m/s]
@@ -74,6 +78,7 @@ class Engine:
         solver_iterations: of the constraint solver per step.
         draw: load what bodies look like, for a PyBulletCamera. An engine that draws nothing would
             decode the textures of all meshes for nothing.
+        solver: 'bullet', or 'ode': steps as Gazebo's ODE makes them.
 
     Attributes:
         client: PyBullet's number of the client.
@@ -82,6 +87,10 @@ class Engine:
         position_gain: fraction of a position motor's error that is corrected in one step.
         rays: casts rays at the bodies; a new one after clear(), as `states`.
         states: saves and restores what the bodies do.
+        ode: moves the bodies; None: Bullet does.
+
+    Raises:
+        ModelError: no such solver, or it cannot be had.
     """
 
     position_gain = 0.1
@@ -92,13 +101,21 @@ class Engine:
         gravity: Vec3 = (0.0, 0.0, -9.81),
         solver_iterations: int = 50,
         draw: bool = False,
+        solver: str = "bullet",
     ) -> None:
+        if solver not in SOLVERS:
+            raise ModelError(f"solver is {solver!r}, must be {' or '.join(SOLVERS)}")
         self.time_step, self.gravity = float(time_step), _vector(gravity)
         self.solver_iterations = int(solver_iterations)
         self._flags = _FLAGS if draw else _FLAGS | p.URDF_IGNORE_VISUAL_SHAPES
         with silenced():
             self.client: int = p.connect(p.DIRECT)
+        self.ode: OdeSolver | None = None
         self._configure()
+        if solver == "ode":
+            from bullet_sim.engine import ode  # numba takes a while
+
+            self.ode = ode.OdeSolver(self)
 
     def _configure(self) -> None:
         self.movable: dict[int, list[int]] = {}
@@ -111,6 +128,7 @@ class Engine:
         # body -> last drive_velocities that _motors lacks, and its indices
         self._batches: dict[int, tuple[Any, ...]] = {}
         self._asleep: dict[int, tuple[Vec3, Quat]] = {}  # bodies that sleep, their poses
+        self._saved: dict[int, dict[str, Any]] = {}  # what the solver has of save_state's copies
         self.rays = RayCaster(self.client, self.free)
         self.states = BodyStates(self)
         p.setTimeStep(self.time_step, physicsClientId=self.client)
@@ -134,6 +152,8 @@ class Engine:
         """Remove every body and return to the state of a new engine."""
         p.resetSimulation(physicsClientId=self.client)
         self._configure()
+        if self.ode is not None:
+            self.ode.clear()
 
     def set_gravity(self, gravity: Vec3) -> None:
         """Set gravity [m/s^2] in the world frame."""
@@ -171,16 +191,24 @@ class Engine:
 
     def save_state(self) -> int:
         """Save poses, velocities and contact caches in memory; returns the number of the copy."""
-        return p.saveState(physicsClientId=self.client)
+        number = p.saveState(physicsClientId=self.client)
+        if self.ode is not None:
+            self._saved[number] = self.ode.save()
+        return number
 
     def restore_state(self, number: int) -> None:
         """Restore a copy of save_state, as long as the bodies are the same; motors stay."""
         self.rays.scenery.check_poses()
         with self.states.fitted_bounds():
             p.restoreState(stateId=number, physicsClientId=self.client)
+        if self.ode is not None:
+            self.ode.restore(self._saved[number])
 
     def step(self, count: int = 1) -> None:
         """Advance by `count` time steps."""
+        if self.ode is not None:
+            self.ode.step(count)
+            return
         step, client = p.stepSimulation, self.client
         for _ in range(count):
             step(client)
@@ -256,6 +284,8 @@ class Engine:
     def remove(self, body: int) -> None:
         """Remove a body."""
         self.wake_all()  # it may hold others
+        if self.ode is not None:
+            self.ode.remove(body)
         p.removeBody(body, physicsClientId=self.client)
         del self.movable[body], self._inertial[body], self._outward[body]
         self.free.discard(body)
@@ -296,6 +326,8 @@ class Engine:
     def set_mass(self, body: int, link: int, mass: float, moments: Vector) -> None:
         """Change a link's mass [kg] and its moments of inertia (3,) along its principal axes."""
         self.wake(body)
+        if self.ode is not None:
+            self.ode.set_mass(body, link, mass, tuple(moments))
         p.changeDynamics(
             body, link, mass=mass, localInertiaDiagonal=tuple(moments), physicsClientId=self.client
         )
@@ -306,6 +338,8 @@ class Engine:
 
     def set_joint_limits(self, body: int, joint: int, lower: float, upper: float) -> None:
         """Change the limits [rad, m] of a movable joint that has limits."""
+        if self.ode is not None:
+            self.ode.set_limits(body, joint, lower, upper)
         p.changeDynamics(
             body,
             self.movable[body][joint],
@@ -316,6 +350,8 @@ class Engine:
 
     def set_joint_damping(self, body: int, joint: int, damping: float) -> None:
         """Change the viscous damping [N m s/rad, N s/m] of a movable joint."""
+        if self.ode is not None:
+            self.ode.set_damping(body, joint, damping)
         p.changeDynamics(
             body, self.movable[body][joint], jointDamping=damping, physicsClientId=self.client
         )
@@ -336,9 +372,8 @@ class Engine:
 
     def put(self, body: int, position: Vector, orientation: Vector) -> None:
         """Move the root link's principal axes to a world pose; nothing wakes."""
-        p.resetBasePositionAndOrientation(
-            body, position, orientation, physicsClientId=self.client
-        )
+        p.resetBasePositionAndOrientation(body, position, orientation, physicsClientId=self.client)
+        self._tell_solver(body)
         if not self.moves(body):  # else Bullet looks for its contacts with what sleeps, too
             p.changeDynamics(body, -1, activationState=_SLEEP, physicsClientId=self.client)
 
@@ -348,6 +383,15 @@ class Engine:
         arm = np.subtract(self.link_centre(body, -1), self.base_pose(body)[0])
         linear = np.asarray(linear, float) + np.cross(angular, arm)
         p.resetBaseVelocity(body, tuple(linear), tuple(angular), physicsClientId=self.client)
+        self._tell_solver(body)
+
+    def _tell_solver(self, body: int) -> None:
+        if self.ode is not None:
+            self.ode.read_later(body)
+
+    def inertial_axes(self, body: int) -> Quat:
+        """Quaternion of the root link's principal axes in its frame."""
+        return self._inertial[body][1]
 
     def link_motion(
         self, body: int, link: int, offset: tuple[Vec3, Quat] | None = None
@@ -431,6 +475,8 @@ class Engine:
     def joint_states(self, body: int) -> Sequence[tuple[float, float, Sequence[float], float]]:
         """(position, velocity, reaction forces, motor effort) of each movable joint."""
         joints = self.movable[body]
+        if self.ode is not None:
+            return self.ode.joint_states(body)
         return p.getJointStates(body, joints, physicsClientId=self.client) if joints else ()
 
     def joint_positions(self, body: int) -> tuple[float, ...]:
@@ -441,12 +487,14 @@ class Engine:
         """Set the movable joints to positions (n,) [rad, m], at rest."""
         for joint, position in zip(self.movable[body], positions):
             p.resetJointState(body, joint, position, 0.0, physicsClientId=self.client)
+        self._tell_solver(body)
 
     def put_joint(self, body: int, joint: int, position: float) -> None:
         """Set a movable joint to a position [rad, m], at rest."""
         p.resetJointState(
             body, self.movable[body][joint], position, 0.0, physicsClientId=self.client
         )
+        self._tell_solver(body)
 
     def measure_joint(self, body: int, link: int) -> None:
         """Have the forces of the joint above a link measured from the next step on."""
@@ -459,6 +507,8 @@ class Engine:
             force (3,) [N] and torque (3,) [N m] about the joint in the link's axes, without what
             its motor does; the motor's effort [N m, N].
         """
+        if self.ode is not None:
+            return self.ode.joint_load(body, link)
         _, _, load, effort = p.getJointState(body, link, physicsClientId=self.client)
         force, torque = np.array(load[:3]), np.array(load[3:])
         centre, axes = p.getDynamicsInfo(body, link, physicsClientId=self.client)[3:5]
@@ -470,6 +520,9 @@ class Engine:
 
     def drive_velocity(self, body: int, joint: int, velocity: float, effort: float) -> None:
         """Set a joint's motor to a velocity [rad/s, m/s], with at most `effort` [N m, N]."""
+        if self.ode is not None:
+            self.ode.set_velocity(body, joint, velocity, effort)
+            return
         self._note_batch(body)
         self._motors[body, joint] = "drive_velocity", (joint, velocity, effort)
         p.setJointMotorControl2(
@@ -492,6 +545,10 @@ class Engine:
 
         The lists must not change later. The same list of joints again is faster than an equal one.
         """
+        if self.ode is not None:
+            for command in zip(joints, velocities, efforts):
+                self.ode.set_velocity(body, *command)
+            return
         before = self._batches.get(body)
         if before is not None and before[0] is joints:
             indices = before[3]
@@ -512,6 +569,9 @@ class Engine:
         self, body: int, joint: int, position: float, effort: float, velocity: float
     ) -> None:
         """Set a joint's motor to a position, with at most `effort` and `velocity`."""
+        if self.ode is not None:
+            self.ode.set_position(body, joint, position, effort, velocity)
+            return
         self._note_batch(body)
         self._motors[body, joint] = "drive_position", (joint, position, effort, velocity)
         p.setJointMotorControl2(
@@ -531,6 +591,8 @@ class Engine:
 
         The motor stays on under drive_efforts: an effort has to overcome it, as in a real joint.
         """
+        if self.ode is not None:
+            self.ode.release(body, joint)
         self._note_batch(body)
         self._motors[body, joint] = "release", (joint,)
         index = self.movable[body][joint]
@@ -557,6 +619,10 @@ class Engine:
 
     def drive_efforts(self, body: int, joints: Sequence[int], efforts: Sequence[float]) -> None:
         """Apply efforts [N m, N] to joints for the next step only."""
+        if self.ode is not None:
+            for joint, effort in zip(joints, efforts):
+                self.ode.add_effort(body, joint, effort)
+            return
         movable = self.movable[body]
         p.setJointMotorControlArray(
             body,
@@ -569,12 +635,19 @@ class Engine:
     def apply_wrench(self, body: int, link: int, force: Vector, torque: Vector) -> None:
         """Apply a force (3,) [N] at a link's centre of mass and a torque (3,) [N m], along world
         axes, for the next step only; several add up."""
+        if self.ode is not None:
+            centre = self.link_centre(body, link)
+            self.ode.add_force(body, link, _vector(force), centre, _vector(torque))
+            return
         self.apply_force(body, link, tuple(force), self.link_centre(body, link))
         p.applyExternalTorque(body, link, tuple(torque), p.WORLD_FRAME, physicsClientId=self.client)
 
     def apply_force(self, body: int, link: int, force: Vector, point: Vector) -> None:
         """Apply a force (3,) [N] to a link at a world point for the next step only."""
         self.wake(body)
+        if self.ode is not None:
+            self.ode.add_force(body, link, _vector(force), _vector(point), (0.0, 0.0, 0.0))
+            return
         p.applyExternalForce(body, link, force, point, p.WORLD_FRAME, physicsClientId=self.client)
 
     # Sleep: see models/sleep.py
@@ -646,11 +719,15 @@ class Engine:
 
     def set_bitmask(self, body: int, link: int, bits: int) -> None:
         """Let a link touch only what shares a bit (of 16) with it; the others have all bits."""
+        if self.ode is not None:
+            self.ode.set_bitmask(body, link, bits)
         own = bits << _SHIFT
         self._set_filter(body, link, own, own | (_COMMON if bits else 0))
 
     def set_ghost(self, body: int, link: int) -> None:
         """Let a link touch only what never moves; rays go through it."""
+        if self.ode is not None:
+            self.ode.set_ghost(body)
         self._set_filter(body, link, _GHOST, _STATIC)
 
     def _set_filter(self, body: int, link: int, group: int, mask: int) -> None:
@@ -671,6 +748,11 @@ class Engine:
 
     def touching(self, body: int) -> list[tuple[int, int, int, float]]:
         """Pairs in contact as of the last step: (link, other body, other link, force [N])."""
+        if self.ode is not None:
+            return [
+                (link, contact.body, contact.link, float(contact.force @ contact.normal))
+                for link, contact in self._ode_contacts(body)
+            ]
         return [
             (point[3], point[2], point[4], point[9])
             for point in p.getContactPoints(bodyA=body, physicsClientId=self.client)
@@ -740,6 +822,8 @@ class Engine:
 
     def contacts(self, body: int, link: int) -> list[Contact]:
         """Contact points of one link that press or touch as of the last step, in Bullet's order."""
+        if self.ode is not None:
+            return [contact for own, contact in self._ode_contacts(body) if own == link]
         found = []
         for point in p.getContactPoints(bodyA=body, linkIndexA=link, physicsClientId=self.client):
             if point[8] > 0.0 and point[9] <= 0.0:  # near, but without contact
@@ -753,17 +837,35 @@ class Engine:
             found.append(Contact(point[2], point[4], np.array(point[5]), normal, -point[8], force))
         return found
 
+    def _ode_contacts(self, body: int) -> list[tuple[int, Contact]]:
+        """(link, Contact) of a body as of the last step."""
+        assert self.ode is not None
+        found = []
+        for one, link, two, other, point, normal, depth, force in self.ode.contacts():
+            at, across = np.array(point), np.array(normal)
+            if one == body:
+                found.append((link, Contact(two, other, at, across, depth, force)))
+            elif two == body:
+                found.append((other, Contact(one, link, at, -across, depth, -force)))
+        return found
+
     def all_contacts(self) -> tuple[Array, Array, Array]:
         """Contact points of all bodies that press, as of the last step.
 
         Returns:
             (n, 3) places [m], (n, 3) unit normals, (n,) normal forces [N], in the world frame.
         """
-        points = [
-            (point[5], point[7], point[9])
-            for point in p.getContactPoints(physicsClientId=self.client)
-            if point[9] > 0.0
-        ]
+        if self.ode is not None:
+            points = [
+                (point, normal, float(np.dot(force, normal)))
+                for _, _, _, _, point, normal, _, force in self.ode.contacts()
+            ]
+        else:
+            points = [
+                (point[5], point[7], point[9])
+                for point in p.getContactPoints(physicsClientId=self.client)
+                if point[9] > 0.0
+            ]
         places, normals, forces = zip(*points) if points else ((), (), ())
         return np.reshape(places, (-1, 3)), np.reshape(normals, (-1, 3)), np.array(forces, float)
 

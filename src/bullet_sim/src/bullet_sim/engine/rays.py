@@ -69,7 +69,7 @@ def read_shapes(path: str, with_triangles: bool) -> Shapes | None:
             planes.append((place, turn[:, 2]))
         elif shape.tag in ("box", "mesh"):
             size = floats("size" if shape.tag == "box" else "scale")
-            own = _CUBE_TRIANGLES if shape.tag == "box" else _mesh_triangles(shape.get("filename"))
+            own = _CUBE_TRIANGLES if shape.tag == "box" else mesh_triangles(shape.get("filename"))
             if own is None:
                 return None
             own = (own * size) @ turn.T + place
@@ -99,7 +99,7 @@ def _floats(element: ET.Element) -> Callable[[str], tuple[float, ...]]:
     return lambda name: tuple(map(float, element.get(name, "").split()))
 
 
-def _mesh_triangles(path: str | None) -> Array | None:
+def mesh_triangles(path: str | None) -> Array | None:
     """Triangles (n, 3, 3) of a mesh file, or None if it cannot be read."""
     import trimesh  # takes 0.2 s, for worlds with meshes alone
 

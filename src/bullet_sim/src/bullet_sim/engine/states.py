@@ -30,6 +30,7 @@ class BodiesState:
         motions: body -> (position, orientation, linear, angular velocity, joints' positions and
             velocities).
         motors: (body, joint) -> last command of its motor.
+        solver: state of the engine's OdeSolver, if it has one.
     """
 
     layout: int
@@ -37,6 +38,7 @@ class BodiesState:
     data: bytes
     motions: dict[int, tuple[Any, ...]]
     motors: dict[tuple[int, int], tuple[str, tuple[Any, ...]]]
+    solver: dict[str, Any] | None = None
 
 
 class BodyStates:
@@ -69,7 +71,9 @@ class BodyStates:
         if clear:
             self._set_motions(motions)  # as restore() does it
             self._clear_contacts()
-        return BodiesState(self.layout, clear, data, motions, dict(self._engine.motors()))
+        ode = self._engine.ode
+        solver = None if ode is None else ode.save()
+        return BodiesState(self.layout, clear, data, motions, dict(self._engine.motors()), solver)
 
     def restore(self, state: BodiesState) -> bool:
         """Restore a state; the bodies have to be the same.
@@ -86,6 +90,8 @@ class BodyStates:
             self._set_motions(state.motions)
             self._clear_contacts()
         self._set_motors(state.motors)
+        if self._engine.ode is not None and state.solver is not None:
+            self._engine.ode.restore(state.solver)
         return warm or state.is_cleared
 
     def _set_motors(self, motors: dict[tuple[int, int], tuple[str, tuple[Any, ...]]]) -> None:

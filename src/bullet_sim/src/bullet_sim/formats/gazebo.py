@@ -68,6 +68,8 @@ _PROPERTIES: dict[str, tuple[Callable[[str, str], Any], tuple[str, ...], tuple[s
     "friction": (_not_negative, ("mu1", "mu"), ("surface/friction/ode/mu",)),
     "friction2": (_not_negative, ("mu2",), ("surface/friction/ode/mu2",)),
     "direction": (_direction, ("fdir1",), ("surface/friction/ode/fdir1",)),
+    "kp": (_not_negative, ("kp",), ("surface/contact/ode/kp",)),
+    "kd": (_not_negative, ("kd",), ("surface/contact/ode/kd",)),
     "max_speed": (_not_negative, ("maxVel",), ("surface/contact/ode/max_vel",)),
     "min_depth": (_not_negative, ("minDepth",), ("surface/contact/ode/min_depth",)),
     "bitmask": (

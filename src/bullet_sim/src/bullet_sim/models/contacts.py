@@ -376,7 +376,7 @@ class Contacts(Stateful):
     @property
     def is_idle(self) -> bool:
         """Whether stride, apply_forces and update have nothing to do, until a model changes."""
-        return not (
+        return self._engine.ode is not None or not (
             self._slip.has_wheels
             or self._friction.followers
             or self._release.active
@@ -399,6 +399,8 @@ class Contacts(Stateful):
         if not self._changed:
             return
         self._changed, self._models = False, models
+        if self._engine.ode is not None:  # which has all of this itself
+            return
         self._friction.assign(models.values())
         self._slip.assign(models.values())
         self._weight.assign(models.values())

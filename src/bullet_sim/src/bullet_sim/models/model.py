@@ -112,8 +112,18 @@ class Model:
         self.manager = (
             None
             if description.control_namespace is None
-            else Manager(self.joints, description, inertias)
+            else Manager(self.joints, description, inertias if engine.ode is None else {})
         )
+        self._hold_motors()
+
+    def _hold_motors(self) -> None:
+        """As in gazebo_ros_control, motors of velocity and position interfaces hold their joints
+        also without a controller; Bullet's solver lets them move."""
+        if self.engine.ode is None or self.manager is None:
+            return
+        for name, interfaces in self.description.transmissions.items():
+            if name in self.joints.names and "effort" not in interfaces:
+                self.joints.drive_velocities((name,), (0.0,))
 
     def _load(self) -> None:
         self.placed: Placed | None = None  # what set_state has set since it was loaded
@@ -141,7 +151,9 @@ class Model:
                 for other in links:
                     engine.set_pair_collision(body, index[name], body, index[other], False)
             self._separate_hulls([name for name in links if name not in apart])
-        added = self._damped_inertias()
+        if engine.ode is not None:
+            engine.ode.add(body, lumped, index, description.static, self.source.fixed_base)
+        added = self._damped_inertias() if engine.ode is None else {}
         for name, link in links.items():
             if name in added and (index[name] >= 0 or not self.source.fixed_base):
                 moments, _ = principal_inertia(link.inertia)  # a mass would release a fixed base
@@ -238,6 +250,7 @@ class Model:
         self.joints.rebind(self.body)
         if self.manager is not None:
             self.manager.restart()
+        self._hold_motors()
 
     def save_state(self) -> tuple[Placed | None, tuple[float, ...]]:
         """The pose and velocity set by set_state since it was loaded (or None), and the joints."""

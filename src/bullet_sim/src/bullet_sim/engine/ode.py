@@ -1,0 +1,661 @@
+"""Steps of an engine made as Gazebo's ODE makes them; PyBullet has the shapes.
+
+PyBullet loads the bodies, casts rays and finds the contacts of all pairs of shapes but those with
+planes, for which ODE's own points matter. What moves is numbers in arrays here (see quickstep.py),
+which are copied into PyBullet after each call of step().
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pybullet as p
+
+from bullet_sim.description.lump import LumpedModel
+from bullet_sim.description.model import Joint, Link, Shape, Surface
+from bullet_sim.engine.rays import mesh_triangles
+from bullet_sim.errors import ModelError
+from bullet_sim.pose import Array, Pose, Vec3, compose, matrix_from_quaternion
+
+if TYPE_CHECKING:
+    from bullet_sim.engine.engine import Engine
+
+try:
+    from bullet_sim.engine import quickstep as q
+except ImportError as error:  # numba is needed by this solver alone
+    raise ModelError(
+        f"solver 'ode' needs the Python package numba ({error}); the other solver is 'bullet'"
+    ) from error
+
+ITERATIONS = 50  # Gazebo's default
+STIFFNESS, DAMPING = 1e12, 1.0  # kp, kd of a contact where a file gives none, as in sdformat
+MAX_SPEED = 0.01  # [m/s] max_vel of a contact where a file gives none, as in sdformat
+FRICTION = 1.0
+_UNKNOWN = 2.0  # [m] radius of shapes of other kinds
+_KINDS = {"sphere": q.SPHERE, "cylinder": q.CYLINDER, "box": q.BOX, "mesh": q.MESH}
+_MOST_POINTS = 10  # of a pair of shapes
+
+
+@dataclass
+class Part:
+    """A moving model.
+
+    Attributes:
+        names: of its links that move, in the order in which Gazebo creates them.
+        joints: of these links, in the same order.
+        links: name -> PyBullet's index.
+        first, first_joint: its first rows of bodies and of joints.
+    """
+
+    body: int
+    names: list[str]
+    joints: list[Joint]
+    links: Mapping[str, int]
+    shapes: LumpedModel
+    is_fixed: bool
+    first: int = 0
+    first_joint: int = 0
+    order: list[int] = field(default_factory=list)  # row of each of the engine's joints
+
+
+@dataclass
+class Still:
+    """A model that never moves: PyBullet's number, its link."""
+
+    body: int
+    link: Link
+
+
+class OdeSolver:
+    """Moves an engine's bodies.
+
+    Attributes:
+        iterations: of the solver per step.
+    """
+
+    def __init__(self, engine: "Engine") -> None:
+        self._engine, self.iterations = engine, ITERATIONS
+        self._client = engine.client
+        self._files: dict[tuple[Any, ...], Array] = {}  # vertices of meshes
+        self.clear()
+
+    def clear(self) -> None:
+        """All bodies are gone."""
+        self._parts: dict[int, Part] = {}
+        self._still: dict[int, Still] = {}
+        self._unread: set[int] = set()  # bodies whose state PyBullet has
+        self._is_built = False
+        self._pairs: dict[tuple[int, int], int] = {}  # (body, link) -> row of bodies
+        self._filtered: dict[tuple[int, int], int] = {}  # (body, link) -> collide_bitmask
+        self._ghosts: set[int] = set()
+        self._build_arrays([])
+
+    # models -------------------------------------------------------------------------------------
+    def add(
+        self, body: int, model: LumpedModel, links: Mapping[str, int], static: bool, fixed: bool
+    ) -> None:
+        """Take a body that was loaded.
+
+        Args:
+            model: of which it was made.
+            links: name -> PyBullet's index.
+            static: it never moves.
+            fixed: its root link never moves.
+        """
+        self._is_built = False
+        if static:
+            self._still[body] = Still(body, model.links[model.root])
+            return
+        joints = {joint.child: joint for joint in (*model.joints, *model.welds)}
+        names: list[str] = []
+        _preorder(model.root, sorted(joints.values(), key=lambda joint: joint.name), names)
+        moving = [name for name in names if not (fixed and name == model.root)]
+        self._parts[body] = Part(
+            body, moving, [joints[n] for n in names if n in joints], links, model, fixed
+        )
+        if fixed:
+            self._still[body] = Still(body, model.links[model.root])
+        self._unread.add(body)
+
+    def remove(self, body: int) -> None:
+        """A body was removed."""
+        self._is_built = False
+        self._parts.pop(body, None)
+        self._still.pop(body, None)
+        self._unread.discard(body)
+        self._ghosts.discard(body)
+        self._filtered = {key: bits for key, bits in self._filtered.items() if key[0] != body}
+
+    def read_later(self, body: int) -> None:
+        """PyBullet was told where a body is or how it moves."""
+        self._unread.add(body)
+        if body in self._still:
+            self._is_built = False  # planes and boxes
+
+    def set_bitmask(self, body: int, link: int, bits: int) -> None:
+        """A link touches only what shares a bit."""
+        self._filtered[body, link], self._is_built = bits, False
+
+    def set_ghost(self, body: int) -> None:
+        """A body touches only what never moves."""
+        self._ghosts.add(body)
+
+    def _build(self) -> None:
+        """Arrays of what is there now; states are kept."""
+        kept = {
+            part.body: (self._rows(part).copy(), self._joint_rows(part).copy())
+            for part in self._parts.values()
+            if part.body not in self._unread and part.first >= 0 and part.body in self._built
+        }
+        self._build_arrays(list(self._parts.values()))
+        for body, (bodies, joints) in kept.items():
+            part = self._parts[body]
+            state = slice(0, q.MASS)
+            self._rows(part)[:, state] = bodies[:, state]
+            moving = slice(q.FMAX, q.J_SIZE)
+            self._joint_rows(part)[:, moving] = joints[:, moving]
+        self._unread |= self._parts.keys() - kept.keys()
+        self._is_built = True
+
+    def _build_arrays(self, parts: list[Part]) -> None:
+        bodies: list[Array] = []
+        joints: list[Array] = []
+        types: list[tuple[int, int, int]] = []
+        shapes: list[Array] = []
+        kinds: list[tuple[int, int, int, int]] = []  # row of its body, type, its vertices
+        vertices: list[Array] = [np.zeros((0, 3))]
+        groups: list[int] = []
+        owner: list[tuple[int, int]] = []  # (body, link) of each row
+        self._built = {part.body for part in parts}
+        self._mixed: set[tuple[int, int]] = set()  # links with shapes of other kinds
+        for part in parts:
+            part.first, part.first_joint = len(bodies), len(joints)
+            rows = {name: part.first + i for i, name in enumerate(part.names)}
+            for name in part.names:
+                link = part.shapes.links[name]
+                key = part.body, part.links[name]
+                owner.append(key)
+                groups.append(part.body)
+                bodies.append(_body_row(link))
+                for shape in link.collisions:
+                    kind, start = _KINDS.get(shape.geometry.kind, q.OTHER), sum(map(len, vertices))
+                    if kind == q.MESH:
+                        corners = self._vertices(shape, link)
+                        vertices.append(corners)
+                        kind = kind if len(corners) else q.OTHER
+                        reach = np.linalg.norm(corners, axis=1).max(initial=0.0)
+                        bodies[-1][q.RADIUS] = max(bodies[-1][q.RADIUS], reach)
+                    if kind == q.OTHER:
+                        self._mixed.add(key)
+                        bodies[-1][q.RADIUS] = max(bodies[-1][q.RADIUS], _UNKNOWN)
+                    kinds.append((rows[name], kind, start, sum(map(len, vertices))))
+                    shapes.append(_shape_row(shape.geometry.size, shape.pose, link))
+            for joint in part.joints:
+                joints.append(self._joint_row(part, joint))
+                kind = {"prismatic": q.SLIDER}.get(joint.kind, q.HINGE)
+                if joint in part.shapes.welds:
+                    kind = q.FIXED
+                types.append((kind, rows[joint.child], rows.get(joint.parent, -1)))
+            order = self._engine.joint_names(part.body)
+            place = {joint.name: part.first_joint + i for i, joint in enumerate(part.joints)}
+            part.order = [place[name] for name in order]
+        self._owner, self._pairs = owner, {key: row for row, key in enumerate(owner)}
+        self.bodies = _table(bodies, q.B_SIZE)
+        self.joints = _table(joints, q.J_SIZE)
+        self._types = _table(types, 3, np.int64)
+        self._shapes, self._kinds = _table(shapes, q.G_COLUMNS), _table(kinds, 4, np.int64)
+        self._points = np.concatenate(vertices)
+        self._groups = np.array(groups, np.int64)
+        self._build_topology()
+        self._build_surroundings()
+        self._build_workspace()
+
+    def _build_topology(self) -> None:
+        count = len(self.bodies)
+        lists: list[list[int]] = [[] for _ in range(count)]
+        below = np.zeros((len(self.joints), count), np.bool_)
+        for j, (_, one, two) in enumerate(self._types.tolist()):
+            lists[one].insert(0, j)
+            if two >= 0:
+                lists[two].insert(0, j)
+        for j in range(len(self.joints) - 1, -1, -1):  # children come after their parents
+            one = self._types[j, 1]
+            below[j, one] = True
+            for k in np.flatnonzero(self._types[:, 2] == one):
+                below[j] |= below[k]
+        self._starts = np.cumsum([0, *map(len, lists)]).astype(np.int64)
+        self._lists = np.array([j for each in lists for j in each], np.int64)
+        self._below = below
+
+    def _build_surroundings(self) -> None:
+        """Planes, and boxes around all else that never moves."""
+        planes, boxes, masks = [], [], []
+        self._plane_of: list[tuple[int, int]] = []
+        self._flat: set[int] = set()  # bodies of planes alone
+        for still in self._still.values():
+            body, link = still.body, still.link
+            others = [shape for shape in link.collisions if shape.geometry.kind != "plane"]
+            if not others:
+                self._flat.add(body)
+            elif body not in self._parts:
+                low, high = p.getAABB(body, -1, physicsClientId=self._client)
+                boxes.append((*low, *high))
+            else:  # the fixed root link of a moving model
+                low, high = p.getAABB(body, -1, physicsClientId=self._client)
+                boxes.append((*low, *high))
+            frame = Pose(*self._engine.base_pose(body))
+            for shape in link.collisions:
+                if shape.geometry.kind == "plane":
+                    pose = frame * shape.pose
+                    normal = pose.matrix[:, 2]
+                    planes.append(_plane_row(normal, float(normal @ pose.position), link.surface))
+                    masks.append(self._filtered.get((body, -1), 0xFFFF))
+                    self._plane_of.append((body, -1))
+        self._planes = _table(planes, q.P_COLUMNS)
+        self._boxes = _table(boxes, 6)
+        own = [self._filtered.get(self._owner[row], 0xFFFF) for row, *_ in self._kinds.tolist()]
+        self._touches = np.array([[bool(a & b) for b in masks] for a in own], np.bool_).reshape(
+            len(own), len(masks)
+        )
+        several = len(set(self._groups.tolist()) - self._ghosts) > 1
+        self._watch = bool(len(boxes) or several)
+        self._always = bool(self._mixed and self._plane_of) or any(
+            link.self_collide
+            for part in self._parts.values()
+            for link in part.shapes.links.values()
+        )
+
+    def _build_workspace(self) -> None:
+        most = (
+            _MOST_POINTS * max(1, len(self._shapes)) * max(1, len(self._planes)) + 64 * _MOST_POINTS
+        )
+        self._contacts = np.zeros((most, q.C_SIZE))
+        self._owners = np.full((most, 4), -1, np.int64)
+        self._first_row = np.zeros(most, np.int64)
+        rows = 3 * most + 7 * len(self.joints)
+        self._rows_ = np.zeros((rows, q.R_SIZE))
+        self._links = np.zeros((rows, 5), np.int64)
+        self._order = np.zeros(rows, np.int64)
+        self._work = np.zeros((len(self.bodies), q.W_SIZE))
+        self._marks = np.zeros((4, max(most, len(self.bodies) + 1, len(self.joints))), np.int64)
+        self._result = np.zeros(1, np.int64)
+        self._others: list[tuple[int, int]] = []
+
+    def _vertices(self, shape: Shape, link: Link) -> Array:
+        """Vertices (n, 3) [m] of a mesh, from its link's centre of mass; none: unreadable."""
+        geometry = shape.geometry
+        key = geometry.path, geometry.submesh, geometry.scale
+        if key not in self._files:
+            triangles = mesh_triangles(geometry.path)
+            corners = np.zeros((0, 3)) if triangles is None else triangles.reshape(-1, 3)
+            _, first = np.unique(corners, axis=0, return_index=True)
+            self._files[key] = corners[np.sort(first)] * np.asarray(geometry.scale)
+        return self._files[key] @ shape.pose.matrix.T + shape.pose.position - link.centre
+
+    def _joint_row(self, part: Part, joint: Joint) -> Array:
+        row = np.zeros(q.J_SIZE)
+        child = part.shapes.links[joint.child]
+        axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
+        frame = joint.origin
+        centre = part.shapes.links[joint.parent].centre
+        if part.is_fixed and joint.parent == part.shapes.root:
+            frame, centre = Pose(*self._engine.base_pose(part.body)) * joint.origin, np.zeros(3)
+        row[q.ANCHOR1 : q.ANCHOR1 + 3] = -child.centre
+        row[q.ANCHOR2 : q.ANCHOR2 + 3] = np.array(frame.position) - centre
+        row[q.AXIS1 : q.AXIS1 + 3] = axis
+        row[q.AXIS2 : q.AXIS2 + 3] = frame.matrix @ axis
+        row[q.QREL : q.QREL + 4] = frame.orientation
+        lower, upper = joint.lower, joint.upper
+        row[q.LOWER], row[q.UPPER] = (1.0, -1.0) if lower is None else (lower, upper)
+        row[q.DAMPING], row[q.FMAX], row[q.TARGET] = joint.damping, joint.friction, math.nan
+        return row
+
+    def _rows(self, part: Part) -> Array:
+        return self.bodies[part.first : part.first + len(part.names)]
+
+    def _joint_rows(self, part: Part) -> Array:
+        return self.joints[part.first_joint : part.first_joint + len(part.joints)]
+
+    # states -------------------------------------------------------------------------------------
+    def _read(self) -> None:
+        """Take over what PyBullet was told."""
+        for body in sorted(self._unread):
+            part = self._parts.get(body)
+            if part is None:
+                continue
+            engine = self._engine
+            for row, name in zip(self._rows(part), part.names):
+                position, orientation, linear, angular = engine.link_motion(body, part.links[name])
+                arm = matrix_from_quaternion(orientation) @ part.shapes.links[name].centre
+                row[q.POS : q.POS + 3] = np.add(position, arm)
+                row[q.QUAT : q.QUAT + 4] = orientation
+                row[q.VEL : q.VEL + 3] = np.add(linear, np.cross(angular, arm))
+                row[q.VEL + 3 : q.VEL + 6] = angular
+            states = p.getJointStates(body, engine.movable[body], physicsClientId=self._client)
+            for row, state in zip(part.order, states or ()):
+                self.joints[row, q.ANGLE] = self.joints[row, q.REACHED] = state[0]
+                self.joints[row, q.RATE] = state[1]
+        self._unread.clear()
+
+    def copy_to_bullet(self) -> None:
+        """Put PyBullet's bodies where they are here."""
+        client, engine = self._client, self._engine
+        for body, part in self._parts.items():
+            if not part.is_fixed:
+                row = self.bodies[part.first]
+                orientation = row[q.QUAT : q.QUAT + 4].tolist()
+                centre = row[q.POS : q.POS + 3].tolist()
+                axes = engine.inertial_axes(body)
+                pose = compose(centre, orientation, (0.0, 0.0, 0.0), axes)
+                p.resetBasePositionAndOrientation(body, *pose, physicsClientId=client)
+                p.resetBaseVelocity(
+                    body,
+                    row[q.VEL : q.VEL + 3].tolist(),
+                    row[q.VEL + 3 : q.VEL + 6].tolist(),
+                    physicsClientId=client,
+                )
+            indices = engine.movable[body]
+            if indices:
+                rows = self.joints[part.order]
+                p.resetJointStatesMultiDof(
+                    body,
+                    indices,
+                    rows[:, q.ANGLE : q.ANGLE + 1].tolist(),
+                    rows[:, q.RATE : q.RATE + 1].tolist(),
+                    physicsClientId=client,
+                )
+
+    def refresh(self) -> None:
+        """Make the arrays tell what is there now."""
+        if not self._is_built:
+            self._build()
+        if self._unread:
+            self._read()
+
+    def save(self) -> dict[str, Any]:
+        """State of all that moves."""
+        self.refresh()
+        return {
+            "bodies": {b: self._rows(part).copy() for b, part in self._parts.items()},
+            "joints": {b: self._joint_rows(part).copy() for b, part in self._parts.items()},
+        }
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """Go back to a state of save(); the bodies have to be the same."""
+        self.refresh()
+        for body, part in self._parts.items():
+            self._rows(part)[:, : q.MASS] = state["bodies"][body][:, : q.MASS]
+            self._rows(part)[:, q.FORCE :] = 0.0
+            moving = slice(q.FMAX, q.J_SIZE)
+            self._joint_rows(part)[:, moving] = state["joints"][body][:, moving]
+        self._unread.clear()
+        self._result[0] = 0
+        self.copy_to_bullet()
+
+    # steps --------------------------------------------------------------------------------------
+    def step(self, count: int) -> None:
+        """Make time steps."""
+        self.refresh()
+        if not len(self.bodies):
+            return
+        gravity = np.array(self._engine.gravity)
+        while count > 0:
+            given = self._find() if self._always else -1
+            count -= self._advance(1 if given >= 0 else count, given, gravity)
+            if count > 0 and self._watch and not self._always:
+                self.copy_to_bullet()
+                count -= self._advance(1, self._find(), gravity)
+        self.copy_to_bullet()
+
+    def _advance(self, count: int, given: int, gravity: Array) -> int:
+        return q.advance(
+            count, self._engine.time_step, self.iterations, gravity, self.bodies, self.joints,
+            self._types, self._starts, self._lists, self._below, self._shapes, self._kinds,
+            self._points, self._planes, self._touches, self._boxes, self._groups, self._contacts,
+            self._owners, given, self._watch, self._rows_, self._links, self._first_row,
+            self._order, self._work, self._marks, self._result,
+        )  # fmt: skip
+
+    def _find(self) -> int:
+        """Contacts that PyBullet finds, into the first rows; their number."""
+        self.copy_to_bullet()
+        p.performCollisionDetection(physicsClientId=self._client)
+        self._others, n = [], 0
+        for point in p.getContactPoints(physicsClientId=self._client) or ():
+            _, one, two, link_one, link_two, _, at, normal, distance = point[:9]
+            if distance > 0.0:
+                continue
+            first, second = self._pairs.get((one, link_one)), self._pairs.get((two, link_two))
+            if first is None:
+                if second is None:
+                    continue
+                one, link_one, two, link_two = two, link_two, one, link_one
+                first, second, normal = second, None, tuple(-x for x in normal)
+            if second is None and two in self._flat and (one, link_one) not in self._mixed:
+                continue  # found by quickstep
+            if n >= 64 * _MOST_POINTS:
+                break
+            row = self._contacts[n]
+            row[q.C_POINT : q.C_POINT + 3], row[q.C_NORMAL : q.C_NORMAL + 3] = at, normal
+            self._set_surface(row, (one, link_one), first, (two, link_two), second)
+            row[q.C_DEPTH] = -distance - self.bodies[first, q.MIN_DEPTH]
+            self._owners[n] = first, -1 if second is None else second, -1, len(self._others)
+            self._others.append((two, link_two))
+            n += 1
+        return n
+
+    def _surface(self, key: tuple[int, int]) -> Surface:
+        body, link = key
+        if body in self._parts and key in self._pairs:
+            part = self._parts[body]
+            return part.shapes.links[part.names[self._pairs[key] - part.first]].surface
+        return self._still[body].link.surface if body in self._still else Surface()
+
+    def _set_surface(
+        self, row: Array, one: tuple[int, int], first: int, two: tuple[int, int], second: int | None
+    ) -> None:
+        mine, its = self._surface(one), self._surface(two)
+        row[q.C_MU : q.C_MU + 2] = np.minimum(_friction(mine), _friction(its))
+        kp = 1.0 / (1.0 / _stiffness(mine) + 1.0 / _stiffness(its))
+        kd, step = _damping(mine) + _damping(its), self._engine.time_step
+        row[q.C_ERP], row[q.C_CFM] = step * kp / (step * kp + kd), 1.0 / (step * kp + kd)
+        row[q.C_MAX] = self.bodies[first, q.MAX_VEL]
+        if second is not None:
+            row[q.C_MAX] = min(row[q.C_MAX], self.bodies[second, q.MAX_VEL])
+        direction = np.zeros(3)
+        for surface, index in ((its, second), (mine, first)):
+            if surface.direction is not None and index is not None:
+                orientation: Any = self.bodies[index, q.QUAT : q.QUAT + 4]
+                direction = matrix_from_quaternion(orientation) @ np.asarray(surface.direction)
+        row[q.C_FDIR : q.C_FDIR + 3] = direction
+
+    # joints -------------------------------------------------------------------------------------
+    def _joint(self, body: int, joint: int) -> Array:
+        if not self._is_built:
+            self._build()
+        return self.joints[self._parts[body].order[joint]]
+
+    def set_velocity(self, body: int, joint: int, velocity: float, effort: float) -> None:
+        """A joint's motor tracks a velocity with at most an effort."""
+        row = self._joint(body, joint)
+        row[q.SPEED], row[q.FMAX], row[q.TARGET] = velocity, effort, math.nan
+
+    def set_position(
+        self, body: int, joint: int, position: float, effort: float, speed: float
+    ) -> None:
+        """What is below a joint is put to a position, which it reaches at most at a speed."""
+        row = self._joint(body, joint)
+        if math.isnan(row[q.TARGET]):
+            row[q.REACHED] = row[q.ANGLE]
+        row[q.SPEED], row[q.FMAX] = 0.0, effort
+        row[q.TARGET], row[q.MAX_SPEED] = position, speed
+
+    def release(self, body: int, joint: int) -> None:
+        """A joint moves freely, but for its friction."""
+        part = self._parts.get(body)
+        if part is None or not self._is_built:
+            return  # as it is loaded
+        place = part.order[joint]
+        row = self.joints[place]
+        row[q.SPEED], row[q.TARGET] = 0.0, math.nan
+        row[q.FMAX] = part.joints[place - part.first_joint].friction
+
+    def add_effort(self, body: int, joint: int, effort: float) -> None:
+        """An effort acts on a joint in the next step."""
+        self._joint(body, joint)[q.EFFORT] += effort
+
+    def set_limits(self, body: int, joint: int, lower: float, upper: float) -> None:
+        """Change a joint's limits."""
+        row = self._joint(body, joint)
+        row[q.LOWER], row[q.UPPER] = lower, upper
+        part = self._parts[body]
+        described = part.joints[part.order[joint] - part.first_joint]
+        described.lower, described.upper = lower, upper
+
+    def set_damping(self, body: int, joint: int, damping: float) -> None:
+        """Change a joint's damping."""
+        self._joint(body, joint)[q.DAMPING] = damping
+
+    def joint_states(self, body: int) -> list[tuple[float, float, tuple[float, ...], float]]:
+        """(position, velocity, (), motor's effort) of each of the engine's joints."""
+        self.refresh()
+        order = self._parts[body].order if body in self._parts else []
+        rows = self.joints[order]
+        return [
+            (angle, rate, (), motor)
+            for angle, rate, motor in rows[:, (q.ANGLE, q.RATE, q.MOTOR)].tolist()
+        ]
+
+    def joint_load(self, body: int, link: int) -> tuple[Array, Array, float]:
+        """As Engine.joint_load, of the joint above a link."""
+        self.refresh()
+        row = self._pairs[body, link]
+        joint = self.joints[int(np.flatnonzero(self._types[:, 1] == row)[0])]
+        turn = matrix_from_quaternion(self.bodies[row, q.QUAT : q.QUAT + 4]).T
+        force = turn @ joint[q.WRENCH : q.WRENCH + 3]
+        torque = turn @ joint[q.WRENCH + 3 : q.WRENCH + 6]
+        return force, torque + np.cross(-joint[q.ANCHOR1 : q.ANCHOR1 + 3], force), joint[q.MOTOR]
+
+    # bodies -------------------------------------------------------------------------------------
+    def add_force(self, body: int, link: int, force: Vec3, point: Vec3, torque: Vec3) -> None:
+        """A force at a world point and a torque act on a link in the next step."""
+        self.refresh()
+        row = self._pairs.get((body, link))
+        if row is None:  # it is fixed to the world
+            return
+        arm = np.subtract(point, self.bodies[row, q.POS : q.POS + 3])
+        self.bodies[row, q.FORCE : q.FORCE + 3] += force
+        self.bodies[row, q.FORCE + 3 : q.FORCE + 6] += np.add(torque, np.cross(arm, force))
+
+    def set_mass(self, body: int, link: int, mass: float, moments: Sequence[float]) -> None:
+        """Change a link's mass and moments of inertia along its principal axes."""
+        self.refresh()
+        row = self._pairs.get((body, link))
+        if row is None:
+            return
+        axes = matrix_from_quaternion(self._engine.principal_axes(body, link))
+        inertia = axes @ np.diag(moments) @ axes.T
+        part = self._parts[body]
+        described = part.shapes.links[part.names[row - part.first]]
+        described.mass, described.inertia = mass, inertia
+        _set_inertia(self.bodies[row], mass, inertia)
+
+    # contacts -----------------------------------------------------------------------------------
+    def contacts(self) -> list[tuple[int, int, int, int, Vec3, Vec3, float, Array]]:
+        """Contacts of the last step: body, link, other body, its link, point, normal towards the
+        first, depth, force (3,) [N] on the first."""
+        found = []
+        for row, (one, two, shape, other) in zip(
+            self._contacts[: self._result[0]], self._owners[: self._result[0]].tolist()
+        ):
+            body, link = self._owner[one]
+            if shape >= 0:
+                partner = self._plane_of[other]
+            else:
+                partner = self._owner[two] if two >= 0 else self._others[other]
+            point, normal = row[q.C_POINT : q.C_POINT + 3], row[q.C_NORMAL : q.C_NORMAL + 3]
+            force = row[q.C_FORCE : q.C_FORCE + 3].copy()
+            found.append((body, link, *partner, tuple(point), tuple(normal), row[q.C_DEPTH], force))
+        return found
+
+
+def _preorder(name: str, joints: Sequence[Joint], names: list[str]) -> None:
+    names.append(name)
+    for joint in joints:
+        if joint.parent == name:
+            _preorder(joint.child, joints, names)
+
+
+def _table(rows: Sequence[Any], columns: int, kind: Any = float) -> Array:
+    return np.array(rows, kind).reshape(len(rows), columns)
+
+
+def _set_inertia(row: Array, mass: float, inertia: Array) -> None:
+    row[q.MASS] = mass
+    row[q.INERTIA : q.INERTIA + 9] = inertia.ravel()
+    row[q.INVERSE : q.INVERSE + 9] = np.linalg.inv(inertia).ravel()
+
+
+def _body_row(link: Link) -> Array:
+    row = np.zeros(q.B_SIZE)
+    row[q.QUAT + 3] = 1.0
+    _set_inertia(row, link.mass, link.inertia)
+    surface = link.surface
+    row[q.GRAVITY] = float(link.gravity)
+    row[q.MAX_VEL] = MAX_SPEED if surface.max_speed is None else surface.max_speed
+    row[q.MIN_DEPTH] = surface.min_depth
+    for shape in link.collisions:
+        reach = _reach(shape.geometry.kind, shape.geometry.size)
+        distance = float(np.linalg.norm(np.subtract(shape.pose.position, link.centre)))
+        row[q.RADIUS] = max(row[q.RADIUS], reach + distance)
+    return row
+
+
+def _reach(kind: str, size: tuple[float, ...]) -> float:
+    """Radius [m] of a sphere around a shape's origin that contains it."""
+    if kind == "sphere":
+        return size[0]
+    if kind == "cylinder":
+        return math.hypot(size[0], 0.5 * size[1])
+    if kind == "box":
+        return 0.5 * math.hypot(*size)
+    return 0.0
+
+
+def _shape_row(size: tuple[float, ...], pose: Pose, link: Link) -> Array:
+    row = np.zeros(q.G_COLUMNS)
+    row[q.G_SIZE : q.G_SIZE + min(3, len(size))] = size[:3]
+    row[q.G_OFFSET : q.G_OFFSET + 3] = np.subtract(pose.position, link.centre)
+    row[q.G_ROTATION : q.G_ROTATION + 9] = pose.matrix.ravel()
+    _surface_columns(row[q.G_MU :], link.surface)
+    return row
+
+
+def _plane_row(normal: Array, distance: float, surface: Surface) -> Array:
+    row = np.zeros(q.P_COLUMNS)
+    row[q.P_PLANE : q.P_PLANE + 4] = (*normal, distance)
+    _surface_columns(row[q.P_MU :], surface)
+    return row
+
+
+def _surface_columns(row: Array, surface: Surface) -> None:
+    """mu, mu2, fdir1, kp, kd."""
+    row[:2] = _friction(surface)
+    if surface.direction is not None:
+        row[2:5] = surface.direction
+    row[5], row[6] = _stiffness(surface), _damping(surface)
+
+
+def _friction(surface: Surface) -> tuple[float, float]:
+    first = FRICTION if surface.friction is None else surface.friction
+    return first, first if surface.friction2 is None else surface.friction2
+
+
+def _stiffness(surface: Surface) -> float:
+    return surface.kp or STIFFNESS
+
+
+def _damping(surface: Surface) -> float:
+    return DAMPING if surface.kd is None else surface.kd

@@ -1,0 +1,336 @@
+"""The solver 'ode': what real Gazebo 11.1 did with the same robots, closed forms, states.
+
+Gazebo's figures were recorded on 2026-11-23 with the packages of this repository, unmodified, by a
+program that sent the same commands to both (docs/gazebo-comparison.md).
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xacro
+from bullet_sim.engine import Engine
+from bullet_sim.errors import ModelError
+from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.pose import Pose
+from bullet_sim.world import World
+
+SOURCES = Path(__file__).resolve().parents[2]
+CAR = SOURCES / "track_model" / "urdf" / "racecar.urdf.xacro"
+TRUCK = SOURCES / "cybertruck" / "urdf" / "cybertruck.urdf.xacro"
+G = 9.81
+LINK = (
+    '<link name="{0}"><inertial><origin xyz="{2}"/><mass value="{1}"/><inertia ixx="{3}" '
+    'iyy="{3}" izz="{3}" ixy="0" ixz="0" iyz="0"/></inertial>{4}</link>'
+)
+JOINT = (
+    '<joint name="{0}" type="{1}"><origin xyz="{4}"/><parent link="{2}"/><child link="{3}"/>'
+    '<axis xyz="{5}"/>{6}</joint>'
+)
+
+
+def link(name, mass=1.0, centre="0 0 0", inertia=0.01, shape=""):
+    geometry = f"<collision><geometry>{shape}</geometry></collision>" if shape else ""
+    return LINK.format(name, mass, centre, inertia, geometry)
+
+
+def joint(name, kind, parent, child, at="0 0 0", axis="0 1 0", more=""):
+    return JOINT.format(name, kind, parent, child, at, axis, more)
+
+
+def robot(*parts):
+    return f'<robot name="bot">{"".join(parts)}</robot>'
+
+
+@pytest.fixture(name="world")
+def _world():
+    made = World(solver="ode")
+    yield made
+    made.close()
+
+
+def spawn(world, text, pose=Pose(), ground=False):
+    if ground:
+        world.spawn(sdf.ground_plane())
+    return world.spawn_urdf("bot", text, pose, str)
+
+
+def published(path, **arguments):
+    """URDF of one of our packages."""
+    return xacro.process_file(str(path), mappings=arguments).toxml()
+
+
+def resolve(uri):
+    return uri.replace("package://", f"{SOURCES}/")
+
+
+def yaw(model):
+    x, y, z, w = model.pose.orientation
+    return math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+
+
+def drive(world, model, seconds):
+    """Way [m] and rotation [degrees] of a while."""
+    way = turn = 0.0
+    for _ in range(round(seconds * 20)):
+        before, heading = np.array(model.pose.position), yaw(model)
+        world.step(50)
+        way += float(np.linalg.norm(np.array(model.pose.position) - before))
+        turn += math.remainder(yaw(model) - heading, 2 * math.pi)
+    return way, math.degrees(turn)
+
+
+# as in Gazebo -------------------------------------------------------------------------------------
+@pytest.mark.parametrize("heading", [0.0, 1.0])
+def test_our_car_drives_as_in_gazebo(world, heading):
+    world.spawn(sdf.ground_plane())
+    pose = Pose.from_xyz_rpy((0.0, 0.0, 0.05), (0.0, 0.0, heading))
+    car = world.spawn_urdf("racecar", published(CAR), pose, resolve)
+    wheels = [name for name in car.joints.names if "wheel" in name]
+    hinges = [name for name in car.joints.names if "hinge" in name]
+    world.step(2000)
+    assert drive(world, car, 3.0)[0] < 0.002  # Gazebo: 0.0009 m
+    assert car.pose.position[2] == pytest.approx(-0.007, abs=5e-4)
+    car.joints.drive_velocities(wheels, [20.0] * 4)
+    car.joints.drive_positions(hinges, [0.0, 0.0])
+    assert drive(world, car, 4.0)[0] == pytest.approx(2.3576, rel=0.01)
+    car.joints.drive_positions(hinges, [0.3, 0.3])
+    way, turn = drive(world, car, 4.0)
+    assert way == pytest.approx(2.3154, rel=0.02)
+    assert turn == pytest.approx(153.23, rel=0.04)
+    assert car.joints.positions_of(hinges) == pytest.approx((0.3, 0.3), abs=1e-3)
+    car.joints.drive_velocities(wheels, [0.0] * 4)
+    car.joints.drive_positions(hinges, [0.0, 0.0])
+    assert drive(world, car, 2.0)[0] == pytest.approx(0.0313, abs=0.01)
+    assert drive(world, car, 3.0)[0] < 0.002
+
+
+def test_our_truck_with_trailer_drives_as_in_gazebo(world):
+    world.spawn(sdf.ground_plane())
+    truck = world.spawn_urdf("cybertruck", published(TRUCK, trailer="true"), Pose(), resolve)
+    axle = ("rear_left_wheel_joint", "rear_right_wheel_joint")
+    steering = ("front_left_steer_joint", "front_right_steer_joint")
+    world.step(2000)
+    truck.joints.drive_velocities(axle, (4.0, 4.0))
+    truck.joints.drive_positions(steering, (0.0, 0.0))
+    assert drive(world, truck, 4.0)[0] == pytest.approx(1.5992, rel=0.01)
+    truck.joints.drive_positions(steering, (0.3, 0.258))
+    way, turn = drive(world, truck, 6.0)
+    assert way == pytest.approx(2.8231, rel=0.01)
+    assert turn == pytest.approx(93.49, rel=0.02)
+    assert truck.pose.position[2] == pytest.approx(0.0, abs=1e-3)
+
+
+# closed forms -------------------------------------------------------------------------------------
+def test_a_body_falls_and_spins(world):
+    bot = spawn(world, robot(link("base")), Pose((0.0, 0.0, 10.0)))
+    bot.set_velocity((1.0, 0.0, 0.0), (0.0, 0.0, 0.5))
+    world.step(1000)
+    step, count = world.time_step, 1000
+    fallen = G * step**2 * count * (count + 1) / 2  # semi-implicit Euler
+    assert bot.pose.position == pytest.approx((1.0, 0.0, 10.0 - fallen), abs=1e-9)
+    assert yaw(bot) == pytest.approx(0.5, abs=1e-9)
+
+
+def test_a_pendulum_swings_with_its_period(world):
+    """Small angles: 2 pi sqrt((I + m l^2) / (m g l))."""
+    text = robot(
+        '<link name="world"/>',
+        joint("held", "fixed", "world", "base"),
+        link("base"),
+        link("bob", 2.0, "0 0 -0.5"),
+        joint("pivot", "continuous", "base", "bob"),
+    )
+    bot = spawn(world, text)
+    bot.joints.set_positions({"pivot": 0.05})
+    period = 2 * math.pi * math.sqrt((0.01 + 2.0 * 0.25) / (2.0 * G * 0.5))
+    world.step(round(period / world.time_step))
+    assert bot.joints.positions_of(("pivot",))[0] == pytest.approx(0.05, rel=0.01)
+    world.step(round(period / 2 / world.time_step))
+    assert bot.joints.positions_of(("pivot",))[0] == pytest.approx(-0.05, rel=0.01)
+
+
+def test_damping_limits_the_speed_that_an_effort_gives(world):
+    text = robot(
+        '<link name="world"/>', joint("held", "fixed", "world", "base"), link("base"), link("arm"),
+        joint("hinge", "continuous", "base", "arm", axis="0 0 1",
+              more='<dynamics damping="0.5"/>'),
+    )  # fmt: skip
+    bot = spawn(world, text)
+    for _ in range(500):
+        bot.joints.add_effort("hinge", 2.0)
+        world.step()
+    assert bot.joints.arrays()[1][0] == pytest.approx(4.0, rel=0.01)  # effort / damping
+
+
+def test_a_slider_stops_at_its_limit_and_is_pushed_there(world):
+    text = robot(
+        '<link name="world"/>', joint("held", "fixed", "world", "base"), link("base"),
+        link("car", 2.0),
+        joint("rail", "prismatic", "base", "car", axis="1 0 0",
+              more='<limit lower="-0.2" upper="0.3" effort="50" velocity="5"/>'),
+    )  # fmt: skip
+    bot = spawn(world, text)
+    bot.joints.drive_velocities(("rail",), (0.5,))
+    world.step(200)
+    assert bot.joints.arrays()[1][0] == pytest.approx(0.5, rel=1e-3)
+    assert bot.joints.positions_of(("rail",))[0] == pytest.approx(0.095, abs=1e-3)  # 50 N, 2 kg
+    world.step(1000)
+    assert bot.joints.positions_of(("rail",))[0] == pytest.approx(0.3, abs=2e-3)
+    bot.joints.drive_positions(("rail",), (-0.1,))
+    world.step(200)
+    assert bot.joints.positions_of(("rail",))[0] == pytest.approx(-0.1, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    "shape, height",
+    [
+        ('<sphere radius="0.2"/>', 0.2),
+        ('<box size="0.4 0.4 0.3"/>', 0.15),
+        ('<cylinder radius="0.2" length="0.5"/>', 0.25),
+    ],
+)
+def test_what_rests_has_its_weight_on_the_ground(world, shape, height):
+    bot = spawn(world, robot(link("base", 3.0, shape=shape)), Pose((0, 0, height)), ground=True)
+    world.step(1000)
+    assert bot.pose.position[2] == pytest.approx(height, abs=1e-3)
+    forces = []
+    for _ in range(200):
+        world.step()
+        contacts = world.engine.contacts(bot.body, -1)
+        assert {contact.body for contact in contacts} <= {world.model("ground_plane").body}
+        forces.append(sum(contact.force[2] for contact in contacts))
+    assert np.mean(forces) == pytest.approx(3.0 * G, rel=0.03)
+
+
+@pytest.mark.parametrize("heading, limit", [(0.0, 1.0), (math.pi / 4, math.sqrt(2.0))])
+def test_friction_is_bounded_along_two_directions_of_the_ground(world, heading, limit):
+    """Along the diagonal both hold: sqrt(2) mu m g."""
+    body = link("base", 1.0, shape='<box size="1 1 0.2"/>')
+    surface = '<gazebo reference="base"><mu1>0.5</mu1><mu2>0.5</mu2></gazebo>'
+    bot = spawn(world, robot(body, surface), Pose((0.0, 0.0, 0.1)), ground=True)
+    world.step(100)
+    direction = np.array((math.cos(heading), math.sin(heading), 0.0))
+    for factor, moves in ((0.8, False), (1.3, True)):
+        start = np.array(bot.pose.position)
+        force = factor * limit * 0.5 * 1.0 * G * direction
+        for _ in range(500):
+            world.engine.apply_force(bot.body, -1, tuple(force), bot.pose.position)
+            world.step()
+        moved = float(np.linalg.norm(np.subtract(bot.pose.position, start)))
+        assert (moved > 0.1) == moves, moved
+
+
+def test_bodies_meet_what_is_no_plane(world):
+    """A box on a static box, whose contacts PyBullet finds; another model on top of it."""
+    stand = (
+        '<sdf version="1.6"><model name="m"><static>true</static><link name="l"><collision '
+        'name="c"><geometry><box><size>2 2 1</size></box></geometry></collision></link></model>'
+        "</sdf>"
+    )
+    world.spawn_sdf("stand", stand, Pose((0.0, 0.0, 0.5)), str)
+    text = robot(link("base", 1.0, inertia=0.02, shape='<box size="0.4 0.4 0.4"/>'))
+    boxes = [
+        world.spawn_urdf(name, text, Pose((0.0, 0.0, z)), str)
+        for name, z in (("low", 1.25), ("high", 1.8))
+    ]
+    world.step(2000)
+    heights = [box.pose.position[2] for box in boxes]
+    assert heights == pytest.approx([1.2, 1.6], abs=5e-3)
+    total = 0.0
+    for _ in range(400):
+        world.step()
+        for _, body, _, force in world.engine.touching(boxes[0].body):
+            total += force / 400 if body == world.model("stand").body else 0.0
+    assert total == pytest.approx(2.0 * G, rel=0.05)
+
+
+def test_the_force_of_a_measured_joint(world):
+    text = robot(
+        '<link name="world"/>', joint("held", "fixed", "world", "base"), link("base"),
+        link("load", 2.0, "0.3 0 0"),
+        joint("mount", "revolute", "base", "load", axis="0 1 0",
+              more='<limit lower="-1" upper="1" effort="100" velocity="1"/>'),
+        '<gazebo reference="mount"><provideFeedback>true</provideFeedback></gazebo>',
+    )  # fmt: skip
+    bot = spawn(world, text)
+    bot.joints.drive_velocities(("mount",), (0.0,))
+    world.step(500)
+    index = bot.index("load")
+    force, _, effort = world.engine.joint_load(bot.body, index)
+    assert force == pytest.approx((0.0, 0.0, 2.0 * G), abs=0.05)
+    assert abs(effort) == pytest.approx(2.0 * G * 0.3, rel=0.01)
+
+
+# states -------------------------------------------------------------------------------------------
+def bits(world):
+    """All numbers of the world's state."""
+    state = world.engine.ode.save()
+    return [state[kind][body].tobytes() for kind in ("bodies", "joints") for body in state[kind]]
+
+
+def test_a_saved_state_goes_on_bit_identically(world):
+    world.spawn(sdf.ground_plane())
+    car = world.spawn_urdf("racecar", published(CAR), Pose((0.0, 0.0, 0.05)), resolve)
+    wheels = [name for name in car.joints.names if "wheel" in name]
+    car.joints.drive_velocities(wheels, [10.0, 11.0, 12.0, 13.0])
+    world.step(300)
+    saved = world.save_state()
+    world.step(300)
+    first = bits(world)
+    world.step(100)
+    assert world.restore_state(saved) == ""
+    world.step(300)
+    assert bits(world) == first
+
+
+def test_batches_and_a_reset_do_not_matter(world):
+    world.spawn(sdf.ground_plane())
+    car = world.spawn_urdf("racecar", published(CAR), Pose((0.0, 0.0, 0.05)), resolve)
+    wheels = [name for name in car.joints.names if "wheel" in name]
+
+    def story(batch):
+        car.joints.drive_velocities(wheels, [10.0, 11.0, 12.0, 13.0])
+        for _ in range(400 // batch):
+            world.step(batch)
+        return bits(world)
+
+    first = story(400)
+    world.reset()
+    assert story(1) == first
+
+
+def test_models_come_and_go_while_others_keep_their_states(world):
+    world.spawn(sdf.ground_plane())
+    text = robot(link("base", 1.0, shape='<sphere radius="0.1"/>'))
+    one = world.spawn_urdf("one", text, Pose((0.0, 0.0, 0.1)), str)
+    one.set_velocity((0.5, 0.0, 0.0))
+    world.step(100)
+    x = one.pose.position[0]
+    world.spawn_urdf("two", text, Pose((0.0, 3.0, 0.1)), str)
+    world.step(100)
+    assert one.pose.position[0] > x + 0.02
+    world.delete("one")
+    world.step(100)
+    assert world.model("two").pose.position == pytest.approx((0.0, 3.0, 0.1), abs=1e-3)
+    world.model("two").set_state(Pose((1.0, 1.0, 2.0)))
+    world.step(10)
+    assert 1.98 < world.model("two").pose.position[2] < 2.0
+
+
+def test_a_position_that_is_set_is_taken(world):
+    text = robot(
+        '<link name="world"/>', joint("held", "fixed", "world", "base"), link("base"), link("arm"),
+        joint("hinge", "continuous", "base", "arm", axis="0 0 1"),
+    )  # fmt: skip
+    bot = spawn(world, text)
+    bot.joints.set_positions({"hinge": 7.5})  # more than a rotation
+    world.step(10)
+    assert bot.joints.positions_of(("hinge",))[0] == pytest.approx(7.5, abs=1e-9)
+
+
+# bad input ----------------------------------------------------------------------------------------
+def test_an_unknown_solver_is_named():
+    with pytest.raises(ModelError, match="solver is 'dart', must be bullet or ode"):
+        Engine(solver="dart")
