@@ -17,6 +17,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 LAP, PICTURE = ROOT / "out" / "lap", ROOT / "docs" / "images" / "lap.webp"
 HEIGHT = 240  # of both halves [px]
 EVERY, PACE = 4, 90  # frames of the film, [ms] between pictures: the lap in a quarter of its time
+MOVING = 0.01  # [m/s]
 BLUE, WHITE = (40, 140, 255), (255, 255, 255)
 
 
@@ -28,9 +29,11 @@ def film(path):
 
 
 def driven(path):
-    """The path's positions, (N, 2) [m]."""
-    with open(path, encoding="utf-8", newline="") as rows:
-        return np.array([(float(row["x"]), float(row["y"])) for row in csv.DictReader(rows)])
+    """The path's positions from where the car starts to move, as the film does, (N, 2) [m]."""
+    with open(path, encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    start = next(index for index, row in enumerate(rows) if float(row["v"]) > MOVING)
+    return np.array([(float(row["x"]), float(row["y"])) for row in rows[start:]])
 
 
 class Map:

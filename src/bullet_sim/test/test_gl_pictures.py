@@ -264,7 +264,8 @@ def test_background_sky_and_fog(gl):
     gray = show(gl, Scene(), request=high)
     assert (gray == 178).all() or (gray == 179).all(), "a world without sky"
     sky = show(gl, Scene(background=None), request=high).astype(int)
-    assert (np.diff(sky[:, 100, 0]) >= 0).all() and sky[0, 100, 0] < sky[-1, 100, 0]
+    red = sky[:, 100, 0]
+    assert (np.diff(red) >= -1).all() and red[0] + 50 < red[-1]
     fog = Fog("linear", (1.0, 0.0, 0.0), 0.0, 10.0)
     picture = show(gl, replace(PLAIN, fog=fog), FLOOR)  # 5 m away
     assert np.abs(picture[100, 100] - 255 * np.array((0.85, 0.35, 0.35))).max() <= 2.0

@@ -29,6 +29,9 @@ def test_scene():
     assert not scene.shadows and scene.fog == Fog("linear", (1.0, 0.0, 0.0), 2.0, 9.0)
     assert scene_of("<scene><background>0 0 0</background><sky/></scene>").background is None
     assert scene_of("<scene><sky/></scene>").background is None
+    assert scene_of("<scene><sky/></scene>").daytime == (10.0, 6.0, 20.0)
+    evening = "<scene><sky><time>19.5</time><sunrise>-3</sunrise><sunset>21</sunset></sky></scene>"
+    assert scene_of(evening).daytime == (19.5, 0.0, 21.0)
     assert scene_of("<scene><ambient>1 1 1</ambient></scene>").background == (0.7, 0.7, 0.7)
     assert scene_of("<scene><fog><type>none</type></fog></scene>").fog is None
 

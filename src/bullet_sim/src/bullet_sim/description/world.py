@@ -74,6 +74,9 @@ SUN = Light(
 )
 
 
+Daytime = tuple[float, float, float]  # of a sky: its time, its sunrise and its sunset [h]
+
+
 @dataclass(frozen=True)
 class Scene:
     """Light and background of a world.
@@ -82,6 +85,7 @@ class Scene:
         ambient: RGB of the ambient light.
         background: RGB behind everything; None: a sky.
         shadows: whether lights that cast shadows do.
+        daytime: of the sky.
     """
 
     ambient: RGB = (0.4, 0.4, 0.4)
@@ -89,6 +93,7 @@ class Scene:
     shadows: bool = True
     fog: Fog | None = None
     lights: tuple[Light, ...] = (SUN,)
+    daytime: Daytime = (10.0, 6.0, 20.0)
 
 
 # Gazebo/Grey, the material of the floor.

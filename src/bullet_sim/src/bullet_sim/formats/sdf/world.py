@@ -53,12 +53,17 @@ def parse_scene(world: Node, label: str) -> Scene:
     label = f"{label} <scene>"
     has_sky = scene.find("sky") is not None
     background = None if has_sky else _color(scene, "background", label, Scene.background)
+    hour, sunrise, sunset = (
+        min(max(child_number(scene, f"sky/{tag}", label, default), 0.0), 24.0)
+        for tag, default in zip(("time", "sunrise", "sunset"), Scene.daytime)
+    )
     return Scene(
         _color(scene, "ambient", label, Scene.ambient),
         background,
         child_flag(scene, "shadows", label, True),
         _fog(scene.find("fog"), label),
         (),
+        (hour, sunrise, sunset),
     )
 
 

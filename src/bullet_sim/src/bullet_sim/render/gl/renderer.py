@@ -22,7 +22,8 @@ from bullet_sim.render.gl.shaders import (
     light_rows,
 )
 from bullet_sim.render.gl.shadows import Shadows
-from bullet_sim.render.renderer import HORIZON, ZENITH, Renderer, check_body, check_link, links_of
+from bullet_sim.render.gl.sky import Sky
+from bullet_sim.render.renderer import Renderer, check_body, check_link, links_of
 from bullet_sim.render.request import DEFAULT, CameraRequest, Quality
 from bullet_sim.sensors.camera import view_matrix
 from bullet_sim.snapshot import BodySource, Snapshot
@@ -88,35 +89,6 @@ def metres(buffer: Array, near: float, far: float, out: Array | None = None) -> 
     np.divide(np.float32(scale), out, out=out)
     out[buffer == 0.0] = far
     return out
-
-
-class Sky:
-    """Renders the sky where nothing else is.
-
-    Args:
-        gl: moderngl.Context.
-    """
-
-    def __init__(self, gl: Any, program: Any) -> None:
-        corners = np.array([-1, -1, 3, -1, -1, 3], np.float32)
-        self._program = program
-        self._array = gl.vertex_array(program, [(gl.buffer(corners.tobytes()), "2f", "in_corner")])
-        program["zenith"].value = tuple(value / 255.0 for value in ZENITH)
-        program["horizon"].value = tuple(value / 255.0 for value in HORIZON)
-
-    def render(self, rotation: Array, horizontal_fov: float, aspect: float) -> None:
-        """Render it.
-
-        Args:
-            rotation: (3, 3) of the camera in the world.
-            horizontal_fov: [rad].
-            aspect: width / height.
-        """
-        half = math.tan(horizontal_fov / 2.0)
-        forward, left, up = rotation.T
-        corner = np.array([forward, -half * left, half / aspect * up], np.float32)
-        self._program["corner"].write(corner.tobytes())
-        self._array.render()
 
 
 # Finish.blend -> factors of what is rendered and of what is there.
@@ -290,7 +262,8 @@ class GlRenderer(Renderer):
         if scene.background is None:
             gl.enable_only(gl.DEPTH_TEST)
             gl.depth_func = ">="
-            self._sky.render(view.rotation, request.horizontal_fov, request.width / request.height)
+            aspect = request.width / request.height
+            self._sky.render(view.rotation, request.horizontal_fov, aspect, scene.daytime)
         self._render_surfaces(view, transparent=True)
         rgb = target.colors(rgb)
         if request.depth:

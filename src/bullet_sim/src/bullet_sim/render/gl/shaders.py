@@ -16,6 +16,7 @@ import numpy as np
 from bullet_sim.description.world import Light, Scene
 from bullet_sim.errors import RenderError
 from bullet_sim.pose import Array
+from bullet_sim.render.gl import sky
 from bullet_sim.render.gl.scene import BatchType
 from bullet_sim.render.gl.shadows import Shadows
 
@@ -38,26 +39,6 @@ LABEL_FRAGMENT = """
 flat in vec4 v_label;
 out vec4 out_color;
 void main() { out_color = v_label; }
-"""
-
-SKY_VERTEX = """
-uniform mat3 corner;   // columns: towards the image's centre, its right edge, its upper edge
-in vec2 in_corner;
-out vec3 v_direction;
-void main() {
-    gl_Position = vec4(in_corner.x, -in_corner.y, 0.0, 1.0);
-    v_direction = corner * vec3(1.0, in_corner);
-}
-"""
-SKY_FRAGMENT = """
-in vec3 v_direction;
-uniform vec3 zenith;
-uniform vec3 horizon;
-out vec4 out_color;
-void main() {
-    float up = clamp(2.0 * v_direction.z * inversesqrt(dot(v_direction, v_direction)), 0.0, 1.0);
-    out_color = vec4(mix(horizon, zenith, up), 1.0);
-}
 """
 
 
@@ -409,7 +390,7 @@ class Programs:
         self.surface = lru_cache(maxsize=None)(self._surface)
         self.depth = self._program(LABEL_VERTEX, DEPTH_FRAGMENT)
         self.label = self._program(LABEL_VERTEX, LABEL_FRAGMENT)
-        self.sky = self._program(SKY_VERTEX, SKY_FRAGMENT)
+        self.sky = self._program(sky.VERTEX, sky.FRAGMENT)
 
     def _program(self, vertex: str, fragment: str, head: str = "") -> Any:
         start = f"#version 330 core\n{head}"
