@@ -223,7 +223,7 @@ def run_suite(package, suite, sources, clients=None):
             for path in sorted(file for pattern in patterns for file in copy.glob(pattern)):
                 if path.name in suite.not_applicable:
                     continue
-                client = missing_client(path, copy, package)
+                client = missing_client(path, copy, package) if run is run_rostest else ""
                 if client:
                     text = (
                         f"compile {client} (--clients FOLDER, with {package}/{client}): it is C++"
