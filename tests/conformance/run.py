@@ -78,7 +78,12 @@ def rewrite(text, suite, package, copied, programs):
             tag = f'<test time-limit="{limit:g}"' + tag[5:]
         return tag
 
-    return re.sub(r"<(?:test|node)\b[^>]*>", owned, text)
+    text = re.sub(r"<(?:test|node)\b[^>]*>", owned, text)
+    pace = os.environ.get(PACE, "1")
+    if suite.simulator and float(pace) < 1.0:
+        slower = f'<param name="/{suite.simulator}/real_time_factor" value="{pace}"/>'
+        text = text.replace("</launch>", f"  {slower}\n</launch>")
+    return text
 
 
 def copy_package(suite, sources, package, folder, clients=None):
@@ -263,7 +268,7 @@ def main(arguments=None):
         "--pace",
         type=float,
         default=1.0,
-        help="real-time factor of Paddock with a robot; lower on a machine that has other work (1)",
+        help="real-time factor of Paddock in tests; lower on a machine that has other work (1)",
     )
     parser.add_argument("suites", nargs="*", metavar="SUITE", help=", ".join(SUITES))
     options = parser.parse_args(arguments)

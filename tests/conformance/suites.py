@@ -19,6 +19,7 @@ class Suite:
         plugin: module of this folder that pytest loads first.
         folders: of the package that are copied.
         in_place: tests look for files of the package that they belong to.
+        simulator: name of the node that the launch files start as Gazebo, whose pace can be lower.
         not_applicable: test, or name of its file -> why it cannot apply here.
     """
 
@@ -32,6 +33,7 @@ class Suite:
     plugin: str = ""
     folders: tuple[str, ...] = ("test",)
     in_place: bool = False
+    simulator: str = ""
     not_applicable: dict[str, str] = field(default_factory=dict)
 
 
@@ -90,6 +92,8 @@ SUITES = {
         "gazebo_plugins",
         rostests=("test/camera/*.test", "test/range/*.test", "test/*test/*.test", "test/*.test"),
         folders=("test", "scripts"),
+        in_place=True,
+        simulator="gazebo",
     ),
     "gazebo_ros": Suite(
         "gazebo_ros_pkgs",

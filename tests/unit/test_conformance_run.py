@@ -28,7 +28,7 @@ def _sources(tmp_path):
     test.mkdir(parents=True)
     (test / "drive.test").write_text(LAUNCH)
     (test / "client.py").write_text("#!/usr/bin/env python\nold()\n")
-    (test / "test_sums.py").write_text("def sum_test():\n    assert 1 + 1 == 2\n")
+    (test / "test_sums.py").write_text("TAG = '<test/>'\n\ndef sum_test():\n    assert 1 + 1 == 2\n")
     return tmp_path / "sources"
 
 
@@ -64,6 +64,16 @@ def test_compiled_programs_are_copied_and_missing_ones_named(sources, tmp_path):
     text = (copy / "test" / "drive.test").read_text()
     assert f'pkg="{name}" type="client_test"' in text and 'time-limit="9"' not in text
     assert '<arg name="speed" value="1 2"/><arg name="slow" value="true"/></include>' in text
+
+
+def test_a_simulator_of_the_launch_files_goes_at_the_pace(monkeypatch):
+    suite = suites.Suite("clone", "robot", simulator="gazebo")
+    assert "real_time_factor" not in run.rewrite(LAUNCH, suite, "robot", "copy", [])
+    monkeypatch.setenv(run.PACE, "0.5")
+    text = run.rewrite(LAUNCH, suite, "robot", "copy", [])
+    assert '<param name="/gazebo/real_time_factor" value="0.5"/>\n</launch>' in text
+    other = suites.Suite("clone", "robot")
+    assert "real_time_factor" not in run.rewrite(LAUNCH, other, "robot", "copy", [])
 
 
 def test_what_gtest_says_is_one_line():
