@@ -92,7 +92,7 @@ def copy_package(suite, sources, package, folder, clients=None):
     Args:
         clients: folder of the compiled test programs; None: there are none.
     """
-    name = f"conformance_{package}"
+    name = package if suite.own_name else f"conformance_{package}"
     source = sources / suite.repository / suite.package
     target = folder / name
     for each in suite.folders:
@@ -121,7 +121,7 @@ def environment(sources, suite, folder):
     """Environment of the tests: the copies and the suite's sources in front."""
     source = sources / suite.repository
     packages = [str(folder), str(HERE), *filter(None, [os.environ.get("ROS_PACKAGE_PATH")])]
-    if suite.nodes or suite.plugin or suite.in_place:
+    if (suite.nodes or suite.plugin or suite.in_place) and not suite.own_name:
         packages.insert(0, str(source / suite.package))
     robots = [HERE / name / "src" for name in ("dummy_robot", "kinematic_robot")]
     paths = [*robots, source / suite.package / "src"]

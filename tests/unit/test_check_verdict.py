@@ -220,9 +220,7 @@ def test_loose_things_of_the_world_are_no_robots():
             "controllers": [], "after": state(position=(1.0, 2.4, 0.05))}  # fmt: skip
     found = changed(models=[*GOOD["models"], *({**ball, "name": f"b{n}"} for n in range(5))])
     assert check.problems(found) == []
-    assert check.notes(found) == [
-        "loose things move, fall or lie: b0, b1, b2 and 2 more"
-    ]
+    assert check.notes(found) == ["loose things move, fall or lie: b0, b1, b2 and 2 more"]
     assert check.problems(changed(models=[ball])) == ["no robot was spawned"]
 
 

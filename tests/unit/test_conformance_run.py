@@ -28,7 +28,9 @@ def _sources(tmp_path):
     test.mkdir(parents=True)
     (test / "drive.test").write_text(LAUNCH)
     (test / "client.py").write_text("#!/usr/bin/env python\nold()\n")
-    (test / "test_sums.py").write_text("TAG = '<test/>'\n\ndef sum_test():\n    assert 1 + 1 == 2\n")
+    (test / "test_sums.py").write_text(
+        "TAG = '<test/>'\n\ndef sum_test():\n    assert 1 + 1 == 2\n"
+    )
     return tmp_path / "sources"
 
 
@@ -95,6 +97,12 @@ def test_a_suite_of_functions_and_a_table(sources, monkeypatch):
     lines = run.table({"robot": [*cases, run.Case("b", "it broke")]})
     assert lines[1].endswith("1 of 2") and "  robot: b: it broke" in lines
     assert "  robot: not applicable: cm_test: C++" in lines
+
+
+def test_a_copy_can_have_the_name_of_its_package(sources, tmp_path):
+    suite = suites.Suite("clone", "robot", own_name=True)
+    copy, name = run.copy_package(suite, sources, "robot", tmp_path / "work")
+    assert name == "robot" and "<name>robot</name>" in (copy / "package.xml").read_text()
 
 
 def test_missing_clones_and_unknown_suites_are_named(tmp_path, capsys):
