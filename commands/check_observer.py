@@ -45,7 +45,7 @@ _DIED = re.compile(
 _CANNOT = re.compile(r"cannot launch node of type \[([\w.-]+)/([\w./-]+)\]")
 _UNABLE = re.compile(r"Unable to launch \[([\w/.-]+?)(?:-\d+)?\]")
 _NOT_FOUND = re.compile(r"error while attempting to run:\s+(\S+)")
-_REFUSED = re.compile(r"RLException: (.*(?:\n\s+\S.*)?)")
+_REFUSED = re.compile(r"RLException: ((?:while processing .*\n)*.*(?:\n[ \t]+\S.*)?)")
 _TRACEBACK = "The traceback for the exception was written"
 _CAUSE = re.compile(r"^(?:error|xacro|ERROR|Resource not found): .*", re.MULTILINE)
 _LIBRARY = re.compile(r"lib([\w.+-]+)\.so")
@@ -60,7 +60,9 @@ ABSENT = {
 }
 _INCLUDED = re.compile(r"#\s*include\s*[<\"](\w+)/")
 _PROJECT = re.compile(r"project\s*\(\s*(\w+)", re.IGNORECASE)
-SOURCES_LIMIT = 400  # CMakeLists.txt files that are read
+_INSIDE = re.compile(r"^\s*add_subdirectory\s*\(\s*([^\s)]+)", re.IGNORECASE | re.MULTILINE)
+SOURCES_LIMIT = 400  # packages whose CMakeLists.txt is read
+SUBFOLDERS = 4  # depth to which add_subdirectory is followed
 
 
 class ClockMonitor:
@@ -211,10 +213,11 @@ class Replay:
         Args:
             simulator: Name of the simulator's node.
         """
+        title = self._title.replace(":=", "=")  # rospy refuses a second := in an argument
         self._process = subprocess.Popen(
             [
                 *("nice", "-n", "10", "rosrun", "bullet_web", "record"),
-                *(f"_out:={self._path}", f"_title:={self._title}", f"_rate:={REPLAY_RATE}"),
+                *(f"_out:={self._path}", f"_title:={title}", f"_rate:={REPLAY_RATE}"),
                 *(f"_simulator:={simulator}", "__name:=paddock_check_replay"),
             ],
             stdin=subprocess.DEVNULL,
@@ -361,17 +364,26 @@ def builders(found):
 def _found_in_sources(rospack, wanted):
     answer = {}
     for package in rospack.list()[:SOURCES_LIMIT]:
-        path = os.path.join(rospack.get_path(package), "CMakeLists.txt")
-        if not os.path.isfile(path):
-            continue
-        with open(path, encoding="utf-8", errors="replace") as stream:
-            text = stream.read()
-        project = _PROJECT.search(text)
-        for name, files in _BUILT.findall(text):
-            name = name.replace("${PROJECT_NAME}", project.group(1) if project else "")
-            if name in wanted:
-                answer[name] = (package, True, _against(os.path.dirname(path), files.split()))
+        project = None
+        for folder, text in _cmake_files(rospack.get_path(package)):
+            project = project or _PROJECT.search(text)
+            for name, files in _BUILT.findall(text):
+                name = name.replace("${PROJECT_NAME}", project.group(1) if project else "")
+                if name in wanted:
+                    answer[name] = (package, True, _against(folder, files.split()))
     return answer
+
+
+def _cmake_files(folder, depth=0):
+    """(folder, text) of a CMakeLists.txt and of those that it names with add_subdirectory."""
+    try:
+        with open(os.path.join(folder, "CMakeLists.txt"), encoding="utf-8", errors="replace") as it:
+            text = it.read()
+    except OSError:
+        return
+    yield folder, text
+    for name in _INSIDE.findall(text) if depth < SUBFOLDERS else ():
+        yield from _cmake_files(os.path.join(folder, name.strip('"')), depth + 1)
 
 
 def _against(folder, files):

@@ -212,7 +212,7 @@ def notes(found):
         said.append(f"this machine simulates {factor:.2f} s in a second")
     restless = _restless(found) if found["simulator"] else []
     if restless:
-        said.append(f"things of the world file move, fall or lie: {_listed(restless)}")
+        said.append(f"loose things move, fall or lie: {_listed(restless)}")
     for model in found.get("models", ()):
         said += [
             f"this machine draws {sensor['topic']} {sensor['measured']:.1f} times a simulated "
@@ -224,13 +224,25 @@ def notes(found):
 
 
 def robots(found):
-    """The models that can move and are more than furniture of the world file."""
-    return [m for m in found["models"] if not m["static"] and not m.get("furniture")]
+    """The models that can move and are no loose things.
+
+    Loose are furniture of the world file and, beside a robot with controllers, sensors or plugins,
+    what was spawned without any: crates, pallets.
+    """
+    spawned = [m for m in found["models"] if not m["static"] and not m.get("furniture")]
+    return [m for m in spawned if _is_equipped(m)] or spawned
+
+
+def _is_equipped(model):
+    """Whether a model has what makes it a robot, if only in its file."""
+    has = (model.get(name) for name in ("sensors", "extensions", "lost"))
+    return any(has) or model["control_namespace"] is not None
 
 
 def _restless(found):
-    """Names of the world file's loose things that do not stay where they are."""
-    loose = [m for m in found["models"] if not m["static"] and m.get("furniture")]
+    """Names of the loose things that do not stay where they are."""
+    others = [model["name"] for model in robots(found)]
+    loose = [m for m in found["models"] if not m["static"] and m["name"] not in others]
     return [model["name"] for model in loose if _stance(model)]
 
 

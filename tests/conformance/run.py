@@ -78,7 +78,12 @@ def rewrite(text, suite, package, copied, programs):
             tag = f'<test time-limit="{limit:g}"' + tag[5:]
         return tag
 
-    return re.sub(r"<(?:test|node)\b[^>]*>", owned, text)
+    text = re.sub(r"<(?:test|node)\b[^>]*>", owned, text)
+    pace = os.environ.get(PACE, "1")
+    if suite.simulator and float(pace) < 1.0:
+        slower = f'<param name="/{suite.simulator}/real_time_factor" value="{pace}"/>'
+        text = text.replace("</launch>", f"  {slower}\n</launch>")
+    return text
 
 
 def copy_package(suite, sources, package, folder, clients=None):
@@ -87,7 +92,7 @@ def copy_package(suite, sources, package, folder, clients=None):
     Args:
         clients: folder of the compiled test programs; None: there are none.
     """
-    name = f"conformance_{package}"
+    name = package if suite.own_name else f"conformance_{package}"
     source = sources / suite.repository / suite.package
     target = folder / name
     for each in suite.folders:
@@ -116,7 +121,7 @@ def environment(sources, suite, folder):
     """Environment of the tests: the copies and the suite's sources in front."""
     source = sources / suite.repository
     packages = [str(folder), str(HERE), *filter(None, [os.environ.get("ROS_PACKAGE_PATH")])]
-    if suite.nodes or suite.plugin or suite.in_place:
+    if (suite.nodes or suite.plugin or suite.in_place) and not suite.own_name:
         packages.insert(0, str(source / suite.package))
     robots = [HERE / name / "src" for name in ("dummy_robot", "kinematic_robot")]
     paths = [*robots, source / suite.package / "src"]
@@ -223,7 +228,7 @@ def run_suite(package, suite, sources, clients=None):
             for path in sorted(file for pattern in patterns for file in copy.glob(pattern)):
                 if path.name in suite.not_applicable:
                     continue
-                client = missing_client(path, copy, package)
+                client = missing_client(path, copy, package) if run is run_rostest else ""
                 if client:
                     text = (
                         f"compile {client} (--clients FOLDER, with {package}/{client}): it is C++"
@@ -263,7 +268,7 @@ def main(arguments=None):
         "--pace",
         type=float,
         default=1.0,
-        help="real-time factor of Paddock with a robot; lower on a machine that has other work (1)",
+        help="real-time factor of Paddock in tests; lower on a machine that has other work (1)",
     )
     parser.add_argument("suites", nargs="*", metavar="SUITE", help=", ".join(SUITES))
     options = parser.parse_args(arguments)

@@ -19,6 +19,8 @@ class Suite:
         plugin: module of this folder that pytest loads first.
         folders: of the package that are copied.
         in_place: tests look for files of the package that they belong to.
+        own_name: the copy has the package's own name, because tests look for themselves in it.
+        simulator: name of the node that the launch files start as Gazebo, whose pace can be lower.
         not_applicable: test, or name of its file -> why it cannot apply here.
     """
 
@@ -32,6 +34,8 @@ class Suite:
     plugin: str = ""
     folders: tuple[str, ...] = ("test",)
     in_place: bool = False
+    own_name: bool = False
+    simulator: str = ""
     not_applicable: dict[str, str] = field(default_factory=dict)
 
 
@@ -90,6 +94,8 @@ SUITES = {
         "gazebo_plugins",
         rostests=("test/camera/*.test", "test/range/*.test", "test/*test/*.test", "test/*.test"),
         folders=("test", "scripts"),
+        in_place=True,
+        simulator="gazebo",
     ),
     "gazebo_ros": Suite(
         "gazebo_ros_pkgs",
@@ -132,7 +138,7 @@ SUITES = {
     "map_server": Suite("navigation", "map_server", rostests=("test/*.xml",), in_place=True),
     "teleop_twist_joy": Suite("teleop_twist_joy", rostests=("test/*.test",)),
     "twist_mux": Suite("twist_mux", rostests=("test/*.test",)),
-    "xacro": Suite("xacro", modules=("test/test_xacro.py",), plugin="xacro_here"),
+    "xacro": Suite("xacro", modules=("test/test_xacro.py",), plugin="xacro_here", own_name=True),
 }
 # Packages whose tests are not run here, and why.
 WITHOUT = {

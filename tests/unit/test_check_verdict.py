@@ -220,10 +220,20 @@ def test_loose_things_of_the_world_are_no_robots():
             "controllers": [], "after": state(position=(1.0, 2.4, 0.05))}  # fmt: skip
     found = changed(models=[*GOOD["models"], *({**ball, "name": f"b{n}"} for n in range(5))])
     assert check.problems(found) == []
-    assert check.notes(found) == [
-        "things of the world file move, fall or lie: b0, b1, b2 and 2 more"
-    ]
+    assert check.notes(found) == ["loose things move, fall or lie: b0, b1, b2 and 2 more"]
     assert check.problems(changed(models=[ball])) == ["no robot was spawned"]
+
+
+def test_a_crate_that_was_spawned_is_no_robot_beside_one():
+    fallen = state(orientation=(math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)))
+    crate = {"name": "crate", "static": False, "furniture": False, "control_namespace": None,
+             "sensors": [], "extensions": [], "lost": [], "warnings": [],
+             "before": fallen, "after": fallen}  # fmt: skip
+    found = changed(models=[*GOOD["models"], crate])
+    assert check.verdict(found) == "works" and check.robots(found) == [GOOD["models"][1]]
+    assert check.notes(found) == ["loose things move, fall or lie: crate"]
+    (sentence,) = check.problems(changed(models=[crate]))
+    assert sentence == "robot crate is tilted by 90 degrees"
 
 
 def test_a_refused_file_is_one_problem():
@@ -269,21 +279,38 @@ def test_what_roslaunch_refuses(tmp_path, text, words):
     assert check_observer.read_launch_log(str(tmp_path / "log"))["refused"] is None
 
 
+def test_the_cause_in_an_included_file(tmp_path):
+    (tmp_path / "log").write_text(
+        "RLException: while processing /a/b.launch:\nwhile processing /a/c.machine:\n"
+        "environment variable 'HULL' is not set. \n\nMachine xml is <machine/>\n"
+    )
+    assert check_observer.read_launch_log(str(tmp_path / "log"))["refused"] == (
+        "while processing /a/b.launch: while processing /a/c.machine: "
+        "environment variable 'HULL' is not set."
+    )
+
+
 def test_sources_of_what_is_missing(tmp_path, monkeypatch):
     for name in ("base", "hover"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "package.xml").write_text(f"<package><name>{name}</name></package>")
     (tmp_path / "hover" / "CMakeLists.txt").write_text(
         "project(hover)\nadd_library(${PROJECT_NAME}_plugin SHARED a.cpp)\n"
-        "add_executable(drive b.cpp)\n"
+        "add_executable(drive b.cpp)\nadd_subdirectory(src/pad)\nadd_subdirectory(gone)\n"
     )
+    (tmp_path / "hover" / "src" / "pad").mkdir(parents=True)
+    (tmp_path / "hover" / "src" / "pad" / "CMakeLists.txt").write_text(
+        "add_executable(pad pad.cpp)\n"
+    )
+    (tmp_path / "hover" / "src" / "pad" / "pad.cpp").write_text("#include <gazebo/g.hh>\n")
     (tmp_path / "hover" / "a.cpp").write_text("#include <ros/ros.h>\n# include <gazebo/g.hh>\n")
     (tmp_path / "hover" / "b.cpp").write_text("#include <ros/ros.h>\n")
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
-    found = {"cannot": [["hover", "drive"], ["gone", "node"]], "lost": [],
+    found = {"cannot": [["hover", "drive"], ["hover", "pad"], ["gone", "node"]], "lost": [],
              "models": [{"lost": ["plugin 'libhover_plugin.so' is not known here"]}]}  # fmt: skip
     assert check_observer.builders(found) == {
         "drive": ("hover", True, ""),
+        "pad": ("hover", True, "Gazebo's headers"),
         "node": ("gone", False, ""),
         "hover_plugin": ("hover", True, "Gazebo's headers"),
     }
@@ -370,7 +397,7 @@ class Recorder:
 def test_a_check_records_the_simulator_that_it_has_found(monkeypatch):
     recorder = Recorder(0)
     monkeypatch.setattr(check_observer.subprocess, "Popen", recorder)
-    replay = check_observer.Replay("/folder/replay.html", "my_car drive.launch")
+    replay = check_observer.Replay("/folder/replay.html", "my_car drive.launch gui:=true")
     replay.end()  # no simulator came up
     assert recorder.signals == []
     replay.start("/depot/gazebo")
@@ -378,6 +405,6 @@ def test_a_check_records_the_simulator_that_it_has_found(monkeypatch):
     assert recorder.signals == [signal.SIGINT]
     assert {
         "_out:=/folder/replay.html",
-        "_title:=my_car drive.launch",
+        "_title:=my_car drive.launch gui=true",  # rospy takes one := in an argument
         "_simulator:=/depot/gazebo",
     } <= set(recorder.command)

@@ -28,7 +28,9 @@ def _sources(tmp_path):
     test.mkdir(parents=True)
     (test / "drive.test").write_text(LAUNCH)
     (test / "client.py").write_text("#!/usr/bin/env python\nold()\n")
-    (test / "test_sums.py").write_text("def sum_test():\n    assert 1 + 1 == 2\n")
+    (test / "test_sums.py").write_text(
+        "TAG = '<test/>'\n\ndef sum_test():\n    assert 1 + 1 == 2\n"
+    )
     return tmp_path / "sources"
 
 
@@ -66,6 +68,16 @@ def test_compiled_programs_are_copied_and_missing_ones_named(sources, tmp_path):
     assert '<arg name="speed" value="1 2"/><arg name="slow" value="true"/></include>' in text
 
 
+def test_a_simulator_of_the_launch_files_goes_at_the_pace(monkeypatch):
+    suite = suites.Suite("clone", "robot", simulator="gazebo")
+    assert "real_time_factor" not in run.rewrite(LAUNCH, suite, "robot", "copy", [])
+    monkeypatch.setenv(run.PACE, "0.5")
+    text = run.rewrite(LAUNCH, suite, "robot", "copy", [])
+    assert '<param name="/gazebo/real_time_factor" value="0.5"/>\n</launch>' in text
+    other = suites.Suite("clone", "robot")
+    assert "real_time_factor" not in run.rewrite(LAUNCH, other, "robot", "copy", [])
+
+
 def test_what_gtest_says_is_one_line():
     assert run.short("Traceback\n  File x\nValueError: 3") == "ValueError: 3"
     assert run.short("/a/b.cpp:7\nExpected: 1\n  Which is: 2") == (
@@ -85,6 +97,12 @@ def test_a_suite_of_functions_and_a_table(sources, monkeypatch):
     lines = run.table({"robot": [*cases, run.Case("b", "it broke")]})
     assert lines[1].endswith("1 of 2") and "  robot: b: it broke" in lines
     assert "  robot: not applicable: cm_test: C++" in lines
+
+
+def test_a_copy_can_have_the_name_of_its_package(sources, tmp_path):
+    suite = suites.Suite("clone", "robot", own_name=True)
+    copy, name = run.copy_package(suite, sources, "robot", tmp_path / "work")
+    assert name == "robot" and "<name>robot</name>" in (copy / "package.xml").read_text()
 
 
 def test_missing_clones_and_unknown_suites_are_named(tmp_path, capsys):

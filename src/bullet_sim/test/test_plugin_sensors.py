@@ -198,13 +198,13 @@ def test_points_of_all_layers_lie_on_the_wall():
     assert azimuth == pytest.approx(np.repeat(np.linspace(-1, 1, 5), 3), abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    "vertical, word",
-    [(VERTICAL.replace("0.1", "-0.5"), "vertical min_angle")],
-)
-def test_wrong_layers(vertical, word):
-    with pytest.raises(ValueError, match=word):
-        LayeredLidar(one(ray("gazebo_ros_block_laser", vertical=vertical)))
+def test_layers_from_the_highest_to_the_lowest():
+    vertical = VERTICAL.replace("0.1", "-0.5")
+    lidar = LayeredLidar(one(ray("gazebo_ros_block_laser", vertical=vertical)))
+    layers = lidar.directions[lidar.rings == 0], lidar.directions[lidar.rings == 2]
+    assert [math.asin(layer[0, 2]) for layer in layers] == pytest.approx([-0.2, -0.5])
+    spec = one(ray("hector_gazebo_ros_sonar", vertical=vertical))
+    assert spec.field_of_view == pytest.approx(0.3)
 
 
 @pytest.mark.parametrize("library", ["hector_gazebo_ros_imu", "gazebo_ros_imu"])

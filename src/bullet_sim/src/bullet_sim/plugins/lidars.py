@@ -42,7 +42,7 @@ class LayeredRays(RaySpec):
 
     Attributes:
         layers: number of rays above each other.
-        min_elevation, max_elevation: of the lowest and the highest layer [rad], positive up.
+        min_elevation, max_elevation: of the first and the last layer [rad], positive up.
     """
 
     layers: int = 1
@@ -218,7 +218,7 @@ def sonar(xml: SensorXml) -> RangeSpec:
     """
     values = _layers(xml)
     wide = values["max_angle"] - values["min_angle"]
-    high = values["max_elevation"] - values["min_elevation"]
+    high = abs(values["max_elevation"] - values["min_elevation"])
     angles = [angle for angle in (wide, high) if angle > 0.0]
     plugin = xml.plugin("sonar")
     return RangeSpec(

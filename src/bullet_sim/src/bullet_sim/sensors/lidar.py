@@ -126,24 +126,20 @@ class Lidar:
 class LayeredLidar(Lidar):
     """Rays of a specification with layers; `scan` returns (samples * layers,) ranges.
 
-    The layers of one direction follow each other, lowest first.
+    The layers of one direction follow each other from min_elevation to max_elevation, as in Gazebo,
+    where the first may be above the last.
 
     Attributes:
         rings: (samples * layers,) index of each ray's layer.
 
     Raises:
-        ValueError: as Lidar; no layer, elevations in the wrong order.
+        ValueError: as Lidar; no layer.
     """
 
     def __init__(self, spec: "LayeredRays") -> None:
         super().__init__(spec)
         if spec.layers < 1:
             raise ValueError(f"lidar {spec.name}: layers {spec.layers}, at least 1 is expected")
-        if not spec.max_elevation >= spec.min_elevation:
-            raise ValueError(
-                f"lidar {spec.name}: vertical min_angle {spec.min_elevation}, max_angle "
-                f"{spec.max_elevation}: min_angle <= max_angle rad is expected"
-            )
         elevations = np.linspace(spec.min_elevation, spec.max_elevation, spec.layers)
         azimuth, elevation = (
             a.ravel() for a in np.meshgrid(self.angles, elevations, indexing="ij")

@@ -337,19 +337,24 @@ class Ekf:
         return self.correct(measurement)
 
     def _start(self, measurement):
-        index, value, covariance = _usable(measurement)
+        index, value, covariance = usable(measurement)
         self.state[index] = value
         self.covariance[np.ix_(index, index)] = covariance
         self.initialized, self.time = True, measurement.time
+
+    def noise(self):
+        """Process noise (15, 15) of a second."""
+        if not self._scaled:
+            return self._noise
+        noise = self._noise.copy()
+        noise[POSE, POSE] *= self.state[TWIST] @ self.state[TWIST]
+        return noise
 
     def predict(self, step):
         """Predicts state and covariance after a step [s]; the filter's time stays."""
         if step > LONGEST_STEP:
             step = STEP_INSTEAD
-        noise = self._noise
-        if self._scaled:
-            noise = noise.copy()
-            noise[POSE, POSE] *= self.state[TWIST] @ self.state[TWIST]
+        noise = self.noise()
         self.state, jacobian = advance(self.state, step)
         covariance = jacobian.dot(self.covariance).dot(jacobian.T)
         covariance += step * noise
@@ -357,7 +362,7 @@ class Ekf:
 
     def correct(self, measurement):
         """Corrects the state by a measurement of the same time; False for an outlier."""
-        index, value, noise = _usable(measurement)
+        index, value, noise = usable(measurement)
         if not index.size:
             return False
         innovation = value - self.state.take(index)
@@ -392,7 +397,7 @@ class Ekf:
         return True
 
 
-def _usable(measurement):
+def usable(measurement):
     """Index, value and covariance of the finite values, with variances that can be inverted."""
     index, value, covariance = measurement.index, measurement.value, measurement.covariance
     if measurement.checked:

@@ -1,4 +1,4 @@
-"""The node ekf_localization_node: messages, diagnostics, transforms."""
+"""The nodes ekf_localization_node and ukf_localization_node: messages, diagnostics, transforms."""
 
 import math
 import threading
@@ -41,6 +41,7 @@ from robot_localization.frames import (
 )
 from robot_localization.messages import ImuReading, OdometryBytes, TransformBytes
 from robot_localization.sensors import Reader, configuration_warnings
+from robot_localization.ukf import Ukf
 
 PERIOD = 1.0  # wall time between two messages [s]
 LARGE = 1e3  # a variance from which on a value is not known
@@ -160,14 +161,16 @@ class EkfNode:
     """
 
     def __init__(self, name):
-        if name.startswith("ukf"):
-            rospy.logwarn("%s: this stand-in runs the extended Kalman filter", name)
         parameters = rospy.get_param("~", {})
         prefix_at = rospy.search_param("tf_prefix")
         self._options, notes = options.read(
             parameters, str(rospy.get_param(prefix_at)) if prefix_at else ""
         )
         arrays, more = options.read_arrays(parameters)
+        if name.startswith("ukf"):
+            unscented, wrong = options.read_unscented(parameters)
+            arrays.update(unscented)
+            more += wrong
         inputs, notes_of_sensors = sensors.read(parameters)
         for note in notes + more + notes_of_sensors:
             rospy.logwarn("%s: %s", name, note)
@@ -175,7 +178,8 @@ class EkfNode:
             rospy.logwarn("%s: no sensor is configured; nothing will be published", name)
         option, self._name = self._options, name
         self._lock = threading.RLock()
-        self._ekf = Ekf(scaled_noise=option.dynamic_process_noise_covariance, **arrays)
+        arrays["scaled_noise"] = option.dynamic_process_noise_covariance
+        self._ekf = Ukf(**arrays) if name.startswith("ukf") else Ekf(**arrays)
         self._ekf.time = rospy.get_time()
         self._fusion = Fusion(
             self._ekf,

@@ -46,10 +46,8 @@ IGNORED = (
     "deceleration_gains",
     "debug",
     "debug_out_file",
-    "alpha",
-    "kappa",
-    "beta",
 )
+UNSCENTED = ("alpha", "kappa", "beta")  # of the unscented filter
 
 
 @dataclass(frozen=True)
@@ -182,6 +180,22 @@ def read_arrays(parameters):
             continue
         try:
             arguments[argument] = _array(name, parameters[name], shape)
+        except ValueError as error:
+            notes.append(f"{error}; the default is used")
+    return arguments, notes
+
+
+def read_unscented(parameters):
+    """Reads alpha, kappa and beta of the unscented filter; a wrong one is not used.
+
+    Returns:
+        (dict of arguments of Ukf, one message for each that is not used).
+    """
+    arguments, notes = {}, []
+    for name in UNSCENTED:
+        try:
+            if name in parameters:
+                arguments[name] = converted(name, parameters[name])
         except ValueError as error:
             notes.append(f"{error}; the default is used")
     return arguments, notes
