@@ -236,6 +236,21 @@ def test_a_browser_that_reads_no_more_costs_nothing(running):
         client.close()
 
 
+def test_a_browser_that_acknowledges_what_it_does_not_read_costs_nothing(running):
+    client = running.open(sockopt=((socket.SOL_SOCKET, socket.SO_RCVBUF, 65536),))
+    page = wait(lambda: running.server.pages.get(1))
+    before = psutil.Process().memory_info().rss
+    load = bytes(200_000)
+    for _ in range(500):
+        running.call(lambda: page.put("image", load))
+        client.send('{"type": "ack"}')
+    client.send('{"type": "take"}')
+    wait(lambda: (1, {"type": "take"}) in running.content.events)
+    assert psutil.Process().memory_info().rss - before < 30e6
+    client.shutdown()
+    wait(lambda: not running.server.pages)
+
+
 def test_wild_messages_end_and_stall_nothing(running):
     chance = random.Random(5)
     witness = running.open()
