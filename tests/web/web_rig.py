@@ -1,5 +1,6 @@
 """A world as ./run web starts it, and headless Chromium in front of its page."""
 
+import base64
 import contextlib
 import io
 import os
@@ -172,10 +173,11 @@ class Browser:
         self.run("page.panels.frame(); page.world.render = () => {}")
         try:
             self.settle()
-            image = Image.open(io.BytesIO(self.driver.get_screenshot_as_png()))
+            # get_screenshot_as_png gives up after 10 s.
+            data = base64.b64decode(self.call("Page.captureScreenshot")["data"])
         finally:
             self.run("delete page.world.render")
-        return np.asarray(image.convert("RGB"))
+        return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
 
     def settle(self):
         """Waits until the browser has shown what was drawn so far."""

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import http.client
+import ipaddress
 import json
 import random
 import socket
@@ -13,7 +14,17 @@ from urllib.parse import urlencode
 import psutil
 import pytest
 import websocket
-from bullet_web.server import LOOPBACK, MAX_PAGES, PORTS, WINDOW, File, Page, Server, listen
+from bullet_web.server import (
+    LOOPBACK,
+    MAX_PAGES,
+    PORTS,
+    WINDOW,
+    File,
+    Page,
+    Server,
+    listen,
+    machine_address,
+)
 
 PATIENCE = 60.0  # [s]
 WILD = 10000
@@ -167,6 +178,21 @@ def test_only_this_machine_reaches_the_port():
         assert taken in PORTS and second.getsockname()[1] > taken
         with pytest.raises(OSError, match=f"cannot listen on port {taken}: Address already in use"):
             listen(taken, False)
+
+
+def test_a_shared_page_is_told_by_a_number_or_else_by_the_name(monkeypatch):
+    told = machine_address()
+    if told != socket.gethostname():
+        with socket.socket() as own:
+            own.bind((ipaddress.ip_address(told).compressed, 0))  # an interface of this machine
+    monkeypatch.setattr("socket.gethostname", lambda: "lab")
+
+    class Nowhere(socket.socket):
+        def connect(self, address):
+            raise OSError("Network is unreachable")
+
+    monkeypatch.setattr("socket.socket", Nowhere)
+    assert machine_address() == "lab"
 
 
 def test_a_shared_page_asks_for_the_password():

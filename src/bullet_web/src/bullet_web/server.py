@@ -28,6 +28,7 @@ import tornado.websocket
 from bullet_web.messages import MAX_BYTES, BadMessage, parse
 
 LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
+ELSEWHERE = ("192.0.2.1", 9)  # outside any network of one's own (RFC 5737)
 PORTS = range(7080, 7100)  # the first free one is taken
 WINDOW = 3  # messages that a page has not acknowledged, or its connection not taken yet
 ORDER = ("status", "scene", "waiting", "notice", "view", "contacts", "data", "points", "image")
@@ -309,6 +310,19 @@ def listen(port: int, share: bool) -> socket.socket:
         server.setblocking(False)
         return server
     raise problem
+
+
+def machine_address() -> str:
+    """What other machines call this one: its number in their network, else its name.
+
+    Tablets know no names of a network without a name server.
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(ELSEWHERE)  # sends nothing; the system chooses the interface
+        except OSError:
+            return socket.gethostname()
+        return str(probe.getsockname()[0])
 
 
 class Server:
