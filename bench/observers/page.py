@@ -3,10 +3,13 @@
 import re
 import subprocess
 import threading
+import time
 
 import websocket
 
 from observers import graph
+
+PATIENCE = 60.0  # for the first view [s]
 
 
 class Page:
@@ -27,6 +30,14 @@ class Page:
                 self.views += message.startswith('{"type": "view"')
         except (OSError, websocket.WebSocketException):
             pass  # closed
+
+    def wait(self):
+        """Waits for the first view, for which the node has made the scene."""
+        end = time.monotonic() + PATIENCE
+        while not self.views:
+            if time.monotonic() > end:
+                graph.fail(f"a page got no view within {PATIENCE:g} s")
+            time.sleep(0.02)
 
     def close(self):
         self._socket.close()
@@ -51,8 +62,8 @@ def start_node(*parameters):
 
 
 def look():
-    """Answers the node's pid; then each line is a word: "open" and "close" a page, "count" its
-    views, or "time", answered by the simulated time [s]."""
+    """Answers the node's pid; then each line is a word: "open" (answered at its first view) and
+    "close" a page, "count" its views, or "time", answered by the simulated time [s]."""
     graph.join()
     graph.wait_for_controllers()
     simulation = graph.Simulation()
@@ -66,6 +77,7 @@ def look():
         (word,) = graph.receive()
         if word == "open":
             page = Page(address)
+            page.wait()
         elif word == "close":
             page.close()
         graph.say(views=page.views if page else 0, sim=simulation.time())

@@ -25,12 +25,16 @@ CPU_QUOTA = "/sys/fs/cgroup/cpu.max"  # "QUOTA PERIOD" [us], or "max PERIOD"
 VALUED = ("-k", "-m", "-o", "-p", "-W", "--maxfail", "--deselect")  # of pytest, a value behind each
 NAME_LIMIT = 200  # characters of the name of JUnit's file, which a file system limits to 255
 MORE = 2  # processes than cores: ROS tests wait for processes that start, and for simulated time
+BROWSER = 2  # cores of one browser that renders 3-D in software, and of its world
 
 
 def add_arguments(parser):
     """Declares the options, for help and completion."""
     parser.add_argument(
-        "-j", "--jobs", metavar="N", help="processes that run tests; by default two more than cores"
+        "-j",
+        "--jobs",
+        metavar="N",
+        help="processes that run tests; by default two more than cores, of web one for two cores",
     )
     parser.add_argument("--failed", action="store_true", help="run what failed when it last ran")
     parser.add_argument("--list", action="store_true", help="only print the names")
@@ -64,7 +68,7 @@ def options(arguments):
     Raises:
         UsageError: N is no whole number above 0.
     """
-    words, filters, jobs = [], [], cores() + MORE
+    words, filters, jobs = [], [], None
     rest = iter(arguments)
     for word in rest:
         if word in ("-j", "--jobs"):
@@ -82,8 +86,13 @@ def options(arguments):
         else:
             filters.append(word)
     if "--collect-only" not in words:
-        words.append(f"--numprocesses={jobs}")
+        words.append(f"--numprocesses={jobs or usual_jobs(filters)}")
     return words, filters
+
+
+def usual_jobs(filters):
+    """Returns the number of processes where none is given."""
+    return max(1, cores() // BROWSER) if "web" in filters else cores() + MORE
 
 
 def count(text):

@@ -15,6 +15,8 @@ from commands.subcommands import test as command
         (("circle", "unit"), ["--numprocesses=4"], ["circle", "unit"]),
         (("-j", "1", "circle"), ["--numprocesses=1"], ["circle"]),
         (("-j5",), ["--numprocesses=5"], []),
+        (("web",), ["--numprocesses=1"], ["web"]),
+        (("-j", "3", "web"), ["--numprocesses=3"], ["web"]),
         (("--jobs=5", "-x"), ["-x", "--numprocesses=5"], []),
         (("-k", "spot", "ros"), ["-k", "spot", "--numprocesses=4"], ["ros"]),
         (("--list", "ros"), ["--collect-only"], ["ros"]),

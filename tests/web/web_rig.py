@@ -1,5 +1,6 @@
 """A world as ./run web starts it, and headless Chromium in front of its page."""
 
+import base64
 import contextlib
 import io
 import os
@@ -14,12 +15,10 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 from selenium import webdriver
-from selenium.common.exceptions import TimeoutException
 from selenium.webdriver.chrome.service import Service
 
 ROOT = Path(__file__).resolve().parents[2]
 LIMIT = 180.0  # longest wait for anything [s]
-ATTEMPTS = 5  # to take a picture
 SHOTS = ROOT / "test-results" / "web"  # pictures for people
 OPTIONS = (
     "--headless=new",
@@ -166,14 +165,26 @@ class Browser:
         self.call("Input.dispatchTouchEvent", type=kind, touchPoints=touches)
 
     def picture(self):
-        """The page, (H, W, 3) uint8 RGB."""
-        for attempt in range(ATTEMPTS):
-            try:
-                image = Image.open(io.BytesIO(self.driver.get_screenshot_as_png()))
-                return np.asarray(image.convert("RGB"))
-            except TimeoutException:  # 10 s, while software renders on a busy machine
-                if attempt == ATTEMPTS - 1:
-                    raise
+        """The page, (H, W, 3) uint8 RGB.
+
+        The world is drawn once and not anew meanwhile: on a busy machine, software that draws one
+        frame after the other leaves no time for the picture.
+        """
+        self.run("page.panels.frame(); page.world.render = () => {}")
+        try:
+            self.settle()
+            # get_screenshot_as_png gives up after 10 s.
+            data = base64.b64decode(self.call("Page.captureScreenshot")["data"])
+        finally:
+            self.run("delete page.world.render")
+        return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
+
+    def settle(self):
+        """Waits until the browser has shown what was drawn so far."""
+        self.driver.execute_async_script(
+            "const done = arguments[0];"
+            "requestAnimationFrame(() => requestAnimationFrame(() => done()))"
+        )
 
     def shoot(self, name):
         """Keeps a picture of the page for people; gives it."""

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import http.client
+import ipaddress
 import json
 import random
 import socket
@@ -13,7 +14,17 @@ from urllib.parse import urlencode
 import psutil
 import pytest
 import websocket
-from bullet_web.server import LOOPBACK, MAX_PAGES, PORTS, WINDOW, File, Page, Server, listen
+from bullet_web.server import (
+    LOOPBACK,
+    MAX_PAGES,
+    PORTS,
+    WINDOW,
+    File,
+    Page,
+    Server,
+    listen,
+    machine_address,
+)
 
 PATIENCE = 60.0  # [s]
 WILD = 10000
@@ -169,6 +180,21 @@ def test_only_this_machine_reaches_the_port():
             listen(taken, False)
 
 
+def test_a_shared_page_is_told_by_a_number_or_else_by_the_name(monkeypatch):
+    told = machine_address()
+    if told != socket.gethostname():
+        with socket.socket() as own:
+            own.bind((ipaddress.ip_address(told).compressed, 0))  # an interface of this machine
+    monkeypatch.setattr("socket.gethostname", lambda: "lab")
+
+    class Nowhere(socket.socket):
+        def connect(self, address):
+            raise OSError("Network is unreachable")
+
+    monkeypatch.setattr("socket.socket", Nowhere)
+    assert machine_address() == "lab"
+
+
 def test_a_shared_page_asks_for_the_password():
     running = Running("parking lot")
     try:
@@ -234,6 +260,21 @@ def test_a_browser_that_reads_no_more_costs_nothing(running):
     assert psutil.Process().memory_info().rss - before < 30e6
     for client in (slow, quick):
         client.close()
+
+
+def test_a_browser_that_acknowledges_what_it_does_not_read_costs_nothing(running):
+    client = running.open(sockopt=((socket.SOL_SOCKET, socket.SO_RCVBUF, 65536),))
+    page = wait(lambda: running.server.pages.get(1))
+    before = psutil.Process().memory_info().rss
+    load = bytes(200_000)
+    for _ in range(500):
+        running.call(lambda: page.put("image", load))
+        client.send('{"type": "ack"}')
+    client.send('{"type": "take"}')
+    wait(lambda: (1, {"type": "take"}) in running.content.events)
+    assert psutil.Process().memory_info().rss - before < 30e6
+    client.shutdown()
+    wait(lambda: not running.server.pages)
 
 
 def test_wild_messages_end_and_stall_nothing(running):

@@ -3,7 +3,7 @@
 
 const WINDOW = 30; // [s] of simulated time that the plots show
 const SPEED_OVER = 0.1; // [s] of simulated time that a speed is the mean of
-const NARROW = 900; // [px] a narrower page has room for one panel
+const ONE_PANEL = "(max-width: 899px), (max-height: 480px)"; // a page that has room for one alone
 const byId = (id) => document.getElementById(id);
 
 /* Says something for a while. */
@@ -134,7 +134,7 @@ class Panels {
     const panel = byId(button.dataset.panel);
     panel.hidden = !panel.hidden;
     for (const other of document.querySelectorAll("[data-panel]")) {
-      if (other !== button && window.innerWidth < NARROW) byId(other.dataset.panel).hidden = true;
+      if (other !== button && matchMedia(ONE_PANEL).matches) byId(other.dataset.panel).hidden = true;
       other.classList.toggle("on", !byId(other.dataset.panel).hidden);
     }
     button.blur();

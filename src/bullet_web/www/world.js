@@ -8,7 +8,8 @@ const CHASE = { back: 1.6, up: 0.75 }; // the camera behind a model, in lengths 
 const PATH_POINTS = 20000;
 const PATH_STEP = 0.02; // [m] between two points of the path
 const NORMAL = 0.05; // length of a contact's normal, of the distance to the camera
-const NAME = 0.025; // height of a frame's name, of the page at a distance of 1
+const NAME = 0.017; // height of a frame's name, of the page at a distance of 1
+const SAME_PLACE = 0.03; // [m] between two frames whose names would cover each other
 const SHADOW_PIXELS = 2048;
 const SLOW_FRAME = 80; // [ms] the median between two frames above which shadows are switched off
 const FRAMES = 30; // that are looked at
@@ -565,21 +566,26 @@ class World {
     this.axesNamed = named;
     for (const axes of this.axes) this.unmark(axes);
     this.axes = [];
+    const places = []; // places of the names so far, of the model as it is now
     if (on) for (const body of this.movingBodies()) for (const [name, place] of Object.entries(body.frames)) {
       const axes = new THREE.AxesHelper(0.12);
       axes.position.set(...place.slice(1, 4));
       axes.quaternion.set(...place.slice(4, 8));
       axes.material.depthTest = false;
       axes.renderOrder = 1;
-      if (body.name === named) axes.add(this.nameSprite(name));
       body.links[place[0]].add(axes);
+      if (body.name === named) {
+        const at = axes.getWorldPosition(new THREE.Vector3());
+        axes.add(this.nameSprite(name, places.filter((each) => each.distanceTo(at) < SAME_PLACE).length));
+        places.push(at);
+      }
       this.axes.push(axes);
     }
     this.touch();
   }
 
-  /* A text of the same size at any distance, to the right of its place. */
-  nameSprite(text) {
+  /* A text of the same size at any distance, to the right of its place; below others that are there. */
+  nameSprite(text, above) {
     const canvas = document.createElement("canvas");
     const context = canvas.getContext("2d");
     const font = "28px system-ui, sans-serif";
@@ -594,7 +600,7 @@ class World {
     const map = new THREE.CanvasTexture(canvas);
     map.minFilter = THREE.LinearFilter; // sizes are no powers of two
     const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map, depthTest: false, sizeAttenuation: false }));
-    sprite.center.set(0, 0);
+    sprite.center.set(0, 1.05 * above);
     sprite.scale.set((NAME * canvas.width) / canvas.height, NAME, 1);
     sprite.renderOrder = 2;
     return sprite;

@@ -28,7 +28,7 @@ from bullet_web import files, graph, window
 from bullet_web.actions import ActionError, Actions
 from bullet_web.driving import Drive, Seat
 from bullet_web.sensors import Sensors
-from bullet_web.server import File, Page, Server, listen
+from bullet_web.server import LOOPBACK, File, Page, Server, listen, machine_address
 from bullet_web.simulator import Simulator
 from paddock_common import nodes
 
@@ -167,7 +167,7 @@ class WebNode:
 
     def address(self, listening: socket.socket) -> str:
         """What a browser opens."""
-        host = socket.gethostname() if self._settings.share else "127.0.0.1"
+        host = machine_address() if self._settings.share else LOOPBACK
         return f"http://{host}:{listening.getsockname()[1]}/{self._server.token}/"
 
     async def _open_window(self, address: str) -> None:

@@ -3,8 +3,9 @@
 Every address begins with the token: http://HOST:PORT/TOKEN/. Anything else gets a bare 403, files
 and WebSockets alike. With a password (for --share) a page asks for it first and gets a cookie.
 
-A page gets a message only after it has acknowledged earlier ones, and of each kind only the newest:
-a browser that is slow or reads no more costs a few messages and nothing else.
+A page gets a message only after it has acknowledged earlier ones and the connection has taken them,
+and of each kind only the newest: a browser that is slow or reads no more costs a few messages and
+nothing else.
 """
 
 import asyncio
@@ -27,8 +28,9 @@ import tornado.websocket
 from bullet_web.messages import MAX_BYTES, BadMessage, parse
 
 LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
+ELSEWHERE = ("192.0.2.1", 9)  # outside any network of one's own (RFC 5737)
 PORTS = range(7080, 7100)  # the first free one is taken
-WINDOW = 3  # messages that a page has not acknowledged yet
+WINDOW = 3  # messages that a page has not acknowledged, or its connection not taken yet
 ORDER = ("status", "scene", "waiting", "notice", "view", "contacts", "data", "points", "image")
 NOTICES = 20  # kept for a page
 RATE = 200.0  # messages a page may send a second, and ...
@@ -52,6 +54,9 @@ LOGIN = """<!doctype html><meta name="viewport" content="width=device-width">
 <title>Paddock</title><body style="font: 18px sans-serif; margin: 3em">
 <form method="post"><label>Password <input name="password" type="password" autofocus></label>
 <button>Open</button></form>"""
+
+
+Write = Callable[[str | bytes], "asyncio.Future[Any] | None"]
 
 
 class File(NamedTuple):
@@ -87,8 +92,12 @@ class Content(Protocol):
 class Page:
     """One browser that looks.
 
-    Attributes:
+    Args:
         number: of the page, from 1.
+        write: sends a message; its future is done when the connection has taken it.
+        now: wall time [s].
+
+    Attributes:
         wanted: fields of its last message "want".
         refused: how many of its messages were refused.
     """
@@ -96,7 +105,7 @@ class Page:
     def __init__(
         self,
         number: int,
-        write: Callable[[str | bytes], object],
+        write: Write,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         self.number = number
@@ -105,7 +114,8 @@ class Page:
         self._write, self._now = write, now
         self._slots: OrderedDict[str, str | bytes] = OrderedDict()
         self._notices: deque[str] = deque(maxlen=NOTICES)
-        self._in_flight = 0
+        self._in_flight = 0  # not acknowledged
+        self._unwritten = 0  # not taken by the connection: who does not read may acknowledge
         self._budget, self._counted = BURST, now()
 
     def put(self, kind: str, message: str | bytes) -> None:
@@ -135,12 +145,20 @@ class Page:
         return self._budget >= 0.0
 
     def _pump(self) -> None:
-        while self._in_flight < WINDOW:
+        while max(self._in_flight, self._unwritten) < WINDOW:
             message = self._next()
             if message is None:
                 return
             self._in_flight += 1
-            self._write(message)
+            written = self._write(message)
+            if written is not None:
+                self._unwritten += 1
+                written.add_done_callback(self._written)
+
+    def _written(self, future: "asyncio.Future[Any]") -> None:
+        future.cancelled() or future.exception()  # else a closed connection is logged as an error
+        self._unwritten -= 1
+        self._pump()
 
     def _next(self) -> str | bytes | None:
         for kind in ORDER:
@@ -246,11 +264,11 @@ class Socket(Guarded, tornado.websocket.WebSocketHandler):
         if self.page is None:
             self.close(1008, f"{MAX_PAGES} pages are open")
 
-    def _send(self, message: str | bytes) -> None:
+    def _send(self, message: str | bytes) -> "asyncio.Future[Any] | None":
         try:
-            self.write_message(message, binary=isinstance(message, bytes)).add_done_callback(_seen)
+            return self.write_message(message, binary=isinstance(message, bytes))
         except tornado.websocket.WebSocketClosedError:
-            pass  # on_close follows
+            return None  # on_close follows
 
     def on_message(self, message: str | bytes) -> None:
         page = self.page
@@ -265,11 +283,6 @@ class Socket(Guarded, tornado.websocket.WebSocketHandler):
         page, self.page = self.page, None
         if page is not None:
             self.server.remove(page)
-
-
-def _seen(future: "asyncio.Future[Any]") -> None:
-    """Look at a result, so that no closed connection is logged as an error nobody looked at."""
-    future.cancelled() or future.exception()
 
 
 def listen(port: int, share: bool) -> socket.socket:
@@ -297,6 +310,19 @@ def listen(port: int, share: bool) -> socket.socket:
         server.setblocking(False)
         return server
     raise problem
+
+
+def machine_address() -> str:
+    """What other machines call this one: its number in their network, else its name.
+
+    Tablets know no names of a network without a name server.
+    """
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(ELSEWHERE)  # sends nothing; the system chooses the interface
+        except OSError:
+            return socket.gethostname()
+        return str(probe.getsockname()[0])
 
 
 class Server:
@@ -351,7 +377,7 @@ class Server:
     def is_password(self, given: str) -> bool:
         return hmac.compare_digest(given.encode(), self.password.encode())
 
-    def add(self, write: Callable[[str | bytes], object]) -> Page | None:
+    def add(self, write: Write) -> Page | None:
         """A page has come; None: there are too many."""
         if len(self.pages) >= MAX_PAGES:
             return None
