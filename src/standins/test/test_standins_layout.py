@@ -32,6 +32,7 @@ OURS = {
     "web",
     "real_time_factor",
     "lockstep",
+    "solver",
     "renderer",
     "shadows",
     "antialias",
