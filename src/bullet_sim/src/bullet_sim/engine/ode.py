@@ -239,10 +239,7 @@ class OdeSolver:
             others = [shape for shape in link.collisions if shape.geometry.kind != "plane"]
             if not others:
                 self._flat.add(body)
-            elif body not in self._parts:
-                low, high = p.getAABB(body, -1, physicsClientId=self._client)
-                boxes.append((*low, *high))
-            else:  # the fixed root link of a moving model
+            else:  # of a model that can move, its fixed root link
                 low, high = p.getAABB(body, -1, physicsClientId=self._client)
                 boxes.append((*low, *high))
             frame = Pose(*self._engine.base_pose(body))
@@ -458,9 +455,11 @@ class OdeSolver:
     ) -> None:
         mine, its = self._surface(one), self._surface(two)
         row[q.C_MU : q.C_MU + 2] = np.minimum(_friction(mine), _friction(its))
-        kp = 1.0 / (1.0 / _stiffness(mine) + 1.0 / _stiffness(its))
-        kd, step = _damping(mine) + _damping(its), self._engine.time_step
-        row[q.C_ERP], row[q.C_CFM] = step * kp / (step * kp + kd), 1.0 / (step * kp + kd)
+        row[q.C_ERP], row[q.C_CFM] = q.softness(
+            self._engine.time_step,
+            *(_stiffness(mine), _damping(mine)),
+            *(_stiffness(its), _damping(its)),
+        )
         row[q.C_MAX] = self.bodies[first, q.MAX_VEL]
         if second is not None:
             row[q.C_MAX] = min(row[q.C_MAX], self.bodies[second, q.MAX_VEL])

@@ -260,6 +260,14 @@ def _prepare(gravity: Array, bodies: Array, joints: Array, types: Array, work: A
 
 
 @njit(cache=True)
+def softness(step: float, kp1: float, kd1: float, kp2: float, kd2: float) -> tuple[float, float]:
+    """ERP and CFM of a contact of two surfaces: their springs kp [N/m] in series, kd [N s/m]."""
+    kp = 1.0 / (1.0 / kp1 + 1.0 / kp2)
+    kd = kd1 + kd2
+    return step * kp / (step * kp + kd), 1.0 / (step * kp + kd)
+
+
+@njit(cache=True)
 def _add_contact(
     step: float,
     n: int,
@@ -284,9 +292,7 @@ def _add_contact(
     row[C_DEPTH] = depth - bodies[body, MIN_DEPTH]
     for k in range(2):
         row[C_MU + k] = min(shape[G_MU + k], plane[P_MU + k])
-    kp = 1.0 / (1.0 / shape[G_KP] + 1.0 / plane[P_KP])
-    kd = shape[G_KD] + plane[P_KD]
-    row[C_ERP], row[C_CFM] = step * kp / (step * kp + kd), 1.0 / (step * kp + kd)
+    row[C_ERP], row[C_CFM] = softness(step, shape[G_KP], shape[G_KD], plane[P_KP], plane[P_KD])
     row[C_MAX] = bodies[body, MAX_VEL]
     if shape[G_FDIR] != 0.0 or shape[G_FDIR + 1] != 0.0 or shape[G_FDIR + 2] != 0.0:
         across = np.empty(3)
