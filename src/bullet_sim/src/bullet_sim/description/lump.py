@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bullet_sim.description.model import Joint, Link, ModelDescription, Surface
+from bullet_sim.description.model import Joint, Link, ModelDescription, Shape, Surface
 from bullet_sim.pose import Array, Pose
 
 MIN_MASS = 1e-3  # [kg] of a movable link without mass
@@ -86,9 +86,14 @@ def _copy(link: Link) -> Link:
         centre=link.centre.copy(),
         inertia=link.inertia.copy(),
         visuals=list(link.visuals),
-        collisions=list(link.collisions),
+        collisions=_collisions(link),
         surface=Surface(**vars(link.surface)),
     )
+
+
+def _collisions(link: Link) -> list[Shape]:
+    """A link's collisions, each with its surface."""
+    return [replace(shape, surface=shape.surface or link.surface) for shape in link.collisions]
 
 
 def moved(link: Link, pose: Pose) -> Link:
@@ -98,7 +103,7 @@ def moved(link: Link, pose: Pose) -> Link:
         copy.centre = np.asarray(pose.position) + pose.matrix @ link.centre
         copy.inertia = pose.matrix @ link.inertia @ pose.matrix.T
         copy.visuals = [shape.at(pose) for shape in link.visuals]
-        copy.collisions = [shape.at(pose) for shape in link.collisions]
+        copy.collisions = [shape.at(pose) for shape in copy.collisions]
         copy.surface = _rotated(link.surface, pose)
     return copy
 
@@ -126,7 +131,7 @@ def _merge(into: Link, link: Link, pose: Pose) -> None:
             + _shift(link.mass, centre - common)
         )
         into.mass, into.centre = mass, common
-    for source, target in ((link.visuals, into.visuals), (link.collisions, into.collisions)):
+    for source, target in ((link.visuals, into.visuals), (_collisions(link), into.collisions)):
         target.extend(shape.at(pose) for shape in source)
     into.self_collide |= link.self_collide
     if into.surface.friction is None and link.collisions:

@@ -116,30 +116,6 @@ class Geometry:
     flat: bool = False
 
 
-@dataclass
-class Shape:
-    """A visual or a collision: geometry at a pose in its link's frame, color RGBA 0..1.
-
-    Attributes:
-        texture: path of a texture image; empty: none.
-        painted: the color replaces a mesh's own materials.
-        link: link that had it in the file, before links were merged.
-    """
-
-    geometry: Geometry
-    pose: Pose = Pose()
-    color: RGBA | None = None
-    texture: str = ""
-    painted: bool = False
-    name: str = ""
-    link: str = ""
-    finish: Finish = PLAIN
-
-    def at(self, pose: Pose) -> "Shape":
-        """The same shape in a frame in which its current frame has the given pose."""
-        return replace(self, pose=pose * self.pose)
-
-
 EVERYTHING = 0xFFFF  # collide_bitmask where none is given
 
 
@@ -167,6 +143,33 @@ class Surface:
     bitmask: int = EVERYTHING
     max_speed: float | None = None
     min_depth: float = 0.0
+
+
+@dataclass
+class Shape:
+    """A visual or a collision: geometry at a pose in its link's frame, color RGBA 0..1.
+
+    Attributes:
+        texture: path of a texture image; empty: none.
+        painted: the color replaces a mesh's own materials.
+        link: link that had it in the file, before links were merged.
+        surface: contact properties of a collision, the direction in its own axes, for the solver
+            'ode'; None: its link's.
+    """
+
+    geometry: Geometry
+    pose: Pose = Pose()
+    color: RGBA | None = None
+    texture: str = ""
+    painted: bool = False
+    name: str = ""
+    link: str = ""
+    finish: Finish = PLAIN
+    surface: Surface | None = None
+
+    def at(self, pose: Pose) -> "Shape":
+        """The same shape in a frame in which its current frame has the given pose."""
+        return replace(self, pose=pose * self.pose)
 
 
 INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")

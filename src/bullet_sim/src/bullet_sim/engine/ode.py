@@ -191,7 +191,7 @@ class OdeSolver:
                         self._mixed.add(key)
                         bodies[-1][q.RADIUS] = max(bodies[-1][q.RADIUS], _UNKNOWN)
                     kinds.append((rows[name], kind, start, sum(map(len, vertices))))
-                    shapes.append(_shape_row(shape.geometry.size, shape.pose, link))
+                    shapes.append(_shape_row(shape, link))
             for joint in part.joints:
                 joints.append(self._joint_row(part, joint))
                 kind = {"prismatic": q.SLIDER}.get(joint.kind, q.HINGE)
@@ -247,7 +247,8 @@ class OdeSolver:
                 if shape.geometry.kind == "plane":
                     pose = frame * shape.pose
                     normal = pose.matrix[:, 2]
-                    planes.append(_plane_row(normal, float(normal @ pose.position), link.surface))
+                    surface = shape.surface or link.surface
+                    planes.append(_plane_row(normal, float(normal @ pose.position), surface))
                     masks.append(self._filtered.get((body, -1), 0xFFFF))
                     self._plane_of.append((body, -1))
         self._planes = _table(planes, q.P_COLUMNS)
@@ -602,6 +603,8 @@ def _body_row(link: Link) -> Array:
     row[q.QUAT + 3] = 1.0
     _set_inertia(row, link.mass, link.inertia)
     surface = link.surface
+    if link.collisions:  # the last counts
+        surface = link.collisions[-1].surface or surface
     row[q.GRAVITY] = float(link.gravity)
     row[q.MAX_VEL] = MAX_SPEED if surface.max_speed is None else surface.max_speed
     row[q.MIN_DEPTH] = surface.min_depth
@@ -623,12 +626,13 @@ def _reach(kind: str, size: tuple[float, ...]) -> float:
     return 0.0
 
 
-def _shape_row(size: tuple[float, ...], pose: Pose, link: Link) -> Array:
+def _shape_row(shape: Shape, link: Link) -> Array:
+    size, pose = shape.geometry.size, shape.pose
     row = np.zeros(q.G_COLUMNS)
     row[q.G_SIZE : q.G_SIZE + min(3, len(size))] = size[:3]
     row[q.G_OFFSET : q.G_OFFSET + 3] = np.subtract(pose.position, link.centre)
     row[q.G_ROTATION : q.G_ROTATION + 9] = pose.matrix.ravel()
-    _surface_columns(row[q.G_MU :], link.surface)
+    _surface_columns(row[q.G_MU :], shape.surface or link.surface)
     return row
 
 

@@ -66,7 +66,6 @@ FRICTION_ITERATIONS = 10
 SMOOTHING = 0.01
 WARM_START = 0.5
 MESH_CONTACTS = 10  # of a mesh with a plane, sdformat's max_contacts of a collision
-INERTIA_RATIO = 200.0  # above which inertias across a hinge are moved closer
 _PARALLEL = 1e-7
 
 
@@ -131,54 +130,6 @@ def _plane_space(n: Array, p: Array, q: Array) -> None:
         k = 1.0 / math.sqrt(a)
         p[0], p[1], p[2] = -n[1] * k, n[0] * k, 0.0
         q[0], q[1], q[2] = -n[2] * p[1], n[2] * p[0], a * k
-
-
-@njit(cache=True)
-def _invert(m: Array, out: Array) -> None:
-    """Inverse of a symmetric matrix (nine numbers)."""
-    a, b, c, d, e, f = m[0], m[1], m[2], m[4], m[5], m[8]
-    det = a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d)
-    out[0], out[1], out[2] = (d * f - e * e) / det, (c * e - b * f) / det, (b * e - c * d) / det
-    out[3], out[4], out[5] = out[1], (a * f - c * c) / det, (b * c - a * e) / det
-    out[6], out[7], out[8] = out[2], out[5], (a * d - b * b) / det
-
-
-@njit(cache=True)
-def _even_out(work: Array, one: int, two: int, axis: Array) -> None:
-    """Move the inertias of two hinged bodies along a constrained axis closer to each other."""
-    m1 = m2 = 0.0
-    for i in range(3):
-        for j in range(3):
-            m1 += axis[i] * work[one, W_I + 3 * i + j] * axis[j]
-            m2 += axis[i] * work[two, W_I + 3 * i + j] * axis[j]
-    large, small = one, two
-    if m2 > m1:
-        large, small, m1, m2 = two, one, m2, m1
-    if m1 <= INERTIA_RATIO * m2:
-        return
-    moved = (m1 - INERTIA_RATIO * m2) / (1.0 + INERTIA_RATIO)
-    dominant = True  # the matrices' diagonals, also afterwards
-    for i in range(3):
-        rest_large = rest_small = 0.0
-        for j in range(3):
-            if j != i:
-                part = moved * axis[i] * axis[j]
-                rest_large += abs(work[large, W_I + 3 * i + j] - part)
-                rest_small += abs(work[small, W_I + 3 * i + j] + part)
-        part = moved * axis[i] * axis[i]
-        if (
-            work[large, W_I + 4 * i] - part <= rest_large
-            or work[small, W_I + 4 * i] + part <= rest_small
-        ):
-            dominant = False
-    if dominant:
-        for i in range(3):
-            for j in range(3):
-                part = moved * axis[i] * axis[j]
-                work[large, W_I + 3 * i + j] -= part
-                work[small, W_I + 3 * i + j] += part
-    for body in (one, two):
-        _invert(work[body, W_I : W_I + 9], work[body, W_V : W_V + 9])
 
 
 @njit(cache=True)
@@ -570,8 +521,6 @@ def _joint_rows(
                     row[R_J + 9 + k] = -t[k]
             row[R_C] = gain * (u[0] * t[0] + u[1] * t[1] + u[2] * t[2])
             m += 1
-            if two >= 0:
-                _even_out(work, one, two, t)
     else:  # nothing rotates
         error4, inverse = np.empty(4), np.empty(4)
         if two >= 0:
@@ -919,11 +868,9 @@ def _move(
             body[FORCE + k] = body[FORCE + 3 + k] = 0.0
         for k in range(3):
             body[POS + k] += step * body[VEL + k]
-        x, y, z = body[VEL + 3], body[VEL + 4], body[VEL + 5]
-        rate = math.sqrt(x * x + y * y + z * z)
-        angle = 0.5 * step * rate
-        scale = 0.5 * step * (1.0 - angle * angle / 6.0) if angle < 1e-4 else math.sin(angle) / rate
-        turn[0], turn[1], turn[2], turn[3] = x * scale, y * scale, z * scale, math.cos(angle)
+        for k in range(3):
+            turn[k] = 0.5 * step * body[VEL + 3 + k]
+        turn[3] = 1.0
         _multiply(turn, body[QUAT : QUAT + 4], quaternion)
         length = math.sqrt(
             quaternion[0] ** 2 + quaternion[1] ** 2 + quaternion[2] ** 2 + quaternion[3] ** 2
@@ -966,7 +913,8 @@ def measure_joints(bodies: Array, joints: Array, types: Array) -> None:
             sine = (
                 error[0] * joint[AXIS1] + error[1] * joint[AXIS1 + 1] + error[2] * joint[AXIS1 + 2]
             )
-            change = 2.0 * math.atan2(sine, error[3]) - joint[ANGLE]
+            tilted = math.sqrt(error[0] ** 2 + error[1] ** 2 + error[2] ** 2)
+            change = 2.0 * math.atan2(math.copysign(tilted, sine), error[3]) - joint[ANGLE]
             change -= 2.0 * math.pi * math.floor(change / (2.0 * math.pi) + 0.5)
             joint[ANGLE] += change
         elif kind == SLIDER:

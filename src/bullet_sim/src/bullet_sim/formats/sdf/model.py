@@ -117,16 +117,25 @@ def read_inertial(element: Node, link: Link, label: str) -> None:
     link.set_inertia(pose, moments)
 
 
-def read_surfaces(element: Node, link: Link, label: str, model: ModelDescription) -> None:
-    """Set the surface and the collision flags of a Link from a <link> and its <collision>s."""
+def read_surfaces(
+    element: Node, link: Link, label: str, model: ModelDescription
+) -> list[Surface]:
+    """Set the surface and the collision flags of a Link from a <link> and its <collision>s.
+
+    Returns:
+        The surface of each <collision>.
+    """
+    surfaces = []
     for index, part in enumerate(element.findall("collision")):
         surface = Surface()
         name = part.get("name") or f"collision {index}"
         read_surface(part, surface, f"{label} collision '{name}'", model.warn)
         _combine(link.surface, surface, first=index == 0)
+        surfaces.append(surface)
     link.self_collide = is_true(child_text(element, "self_collide", "false"))
     if not is_true(child_text(element, "gravity", "true")):
         link.gravity = False
+    return surfaces
 
 
 def _combine(into: Surface, other: Surface, first: bool) -> None:
@@ -324,13 +333,16 @@ class ModelReader:
         label = f"link '{link.name}' of '{self.model.name}'"
         inner = frames.pose(name, element)
         read_inertial(element, link, label)
+        surfaces = read_surfaces(element, link, label, self.model)
         for tag, shapes in (("visual", link.visuals), ("collision", link.collisions)):
-            for part in element.findall(tag):
+            for number, part in enumerate(element.findall(tag)):
                 in_link = inner.inverse() * frames.pose_of(part, name, f"{label} {tag}")
                 shape = parse_shape(part, tag, link.name, in_link, self.model, self._resolve)
-                if shape is not None:
-                    shapes.append(shape)
-        read_surfaces(element, link, label, self.model)
+                if shape is None:
+                    continue
+                if shapes is link.collisions:
+                    shape = replace(shape, surface=surfaces[number])
+                shapes.append(shape)
         self.model.links[link.name] = link
         self.poses[link.name] = pose * inner
         for sensor in element.findall("sensor"):

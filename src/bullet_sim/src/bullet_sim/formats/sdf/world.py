@@ -147,6 +147,7 @@ def _fog(element: Node | None, label: str) -> Fog | None:
     )
 
 
+DEFAULT_GRAVITY = (0.0, 0.0, -9.8)  # [m/s^2] where a world gives none, as in sdformat
 DEFAULT_RATE = 1000.0  # [Hz] steps a second of wall time where a world gives no rate
 # World plugins that provide gazebo_ros' services and topics, which exist here without them.
 BUILT_IN_PLUGINS = ("gazebo_ros_api_plugin", "gazebo_ros_paths_plugin", "gazebo_ros_init")
@@ -274,8 +275,7 @@ def _version(sdf: Node) -> Version:
 
 
 def _physics(world: Node, described: WorldDescription, label: str) -> None:
-    default = described.gravity
-    gravity = child_floats(world, "physics/gravity", 3, label, default)
+    gravity = child_floats(world, "physics/gravity", 3, label, DEFAULT_GRAVITY)
     described.gravity = child_floats(world, "gravity", 3, label, gravity)
     step = child_number(world, "physics/max_step_size", label, DEFAULT_STEP)
     if not MIN_STEP <= step < 1:
