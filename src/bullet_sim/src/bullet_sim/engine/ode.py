@@ -157,7 +157,12 @@ class OdeSolver:
             moving = slice(q.FMAX, q.J_SIZE)
             self._joint_rows(part)[:, moving] = joints[:, moving]
         self._unread |= self._parts.keys() - kept.keys()
+        self._sort()
         self._is_built = True
+
+    def _sort(self) -> None:
+        """Bodies in the order of the last step."""
+        self._sequence = np.argsort(self.bodies[:, q.PLACE], kind="stable")
 
     def _build_arrays(self, parts: list[Part]) -> None:
         bodies: list[Array] = []
@@ -208,9 +213,11 @@ class OdeSolver:
         self._shapes, self._kinds = _table(shapes, q.G_COLUMNS), _table(kinds, 4, np.int64)
         self._points = np.concatenate(vertices)
         self._groups = np.array(groups, np.int64)
+        self._firsts = np.searchsorted(self._kinds[:, 0], np.arange(len(bodies) + 1))
         self._build_topology()
         self._build_surroundings()
         self._build_workspace()
+        self._sort()
 
     def _build_topology(self) -> None:
         count = len(self.bodies)
@@ -300,8 +307,12 @@ class OdeSolver:
         centre = part.shapes.links[joint.parent].centre
         if part.is_fixed and joint.parent == part.shapes.root:
             frame, centre = Pose(*self._engine.base_pose(part.body)) * joint.origin, np.zeros(3)
-        row[q.ANCHOR1 : q.ANCHOR1 + 3] = -child.centre
-        row[q.ANCHOR2 : q.ANCHOR2 + 3] = np.array(frame.position) - centre
+        anchor = np.array(frame.position) - centre
+        if joint.kind == "prismatic" or joint in part.shapes.welds:  # where the child's centre is
+            anchor += frame.matrix @ child.centre
+        else:
+            row[q.ANCHOR1 : q.ANCHOR1 + 3] = -child.centre
+        row[q.ANCHOR2 : q.ANCHOR2 + 3] = anchor
         row[q.AXIS1 : q.AXIS1 + 3] = axis
         row[q.AXIS2 : q.AXIS2 + 3] = frame.matrix @ axis
         row[q.QREL : q.QREL + 4] = frame.orientation
@@ -388,6 +399,7 @@ class OdeSolver:
             self._rows(part)[:, q.FORCE :] = 0.0
             moving = slice(q.FMAX, q.J_SIZE)
             self._joint_rows(part)[:, moving] = state["joints"][body][:, moving]
+        self._sort()
         self._unread.clear()
         self._result[0] = 0
         self.copy_to_bullet()
@@ -409,9 +421,9 @@ class OdeSolver:
 
     def _advance(self, count: int, given: int, gravity: Array) -> int:
         return q.advance(
-            count, self._engine.time_step, self.iterations, gravity, self.bodies, self.joints,
-            self._types, self._starts, self._lists, self._below, self._shapes, self._kinds,
-            self._points, self._planes, self._touches, self._boxes, self._groups, self._contacts,
+            count, self._engine.time_step, self.iterations, gravity, self.bodies, self._sequence,
+            self.joints, self._types, self._starts, self._lists, self._below, self._shapes,
+            self._kinds, self._firsts, self._points, self._planes, self._touches, self._boxes, self._groups, self._contacts,
             self._owners, given, self._watch, self._rows_, self._links, self._first_row,
             self._order, self._work, self._marks, self._result,
         )  # fmt: skip
@@ -503,8 +515,15 @@ class OdeSolver:
         row[q.FMAX] = part.joints[place - part.first_joint].friction
 
     def add_effort(self, body: int, joint: int, effort: float) -> None:
-        """An effort acts on a joint in the next step."""
-        self._joint(body, joint)[q.EFFORT] += effort
+        """An effort acts on a joint in the next step.
+
+        As in Gazebo (Joint::CheckAndTruncateForce) none acts that would make a joint faster which
+        moves faster than its limit.
+        """
+        row, part = self._joint(body, joint), self._parts[body]
+        limit = part.joints[part.order[joint] - part.first_joint].velocity
+        if not limit or abs(row[q.RATE]) <= limit or effort * row[q.RATE] < 0.0:
+            row[q.EFFORT] += effort
 
     def set_limits(self, body: int, joint: int, lower: float, upper: float) -> None:
         """Change a joint's limits."""
@@ -536,7 +555,9 @@ class OdeSolver:
         turn = matrix_from_quaternion(self.bodies[row, q.QUAT : q.QUAT + 4]).T
         force = turn @ joint[q.WRENCH : q.WRENCH + 3]
         torque = turn @ joint[q.WRENCH + 3 : q.WRENCH + 6]
-        return force, torque + np.cross(-joint[q.ANCHOR1 : q.ANCHOR1 + 3], force), joint[q.MOTOR]
+        part = self._parts[body]
+        centre = part.shapes.links[part.names[row - part.first]].centre
+        return force, torque + np.cross(centre, force), joint[q.MOTOR]
 
     # bodies -------------------------------------------------------------------------------------
     def add_force(self, body: int, link: int, force: Vec3, point: Vec3, torque: Vec3) -> None:
@@ -600,7 +621,7 @@ def _set_inertia(row: Array, mass: float, inertia: Array) -> None:
 
 def _body_row(link: Link) -> Array:
     row = np.zeros(q.B_SIZE)
-    row[q.QUAT + 3] = 1.0
+    row[q.QUAT + 3], row[q.PLACE] = 1.0, math.inf
     _set_inertia(row, link.mass, link.inertia)
     surface = link.surface
     if link.collisions:  # the last counts

@@ -27,19 +27,20 @@ from bullet_sim.pose import Array
 HINGE, SLIDER, FIXED = 0, 1, 2  # types of joints
 SPHERE, CYLINDER, BOX, MESH, OTHER = range(5)  # types of shapes; of OTHER the caller finds contacts
 
-# bodies: centre of mass, quaternion, linear and angular velocity, mass, inertia and its inverse
-# in the body's axes, whether gravity acts, bound of the push out of contacts, depth that is left,
-# radius of a sphere around the shapes, external force and torque of the next step
-POS, QUAT, VEL, MASS, INERTIA, INVERSE, GRAVITY = 0, 3, 7, 13, 14, 23, 32
-MAX_VEL, MIN_DEPTH, RADIUS, FORCE, B_SIZE = 33, 34, 35, 36, 42
+# bodies: centre of mass, quaternion, linear and angular velocity, its place in the last step's
+# order, mass, inertia and its inverse in the body's axes, whether gravity acts, bound of the push
+# out of contacts, depth that is left, radius of a sphere around the shapes, external force and
+# torque of the next step
+POS, QUAT, VEL, PLACE, MASS, INERTIA, INVERSE, GRAVITY = 0, 3, 7, 13, 14, 15, 24, 33
+MAX_VEL, MIN_DEPTH, RADIUS, FORCE, B_SIZE = 34, 35, 36, 37, 43
 # joints: anchor in both bodies (from their centres; of the world: its coordinates), axis in both,
 # quaternion of the first in the second at 0, limits, damping, the motor's effort and velocity,
 # effort of the next step, position, velocity, commanded position and where it is by now, its
 # speed, last impulses of both solutions, the motor's last effort, force and torque on the first
-# body
+# body, whether damping is a constraint (else it is an effort of the last velocity)
 ANCHOR1, ANCHOR2, AXIS1, AXIS2, QREL, LOWER, UPPER, DAMPING = 0, 3, 6, 9, 12, 16, 17, 18
 FMAX, SPEED, EFFORT, ANGLE, RATE, TARGET, REACHED, MAX_SPEED = 19, 20, 21, 22, 23, 24, 25, 26
-WARM, WARM2, MOTOR, WRENCH, J_SIZE = 27, 34, 41, 42, 48
+WARM, WARM2, MOTOR, WRENCH, IMPLICIT, J_SIZE = 27, 34, 41, 42, 48, 49
 # shapes: size, centre in the body (from its centre of mass), rotation, mu, mu2, fdir1, kp, kd
 G_SIZE, G_OFFSET, G_ROTATION, G_MU, G_FDIR, G_KP, G_KD, G_COLUMNS = 0, 3, 6, 15, 17, 20, 21, 22
 # planes: normal, distance from the origin; as a shape's the rest
@@ -192,6 +193,8 @@ def _prepare(gravity: Array, bodies: Array, joints: Array, types: Array, work: A
             work[b, W_F + 3 + k] += bodies[b, FORCE + 3 + k]
     for j in range(len(joints)):
         effort = joints[j, EFFORT]
+        if joints[j, IMPLICIT] == 0.0:
+            effort -= joints[j, DAMPING] * joints[j, RATE]
         if effort == 0.0:
             continue
         first, second = types[j, 1], types[j, 2]
@@ -295,11 +298,149 @@ def _mesh_contacts(
 
 
 @njit(cache=True)
+def _box_contacts(
+    step: float,
+    n: int,
+    s: int,
+    p: int,
+    below: float,
+    centre: Array,
+    body: int,
+    bodies: Array,
+    shapes: Array,
+    planes: Array,
+    contacts: Array,
+    owners: Array,
+    work: Array,
+) -> int:
+    """Contacts of a box with a plane: the deepest corner, its neighbours along the two sides that
+    are the least inclined, and the corner opposite to it; the number of all contacts then.
+
+    Args:
+        below: depth of its centre [m].
+    """
+    sides, edge, corner, point = np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3)
+    rise, order = np.empty(3), np.empty(3, np.int64)
+    depth = below
+    for k in range(3):
+        corner[k] = centre[k]
+    for i in range(3):  # sides that point up from the deepest corner
+        for k in range(3):
+            edge[k] = shapes[s, G_ROTATION + 3 * k + i]
+        _rotate(work[body, W_R : W_R + 9], edge, sides[i])
+        along = 0.0
+        for k in range(3):
+            along += planes[p, k] * sides[i, k]
+        size = shapes[s, G_SIZE + i]
+        rise[i] = abs(along) * size
+        for k in range(3):
+            sides[i, k] *= size if along > 0.0 else -size
+            corner[k] -= 0.5 * sides[i, k]
+        depth += 0.5 * rise[i]
+    if depth < 0.0:
+        return n
+    order[0], order[1] = 0, 1
+    if rise[0] < rise[1]:
+        if rise[2] < rise[0]:
+            order[0], order[1] = 2, 0
+        elif rise[1] >= rise[2]:
+            order[1] = 2
+    elif rise[2] < rise[1]:
+        order[0], order[1] = 2, 1
+    else:
+        order[0], order[1] = 1, 0 if rise[0] < rise[2] else 2
+    _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, corner, depth,
+                 work)  # fmt: skip
+    n += 1
+    for i in range(2):
+        if depth - rise[order[i]] < 0.0:
+            return n
+        for k in range(3):
+            point[k] = corner[k] + sides[order[i], k]
+        _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, point,
+                     depth - rise[order[i]], work)  # fmt: skip
+        n += 1
+    depth -= rise[order[0]] + rise[order[1]]
+    if depth > 0.0:
+        for k in range(3):
+            point[k] += sides[order[0], k]
+        _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, point, depth,
+                     work)  # fmt: skip
+        n += 1
+    return n
+
+
+@njit(cache=True)
+def _cylinder_contacts(
+    step: float,
+    n: int,
+    s: int,
+    p: int,
+    centre: Array,
+    body: int,
+    bodies: Array,
+    shapes: Array,
+    planes: Array,
+    contacts: Array,
+    owners: Array,
+    work: Array,
+) -> int:
+    """Contacts of a cylinder with a plane: the lowest point of each rim, or four of the lower disc
+    if it stands; the number of all contacts then."""
+    axis, rim, other, point = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    a, b, c, d = planes[p, 0], planes[p, 1], planes[p, 2], planes[p, 3]
+    radius, half = shapes[s, G_SIZE], 0.5 * shapes[s, G_SIZE + 1]
+    for k in range(3):
+        other[k] = shapes[s, G_ROTATION + 3 * k + 2]
+    _rotate(work[body, W_R : W_R + 9], other, axis)
+    along = a * axis[0] + b * axis[1] + c * axis[2]
+    if abs(abs(along) - 1.0) < _PARALLEL:
+        sign = -1.0 if along > 0.0 else 1.0
+        for k in range(3):
+            point[k] = centre[k] + sign * half * axis[k]
+        if d - (a * point[0] + b * point[1] + c * point[2]) < 0.0:
+            return n
+        for k in range(3):
+            other[k] = axis[k]
+        other[0 if abs(axis[0]) < _PARALLEL else 1] += 1.0
+        _cross(other, axis, rim)
+        length = math.sqrt(rim[0] ** 2 + rim[1] ** 2 + rim[2] ** 2)
+        for k in range(3):
+            rim[k] *= radius / length
+        _cross(rim, axis, other)
+        for corner in range(4):
+            for k in range(3):
+                reach = other[k] if corner < 2 else rim[k]
+                reach = reach if corner % 2 == 0 else -reach
+                point[k] = centre[k] + sign * half * axis[k] + reach
+            depth = d - (a * point[0] + b * point[1] + c * point[2])
+            if depth > 0.0:
+                _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, point,
+                             depth, work)  # fmt: skip
+                n += 1
+        return n
+    for k in range(3):
+        rim[k] = axis[k] * along - planes[p, k]
+    length = math.sqrt(rim[0] ** 2 + rim[1] ** 2 + rim[2] ** 2)
+    for end in (-half, half):
+        for k in range(3):
+            point[k] = centre[k] + end * axis[k] + rim[k] * (radius / length)
+        depth = d - (a * point[0] + b * point[1] + c * point[2])
+        if depth >= 0.0:
+            _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, point,
+                         depth, work)  # fmt: skip
+            n += 1
+    return n
+
+
+@njit(cache=True)
 def _find_contacts(
     step: float,
     bodies: Array,
+    sequence: Array,
     shapes: Array,
     kinds: Array,
+    firsts: Array,
     points: Array,
     planes: Array,
     touches: Array,
@@ -308,92 +449,47 @@ def _find_contacts(
     start: int,
     work: Array,
 ) -> int:
-    """Contacts of all shapes but OTHER with planes, from row `start`; the number of all."""
+    """Contacts of all shapes but OTHER with planes, from row `start`; the number of all.
+
+    Their order is that of Gazebo: bodies as in the last step, of a body the last shape first, of
+    all meshes after the others.
+    """
     n = start
-    centre, point, axis, rim, other = (
-        np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3),
-    )  # fmt: skip
-    for s in range(len(shapes)):
-        body, kind = kinds[s, 0], kinds[s, 1]
-        if kind == OTHER:
-            continue
-        _rotate(work[body, W_R : W_R + 9], shapes[s, G_OFFSET : G_OFFSET + 3], centre)
-        for k in range(3):
-            centre[k] += bodies[body, POS + k]
-        size = shapes[s, G_SIZE : G_SIZE + 3]
-        for p in range(len(planes)):
-            if not touches[s, p]:
-                continue
-            a, b, c, d = planes[p, 0], planes[p, 1], planes[p, 2], planes[p, 3]
-            if kind == MESH:
-                below = d
-                for k in range(3):
-                    below -= planes[p, k] * bodies[body, POS + k]
-                if below + bodies[body, RADIUS] >= 0.0:
-                    n = _mesh_contacts(step, n, s, p, below, body, bodies, shapes, kinds, points,
-                                       planes, contacts, owners, work)  # fmt: skip
-                continue
-            below = d - (a * centre[0] + b * centre[1] + c * centre[2])
-            if kind == SPHERE:
-                if below + size[0] >= 0.0:
-                    for k in range(3):
-                        point[k] = centre[k] - planes[p, k] * size[0]
-                    _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body,
-                                 point, below + size[0], work)  # fmt: skip
-                    n += 1
-            elif kind == CYLINDER:
-                if below + size[0] + 0.5 * size[1] < 0.0:
+    centre, point = np.empty(3), np.empty(3)
+    for meshes in (False, True):
+        for body in sequence:
+            for s in range(firsts[body + 1] - 1, firsts[body] - 1, -1):
+                kind = kinds[s, 1]
+                if kind == OTHER or (kind == MESH) != meshes:
                     continue
+                _rotate(work[body, W_R : W_R + 9], shapes[s, G_OFFSET : G_OFFSET + 3], centre)
                 for k in range(3):
-                    other[k] = shapes[s, G_ROTATION + 3 * k + 2]
-                _rotate(work[body, W_R : W_R + 9], other, axis)
-                along = a * axis[0] + b * axis[1] + c * axis[2]
-                if abs(abs(along) - 1.0) < _PARALLEL:  # it stands: four points of the lower disc
-                    sign = -1.0 if along > 0.0 else 1.0
+                    centre[k] += bodies[body, POS + k]
+                size = shapes[s, G_SIZE : G_SIZE + 3]
+                for p in range(len(planes)):
+                    if not touches[s, p]:
+                        continue
+                    below = planes[p, P_PLANE + 3]
                     for k in range(3):
-                        other[k] = axis[k]
-                    other[0 if abs(axis[0]) < _PARALLEL else 1] += 1.0
-                    _cross(other, axis, rim)
-                    length = math.sqrt(rim[0] ** 2 + rim[1] ** 2 + rim[2] ** 2)
-                    for k in range(3):
-                        rim[k] *= size[0] / length
-                    _cross(rim, axis, other)
-                    for corner in range(4):
-                        for k in range(3):
-                            reach = other[k] if corner < 2 else rim[k]
-                            reach = reach if corner % 2 == 0 else -reach
-                            point[k] = centre[k] + sign * 0.5 * size[1] * axis[k] + reach
-                        depth = d - (a * point[0] + b * point[1] + c * point[2])
-                        if depth > 0.0:
+                        below -= planes[p, k] * (bodies[body, POS + k] if meshes else centre[k])
+                    if below + bodies[body, RADIUS] < 0.0:
+                        continue
+                    if meshes:
+                        n = _mesh_contacts(step, n, s, p, below, body, bodies, shapes, kinds,
+                                           points, planes, contacts, owners, work)  # fmt: skip
+                    elif kind == SPHERE:
+                        if below + size[0] >= 0.0:
+                            for k in range(3):
+                                point[k] = centre[k] - planes[p, k] * size[0]
                             _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p,
-                                         body, point, depth, work)  # fmt: skip
+                                         body, point, below + size[0], work)  # fmt: skip
                             n += 1
-                    continue
-                for k in range(3):
-                    rim[k] = axis[k] * along - planes[p, k]
-                length = math.sqrt(rim[0] ** 2 + rim[1] ** 2 + rim[2] ** 2)
-                for end in (-0.5, 0.5):
-                    for k in range(3):
-                        point[k] = centre[k] + end * size[1] * axis[k] + rim[k] * (size[0] / length)
-                    depth = d - (a * point[0] + b * point[1] + c * point[2])
-                    if depth >= 0.0:
-                        _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body,
-                                     point, depth, work)  # fmt: skip
-                        n += 1
-            else:
-                found = 0
-                for corner in range(8):
-                    for k in range(3):
-                        other[k] = 0.5 * size[k] * (1.0 if (corner >> k) & 1 else -1.0)
-                    _rotate(shapes[s, G_ROTATION : G_ROTATION + 9], other, axis)
-                    _rotate(work[body, W_R : W_R + 9], axis, other)
-                    depth = below - (a * other[0] + b * other[1] + c * other[2])
-                    if depth > 0.0 and found < 4:
-                        for k in range(3):
-                            point[k] = centre[k] + other[k]
-                        _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body,
-                                     point, depth, work)  # fmt: skip
-                        n, found = n + 1, found + 1
+                    elif kind == CYLINDER:
+                        n = _cylinder_contacts(step, n, s, p, centre, body, bodies, shapes, planes,
+                                               contacts, owners, work)  # fmt: skip
+                    else:
+                        n = _box_contacts(step, n, s, p, below, centre, body, bodies, shapes,
+                                          planes, contacts, owners, work)  # fmt: skip
     return n
 
 
@@ -585,7 +681,7 @@ def _limit_row(
     position, limit = joint[ANGLE], 0
     if joint[LOWER] <= joint[UPPER]:
         limit = 1 if position <= joint[LOWER] else 2 if position >= joint[UPPER] else 0
-    damped = joint[DAMPING] > 0.0 and limit == 0
+    damped = joint[IMPLICIT] != 0.0 and joint[DAMPING] > 0.0 and limit == 0
     powered = joint[FMAX] > 0.0 and not (damped or limit and joint[LOWER] == joint[UPPER])
     if not (powered or limit or damped):
         return m
@@ -617,7 +713,7 @@ def _limit_row(
                 if two >= 0:
                     work[two, W_F + shift + k] += push * axis[k]
         stop = joint[LOWER] if limit == 1 else joint[UPPER]
-        row[R_C], links[m, 2] = -ERP / step * (position - stop), UNILATERAL
+        row[R_C], links[m, 2] = -ERP / step * (position - stop), BILATERAL
         row[R_LOW] = 0.0 if limit == 1 and joint[LOWER] < joint[UPPER] else -INFINITE
         row[R_HIGH] = 0.0 if limit == 2 and joint[LOWER] < joint[UPPER] else INFINITE
     else:
@@ -642,13 +738,17 @@ def _build(
     first_row: Array,
     work: Array,
     marks: Array,
+    sequence: Array,
 ) -> int:
     """Rows of all constraints, in the order in which ODE finds them; their number.
 
     From the body that was added last to the first: its contacts, the last first, its joints, the
     last first, and depth first what they connect it with.
+
+    Args:
+        sequence: gets the bodies in that order.
     """
-    count, m, top = len(bodies), 0, 0
+    count, m, top, placed = len(bodies), 0, 0, 0
     body_seen, joint_seen, stack = marks[0], marks[1], marks[2]
     contact_seen = marks[3]
     for b in range(count):
@@ -663,6 +763,9 @@ def _build(
         body_seen[root] = 1
         b = root
         while True:
+            sequence[placed] = b
+            bodies[b, PLACE] = placed
+            placed += 1
             for i in range(n - 1, -1, -1):
                 if contact_seen[i] or (owners[i, 0] != b and owners[i, 1] != b):
                     continue
@@ -888,7 +991,7 @@ def _move(
 def measure_joints(bodies: Array, joints: Array, types: Array) -> None:
     """Positions and velocities of the joints; positions of hinges count whole rotations."""
     error, inverse, rotation = np.empty(4), np.empty(4), np.empty(9)
-    axis, a1, a2 = np.empty(3), np.empty(3), np.empty(3)
+    axis, a2 = np.empty(3), np.empty(3)
     for j in range(len(joints)):
         kind, one, two = types[j, 0], types[j, 1], types[j, 2]
         joint = joints[j]
@@ -918,27 +1021,16 @@ def measure_joints(bodies: Array, joints: Array, types: Array) -> None:
             change -= 2.0 * math.pi * math.floor(change / (2.0 * math.pi) + 0.5)
             joint[ANGLE] += change
         elif kind == SLIDER:
-            _rotate(rotation, joint[ANCHOR1 : ANCHOR1 + 3], a1)
             position = 0.0
+            for k in range(3):
+                a2[k] = joint[ANCHOR2 + k]
             if two >= 0:
                 _matrix(bodies[two, QUAT : QUAT + 4], rotation)
                 _rotate(rotation, joint[ANCHOR2 : ANCHOR2 + 3], a2)
-                arm, spin = np.empty(3), np.empty(3)
                 for k in range(3):
                     a2[k] += bodies[two, POS + k]
-                    arm[k] = bodies[one, POS + k] + a1[k] - bodies[two, POS + k]
-                # the axis rotates with the second body
-                _cross(bodies[two, VEL + 3 : VEL + 6], arm, spin)
-                for k in range(3):
-                    rate -= axis[k] * spin[k]
-                _cross(bodies[one, VEL + 3 : VEL + 6], a1, spin)
-                for k in range(3):
-                    rate += axis[k] * spin[k]
-            else:
-                for k in range(3):
-                    a2[k] = joint[ANCHOR2 + k]
             for k in range(3):
-                position += axis[k] * (bodies[one, POS + k] + a1[k] - a2[k])
+                position += axis[k] * (bodies[one, POS + k] - a2[k])
             joint[ANGLE] = position
         joint[RATE] = rate
 
@@ -983,6 +1075,7 @@ def advance(
     iterations: int,
     gravity: Array,
     bodies: Array,
+    sequence: Array,
     joints: Array,
     types: Array,
     starts: Array,
@@ -990,6 +1083,7 @@ def advance(
     below: Array,
     shapes: Array,
     kinds: Array,
+    firsts: Array,
     points: Array,
     planes: Array,
     touches: Array,
@@ -1010,6 +1104,8 @@ def advance(
     """Make up to `count` steps.
 
     Args:
+        sequence: (n,) the bodies in the order of the last step, which the contacts follow.
+        firsts: (n + 1,) first shape of each body; those of a body follow each other.
         points: (n, 3) vertices of meshes, from their bodies' centres of mass.
         given: number of contacts, in the first rows, that the caller has found for the next step;
             -1: none were looked for, and it stops before a step for which they are needed.
@@ -1024,10 +1120,10 @@ def advance(
             return done
         _set_positions(step, bodies, joints, types, below)
         _prepare(gravity, bodies, joints, types, work)
-        n = _find_contacts(step, bodies, shapes, kinds, points, planes, touches, contacts, owners,
-                           max(given, 0), work)  # fmt: skip
+        n = _find_contacts(step, bodies, sequence, shapes, kinds, firsts, points, planes, touches,
+                           contacts, owners, max(given, 0), work)  # fmt: skip
         m = _build(step, n, bodies, joints, types, starts, lists, contacts, owners, rows, links,
-                   first_row, work, marks)  # fmt: skip
+                   first_row, work, marks, sequence)  # fmt: skip
         _relax(step, m, bodies, joints, rows, links, work)
         _iterate(m, iterations, rows, links, order, work)
         _move(step, m, n, bodies, joints, types, contacts, first_row, rows, links, work)
