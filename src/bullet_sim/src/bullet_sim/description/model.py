@@ -104,6 +104,7 @@ class Geometry:
         submesh: name of the only part of the mesh file to use; empty: all.
         centered: the submesh is moved so that its center is the origin.
         flat: only the upper side of a box is rendered, which is a plane's.
+        is_converted: the mesh file was made of another one, with its normals.
     """
 
     kind: str
@@ -114,6 +115,7 @@ class Geometry:
     centered: bool = False
     points: tuple[tuple[float, float], ...] = ()
     flat: bool = False
+    is_converted: bool = False
 
 
 EVERYTHING = 0xFFFF  # collide_bitmask where none is given
@@ -128,6 +130,7 @@ class Surface:
         direction: the first direction (fdir1) in the link's frame.
         stiffness [N/m], damping [N s/m]: of the contact, where it is softer than Bullet's.
         kp [N/m], kd [N s/m]: the same as the file says, for the solver 'ode'.
+        slip1, slip2: slip velocity per force along the two directions [m/(N s)], for the same.
         bitmask: two links touch where the AND of their masks is not 0.
         max_speed: at which a link that was spawned inside another is pushed out [m/s].
         min_depth: penetration that is not corrected then [m].
@@ -140,6 +143,8 @@ class Surface:
     damping: float | None = None
     kp: float | None = None
     kd: float | None = None
+    slip1: float = 0.0
+    slip2: float = 0.0
     bitmask: int = EVERYTHING
     max_speed: float | None = None
     min_depth: float = 0.0

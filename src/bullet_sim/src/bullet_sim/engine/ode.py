@@ -15,7 +15,7 @@ import pybullet as p
 
 from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.model import Joint, Link, Shape, Surface
-from bullet_sim.engine.rays import mesh_triangles
+from bullet_sim.engine.rays import mesh_corners
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Array, Pose, Vec3, compose, matrix_from_quaternion
 
@@ -293,10 +293,8 @@ class OdeSolver:
         geometry = shape.geometry
         key = geometry.path, geometry.submesh, geometry.scale
         if key not in self._files:
-            triangles = mesh_triangles(geometry.path)
-            corners = np.zeros((0, 3)) if triangles is None else triangles.reshape(-1, 3)
-            _, first = np.unique(corners, axis=0, return_index=True)
-            self._files[key] = corners[np.sort(first)] * np.asarray(geometry.scale)
+            corners = mesh_corners(geometry.path, shared=geometry.is_converted)
+            self._files[key] = corners * np.asarray(geometry.scale)
         return self._files[key] @ shape.pose.matrix.T + shape.pose.position - link.centre
 
     def _joint_row(self, part: Part, joint: Joint) -> Array:
@@ -473,6 +471,8 @@ class OdeSolver:
             *(_stiffness(mine), _damping(mine)),
             *(_stiffness(its), _damping(its)),
         )
+        row[q.C_SLIP] = mine.slip1 + its.slip1
+        row[q.C_SLIP + 1] = mine.slip2 + its.slip2
         row[q.C_MAX] = self.bodies[first, q.MAX_VEL]
         if second is not None:
             row[q.C_MAX] = min(row[q.C_MAX], self.bodies[second, q.MAX_VEL])
@@ -665,11 +665,11 @@ def _plane_row(normal: Array, distance: float, surface: Surface) -> Array:
 
 
 def _surface_columns(row: Array, surface: Surface) -> None:
-    """mu, mu2, fdir1, kp, kd."""
+    """mu, mu2, fdir1, kp, kd, slip1, slip2."""
     row[:2] = _friction(surface)
     if surface.direction is not None:
         row[2:5] = surface.direction
-    row[5], row[6] = _stiffness(surface), _damping(surface)
+    row[5:9] = _stiffness(surface), _damping(surface), surface.slip1, surface.slip2
 
 
 def _friction(surface: Surface) -> tuple[float, float]:

@@ -41,14 +41,16 @@ MAX_VEL, MIN_DEPTH, RADIUS, FORCE, B_SIZE = 34, 35, 36, 37, 43
 ANCHOR1, ANCHOR2, AXIS1, AXIS2, QREL, LOWER, UPPER, DAMPING = 0, 3, 6, 9, 12, 16, 17, 18
 FMAX, SPEED, EFFORT, ANGLE, RATE, TARGET, REACHED, MAX_SPEED = 19, 20, 21, 22, 23, 24, 25, 26
 WARM, WARM2, MOTOR, WRENCH, IMPLICIT, J_SIZE = 27, 34, 41, 42, 48, 49
-# shapes: size, centre in the body (from its centre of mass), rotation, mu, mu2, fdir1, kp, kd
-G_SIZE, G_OFFSET, G_ROTATION, G_MU, G_FDIR, G_KP, G_KD, G_COLUMNS = 0, 3, 6, 15, 17, 20, 21, 22
+# shapes: size, centre in the body (from its centre of mass), rotation, mu, mu2, fdir1, kp, kd,
+# slip1, slip2
+G_SIZE, G_OFFSET, G_ROTATION, G_MU, G_FDIR, G_KP, G_KD = 0, 3, 6, 15, 17, 20, 21
+G_SLIP, G_COLUMNS = 22, 24
 # planes: normal, distance from the origin; as a shape's the rest
-P_PLANE, P_MU, P_FDIR, P_KP, P_KD, P_COLUMNS = 0, 4, 6, 9, 10, 11
+P_PLANE, P_MU, P_FDIR, P_KP, P_KD, P_SLIP, P_COLUMNS = 0, 4, 6, 9, 10, 11, 13
 # contacts: point, normal towards the first body, depth, mu, mu2, fdir1 (world), erp, cfm, bound
-# of the push, force on the first body
-C_POINT, C_NORMAL, C_DEPTH, C_MU, C_FDIR, C_ERP, C_CFM, C_MAX, C_FORCE, C_SIZE = (
-    0, 3, 6, 7, 9, 12, 13, 14, 15, 18,
+# of the push, force on the first body, slip1 and slip2
+C_POINT, C_NORMAL, C_DEPTH, C_MU, C_FDIR, C_ERP, C_CFM, C_MAX, C_FORCE, C_SLIP, C_SIZE = (
+    0, 3, 6, 7, 9, 12, 13, 14, 15, 18, 20,
 )  # fmt: skip
 # constraint rows: Jacobian of both bodies, inverse mass times it, right sides, relaxed CFM,
 # bounds, impulses
@@ -246,6 +248,7 @@ def _add_contact(
     row[C_DEPTH] = depth - bodies[body, MIN_DEPTH]
     for k in range(2):
         row[C_MU + k] = min(shape[G_MU + k], plane[P_MU + k])
+        row[C_SLIP + k] = shape[G_SLIP + k] + plane[P_SLIP + k]
     row[C_ERP], row[C_CFM] = softness(step, shape[G_KP], shape[G_KD], plane[P_KP], plane[P_KD])
     row[C_MAX] = bodies[body, MAX_VEL]
     if shape[G_FDIR] != 0.0 or shape[G_FDIR + 1] != 0.0 or shape[G_FDIR + 2] != 0.0:
@@ -551,7 +554,8 @@ def _contact_rows(
             row[R_LOW], row[R_HIGH], links[m, 2] = 0.0, INFINITE, UNILATERAL
         else:
             mu = contact[C_MU + direction - 1]
-            row[R_C], row[R_MAX], row[R_CFM] = 0.0, INFINITE, 0.0
+            row[R_C], row[R_MAX] = 0.0, INFINITE
+            row[R_CFM] = contact[C_SLIP + direction - 1]
             row[R_LOW], row[R_HIGH], links[m, 2] = -mu, mu, normal_row
         m += 1
     return m

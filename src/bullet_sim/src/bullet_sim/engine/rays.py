@@ -99,16 +99,41 @@ def _floats(element: ET.Element) -> Callable[[str], tuple[float, ...]]:
     return lambda name: tuple(map(float, element.get(name, "").split()))
 
 
-def mesh_triangles(path: str | None) -> Array | None:
-    """Triangles (n, 3, 3) of a mesh file, or None if it cannot be read."""
+def _load_mesh(path: str | None) -> Any:
+    """A trimesh.Trimesh, or None if the file cannot be read."""
     import trimesh  # takes 0.2 s, for worlds with meshes alone
 
     try:
-        mesh = trimesh.load(path, force="mesh", process=False, skip_materials=True)
+        return trimesh.load(path, force="mesh", process=False, skip_materials=True)
     except Exception:  # pylint: disable=broad-except  # whatever a reader raises: PyBullet has it
         return None
-    triangles = np.asarray(mesh.triangles, float)
+
+
+def mesh_triangles(path: str | None) -> Array | None:
+    """Triangles (n, 3, 3) of a mesh file, or None if it cannot be read."""
+    mesh = _load_mesh(path)
+    triangles = np.zeros((0, 3, 3)) if mesh is None else np.asarray(mesh.triangles, float)
     return triangles if len(triangles) and np.isfinite(triangles).all() else None
+
+
+def mesh_corners(path: str, shared: bool) -> Array:
+    """Vertices (n, 3) of a mesh file as Gazebo has them, in the order of its triangles.
+
+    Of STL and OBJ files it has three for each triangle. There are none if the file cannot be read.
+
+    Args:
+        shared: triangles share those that have the same place and normal, as of COLLADA files.
+    """
+    mesh = _load_mesh(path)
+    if mesh is None or not np.isfinite(mesh.vertices).all():
+        return np.zeros((0, 3))
+    order = np.asarray(mesh.faces).ravel()
+    corners = np.asarray(mesh.vertices, float)[order]
+    if shared:
+        normals = np.asarray(mesh.vertex_normals, float)[order]
+        _, first = np.unique(np.hstack([corners, normals]), axis=0, return_index=True)
+        corners = corners[np.sort(first)]
+    return corners
 
 
 MOST_MOVES = 3  # a body that is put elsewhere more often is not taken for scenery any more

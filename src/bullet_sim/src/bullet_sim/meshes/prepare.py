@@ -490,7 +490,7 @@ def _read(geometry: Geometry) -> tuple[bytes, str]:
 
 def _scaled_mesh(path: str, geometry: Geometry) -> Geometry:
     x, y, z = geometry.scale
-    return Geometry("mesh", path=path, scale=(abs(x), abs(y), abs(z)))
+    return Geometry("mesh", path=path, scale=(abs(x), abs(y), abs(z)), is_converted=True)
 
 
 def _key(data: bytes, text: str) -> str:
