@@ -75,6 +75,52 @@ def lump(model: ModelDescription) -> LumpedModel:
     return LumpedModel(links, tuple(joints), model.root, frames, tuple(welds))
 
 
+def as_printed(model: LumpedModel) -> LumpedModel:
+    """A model of a URDF with the numbers that it has in Gazebo.
+
+    Gazebo loads the SDF that sdformat has made of the URDF, where every number has six digits. A
+    rim that touches the ground earlier than the other one by a micrometre turns a robot elsewhere.
+    """
+    links = {
+        name: replace(
+            link,
+            mass=_printed(link.mass),
+            centre=np.array([_printed(value) for value in link.centre]),
+            inertia=np.array([[_printed(value) for value in row] for row in link.inertia]),
+            collisions=[_printed_shape(shape) for shape in link.collisions],
+        )
+        for name, link in model.links.items()
+    }
+    joints, welds = (
+        tuple(
+            replace(
+                joint,
+                origin=_printed_pose(joint.origin),
+                axis=tuple(map(_printed, joint.axis)),
+                lower=None if joint.lower is None else _printed(joint.lower),
+                upper=None if joint.upper is None else _printed(joint.upper),
+            )
+            for joint in some
+        )
+        for some in (model.joints, model.welds)
+    )
+    return replace(model, links=links, joints=joints, welds=welds)
+
+
+def _printed(value: float) -> float:
+    return float(f"{value:.6g}")
+
+
+def _printed_pose(pose: Pose) -> Pose:
+    position, angles = map(_printed, pose.position), map(_printed, pose.rpy)
+    return Pose.from_xyz_rpy(tuple(position), tuple(angles))
+
+
+def _printed_shape(shape: Shape) -> Shape:
+    geometry = replace(shape.geometry, size=tuple(map(_printed, shape.geometry.size)))
+    return replace(shape, geometry=geometry, pose=_printed_pose(shape.pose))
+
+
 def _is_stiff(joint: Joint) -> bool:
     """Whether a joint cannot move: fixed, or with both limits at 0."""
     return joint.kind == "fixed" or (joint.lower is not None and joint.lower == joint.upper == 0.0)

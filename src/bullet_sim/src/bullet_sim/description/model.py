@@ -270,6 +270,7 @@ class ModelDescription:
         static: never moves.
         fixed_base: the root link is fixed to the world; joints move.
         auto_disable: it may sleep while it rests.
+        is_urdf: its file is a URDF, which Gazebo turns into SDF.
     """
 
     name: str
@@ -286,6 +287,7 @@ class ModelDescription:
     self_collide: bool = False
     fixed_base: bool = False
     auto_disable: bool = True
+    is_urdf: bool = False
     warnings: list[ReadWarning] = field(default_factory=list)
 
     def warn(self, text: str, cause: str = "", item: str = "") -> None:

@@ -138,6 +138,7 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
     Args:
         resolve: of the URIs of scripts.
     """
+    gravity: dict[str, bool] = {}
     for element in robot.findall("gazebo"):
         reference = element.get("reference")
         for child in element:  # <mu1 value="0.8"/>, which counts before a text, as in sdformat
@@ -146,6 +147,8 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
             _model_flags(element, model)
         elif reference in model.links:
             _link_flags(element, model, model.links[reference], resolve)
+            off = is_true(child_text(element, "turnGravityOff", "false"))
+            gravity[reference] = not off and is_true(child_text(element, "gravity", "true"))
         elif reference not in model.joints:
             model.warn(
                 f"<gazebo reference='{reference}'> refers to no link and no joint; "
@@ -167,6 +170,31 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
             parse_sensor(sensor, link, model)
         for plugin in element.findall("plugin"):
             parse_plugin(plugin, model)
+    for name in model.links:
+        _set_gravity(name, gravity, model)
+
+
+def _set_gravity(name: str, gravity: dict[str, bool], model: ModelDescription) -> None:
+    """Whether gravity acts on a link, and on those that fixed joints merge into it.
+
+    As in sdformat all have what the last <gazebo> element among them says: the link's own come
+    first, then those of the links fixed to it, in the order of their joints' names.
+    """
+    if any(joint.child == name and joint.kind == "fixed" for joint in model.joints.values()):
+        return  # of a link that is merged
+    names, said = [], True
+    pending = [name]
+    while pending:
+        name = pending.pop()
+        if name in names:  # a loop
+            continue
+        names.append(name)
+        said = gravity.get(name, said)
+        fixed = [joint for joint in model.joints_of(name) if joint.kind == "fixed"]
+        fixed.sort(key=lambda joint: joint.name, reverse=True)
+        pending += [joint.child for joint in fixed]
+    for merged in names:
+        model.links[merged].gravity = said
 
 
 def _unknown(element: Node, model: ModelDescription, reference: str | None) -> None:
@@ -200,9 +228,6 @@ def _link_flags(element: Node, model: ModelDescription, link: Link, resolve: Res
     _material(element, model, link, label, resolve)
     if is_true(_either(element, "selfCollide", "self_collide")):
         link.self_collide = True
-    off = is_true(child_text(element, "turnGravityOff", "false"))
-    if off or not is_true(child_text(element, "gravity", "true")):
-        link.gravity = False
 
 
 def _material(

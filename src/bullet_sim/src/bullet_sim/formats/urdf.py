@@ -85,7 +85,7 @@ def parse_urdf(text: str | bytes | Node, resolve: Resolve, name: str = "robot") 
     Raises:
         ModelError: malformed, no <robot>, no link, several root links.
     """
-    model = ModelDescription(name)
+    model = ModelDescription(name, is_urdf=True)
     robot = parse(text, f"URDF of '{name}'", model.warnings)
     if robot.tag != "robot":
         raise ModelError(f"URDF of '{name}' starts with <{robot.tag}>, must be <robot>")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bullet_sim.controllers.manager import Manager
-from bullet_sim.description.lump import joint_inertias, lump
+from bullet_sim.description.lump import as_printed, joint_inertias, lump
 from bullet_sim.description.model import (
     EVERYTHING,
     Joint,
@@ -97,6 +97,8 @@ class Model:
         self.is_ghost = False
         self.on_moved: Callable[[Model], None] = lambda model: None  # called after set_state
         self._lumped = lump(description)
+        if engine.ode is not None and description.is_urdf:
+            self._lumped = as_printed(self._lumped)
         visuals = prepare_meshes(self._lumped, folder, description.warn)
         path = os.path.join(folder, f"{key}.urdf")
         with open(path, "w", encoding="utf-8") as file:
