@@ -4,12 +4,13 @@ Lumping: links on fixed joints are merged into their parent, as in Gazebo. Other
 links without <inertial> 1 kg; fewer links also make a step faster.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bullet_sim.description.model import Joint, Link, ModelDescription, Shape, Surface
-from bullet_sim.pose import Array, Pose
+from bullet_sim.pose import Array, Pose, Vec3
 
 MIN_MASS = 1e-3  # [kg] of a movable link without mass
 TINY_RADIUS = 1e-5  # [m] radius of gyration below which an inertia is an error
@@ -78,14 +79,15 @@ def lump(model: ModelDescription) -> LumpedModel:
 def as_printed(model: LumpedModel) -> LumpedModel:
     """A model of a URDF with the numbers that it has in Gazebo.
 
-    Gazebo loads the SDF that sdformat has made of the URDF, where every number has six digits. A
-    rim that touches the ground earlier than the other one by a micrometre turns a robot elsewhere.
+    Gazebo loads the SDF that sdformat has made of the URDF, where a number has six digits, of a
+    pose at most six after the point. A rim that touches the ground earlier than the other one by a
+    micrometre turns a robot elsewhere.
     """
     links = {
         name: replace(
             link,
             mass=_printed(link.mass),
-            centre=np.array([_printed(value) for value in link.centre]),
+            centre=np.array(_printed_vector(link.centre)),
             inertia=np.array([[_printed(value) for value in row] for row in link.inertia]),
             collisions=[_printed_shape(shape) for shape in link.collisions],
         )
@@ -96,7 +98,7 @@ def as_printed(model: LumpedModel) -> LumpedModel:
             replace(
                 joint,
                 origin=_printed_pose(joint.origin),
-                axis=tuple(map(_printed, joint.axis)),
+                axis=_printed_vector(joint.axis),
                 lower=None if joint.lower is None else _printed(joint.lower),
                 upper=None if joint.upper is None else _printed(joint.upper),
             )
@@ -111,9 +113,13 @@ def _printed(value: float) -> float:
     return float(f"{value:.6g}")
 
 
+def _printed_vector(vector: Iterable[float]) -> Vec3:
+    x, y, z = (_printed(round(float(value), 6)) for value in vector)
+    return x, y, z
+
+
 def _printed_pose(pose: Pose) -> Pose:
-    position, angles = map(_printed, pose.position), map(_printed, pose.rpy)
-    return Pose.from_xyz_rpy(tuple(position), tuple(angles))
+    return Pose.from_xyz_rpy(_printed_vector(pose.position), _printed_vector(pose.rpy))
 
 
 def _printed_shape(shape: Shape) -> Shape:

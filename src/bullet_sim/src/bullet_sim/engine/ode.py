@@ -332,19 +332,42 @@ class OdeSolver:
             part = self._parts.get(body)
             if part is None:
                 continue
-            engine = self._engine
-            for row, name in zip(self._rows(part), part.names):
-                position, orientation, linear, angular = engine.link_motion(body, part.links[name])
-                arm = matrix_from_quaternion(orientation) @ part.shapes.links[name].centre
-                row[q.POS : q.POS + 3] = np.add(position, arm)
-                row[q.QUAT : q.QUAT + 4] = orientation
-                row[q.VEL : q.VEL + 3] = np.add(linear, np.cross(angular, arm))
-                row[q.VEL + 3 : q.VEL + 6] = angular
-            states = p.getJointStates(body, engine.movable[body], physicsClientId=self._client)
+            movable = self._engine.movable[body]
+            states = p.getJointStates(body, movable, physicsClientId=self._client)
             for row, state in zip(part.order, states or ()):
                 self.joints[row, q.ANGLE] = self.joints[row, q.REACHED] = state[0]
                 self.joints[row, q.RATE] = state[1]
+            self._place_links(part)
         self._unread.clear()
+
+    def _place_links(self, part: Part) -> None:
+        """Links where the base and the joints' positions have them: PyBullet's own links are as
+        precise as single precision."""
+        position, orientation, linear, angular = self._engine.link_motion(part.body, -1)
+        motions = {part.shapes.root: (Pose(position, orientation), linear, angular)}
+        rows = dict(zip(part.names, self._rows(part)))
+        for joint, state in zip(part.joints, self._joint_rows(part)):
+            pose, linear, angular = motions[joint.parent]
+            axis, angle = np.array(joint.axis) / np.linalg.norm(joint.axis), state[q.ANGLE]
+            frame = pose * joint.origin
+            along = frame.matrix @ axis
+            if joint.kind == "prismatic":
+                frame = Pose(tuple(frame.position + angle * along), frame.orientation)
+                moved, turned = state[q.RATE] * along, np.zeros(3)
+            else:
+                turn = (*(math.sin(0.5 * angle) * axis).tolist(), math.cos(0.5 * angle))
+                frame = frame * Pose((0.0, 0.0, 0.0), turn)
+                moved, turned = np.zeros(3), state[q.RATE] * along
+            arm = np.subtract(frame.position, pose.position)
+            linear = np.add(linear, np.cross(angular, arm)) + moved
+            motions[joint.child] = frame, linear, np.add(angular, turned)
+        for name, row in rows.items():
+            pose, linear, angular = motions[name]
+            arm = pose.matrix @ part.shapes.links[name].centre
+            row[q.POS : q.POS + 3] = np.add(pose.position, arm)
+            row[q.QUAT : q.QUAT + 4] = pose.orientation
+            row[q.VEL : q.VEL + 3] = np.add(linear, np.cross(angular, arm))
+            row[q.VEL + 3 : q.VEL + 6] = angular
 
     def copy_to_bullet(self) -> None:
         """Put PyBullet's bodies where they are here."""
@@ -582,6 +605,13 @@ class OdeSolver:
         described = part.shapes.links[part.names[row - part.first]]
         described.mass, described.inertia = mass, inertia
         _set_inertia(self.bodies[row], mass, inertia)
+
+    def motion(self, body: int, link: str) -> tuple[Array, Array]:
+        """Centre of mass (3,) [m] and quaternion of a link that moves."""
+        self.refresh()
+        part = self._parts[body]
+        row = self._rows(part)[part.names.index(link)]
+        return row[q.POS : q.POS + 3].copy(), row[q.QUAT : q.QUAT + 4].copy()
 
     # contacts -----------------------------------------------------------------------------------
     def contacts(self) -> list[tuple[int, int, int, int, Vec3, Vec3, float, Array]]:

@@ -70,8 +70,8 @@ _PROPERTIES: dict[str, tuple[Callable[[str, str], Any], tuple[str, ...], tuple[s
     "direction": (_direction, ("fdir1",), ("surface/friction/ode/fdir1",)),
     "kp": (_not_negative, ("kp",), ("surface/contact/ode/kp",)),
     "kd": (_not_negative, ("kd",), ("surface/contact/ode/kd",)),
-    "slip1": (_not_negative, ("slip1",), ("surface/friction/ode/slip1",)),
-    "slip2": (_not_negative, ("slip2",), ("surface/friction/ode/slip2",)),
+    "slip1": (_not_negative, (), ("surface/friction/ode/slip1",)),
+    "slip2": (_not_negative, (), ("surface/friction/ode/slip2",)),
     "max_speed": (_not_negative, ("maxVel",), ("surface/contact/ode/max_vel",)),
     "min_depth": (_not_negative, ("minDepth",), ("surface/contact/ode/min_depth",)),
     "bitmask": (
@@ -88,8 +88,6 @@ _READ = {
     "mu2",
     "kp",
     "kd",
-    "slip1",
-    "slip2",
     "fdir1",
     "maxVel",
     "minDepth",
@@ -129,6 +127,8 @@ _IGNORED = {
     "kinematic",
     "soft_cfm",
     "soft_erp",
+    "slip1",
+    "slip2",
 }
 
 

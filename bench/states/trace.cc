@@ -1,0 +1,96 @@
+// World plugin of Gazebo 11: commands joints at given steps and prints where all links are.
+//
+// Environment: TRACE_OUT (file), TRACE_STEPS (number), TRACE_EVERY (steps between two prints),
+// TRACE_COMMANDS (file with lines "step joint velocity|position|effort value motor's_effort").
+// A printed step begins with "S number"; then each link has a line "L name", its centre's position
+// [m], its quaternion (x, y, z, w), linear and angular velocity [m/s, rad/s].
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+
+#include <gazebo/common/common.hh>
+#include <gazebo/gazebo.hh>
+#include <gazebo/physics/physics.hh>
+
+using namespace gazebo;
+
+struct Command { std::string joint, kind; double value, effort; };
+
+class Trace : public WorldPlugin
+{
+  physics::WorldPtr world;
+  event::ConnectionPtr begin, end;
+  FILE *out = nullptr;
+  long step = 0, steps = 0, every = 1;
+  std::multimap<long, Command> commands;
+  std::map<std::string, Command> held;  // positions and efforts, which last
+
+  void Load(physics::WorldPtr _world, sdf::ElementPtr) override
+  {
+    this->world = _world;
+    this->out = fopen(getenv("TRACE_OUT"), "w");
+    this->steps = atol(getenv("TRACE_STEPS"));
+    this->every = atol(getenv("TRACE_EVERY"));
+    std::ifstream file(getenv("TRACE_COMMANDS"));
+    long at;
+    Command c;
+    while (file >> at >> c.joint >> c.kind >> c.value >> c.effort) this->commands.emplace(at, c);
+    this->begin = event::Events::ConnectWorldUpdateBegin(
+        [this](const common::UpdateInfo &) { this->Apply(); });
+    this->end = event::Events::ConnectWorldUpdateEnd([this]() { this->Print(); });
+  }
+
+  physics::JointPtr Find(const std::string &_name)
+  {
+    for (auto model : this->world->Models())
+      if (auto joint = model->GetJoint(_name)) return joint;
+    return nullptr;
+  }
+
+  void Apply()
+  {
+    auto due = this->commands.equal_range(this->step);
+    for (auto i = due.first; i != due.second; ++i)
+    {
+      const Command &c = i->second;
+      if (c.kind != "velocity") { this->held[c.joint] = c; continue; }
+      auto joint = this->Find(c.joint);
+      joint->SetParam("fmax", 0, c.effort);
+      joint->SetParam("vel", 0, c.value);
+    }
+    for (auto &each : this->held)
+    {
+      auto joint = this->Find(each.first);
+      if (each.second.kind == "effort") joint->SetForce(0, each.second.value);
+      else joint->SetPosition(0, each.second.value, true);
+    }
+  }
+
+  void Print()
+  {
+    if (++this->step % this->every == 0)
+    {
+      fprintf(this->out, "S %ld\n", this->step);
+      for (auto model : this->world->Models())
+        if (!model->IsStatic())
+          for (auto link : model->GetLinks())
+          {
+            auto p = link->WorldCoGPose().Pos(), v = link->WorldCoGLinearVel();
+            auto q = link->WorldPose().Rot();
+            auto w = link->WorldAngularVel();
+            fprintf(this->out,
+                    "L %s %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g "
+                    "%.17g\n",
+                    link->GetName().c_str(), p.X(), p.Y(), p.Z(), q.X(), q.Y(), q.Z(), q.W(), v.X(),
+                    v.Y(), v.Z(), w.X(), w.Y(), w.Z());
+          }
+    }
+    if (this->step >= this->steps) { fclose(this->out); _exit(0); }
+  }
+};
+
+GZ_REGISTER_WORLD_PLUGIN(Trace)

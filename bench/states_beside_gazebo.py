@@ -1,0 +1,95 @@
+"""States of small robots in Gazebo, step by step, for src/bullet_sim/test/test_gazebo_states.py.
+
+    ./run exec python bench/states_beside_gazebo.py FOLDER            writes worlds, run.sh, a plugin
+    bash FOLDER/run.sh                       where Gazebo 11 and its headers are, FOLDER at that path
+    ./run exec python bench/states_beside_gazebo.py FOLDER --record   reads what run.sh has left
+
+The record has numbers alone: where the base of each robot of src/bullet_sim/test/gazebo_states.py is
+every 100 steps. They end before rounding has grown to a micrometre by the chaos of contacts.
+"""
+
+import argparse
+import json
+import pathlib
+import shutil
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "src" / "bullet_sim" / "test"))
+
+import gazebo_states  # noqa: E402
+
+STEPS, EVERY = 500, 100
+WORLD = """<sdf version="1.6"><world name="default">
+<physics type="ode"><max_step_size>0.001</max_step_size>
+<real_time_update_rate>0</real_time_update_rate></physics>
+<model name="ground_plane"><static>1</static><link name="link"><collision name="collision">
+<geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry>
+<surface><friction><ode><mu>100</mu><mu2>50</mu2></ode></friction></surface>
+</collision></link></model>
+%s<plugin name="trace" filename="{folder}/libtrace.so"/></world></sdf>
+"""
+RUN = """#!/bin/bash
+# Builds the plugin and runs each world in Gazebo 11.
+set -e
+cd "$(dirname "$0")"
+. /usr/share/gazebo/setup.sh
+g++ -O1 -fPIC -shared -std=c++17 $(pkg-config --cflags gazebo) trace.cc -o libtrace.so \\
+  $(pkg-config --libs gazebo)
+export GAZEBO_MODEL_DATABASE_URI= TRACE_STEPS={steps} TRACE_EVERY={every}
+for urdf in *.urdf; do
+  name=${{urdf%.urdf}}
+  model=$(gz sdf -p "$urdf" | sed -n '/<model /,/<\\/model>/p')
+  pose="<pose>0 0 $(cat "$name.height") 0 0 0</pose>"
+  {{ cat world.head; echo "${{model%%>*}}>$pose${{model#*>}}"; cat world.tail; }} >"$name.world"
+  TRACE_OUT=$PWD/$name.out TRACE_COMMANDS=$PWD/$name.commands gzserver "$name.world"
+done
+"""
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=pathlib.Path)
+    parser.add_argument("--record", action="store_true", help="read what run.sh has left")
+    given = parser.parse_args()
+    folder = given.folder.resolve()
+    if given.record:
+        record(folder)
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    shutil.copy(ROOT / "bench" / "states" / "trace.cc", folder)
+    gazebo_states.write_wheel(folder / "wheel.stl")
+    head, tail = WORLD.replace("{folder}", str(folder)).split("%s")
+    (folder / "world.head").write_text(head)
+    (folder / "world.tail").write_text(tail)
+    (folder / "run.sh").write_text(RUN.format(steps=STEPS, every=EVERY))
+    for name, (urdf, height, commands) in gazebo_states.ROBOTS.items():
+        file = folder / name.replace(" ", "_").replace(",", "")
+        file.with_suffix(".urdf").write_text(urdf.replace("{folder}", str(folder)))
+        file.with_suffix(".height").write_text(f"{height}\n")
+        lines = [" ".join(map(str, command)) for command in commands]
+        file.with_suffix(".commands").write_text("".join(f"{line}\n" for line in lines))
+
+
+def record(folder):
+    """Write gazebo_states.json from the outputs in a folder."""
+    found = {}
+    for name in gazebo_states.ROBOTS:
+        path = (folder / name.replace(" ", "_").replace(",", "")).with_suffix(".out")
+        found[name] = states = {}
+        for line in path.read_text().splitlines():
+            head, *rest = line.split()
+            if head == "S":
+                step = rest[0]
+            elif rest[0] == "base":
+                states[step] = [float(f"{float(number):.10g}") for number in rest[1:8]]
+    robots = []
+    for name, states in found.items():
+        rows = ",\n".join(f'  "{step}": {json.dumps(state)}' for step, state in states.items())
+        robots.append(f" {json.dumps(name)}: {{\n{rows}\n }}")
+    text = "{\n" + ",\n".join(robots) + "\n}\n"
+    gazebo_states.RECORD.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,197 @@
+"""Small robots with one feature each, what is done with them, and where Gazebo 11.1 had their base.
+
+bench/states_beside_gazebo.py makes worlds of them for Gazebo and records gazebo_states.json.
+"""
+
+import json
+import math
+import struct
+from pathlib import Path
+
+RECORD = Path(__file__).with_name("gazebo_states.json")
+GRAVITY = (0.0, 0.0, -9.8)  # [m/s^2] a world's in Gazebo that gives none
+CORNERS = {"fl": (0.2, 0.2), "fr": (0.2, -0.2), "rl": (-0.2, 0.2), "rr": (-0.2, -0.2)}
+
+
+def link(name, mass, inertia, shape="", rpy="0 0 0", centre="0 0 0"):
+    """A link; inertia: one number, or (ixx, iyy, izz)."""
+    xx, yy, zz = (inertia,) * 3 if isinstance(inertia, float) else inertia
+    collision = f'<collision><origin rpy="{rpy}"/><geometry>{shape}</geometry></collision>'
+    return (
+        f'<link name="{name}"><inertial><origin xyz="{centre}"/><mass value="{mass}"/>'
+        f'<inertia ixx="{xx}" iyy="{yy}" izz="{zz}" ixy="0" ixz="0" iyz="0"/></inertial>'
+        f"{collision if shape else ''}</link>"
+    )
+
+
+def joint(name, kind, parent, child, at="0 0 0", axis="0 1 0", more=""):
+    return (
+        f'<joint name="{name}" type="{kind}"><origin xyz="{at}"/><parent link="{parent}"/>'
+        f'<child link="{child}"/><axis xyz="{axis}"/>{more}</joint>'
+    )
+
+
+def tags(name, **values):
+    """A <gazebo> element of a link."""
+    inner = "".join(f"<{key}>{value}</{key}>" for key, value in values.items())
+    return f'<gazebo reference="{name}">{inner}</gazebo>'
+
+
+def wheel(name, x, y, parent="base", shape=""):
+    """A wheel of 10 cm; its joint is NAME_joint."""
+    cylinder = '<cylinder radius="0.1" length="0.05"/>'
+    return link(
+        name, 0.5, (0.0014, 0.0025, 0.0014), shape or cylinder, "0 0 0" if shape else "1.5708 0 0"
+    ) + joint(f"{name}_joint", "continuous", parent, name, f"{x} {y} 0")
+
+
+def robot(*parts):
+    return f'<robot name="bot">{"".join(parts)}</robot>'
+
+
+BASE = link("base", 8.0, 0.1, '<box size="0.4 0.3 0.08"/>', centre="0.03 0 0.02")
+WHEELS = "".join(wheel(name, *place) for name, place in CORNERS.items())
+
+
+def turn(names=tuple(CORNERS), left=3.0, right=5.0, at=200):
+    """Commands of wheels, at a step: of the left ones and of the right ones [rad/s]."""
+    return [
+        (at, f"{name}_joint", "velocity", left if name[-1] == "l" else right, 20.0)
+        for name in names
+    ]
+
+
+def hinges(names, more):
+    """Wheels of which some are on knuckles that steer."""
+    return "".join(
+        link(f"s{name}", 0.05, 1e-5)
+        + joint(f"s{name}_joint", "revolute", "base", f"s{name}", f"{x} {y} 0", "0 0 1", more)
+        + wheel(name, 0, 0, f"s{name}")
+        for name, (x, y) in CORNERS.items()
+        if name in names
+    ) + "".join(wheel(name, *CORNERS[name]) for name in CORNERS if name not in names)
+
+
+def springs():
+    """Each wheel on a slider with a damper."""
+    limit = '<limit lower="-0.05" upper="0.05" effort="1000" velocity="3"/><dynamics damping="20"/>'
+    return "".join(
+        link(f"s{name}", 0.3, 1e-3)
+        + joint(f"s{name}_joint", "prismatic", "base", f"s{name}", f"{x} {y} 0", "0 0 1", limit)
+        + wheel(name, 0, 0, f"s{name}")
+        for name, (x, y) in CORNERS.items()
+    )
+
+
+def write_wheel(path):
+    """A wheel of 24 sides as an STL."""
+    triangles = []
+    for i in range(24):
+        a, b = math.pi * i / 12, math.pi * (i + 1) / 12
+        rim = [(0.1 * math.cos(t), y, 0.1 * math.sin(t)) for y in (-0.025, 0.025) for t in (a, b)]
+        triangles += [(rim[0], rim[2], rim[3]), (rim[0], rim[3], rim[1])]
+        triangles += [((0, -0.025, 0), rim[0], rim[1]), ((0, 0.025, 0), rim[3], rim[2])]
+    with open(path, "wb") as file:
+        file.write(bytes(80) + struct.pack("<I", len(triangles)))
+        for triangle in triangles:
+            numbers = [0.0, 0.0, 0.0, *(x for corner in triangle for x in corner)]
+            file.write(struct.pack("<12fH", *numbers, 0))
+
+
+SKID = {"mu1": 1.0, "mu2": 0.5, "fdir1": "1 0 0", "kp": 1e6, "kd": 10, "minDepth": 0.001}
+SLIP = {"mu1": 0.8, "mu2": 0.6, "slip1": 0.02, "slip2": 0.05, "fdir1": "0 0 1"}
+STEER = '<limit lower="-0.5" upper="0.5" effort="1000" velocity="30"/>'
+ARM = '<limit lower="-1" upper="0.5" effort="10" velocity="3"/><dynamics friction="0.4"/>'
+MESH = '<mesh filename="file://{folder}/wheel.stl"/>'
+
+# name -> URDF, height at which it is spawned [m], commands (step, joint, 'velocity', 'position' or
+# 'effort', value, the motor's effort)
+ROBOTS = {
+    "sphere": (robot(link("base", 3.0, 0.02, '<sphere radius="0.2"/>')), 0.3, []),
+    "box": (
+        robot(link("base", 3.0, 0.02, '<box size="0.4 0.4 0.3"/>', centre="0 0.02 0")),
+        0.3,
+        [],
+    ),
+    "standing cylinder": (
+        robot(link("base", 3.0, 0.05, '<cylinder radius="0.2" length="0.5"/>')),
+        0.3,
+        [],
+    ),
+    "castor": (
+        robot(
+            BASE,
+            wheel("l", 0, 0.2),
+            wheel("r", 0, -0.2),
+            link("ball", 0.2, 1e-4, '<sphere radius="0.05"/>'),
+            joint("held", "fixed", "base", "ball", "-0.15 0 -0.05"),
+            tags("ball", mu1=0.1, mu2=0.2),
+        ),
+        0.12,
+        turn(("l", "r"), 3.0, 3.0) + turn(("l", "r"), -2.0, 2.0, at=400),
+    ),
+    "skid steering with fdir1, kp and kd": (
+        robot(BASE, WHEELS, *(tags(name, maxVel=0.1, **SKID) for name in CORNERS)),
+        0.12,
+        turn(),
+    ),
+    "slip, which a URDF cannot give": (robot(BASE, WHEELS, *(tags(name, **SLIP) for name in CORNERS)), 0.12, turn()),
+    "spheres as wheels": (
+        robot(
+            BASE,
+            *(wheel(n, *at, shape='<sphere radius="0.1"/>') for n, at in CORNERS.items()),
+            *(tags(name, mu1=0.9, mu2=0.5) for name in CORNERS),
+        ),
+        0.12,
+        turn(),
+    ),
+    "meshes as wheels": (
+        robot(BASE, *(wheel(name, *place, shape=MESH) for name, place in CORNERS.items())),
+        0.12,
+        turn(),
+    ),
+    "six wheels": (
+        robot(BASE, WHEELS, wheel("ml", 0, 0.2), wheel("mr", 0, -0.2)),
+        0.12,
+        turn((*CORNERS, "ml", "mr")),
+    ),
+    "suspension": (robot(BASE, springs()), 0.12, turn()),
+    "steering by effort": (
+        robot(BASE, hinges(("fl", "fr"), STEER)),
+        0.12,
+        turn(left=5.0)
+        + [(350, "sfl_joint", "effort", 0.5, 0.0), (350, "sfr_joint", "effort", 0.3, 0.0)],
+    ),
+    "parallel steering": (
+        robot(BASE, hinges(("fl", "fr"), STEER)),
+        0.12,
+        turn(left=5.0)
+        + [(step, name, "position", at, 0.0) for step, at in ((200, 0.0), (350, 0.3))
+           for name in ("sfl_joint", "sfr_joint")],
+    ),
+    "limit and friction": (
+        robot(
+            link("base", 20.0, 2.0, '<box size="1 1 2"/>'),
+            link("arm", 1.0, 0.01, centre="0.3 0 0"),
+            joint("hinge", "revolute", "base", "arm", more=ARM),
+        ),
+        1.0,
+        [(200, "hinge", "effort", 4.0, 0.0), (400, "hinge", "effort", -4.0, 0.0)],
+    ),
+    "a merged link without gravity": (
+        robot(
+            BASE,
+            WHEELS,
+            link("sensor", 0.1, 1e-4),
+            joint("held", "fixed", "base", "sensor", "0 0 0.1"),
+            tags("sensor", turnGravityOff="true"),
+        ),
+        0.12,
+        turn(),
+    ),
+}  # fmt: skip
+
+
+def recorded():
+    """Name -> {step: position [m] and quaternion of the base's centre of mass} in Gazebo."""
+    return json.loads(RECORD.read_text(encoding="utf-8"))

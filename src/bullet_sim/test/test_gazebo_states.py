@@ -1,0 +1,51 @@
+"""Solver 'ode': robots are where real Gazebo 11.1 had them, step by step (gazebo_states.py)."""
+
+import gazebo_states
+import numpy as np
+import pytest
+from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.pose import Pose
+from bullet_sim.world import World
+
+RECORDED = gazebo_states.recorded()
+TOLERANCE = 1e-6  # [m], of quaternions: 1; contacts let rounding grow
+
+
+def drive(world, model, commands):
+    """Yield (step, row of the base) every 100 steps of 500, with the commands of a robot."""
+    ode, efforts = world.engine.ode, {}
+    names = world.engine.joint_names(model.body)
+    for step in range(500):
+        for at, joint, kind, value, effort in commands:
+            if at != step:
+                continue
+            index = names.index(joint)
+            if kind == "velocity":
+                ode.set_velocity(model.body, index, value, effort)
+            elif kind == "position":
+                ode.set_position(model.body, index, value, 0.0, 1e9)
+            else:
+                efforts[index] = value
+        for index, effort in efforts.items():
+            ode.add_effort(model.body, index, effort)
+        world.engine.step()
+        if (step + 1) % 100 == 0:
+            yield step + 1, ode.motion(model.body, "base")
+
+
+@pytest.mark.parametrize("name", gazebo_states.ROBOTS)
+def test_robots_are_where_gazebo_has_them(name, tmp_path):
+    urdf, height, commands = gazebo_states.ROBOTS[name]
+    gazebo_states.write_wheel(tmp_path / "wheel.stl")
+    world = World(solver="ode", gravity=gazebo_states.GRAVITY)
+    world.spawn(sdf.ground_plane())
+    text = urdf.replace("{folder}", str(tmp_path))
+    model = world.spawn_urdf("bot", text, Pose((0.0, 0.0, height)), lambda uri: uri[7:])
+    differences = {}
+    for step, (position, orientation) in drive(world, model, commands):
+        wanted = np.array(RECORDED[name][str(step)])
+        found = np.array([*position, *orientation])
+        found[3:] *= np.sign(found[3:] @ wanted[3:])
+        differences[step] = float(np.abs(found - wanted).max())
+    world.close()
+    assert max(differences.values()) < TOLERANCE, differences
