@@ -364,13 +364,13 @@ def window_arguments(arguments, pads=PADS):
 
 def simulator_runs(environ):
     """Returns whether the environment's master knows a node /gazebo."""
-    uri = environ["ROS_MASTER_URI"]
-    host, _, port = uri.partition("://")[2].split("/")[0].rpartition(":")
-    try:
-        socket.create_connection((host.strip("[]"), int(port)), MASTER_TIMEOUT).close()
-    except (OSError, ValueError):
-        return False  # no master yet; roslaunch starts one, or says what is wrong with the address
-    return _knows_simulator(uri)
+    return _address_of("/gazebo", environ["ROS_MASTER_URI"]) is not None
+
+
+def page_runs(environ):
+    """Returns whether the environment's master knows a node /web, and it is still there."""
+    address = _address_of("/web", environ["ROS_MASTER_URI"])
+    return address is not None and _accepts(address)
 
 
 def refuse_second_world(environ):
@@ -387,17 +387,35 @@ def refuse_second_world(environ):
         )
 
 
-def _knows_simulator(uri):
+def _accepts(uri):
+    """Returns whether something listens at a URI's host and port."""
+    host, _, port = uri.partition("://")[2].split("/")[0].rpartition(":")
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), MASTER_TIMEOUT).close()
+    except (OSError, ValueError):
+        return False
+    return True
+
+
+def _address_of(node, uri):
+    """Looks a node up.
+
+    Returns:
+        Its URI; None: the master at a URI does not know it, or does not answer.
+    """
     from http.client import HTTPException
     from xml.parsers.expat import ExpatError
     from xmlrpc.client import Error, ServerProxy
 
+    if not _accepts(uri):
+        return None  # no master yet; roslaunch starts one, or says what is wrong with the address
     before = socket.getdefaulttimeout()
     socket.setdefaulttimeout(MASTER_TIMEOUT)
     try:
         with ServerProxy(uri) as master:
-            return master.lookupNode("/paddock", "/gazebo")[0] == 1
+            code, _, address = master.lookupNode("/paddock", node)
+            return address if code == 1 else None
     except (OSError, HTTPException, Error, ExpatError):
-        return False  # something else listens there, or it does not answer
+        return None  # something else listens there
     finally:
         socket.setdefaulttimeout(before)

@@ -1,7 +1,8 @@
 """Shows the world on a page in a browser: in 3-D, to look at, drive and change.
 
-Beside a simulator that runs already (of any launch file) it shows that one's world. Otherwise it
-starts track, car, control and referee, without a window; launch arguments go to page.launch.
+Beside a simulator that runs already (of any launch file) and has no page yet, it shows that one's
+world. Otherwise it starts track, car, control and referee, without a window; launch arguments go to
+page.launch.
 
 Open the address that is printed, on a computer, a tablet or a phone; it has a token that is new at
 each start. Any number of pages look, one drives. Ctrl-C ends it.
@@ -17,7 +18,7 @@ import os
 import sys
 
 from commands import environment, launching
-from commands.errors import UsageError, say
+from commands.errors import CommandError, UsageError, say
 from commands.launching import LaunchFile
 
 LAUNCH = LaunchFile("deepracer_teleop", "page.launch", fixed=("port", "share"))
@@ -39,6 +40,12 @@ def run(options, rest):
     """Becomes roslaunch."""
     environ = environment.ready()
     beside = launching.simulator_runs(environ)
+    if beside and launching.page_runs(environ):  # another node of that name would end it
+        raise CommandError(
+            f"the simulator on {environ['ROS_MASTER_URI']} has a page already, by its node /web",
+            "Its address is printed where it was started. To start another one, end it first:",
+            "./run exec rosnode kill /web",
+        )
     launch = BESIDE if beside else LAUNCH
     arguments = launch.check(rest)
     if options.share:

@@ -12,6 +12,7 @@ from geometry_msgs.msg import Twist
 from paddock_common.testing import free_port
 from page_client import PageClient, WebNode
 from sim_client import Recorder, wait_for_car, wait_until
+from test_messages import VALID
 
 LAUNCH = """<launch>
   <include file="$(find track_model)/launch/world.launch">
@@ -27,25 +28,6 @@ LAUNCH = """<launch>
 WILD = 10000
 AT_ONCE = 500  # messages of one page: more than 600 would close it
 PAGES, CYCLES = 50, 5
-PLACE = {"x": 1.0, "y": -0.2, "z": 0.0}
-VALID = [
-    {"type": "ack"},
-    {"type": "take"},
-    {"type": "release"},
-    {"type": "drive", "speed": 0.5, "steering": -1},
-    {"type": "topic", "topic": "/cmd_vel"},
-    {"type": "want", "camera": "/camera/image", "lidar": "/scan", "data": True, "contacts": True},
-    {"type": "do", "action": "pause"},
-    {"type": "do", "action": "resume"},
-    {"type": "do", "action": "reset"},
-    {"type": "do", "action": "cancel"},
-    {"type": "do", "action": "step", "count": 10},
-    {"type": "do", "action": "pace", "factor": 1},
-    {"type": "do", "action": "place", "model": "racecar", **PLACE, "yaw": 1.5},
-    {"type": "do", "action": "spawn", "kind": "cone", **PLACE},
-    {"type": "do", "action": "goal", **PLACE},
-    {"type": "do", "action": "remove", "model": "cone_1"},
-]
 ODD = [
     None,
     True,

@@ -2,11 +2,13 @@
 
 import io
 import os
+import threading
+from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
 
 from commands import environment, launching, parsing, processes
-from commands.errors import UsageError
+from commands.errors import CommandError, UsageError
 from commands.subcommands import replay, web
 
 
@@ -42,6 +44,34 @@ def test_beside_a_simulator_only_the_page_is_started(started, monkeypatch, capsy
     assert words == ["port:=0", "share:=false"]
     with pytest.raises(UsageError, match="web.launch has no argument 'track'"):
         run(web, "web", "track:=hard")
+
+
+def test_a_page_that_is_up_is_not_ended_by_a_second_one(started, monkeypatch):
+    monkeypatch.setattr(launching, "simulator_runs", lambda environ: True)
+    monkeypatch.setattr(launching, "page_runs", lambda environ: True)
+    with pytest.raises(CommandError, match="on http://127.0.0.1:1 has a page already") as error:
+        run(web, "web")
+    assert error.value.advice[-1] == "./run exec rosnode kill /web" and started == []
+
+
+@pytest.mark.parametrize("known, listens", [(True, True), (True, False), (False, False)])
+def test_a_page_is_up_while_its_node_listens(known, listens):
+    """A node that was killed stays in the master's list."""
+    with SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False) as master:
+        node = f"http://127.0.0.1:{master.server_address[1] if listens else 1}/"
+        master.register_function(
+            lambda _caller, name: [1, "", node] if known and name == "/web" else [-1, "", 0],
+            "lookupNode",
+        )
+        thread = threading.Thread(target=master.serve_forever)
+        thread.start()
+        environ = {"ROS_MASTER_URI": f"http://127.0.0.1:{master.server_address[1]}"}
+        try:
+            assert launching.page_runs(environ) == (known and listens)
+            assert not launching.simulator_runs(environ)
+        finally:
+            master.shutdown()
+            thread.join()
 
 
 @pytest.mark.parametrize(

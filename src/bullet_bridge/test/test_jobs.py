@@ -37,6 +37,40 @@ def test_exception_reaches_the_caller_and_the_owner_goes_on(owned):
     assert jobs.call(lambda: 7, timeout=90) == 7
 
 
+def test_jobs_that_only_read_do_not_count_as_changes(owned):
+    jobs, owner = owned
+    assert jobs.read(threading.get_ident, timeout=90) == owner.ident
+    with pytest.raises(ZeroDivisionError):
+        jobs.read(lambda: 1 / 0, timeout=90)
+    idle = JobQueue()
+    for ask in (idle.read, idle.call, idle.read):
+        caller = threading.Thread(target=ask, args=(lambda: None, 90))
+        caller.start()
+        while not len(idle._jobs):
+            time.sleep(0.001)
+        assert idle.run_pending() == (ask == idle.call)
+        caller.join()
+
+
+def test_a_job_that_failed_counts_as_a_change():
+    """It may have changed something before."""
+    jobs, errors = JobQueue(), []
+
+    def ask():
+        try:
+            jobs.call(lambda: 1 / 0, timeout=90)
+        except ZeroDivisionError as error:
+            errors.append(error)
+
+    caller = threading.Thread(target=ask)
+    caller.start()
+    while not len(jobs._jobs):
+        time.sleep(0.001)
+    assert jobs.run_pending() == 1
+    caller.join()
+    assert len(errors) == 1
+
+
 def test_timeout_when_nobody_runs_the_jobs():
     with pytest.raises(TimeoutError, match="did not respond within 0.02 s"):
         JobQueue().call(lambda: None, timeout=0.02)

@@ -19,6 +19,8 @@ class Direct:
     def call(job):
         return job()
 
+    read = call
+
 
 @pytest.fixture(name="desk")
 def _desk(monkeypatch):

@@ -2,15 +2,21 @@
 
 import math
 import threading
+from types import SimpleNamespace
 
 import pytest
 from bullet_bridge.loop.jobs import JobQueue
 from bullet_bridge.services import handlers
 from bullet_bridge.services import models as model_services
+from bullet_bridge.services.lights import LightServices
+from bullet_bridge.services.links import JointServices, LinkServices
 from bullet_bridge.services.models import ModelServices
+from bullet_bridge.services.physics import PhysicsProperties, PhysicsServices
 from bullet_sim.world import World
 from gazebo_msgs import srv
+from gazebo_msgs.msg import LinkState, ModelState
 from geometry_msgs.msg import Pose as PoseMsg
+from std_srvs.srv import EmptyRequest
 
 URDF = (
     '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
@@ -53,7 +59,14 @@ class Desk:
             handlers.rospy, "logerr", lambda text, *rest: self.log.append(text % rest)
         )
         self.world, self.jobs, self.robots = World(), JobQueue(), FakeRobots()
+        self.changes = 0  # jobs that did not say that they only read
         ModelServices("/gazebo", self.world, self.jobs, self.robots, str)
+        LinkServices("/gazebo", self.world, self.jobs, self.robots)
+        JointServices("/gazebo", self.world, self.jobs)
+        LightServices("/gazebo", self.world, self.jobs, lambda: None)
+        server = SimpleNamespace(real_time_factor=1.0, paused=True, set_paused=lambda _: None)
+        properties = PhysicsProperties(self.world, server)
+        PhysicsServices("/gazebo", self.jobs, server, properties)
 
     def call(self, name, request):
         """Call a handler in another thread; the jobs run in this one."""
@@ -68,7 +81,7 @@ class Desk:
         caller = threading.Thread(target=ask)
         caller.start()
         while caller.is_alive():
-            self.jobs.run_pending(wait=0.005)
+            self.changes += self.jobs.run_pending(wait=0.005)
         caller.join()
         return results[0]
 
@@ -100,6 +113,46 @@ def test_spawn_ask_and_delete(desk):
     assert state.success and state.header.frame_id == "bot::plate" and state.header.seq == 1
     assert desk.call("delete_model", srv.DeleteModelRequest("bot")).success
     assert desk.world.models == {} and desk.robots.closed == [True]
+
+
+@pytest.mark.parametrize(
+    "name, request_",
+    [
+        ("get_model_state", srv.GetModelStateRequest("bot", "")),
+        ("get_model_properties", srv.GetModelPropertiesRequest("bot")),
+        ("get_world_properties", srv.GetWorldPropertiesRequest()),
+        ("get_link_state", srv.GetLinkStateRequest("bot::plate", "")),
+        ("get_link_properties", srv.GetLinkPropertiesRequest("bot::base")),
+        ("get_joint_properties", srv.GetJointPropertiesRequest("weld")),
+        ("get_light_properties", srv.GetLightPropertiesRequest("sun")),
+        ("get_physics_properties", srv.GetPhysicsPropertiesRequest()),
+    ],
+)
+def test_what_only_reads_says_so(desk, name, request_):
+    desk.spawn()
+    desk.changes = 0
+    assert desk.call(name, request_).success and desk.changes == 0
+
+
+@pytest.mark.parametrize(
+    "name, request_",
+    [
+        ("set_model_state", srv.SetModelStateRequest(ModelState(model_name="bot"))),
+        ("set_model_configuration", srv.SetModelConfigurationRequest(model_name="bot")),
+        ("set_link_state", srv.SetLinkStateRequest(LinkState(link_name="bot::base"))),
+        ("apply_body_wrench", srv.ApplyBodyWrenchRequest(body_name="bot::base")),
+        ("clear_body_wrenches", srv.BodyRequestRequest("bot::base")),
+        ("set_light_properties", srv.SetLightPropertiesRequest(light_name="sun")),
+        ("set_physics_properties", srv.SetPhysicsPropertiesRequest(time_step=0.002)),
+        ("pause_physics", EmptyRequest()),
+        ("delete_model", srv.DeleteModelRequest("bot")),
+    ],
+)
+def test_what_changes_the_world_counts_as_a_change(desk, name, request_):
+    desk.spawn()
+    desk.changes = 0
+    desk.call(name, request_)
+    assert desk.changes == 1
 
 
 def test_a_robot_that_cannot_be_connected_does_not_stay(desk):

@@ -1,11 +1,13 @@
 """The loop against a wall clock that only advances when something waits or works."""
 
 import math
+import threading
 
 import pytest
 import rospy
 from bullet_bridge.loop import clock as clock_module
 from bullet_bridge.loop.clock import CLOCK_STRIDE, Schedule, SimClock
+from bullet_bridge.loop.jobs import JobQueue
 from bullet_bridge.loop.server import Server
 from bullet_bridge.node import Config
 from bullet_sim.errors import WorldError
@@ -67,6 +69,7 @@ class Robots:
     def __init__(self, rate=0.0):
         self.schedule = Schedule(rate, 0.001) if rate else None
         self.seen, self.applied, self.failures, self.restarts = [], [], [], 0
+        self.refreshed = 0
 
     def apply_commands(self):
         self.applied.append(True)
@@ -79,7 +82,7 @@ class Robots:
             self.seen.append(step)
 
     def refresh(self):
-        """Nothing to do."""
+        self.refreshed += 1
 
     def restart(self):
         self.restarts += 1
@@ -206,6 +209,22 @@ def test_time_stops_while_paused_and_does_not_catch_up():
     rig.server.set_paused(True)
     assert rig.published[-1][0] == pytest.approx(rig.world.time)
     assert rig.server.statistics()["real_time_factor"] == 0.0
+
+
+@pytest.mark.parametrize("paused", [False, True])
+def test_jobs_that_only_read_cost_no_refresh(paused):
+    rig, jobs = Rig(paused=paused), JobQueue()
+    rig.server._jobs = jobs
+
+    def refreshes(ask):
+        """How often one job of a caller has the robots refreshed."""
+        before, caller = rig.robots.refreshed, threading.Thread(target=ask, args=(lambda: 1, 90.0))
+        caller.start()
+        while caller.is_alive():
+            rig.server.spin_once()
+        return rig.robots.refreshed - before
+
+    assert [refreshes(ask) for ask in (jobs.read, jobs.call, jobs.read)] == [0, 1, 0]
 
 
 @pytest.mark.parametrize("count", [1, 7, 20, 1234])

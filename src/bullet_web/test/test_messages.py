@@ -6,20 +6,20 @@ import random
 import pytest
 from bullet_web.messages import ACTIONS, FIELDS, BadMessage, parse
 
-PLACE = {"x": 1.0, "y": -2, "z": 0.0}
-VALID = [
+PLACE = {"x": 1.0, "y": -0.2, "z": 0.0}
+VALID = [  # of the track with our car, also for tests/ros/test_web_safety.py
     {"type": "ack"},
     {"type": "take"},
     {"type": "release"},
     {"type": "drive", "speed": 0.5, "steering": -1},
     {"type": "topic", "topic": "/cmd_vel"},
-    {"type": "want", "camera": "/camera/image", "lidar": "", "data": True, "contacts": False},
+    {"type": "want", "camera": "/camera/image", "lidar": "/scan", "data": True, "contacts": True},
     {"type": "do", "action": "pause"},
     {"type": "do", "action": "resume"},
     {"type": "do", "action": "reset"},
     {"type": "do", "action": "cancel"},
-    {"type": "do", "action": "step", "count": 100},
-    {"type": "do", "action": "pace", "factor": 0},
+    {"type": "do", "action": "step", "count": 10},
+    {"type": "do", "action": "pace", "factor": 1},
     {"type": "do", "action": "place", "model": "racecar", **PLACE, "yaw": 1.5},
     {"type": "do", "action": "spawn", "kind": "cone", **PLACE},
     {"type": "do", "action": "goal", **PLACE},

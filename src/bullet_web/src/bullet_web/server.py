@@ -54,6 +54,7 @@ LOGIN = """<!doctype html><meta name="viewport" content="width=device-width">
 <title>Paddock</title><body style="font: 18px sans-serif; margin: 3em">
 <form method="post"><label>Password <input name="password" type="password" autofocus></label>
 <button>Open</button></form>"""
+WRONG = LOGIN + "<p>That is not the password.</p>"
 
 
 Write = Callable[[str | bytes], "asyncio.Future[Any] | None"]
@@ -221,7 +222,9 @@ class Index(Guarded):
         async with self.server.guessing:  # one guess after the other
             if not self.server.is_password(self.get_body_argument("password", "") or ""):
                 await asyncio.sleep(SLOW)
-                raise tornado.web.HTTPError(403)
+                self.set_status(403)
+                self.finish(WRONG)
+                return
         self.set_cookie(
             COOKIE, self.server.key, path=f"/{token}/", httponly=True, samesite="Strict"
         )

@@ -15,8 +15,8 @@ class QueueClosed(TimeoutError):
 
 
 class _Job:
-    def __init__(self, work: Callable[[], Any]) -> None:
-        self.work, self.done = work, threading.Event()
+    def __init__(self, work: Callable[[], Any], reads: bool) -> None:
+        self.work, self.reads, self.done = work, reads, threading.Event()
         self.result: Any = None
         self.error: BaseException | None = None
 
@@ -55,7 +55,14 @@ class JobQueue:
             QueueClosed: the simulation has ended.
             Exception: what the job raised.
         """
-        job = _Job(work)
+        return self._run(_Job(work, reads=False), timeout)
+
+    def read(self, work: Callable[[], T], timeout: float = TIMEOUT) -> T:
+        """As call(), for work that changes neither the world nor what is published of it."""
+        return self._run(_Job(work, reads=True), timeout)
+
+    def _run(self, job: _Job, timeout: float) -> Any:
+        """Queue a job and wait for it; see call()."""
         self._jobs.append(job)
         if self._closed:
             self.close()
@@ -78,7 +85,7 @@ class JobQueue:
         """Run the queued jobs in order; wait up to `wait` seconds for a first one.
 
         Returns:
-            Number of jobs run.
+            Number of jobs run that may have changed something: all but those of read().
         """
         if wait > 0 and not self._jobs:
             self._wakeup.acquire(timeout=wait)
@@ -99,4 +106,4 @@ class JobQueue:
                 raise
             finally:
                 job.done.set()
-            count += 1
+            count += not job.reads

@@ -50,7 +50,7 @@ class LightServices:
         return light
 
     def _get(self, request: Any) -> srv.GetLightPropertiesResponse:
-        light = self._jobs.call(lambda: self._light(request.light_name))
+        light = self._jobs.read(lambda: self._light(request.light_name))
         return srv.GetLightPropertiesResponse(
             diffuse=ColorRGBA(*light.diffuse, 1.0),
             attenuation_constant=light.constant,

@@ -75,7 +75,7 @@ class LinkServices:
             frame = find_frame(self._world, request.reference_frame)
             return frame.inward(*model.link_state(link))
 
-        pose, linear, angular = self._jobs.call(work)
+        pose, linear, angular = self._jobs.read(work)
         return srv.GetLinkStateResponse(
             link_state=LinkState(
                 link_name=request.link_name,
@@ -118,7 +118,7 @@ class LinkServices:
         def work() -> tuple[float, Array, Array]:
             return changes.link_properties(*find_link(self._world, request.link_name))
 
-        mass, center, inertia = self._jobs.call(work)
+        mass, center, inertia = self._jobs.read(work)
         com = PoseMsg()
         com.position.x, com.position.y, com.position.z = (float(c) for c in center)
         com.orientation.w = 1.0
@@ -226,7 +226,7 @@ class JointServices:
                 response.rate = [float(rates[index])]
             return response
 
-        response = self._jobs.call(work)
+        response = self._jobs.read(work)
         response.status_message = "got the properties"
         return response
 

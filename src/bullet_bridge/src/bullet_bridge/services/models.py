@@ -119,7 +119,7 @@ class ModelServices:
             frame = find_frame(self._world, request.relative_entity_name)
             return self._world.time, frame.inward(*model.link_state(model.description.root))
 
-        time, (pose, linear, angular) = self._jobs.call(work)
+        time, (pose, linear, angular) = self._jobs.read(work)
         response = srv.GetModelStateResponse(
             pose=pose_to_msg(pose),
             twist=twist_to_msg(linear, angular),
@@ -166,13 +166,13 @@ class ModelServices:
         return srv.SetModelConfigurationResponse(status_message=message)
 
     def _get_world(self, _: Any) -> srv.GetWorldPropertiesResponse:
-        time, names = self._jobs.call(lambda: (self._world.time, list(self._world.models)))
+        time, names = self._jobs.read(lambda: (self._world.time, list(self._world.models)))
         return srv.GetWorldPropertiesResponse(
             sim_time=time, model_names=names, rendering_enabled=True
         )
 
     def _get_properties(self, request: Any) -> srv.GetModelPropertiesResponse:
-        model = self._jobs.call(lambda: self._world.model(request.model_name))
+        model = self._jobs.read(lambda: self._world.model(request.model_name))
         return srv.GetModelPropertiesResponse(  # links that fixed joints merge: none, as in Gazebo
             canonical_body_name=model.description.root,
             body_names=list(model.rigid_parts),

@@ -138,7 +138,7 @@ class PhysicsServices:
         rospy.Service(name, Empty, empty_service_handler(lambda _: self._jobs.call(job)))
 
     def _get(self, _: Any) -> srv.GetPhysicsPropertiesResponse:
-        now = self._jobs.call(self._properties.read)
+        now = self._jobs.read(self._properties.read)
         return srv.GetPhysicsPropertiesResponse(
             time_step=now.time_step,
             pause=self._server.paused,
@@ -212,7 +212,7 @@ class PhysicsServer(ValuesServer):
         except (SimError, TimeoutError) as error:
             rospy.logerr("physics properties: %s", error)
         try:
-            self._last = as_config(self._jobs.call(self._properties.read))
+            self._last = as_config(self._jobs.read(self._properties.read))
         except TimeoutError as error:
             rospy.logerr("physics properties: %s", error)
         config.update(self._last)

@@ -66,11 +66,15 @@ class StateServices:
 
 
 def advertise_json(name: str, jobs: "JobQueue", work: Callable[[], Any]) -> None:
-    """Advertise a std_srvs/Trigger service that responds with the result of a job, as JSON."""
+    """Advertise a std_srvs/Trigger service that responds with the result of a job, as JSON.
+
+    Args:
+        work: changes nothing, see JobQueue.read.
+    """
 
     def handle(_: Any) -> TriggerResponse:
         try:
-            return TriggerResponse(True, json.dumps(jobs.call(work)))
+            return TriggerResponse(True, json.dumps(jobs.read(work)))
         except TimeoutError as error:
             return TriggerResponse(False, str(error))
 
@@ -180,7 +184,7 @@ class StepService:
     def handle(self, request: Any) -> StepResponse:
         try:
             required = self._required(request)
-            self._jobs.call(self._check)
+            self._jobs.read(self._check)
             steps = self._begin(request.n, self._received.take(required, self._timeout))
         except (ValueError, TimeoutError) as error:  # SimError is a ValueError
             rospy.logerr("step: %s", error)
