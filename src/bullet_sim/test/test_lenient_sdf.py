@@ -164,7 +164,7 @@ VALUES = {
     "a negative step": (physics("<max_step_size>-1</max_step_size>"), step, 0.001, ["-1.0"]),
     "a step of NaN": (physics("<max_step_size>nan</max_step_size>"), step, 0.001, ["'nan'"]),
     "a step of a day": (physics("<max_step_size>86400</max_step_size>"), step, 0.001, ["86400"]),
-    "gravity of two": ("<gravity>0 0</gravity>", lambda w: w.gravity, (0, 0, -9.81), ["'0 0'"]),
+    "gravity of two": ("<gravity>0 0</gravity>", lambda w: w.gravity, (0, 0, -9.8), ["'0 0'"]),
     "a rate below 0": (
         physics("<real_time_update_rate>-1</real_time_update_rate>"),
         lambda w: w.real_time_factor,

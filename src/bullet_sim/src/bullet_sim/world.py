@@ -201,6 +201,8 @@ class World:
         """
         self.name, self.scene = described.name, described.scene
         self.engine.set_gravity(described.gravity)
+        if self.engine.ode is not None:
+            self.engine.ode.configure(described.ode)
         self.engine.set_time_step(described.step)
         for model, pose in described.models:
             try:

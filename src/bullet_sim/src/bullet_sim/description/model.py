@@ -235,6 +235,8 @@ class Joint:
         lower, upper: limits [rad, m]; None: none.
         effort, velocity: limits [N m, N], [rad/s, m/s]; 0: the file gives none.
         damping, friction: [N m s/rad, N s/m], [N m, N].
+        implicit_damping: the solver 'ode' has damping as a constraint, which no step is too long
+            for; False: as an effort of the last velocity.
         anchor: joint's frame in the child link's; in a URDF the two are equal.
         mimic: set if it follows another joint.
     """
@@ -251,6 +253,7 @@ class Joint:
     velocity: float = 0.0
     damping: float = 0.0
     friction: float = 0.0
+    implicit_damping: bool = False
     anchor: Pose = Pose()
     mimic: Mimic | None = None
 

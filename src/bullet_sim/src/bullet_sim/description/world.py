@@ -103,11 +103,33 @@ MIN_STEP = 1e-6  # [s] minimum physics step
 DEFAULT_STEP = 0.001  # [s]
 
 
+@dataclass(frozen=True)
+class OdeSettings:
+    """What a world's <physics> says of ODE's quick solver; the defaults are sdformat's.
+
+    Attributes:
+        iterations: per step.
+        relaxation: factor of each correction (sor).
+        cfm: constraint force mixing of joints [s/kg].
+        erp: fraction of a joint's error that is corrected in a step.
+        max_speed: at which contacts push bodies apart, at most [m/s].
+        evens_inertias: inertias of hinged bodies are at most 200:1 (use_dynamic_moi_rescaling).
+    """
+
+    iterations: int = 50
+    relaxation: float = 1.3
+    cfm: float = 0.0
+    erp: float = 0.2
+    max_speed: float = 100.0
+    evens_inertias: bool = False
+
+
 @dataclass
 class WorldDescription:
     """Contents of a world file; models with their world poses, in file order.
 
     Attributes:
+        ode: settings of the solver 'ode'.
         gravity: [m/s^2].
         step: of the physics [s].
         real_time_factor: simulated seconds per wall second that the file asks for; 0: as fast
@@ -116,6 +138,7 @@ class WorldDescription:
     """
 
     name: str = "default"
+    ode: OdeSettings = OdeSettings()
     gravity: Vec3 = (0.0, 0.0, -9.81)
     step: float = DEFAULT_STEP
     real_time_factor: float = 1.0

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -173,6 +173,8 @@ class Engine:
     def set_solver_iterations(self, count: int) -> None:
         """Change the iterations of the constraint solver per step."""
         self.solver_iterations = int(count)
+        if self.ode is not None:
+            self.ode.configure(replace(self.ode.settings, iterations=self.solver_iterations))
         p.setPhysicsEngineParameter(
             numSolverIterations=self.solver_iterations, physicsClientId=self.client
         )

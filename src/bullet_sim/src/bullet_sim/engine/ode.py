@@ -15,6 +15,7 @@ import pybullet as p
 
 from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.model import Joint, Link, Shape, Surface
+from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine.rays import mesh_corners
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Array, Pose, Vec3, compose, matrix_from_quaternion
@@ -29,7 +30,6 @@ except ImportError as error:  # numba is needed by this solver alone
         f"solver 'ode' needs the Python package numba ({error}); the other solver is 'bullet'"
     ) from error
 
-ITERATIONS = 50  # Gazebo's default
 STIFFNESS, DAMPING = 1e12, 1.0  # kp, kd of a contact where a file gives none, as in sdformat
 MAX_SPEED = 0.01  # [m/s] max_vel of a contact where a file gives none, as in sdformat
 FRICTION = 1.0
@@ -72,14 +72,24 @@ class OdeSolver:
     """Moves an engine's bodies.
 
     Attributes:
-        iterations: of the solver per step.
+        settings: of the world.
     """
 
     def __init__(self, engine: "Engine") -> None:
-        self._engine, self.iterations = engine, ITERATIONS
+        self._engine = engine
+        self.configure(OdeSettings())
         self._client = engine.client
         self._files: dict[tuple[Any, ...], Array] = {}  # vertices of meshes
         self.clear()
+
+    def configure(self, settings: OdeSettings) -> None:
+        """Set what a world file says of the solver, before bodies are added."""
+        self.settings = settings
+        self._engine.solver_iterations = settings.iterations
+        numbers = np.zeros(q.S_SIZE)
+        numbers[q.S_RELAXATION], numbers[q.S_ERP] = settings.relaxation, settings.erp
+        numbers[q.S_CFM], numbers[q.S_EVEN] = settings.cfm, float(settings.evens_inertias)
+        self._numbers = numbers
 
     def clear(self) -> None:
         """All bodies are gone."""
@@ -183,7 +193,7 @@ class OdeSolver:
                 key = part.body, part.links[name]
                 owner.append(key)
                 groups.append(part.body)
-                bodies.append(_body_row(link))
+                bodies.append(_body_row(link, self.settings.max_speed))
                 for shape in link.collisions:
                     kind, start = _KINDS.get(shape.geometry.kind, q.OTHER), sum(map(len, vertices))
                     if kind == q.MESH:
@@ -317,6 +327,7 @@ class OdeSolver:
         lower, upper = joint.lower, joint.upper
         row[q.LOWER], row[q.UPPER] = (1.0, -1.0) if lower is None else (lower, upper)
         row[q.DAMPING], row[q.FMAX], row[q.TARGET] = joint.damping, joint.friction, math.nan
+        row[q.IMPLICIT] = float(joint.implicit_damping)
         return row
 
     def _rows(self, part: Part) -> Array:
@@ -373,6 +384,10 @@ class OdeSolver:
         """Put PyBullet's bodies where they are here."""
         client, engine = self._client, self._engine
         for body, part in self._parts.items():
+            if not np.isfinite(self._rows(part)[:, : q.PLACE]).all():
+                nowhere = [math.nan] * 3  # it is told by its velocity, and stays where it was
+                p.resetBaseVelocity(body, nowhere, nowhere, physicsClientId=client)
+                continue
             if not part.is_fixed:
                 row = self.bodies[part.first]
                 orientation = row[q.QUAT : q.QUAT + 4].tolist()
@@ -442,9 +457,9 @@ class OdeSolver:
 
     def _advance(self, count: int, given: int, gravity: Array) -> int:
         return q.advance(
-            count, self._engine.time_step, self.iterations, gravity, self.bodies, self._sequence,
-            self.joints, self._types, self._starts, self._lists, self._below, self._shapes,
-            self._kinds, self._firsts, self._points, self._planes, self._touches, self._boxes, self._groups, self._contacts,
+            count, self._engine.time_step, self.settings.iterations, self._numbers, gravity,
+            self.bodies, self._sequence, self.joints, self._types, self._starts, self._lists,
+            self._below, self._shapes, self._kinds, self._firsts, self._points, self._planes, self._touches, self._boxes, self._groups, self._contacts,
             self._owners, given, self._watch, self._rows_, self._links, self._first_row,
             self._order, self._work, self._marks, self._result,
         )  # fmt: skip
@@ -649,7 +664,7 @@ def _set_inertia(row: Array, mass: float, inertia: Array) -> None:
     row[q.INVERSE : q.INVERSE + 9] = np.linalg.inv(inertia).ravel()
 
 
-def _body_row(link: Link) -> Array:
+def _body_row(link: Link, max_speed: float) -> Array:
     row = np.zeros(q.B_SIZE)
     row[q.QUAT + 3], row[q.PLACE] = 1.0, math.inf
     _set_inertia(row, link.mass, link.inertia)
@@ -658,6 +673,7 @@ def _body_row(link: Link) -> Array:
         surface = link.collisions[-1].surface or surface
     row[q.GRAVITY] = float(link.gravity)
     row[q.MAX_VEL] = MAX_SPEED if surface.max_speed is None else surface.max_speed
+    row[q.MAX_VEL] = min(row[q.MAX_VEL], max_speed)
     row[q.MIN_DEPTH] = surface.min_depth
     for shape in link.collisions:
         reach = _reach(shape.geometry.kind, shape.geometry.size)

@@ -63,12 +63,15 @@ W_R, W_I, W_V, W_F, W_T, W_A, W_A2, W_SIZE = 0, 9, 18, 27, 33, 39, 45, 51
 
 BILATERAL, UNILATERAL = -1, -2  # instead of the index of the normal's row
 INFINITE = 1e300
-ERP = 0.2  # fraction of a joint's error that is corrected in a step
-RELAXATION, FRICTION_SCALE = 1.3, 0.25
+# settings of a world: relaxation, fraction of a joint's error that is corrected in a step, CFM of
+# joints, whether the inertias of hinged bodies are moved closer to each other
+S_RELAXATION, S_ERP, S_CFM, S_EVEN, S_SIZE = 0, 1, 2, 3, 4
+FRICTION_SCALE = 0.25
 FRICTION_ITERATIONS = 10
 SMOOTHING = 0.01
 WARM_START = 0.5
 MESH_CONTACTS = 10  # of a mesh with a plane, sdformat's max_contacts of a collision
+INERTIA_RATIO = 200.0  # above which inertias across a hinge are moved closer
 _PARALLEL = 1e-7
 
 
@@ -133,6 +136,54 @@ def _plane_space(n: Array, p: Array, q: Array) -> None:
         k = 1.0 / math.sqrt(a)
         p[0], p[1], p[2] = -n[1] * k, n[0] * k, 0.0
         q[0], q[1], q[2] = -n[2] * p[1], n[2] * p[0], a * k
+
+
+@njit(cache=True)
+def _invert(m: Array, out: Array) -> None:
+    """Inverse of a symmetric matrix (nine numbers)."""
+    a, b, c, d, e, f = m[0], m[1], m[2], m[4], m[5], m[8]
+    det = a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d)
+    out[0], out[1], out[2] = (d * f - e * e) / det, (c * e - b * f) / det, (b * e - c * d) / det
+    out[3], out[4], out[5] = out[1], (a * f - c * c) / det, (b * c - a * e) / det
+    out[6], out[7], out[8] = out[2], out[5], (a * d - b * b) / det
+
+
+@njit(cache=True)
+def _even_out(work: Array, one: int, two: int, axis: Array) -> None:
+    """Move the inertias of two hinged bodies along a constrained axis closer to each other."""
+    m1 = m2 = 0.0
+    for i in range(3):
+        for j in range(3):
+            m1 += axis[i] * work[one, W_I + 3 * i + j] * axis[j]
+            m2 += axis[i] * work[two, W_I + 3 * i + j] * axis[j]
+    large, small = one, two
+    if m2 > m1:
+        large, small, m1, m2 = two, one, m2, m1
+    if m1 <= INERTIA_RATIO * m2:
+        return
+    moved = (m1 - INERTIA_RATIO * m2) / (1.0 + INERTIA_RATIO)
+    dominant = True  # the matrices' diagonals, also afterwards
+    for i in range(3):
+        rest_large = rest_small = 0.0
+        for j in range(3):
+            if j != i:
+                part = moved * axis[i] * axis[j]
+                rest_large += abs(work[large, W_I + 3 * i + j] - part)
+                rest_small += abs(work[small, W_I + 3 * i + j] + part)
+        part = moved * axis[i] * axis[i]
+        if (
+            work[large, W_I + 4 * i] - part <= rest_large
+            or work[small, W_I + 4 * i] + part <= rest_small
+        ):
+            dominant = False
+    if dominant:
+        for i in range(3):
+            for j in range(3):
+                part = moved * axis[i] * axis[j]
+                work[large, W_I + 3 * i + j] -= part
+                work[small, W_I + 3 * i + j] += part
+    for body in (one, two):
+        _invert(work[body, W_I : W_I + 9], work[body, W_V : W_V + 9])
 
 
 @njit(cache=True)
@@ -572,6 +623,7 @@ def _joint_rows(
     rows: Array,
     links: Array,
     work: Array,
+    settings: Array,
 ) -> int:
     """Rows of joint j, from row m; the number of rows then."""
     joint = joints[j]
@@ -588,7 +640,7 @@ def _joint_rows(
     else:
         for k in range(3):
             a2[k], ax2[k] = joint[ANCHOR2 + k], joint[AXIS2 + k]
-    gain, first = ERP / step, m
+    gain, first = settings[S_ERP] / step, m
     count = 3 if kind == SLIDER else 5 if kind == HINGE else 6
     for i in range(count + (2 if kind == SLIDER else 0)):
         for k in range(12):
@@ -621,6 +673,8 @@ def _joint_rows(
                     row[R_J + 9 + k] = -t[k]
             row[R_C] = gain * (u[0] * t[0] + u[1] * t[1] + u[2] * t[2])
             m += 1
+            if two >= 0 and settings[S_EVEN] != 0.0:
+                _even_out(work, one, two, t)
     else:  # nothing rotates
         error4, inverse = np.empty(4), np.empty(4)
         if two >= 0:
@@ -658,10 +712,10 @@ def _joint_rows(
             row[R_C] = gain * error
             m += 1
     for i in range(first, m):
-        rows[i, R_MAX], rows[i, R_CFM] = INFINITE, 0.0
+        rows[i, R_MAX], rows[i, R_CFM] = INFINITE, settings[S_CFM]
         rows[i, R_LOW], rows[i, R_HIGH], links[i, 2] = -INFINITE, INFINITE, BILATERAL
     if kind != FIXED:
-        m = _limit_row(step, m, joint, kind, one, two, ax1, bodies, rows, links, work)
+        m = _limit_row(step, m, joint, kind, one, two, ax1, bodies, rows, links, work, settings)
     for i in range(first, m):
         links[i, 0], links[i, 1], links[i, 3], links[i, 4] = one, two, j, i - first
     return m
@@ -680,6 +734,7 @@ def _limit_row(
     rows: Array,
     links: Array,
     work: Array,
+    settings: Array,
 ) -> int:
     """The row of a joint's motor, limit or damping, if it needs one; the number of rows then."""
     position, limit = joint[ANGLE], 0
@@ -703,7 +758,7 @@ def _limit_row(
         _cross(arm, axis, row[R_J + 3 : R_J + 6])
         for k in range(3):
             row[R_J + 9 + k] = row[R_J + 3 + k]
-    row[R_MAX], row[R_CFM] = INFINITE, 0.0
+    row[R_MAX], row[R_CFM] = INFINITE, settings[S_CFM]
     if damped:  # a limit at both sides that yields with the velocity
         row[R_C], row[R_CFM] = 0.0, 1.0 / joint[DAMPING]
         row[R_LOW], row[R_HIGH], links[m, 2] = -INFINITE, INFINITE, UNILATERAL
@@ -717,7 +772,7 @@ def _limit_row(
                 if two >= 0:
                     work[two, W_F + shift + k] += push * axis[k]
         stop = joint[LOWER] if limit == 1 else joint[UPPER]
-        row[R_C], links[m, 2] = -ERP / step * (position - stop), BILATERAL
+        row[R_C], links[m, 2] = -settings[S_ERP] / step * (position - stop), BILATERAL
         row[R_LOW] = 0.0 if limit == 1 and joint[LOWER] < joint[UPPER] else -INFINITE
         row[R_HIGH] = 0.0 if limit == 2 and joint[LOWER] < joint[UPPER] else INFINITE
     else:
@@ -743,6 +798,7 @@ def _build(
     work: Array,
     marks: Array,
     sequence: Array,
+    settings: Array,
 ) -> int:
     """Rows of all constraints, in the order in which ODE finds them; their number.
 
@@ -785,7 +841,7 @@ def _build(
                 if joint_seen[j]:
                     continue
                 joint_seen[j] = 1
-                m = _joint_rows(step, m, j, bodies, joints, types, rows, links, work)
+                m = _joint_rows(step, m, j, bodies, joints, types, rows, links, work, settings)
                 other = types[j, 2] if types[j, 1] == b else types[j, 1]
                 if other >= 0 and not body_seen[other]:
                     body_seen[other] = 1
@@ -807,6 +863,7 @@ def _relax(
     rows: Array,
     links: Array,
     work: Array,
+    settings: Array,
 ) -> None:
     """Right sides, scaled rows and the impulses to begin with."""
     v = np.empty(3)
@@ -836,7 +893,7 @@ def _relax(
             for k in range(6, 12):
                 diagonal += row[R_M + k] * row[R_J + k]
         softness = row[R_CFM] / step
-        scale = RELAXATION / (diagonal + softness)
+        scale = settings[S_RELAXATION] / (diagonal + softness)
         if links[i, 2] >= 0:
             scale *= FRICTION_SCALE
         wanted = row[R_C]
@@ -1077,6 +1134,7 @@ def advance(
     count: int,
     step: float,
     iterations: int,
+    settings: Array,
     gravity: Array,
     bodies: Array,
     sequence: Array,
@@ -1127,8 +1185,8 @@ def advance(
         n = _find_contacts(step, bodies, sequence, shapes, kinds, firsts, points, planes, touches,
                            contacts, owners, max(given, 0), work)  # fmt: skip
         m = _build(step, n, bodies, joints, types, starts, lists, contacts, owners, rows, links,
-                   first_row, work, marks, sequence)  # fmt: skip
-        _relax(step, m, bodies, joints, rows, links, work)
+                   first_row, work, marks, sequence, settings)  # fmt: skip
+        _relax(step, m, bodies, joints, rows, links, work, settings)
         _iterate(m, iterations, rows, links, order, work)
         _move(step, m, n, bodies, joints, types, contacts, first_row, rows, links, work)
         result[0] = n

@@ -149,7 +149,10 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
             _link_flags(element, model, model.links[reference], resolve)
             off = is_true(child_text(element, "turnGravityOff", "false"))
             gravity[reference] = not off and is_true(child_text(element, "gravity", "true"))
-        elif reference not in model.joints:
+        elif reference in model.joints:
+            implicit = _either(element, "implicitSpringDamper", "cfmDamping")
+            model.joints[reference].implicit_damping = is_true(implicit)
+        else:
             model.warn(
                 f"<gazebo reference='{reference}'> refers to no link and no joint; "
                 "what it contains is left out",

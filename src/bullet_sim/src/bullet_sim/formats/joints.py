@@ -15,6 +15,7 @@ from bullet_sim.xml_reader import (
     child_number,
     child_text,
     floats_of,
+    is_true,
     number_of,
     urdf_origin,
 )
@@ -334,4 +335,8 @@ def _axis(
     joint.effort = max(0.0, child_bound(element, f"{tag}/limit/effort", label) or 0.0)
     joint.velocity = max(0.0, child_bound(element, f"{tag}/limit/velocity", label) or 0.0)
     joint.damping = max(0.0, child_number(element, f"{tag}/dynamics/damping", label, 0.0))
+    joint.implicit_damping = any(
+        is_true(child_text(element, f"physics/ode/{key}", "false"))
+        for key in ("implicit_spring_damper", "cfm_damping")
+    )
     joint.friction = max(0.0, child_number(element, f"{tag}/dynamics/friction", label, 0.0))

@@ -117,9 +117,7 @@ def read_inertial(element: Node, link: Link, label: str) -> None:
     link.set_inertia(pose, moments)
 
 
-def read_surfaces(
-    element: Node, link: Link, label: str, model: ModelDescription
-) -> list[Surface]:
+def read_surfaces(element: Node, link: Link, label: str, model: ModelDescription) -> list[Surface]:
     """Set the surface and the collision flags of a Link from a <link> and its <collision>s.
 
     Returns:

@@ -17,6 +17,7 @@ from bullet_sim.description.world import (
     SUN,
     Fog,
     Light,
+    OdeSettings,
     Scene,
     WorldDescription,
     ground_plane,
@@ -288,8 +289,26 @@ def _physics(world: Node, described: WorldDescription, label: str) -> None:
         )
         step = DEFAULT_STEP
     described.step = step
+    described.ode = _ode_settings(world, label)
     rate = child_number(world, "physics/real_time_update_rate", label, DEFAULT_RATE)
     described.real_time_factor = max(0.0, rate) * step
+
+
+def _ode_settings(world: Node, label: str) -> OdeSettings:
+    default = OdeSettings()
+
+    def number(path: str, value: float, lower: float) -> float:
+        return max(lower, child_number(world, f"physics/ode/{path}", label, value))
+
+    even = child_text(world, "physics/ode/solver/use_dynamic_moi_rescaling", "false")
+    return OdeSettings(
+        iterations=int(number("solver/iters", default.iterations, 1.0)),
+        relaxation=number("solver/sor", default.relaxation, 0.0),
+        cfm=number("constraints/cfm", default.cfm, 0.0),
+        erp=number("constraints/erp", default.erp, 0.0),
+        max_speed=number("constraints/contact_max_correcting_vel", default.max_speed, 0.0),
+        evens_inertias=is_true(even),
+    )
 
 
 def _other(element: Node, described: WorldDescription, label: str) -> None:
