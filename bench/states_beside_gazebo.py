@@ -1,11 +1,11 @@
 """States of small robots in Gazebo, step by step, for src/bullet_sim/test/test_gazebo_states.py.
 
-    ./run exec python bench/states_beside_gazebo.py FOLDER            writes worlds, run.sh, a plugin
-    bash FOLDER/run.sh                       where Gazebo 11 and its headers are, FOLDER at that path
+    ./run exec python bench/states_beside_gazebo.py FOLDER          writes worlds, run.sh, a plugin
+    bash FOLDER/run.sh          where Gazebo 11 and its headers are; the folder has the same path
     ./run exec python bench/states_beside_gazebo.py FOLDER --record   reads what run.sh has left
 
-The record has numbers alone: where the base of each robot of src/bullet_sim/test/gazebo_states.py is
-every 100 steps. They end before rounding has grown to a micrometre by the chaos of contacts.
+The record has numbers alone: where the base of each robot of gazebo_states.py is every 100 steps.
+They end before rounding has grown to a micrometre by the chaos of contacts.
 """
 
 import argparse

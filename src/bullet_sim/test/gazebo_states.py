@@ -135,7 +135,11 @@ ROBOTS = {
         0.12,
         turn(),
     ),
-    "slip, which a URDF cannot give": (robot(BASE, WHEELS, *(tags(name, **SLIP) for name in CORNERS)), 0.12, turn()),
+    "slip, which a URDF cannot give": (
+        robot(BASE, WHEELS, *(tags(name, **SLIP) for name in CORNERS)),
+        0.12,
+        turn(),
+    ),
     "spheres as wheels": (
         robot(
             BASE,

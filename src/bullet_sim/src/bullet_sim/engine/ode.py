@@ -355,10 +355,11 @@ class OdeSolver:
         """Links where the base and the joints' positions have them: PyBullet's own links are as
         precise as single precision."""
         position, orientation, linear, angular = self._engine.link_motion(part.body, -1)
-        motions = {part.shapes.root: (Pose(position, orientation), linear, angular)}
+        root: tuple[Pose, Any, Any] = (Pose(position, orientation), linear, angular)
+        motions = {part.shapes.root: root}
         rows = dict(zip(part.names, self._rows(part)))
         for joint, state in zip(part.joints, self._joint_rows(part)):
-            pose, linear, angular = motions[joint.parent]
+            pose, velocity, spin = motions[joint.parent]
             axis, angle = np.array(joint.axis) / np.linalg.norm(joint.axis), state[q.ANGLE]
             frame = pose * joint.origin
             along = frame.matrix @ axis
@@ -370,15 +371,15 @@ class OdeSolver:
                 frame = frame * Pose((0.0, 0.0, 0.0), turn)
                 moved, turned = np.zeros(3), state[q.RATE] * along
             arm = np.subtract(frame.position, pose.position)
-            linear = np.add(linear, np.cross(angular, arm)) + moved
-            motions[joint.child] = frame, linear, np.add(angular, turned)
+            velocity = np.add(velocity, np.cross(spin, arm)) + moved
+            motions[joint.child] = frame, velocity, np.add(spin, turned)
         for name, row in rows.items():
-            pose, linear, angular = motions[name]
+            pose, velocity, spin = motions[name]
             arm = pose.matrix @ part.shapes.links[name].centre
             row[q.POS : q.POS + 3] = np.add(pose.position, arm)
             row[q.QUAT : q.QUAT + 4] = pose.orientation
-            row[q.VEL : q.VEL + 3] = np.add(linear, np.cross(angular, arm))
-            row[q.VEL + 3 : q.VEL + 6] = angular
+            row[q.VEL : q.VEL + 3] = np.add(velocity, np.cross(spin, arm))
+            row[q.VEL + 3 : q.VEL + 6] = spin
 
     def copy_to_bullet(self) -> None:
         """Put PyBullet's bodies where they are here."""
@@ -459,9 +460,10 @@ class OdeSolver:
         return q.advance(
             count, self._engine.time_step, self.settings.iterations, self._numbers, gravity,
             self.bodies, self._sequence, self.joints, self._types, self._starts, self._lists,
-            self._below, self._shapes, self._kinds, self._firsts, self._points, self._planes, self._touches, self._boxes, self._groups, self._contacts,
-            self._owners, given, self._watch, self._rows_, self._links, self._first_row,
-            self._order, self._work, self._marks, self._result,
+            self._below, self._shapes, self._kinds, self._firsts, self._points, self._planes,
+            self._touches, self._boxes, self._groups, self._contacts, self._owners, given,
+            self._watch, self._rows_, self._links, self._first_row, self._order, self._work,
+            self._marks, self._result,
         )  # fmt: skip
 
     def _find(self) -> int:
