@@ -55,7 +55,7 @@ def test_world_with_everything():
 
 def test_defaults():
     world = world_of("")
-    assert (world.gravity, world.step, world.models) == ((0, 0, -9.81), 0.001, [])
+    assert (world.gravity, world.step, world.models) == ((0, 0, -9.8), 0.001, [])
 
 
 def test_include_of_an_unknown_model_is_a_warning():

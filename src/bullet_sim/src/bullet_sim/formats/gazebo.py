@@ -140,15 +140,19 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
     """
     gravity: dict[str, bool] = {}
     for element in robot.findall("gazebo"):
-        reference = element.get("reference")
         for child in element:  # <mu1 value="0.8"/>, which counts before a text, as in sdformat
             child.text = child.get("value", child.text)
+        off = is_true(child_text(element, "turnGravityOff", "false"))
+        said = not off and is_true(child_text(element, "gravity", "true"))
+        gravity[element.get("reference") or ""] = said
+    for name in model.links:
+        _set_gravity(name, gravity, model)
+    for element in robot.findall("gazebo"):
+        reference = element.get("reference")
         if reference is None:
             _model_flags(element, model)
         elif reference in model.links:
             _link_flags(element, model, model.links[reference], resolve)
-            off = is_true(child_text(element, "turnGravityOff", "false"))
-            gravity[reference] = not off and is_true(child_text(element, "gravity", "true"))
         elif reference in model.joints:
             implicit = _either(element, "implicitSpringDamper", "cfmDamping")
             model.joints[reference].implicit_damping = is_true(implicit)
@@ -173,8 +177,6 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
             parse_sensor(sensor, link, model)
         for plugin in element.findall("plugin"):
             parse_plugin(plugin, model)
-    for name in model.links:
-        _set_gravity(name, gravity, model)
 
 
 def _set_gravity(name: str, gravity: dict[str, bool], model: ModelDescription) -> None:
