@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 # Below this sum of squared impulses of an iteration the constraint solver stops early. PyBullet's
 # 1e-7 lets a braked car of 25 kg roll on by 1.4 mm a minute; this one by 0.5 mm, at the same speed.
+CONTACT_BREAKING = 0.02  # PyBullet's own, see Engine.set_contact_breaking
 SOLVER_RESIDUAL = 1e-8
 SOLVERS = ("bullet", "ode")
 # PyBullet has one maximum for all joints of a body and cuts their speeds there, 100 by default:
@@ -111,6 +112,7 @@ class Engine:
         with silenced():
             self.client: int = p.connect(p.DIRECT)
         self.ode: OdeSolver | None = None
+        self.set_contact_breaking(CONTACT_BREAKING)
         self._configure()
         if solver == "ode":
             from bullet_sim.engine import ode  # numba takes a while
@@ -184,7 +186,8 @@ class Engine:
 
         PyBullet keeps points that no longer touch until they are 0.02 of a shape's radius away;
         each costs three rows of the solver. Rolling wheels drop them sooner with a smaller value:
-        the same motion, several times as fast.
+        the same motion, several times as fast. It is one number for all engines of a process: the
+        last one that was set, or that of an engine that was made since.
 
         Args:
             fraction: of the smaller shape's radius.
