@@ -219,7 +219,7 @@ def test_what_a_ros_lacks(found, tmp_path, capsys):
         (one / "share" / name / "package.xml").write_text("")
     capsys.readouterr()
     ros.check()
-    assert f"{one} lacks rviz: what uses them will not start\n" in capsys.readouterr().out
+    assert f"{one} lacks rviz: what needs that will not start\n" in capsys.readouterr().out
 
 
 def test_how_to_get_packages_of_a_ros_in_opt(monkeypatch):
