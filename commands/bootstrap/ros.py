@@ -179,7 +179,7 @@ def check():
             *_how_to_get(folder, needed),
         )
     if other:
-        say(f"{folder} lacks {', '.join(other)}: what uses them will not start")
+        say(f"{folder} lacks {', '.join(other)}: what needs that will not start")
     if _has_rospy("/usr"):
         say(f"Debian's ROS is installed, too; what both have is taken from {folder}")
 

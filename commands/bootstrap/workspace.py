@@ -11,6 +11,8 @@ STANDINS = os.path.join(SOURCES, "standins")
 NAMES = ("CMakeLists.txt", "package.xml", "setup.py", "CATKIN_IGNORE")
 SUFFIXES = (".msg", ".srv", ".action", ".cfg", ".cmake", ".in", ".cpp", ".h")
 SIMULATOR = ("gazebo_ros",)  # its launch files start the simulator: always ours
+FOUND = ("xacro",)  # though left out of the build: $(find xacro)/xacro.py of old launch files
+MARKER, MARK = "CATKIN_IGNORE", "by ./run: the ROS has this package\n"
 LISTED = ("nodes", "scripts")  # folders whose files are linked or wrapped by the build
 GENERATED = os.path.join(SOURCES, "CMakeLists.txt")  # by catkin_make
 STAMP = os.path.join(BUILD, ".stamp")  # the key of a complete build
@@ -32,6 +34,19 @@ def installed_elsewhere():
     """Lists stand-ins whose real package the ROS has; they are left out of the build."""
     names = sorted(os.listdir(STANDINS)) if os.path.isdir(STANDINS) else []
     return [name for name in names if name not in SIMULATOR and in_ros(name)]
+
+
+def hide():
+    """Hides the stand-ins that are left out from rospack and $(find), which search the sources."""
+    hidden = set(installed_elsewhere()) - set(FOUND)
+    for name in os.listdir(STANDINS) if os.path.isdir(STANDINS) else []:
+        if not os.path.isdir(os.path.join(STANDINS, name)):
+            continue
+        marker = os.path.join(STANDINS, name, MARKER)
+        if name in hidden and not os.path.exists(marker):
+            write(marker, MARK)
+        elif name not in hidden and read(marker) == MARK:  # one by hand stays
+            os.remove(marker)
 
 
 def in_ros(name):
@@ -127,6 +142,7 @@ def prepare():
 
 
 def _build(step):
+    hide()
     _, contents, names = scan()
     packages = list_packages(contents)
     gone = set(read(BUILT).split("\n")[:-1]) - set(packages)

@@ -31,7 +31,7 @@ def interrupted(tmp_path_factory, package_index):
         status=process.returncode,
         said=said,
         left=run_rig.processes_of(root),
-        stamped=(root / ".venv" / ".stamp").exists(),
+        stamped=run_rig.stamped(root),
     )
 
 

@@ -101,6 +101,12 @@ class Interruption:
     stamped: bool
 
 
+def stamped(root):
+    """Returns whether a clone's .venv counts as complete: "?" remembers no more than the ROS."""
+    stamp = root / ".venv" / ".stamp"
+    return stamp.exists() and not stamp.read_text().startswith("? ")
+
+
 def processes_of(folder):
     """Lists command lines of the processes that have something to do with a folder."""
     from commands import procfs

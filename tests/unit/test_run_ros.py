@@ -219,7 +219,7 @@ def test_what_a_ros_lacks(found, tmp_path, capsys):
         (one / "share" / name / "package.xml").write_text("")
     capsys.readouterr()
     ros.check()
-    assert f"{one} lacks rviz: what uses them will not start\n" in capsys.readouterr().out
+    assert f"{one} lacks rviz: what needs that will not start\n" in capsys.readouterr().out
 
 
 def test_how_to_get_packages_of_a_ros_in_opt(monkeypatch):
@@ -248,6 +248,26 @@ def test_stand_ins_give_way_to_the_sourced_ros_alone(found, tmp_path):
     found(ros_rig.make_ros(tmp_path / "other", ["rospy", "xacro", "joy"]))
     assert workspace.installed_elsewhere() == ["joy", "xacro"]
     assert workspace.build_key(files, listed) != before
+
+
+def test_stand_ins_that_give_way_are_not_found_in_the_sources(found, monkeypatch, tmp_path):
+    standins = tmp_path / "standins"
+    for name in ("joy", "xacro", "twist_mux", "gazebo_ros", "roslint"):
+        (standins / name).mkdir(parents=True)
+        text = f"<package><name>{name}</name></package>"
+        (standins / name / "package.xml").write_text(text)
+    (standins / "twist_mux" / "CATKIN_IGNORE").write_text("")  # somebody's own
+    (standins / "README.md").write_text("")
+    monkeypatch.setattr(workspace, "STANDINS", str(standins))
+
+    def hidden():
+        workspace.hide()
+        return sorted(path.parent.name for path in standins.glob("*/CATKIN_IGNORE"))
+
+    found(ros_rig.make_ros(tmp_path / "one", ["rospy", "xacro", "joy", "gazebo_ros"]))
+    assert hidden() == hidden() == ["joy", "twist_mux"]  # xacro.py of old launch files is found
+    found(ros_rig.make_ros(tmp_path / "other", ["rospy", "roslint"]))
+    assert hidden() == ["roslint", "twist_mux"]
 
 
 def test_debian_packages_of_ros_are_no_answer_for_a_sourced_one(found, tmp_path):

@@ -7,7 +7,7 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-pytest.importorskip("xacro.substitution_args")
+pytest.importorskip("xacro")
 SCRIPT = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "xacro")
 PACKAGE_XML = """<package format="2"><name>some_car</name><version>0.0.1</version>
 <description>test</description><maintainer email="a@b.org">a</maintainer>
@@ -31,8 +31,9 @@ def _package(tmp_path):
     return folder
 
 
-def _run(package, *args, script=SCRIPT):
+def _run(package, *args, script=SCRIPT, **variables):
     env = dict(os.environ, ROS_PACKAGE_PATH=str(package.parent))
+    env.update((name, str(value)) for name, value in variables.items())
     return subprocess.run(
         [sys.executable, script, *map(str, args)],
         env=env,
@@ -84,3 +85,14 @@ def test_arguments_of_a_macro_of_an_include_with_ns_are_those_of_its_namespace(p
     result = _run(package, package / "ns.xacro")
     assert result.returncode == 0, result.stderr
     assert ElementTree.fromstring(result.stdout).find("link").get("name") == "left_hub"
+
+
+def test_the_library_of_a_ros_that_has_xacro_itself_is_left_as_it_is(package, tmp_path):
+    library = tmp_path / "library" / "xacro"
+    library.mkdir(parents=True)
+    library.joinpath("__init__.py").write_text(
+        "import sys\n\n\ndef main():\n    print(*sys.argv[1:])\n", "utf-8"
+    )
+    for script in (SCRIPT, SCRIPT + ".py"):
+        result = _run(package, "--inorder", "car.xacro", script=script, PYTHONPATH=library.parent)
+        assert (result.stdout, result.stderr) == (b"car.xacro\n", b"")
