@@ -1,6 +1,7 @@
 """The SDF subset: worlds and models."""
 
 import pytest
+from bullet_sim.description.world import OdeSettings
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf.world import parse_model, parse_world
 
@@ -56,6 +57,18 @@ def test_world_with_everything():
 def test_defaults():
     world = world_of("")
     assert (world.gravity, world.step, world.models) == ((0, 0, -9.8), 0.001, [])
+
+
+def test_settings_of_ode():
+    world = world_of(
+        "<physics type='ode'><ode><solver><iters>150</iters><sor>1.4</sor>"
+        "<use_dynamic_moi_rescaling>1</use_dynamic_moi_rescaling></solver><constraints>"
+        "<cfm>1e-5</cfm><erp>0.3</erp><contact_max_correcting_vel>20</contact_max_correcting_vel>"
+        "</constraints></ode></physics>"
+    )
+    assert world.ode == OdeSettings(150, 1.4, 1e-5, 0.3, 20.0, True)
+    many = "<physics><ode><solver><iters>1e12</iters><sor>-1</sor></solver></ode></physics>"
+    assert world_of(many).ode == OdeSettings(iterations=10_000, relaxation=0.0)
 
 
 def test_include_of_an_unknown_model_is_a_warning():

@@ -148,6 +148,7 @@ def _fog(element: Node | None, label: str) -> Fog | None:
     )
 
 
+MAX_ITERATIONS = 10_000  # of the solver per step
 DEFAULT_GRAVITY = (0.0, 0.0, -9.8)  # [m/s^2] where a world gives none, as in sdformat
 DEFAULT_RATE = 1000.0  # [Hz] steps a second of wall time where a world gives no rate
 # World plugins that provide gazebo_ros' services and topics, which exist here without them.
@@ -302,7 +303,7 @@ def _ode_settings(world: Node, label: str) -> OdeSettings:
 
     even = child_text(world, "physics/ode/solver/use_dynamic_moi_rescaling", "false")
     return OdeSettings(
-        iterations=int(number("solver/iters", default.iterations, 1.0)),
+        iterations=int(min(number("solver/iters", default.iterations, 1.0), MAX_ITERATIONS)),
         relaxation=number("solver/sor", default.relaxation, 0.0),
         cfm=number("constraints/cfm", default.cfm, 0.0),
         erp=number("constraints/erp", default.erp, 0.0),
