@@ -19,7 +19,6 @@ sys.path.insert(0, str(ROOT / "src" / "bullet_sim" / "test"))
 
 import gazebo_states  # noqa: E402
 
-STEPS, EVERY = 500, 100
 WORLD = """<sdf version="1.6"><world name="default">
 <physics type="ode"><max_step_size>0.001</max_step_size>
 <real_time_update_rate>0</real_time_update_rate></physics>
@@ -62,22 +61,26 @@ def main():
     head, tail = WORLD.replace("{folder}", str(folder)).split("%s")
     (folder / "world.head").write_text(head)
     (folder / "world.tail").write_text(tail)
-    (folder / "run.sh").write_text(RUN.format(steps=STEPS, every=EVERY))
+    (folder / "run.sh").write_text(RUN.format(steps=gazebo_states.STEPS, every=gazebo_states.EVERY))
     for name, (urdf, height, commands) in gazebo_states.ROBOTS.items():
-        file = folder / name.replace(" ", "_").replace(",", "")
+        file = file_of(folder, name)
         file.with_suffix(".urdf").write_text(urdf.replace("{folder}", str(folder)))
         file.with_suffix(".height").write_text(f"{height}\n")
         lines = [" ".join(map(str, command)) for command in commands]
         file.with_suffix(".commands").write_text("".join(f"{line}\n" for line in lines))
 
 
+def file_of(folder, name):
+    """A robot's file in a folder, without a suffix."""
+    return folder / name.replace(" ", "_").replace(",", "")
+
+
 def record(folder):
     """Write gazebo_states.json from the outputs in a folder."""
     found = {}
     for name in gazebo_states.ROBOTS:
-        path = (folder / name.replace(" ", "_").replace(",", "")).with_suffix(".out")
         found[name] = states = {}
-        for line in path.read_text().splitlines():
+        for line in file_of(folder, name).with_suffix(".out").read_text().splitlines():
             head, *rest = line.split()
             if head == "S":
                 step = rest[0]

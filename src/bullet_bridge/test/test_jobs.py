@@ -30,6 +30,15 @@ def test_result_comes_back_and_the_owner_did_the_work(owned):
     assert jobs.call(threading.get_ident, timeout=90) == owner.ident
 
 
+def queued(jobs, ask, *args):
+    """A started thread that calls `ask`, once its job is in the queue."""
+    caller = threading.Thread(target=ask, args=args)
+    caller.start()
+    while not len(jobs._jobs):
+        time.sleep(0.001)
+    return caller
+
+
 def test_exception_reaches_the_caller_and_the_owner_goes_on(owned):
     jobs, _ = owned
     with pytest.raises(ZeroDivisionError):
@@ -44,10 +53,7 @@ def test_jobs_that_only_read_do_not_count_as_changes(owned):
         jobs.read(lambda: 1 / 0, timeout=90)
     idle = JobQueue()
     for ask in (idle.read, idle.call, idle.read):
-        caller = threading.Thread(target=ask, args=(lambda: None, 90))
-        caller.start()
-        while not len(idle._jobs):
-            time.sleep(0.001)
+        caller = queued(idle, ask, lambda: None, 90)
         assert idle.run_pending() == (ask == idle.call)
         caller.join()
 
@@ -62,10 +68,7 @@ def test_a_job_that_failed_counts_as_a_change():
         except ZeroDivisionError as error:
             errors.append(error)
 
-    caller = threading.Thread(target=ask)
-    caller.start()
-    while not len(jobs._jobs):
-        time.sleep(0.001)
+    caller = queued(jobs, ask)
     assert jobs.run_pending() == 1
     caller.join()
     assert len(errors) == 1
@@ -124,10 +127,7 @@ def test_close_ends_waiting_and_later_calls():
         except TimeoutError as error:
             errors.append(error)
 
-    waiting = threading.Thread(target=ask)
-    waiting.start()
-    while not len(jobs._jobs):
-        time.sleep(0.001)
+    waiting = queued(jobs, ask)
     jobs.close()
     waiting.join(90.0)
     assert not waiting.is_alive()
@@ -189,10 +189,7 @@ def test_what_ends_the_owner_does_not_hold_up_the_caller():
         except QueueClosed as error:
             errors.append(error)
 
-    caller = threading.Thread(target=ask)
-    caller.start()
-    while not len(jobs._jobs):
-        time.sleep(0.001)
+    caller = queued(jobs, ask)
     with pytest.raises(KeyboardInterrupt):
         jobs.run_pending()
     caller.join(90.0)

@@ -9,6 +9,7 @@ import struct
 from pathlib import Path
 
 RECORD = Path(__file__).with_name("gazebo_states.json")
+STEPS, EVERY = 500, 100  # made in all, between two recorded states
 GRAVITY = (0.0, 0.0, -9.8)  # [m/s^2] a world's in Gazebo that gives none
 CORNERS = {"fl": (0.2, 0.2), "fr": (0.2, -0.2), "rl": (-0.2, 0.2), "rr": (-0.2, -0.2)}
 

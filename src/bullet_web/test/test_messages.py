@@ -25,10 +25,18 @@ VALID = [  # of the track with our car, also for tests/ros/test_web_safety.py
     {"type": "do", "action": "goal", **PLACE},
     {"type": "do", "action": "remove", "model": "cone_1"},
 ]
+OTHERS = [  # other values that are accepted
+    {"type": "want", "camera": "/camera/image", "lidar": "", "data": True, "contacts": False},
+    {"type": "do", "action": "step", "count": 100},
+    {"type": "do", "action": "pace", "factor": 0},
+    {"type": "do", "action": "goal", "x": 1.0, "y": -2, "z": 0.0},
+]
 MUTATIONS = 10000
 
 
-@pytest.mark.parametrize("message", VALID, ids=lambda each: each.get("action", each["type"]))
+@pytest.mark.parametrize(
+    "message", [*VALID, *OTHERS], ids=lambda each: each.get("action", each["type"])
+)
 def test_a_message_keeps_its_known_fields(message):
     assert parse(json.dumps({**message, "more": [1]})) == message
 

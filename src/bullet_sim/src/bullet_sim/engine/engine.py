@@ -17,9 +17,9 @@ from bullet_sim.pose import Array, Motion, Pose, Quat, Vec3, Vector, compose, ve
 if TYPE_CHECKING:
     from bullet_sim.engine.ode import OdeSolver
 
+CONTACT_BREAKING = 0.02  # PyBullet's own, see Engine.set_contact_breaking
 # Below this sum of squared impulses of an iteration the constraint solver stops early. PyBullet's
 # 1e-7 lets a braked car of 25 kg roll on by 1.4 mm a minute; this one by 0.5 mm, at the same speed.
-CONTACT_BREAKING = 0.02  # PyBullet's own, see Engine.set_contact_breaking
 SOLVER_RESIDUAL = 1e-8
 SOLVERS = ("bullet", "ode")
 # PyBullet has one maximum for all joints of a body and cuts their speeds there, 100 by default:

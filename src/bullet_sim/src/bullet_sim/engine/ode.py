@@ -59,6 +59,14 @@ class Part:
     first_joint: int = 0
     order: list[int] = field(default_factory=list)  # row of each of the engine's joints
 
+    def link(self, row: int) -> Link:
+        """The link of a row of bodies."""
+        return self.shapes.links[self.names[row - self.first]]
+
+    def joint(self, number: int) -> Joint:
+        """The joint of a number of the engine's."""
+        return self.joints[self.order[number] - self.first_joint]
+
 
 @dataclass
 class Still:
@@ -497,8 +505,7 @@ class OdeSolver:
     def _surface(self, key: tuple[int, int]) -> Surface:
         body, link = key
         if body in self._parts and key in self._pairs:
-            part = self._parts[body]
-            return part.shapes.links[part.names[self._pairs[key] - part.first]].surface
+            return self._parts[body].link(self._pairs[key]).surface
         return self._still[body].link.surface if body in self._still else Surface()
 
     def _set_surface(
@@ -552,7 +559,7 @@ class OdeSolver:
         place = part.order[joint]
         row = self.joints[place]
         row[q.SPEED], row[q.TARGET] = 0.0, math.nan
-        row[q.FMAX] = part.joints[place - part.first_joint].friction
+        row[q.FMAX] = part.joint(joint).friction
 
     def add_effort(self, body: int, joint: int, effort: float) -> None:
         """An effort acts on a joint in the next step.
@@ -560,8 +567,7 @@ class OdeSolver:
         As in Gazebo (Joint::CheckAndTruncateForce) none acts that would make a joint faster which
         moves faster than its limit.
         """
-        row, part = self._joint(body, joint), self._parts[body]
-        limit = part.joints[part.order[joint] - part.first_joint].velocity
+        row, limit = self._joint(body, joint), self._parts[body].joint(joint).velocity
         if not limit or abs(row[q.RATE]) <= limit or effort * row[q.RATE] < 0.0:
             row[q.EFFORT] += effort
 
@@ -569,8 +575,7 @@ class OdeSolver:
         """Change a joint's limits."""
         row = self._joint(body, joint)
         row[q.LOWER], row[q.UPPER] = lower, upper
-        part = self._parts[body]
-        described = part.joints[part.order[joint] - part.first_joint]
+        described = self._parts[body].joint(joint)
         described.lower, described.upper = lower, upper
 
     def set_damping(self, body: int, joint: int, damping: float) -> None:
@@ -595,8 +600,7 @@ class OdeSolver:
         turn = matrix_from_quaternion(self.bodies[row, q.QUAT : q.QUAT + 4]).T
         force = turn @ joint[q.WRENCH : q.WRENCH + 3]
         torque = turn @ joint[q.WRENCH + 3 : q.WRENCH + 6]
-        part = self._parts[body]
-        centre = part.shapes.links[part.names[row - part.first]].centre
+        centre = self._parts[body].link(row).centre
         return force, torque + np.cross(centre, force), joint[q.MOTOR]
 
     # bodies -------------------------------------------------------------------------------------
@@ -618,17 +622,9 @@ class OdeSolver:
             return
         axes = matrix_from_quaternion(self._engine.principal_axes(body, link))
         inertia = axes @ np.diag(moments) @ axes.T
-        part = self._parts[body]
-        described = part.shapes.links[part.names[row - part.first]]
+        described = self._parts[body].link(row)
         described.mass, described.inertia = mass, inertia
         _set_inertia(self.bodies[row], mass, inertia)
-
-    def motion(self, body: int, link: str) -> tuple[Array, Array]:
-        """Centre of mass (3,) [m] and quaternion of a link that moves."""
-        self.refresh()
-        part = self._parts[body]
-        row = self._rows(part)[part.names.index(link)]
-        return row[q.POS : q.POS + 3].copy(), row[q.QUAT : q.QUAT + 4].copy()
 
     # contacts -----------------------------------------------------------------------------------
     def contacts(self) -> list[tuple[int, int, int, int, Vec3, Vec3, float, Array]]:

@@ -708,7 +708,7 @@ def _joint_rows(
                     row[R_J + 3 + k] = 0.5 * u[k]
                     row[R_J + 6 + k] = -t[k]
                     row[R_J + 9 + k] = 0.5 * u[k]
-                error += t[k] * (ax2[k] + a2[k] - a1[k])
+                error += t[k] * (ax2[k] + a2[k])
             row[R_C] = gain * error
             m += 1
     for i in range(first, m):
