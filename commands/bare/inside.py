@@ -29,14 +29,20 @@ def main(lifeline):
         The program's exit status, as a shell gives it.
     """
     task = json.loads(_line(lifeline))
+    ready, start = os.pipe()
+    child = os.fork()  # before there are threads
+    if child == 0:
+        os.close(start)
+        if not os.read(ready, 1):
+            os._exit(CANNOT)  # this process has ended
+        _become(task)
+    os.close(ready)
     threading.Thread(target=_end_with, args=(lifeline, task), daemon=True).start()
     if task["root"] is not None:
         furnish(task["root"], task["binds"])
     if signal.sigpending():
         return 128 + min(signal.sigpending())
-    child = os.fork()
-    if child == 0:
-        _become(task)
+    os.write(start, b"\n")
     for number in signal.sigpending():  # came before there was a child to get it
         os.kill(child, number)
     status = None

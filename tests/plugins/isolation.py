@@ -16,6 +16,7 @@ import contextlib
 import functools
 import multiprocessing
 import multiprocessing.connection
+import multiprocessing.forkserver
 import os
 import random
 import re
@@ -78,7 +79,7 @@ class Group:
         }
         self.launch_log = self.folder / "launch.log"
         self._context = multiprocessing.get_context("forkserver")
-        self._context.set_forkserver_preload(PRELOADED)
+        start_fork_server()
         self._launch = self._child = self._connection = self._broken = None
         text = getattr(item.module, "LAUNCH", None)
         if text is not None:
@@ -213,8 +214,28 @@ def become(environment, output):
         os.dup2(stream.fileno(), 1)
         os.dup2(stream.fileno(), 2)
     random.seed()
-    # The devel space puts a package's sources first once it is imported; there are no messages.
-    sys.path[:] = [path for path in sys.path if not re.search("/src/.+/src$", path)]
+    sys.path[:] = built_paths()
+
+
+def built_paths():
+    """sys.path without packages' sources, where there are no messages.
+
+    The devel space puts a package's sources first once the package is imported.
+    """
+    return [path for path in sys.path if not re.search("/src/.+/src$", path)]
+
+
+def start_fork_server():
+    """Starts the process that test processes are forked from, unless it runs.
+
+    From Python 3.13 it imports what is preloaded by the sys.path of the process that starts it.
+    """
+    multiprocessing.get_context("forkserver").set_forkserver_preload(PRELOADED)
+    paths, sys.path[:] = list(sys.path), built_paths()
+    try:
+        multiprocessing.forkserver.ensure_running()
+    finally:
+        sys.path[:] = paths
 
 
 def end_with_parent():

@@ -7,10 +7,11 @@ rotates a vector written in B into the same vector written in A.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
-Array = np.ndarray  # numpy.typing takes 6 to 30 ms to import
+Array: TypeAlias = np.ndarray  # numpy.typing takes 6 to 30 ms to import
 Vector = Sequence[float] | Array
 Vec3 = tuple[float, float, float]
 Quat = tuple[float, float, float, float]

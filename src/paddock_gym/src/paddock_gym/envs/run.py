@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from gymnasium import spaces
@@ -27,7 +27,7 @@ from paddock_gym.simulation.scene import Obstacles, Scene
 from paddock_gym.simulation.sensors import CarCamera, CarLidar
 
 AT_REST = (0.0, 0.0)  # speed, steering
-Observation = np.ndarray | dict[str, np.ndarray]
+Observation: TypeAlias = np.ndarray | dict[str, np.ndarray]
 
 
 def action_space(options: Options) -> spaces.Space:
