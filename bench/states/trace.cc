@@ -1,7 +1,8 @@
 // World plugin of Gazebo 11: commands joints at given steps and prints where all links are.
 //
 // Environment: TRACE_OUT (file), TRACE_STEPS (number), TRACE_EVERY (steps between two prints),
-// TRACE_COMMANDS (file with lines "step joint velocity|position|effort value motor's_effort").
+// TRACE_COMMANDS (file with lines "step joint KIND value motor's_effort"; KIND is velocity of the
+// joint's motor, position, effort, or imposed: a velocity that is set before each step).
 // A printed step begins with "S number"; then each link has a line "L name", its centre's position
 // [m], its quaternion (x, y, z, w), linear and angular velocity [m/s, rad/s].
 
@@ -62,12 +63,16 @@ class Trace : public WorldPlugin
       joint->SetParam("fmax", 0, c.effort);
       joint->SetParam("vel", 0, c.value);
     }
-    for (auto &each : this->held)
-    {
-      auto joint = this->Find(each.first);
-      if (each.second.kind == "effort") joint->SetForce(0, each.second.value);
-      else joint->SetPosition(0, each.second.value, true);
-    }
+    for (auto model : this->world->Models())
+      for (auto joint : model->GetJoints())
+      {
+        auto found = this->held.find(joint->GetName());
+        if (found == this->held.end()) continue;
+        const Command &c = found->second;
+        if (c.kind == "effort") joint->SetForce(0, c.value);
+        else if (c.kind == "imposed") joint->SetVelocity(0, c.value);
+        else joint->SetPosition(0, c.value, true);
+      }
   }
 
   void Print()

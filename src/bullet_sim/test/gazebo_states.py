@@ -54,10 +54,10 @@ BASE = link("base", 8.0, 0.1, '<box size="0.4 0.3 0.08"/>', centre="0.03 0 0.02"
 WHEELS = "".join(wheel(name, *place) for name, place in CORNERS.items())
 
 
-def turn(names=tuple(CORNERS), left=3.0, right=5.0, at=200):
+def turn(names=tuple(CORNERS), left=3.0, right=5.0, at=200, kind="velocity"):
     """Commands of wheels, at a step: of the left ones and of the right ones [rad/s]."""
     return [
-        (at, f"{name}_joint", "velocity", left if name[-1] == "l" else right, 20.0)
+        (at, f"{name}_joint", kind, left if name[-1] == "l" else right, 20.0)
         for name in names
     ]
 
@@ -105,8 +105,9 @@ STEER = '<limit lower="-0.5" upper="0.5" effort="1000" velocity="30"/>'
 ARM = '<limit lower="-1" upper="0.5" effort="10" velocity="3"/><dynamics friction="0.4"/>'
 MESH = '<mesh filename="file://{folder}/wheel.stl"/>'
 
-# name -> URDF, height at which it is spawned [m], commands (step, joint, 'velocity', 'position' or
-# 'effort', value, the motor's effort)
+# name -> URDF, height at which it is spawned [m], commands (step, joint, 'velocity' of its motor,
+# 'imposed' (a velocity that is set before each step), 'position' or 'effort', value, the motor's
+# effort)
 ROBOTS = {
     "sphere": (robot(link("base", 3.0, 0.02, '<sphere radius="0.2"/>')), 0.3, []),
     "box": (
@@ -171,6 +172,13 @@ ROBOTS = {
         robot(BASE, hinges(("fl", "fr"), STEER)),
         0.12,
         turn(left=5.0)
+        + [(step, name, "position", at, 0.0) for step, at in ((200, 0.0), (350, 0.3))
+           for name in ("sfl_joint", "sfr_joint")],
+    ),
+    "imposed velocities": (
+        robot(BASE, hinges(("fl", "fr"), STEER)),
+        0.12,
+        turn(left=5.0, kind="imposed")
         + [(step, name, "position", at, 0.0) for step, at in ((200, 0.0), (350, 0.3))
            for name in ("sfl_joint", "sfr_joint")],
     ),

@@ -22,6 +22,8 @@ def drive(world, model, commands):
             index = names.index(joint)
             if kind == "velocity":
                 ode.set_velocity(model.body, index, value, effort)
+            elif kind == "imposed":
+                ode.impose_velocity(model.body, index, value)
             elif kind == "position":
                 ode.set_position(model.body, index, value, 0.0, 1e9)
             else:

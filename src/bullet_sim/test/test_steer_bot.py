@@ -63,7 +63,7 @@ class Joints(FakeJoints):
         values = [self.positions[self.names[number]] for number in numbers]
         return values, [1.0 for _ in values], [0.5 for _ in values]
 
-    def drive_velocities(self, names, values):
+    def impose_velocities(self, names, values):
         """Record."""
         self.speeds.update(zip(names, values))
 

@@ -112,6 +112,7 @@ class CarJoints(RobotJoints, Protocol):
     """Joints with their state by name."""
 
     def state(self) -> tuple[dict[str, float], dict[str, float]]: ...
+    def impose_velocities(self, names: Iterable[str], values: Iterable[float]) -> None: ...
 
 
 class SteerBotJoints:
@@ -162,7 +163,7 @@ class SteerBotJoints:
         wheels = (*self._config.rear_wheels, *self._config.front_wheels)
         for name, value in zip(names, values):
             if name == self._config.rear_wheel:
-                self._joints.drive_velocities(wheels, (value,) * 4)
+                self._joints.impose_velocities(wheels, (value,) * 4)
 
     def drive_positions(self, names: Iterable[str], values: Iterable[float]) -> None:
         """Rotate both hinges as the front steering joint is commanded; others have no effect."""

@@ -539,6 +539,16 @@ class Engine:
             physicsClientId=self.client,
         )
 
+    def impose_velocity(self, body: int, joint: int, velocity: float, effort: float) -> None:
+        """Give the link below a joint a velocity [rad/s, m/s] before each step.
+
+        As Gazebo's Joint::SetVelocity; Bullet's solver has a motor of an effort [N m, N] instead.
+        """
+        if self.ode is not None:
+            self.ode.impose_velocity(body, joint, velocity)
+        else:
+            self.drive_velocity(body, joint, velocity, effort)
+
     def drive_velocities(
         self,
         body: int,

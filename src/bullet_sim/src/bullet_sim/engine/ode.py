@@ -335,6 +335,7 @@ class OdeSolver:
         lower, upper = joint.lower, joint.upper
         row[q.LOWER], row[q.UPPER] = (1.0, -1.0) if lower is None else (lower, upper)
         row[q.DAMPING], row[q.FMAX], row[q.TARGET] = joint.damping, joint.friction, math.nan
+        row[q.IMPOSED] = math.nan
         row[q.IMPLICIT] = float(joint.implicit_damping)
         return row
 
@@ -540,6 +541,12 @@ class OdeSolver:
         """A joint's motor tracks a velocity with at most an effort."""
         row = self._joint(body, joint)
         row[q.SPEED], row[q.FMAX], row[q.TARGET] = velocity, effort, math.nan
+        row[q.IMPOSED] = math.nan
+
+    def impose_velocity(self, body: int, joint: int, velocity: float) -> None:
+        """The link below a joint is given this velocity before each step."""
+        self.release(body, joint)
+        self._joint(body, joint)[q.IMPOSED] = velocity
 
     def set_position(
         self, body: int, joint: int, position: float, effort: float, speed: float
@@ -549,7 +556,7 @@ class OdeSolver:
         if math.isnan(row[q.TARGET]):
             row[q.REACHED] = row[q.ANGLE]
         row[q.SPEED], row[q.FMAX] = 0.0, effort
-        row[q.TARGET], row[q.MAX_SPEED] = position, speed
+        row[q.TARGET], row[q.MAX_SPEED], row[q.IMPOSED] = position, speed, math.nan
 
     def release(self, body: int, joint: int) -> None:
         """A joint moves freely, but for its friction."""
@@ -558,7 +565,7 @@ class OdeSolver:
             return  # as it is loaded
         place = part.order[joint]
         row = self.joints[place]
-        row[q.SPEED], row[q.TARGET] = 0.0, math.nan
+        row[q.SPEED], row[q.TARGET], row[q.IMPOSED] = 0.0, math.nan, math.nan
         row[q.FMAX] = part.joint(joint).friction
 
     def add_effort(self, body: int, joint: int, effort: float) -> None:

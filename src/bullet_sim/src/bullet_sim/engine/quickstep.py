@@ -37,10 +37,11 @@ MAX_VEL, MIN_DEPTH, RADIUS, FORCE, B_SIZE = 34, 35, 36, 37, 43
 # quaternion of the first in the second at 0, limits, damping, the motor's effort and velocity,
 # effort of the next step, position, velocity, commanded position and where it is by now, its
 # speed, last impulses of both solutions, the motor's last effort, force and torque on the first
-# body, whether damping is a constraint (else it is an effort of the last velocity)
+# body, whether damping is a constraint (else it is an effort of the last velocity), velocity that
+# the first body is given before each step (NaN: none)
 ANCHOR1, ANCHOR2, AXIS1, AXIS2, QREL, LOWER, UPPER, DAMPING = 0, 3, 6, 9, 12, 16, 17, 18
 FMAX, SPEED, EFFORT, ANGLE, RATE, TARGET, REACHED, MAX_SPEED = 19, 20, 21, 22, 23, 24, 25, 26
-WARM, WARM2, MOTOR, WRENCH, IMPLICIT, J_SIZE = 27, 34, 41, 42, 48, 49
+WARM, WARM2, MOTOR, WRENCH, IMPLICIT, IMPOSED, J_SIZE = 27, 34, 41, 42, 48, 49, 50
 # shapes: size, centre in the body (from its centre of mass), rotation, mu, mu2, fdir1, kp, kd,
 # slip1, slip2
 G_SIZE, G_OFFSET, G_ROTATION, G_MU, G_FDIR, G_KP, G_KD = 0, 3, 6, 15, 17, 20, 21
@@ -187,47 +188,88 @@ def _even_out(work: Array, one: int, two: int, axis: Array) -> None:
 
 
 @njit(cache=True)
-def _set_positions(step: float, bodies: Array, joints: Array, types: Array, below: Array) -> None:
-    """Put what is below joints with a commanded position where the command says."""
-    rotation, axis, anchor, arm = np.empty(9), np.empty(3), np.empty(3), np.empty(3)
-    turn, quaternion = np.empty(4), np.empty(4)
+def _impose(step: float, bodies: Array, joints: Array, types: Array, below: Array) -> None:
+    """Put and move what is below joints with a commanded position or an imposed velocity."""
     for j in range(len(joints)):
         target = joints[j, TARGET]
-        if target != target:
+        if target == target:  # a number
+            reach = joints[j, MAX_SPEED] * step
+            reached = joints[j, REACHED]
+            joints[j, REACHED] = reached + min(max(target - reached, -reach), reach)
+            _set_position(j, joints[j, REACHED], bodies, joints, types, below[j])
+        velocity = joints[j, IMPOSED]
+        if velocity == velocity:
+            _set_velocity(j, velocity, bodies, joints, types)
+
+
+@njit(cache=True)
+def _set_position(
+    j: int, position: float, bodies: Array, joints: Array, types: Array, below: Array
+) -> None:
+    """Put what is below a joint where a position says."""
+    rotation, axis, anchor, arm = np.empty(9), np.empty(3), np.empty(3), np.empty(3)
+    turn, quaternion = np.empty(4), np.empty(4)
+    change = position - joints[j, ANGLE]
+    if change == 0.0:
+        return
+    joints[j, ANGLE] = position
+    first = types[j, 1]
+    _matrix(bodies[first, QUAT : QUAT + 4], rotation)
+    _rotate(rotation, joints[j, AXIS1 : AXIS1 + 3], axis)
+    _rotate(rotation, joints[j, ANCHOR1 : ANCHOR1 + 3], anchor)
+    for k in range(3):
+        anchor[k] += bodies[first, POS + k]
+    if types[j, 0] == HINGE:
+        sine = math.sin(0.5 * change)
+        turn[0], turn[1], turn[2] = axis[0] * sine, axis[1] * sine, axis[2] * sine
+        turn[3] = math.cos(0.5 * change)
+        _matrix(turn, rotation)
+    for b in range(len(bodies)):
+        if not below[b]:
             continue
-        reach = joints[j, MAX_SPEED] * step
-        reached = joints[j, REACHED]
-        reached += min(max(target - reached, -reach), reach)
-        joints[j, REACHED] = reached
-        change = reached - joints[j, ANGLE]
-        if change == 0.0:
-            continue
-        joints[j, ANGLE] = reached
-        first = types[j, 1]
-        _matrix(bodies[first, QUAT : QUAT + 4], rotation)
-        _rotate(rotation, joints[j, AXIS1 : AXIS1 + 3], axis)
-        _rotate(rotation, joints[j, ANCHOR1 : ANCHOR1 + 3], anchor)
-        for k in range(3):
-            anchor[k] += bodies[first, POS + k]
         if types[j, 0] == HINGE:
-            sine = math.sin(0.5 * change)
-            turn[0], turn[1], turn[2] = axis[0] * sine, axis[1] * sine, axis[2] * sine
-            turn[3] = math.cos(0.5 * change)
-            _matrix(turn, rotation)
-        for b in range(len(bodies)):
-            if not below[j, b]:
-                continue
-            if types[j, 0] == HINGE:
-                for k in range(3):
-                    arm[k] = bodies[b, POS + k] - anchor[k]
-                _rotate(rotation, arm, arm)
-                for k in range(3):
-                    bodies[b, POS + k] = anchor[k] + arm[k]
-                _multiply(turn, bodies[b, QUAT : QUAT + 4], quaternion)
-                bodies[b, QUAT : QUAT + 4] = quaternion
-            else:
-                for k in range(3):
-                    bodies[b, POS + k] += change * axis[k]
+            for k in range(3):
+                arm[k] = bodies[b, POS + k] - anchor[k]
+            _rotate(rotation, arm, arm)
+            for k in range(3):
+                bodies[b, POS + k] = anchor[k] + arm[k]
+            _multiply(turn, bodies[b, QUAT : QUAT + 4], quaternion)
+            bodies[b, QUAT : QUAT + 4] = quaternion
+        else:
+            for k in range(3):
+                bodies[b, POS + k] += change * axis[k]
+
+
+@njit(cache=True)
+def _set_velocity(j: int, velocity: float, bodies: Array, joints: Array, types: Array) -> None:
+    """Give the body below a joint the motion of the one above, and a velocity along the joint.
+
+    As Gazebo's Joint::SetVelocity.
+    """
+    rotation, axis, arm, turn = np.empty(9), np.empty(3), np.empty(3), np.empty(3)
+    first, second = types[j, 1], types[j, 2]
+    child = bodies[first]
+    _matrix(child[QUAT : QUAT + 4], rotation)
+    _rotate(rotation, joints[j, AXIS1 : AXIS1 + 3], axis)
+    for k in range(3):
+        child[VEL + k] = bodies[second, VEL + k] if second >= 0 else 0.0
+    if types[j, 0] != HINGE:
+        for k in range(3):
+            child[VEL + k] += velocity * axis[k]
+        return
+    for k in range(3):
+        spin = bodies[second, VEL + 3 + k] if second >= 0 else 0.0
+        child[VEL + 3 + k] = spin + velocity * axis[k]
+    _rotate(rotation, joints[j, ANCHOR1 : ANCHOR1 + 3], arm)
+    _cross(arm, child[VEL + 3 : VEL + 6], turn)
+    for k in range(3):
+        child[VEL + k] += turn[k]
+    if second >= 0:
+        _matrix(bodies[second, QUAT : QUAT + 4], rotation)
+        _rotate(rotation, joints[j, ANCHOR2 : ANCHOR2 + 3], arm)
+        _cross(bodies[second, VEL + 3 : VEL + 6], arm, turn)
+        for k in range(3):
+            child[VEL + k] += turn[k]
 
 
 @njit(cache=True)
@@ -1180,7 +1222,7 @@ def advance(
     for done in range(count):
         if watch and given < 0 and _is_near(bodies, boxes, groups):
             return done
-        _set_positions(step, bodies, joints, types, below)
+        _impose(step, bodies, joints, types, below)
         _prepare(gravity, bodies, joints, types, work)
         n = _find_contacts(step, bodies, sequence, shapes, kinds, firsts, points, planes, touches,
                            contacts, owners, max(given, 0), work)  # fmt: skip

@@ -159,6 +159,13 @@ class Joints(Stateful):
                 self.max_effort(name),
             )
 
+    def impose_velocities(self, names: Iterable[str], values: Iterable[float]) -> None:
+        """Give velocities before each step, as Engine.impose_velocity; they are clipped, too."""
+        for name, value in zip(names, values):
+            speed, effort = self._speed(name), self.max_effort(name)
+            value = min(max(value, -speed), speed)
+            self._engine.impose_velocity(self._body, self._index[name], value, effort)
+
     def drive_within(self, name: str, velocity: float, effort: float) -> None:
         """Track a velocity [rad/s, m/s] with at most an effort [N m, N]."""
         speed = self._speed(name)
