@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 import xacro
 from bullet_sim.engine import Engine
 from bullet_sim.errors import ModelError
@@ -243,6 +244,32 @@ def test_bodies_meet_what_is_no_plane(world):
         for _, body, _, force in world.engine.touching(boxes[0].body):
             total += force / 400 if body == world.model("stand").body else 0.0
     assert total == pytest.approx(2.0 * G, rel=0.05)
+
+
+def test_contacts_are_looked_for_only_near_what_is_there(world, monkeypatch, tmp_path):
+    """In a yard of one mesh with walls 5 m away, and where its northern wall stops a ball."""
+    places = (((0, 5), (10, 0.2)), ((0, -5), (10, 0.2)), ((5, 0), (0.2, 10)), ((-5, 0), (0.2, 10)))
+    walls = trimesh.util.concatenate(
+        [trimesh.creation.box((*size, 1.0)).apply_translation((*at, 0.5)) for at, size in places]
+    ).subdivide_to_size(1.0)
+    walls.export(tmp_path / "yard.stl")
+    yard = (
+        '<sdf version="1.6"><model name="m"><static>true</static><link name="l"><collision '
+        f'name="c"><geometry><mesh><uri>file://{tmp_path}/yard.stl</uri></mesh></geometry>'
+        "</collision></link></model></sdf>"
+    )
+    world.spawn_sdf("yard", yard, Pose(), lambda uri: uri[7:])
+    text = robot(link("base", 1.0, inertia=0.004, shape='<sphere radius="0.1"/>'))
+    ball = spawn(world, text, Pose((0.0, 3.0, 0.1)), ground=True)
+    searches = []
+    search = world.engine.ode._find
+    monkeypatch.setattr(world.engine.ode, "_find", lambda: searches.append(world.time) or search())
+    world.step(500)
+    assert not searches
+    world.engine.set_base_velocity(ball.body, (0.0, 2.0, 0.0), (-20.0, 0.0, 0.0))
+    world.step(1500)
+    assert searches
+    assert ball.pose.position[1] == pytest.approx(4.8, abs=0.01)
 
 
 def test_the_force_of_a_measured_joint(world):

@@ -16,7 +16,7 @@ import pybullet as p
 from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.model import Joint, Link, Shape, Surface
 from bullet_sim.description.world import OdeSettings
-from bullet_sim.engine.rays import mesh_corners
+from bullet_sim.engine.rays import mesh_corners, mesh_triangles
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Array, Pose, Vec3, compose, matrix_from_quaternion
 
@@ -36,6 +36,7 @@ FRICTION = 1.0
 _UNKNOWN = 2.0  # [m] radius of shapes of other kinds
 _KINDS = {"sphere": q.SPHERE, "cylinder": q.CYLINDER, "box": q.BOX, "mesh": q.MESH}
 _MOST_POINTS = 10  # of a pair of shapes
+_IN_A_BOX = 16  # triangles
 
 
 @dataclass
@@ -256,7 +257,8 @@ class OdeSolver:
 
     def _build_surroundings(self) -> None:
         """Planes, and boxes around all else that never moves."""
-        planes, boxes, masks = [], [], []
+        planes, masks = [], []
+        boxes: list[Array] = [np.zeros((0, 6))]
         self._plane_of: list[tuple[int, int]] = []
         self._flat: set[int] = set()  # bodies of planes alone
         for still in self._still.values():
@@ -264,10 +266,8 @@ class OdeSolver:
             others = [shape for shape in link.collisions if shape.geometry.kind != "plane"]
             if not others:
                 self._flat.add(body)
-            else:  # of a model that can move, its fixed root link
-                low, high = p.getAABB(body, -1, physicsClientId=self._client)
-                boxes.append((*low, *high))
             frame = Pose(*self._engine.base_pose(body))
+            boxes += [self._boxes_around(shape, frame, body) for shape in others]
             for shape in link.collisions:
                 if shape.geometry.kind == "plane":
                     pose = frame * shape.pose
@@ -277,13 +277,15 @@ class OdeSolver:
                     masks.append(self._filtered.get((body, -1), 0xFFFF))
                     self._plane_of.append((body, -1))
         self._planes = _table(planes, q.P_COLUMNS)
-        self._boxes = _table(boxes, 6)
+        self._boxes = np.concatenate(boxes)
+        parts = range(0, len(self._boxes), q.COVERED)
+        self._covers = _table([_around(self._boxes[i : i + q.COVERED]) for i in parts], 6)
         own = [self._filtered.get(self._owner[row], 0xFFFF) for row, *_ in self._kinds.tolist()]
         self._touches = np.array([[bool(a & b) for b in masks] for a in own], np.bool_).reshape(
             len(own), len(masks)
         )
         several = len(set(self._groups.tolist()) - self._ghosts) > 1
-        self._watch = bool(len(boxes) or several)
+        self._watch = bool(len(self._boxes) or several)
         self._always = bool(self._mixed and self._plane_of) or any(
             link.self_collide
             for part in self._parts.values()
@@ -305,6 +307,20 @@ class OdeSolver:
         self._marks = np.zeros((4, max(most, len(self.bodies) + 1, len(self.joints))), np.int64)
         self._result = np.zeros(1, np.int64)
         self._others: list[tuple[int, int]] = []
+
+    def _boxes_around(self, shape: Shape, frame: Pose, body: int) -> Array:
+        """Boxes (n, 6) around a shape, or the parts of a mesh, of what never moves."""
+        pose, geometry = frame * shape.pose, shape.geometry
+        if geometry.kind == "mesh":
+            triangles = mesh_triangles(geometry.path)
+            if triangles is not None:
+                corners = (triangles * np.asarray(geometry.scale)) @ pose.matrix.T + pose.position
+                return np.array(_boxes_of(corners))
+        half = _half_size(geometry.kind, geometry.size)
+        if half is None:
+            return _table([np.concatenate(p.getAABB(body, -1, physicsClientId=self._client))], 6)
+        half = np.abs(pose.matrix) @ half
+        return _table([np.concatenate([pose.position - half, pose.position + half])], 6)
 
     def _vertices(self, shape: Shape, link: Link) -> Array:
         """Vertices (n, 3) [m] of a mesh, from its link's centre of mass; none: unreadable."""
@@ -470,8 +486,8 @@ class OdeSolver:
             count, self._engine.time_step, self.settings.iterations, self._numbers, gravity,
             self.bodies, self._sequence, self.joints, self._types, self._starts, self._lists,
             self._below, self._shapes, self._kinds, self._firsts, self._points, self._planes,
-            self._touches, self._boxes, self._groups, self._contacts, self._owners, given,
-            self._watch, self._rows_, self._links, self._first_row, self._order, self._work,
+            self._touches, self._covers, self._boxes, self._groups, self._contacts, self._owners,
+            given, self._watch, self._rows_, self._links, self._first_row, self._order, self._work,
             self._marks, self._result,
         )  # fmt: skip
 
@@ -696,6 +712,31 @@ def _reach(kind: str, size: tuple[float, ...]) -> float:
     if kind == "box":
         return 0.5 * math.hypot(*size)
     return 0.0
+
+
+def _half_size(kind: str, size: tuple[float, ...]) -> Array | None:
+    """Half the edges (3,) [m] of a box around a shape, along its own axes; None: unknown."""
+    if kind == "sphere":
+        return np.full(3, size[0])
+    if kind == "cylinder":
+        return np.array([size[0], size[0], 0.5 * size[1]])
+    return 0.5 * np.asarray(size, float) if kind == "box" else None
+
+
+def _around(boxes: Array) -> Array:
+    """Box (6,) around boxes (n, 6)."""
+    return np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
+
+
+def _boxes_of(triangles: Array) -> list[Array]:
+    """Boxes (6,) around triangles (n, 3, 3) that are next to each other."""
+    low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+    if len(triangles) <= _IN_A_BOX:
+        return [np.concatenate([low, high])]
+    middles = triangles.sum(axis=1)[:, np.argmax(high - low)]
+    order = np.argsort(middles, kind="stable")
+    first, second = np.split(triangles[order], [len(order) // 2])
+    return _boxes_of(first) + _boxes_of(second)
 
 
 def _shape_row(shape: Shape, link: Link) -> Array:

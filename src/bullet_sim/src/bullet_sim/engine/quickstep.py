@@ -74,6 +74,7 @@ WARM_START = 0.5
 MESH_CONTACTS = 10  # of a mesh with a plane, sdformat's max_contacts of a collision
 INERTIA_RATIO = 200.0  # above which inertias across a hinge are moved closer
 _PARALLEL = 1e-7
+COVERED = 32  # boxes that one cover contains
 
 
 @njit(cache=True)
@@ -1139,25 +1140,34 @@ def measure_joints(bodies: Array, joints: Array, types: Array) -> None:
 
 
 @njit(cache=True)
-def _is_near(bodies: Array, boxes: Array, groups: Array) -> bool:
+def _reaches(centre: Array, radius: float, box: Array) -> bool:
+    """Whether a sphere reaches a box of six numbers: its lower and its upper corner."""
+    outside = 0.0
+    for k in range(3):
+        gap = max(box[k] - centre[k], centre[k] - box[3 + k], 0.0)
+        outside += gap * gap
+    return outside <= radius * radius
+
+
+@njit(cache=True)
+def _is_near(bodies: Array, covers: Array, boxes: Array, groups: Array) -> bool:
     """Whether a body may touch what the caller finds the contacts of.
 
     Args:
-        boxes: (n, 6) corners of what never moves, but for planes.
+        boxes: (n, 6) boxes around what never moves, but for planes.
+        covers: (m, 6) boxes around COVERED of these each, in their order.
         groups: (n,) model of each body; those of one model do not count.
     """
     for b in range(len(bodies)):
         radius = bodies[b, RADIUS]
         if radius <= 0.0:
             continue
-        for i in range(len(boxes)):
-            outside = 0.0
-            for k in range(3):
-                x = bodies[b, POS + k]
-                gap = max(boxes[i, k] - x, x - boxes[i, 3 + k], 0.0)
-                outside += gap * gap
-            if outside <= radius * radius:
-                return True
+        centre = bodies[b, POS : POS + 3]
+        for i in range(len(covers)):
+            if _reaches(centre, radius, covers[i]):
+                for at in range(i * COVERED, min((i + 1) * COVERED, len(boxes))):
+                    if _reaches(centre, radius, boxes[at]):
+                        return True
         for other in range(b):
             if groups[other] == groups[b] or bodies[other, RADIUS] <= 0.0:
                 continue
@@ -1191,6 +1201,7 @@ def advance(
     points: Array,
     planes: Array,
     touches: Array,
+    covers: Array,
     boxes: Array,
     groups: Array,
     contacts: Array,
@@ -1220,7 +1231,7 @@ def advance(
         Number of steps made.
     """
     for done in range(count):
-        if watch and given < 0 and _is_near(bodies, boxes, groups):
+        if watch and given < 0 and _is_near(bodies, covers, boxes, groups):
             return done
         _impose(step, bodies, joints, types, below)
         _prepare(gravity, bodies, joints, types, work)
