@@ -1,5 +1,6 @@
 """Step 3, the catkin workspace: what makes a build necessary, build/ and devel/."""
 
+import contextlib
 import os
 
 from commands import signature
@@ -27,6 +28,7 @@ LEFT_OUT = (
     "PYTHONPATH",
     "PYTHONHOME",
 )
+COMPILE = "from bullet_sim.engine import Engine; Engine(solver='ode').ode.compile()"  # some 20 s
 COMPILERS = ("CC", "CXX", "CFLAGS", "CXXFLAGS", "LDFLAGS")
 
 
@@ -168,18 +170,38 @@ def _build(step):
     ros.enter(environ, folder)
     environ.pop("ROS_DISTRO", None)  # catkin fails where it is another one than the ROS sets
     environ.update(PATH=f"{VENV}/bin:{environ['PATH']}", PYTHONNOUSERSITE="1", VIRTUAL_ENV=VENV)
-    step.execute(
-        [
-            "catkin_make",
-            "-C",
-            ROOT,
-            f"-j{len(os.sched_getaffinity(0))}",
-            f"-DPYTHON_EXECUTABLE={VENV_PYTHON}",
-            f"-DCMAKE_PREFIX_PATH={environ.get('CMAKE_PREFIX_PATH', '').replace(':', ';')}",
-            "-DCMAKE_BUILD_TYPE=Release",
-            "-DCATKIN_ENABLE_TESTING=OFF",
-            "-DCATKIN_BLACKLIST_PACKAGES=" + ";".join(installed_elsewhere()),
-        ],
-        environ,
-    )
+    with _solver_compiled(environ):
+        step.execute(
+            [
+                "catkin_make",
+                "-C",
+                ROOT,
+                f"-j{len(os.sched_getaffinity(0))}",
+                f"-DPYTHON_EXECUTABLE={VENV_PYTHON}",
+                f"-DCMAKE_PREFIX_PATH={environ.get('CMAKE_PREFIX_PATH', '').replace(':', ';')}",
+                "-DCMAKE_BUILD_TYPE=Release",
+                "-DCATKIN_ENABLE_TESTING=OFF",
+                "-DCATKIN_BLACKLIST_PACKAGES=" + ";".join(installed_elsewhere()),
+            ],
+            environ,
+        )
     write(STAMP, f"{key}\n")
+
+
+@contextlib.contextmanager
+def _solver_compiled(environ):
+    """Meanwhile compiles the simulator's solver; should that fail, the simulator says why."""
+    import subprocess
+
+    process = subprocess.Popen(
+        [VENV_PYTHON, "-c", COMPILE],
+        env={**environ, "PYTHONPATH": f"{SOURCES}/bullet_sim/src"},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        yield
+        process.wait()
+    finally:
+        process.kill()
+        process.wait()

@@ -56,10 +56,7 @@ WHEELS = "".join(wheel(name, *place) for name, place in CORNERS.items())
 
 def turn(names=tuple(CORNERS), left=3.0, right=5.0, at=200, kind="velocity"):
     """Commands of wheels, at a step: of the left ones and of the right ones [rad/s]."""
-    return [
-        (at, f"{name}_joint", kind, left if name[-1] == "l" else right, 20.0)
-        for name in names
-    ]
+    return [(at, f"{name}_joint", kind, left if name[-1] == "l" else right, 20.0) for name in names]
 
 
 def hinges(names, more):

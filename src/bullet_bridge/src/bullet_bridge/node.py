@@ -1,5 +1,6 @@
 """The bridge node: its parameters, and its life from the first world to the last message."""
 
+import importlib.util
 import os
 import sys
 from collections.abc import Callable
@@ -45,8 +46,8 @@ class Config:
         world_pace: no real_time_factor is given; that of the world file counts.
         lockstep: start paused; time advances only by /gazebo/step, which waits for all images.
         every_picture: wait for each due image, without lockstep, too; time slows down instead.
-        solver: bullet, or ode: steps as Gazebo's ODE makes them; its default is the environment
-            variable PADDOCK_SOLVER, for launch files that do not pass it on.
+        solver: ode: steps as Gazebo's ODE makes them (the default where numba is), or bullet; for
+            launch files that do not pass it on, the environment variable PADDOCK_SOLVER.
         renderer: auto, gl or tiny.
         shadows, antialias: auto, true or false: see bullet_sim.render.request.Quality.
         labels: every camera also publishes which model each pixel shows.
@@ -64,7 +65,7 @@ class Config:
     world_pace: bool = False
     lockstep: bool = flag(False)
     every_picture: bool = flag(False)
-    solver: str = choice(SOLVERS[0], SOLVERS)
+    solver: str = choice("ode", SOLVERS)
     renderer: str = choice("auto", RENDERERS)
     shadows: str = choice("auto", SWITCHES)
     antialias: str = choice("auto", SWITCHES)
@@ -80,13 +81,18 @@ class Config:
         check(self, prefix="parameter ")
 
 
+def has_numba() -> bool:
+    """Whether the package is installed that compiles the solver 'ode'."""
+    return importlib.util.find_spec("numba") is not None
+
+
 def parse_config(get: Callable[[str, Any], Any]) -> Config:
     """Config from a function get(name, default).
 
     Raises:
         ValueError: names the parameter, the value and what is valid.
     """
-    solver = os.environ.get("PADDOCK_SOLVER") or Config.solver
+    solver = os.environ.get("PADDOCK_SOLVER") or (Config.solver if has_numba() else "bullet")
     config = read(Config, lambda n, d: get(n, solver if n == "solver" else d), prefix="")
     return replace(
         config,
@@ -132,6 +138,21 @@ def main() -> int:
     return 1 if master.reason else 0
 
 
+def make_world(solver: str) -> World:
+    """An empty world; its solver is compiled."""
+    world = World(solver=solver)
+    if not has_numba():
+        rospy.logwarn(
+            "Bullet's solver: robots turn otherwise than in Gazebo. The solver 'ode' needs the "
+            "Python package numba, which is not installed."
+        )
+    if world.engine.ode is not None:
+        if not world.engine.ode.is_compiled():
+            rospy.loginfo("the solver is being compiled, once; it takes some 20 s")
+        world.engine.ode.compile()
+    return world
+
+
 def make_server(parts: ExitStack) -> Server:
     """Make everything that the node's parameters request.
 
@@ -139,7 +160,7 @@ def make_server(parts: ExitStack) -> Server:
         parts: ExitStack that closes it, in reverse order.
     """
     config = parse_config(lambda name, default: rospy.get_param(f"~{name}", default))
-    world = World(solver=config.solver)
+    world = make_world(config.solver)
     parts.callback(world.close)
     world.contacts.on_implausible = rospy.logerr
     publishing.set_lockstep(config.lockstep)

@@ -8,6 +8,7 @@ which are copied into PyBullet after each call of step().
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -99,6 +100,17 @@ class OdeSolver:
         numbers[q.S_RELAXATION], numbers[q.S_ERP] = settings.relaxation, settings.erp
         numbers[q.S_CFM], numbers[q.S_EVEN] = settings.cfm, float(settings.evens_inertias)
         self._numbers = numbers
+
+    @staticmethod
+    def is_compiled() -> bool:
+        """Whether this version of the solver was compiled before, next to its source."""
+        source = Path(q.__file__)
+        kept = source.parent.glob(f"__pycache__/{source.stem}.advance-*.nbi")
+        return any(file.stat().st_mtime >= source.stat().st_mtime for file in kept)
+
+    def compile(self) -> None:
+        """Compile the solver, unless that was done; else the first step does."""
+        self._advance(0, -1, np.zeros(3))
 
     def clear(self) -> None:
         """All bodies are gone."""
