@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 import xacro
-from bullet_sim.engine import Engine
+from bullet_sim.engine import Engine, quickstep
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
@@ -80,6 +80,11 @@ def drive(world, model, seconds):
         way += float(np.linalg.norm(np.array(model.pose.position) - before))
         turn += math.remainder(yaw(model) - heading, 2 * math.pi)
     return way, math.degrees(turn)
+
+
+def asleep(world, model):
+    world.engine.ode.refresh()
+    return bool(world.engine.ode.save()["bodies"][model.body][0, quickstep.ASLEEP])
 
 
 # as in Gazebo -------------------------------------------------------------------------------------
@@ -193,7 +198,7 @@ def test_a_slider_stops_at_its_limit_and_is_pushed_there(world):
 )
 def test_what_rests_has_its_weight_on_the_ground(world, shape, height):
     bot = spawn(world, robot(link("base", 3.0, shape=shape)), Pose((0, 0, height)), ground=True)
-    world.step(1000)
+    world.step(700)  # it sleeps later on
     assert bot.pose.position[2] == pytest.approx(height, abs=1e-3)
     forces = []
     for _ in range(200):
@@ -235,12 +240,13 @@ def test_bodies_meet_what_is_no_plane(world):
         world.spawn_urdf(name, text, Pose((0.0, 0.0, z)), str)
         for name, z in (("low", 1.25), ("high", 1.8))
     ]
-    world.step(2000)
+    world.step(600)
     heights = [box.pose.position[2] for box in boxes]
     assert heights == pytest.approx([1.2, 1.6], abs=5e-3)
     total = 0.0
     for _ in range(400):
         world.step()
+        assert not asleep(world, boxes[0])
         for _, body, _, force in world.engine.touching(boxes[0].body):
             total += force / 400 if body == world.model("stand").body else 0.0
     assert total == pytest.approx(2.0 * G, rel=0.05)
@@ -270,6 +276,80 @@ def test_contacts_are_looked_for_only_near_what_is_there(world, monkeypatch, tmp
     world.step(1500)
     assert searches
     assert ball.pose.position[1] == pytest.approx(4.8, abs=0.01)
+
+
+BALL = robot(link("base", 1.0, inertia=0.004, shape='<sphere radius="0.1"/>'))
+BOX = robot(link("base", 1.0, inertia=0.02, shape='<box size="0.4 0.4 0.4"/>'))
+
+
+def test_what_rests_for_a_second_sleeps_until_something_happens(world):
+    box = spawn(world, BOX, Pose((0.0, 0.0, 0.2)), ground=True)
+    world.step(990)
+    assert not asleep(world, box)
+    world.step(100)
+    assert asleep(world, box)
+    pose, touching = box.pose, world.engine.touching(box.body)
+    assert touching
+    world.step(1000)
+    assert box.pose == pose and world.engine.touching(box.body) == touching
+    world.engine.apply_force(box.body, -1, (50.0, 0.0, 0.0), box.pose.position)
+    world.step()
+    assert not asleep(world, box) and box.pose != pose
+
+
+def test_what_falls_on_a_sleeper_wakes_it(world):
+    box = spawn(world, BOX, Pose((0.0, 0.0, 0.2)), ground=True)
+    world.step(1500)
+    assert asleep(world, box)
+    ball = world.spawn_urdf("ball", BALL, Pose((0.15, 0.0, 0.8)), str)
+    world.step(200)
+    assert asleep(world, box)
+    world.step(200)
+    assert not asleep(world, box) and ball.pose.position[2] < 0.55
+
+
+def test_a_sleeper_whose_support_is_deleted_falls(world):
+    stand = (
+        '<sdf version="1.6"><model name="m"><static>true</static><link name="l"><collision '
+        'name="c"><geometry><box><size>2 2 1</size></box></geometry></collision></link></model>'
+        "</sdf>"
+    )
+    world.spawn_sdf("stand", stand, Pose((0.0, 0.0, 0.5)), str)
+    box = spawn(world, BOX, Pose((0.0, 0.0, 1.2)))
+    world.step(1500)
+    assert asleep(world, box)
+    world.delete("stand")
+    world.step(100)
+    assert box.pose.position[2] < 1.16
+
+
+@pytest.mark.parametrize(
+    "more", ["<allow_auto_disable>false</allow_auto_disable>", '<link name="other"/>']
+)
+def test_what_must_not_or_has_joints_does_not_sleep(world, more):
+    held = '<joint name="j" type="fixed"><parent>l</parent><child>other</child></joint>'
+    text = (
+        '<sdf version="1.6"><model name="m"><link name="l"><collision name="c"><geometry><box>'
+        f"<size>1 1 1</size></box></geometry></collision></link>{more}"
+        f"{held if 'other' in more else ''}</model></sdf>"
+    )
+    world.spawn(sdf.ground_plane())
+    box = world.spawn_sdf("box", text, Pose((0.0, 0.0, 0.5)), str)
+    world.step(2500)
+    assert not asleep(world, box)
+
+
+def test_a_saved_state_knows_who_sleeps(world):
+    box = spawn(world, BOX, Pose((0.0, 0.0, 0.2)), ground=True)
+    world.step(500)
+    awake = world.save_state()
+    world.step(1000)
+    sleeping, touching = world.save_state(), world.engine.touching(box.body)
+    world.restore_state(awake)
+    world.step(10)
+    assert not asleep(world, box)
+    world.restore_state(sleeping)
+    assert asleep(world, box) and world.engine.touching(box.body) == touching
 
 
 def test_the_force_of_a_measured_joint(world):

@@ -162,6 +162,8 @@ class Engine:
         self.gravity = _vector(gravity)
         p.setGravity(*self.gravity, physicsClientId=self.client)
         self.wake_all()
+        if self.ode is not None:
+            self.ode.wake()
 
     def set_time_step(self, time_step: float) -> None:
         """Set the physics step [s]."""
@@ -695,6 +697,8 @@ class Engine:
 
     def wake(self, body: int) -> None:
         """Wake a body, if it sleeps, for the next step."""
+        if self.ode is not None:
+            self.ode.wake(body)
         if body in self._asleep:
             self._end_sleep(body)
             self.states.start_anew()

@@ -40,6 +40,11 @@ _MOST_POINTS = 10  # of a pair of shapes
 _IN_A_BOX = 16  # triangles
 
 
+# Body, link, other body, its link, point [m], normal towards the first, depth [m], force (3,) [N]
+# on the first; world axes.
+_Contact = tuple[int, int, int, int, Vec3, Vec3, float, Array]
+
+
 @dataclass
 class Part:
     """A moving model.
@@ -48,6 +53,7 @@ class Part:
         names: of its links that move, in the order in which Gazebo creates them.
         joints: of these links, in the same order.
         links: name -> PyBullet's index.
+        may_sleep: it may sleep while it rests, as what has no joints does in Gazebo.
         first, first_joint: its first rows of bodies and of joints.
     """
 
@@ -57,6 +63,7 @@ class Part:
     links: Mapping[str, int]
     shapes: LumpedModel
     is_fixed: bool
+    may_sleep: bool
     first: int = 0
     first_joint: int = 0
     order: list[int] = field(default_factory=list)  # row of each of the engine's joints
@@ -121,11 +128,19 @@ class OdeSolver:
         self._pairs: dict[tuple[int, int], int] = {}  # (body, link) -> row of bodies
         self._filtered: dict[tuple[int, int], int] = {}  # (body, link) -> collide_bitmask
         self._ghosts: set[int] = set()
+        self._sleepers: dict[tuple[int, int], list[_Contact]] = {}  # their contacts
+        self._resting: set[int] = set()  # bodies that sleep where PyBullet has them
         self._build_arrays([])
 
     # models -------------------------------------------------------------------------------------
     def add(
-        self, body: int, model: LumpedModel, links: Mapping[str, int], static: bool, fixed: bool
+        self,
+        body: int,
+        model: LumpedModel,
+        links: Mapping[str, int],
+        static: bool,
+        fixed: bool,
+        may_sleep: bool,
     ) -> None:
         """Take a body that was loaded.
 
@@ -134,6 +149,7 @@ class OdeSolver:
             links: name -> PyBullet's index.
             static: it never moves.
             fixed: its root link never moves.
+            may_sleep: it may sleep while it rests, if it has no joints.
         """
         self._is_built = False
         if static:
@@ -143,15 +159,15 @@ class OdeSolver:
         names: list[str] = []
         _preorder(model.root, sorted(joints.values(), key=lambda joint: joint.name), names)
         moving = [name for name in names if not (fixed and name == model.root)]
-        self._parts[body] = Part(
-            body, moving, [joints[n] for n in names if n in joints], links, model, fixed
-        )
+        moved = [joints[name] for name in names if name in joints]
+        self._parts[body] = Part(body, moving, moved, links, model, fixed, may_sleep and not joints)
         if fixed:
             self._still[body] = Still(body, model.links[model.root])
         self._unread.add(body)
 
     def remove(self, body: int) -> None:
         """A body was removed."""
+        self.wake()
         self._is_built = False
         self._parts.pop(body, None)
         self._still.pop(body, None)
@@ -163,6 +179,7 @@ class OdeSolver:
         """PyBullet was told where a body is or how it moves."""
         self._unread.add(body)
         if body in self._still:
+            self.wake()
             self._is_built = False  # planes and boxes
 
     def set_bitmask(self, body: int, link: int, bits: int) -> None:
@@ -215,6 +232,7 @@ class OdeSolver:
                 owner.append(key)
                 groups.append(part.body)
                 bodies.append(_body_row(link, self.settings.max_speed))
+                bodies[-1][q.MAY_SLEEP] = float(part.may_sleep)
                 for shape in link.collisions:
                     kind, start = _KINDS.get(shape.geometry.kind, q.OTHER), sum(map(len, vertices))
                     if kind == q.MESH:
@@ -238,6 +256,7 @@ class OdeSolver:
             place = {joint.name: part.first_joint + i for i, joint in enumerate(part.joints)}
             part.order = [place[name] for name in order]
         self._owner, self._pairs = owner, {key: row for row, key in enumerate(owner)}
+        self._sleepy = any(part.may_sleep for part in parts)
         self.bodies = _table(bodies, q.B_SIZE)
         self.joints = _table(joints, q.J_SIZE)
         self._types = _table(types, 3, np.int64)
@@ -386,6 +405,7 @@ class OdeSolver:
                 self.joints[row, q.ANGLE] = self.joints[row, q.REACHED] = state[0]
                 self.joints[row, q.RATE] = state[1]
             self._place_links(part)
+            self.wake(body)
         self._unread.clear()
 
     def _place_links(self, part: Part) -> None:
@@ -422,6 +442,8 @@ class OdeSolver:
         """Put PyBullet's bodies where they are here."""
         client, engine = self._client, self._engine
         for body, part in self._parts.items():
+            if part.may_sleep and self._is_resting(part):
+                continue
             if not np.isfinite(self._rows(part)[:, : q.PLACE]).all():
                 nowhere = [math.nan] * 3  # it is told by its velocity, and stays where it was
                 p.resetBaseVelocity(body, nowhere, nowhere, physicsClientId=client)
@@ -450,6 +472,15 @@ class OdeSolver:
                     physicsClientId=client,
                 )
 
+    def _is_resting(self, part: Part) -> bool:
+        """Whether a body sleeps where it was copied to before; if it sleeps, it is by now."""
+        if not self.bodies[part.first, q.ASLEEP]:
+            self._resting.discard(part.body)
+            return False
+        was = part.body in self._resting
+        self._resting.add(part.body)
+        return was
+
     def refresh(self) -> None:
         """Make the arrays tell what is there now."""
         if not self._is_built:
@@ -463,6 +494,7 @@ class OdeSolver:
         return {
             "bodies": {b: self._rows(part).copy() for b, part in self._parts.items()},
             "joints": {b: self._joint_rows(part).copy() for b, part in self._parts.items()},
+            "sleepers": self._sleepers,
         }
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -475,6 +507,8 @@ class OdeSolver:
             self._joint_rows(part)[:, moving] = state["joints"][body][:, moving]
         self._sort()
         self._unread.clear()
+        self._sleepers = state["sleepers"]
+        self._resting.clear()
         self._result[0] = 0
         self.copy_to_bullet()
 
@@ -494,14 +528,36 @@ class OdeSolver:
         self.copy_to_bullet()
 
     def _advance(self, count: int, given: int, gravity: Array) -> int:
-        return q.advance(
+        done = q.advance(
             count, self._engine.time_step, self.settings.iterations, self._numbers, gravity,
             self.bodies, self._sequence, self.joints, self._types, self._starts, self._lists,
             self._below, self._shapes, self._kinds, self._firsts, self._points, self._planes,
             self._touches, self._covers, self._boxes, self._groups, self._contacts, self._owners,
-            given, self._watch, self._rows_, self._links, self._first_row, self._order, self._work,
-            self._marks, self._result,
+            given, self._watch, self._sleepy, self._rows_, self._links, self._first_row,
+            self._order, self._work, self._marks, self._result,
         )  # fmt: skip
+        if self._sleepy:
+            self._note_sleepers()
+        return done
+
+    def _note_sleepers(self) -> None:
+        """Retain the contacts of bodies that have fallen asleep, drop those of what woke."""
+        asleep = {self._owner[row] for row in np.flatnonzero(self.bodies[:, q.ASLEEP])}
+        if asleep == self._sleepers.keys():
+            return
+        found = self._found_contacts()
+        self._sleepers = {
+            key: self._sleepers[key]
+            if key in self._sleepers
+            else [c for c in found if c[:2] == key]
+            for key in asleep
+        }
+
+    def wake(self, body: int | None = None) -> None:
+        """Let a body, or all, be awake."""
+        for part in self._parts.values():
+            if part.may_sleep and part.body in self._built and body in (None, part.body):
+                self._rows(part)[:, q.REST : q.ASLEEP + 1] = q.REST_TIME, q.REST_COUNT, 0.0
 
     def _find(self) -> int:
         """Contacts that PyBullet finds, into the first rows; their number."""
@@ -645,6 +701,7 @@ class OdeSolver:
         row = self._pairs.get((body, link))
         if row is None:  # it is fixed to the world
             return
+        self.wake(body)
         arm = np.subtract(point, self.bodies[row, q.POS : q.POS + 3])
         self.bodies[row, q.FORCE : q.FORCE + 3] += force
         self.bodies[row, q.FORCE + 3 : q.FORCE + 6] += np.add(torque, np.cross(arm, force))
@@ -662,9 +719,12 @@ class OdeSolver:
         _set_inertia(self.bodies[row], mass, inertia)
 
     # contacts -----------------------------------------------------------------------------------
-    def contacts(self) -> list[tuple[int, int, int, int, Vec3, Vec3, float, Array]]:
-        """Contacts of the last step: body, link, other body, its link, point, normal towards the
-        first, depth, force (3,) [N] on the first."""
+    def contacts(self) -> list[_Contact]:
+        """Contacts of the last step; of what sleeps those with which it fell asleep."""
+        sleeping = [contact for kept in self._sleepers.values() for contact in kept]
+        return [c for c in self._found_contacts() if c[:2] not in self._sleepers] + sleeping
+
+    def _found_contacts(self) -> list[_Contact]:
         found = []
         for row, (one, two, shape, other) in zip(
             self._contacts[: self._result[0]], self._owners[: self._result[0]].tolist()
@@ -700,6 +760,7 @@ def _set_inertia(row: Array, mass: float, inertia: Array) -> None:
 def _body_row(link: Link, max_speed: float) -> Array:
     row = np.zeros(q.B_SIZE)
     row[q.QUAT + 3], row[q.PLACE] = 1.0, math.inf
+    row[q.REST], row[q.REST_STEPS] = q.REST_TIME, q.REST_COUNT
     _set_inertia(row, link.mass, link.inertia)
     surface = link.surface
     if link.collisions:  # the last counts

@@ -28,11 +28,13 @@ HINGE, SLIDER, FIXED = 0, 1, 2  # types of joints
 SPHERE, CYLINDER, BOX, MESH, OTHER = range(5)  # types of shapes; of OTHER the caller finds contacts
 
 # bodies: centre of mass, quaternion, linear and angular velocity, its place in the last step's
-# order, mass, inertia and its inverse in the body's axes, whether gravity acts, bound of the push
-# out of contacts, depth that is left, radius of a sphere around the shapes, external force and
+# order, time and steps for which it has to rest until it sleeps, whether it sleeps, mass, inertia
+# and its inverse in the body's axes, whether gravity acts, bound of the push out of contacts, depth
+# that is left, radius of a sphere around the shapes, whether it may sleep, external force and
 # torque of the next step
-POS, QUAT, VEL, PLACE, MASS, INERTIA, INVERSE, GRAVITY = 0, 3, 7, 13, 14, 15, 24, 33
-MAX_VEL, MIN_DEPTH, RADIUS, FORCE, B_SIZE = 34, 35, 36, 37, 43
+POS, QUAT, VEL, PLACE, REST, REST_STEPS, ASLEEP = 0, 3, 7, 13, 14, 15, 16
+MASS, INERTIA, INVERSE, GRAVITY = 17, 18, 27, 36
+MAX_VEL, MIN_DEPTH, RADIUS, MAY_SLEEP, FORCE, B_SIZE = 37, 38, 39, 40, 41, 47
 # joints: anchor in both bodies (from their centres; of the world: its coordinates), axis in both,
 # quaternion of the first in the second at 0, limits, damping, the motor's effort and velocity,
 # effort of the next step, position, velocity, commanded position and where it is by now, its
@@ -73,6 +75,8 @@ SMOOTHING = 0.01
 WARM_START = 0.5
 MESH_CONTACTS = 10  # of a mesh with a plane, sdformat's max_contacts of a collision
 INERTIA_RATIO = 200.0  # above which inertias across a hinge are moved closer
+REST_TIME, REST_COUNT = 1.0, 5  # [s], steps, for which what is slower than the next sleeps then
+REST_SPEED = 0.1  # [m/s, rad/s]
 _PARALLEL = 1e-7
 COVERED = 32  # boxes that one cover contains
 
@@ -555,6 +559,8 @@ def _find_contacts(
     centre, point = np.empty(3), np.empty(3)
     for meshes in (False, True):
         for body in sequence:
+            if bodies[body, ASLEEP] != 0.0:
+                continue
             for s in range(firsts[body + 1] - 1, firsts[body] - 1, -1):
                 kind = kinds[s, 1]
                 if kind == OTHER or (kind == MESH) != meshes:
@@ -588,6 +594,40 @@ def _find_contacts(
                         n = _box_contacts(step, n, s, p, below, centre, body, bodies, shapes,
                                           planes, contacts, owners, work)  # fmt: skip
     return n
+
+
+@njit(cache=True)
+def _fall_asleep(step: float, n: int, bodies: Array, owners: Array, touched: Array) -> bool:
+    """Let bodies sleep that have been at rest on something; whether one has fallen asleep.
+
+    Args:
+        n: number of contacts.
+        touched: (n,) numbers to work with.
+    """
+    touched[: len(bodies)] = 0
+    for i in range(n):
+        touched[owners[i, 0]] = 1
+        if owners[i, 1] >= 0:
+            touched[owners[i, 1]] = 1
+    found = False
+    for b in range(len(bodies)):
+        body = bodies[b]
+        if not touched[b] or body[MAY_SLEEP] == 0.0 or body[ASLEEP] != 0.0:
+            continue
+        linear = angular = 0.0
+        for k in range(3):
+            linear += body[VEL + k] * body[VEL + k]
+            angular += body[VEL + 3 + k] * body[VEL + 3 + k]
+        if max(linear, angular) > REST_SPEED * REST_SPEED:
+            body[REST], body[REST_STEPS] = REST_TIME, REST_COUNT
+            continue
+        body[REST] -= step
+        body[REST_STEPS] -= 1.0
+        if body[REST] <= 0.0 and body[REST_STEPS] <= 0.0:
+            body[ASLEEP] = 1.0
+            body[VEL : VEL + 6] = 0.0
+            found = True
+    return found
 
 
 @njit(cache=True)
@@ -848,6 +888,8 @@ def _build(
     From the body that was added last to the first: its contacts, the last first, its joints, the
     last first, and depth first what they connect it with.
 
+    Contacts of bodies that sleep have none.
+
     Args:
         sequence: gets the bodies in that order.
     """
@@ -859,15 +901,16 @@ def _build(
     for j in range(len(joints)):
         joint_seen[j] = 0
     for i in range(n):
-        contact_seen[i] = 0
+        contact_seen[i], first_row[i] = 0, -1
     for root in range(count - 1, -1, -1):
-        if body_seen[root]:
+        if body_seen[root] or bodies[root, ASLEEP] != 0.0:
             continue
         body_seen[root] = 1
         b = root
         while True:
             sequence[placed] = b
             bodies[b, PLACE] = placed
+            bodies[b, ASLEEP] = 0.0  # what touches somebody awake
             placed += 1
             for i in range(n - 1, -1, -1):
                 if contact_seen[i] or (owners[i, 0] != b and owners[i, 1] != b):
@@ -894,6 +937,11 @@ def _build(
                 break
             top -= 1
             b = stack[top]
+    for b in range(count):
+        if not body_seen[b]:
+            sequence[placed] = b
+            bodies[b, PLACE] = placed
+            placed += 1
     return m
 
 
@@ -1058,6 +1106,8 @@ def _move(
                 joints[j, WRENCH + 3 + k] += row[R_L] * v[k]
     for i in range(n):
         first = first_row[i]
+        if first < 0:  # it sleeps with its last force
+            continue
         mass = bodies[links[first, 0], MASS]
         for k in range(3):
             contacts[i, C_FORCE + k] = rows[first, R_L] * rows[first, R_M + k] * mass
@@ -1067,8 +1117,10 @@ def _move(
                 for k in range(3):
                     contacts[i, C_FORCE + k] += rows[at, R_L] * rows[at, R_M + k] * mass
     for b in range(len(bodies)):
-        _rotate(work[b, W_V : W_V + 9], work[b, W_F + 3 : W_F + 6], v)
         body = bodies[b]
+        if body[ASLEEP] != 0.0:
+            continue
+        _rotate(work[b, W_V : W_V + 9], work[b, W_F + 3 : W_F + 6], v)
         for k in range(3):
             body[VEL + k] += step * (work[b, W_A2 + k] + work[b, W_F + k] / body[MASS])
             body[VEL + 3 + k] += step * (work[b, W_A2 + 3 + k] + v[k])
@@ -1159,17 +1211,19 @@ def _is_near(bodies: Array, covers: Array, boxes: Array, groups: Array) -> bool:
         groups: (n,) model of each body; those of one model do not count.
     """
     for b in range(len(bodies)):
-        radius = bodies[b, RADIUS]
+        radius, sleeps = bodies[b, RADIUS], bodies[b, ASLEEP] != 0.0
         if radius <= 0.0:
             continue
         centre = bodies[b, POS : POS + 3]
-        for i in range(len(covers)):
+        for i in range(0 if sleeps else len(covers)):
             if _reaches(centre, radius, covers[i]):
                 for at in range(i * COVERED, min((i + 1) * COVERED, len(boxes))):
                     if _reaches(centre, radius, boxes[at]):
                         return True
         for other in range(b):
             if groups[other] == groups[b] or bodies[other, RADIUS] <= 0.0:
+                continue
+            if sleeps and bodies[other, ASLEEP] != 0.0:
                 continue
             distance = 0.0
             for k in range(3):
@@ -1208,6 +1262,7 @@ def advance(
     owners: Array,
     given: int,
     watch: bool,
+    sleepy: bool,
     rows: Array,
     links: Array,
     first_row: Array,
@@ -1225,10 +1280,11 @@ def advance(
         given: number of contacts, in the first rows, that the caller has found for the next step;
             -1: none were looked for, and it stops before a step for which they are needed.
         watch: whether there is something of which the caller finds the contacts.
+        sleepy: whether there are bodies that may sleep.
         result: gets the number of contacts of the last step.
 
     Returns:
-        Number of steps made.
+        Number of steps made; it also stops after a step in which a body has fallen asleep.
     """
     for done in range(count):
         if watch and given < 0 and _is_near(bodies, covers, boxes, groups):
@@ -1237,6 +1293,7 @@ def advance(
         _prepare(gravity, bodies, joints, types, work)
         n = _find_contacts(step, bodies, sequence, shapes, kinds, firsts, points, planes, touches,
                            contacts, owners, max(given, 0), work)  # fmt: skip
+        fell = sleepy and _fall_asleep(step, n, bodies, owners, marks[0])
         m = _build(step, n, bodies, joints, types, starts, lists, contacts, owners, rows, links,
                    first_row, work, marks, sequence, settings)  # fmt: skip
         _relax(step, m, bodies, joints, rows, links, work, settings)
@@ -1244,4 +1301,6 @@ def advance(
         _move(step, m, n, bodies, joints, types, contacts, first_row, rows, links, work)
         result[0] = n
         given = -1
+        if fell:
+            return done + 1
     return count

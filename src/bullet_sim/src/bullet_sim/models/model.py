@@ -154,7 +154,15 @@ class Model:
                     engine.set_pair_collision(body, index[name], body, index[other], False)
             self._separate_hulls([name for name in links if name not in apart])
         if engine.ode is not None:
-            engine.ode.add(body, lumped, index, description.static, self.source.fixed_base)
+            fixed = self.source.fixed_base
+            may_sleep = (
+                description.auto_disable
+                and not fixed
+                and (
+                    description.is_urdf or not description.joints
+                )  # a URDF's fixed ones are merged
+            )
+            engine.ode.add(body, lumped, index, description.static, fixed, may_sleep)
         added = self._damped_inertias() if engine.ode is None else {}
         for name, link in links.items():
             if name in added and (index[name] >= 0 or not self.source.fixed_base):
