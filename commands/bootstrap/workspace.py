@@ -1,6 +1,6 @@
 """Step 3, the catkin workspace: what makes a build necessary, build/ and devel/."""
 
-import contextlib
+import glob
 import os
 
 from commands import signature
@@ -28,7 +28,8 @@ LEFT_OUT = (
     "PYTHONPATH",
     "PYTHONHOME",
 )
-COMPILE = "from bullet_sim.engine import Engine; Engine(solver='ode').ode.compile()"  # some 20 s
+SOLVER = os.path.join(SOURCES, "bullet_sim/src/bullet_sim/engine/quickstep.py")
+COMPILE = "from bullet_sim.engine import Engine; Engine(solver='ode').ode.compile()"
 COMPILERS = ("CC", "CXX", "CFLAGS", "CXXFLAGS", "LDFLAGS")
 
 
@@ -119,7 +120,8 @@ def _complete(contents, names):
 
 def ready():
     """Returns whether prepare() has nothing to build."""
-    return signature.unchanged("workspace", ";".join(_base())) or _complete(*scan()[1:])
+    built = signature.unchanged("workspace", ";".join(_base())) or _complete(*scan()[1:])
+    return built and _is_compiled()
 
 
 def prepare():
@@ -129,18 +131,35 @@ def prepare():
         CommandError: The build failed.
         Interrupted: A signal ended it.
     """
-    if signature.unchanged("workspace", ";".join(_base())):
-        return
-    directories, contents, names = scan()
-    if not _complete(contents, names):
-        Step(
-            3,
-            "Workspace",
-            "The lines above name the package. To build from scratch: rm -rf build devel",
-            "build_workspace",
-        ).run(_build)
-        directories, contents, _ = scan()
-    signature.save("workspace", ";".join(_base()), [STAMP, SETUP, *directories, *contents])
+    if not signature.unchanged("workspace", ";".join(_base())):
+        directories, contents, names = scan()
+        if not _complete(contents, names):
+            Step(
+                3,
+                "Workspace",
+                "The lines above name the package. To build from scratch: rm -rf build devel",
+                "build_workspace",
+            ).run(_build)
+            directories, contents, _ = scan()
+        signature.save("workspace", ";".join(_base()), [STAMP, SETUP, *directories, *contents])
+    if not _is_compiled():
+        Step(3, "Solver", "The lines above say why.", "compile_solver").run(_compile)
+
+
+def _is_compiled():
+    """Returns whether numba has compiled the solver since its source changed; without it: True."""
+    cache = os.path.join(os.path.dirname(SOLVER), "__pycache__")
+    compiled = glob.glob(f"{cache}/quickstep.advance-*.nbi")
+    changed = os.stat(SOLVER).st_mtime if os.path.exists(SOLVER) else 0.0
+    if any(os.stat(path).st_mtime >= changed for path in compiled):
+        return True
+    return not glob.glob(f"{VENV}/lib/python3*/site-packages/numba")
+
+
+def _compile(step):
+    """Compiles the solver of the simulator, which else does so at its start."""
+    environ = {"PATH": SYSTEM_PATH, "PYTHONPATH": f"{SOURCES}/bullet_sim/src"}
+    step.execute([VENV_PYTHON, "-c", COMPILE], environ)
 
 
 def _build(step):
@@ -170,38 +189,18 @@ def _build(step):
     ros.enter(environ, folder)
     environ.pop("ROS_DISTRO", None)  # catkin fails where it is another one than the ROS sets
     environ.update(PATH=f"{VENV}/bin:{environ['PATH']}", PYTHONNOUSERSITE="1", VIRTUAL_ENV=VENV)
-    with _solver_compiled(environ):
-        step.execute(
-            [
-                "catkin_make",
-                "-C",
-                ROOT,
-                f"-j{len(os.sched_getaffinity(0))}",
-                f"-DPYTHON_EXECUTABLE={VENV_PYTHON}",
-                f"-DCMAKE_PREFIX_PATH={environ.get('CMAKE_PREFIX_PATH', '').replace(':', ';')}",
-                "-DCMAKE_BUILD_TYPE=Release",
-                "-DCATKIN_ENABLE_TESTING=OFF",
-                "-DCATKIN_BLACKLIST_PACKAGES=" + ";".join(installed_elsewhere()),
-            ],
-            environ,
-        )
-    write(STAMP, f"{key}\n")
-
-
-@contextlib.contextmanager
-def _solver_compiled(environ):
-    """Meanwhile compiles the simulator's solver; should that fail, the simulator says why."""
-    import subprocess
-
-    process = subprocess.Popen(
-        [VENV_PYTHON, "-c", COMPILE],
-        env={**environ, "PYTHONPATH": f"{SOURCES}/bullet_sim/src"},
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
+    step.execute(
+        [
+            "catkin_make",
+            "-C",
+            ROOT,
+            f"-j{len(os.sched_getaffinity(0))}",
+            f"-DPYTHON_EXECUTABLE={VENV_PYTHON}",
+            f"-DCMAKE_PREFIX_PATH={environ.get('CMAKE_PREFIX_PATH', '').replace(':', ';')}",
+            "-DCMAKE_BUILD_TYPE=Release",
+            "-DCATKIN_ENABLE_TESTING=OFF",
+            "-DCATKIN_BLACKLIST_PACKAGES=" + ";".join(installed_elsewhere()),
+        ],
+        environ,
     )
-    try:
-        yield
-        process.wait()
-    finally:
-        process.kill()
-        process.wait()
+    write(STAMP, f"{key}\n")
