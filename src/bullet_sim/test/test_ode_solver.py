@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import trimesh
 import xacro
-from bullet_sim.engine import Engine, quickstep
+from bullet_sim.engine import Engine
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
@@ -80,11 +80,6 @@ def drive(world, model, seconds):
         way += float(np.linalg.norm(np.array(model.pose.position) - before))
         turn += math.remainder(yaw(model) - heading, 2 * math.pi)
     return way, math.degrees(turn)
-
-
-def asleep(world, model):
-    world.engine.ode.refresh()
-    return bool(world.engine.ode.save()["bodies"][model.body][0, quickstep.ASLEEP])
 
 
 # as in Gazebo -------------------------------------------------------------------------------------
@@ -246,7 +241,7 @@ def test_bodies_meet_what_is_no_plane(world):
     total = 0.0
     for _ in range(400):
         world.step()
-        assert not asleep(world, boxes[0])
+        assert not world.engine.is_asleep(boxes[0].body)
         for _, body, _, force in world.engine.touching(boxes[0].body):
             total += force / 400 if body == world.model("stand").body else 0.0
     assert total == pytest.approx(2.0 * G, rel=0.05)
@@ -278,6 +273,73 @@ def test_contacts_are_looked_for_only_near_what_is_there(world, monkeypatch, tmp
     assert ball.pose.position[1] == pytest.approx(4.8, abs=0.01)
 
 
+def mesh_model(path, mesh):
+    """SDF of a static model of a mesh, which is written to a file."""
+    mesh.export(path)
+    return (
+        '<sdf version="1.6"><model name="m"><static>true</static><link name="l"><collision '
+        f'name="c"><geometry><mesh><uri>file://{path}</uri></mesh></geometry></collision></link>'
+        "</model></sdf>"
+    )
+
+
+def fields(height, size=6.0, count=61):
+    """A mesh of `count` corners along each side, height(x, y) above the ground."""
+    along = np.linspace(-size, size, count)
+    x, y = np.meshgrid(along, along, indexing="ij")
+    corners = np.column_stack([x.ravel(), y.ravel(), height(x, y).ravel()])
+    a = (np.arange(count - 1)[:, None] * count + np.arange(count - 1)).ravel()
+    faces = [(a, a + count, a + count + 1), (a, a + count + 1, a + 1)]
+    return trimesh.Trimesh(corners, np.vstack([np.column_stack(each) for each in faces]))
+
+
+def test_our_car_drives_on_a_mesh_as_in_gazebo(world, tmp_path):
+    """Where each triangle has a line of contact; on a plane it turns at another rate."""
+    ground = mesh_model(tmp_path / "ground.stl", fields(lambda x, y: 0.0 * x, 20.0, 2))
+    world.spawn_sdf("ground", ground, Pose(), lambda uri: uri[7:])
+    car = world.spawn_urdf("car", published(CAR), Pose((0.0, 0.0, 0.05)), resolve)
+    names = world.engine.joint_names(car.body)
+    for index, name in enumerate(names):
+        if "wheel" in name:
+            world.engine.drive_velocity(car.body, index, 20.0, 10.0)
+        else:
+            world.engine.impose_position(car.body, index, 0.3, 10.0, 10.0)
+    world.step(1000)
+    way, turn = drive(world, car, 4.0)
+    assert way / 4.0 == pytest.approx(0.540, rel=0.02)
+    assert math.radians(turn) / 4.0 == pytest.approx(0.809, rel=0.04)
+
+
+def test_a_ball_rolls_over_hills_and_never_into_them(world, tmp_path):
+    def height(x, y):
+        return 0.1 * np.cos(1.5 * x) * np.cos(1.5 * y)
+
+    text = mesh_model(tmp_path / "hills.stl", fields(height))
+    world.spawn_sdf("hills", text, Pose(), lambda uri: uri[7:])
+    ball = spawn(world, BALL, Pose((0.3, 0.1, 0.25)))
+    for _ in range(300):
+        world.step(10)
+        x, y, z = ball.pose.position
+        assert z - height(x, y) > 0.095, ball.pose.position
+    assert math.dist((x, y), (0.3, 0.1)) > 0.3
+
+
+def test_a_wheel_is_stopped_by_the_edge_of_a_curb(world, tmp_path):
+    """Road and curb are one mesh; the curb is higher than the wheel's axle."""
+    road = trimesh.creation.box((4.0, 2.0, 0.2)).apply_translation((0.0, 0.0, -0.1))
+    curb = trimesh.creation.box((0.5, 2.0, 0.4)).apply_translation((1.25, 0.0, 0.1))
+    text = mesh_model(tmp_path / "road.stl", trimesh.util.concatenate([road, curb]))
+    world.spawn_sdf("road", text, Pose(), lambda uri: uri[7:])
+    shape = '<cylinder radius="0.1" length="0.3"/>'
+    body = link("base", shape=shape).replace("<collision>", '<collision><origin rpy="1.5708 0 0"/>')
+    roller = robot(body)
+    wheel = spawn(world, roller, Pose((0.0, 0.0, 0.1)))
+    world.engine.set_base_velocity(wheel.body, (1.0, 0.0, 0.0), (0.0, 10.0, 0.0))
+    world.step(1200)
+    x, _, z = wheel.pose.position
+    assert x < 0.91 and z == pytest.approx(0.1, abs=0.02)
+
+
 BALL = robot(link("base", 1.0, inertia=0.004, shape='<sphere radius="0.1"/>'))
 BOX = robot(link("base", 1.0, inertia=0.02, shape='<box size="0.4 0.4 0.4"/>'))
 
@@ -285,27 +347,27 @@ BOX = robot(link("base", 1.0, inertia=0.02, shape='<box size="0.4 0.4 0.4"/>'))
 def test_what_rests_for_a_second_sleeps_until_something_happens(world):
     box = spawn(world, BOX, Pose((0.0, 0.0, 0.2)), ground=True)
     world.step(990)
-    assert not asleep(world, box)
+    assert not world.engine.is_asleep(box.body)
     world.step(100)
-    assert asleep(world, box)
+    assert world.engine.is_asleep(box.body)
     pose, touching = box.pose, world.engine.touching(box.body)
     assert touching
     world.step(1000)
     assert box.pose == pose and world.engine.touching(box.body) == touching
     world.engine.apply_force(box.body, -1, (50.0, 0.0, 0.0), box.pose.position)
     world.step()
-    assert not asleep(world, box) and box.pose != pose
+    assert not world.engine.is_asleep(box.body) and box.pose != pose
 
 
 def test_what_falls_on_a_sleeper_wakes_it(world):
     box = spawn(world, BOX, Pose((0.0, 0.0, 0.2)), ground=True)
     world.step(1500)
-    assert asleep(world, box)
+    assert world.engine.is_asleep(box.body)
     ball = world.spawn_urdf("ball", BALL, Pose((0.15, 0.0, 0.8)), str)
     world.step(200)
-    assert asleep(world, box)
+    assert world.engine.is_asleep(box.body)
     world.step(200)
-    assert not asleep(world, box) and ball.pose.position[2] < 0.55
+    assert not world.engine.is_asleep(box.body) and ball.pose.position[2] < 0.55
 
 
 def test_a_sleeper_whose_support_is_deleted_falls(world):
@@ -317,7 +379,7 @@ def test_a_sleeper_whose_support_is_deleted_falls(world):
     world.spawn_sdf("stand", stand, Pose((0.0, 0.0, 0.5)), str)
     box = spawn(world, BOX, Pose((0.0, 0.0, 1.2)))
     world.step(1500)
-    assert asleep(world, box)
+    assert world.engine.is_asleep(box.body)
     world.delete("stand")
     world.step(100)
     assert box.pose.position[2] < 1.16
@@ -336,7 +398,7 @@ def test_what_must_not_or_has_joints_does_not_sleep(world, more):
     world.spawn(sdf.ground_plane())
     box = world.spawn_sdf("box", text, Pose((0.0, 0.0, 0.5)), str)
     world.step(2500)
-    assert not asleep(world, box)
+    assert not world.engine.is_asleep(box.body)
 
 
 def test_a_saved_state_knows_who_sleeps(world):
@@ -347,9 +409,9 @@ def test_a_saved_state_knows_who_sleeps(world):
     sleeping, touching = world.save_state(), world.engine.touching(box.body)
     world.restore_state(awake)
     world.step(10)
-    assert not asleep(world, box)
+    assert not world.engine.is_asleep(box.body)
     world.restore_state(sleeping)
-    assert asleep(world, box) and world.engine.touching(box.body) == touching
+    assert world.engine.is_asleep(box.body) and world.engine.touching(box.body) == touching
 
 
 def test_the_force_of_a_measured_joint(world):

@@ -67,7 +67,7 @@ class Joints(FakeJoints):
         """Record."""
         self.speeds.update(zip(names, values))
 
-    def drive_positions(self, names, values):
+    def impose_positions(self, names, values):
         """Record."""
         self.angles.update(zip(names, values))
 

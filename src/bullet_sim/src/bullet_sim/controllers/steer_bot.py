@@ -113,6 +113,7 @@ class CarJoints(RobotJoints, Protocol):
 
     def state(self) -> tuple[dict[str, float], dict[str, float]]: ...
     def impose_velocities(self, names: Iterable[str], values: Iterable[float]) -> None: ...
+    def impose_positions(self, names: Iterable[str], values: Iterable[float]) -> None: ...
 
 
 class SteerBotJoints:
@@ -169,7 +170,7 @@ class SteerBotJoints:
         """Rotate both hinges as the front steering joint is commanded; others have no effect."""
         for name, value in zip(names, values):
             if name == self._config.front_steer:
-                self._joints.drive_positions(self._config.front_steers, self.hinge_angles(value))
+                self._joints.impose_positions(self._config.front_steers, self.hinge_angles(value))
 
     def hinge_angles(self, angle: float) -> tuple[float, float]:
         """Angles [rad] of the right and the left hinge for one of the virtual middle wheel.

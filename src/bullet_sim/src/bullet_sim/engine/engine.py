@@ -551,6 +551,18 @@ class Engine:
         else:
             self.drive_velocity(body, joint, velocity, effort)
 
+    def impose_position(
+        self, body: int, joint: int, position: float, effort: float, velocity: float
+    ) -> None:
+        """Put a joint to a position [rad, m] before each step, held by its friction alone then.
+
+        As Gazebo's Joint::SetPosition; Bullet's solver has a motor instead, see drive_position().
+        """
+        if self.ode is not None:
+            self.ode.impose_position(body, joint, position)
+        else:
+            self.drive_position(body, joint, position, effort, velocity)
+
     def drive_velocities(
         self,
         body: int,
@@ -687,6 +699,8 @@ class Engine:
 
     def is_asleep(self, body: int) -> bool:
         """Whether a body sleeps; one that has moved since sleep() is awake from now on."""
+        if self.ode is not None:
+            return self.ode.is_asleep(body)
         if body not in self._asleep:
             return False
         before, pose = self._asleep[body], self.body_pose(body)

@@ -118,6 +118,8 @@ class OdeSolver:
     def compile(self) -> None:
         """Compile the solver, unless that was done; else the first step does."""
         self._advance(0, -1, np.zeros(3))
+        self._find_on_meshes()
+        self._is_on_face((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 
     def clear(self) -> None:
         """All bodies are gone."""
@@ -289,7 +291,10 @@ class OdeSolver:
     def _build_surroundings(self) -> None:
         """Planes, and boxes around all else that never moves."""
         planes, masks = [], []
-        boxes: list[Array] = [np.zeros((0, 6))]
+        boxes, ranges = [np.zeros((0, 6))], [np.zeros((0, 2), np.int64)]
+        triangles, slopes = [np.zeros((0, 3, 3))], [np.zeros((0, q.P_COLUMNS))]
+        meshes = [np.zeros(0, np.int64)]
+        self._mesh_bodies: list[tuple[int, int]] = []
         self._plane_of: list[tuple[int, int]] = []
         self._flat: set[int] = set()  # bodies of planes alone
         for still in self._still.values():
@@ -298,7 +303,24 @@ class OdeSolver:
             if not others:
                 self._flat.add(body)
             frame = Pose(*self._engine.base_pose(body))
-            boxes += [self._boxes_around(shape, frame, body) for shape in others]
+            for shape in others:
+                filtered = (body, -1) in self._filtered
+                parts = None if filtered else self._triangles_of(shape, frame)
+                if parts is None:
+                    boxes.append(self._box_around(shape, frame, body))
+                    ranges.append(np.zeros((1, 2), np.int64))
+                    continue
+                low, high = (
+                    np.array([f(each, axis=(0, 1)) for each in parts]) for f in (np.min, np.max)
+                )
+                boxes.append(np.hstack([low, high]))
+                ends = sum(map(len, triangles)) + np.cumsum([0, *map(len, parts)])
+                ranges.append(np.column_stack([ends[:-1], ends[1:]]))
+                triangles.append(np.concatenate(parts))
+                slopes.append(_slopes(triangles[-1], shape.surface or link.surface))
+                meshes.append(np.full(len(triangles[-1]), len(self._mesh_bodies)))
+            if any(shape.geometry.kind == "mesh" for shape in others):
+                self._mesh_bodies.append((body, -1))
             for shape in link.collisions:
                 if shape.geometry.kind == "plane":
                     pose = frame * shape.pose
@@ -308,9 +330,12 @@ class OdeSolver:
                     masks.append(self._filtered.get((body, -1), 0xFFFF))
                     self._plane_of.append((body, -1))
         self._planes = _table(planes, q.P_COLUMNS)
-        self._boxes = np.concatenate(boxes)
-        parts = range(0, len(self._boxes), q.COVERED)
-        self._covers = _table([_around(self._boxes[i : i + q.COVERED]) for i in parts], 6)
+        self._boxes, self._ranges = np.concatenate(boxes), np.concatenate(ranges)
+        self._triangles = np.concatenate(triangles).reshape(-1, 9)
+        self._slopes, self._meshes = np.concatenate(slopes), np.concatenate(meshes)
+        self._build_round()
+        firsts = range(0, len(self._boxes), q.COVERED)
+        self._covers = _table([_around(self._boxes[i : i + q.COVERED]) for i in firsts], 6)
         own = [self._filtered.get(self._owner[row], 0xFFFF) for row, *_ in self._kinds.tolist()]
         self._touches = np.array([[bool(a & b) for b in masks] for a in own], np.bool_).reshape(
             len(own), len(masks)
@@ -339,14 +364,27 @@ class OdeSolver:
         self._result = np.zeros(1, np.int64)
         self._others: list[tuple[int, int]] = []
 
-    def _boxes_around(self, shape: Shape, frame: Pose, body: int) -> Array:
-        """Boxes (n, 6) around a shape, or the parts of a mesh, of what never moves."""
+    def _build_round(self) -> None:
+        """Shapes, and bodies, of which quickstep finds the contacts with meshes, too."""
+        takes = np.isin(self._kinds[:, 1], (q.SPHERE, q.CYLINDER))
+        for row, (body, *_) in enumerate(self._kinds.tolist()):
+            takes[row] &= self._owner[body] not in self._filtered
+        others = set(self._kinds[~takes, 0].tolist())
+        self._round_bodies = set(self._kinds[:, 0].tolist()) - others
+        self._round = np.array([b not in others for b in self._kinds[:, 0].tolist()], np.bool_)
+
+    @staticmethod
+    def _triangles_of(shape: Shape, frame: Pose) -> list[Array] | None:
+        """Triangles (n, 3, 3) [m] of a mesh in the world, those next to each other together."""
         pose, geometry = frame * shape.pose, shape.geometry
-        if geometry.kind == "mesh":
-            triangles = mesh_triangles(geometry.path)
-            if triangles is not None:
-                corners = (triangles * np.asarray(geometry.scale)) @ pose.matrix.T + pose.position
-                return np.array(_boxes_of(corners))
+        triangles = mesh_triangles(geometry.path) if geometry.kind == "mesh" else None
+        if triangles is None:
+            return None
+        return _parts((triangles * np.asarray(geometry.scale)) @ pose.matrix.T + pose.position)
+
+    def _box_around(self, shape: Shape, frame: Pose, body: int) -> Array:
+        """Box (1, 6) around a shape of what never moves."""
+        pose, geometry = frame * shape.pose, shape.geometry
         half = _half_size(geometry.kind, geometry.size)
         if half is None:
             return _table([np.concatenate(p.getAABB(body, -1, physicsClientId=self._client))], 6)
@@ -559,11 +597,18 @@ class OdeSolver:
             if part.may_sleep and part.body in self._built and body in (None, part.body):
                 self._rows(part)[:, q.REST : q.ASLEEP + 1] = q.REST_TIME, q.REST_COUNT, 0.0
 
+    def is_asleep(self, body: int) -> bool:
+        """Whether a body sleeps."""
+        self.refresh()
+        part = self._parts.get(body)
+        return part is not None and part.may_sleep and bool(self._rows(part)[0, q.ASLEEP])
+
     def _find(self) -> int:
         """Contacts that PyBullet finds, into the first rows; their number."""
         self.copy_to_bullet()
         p.performCollisionDetection(physicsClientId=self._client)
-        self._others, n = [], 0
+        self._others = list(self._mesh_bodies)
+        n = self._find_on_meshes() if len(self._triangles) else 0
         for point in p.getContactPoints(physicsClientId=self._client) or ():
             _, one, two, link_one, link_two, _, at, normal, distance = point[:9]
             if distance > 0.0:
@@ -576,6 +621,9 @@ class OdeSolver:
                 first, second, normal = second, None, tuple(-x for x in normal)
             if second is None and two in self._flat and (one, link_one) not in self._mixed:
                 continue  # found by quickstep
+            if first in self._round_bodies and (two, link_two) in self._mesh_bodies:
+                if self._is_on_face(at, normal):
+                    continue  # found above
             if n >= 64 * _MOST_POINTS:
                 break
             row = self._contacts[n]
@@ -586,6 +634,20 @@ class OdeSolver:
             self._others.append((two, link_two))
             n += 1
         return n
+
+    def _find_on_meshes(self) -> int:
+        """Contacts of wheels and castors with meshes, into the first rows; their number."""
+        return q.find_on_meshes(
+            self._engine.time_step, self.bodies, self._sequence, self._shapes, self._kinds,
+            self._firsts, self._round,
+            self._triangles, self._slopes, self._meshes, self._ranges, self._covers, self._boxes,
+            self._contacts, self._owners, 64 * _MOST_POINTS, self._work,
+        )  # fmt: skip
+
+    def _is_on_face(self, point: Vec3, normal: Vec3) -> bool:
+        """Whether a contact with a mesh is one for _find_on_meshes()."""
+        at, across = np.array(point), np.array(normal)
+        return q.is_on_face(at, across, self._slopes, self._ranges, self._covers, self._boxes)
 
     def _surface(self, key: tuple[int, int]) -> Surface:
         body, link = key
@@ -641,6 +703,10 @@ class OdeSolver:
             row[q.REACHED] = row[q.ANGLE]
         row[q.SPEED], row[q.FMAX] = 0.0, effort
         row[q.TARGET], row[q.MAX_SPEED], row[q.IMPOSED] = position, speed, math.nan
+
+    def impose_position(self, body: int, joint: int, position: float) -> None:
+        """As set_position, at once; nothing but its friction holds the joint in between."""
+        self.set_position(body, joint, position, self._parts[body].joint(joint).friction, math.inf)
 
     def release(self, body: int, joint: int) -> None:
         """A joint moves freely, but for its friction."""
@@ -801,15 +867,28 @@ def _around(boxes: Array) -> Array:
     return np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
 
 
-def _boxes_of(triangles: Array) -> list[Array]:
-    """Boxes (6,) around triangles (n, 3, 3) that are next to each other."""
-    low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+def _parts(triangles: Array) -> list[Array]:
+    """Triangles (n, 3, 3) in groups of those next to each other."""
     if len(triangles) <= _IN_A_BOX:
-        return [np.concatenate([low, high])]
-    middles = triangles.sum(axis=1)[:, np.argmax(high - low)]
-    order = np.argsort(middles, kind="stable")
+        return [triangles]
+    extent = triangles.max(axis=(0, 1)) - triangles.min(axis=(0, 1))
+    order = np.argsort(triangles.sum(axis=1)[:, np.argmax(extent)], kind="stable")
     first, second = np.split(triangles[order], [len(order) // 2])
-    return _boxes_of(first) + _boxes_of(second)
+    return _parts(first) + _parts(second)
+
+
+def _slopes(triangles: Array, surface: Surface) -> Array:
+    """Rows of the planes of triangles (n, 3, 3); without an area: far below everything."""
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    flat = lengths < 1e-12
+    normals = np.where(
+        flat[:, None], (0.0, 0.0, 1.0), normals / np.where(flat, 1.0, lengths)[:, None]
+    )
+    rows = np.tile(_plane_row(np.zeros(3), 0.0, surface), (len(triangles), 1))
+    rows[:, q.P_PLANE : q.P_PLANE + 3] = normals
+    rows[:, q.P_PLANE + 3] = np.where(flat, -1e9, np.einsum("ij,ij->i", normals, triangles[:, 0]))
+    return rows
 
 
 def _shape_row(shape: Shape, link: Link) -> Array:

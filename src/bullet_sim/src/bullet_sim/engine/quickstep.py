@@ -78,6 +78,11 @@ INERTIA_RATIO = 200.0  # above which inertias across a hinge are moved closer
 REST_TIME, REST_COUNT = 1.0, 5  # [s], steps, for which what is slower than the next sleeps then
 REST_SPEED = 0.1  # [m/s, rad/s]
 _PARALLEL = 1e-7
+_STANDING = 0.9  # cosine between a cylinder's axis and a normal, above which its disc touches
+_SAME_DIRECTION = 0.98  # cosine between normals that are one
+_CLOSE = 0.01  # [m] between a contact and the face that it is with
+_SEAM = 1e-6  # [m] by which a triangle is larger on all sides
+_SAME = 1e-4  # [m] between contacts that are one
 COVERED = 32  # boxes that one cover contains
 
 
@@ -593,6 +598,236 @@ def _find_contacts(
                     else:
                         n = _box_contacts(step, n, s, p, below, centre, body, bodies, shapes,
                                           planes, contacts, owners, work)  # fmt: skip
+    return n
+
+
+@njit(cache=True)
+def _is_on(point: Array, normal: Array, corners: Array) -> bool:
+    """Whether a point is above or below a triangle of nine numbers."""
+    edge, arm, across = np.empty(3), np.empty(3), np.empty(3)
+    for i in range(3):
+        following = 3 * ((i + 1) % 3)
+        for k in range(3):
+            edge[k] = corners[following + k] - corners[3 * i + k]
+            arm[k] = point[k] - corners[3 * i + k]
+        _cross(edge, arm, across)
+        inward = across[0] * normal[0] + across[1] * normal[1] + across[2] * normal[2]
+        length = math.sqrt(edge[0] ** 2 + edge[1] ** 2 + edge[2] ** 2)
+        if inward < -_SEAM * length:
+            return False
+    return True
+
+
+@njit(cache=True)
+def _lowest_line(
+    s: int, centre: Array, body: int, shapes: Array, plane: Array, work: Array, ends: Array
+) -> bool:
+    """The line of a cylinder that is deepest below a plane, (2, 3); False: it stands."""
+    axis, rim = np.empty(3), np.empty(3)
+    for k in range(3):
+        rim[k] = shapes[s, G_ROTATION + 3 * k + 2]
+    _rotate(work[body, W_R : W_R + 9], rim, axis)
+    along = axis[0] * plane[0] + axis[1] * plane[1] + axis[2] * plane[2]
+    if abs(along) > _STANDING:
+        return False
+    for k in range(3):
+        rim[k] = axis[k] * along - plane[k]
+    length = math.sqrt(rim[0] ** 2 + rim[1] ** 2 + rim[2] ** 2)
+    radius, half = shapes[s, G_SIZE], 0.5 * shapes[s, G_SIZE + 1]
+    for k in range(3):
+        ends[0, k] = centre[k] + half * axis[k] + rim[k] * (radius / length)
+        ends[1, k] = centre[k] - half * axis[k] + rim[k] * (radius / length)
+    return True
+
+
+@njit(cache=True)
+def _clip(ends: Array, plane: Array, corners: Array) -> bool:
+    """Shorten a line (2, 3) to what is below a triangle of nine numbers; whether there is some."""
+    edge, inward = np.empty(3), np.empty(3)
+    first, last = 0.0, 1.0
+    for i in range(-1, 3):
+        if i < 0:
+            a, b = plane[3], plane[3]
+            for k in range(3):
+                a -= plane[k] * ends[0, k]
+                b -= plane[k] * ends[1, k]
+        else:
+            following = 3 * ((i + 1) % 3)
+            for k in range(3):
+                edge[k] = corners[following + k] - corners[3 * i + k]
+            _cross(plane[:3], edge, inward)
+            a = b = 0.0
+            for k in range(3):
+                a += inward[k] * (ends[0, k] - corners[3 * i + k])
+                b += inward[k] * (ends[1, k] - corners[3 * i + k])
+        if a < 0.0 and b < 0.0:
+            return False
+        if a < 0.0:
+            first = max(first, a / (a - b))
+        elif b < 0.0:
+            last = min(last, a / (a - b))
+    if first > last:
+        return False
+    for k in range(3):
+        a, b = ends[0, k], ends[1, k]
+        ends[0, k], ends[1, k] = a + first * (b - a), a + last * (b - a)
+    return True
+
+
+@njit(cache=True)
+def _is_known(n: int, first: int, contacts: Array) -> bool:
+    """Whether contact n is one of those from row `first` on: same point, same normal."""
+    for i in range(first, n):
+        same = True
+        for k in range(6):
+            if abs(contacts[i, C_POINT + k] - contacts[n, C_POINT + k]) > _SAME:
+                same = False
+        if same:
+            return True
+    return False
+
+
+@njit(cache=True)
+def _triangle_contacts(
+    step: float,
+    n: int,
+    s: int,
+    t: int,
+    height: float,
+    centre: Array,
+    body: int,
+    bodies: Array,
+    shapes: Array,
+    kinds: Array,
+    triangles: Array,
+    slopes: Array,
+    contacts: Array,
+    owners: Array,
+    work: Array,
+) -> int:
+    """Contacts of a sphere or cylinder with a triangle's plane; the number of all contacts then."""
+    plane, point, ends = slopes[t], np.empty(3), np.empty((2, 3))
+    if kinds[s, 1] == SPHERE:
+        depth = shapes[s, G_SIZE] - height
+        if depth >= 0.0:
+            for k in range(3):
+                point[k] = centre[k] - plane[k] * shapes[s, G_SIZE]
+            _add_contact(step, n, contacts, owners, bodies, shapes, s, slopes, t, body, point,
+                         depth, work)  # fmt: skip
+            n += 1
+    elif not _lowest_line(s, centre, body, shapes, plane, work, ends):
+        n = _cylinder_contacts(step, n, s, t, centre, body, bodies, shapes, slopes, contacts,
+                               owners, work)  # fmt: skip
+    elif _clip(ends, plane, triangles[t]):
+        for end in range(2):
+            depth = plane[3]
+            for k in range(3):
+                depth -= plane[k] * ends[end, k]
+            _add_contact(step, n, contacts, owners, bodies, shapes, s, slopes, t, body, ends[end],
+                         max(depth, 0.0), work)  # fmt: skip
+            n += 1
+    return n
+
+
+@njit(cache=True)
+def is_on_face(
+    point: Array,
+    direction: Array,
+    slopes: Array,
+    ranges: Array,
+    covers: Array,
+    boxes: Array,
+) -> bool:
+    """Whether a contact is one with the side of a triangle, by its normal, and not with an edge."""
+    for i in range(len(covers)):
+        if not _reaches(point, _CLOSE, covers[i]):
+            continue
+        for at in range(i * COVERED, min((i + 1) * COVERED, len(boxes))):
+            if not _reaches(point, _CLOSE, boxes[at]):
+                continue
+            for t in range(ranges[at, 0], ranges[at, 1]):
+                across, height = 0.0, -slopes[t, P_PLANE + 3]
+                for k in range(3):
+                    across += slopes[t, k] * direction[k]
+                    height += slopes[t, k] * point[k]
+                if abs(across) > _SAME_DIRECTION and abs(height) < _CLOSE:
+                    return True
+    return False
+
+
+@njit(cache=True)
+def find_on_meshes(
+    step: float,
+    bodies: Array,
+    sequence: Array,
+    shapes: Array,
+    kinds: Array,
+    firsts: Array,
+    round_: Array,
+    triangles: Array,
+    slopes: Array,
+    meshes: Array,
+    ranges: Array,
+    covers: Array,
+    boxes: Array,
+    contacts: Array,
+    owners: Array,
+    most: int,
+    work: Array,
+) -> int:
+    """Contacts of spheres and cylinders with meshes that never move, from row 0; their number.
+
+    Of a cylinder those are the ends of its lowest line, as far as that is below the triangle; of
+    others those with the triangle's plane that are on it. Only what is above a triangle touches it.
+
+    Args:
+        round_: (n,) which shapes count.
+        triangles: (t, 9) corners.
+        slopes: (t, P_COLUMNS) their planes.
+        meshes: (t,) number of the mesh, for the contacts' owners.
+        ranges: (b, 2) first triangle of each box and the one after its last.
+        covers, boxes: as of _is_near().
+        most: number of contacts.
+    """
+    n = 0
+    centre = np.empty(3)
+    for body in sequence:
+        for s in range(firsts[body + 1] - 1, firsts[body] - 1, -1):
+            if not round_[s]:
+                continue
+            kind, first = kinds[s, 1], n
+            _matrix(bodies[body, QUAT : QUAT + 4], work[body, W_R : W_R + 9])
+            _rotate(work[body, W_R : W_R + 9], shapes[s, G_OFFSET : G_OFFSET + 3], centre)
+            for k in range(3):
+                centre[k] += bodies[body, POS + k]
+            radius = shapes[s, G_SIZE]
+            reach = radius if kind == SPHERE else math.hypot(radius, 0.5 * shapes[s, G_SIZE + 1])
+            for i in range(len(covers)):
+                if not _reaches(centre, reach, covers[i]):
+                    continue
+                for at in range(i * COVERED, min((i + 1) * COVERED, len(boxes))):
+                    if ranges[at, 0] == ranges[at, 1] or not _reaches(centre, reach, boxes[at]):
+                        continue
+                    for t in range(ranges[at, 0], ranges[at, 1]):
+                        normal = slopes[t, P_PLANE : P_PLANE + 3]
+                        height = -slopes[t, P_PLANE + 3]
+                        for k in range(3):
+                            height += normal[k] * centre[k]
+                        if height <= 0.0 or height > reach or n + 4 > most:
+                            continue
+                        found = _triangle_contacts(step, n, s, t, height, centre, body, bodies,
+                                                   shapes, kinds, triangles, slopes, contacts,
+                                                   owners, work)  # fmt: skip
+                        for row in range(n, found):
+                            contacts[n] = contacts[row]
+                            owners[n, 0], owners[n, 1], owners[n, 2], owners[n, 3] = (
+                                body, -1, -1, meshes[t],
+                            )  # fmt: skip
+                            at_triangle = _is_on(
+                                contacts[n, C_POINT : C_POINT + 3], normal, triangles[t]
+                            )
+                            if at_triangle and not _is_known(n, first, contacts):
+                                n += 1
     return n
 
 

@@ -166,6 +166,13 @@ class Joints(Stateful):
             value = min(max(value, -speed), speed)
             self._engine.impose_velocity(self._body, self._index[name], value, effort)
 
+    def impose_positions(self, names: Iterable[str], values: Iterable[float]) -> None:
+        """Put joints to positions before each step, as Engine.impose_position; they are clipped."""
+        for name, value in zip(names, values):
+            limits = self.max_effort(name), self._speed(name)
+            value = self._clamped(name, value)
+            self._engine.impose_position(self._body, self._index[name], value, *limits)
+
     def drive_within(self, name: str, velocity: float, effort: float) -> None:
         """Track a velocity [rad/s, m/s] with at most an effort [N m, N]."""
         speed = self._speed(name)
