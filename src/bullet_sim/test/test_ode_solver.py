@@ -44,6 +44,20 @@ def robot(*parts):
     return f'<robot name="bot">{"".join(parts)}</robot>'
 
 
+def static(geometry):
+    """SDF of a model that never moves."""
+    return (
+        '<sdf version="1.6"><model name="m"><static>true</static><link name="l"><collision '
+        f'name="c"><geometry>{geometry}</geometry></collision></link></model></sdf>'
+    )
+
+
+def mesh_model(path, mesh):
+    """SDF of a static model of a mesh, which is written to a file."""
+    mesh.export(path)
+    return static(f"<mesh><uri>file://{path}</uri></mesh>")
+
+
 @pytest.fixture(name="world")
 def _world():
     made = World(solver="ode")
@@ -224,12 +238,7 @@ def test_friction_is_bounded_along_two_directions_of_the_ground(world, heading, 
 
 def test_bodies_meet_what_is_no_plane(world):
     """A box on a static box, whose contacts PyBullet finds; another model on top of it."""
-    stand = (
-        '<sdf version="1.6"><model name="m"><static>true</static><link name="l"><collision '
-        'name="c"><geometry><box><size>2 2 1</size></box></geometry></collision></link></model>'
-        "</sdf>"
-    )
-    world.spawn_sdf("stand", stand, Pose((0.0, 0.0, 0.5)), str)
+    world.spawn_sdf("stand", static("<box><size>2 2 1</size></box>"), Pose((0.0, 0.0, 0.5)), str)
     text = robot(link("base", 1.0, inertia=0.02, shape='<box size="0.4 0.4 0.4"/>'))
     boxes = [
         world.spawn_urdf(name, text, Pose((0.0, 0.0, z)), str)
@@ -253,12 +262,7 @@ def test_contacts_are_looked_for_only_near_what_is_there(world, monkeypatch, tmp
     walls = trimesh.util.concatenate(
         [trimesh.creation.box((*size, 1.0)).apply_translation((*at, 0.5)) for at, size in places]
     ).subdivide_to_size(1.0)
-    walls.export(tmp_path / "yard.stl")
-    yard = (
-        '<sdf version="1.6"><model name="m"><static>true</static><link name="l"><collision '
-        f'name="c"><geometry><mesh><uri>file://{tmp_path}/yard.stl</uri></mesh></geometry>'
-        "</collision></link></model></sdf>"
-    )
+    yard = mesh_model(tmp_path / "yard.stl", walls)
     world.spawn_sdf("yard", yard, Pose(), lambda uri: uri[7:])
     text = robot(link("base", 1.0, inertia=0.004, shape='<sphere radius="0.1"/>'))
     ball = spawn(world, text, Pose((0.0, 3.0, 0.1)), ground=True)
@@ -271,16 +275,6 @@ def test_contacts_are_looked_for_only_near_what_is_there(world, monkeypatch, tmp
     world.step(1500)
     assert searches
     assert ball.pose.position[1] == pytest.approx(4.8, abs=0.01)
-
-
-def mesh_model(path, mesh):
-    """SDF of a static model of a mesh, which is written to a file."""
-    mesh.export(path)
-    return (
-        '<sdf version="1.6"><model name="m"><static>true</static><link name="l"><collision '
-        f'name="c"><geometry><mesh><uri>file://{path}</uri></mesh></geometry></collision></link>'
-        "</model></sdf>"
-    )
 
 
 def fields(height, size=6.0, count=61):
@@ -371,12 +365,7 @@ def test_what_falls_on_a_sleeper_wakes_it(world):
 
 
 def test_a_sleeper_whose_support_is_deleted_falls(world):
-    stand = (
-        '<sdf version="1.6"><model name="m"><static>true</static><link name="l"><collision '
-        'name="c"><geometry><box><size>2 2 1</size></box></geometry></collision></link></model>'
-        "</sdf>"
-    )
-    world.spawn_sdf("stand", stand, Pose((0.0, 0.0, 0.5)), str)
+    world.spawn_sdf("stand", static("<box><size>2 2 1</size></box>"), Pose((0.0, 0.0, 0.5)), str)
     box = spawn(world, BOX, Pose((0.0, 0.0, 1.2)))
     world.step(1500)
     assert world.engine.is_asleep(box.body)

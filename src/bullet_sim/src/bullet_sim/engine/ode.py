@@ -96,7 +96,7 @@ class OdeSolver:
         self._engine = engine
         self.configure(OdeSettings())
         self._client = engine.client
-        self._files: dict[tuple[Any, ...], Array] = {}  # vertices of meshes
+        self._files: dict[tuple[Any, ...], Array] = {}  # vertices, and triangles, of meshes
         self.clear()
 
     def configure(self, settings: OdeSettings) -> None:
@@ -373,12 +373,17 @@ class OdeSolver:
         self._round_bodies = set(self._kinds[:, 0].tolist()) - others
         self._round = np.array([b not in others for b in self._kinds[:, 0].tolist()], np.bool_)
 
-    @staticmethod
-    def _triangles_of(shape: Shape, frame: Pose) -> list[Array] | None:
+    def _triangles_of(self, shape: Shape, frame: Pose) -> list[Array] | None:
         """Triangles (n, 3, 3) [m] of a mesh in the world, those next to each other together."""
         pose, geometry = frame * shape.pose, shape.geometry
-        triangles = mesh_triangles(geometry.path) if geometry.kind == "mesh" else None
-        if triangles is None:
+        if geometry.kind != "mesh":
+            return None
+        key = (geometry.path,)
+        if key not in self._files:  # each model that is spawned asks again
+            found = mesh_triangles(geometry.path)
+            self._files[key] = np.zeros((0, 3, 3)) if found is None else found
+        triangles = self._files[key]
+        if not len(triangles):
             return None
         return _parts((triangles * np.asarray(geometry.scale)) @ pose.matrix.T + pose.position)
 
@@ -593,8 +598,8 @@ class OdeSolver:
 
     def wake(self, body: int | None = None) -> None:
         """Let a body, or all, be awake."""
-        for part in self._parts.values():
-            if part.may_sleep and part.body in self._built and body in (None, part.body):
+        for part in self._parts.values() if body is None else [self._parts.get(body)]:
+            if part is not None and part.may_sleep and part.body in self._built:
                 self._rows(part)[:, q.REST : q.ASLEEP + 1] = q.REST_TIME, q.REST_COUNT, 0.0
 
     def is_asleep(self, body: int) -> bool:

@@ -477,6 +477,30 @@ def _box_contacts(
 
 
 @njit(cache=True)
+def _axis_of(s: int, body: int, shapes: Array, plane: Array, work: Array, axis: Array) -> float:
+    """A cylinder's axis; the cosine between it and a plane's normal."""
+    for k in range(3):
+        axis[k] = shapes[s, G_ROTATION + 3 * k + 2]
+    _rotate(work[body, W_R : W_R + 9], axis, axis)
+    return axis[0] * plane[0] + axis[1] * plane[1] + axis[2] * plane[2]
+
+
+@njit(cache=True)
+def _lowest_line(
+    s: int, centre: Array, axis: Array, along: float, shapes: Array, plane: Array, ends: Array
+) -> None:
+    """The line of a cylinder that is deepest below a plane, (2, 3); axis, along: _axis_of()."""
+    rim = np.empty(3)
+    for k in range(3):
+        rim[k] = axis[k] * along - plane[k]
+    length = math.sqrt(rim[0] ** 2 + rim[1] ** 2 + rim[2] ** 2)
+    radius, half = shapes[s, G_SIZE], 0.5 * shapes[s, G_SIZE + 1]
+    for k in range(3):
+        ends[0, k] = centre[k] + half * axis[k] + rim[k] * (radius / length)
+        ends[1, k] = centre[k] - half * axis[k] + rim[k] * (radius / length)
+
+
+@njit(cache=True)
 def _cylinder_contacts(
     step: float,
     n: int,
@@ -496,10 +520,7 @@ def _cylinder_contacts(
     axis, rim, other, point = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     a, b, c, d = planes[p, 0], planes[p, 1], planes[p, 2], planes[p, 3]
     radius, half = shapes[s, G_SIZE], 0.5 * shapes[s, G_SIZE + 1]
-    for k in range(3):
-        other[k] = shapes[s, G_ROTATION + 3 * k + 2]
-    _rotate(work[body, W_R : W_R + 9], other, axis)
-    along = a * axis[0] + b * axis[1] + c * axis[2]
+    along = _axis_of(s, body, shapes, planes[p], work, axis)
     if abs(abs(along) - 1.0) < _PARALLEL:
         sign = -1.0 if along > 0.0 else 1.0
         for k in range(3):
@@ -525,15 +546,12 @@ def _cylinder_contacts(
                              depth, work)  # fmt: skip
                 n += 1
         return n
-    for k in range(3):
-        rim[k] = axis[k] * along - planes[p, k]
-    length = math.sqrt(rim[0] ** 2 + rim[1] ** 2 + rim[2] ** 2)
-    for end in (-half, half):
-        for k in range(3):
-            point[k] = centre[k] + end * axis[k] + rim[k] * (radius / length)
-        depth = d - (a * point[0] + b * point[1] + c * point[2])
+    ends = np.empty((2, 3))
+    _lowest_line(s, centre, axis, along, shapes, planes[p], ends)
+    for end in (1, 0):
+        depth = d - (a * ends[end, 0] + b * ends[end, 1] + c * ends[end, 2])
         if depth >= 0.0:
-            _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, point,
+            _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, ends[end],
                          depth, work)  # fmt: skip
             n += 1
     return n
@@ -619,28 +637,6 @@ def _is_on(point: Array, normal: Array, corners: Array) -> bool:
 
 
 @njit(cache=True)
-def _lowest_line(
-    s: int, centre: Array, body: int, shapes: Array, plane: Array, work: Array, ends: Array
-) -> bool:
-    """The line of a cylinder that is deepest below a plane, (2, 3); False: it stands."""
-    axis, rim = np.empty(3), np.empty(3)
-    for k in range(3):
-        rim[k] = shapes[s, G_ROTATION + 3 * k + 2]
-    _rotate(work[body, W_R : W_R + 9], rim, axis)
-    along = axis[0] * plane[0] + axis[1] * plane[1] + axis[2] * plane[2]
-    if abs(along) > _STANDING:
-        return False
-    for k in range(3):
-        rim[k] = axis[k] * along - plane[k]
-    length = math.sqrt(rim[0] ** 2 + rim[1] ** 2 + rim[2] ** 2)
-    radius, half = shapes[s, G_SIZE], 0.5 * shapes[s, G_SIZE + 1]
-    for k in range(3):
-        ends[0, k] = centre[k] + half * axis[k] + rim[k] * (radius / length)
-        ends[1, k] = centre[k] - half * axis[k] + rim[k] * (radius / length)
-    return True
-
-
-@njit(cache=True)
 def _clip(ends: Array, plane: Array, corners: Array) -> bool:
     """Shorten a line (2, 3) to what is below a triangle of nine numbers; whether there is some."""
     edge, inward = np.empty(3), np.empty(3)
@@ -706,7 +702,7 @@ def _triangle_contacts(
     work: Array,
 ) -> int:
     """Contacts of a sphere or cylinder with a triangle's plane; the number of all contacts then."""
-    plane, point, ends = slopes[t], np.empty(3), np.empty((2, 3))
+    plane, point, axis, ends = slopes[t], np.empty(3), np.empty(3), np.empty((2, 3))
     if kinds[s, 1] == SPHERE:
         depth = shapes[s, G_SIZE] - height
         if depth >= 0.0:
@@ -715,10 +711,13 @@ def _triangle_contacts(
             _add_contact(step, n, contacts, owners, bodies, shapes, s, slopes, t, body, point,
                          depth, work)  # fmt: skip
             n += 1
-    elif not _lowest_line(s, centre, body, shapes, plane, work, ends):
-        n = _cylinder_contacts(step, n, s, t, centre, body, bodies, shapes, slopes, contacts,
-                               owners, work)  # fmt: skip
-    elif _clip(ends, plane, triangles[t]):
+        return n
+    along = _axis_of(s, body, shapes, plane, work, axis)
+    if abs(along) > _STANDING:
+        return _cylinder_contacts(step, n, s, t, centre, body, bodies, shapes, slopes, contacts,
+                                  owners, work)  # fmt: skip
+    _lowest_line(s, centre, axis, along, shapes, plane, ends)
+    if _clip(ends, plane, triangles[t]):
         for end in range(2):
             depth = plane[3]
             for k in range(3):
