@@ -34,8 +34,9 @@ SETTLED = 4.0  # wall time without a new model after which spawning is over [s]
 SPAWN_LIMIT = 40.0  # wall time for spawning [s]
 FIRST_LIMIT = 20.0  # wall time for the first message of each sensor [s]
 STOP_LIMIT = 20.0  # wall time for the launch to end [s]
+REPLAY = "paddock_check_replay"  # its node
 REPLAY_RATE = 10.0  # frames of the replay a second of wall time
-REPLAY_LIMIT = 60.0  # wall time for the replay to be written [s]
+REPLAY_LIMIT = 60.0  # wall time for the replay's first frame, and for it to be written [s]
 ERRORS = 50  # lines of errors that are kept
 REFUSED_LINES = 2  # lines of roslaunch's own error that are kept
 _COLORS = re.compile(r"\x1b(\[[0-9;]*m|\][^\x07]*\x07)")
@@ -218,12 +219,20 @@ class Replay:
             [
                 *("nice", "-n", "10", "rosrun", "bullet_web", "record"),
                 *(f"_out:={self._path}", f"_title:={title}", f"_rate:={REPLAY_RATE}"),
-                *(f"_simulator:={simulator}", "__name:=paddock_check_replay"),
+                *(f"_simulator:={simulator}", f"__name:={REPLAY}"),
             ],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )
+
+    def wait_for_first(self, launch):
+        """Waits until it has a frame; returns at once if it has ended, which costs the replay."""
+        deadline = time.monotonic() + REPLAY_LIMIT
+        while time.monotonic() < deadline and launch.poll() is None:
+            if self._process.poll() is not None or rospy.get_param(f"/{REPLAY}/recording", False):
+                return
+            time.sleep(0.1)
 
     def end(self):
         """Writes it, if it was started; a file that cannot be written is none."""
@@ -240,7 +249,8 @@ class Replay:
 def observe(launch, seconds, replay):
     """Watches the running launch; returns what goes into the result.
 
-    The seconds begin when every sensor has sent its first message, or after FIRST_LIMIT.
+    The seconds begin when every sensor has sent its first message, or after FIRST_LIMIT, and the
+    replay has its first frame.
     """
     simulator = wait_for_simulator(launch)
     if simulator is None:
@@ -255,6 +265,7 @@ def observe(launch, seconds, replay):
     sensors = [sensor for model in found["models"] for sensor in model["sensors"]]
     counters = {sensor["topic"]: Counter(sensor["topic"], clock) for sensor in sensors}
     wait_for_first(launch, counters.values())
+    replay.wait_for_first(launch)
     before = {model["name"]: state_of(simulator, model["name"]) for model in moving}
     start, begin = clock.now, time.monotonic()
     while time.monotonic() - begin < seconds and launch.poll() is None:

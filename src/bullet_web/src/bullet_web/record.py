@@ -1,4 +1,7 @@
-"""The node `record`: keeps what happens in the world as a replay, and writes it when it ends."""
+"""The node `record`: keeps what happens in the world as a replay, and writes it when it ends.
+
+Its parameter ~recording is true as soon as it has the first frame.
+"""
 
 import os
 import sys
@@ -16,6 +19,7 @@ from bullet_web.replay import Recording
 from bullet_web.simulator import Simulator
 
 REFEREE = "/referee/status"
+RECORDING = "~recording"
 
 
 @dataclass(frozen=True)
@@ -49,6 +53,8 @@ class Recorder:
         self._files = files.read(files.REPLAY)
         self._recording = Recording(self._settings.title)
         self._lock = threading.Lock()
+        self._is_recording = False
+        rospy.set_param(RECORDING, False)
         self._simulator = Simulator(
             self._settings.rate,
             self._new_scene,
@@ -71,6 +77,9 @@ class Recorder:
     def _new_view(self, view: dict[str, Any], _: str) -> None:
         with self._lock:
             self._recording.add(view["time"], view["bodies"])
+        if not self._is_recording:
+            self._is_recording = True
+            rospy.set_param(RECORDING, True)
 
     def _new_lap(self, message: Any) -> None:
         with self._lock:
