@@ -257,7 +257,7 @@ def test_bodies_meet_what_is_no_plane(world):
 
 
 def test_contacts_are_looked_for_only_near_what_is_there(world, monkeypatch, tmp_path):
-    """In a yard of one mesh with walls 5 m away, and where its northern wall stops a ball."""
+    """In a yard of one mesh with walls 5 m away; not for a ball, but for a box at the wall."""
     places = (((0, 5), (10, 0.2)), ((0, -5), (10, 0.2)), ((5, 0), (0.2, 10)), ((-5, 0), (0.2, 10)))
     walls = trimesh.util.concatenate(
         [trimesh.creation.box((*size, 1.0)).apply_translation((*at, 0.5)) for at, size in places]
@@ -273,8 +273,11 @@ def test_contacts_are_looked_for_only_near_what_is_there(world, monkeypatch, tmp
     assert not searches
     world.engine.set_base_velocity(ball.body, (0.0, 2.0, 0.0), (-20.0, 0.0, 0.0))
     world.step(1500)
-    assert searches
+    assert not searches
     assert ball.pose.position[1] == pytest.approx(4.8, abs=0.01)
+    world.spawn_urdf("box", BOX, Pose((2.0, 4.71, 0.2)), str)
+    world.step()
+    assert searches
 
 
 def fields(height, size=6.0, count=61):
@@ -302,6 +305,26 @@ def test_our_car_drives_on_a_mesh_as_in_gazebo(world, tmp_path):
     way, turn = drive(world, car, 4.0)
     assert way / 4.0 == pytest.approx(0.540, rel=0.02)
     assert math.radians(turn) / 4.0 == pytest.approx(0.809, rel=0.04)
+
+
+def test_a_wheel_rolls_onto_a_low_box_and_not_onto_a_high_one(world):
+    """The rim meets the box's edge; what is found there pushes it up or back, never through."""
+    shape = '<cylinder radius="0.1" length="0.3"/>'
+    roller = robot(
+        link("base", shape=shape).replace("<collision>", '<collision><origin rpy="1.5708 0 0"/>')
+    )
+    ends = []
+    for y, height in ((0.0, 0.02), (5.0, 0.15)):
+        text = static(f"<box><size>2 2 {height}</size></box>")
+        world.spawn_sdf(f"curb_{y}", text, Pose((1.5, y, 0.5 * height)), str)
+        wheel = world.spawn_urdf(f"wheel_{y}", roller, Pose((0.0, y, 0.1)), str)
+        if y == 0.0:
+            world.spawn(sdf.ground_plane())
+        world.engine.set_base_velocity(wheel.body, (1.5, 0.0, 0.0), (0.0, 15.0, 0.0))
+        world.step(800)
+        ends.append(wheel.pose.position)
+    assert ends[0][0] > 0.6 and ends[0][2] == pytest.approx(0.12, abs=0.01)
+    assert ends[1][0] < 0.41 and ends[1][2] == pytest.approx(0.1, abs=0.02)
 
 
 def test_a_ball_rolls_over_hills_and_never_into_them(world, tmp_path):

@@ -38,6 +38,7 @@ _UNKNOWN = 2.0  # [m] radius of shapes of other kinds
 _KINDS = {"sphere": q.SPHERE, "cylinder": q.CYLINDER, "box": q.BOX, "mesh": q.MESH}
 _MOST_POINTS = 10  # of a pair of shapes
 _IN_A_BOX = 16  # triangles
+_CLOSE = 0.002  # [m] between a contact that Bullet finds and the shape that it is with
 
 
 # Body, link, other body, its link, point [m], normal towards the first, depth [m], force (3,) [N]
@@ -118,8 +119,6 @@ class OdeSolver:
     def compile(self) -> None:
         """Compile the solver, unless that was done; else the first step does."""
         self._advance(0, -1, np.zeros(3))
-        self._find_on_meshes()
-        self._is_on_face((0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 
     def clear(self) -> None:
         """All bodies are gone."""
@@ -221,6 +220,7 @@ class OdeSolver:
         shapes: list[Array] = []
         kinds: list[tuple[int, int, int, int]] = []  # row of its body, type, its vertices
         vertices: list[Array] = [np.zeros((0, 3))]
+        extents: list[Array] = []
         groups: list[int] = []
         owner: list[tuple[int, int]] = []  # (body, link) of each row
         self._built = {part.body for part in parts}
@@ -237,6 +237,7 @@ class OdeSolver:
                 bodies[-1][q.MAY_SLEEP] = float(part.may_sleep)
                 for shape in link.collisions:
                     kind, start = _KINDS.get(shape.geometry.kind, q.OTHER), sum(map(len, vertices))
+                    corners = np.zeros((0, 3))
                     if kind == q.MESH:
                         corners = self._vertices(shape, link)
                         vertices.append(corners)
@@ -248,6 +249,7 @@ class OdeSolver:
                         bodies[-1][q.RADIUS] = max(bodies[-1][q.RADIUS], _UNKNOWN)
                     kinds.append((rows[name], kind, start, sum(map(len, vertices))))
                     shapes.append(_shape_row(shape, link))
+                    extents.append(_extent(shape, link, corners))
             for joint in part.joints:
                 joints.append(self._joint_row(part, joint))
                 kind = {"prismatic": q.SLIDER}.get(joint.kind, q.HINGE)
@@ -262,12 +264,18 @@ class OdeSolver:
         self.bodies = _table(bodies, q.B_SIZE)
         self.joints = _table(joints, q.J_SIZE)
         self._types = _table(types, 3, np.int64)
-        self._shapes, self._kinds = _table(shapes, q.G_COLUMNS), _table(kinds, 4, np.int64)
-        self._points = np.concatenate(vertices)
-        self._groups = np.array(groups, np.int64)
-        self._firsts = np.searchsorted(self._kinds[:, 0], np.arange(len(bodies) + 1))
+        self._kinds = _table(kinds, 4, np.int64)
         self._build_topology()
-        self._build_surroundings()
+        ground = self._build_surroundings(groups)
+        self._scene = q.Scene(
+            shapes=_table(shapes, q.G_COLUMNS),
+            kinds=self._kinds,
+            firsts=np.searchsorted(self._kinds[:, 0], np.arange(len(bodies) + 1)),
+            points=np.concatenate(vertices),
+            extents=_table(extents, 6),
+            groups=np.array(groups, np.int64),
+            **ground,
+        )
         self._build_workspace()
         self._sort()
 
@@ -288,13 +296,14 @@ class OdeSolver:
         self._lists = np.array([j for each in lists for j in each], np.int64)
         self._below = below
 
-    def _build_surroundings(self) -> None:
-        """Planes, and boxes around all else that never moves."""
-        planes, masks = [], []
-        boxes, ranges = [np.zeros((0, 6))], [np.zeros((0, 2), np.int64)]
+    def _build_surroundings(self, groups: list[int]) -> dict[str, Array]:
+        """What never moves: planes, triangles of meshes, boxes, and boxes around all but planes."""
+        planes, masks, faces, boxes_of = [], [], [], []
+        solids: list[list[float]] = []
+        boxes, ranges = [np.zeros((0, 6))], [np.zeros((0, 3), np.int64)]
         triangles, slopes = [np.zeros((0, 3, 3))], [np.zeros((0, q.P_COLUMNS))]
         meshes = [np.zeros(0, np.int64)]
-        self._mesh_bodies: list[tuple[int, int]] = []
+        self._solid_bodies: list[tuple[int, int]] = []  # all contacts of wheels with them are found
         self._plane_of: list[tuple[int, int]] = []
         self._flat: set[int] = set()  # bodies of planes alone
         for still in self._still.values():
@@ -303,24 +312,36 @@ class OdeSolver:
             if not others:
                 self._flat.add(body)
             frame = Pose(*self._engine.base_pose(body))
-            for shape in others:
-                filtered = (body, -1) in self._filtered
-                parts = None if filtered else self._triangles_of(shape, frame)
-                if parts is None:
+            found = None if (body, -1) in self._filtered else self._parts_of(others, frame)
+            if found is None:
+                for shape in others:
                     boxes.append(self._box_around(shape, frame, body))
-                    ranges.append(np.zeros((1, 2), np.int64))
-                    continue
-                low, high = (
-                    np.array([f(each, axis=(0, 1)) for each in parts]) for f in (np.min, np.max)
-                )
-                boxes.append(np.hstack([low, high]))
-                ends = sum(map(len, triangles)) + np.cumsum([0, *map(len, parts)])
-                ranges.append(np.column_stack([ends[:-1], ends[1:]]))
-                triangles.append(np.concatenate(parts))
-                slopes.append(_slopes(triangles[-1], shape.surface or link.surface))
-                meshes.append(np.full(len(triangles[-1]), len(self._mesh_bodies)))
-            if any(shape.geometry.kind == "mesh" for shape in others):
-                self._mesh_bodies.append((body, -1))
+                    ranges.append(_table([(q.UNKNOWN, 0, 0)], 3, np.int64))
+            else:
+                for shape, parts in found:
+                    surface = shape.surface or link.surface
+                    if parts is None:
+                        pose = frame * shape.pose
+                        boxes.append(self._box_around(shape, frame, body))
+                        ranges.append(
+                            _table([(q.SOLID, len(solids), len(solids) + 1)], 3, np.int64)
+                        )
+                        half = 0.5 * np.asarray(shape.geometry.size)
+                        solids.append([*half, *pose.position, *pose.matrix.ravel()])
+                        faces.append(_plane_row(np.zeros(3), 0.0, surface))
+                        boxes_of.append(len(self._solid_bodies))
+                        continue
+                    low, high = (
+                        np.array([f(each, axis=(0, 1)) for each in parts]) for f in (np.min, np.max)
+                    )
+                    boxes.append(np.hstack([low, high]))
+                    ends = sum(map(len, triangles)) + np.cumsum([0, *map(len, parts)])
+                    kinds = np.full(len(parts), q.TRIANGLES)
+                    ranges.append(np.column_stack([kinds, ends[:-1], ends[1:]]))
+                    triangles.append(np.concatenate(parts))
+                    slopes.append(_slopes(triangles[-1], surface))
+                    meshes.append(np.full(len(triangles[-1]), len(self._solid_bodies)))
+                self._solid_bodies.append((body, -1))
             for shape in link.collisions:
                 if shape.geometry.kind == "plane":
                     pose = frame * shape.pose
@@ -329,29 +350,49 @@ class OdeSolver:
                     planes.append(_plane_row(normal, float(normal @ pose.position), surface))
                     masks.append(self._filtered.get((body, -1), 0xFFFF))
                     self._plane_of.append((body, -1))
-        self._planes = _table(planes, q.P_COLUMNS)
-        self._boxes, self._ranges = np.concatenate(boxes), np.concatenate(ranges)
-        self._triangles = np.concatenate(triangles).reshape(-1, 9)
-        self._slopes, self._meshes = np.concatenate(slopes), np.concatenate(meshes)
-        self._build_round()
-        firsts = range(0, len(self._boxes), q.COVERED)
-        self._covers = _table([_around(self._boxes[i : i + q.COVERED]) for i in firsts], 6)
+        around = np.concatenate(boxes)
         own = [self._filtered.get(self._owner[row], 0xFFFF) for row, *_ in self._kinds.tolist()]
-        self._touches = np.array([[bool(a & b) for b in masks] for a in own], np.bool_).reshape(
-            len(own), len(masks)
-        )
-        several = len(set(self._groups.tolist()) - self._ghosts) > 1
-        self._watch = bool(len(self._boxes) or several)
+        touches = np.array([[bool(a & b) for b in masks] for a in own], np.bool_)
+        several = len(set(groups) - self._ghosts) > 1
+        self._watch = bool(len(around) or several)
         self._always = bool(self._mixed and self._plane_of) or any(
             link.self_collide
             for part in self._parts.values()
             for link in part.shapes.links.values()
         )
+        return {
+            "planes": _table(planes, q.P_COLUMNS),
+            "touches": touches.reshape(len(own), len(masks)),
+            "triangles": np.concatenate(triangles).reshape(-1, 9),
+            "slopes": np.concatenate(slopes),
+            "meshes": np.concatenate(meshes),
+            "solids": _table(solids, q.B_COLUMNS),
+            "faces": _table(faces, q.P_COLUMNS),
+            "boxes_of": np.array(boxes_of, np.int64),
+            "boxes": around,
+            "ranges": np.concatenate(ranges),
+            "covers": _table(
+                [_around(around[i : i + q.COVERED]) for i in range(0, len(around), q.COVERED)],
+                6,
+            ),
+            "round": self._build_round(),
+        }
+
+    def _parts_of(
+        self, shapes: Sequence[Shape], frame: Pose
+    ) -> list[tuple[Shape, list[Array] | None]] | None:
+        """Triangles of meshes, None of boxes; None in all if there is a shape of another kind."""
+        found: list[tuple[Shape, list[Array] | None]] = []
+        for shape in shapes:
+            parts = self._triangles_of(shape, frame)
+            if parts is None and shape.geometry.kind != "box":
+                return None
+            found.append((shape, parts))
+        return found
 
     def _build_workspace(self) -> None:
-        most = (
-            _MOST_POINTS * max(1, len(self._shapes)) * max(1, len(self._planes)) + 64 * _MOST_POINTS
-        )
+        count, planes = len(self._scene.shapes), len(self._scene.planes)
+        most = _MOST_POINTS * max(1, count) * max(1, planes) + 128 * _MOST_POINTS
         self._contacts = np.zeros((most, q.C_SIZE))
         self._owners = np.full((most, 4), -1, np.int64)
         self._first_row = np.zeros(most, np.int64)
@@ -362,16 +403,16 @@ class OdeSolver:
         self._work = np.zeros((len(self.bodies), q.W_SIZE))
         self._marks = np.zeros((4, max(most, len(self.bodies) + 1, len(self.joints))), np.int64)
         self._result = np.zeros(1, np.int64)
-        self._others: list[tuple[int, int]] = []
+        self._others = list(self._solid_bodies)
 
-    def _build_round(self) -> None:
-        """Shapes, and bodies, of which quickstep finds the contacts with meshes, too."""
+    def _build_round(self) -> Array:
+        """Shapes (s,) whose contacts with meshes and boxes that never move quickstep finds."""
         takes = np.isin(self._kinds[:, 1], (q.SPHERE, q.CYLINDER))
         for row, (body, *_) in enumerate(self._kinds.tolist()):
             takes[row] &= self._owner[body] not in self._filtered
         others = set(self._kinds[~takes, 0].tolist())
-        self._round_bodies = set(self._kinds[:, 0].tolist()) - others
-        self._round = np.array([b not in others for b in self._kinds[:, 0].tolist()], np.bool_)
+        self._round_bodies = set(self._kinds[:, 0].tolist()) - others  # no other shapes
+        return takes
 
     def _triangles_of(self, shape: Shape, frame: Pose) -> list[Array] | None:
         """Triangles (n, 3, 3) [m] of a mesh in the world, those next to each other together."""
@@ -574,8 +615,7 @@ class OdeSolver:
         done = q.advance(
             count, self._engine.time_step, self.settings.iterations, self._numbers, gravity,
             self.bodies, self._sequence, self.joints, self._types, self._starts, self._lists,
-            self._below, self._shapes, self._kinds, self._firsts, self._points, self._planes,
-            self._touches, self._covers, self._boxes, self._groups, self._contacts, self._owners,
+            self._below, self._scene, self._contacts, self._owners,
             given, self._watch, self._sleepy, self._rows_, self._links, self._first_row,
             self._order, self._work, self._marks, self._result,
         )  # fmt: skip
@@ -612,8 +652,8 @@ class OdeSolver:
         """Contacts that PyBullet finds, into the first rows; their number."""
         self.copy_to_bullet()
         p.performCollisionDetection(physicsClientId=self._client)
-        self._others = list(self._mesh_bodies)
-        n = self._find_on_meshes() if len(self._triangles) else 0
+        self._others = list(self._solid_bodies)
+        n = 0
         for point in p.getContactPoints(physicsClientId=self._client) or ():
             _, one, two, link_one, link_two, _, at, normal, distance = point[:9]
             if distance > 0.0:
@@ -626,9 +666,9 @@ class OdeSolver:
                 first, second, normal = second, None, tuple(-x for x in normal)
             if second is None and two in self._flat and (one, link_one) not in self._mixed:
                 continue  # found by quickstep
-            if first in self._round_bodies and (two, link_two) in self._mesh_bodies:
-                if self._is_on_face(at, normal):
-                    continue  # found above
+            if second is None and (two, link_two) in self._solid_bodies:
+                if first in self._round_bodies or self._is_on_round(first, at):
+                    continue  # found by quickstep, too
             if n >= 64 * _MOST_POINTS:
                 break
             row = self._contacts[n]
@@ -640,19 +680,25 @@ class OdeSolver:
             n += 1
         return n
 
-    def _find_on_meshes(self) -> int:
-        """Contacts of wheels and castors with meshes, into the first rows; their number."""
-        return q.find_on_meshes(
-            self._engine.time_step, self.bodies, self._sequence, self._shapes, self._kinds,
-            self._firsts, self._round,
-            self._triangles, self._slopes, self._meshes, self._ranges, self._covers, self._boxes,
-            self._contacts, self._owners, 64 * _MOST_POINTS, self._work,
-        )  # fmt: skip
-
-    def _is_on_face(self, point: Vec3, normal: Vec3) -> bool:
-        """Whether a contact with a mesh is one for _find_on_meshes()."""
-        at, across = np.array(point), np.array(normal)
-        return q.is_on_face(at, across, self._slopes, self._ranges, self._covers, self._boxes)
+    def _is_on_round(self, row: int, point: Vec3) -> bool:
+        """Whether a contact of a body with other shapes, too, is one of a sphere or cylinder."""
+        scene, body = self._scene, self.bodies[row]
+        orientation: Any = body[q.QUAT : q.QUAT + 4]
+        local = matrix_from_quaternion(orientation).T @ (np.asarray(point) - body[: q.QUAT])
+        for s in range(scene.firsts[row], scene.firsts[row + 1]):
+            if not scene.round[s]:
+                continue
+            shape = scene.shapes[s]
+            turn = shape[q.G_ROTATION : q.G_ROTATION + 9].reshape(3, 3)
+            at = turn.T @ (local - shape[q.G_OFFSET : q.G_OFFSET + 3])
+            if scene.kinds[s, 1] == q.SPHERE:
+                is_on = float(np.linalg.norm(at)) < shape[q.G_SIZE] + _CLOSE
+            else:
+                is_on = math.hypot(at[0], at[1]) < shape[q.G_SIZE] + _CLOSE
+                is_on = is_on and abs(at[2]) < 0.5 * shape[q.G_SIZE + 1] + _CLOSE
+            if is_on:
+                return True
+        return False
 
     def _surface(self, key: tuple[int, int]) -> Surface:
         body, link = key
@@ -845,6 +891,17 @@ def _body_row(link: Link, max_speed: float) -> Array:
         distance = float(np.linalg.norm(np.subtract(shape.pose.position, link.centre)))
         row[q.RADIUS] = max(row[q.RADIUS], reach + distance)
     return row
+
+
+def _extent(shape: Shape, link: Link, corners: Array) -> Array:
+    """Centre and half the edges (6,) [m] of a box around a shape, from its link's centre of mass
+    and along the link's axes; corners: of a mesh."""
+    if len(corners):
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        return np.concatenate([0.5 * (low + high), 0.5 * (high - low)])
+    half = _half_size(shape.geometry.kind, shape.geometry.size)
+    half = np.full(3, _UNKNOWN) if half is None else np.abs(shape.pose.matrix) @ half
+    return np.concatenate([np.subtract(shape.pose.position, link.centre), half])
 
 
 def _reach(kind: str, size: tuple[float, ...]) -> float:

@@ -18,6 +18,7 @@ all processors.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -79,11 +80,55 @@ REST_TIME, REST_COUNT = 1.0, 5  # [s], steps, for which what is slower than the 
 REST_SPEED = 0.1  # [m/s, rad/s]
 _PARALLEL = 1e-7
 _STANDING = 0.9  # cosine between a cylinder's axis and a normal, above which its disc touches
-_SAME_DIRECTION = 0.98  # cosine between normals that are one
-_CLOSE = 0.01  # [m] between a contact and the face that it is with
-_SEAM = 1e-6  # [m] by which a triangle is larger on all sides
-_SAME = 1e-4  # [m] between contacts that are one
+_SAME = 1e-4  # [m] between contacts that are one, and between their normals
 COVERED = 32  # boxes that one cover contains
+UNKNOWN, TRIANGLES, SOLID = range(3)  # what a box of what never moves contains
+# solids, boxes that never move: half the edges, centre, rotation
+B_HALF, B_CENTRE, B_ROTATION, B_COLUMNS = 0, 3, 6, 15
+
+
+class Scene(NamedTuple):
+    """Shapes of bodies, and what never moves.
+
+    Attributes:
+        shapes: (s, G_COLUMNS).
+        kinds: (s, 4) body, type, first vertex and the one after the last.
+        firsts: (n + 1,) first shape of each body; those of a body follow each other.
+        points: (v, 3) vertices of meshes, from their bodies' centres of mass.
+        extents: (s, 6) centre and half the edges of a box around each shape, in its body.
+        round: (s,) whether a shape's contacts with all that never moves are found here.
+        groups: (n,) model of each body; those of one model do not count as close.
+        planes: (p, P_COLUMNS).
+        touches: (s, p) whether a shape touches a plane.
+        triangles: (t, 9) corners.
+        slopes: (t, P_COLUMNS) their planes.
+        meshes: (t,) number of the mesh, for the contacts' owners.
+        solids: (b, B_COLUMNS).
+        faces: (b, P_COLUMNS) their surfaces.
+        boxes_of: (b,) as meshes.
+        boxes: (m, 6) lower and upper corners of boxes around what never moves, but for planes.
+        ranges: (m, 3) what is in a box, and the first and the one after the last of these.
+        covers: (c, 6) boxes around COVERED of these each, in their order.
+    """
+
+    shapes: Array
+    kinds: Array
+    firsts: Array
+    points: Array
+    extents: Array
+    round: Array
+    groups: Array
+    planes: Array
+    touches: Array
+    triangles: Array
+    slopes: Array
+    meshes: Array
+    solids: Array
+    faces: Array
+    boxes_of: Array
+    boxes: Array
+    ranges: Array
+    covers: Array
 
 
 @njit(cache=True)
@@ -558,42 +603,652 @@ def _cylinder_contacts(
 
 
 @njit(cache=True)
+def _closest(point: Array, corners: Array, out: Array) -> None:
+    """The point of a triangle of nine numbers that is closest to a point.
+
+    C. Ericson, "Real-Time Collision Detection" (2004), 5.1.5.
+    """
+    ab, ac, arm = np.empty(3), np.empty(3), np.empty(3)
+    d = np.zeros(6)  # of both edges with the arm from each corner
+    for k in range(3):
+        ab[k] = corners[3 + k] - corners[k]
+        ac[k] = corners[6 + k] - corners[k]
+    for i in range(3):
+        for k in range(3):
+            arm[k] = point[k] - corners[3 * i + k]
+            d[2 * i] += ab[k] * arm[k]
+            d[2 * i + 1] += ac[k] * arm[k]
+    va, vb = d[2] * d[5] - d[4] * d[3], d[4] * d[1] - d[0] * d[5]
+    vc = d[0] * d[3] - d[2] * d[1]
+    v = w = 0.0
+    if d[0] <= 0.0 and d[1] <= 0.0:
+        v = w = 0.0
+    elif d[2] >= 0.0 and d[3] <= d[2]:
+        v = 1.0
+    elif vc <= 0.0 and d[0] >= 0.0 and d[2] <= 0.0:
+        v = d[0] / (d[0] - d[2])
+    elif d[5] >= 0.0 and d[4] <= d[5]:
+        w = 1.0
+    elif vb <= 0.0 and d[1] >= 0.0 and d[5] <= 0.0:
+        w = d[1] / (d[1] - d[5])
+    elif va <= 0.0 and d[3] >= d[2] and d[4] >= d[5]:
+        w = (d[3] - d[2]) / ((d[3] - d[2]) + (d[4] - d[5]))
+        v = 1.0 - w
+    else:
+        v, w = vb / (va + vb + vc), vc / (va + vb + vc)
+    for k in range(3):
+        out[k] = corners[k] + v * ab[k] + w * ac[k]
+
+
+@njit(cache=True)
+def _try_axis(
+    x: float, y: float, z: float, hull: Array, count: int, cylinder: Array, best: Array
+) -> bool:
+    """Whether a cylinder and the hull of points overlap along a direction.
+
+    Args:
+        hull: (count, 3) from the cylinder's centre [m].
+        cylinder: (5,) its axis, radius and half its length.
+        best: (6,) the least overlap so far [m], half the extents of the cylinder and of the hull
+            along its direction, and that, from the cylinder towards the hull.
+    """
+    length = math.sqrt(x * x + y * y + z * z)
+    if length < 1e-5:
+        return True
+    x, y, z = x / length, y / length, z / length
+    cosine = cylinder[0] * x + cylinder[1] * y + cylinder[2] * z
+    own = abs(cylinder[4] * cosine) + cylinder[3] * math.sqrt(max(0.0, 1.0 - cosine * cosine))
+    low, high = INFINITE, -INFINITE
+    for i in range(count):
+        at = hull[i, 0] * x + hull[i, 1] * y + hull[i, 2] * z
+        low, high = min(low, at), max(high, at)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    depth = own + half - abs(middle)
+    if depth < 0.0:
+        return False
+    if depth < best[0]:
+        sign = -1.0 if middle < 0.0 else 1.0
+        best[0], best[1], best[2] = depth, own, half
+        best[3], best[4], best[5] = sign * x, sign * y, sign * z
+    return True
+
+
+@njit(cache=True)
+def _try_rims(start: Array, end: Array, hull: Array, count: int, cylinder: Array, best: Array,
+              end_of_axis: float) -> bool:  # fmt: skip
+    """As _try_axis, across an edge and the tangent of a rim where the edge meets its plane."""
+    edge, gap, tangent, across = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    length = along = reach = 0.0
+    for k in range(3):
+        edge[k] = end[k] - start[k]
+        length += edge[k] * edge[k]
+    length = math.sqrt(length)
+    if length == 0.0:
+        return True
+    for k in range(3):
+        edge[k] /= length
+        along += edge[k] * cylinder[k]
+        reach += (end_of_axis * cylinder[k] - start[k]) * cylinder[k]
+    if abs(along) < 1e-5:
+        return True
+    for k in range(3):
+        gap[k] = end_of_axis * cylinder[k] - start[k] - edge[k] * reach / along
+    _cross(gap, cylinder[:3], tangent)
+    _cross(tangent, edge, across)
+    return _try_axis(across[0], across[1], across[2], hull, count, cylinder, best)
+
+
+@njit(cache=True)
+def _side_line(best: Array, cylinder: Array, ends: Array) -> bool:
+    """The line of a cylinder's side, (2, 3) from its centre, closest to the hull; whether it is."""
+    cosine, length, across = 0.0, 0.0, np.empty(3)
+    for k in range(3):
+        cosine += cylinder[k] * best[3 + k]
+    for k in range(3):
+        across[k] = best[3 + k] - cylinder[k] * cosine
+        length += across[k] * across[k]
+    length = math.sqrt(length)
+    if length < 1e-5:
+        return False
+    for k in range(3):
+        ends[0, k] = across[k] * (cylinder[3] / length) + cylinder[k] * cylinder[4]
+        ends[1, k] = across[k] * (cylinder[3] / length) - cylinder[k] * cylinder[4]
+    return True
+
+
+@njit(cache=True)
+def _clip_line(x: float, y: float, z: float, distance: float, ends: Array) -> bool:
+    """Shorten a line (2, 3) to where (x, y, z) p + distance >= 0; whether there is some."""
+    a = x * ends[0, 0] + y * ends[0, 1] + z * ends[0, 2] + distance
+    b = x * ends[1, 0] + y * ends[1, 1] + z * ends[1, 2] + distance
+    if a < 0.0 and b < 0.0:
+        return False
+    if a < 0.0 < b or b < 0.0 < a:
+        cut = 0 if a < 0.0 else 1
+        for k in range(3):
+            ends[cut, k] = ends[0, k] - (ends[0, k] - ends[1, k]) * (a / (a - b))
+    return True
+
+
+@njit(cache=True)
+def _clip_polygon(
+    x: float, y: float, z: float, distance: float, points: Array, count: int, out: Array
+) -> int:
+    """Corners of the part of a polygon where (x, y, z) p + distance >= 0; their number."""
+    n, before = 0, count - 1
+    for i in range(count):
+        p, q = points[before], points[i]
+        a = x * p[0] + y * p[1] + z * p[2] + distance
+        b = x * q[0] + y * q[1] + z * q[2] + distance
+        if a >= 0.0:
+            out[n] = p
+            n += 1
+        if a < 0.0 < b or b < 0.0 < a:
+            for k in range(3):
+                out[n, k] = p[k] - (p[k] - q[k]) * (a / (a - b))
+            n += 1
+        before = i
+    return n
+
+
+@njit(cache=True)
+def _disc_points(
+    polygon: Array, count: int, turn: Array, cylinder: Array, best: Array, other: Array
+) -> int:
+    """Points of a polygon below a disc of a cylinder, which counts as an octagon; their number.
+
+    Args:
+        polygon: (16, 3) corners from the cylinder's centre; gets the points.
+        turn: (9,) the cylinder's rotation.
+        other: (16, 3) numbers to work with.
+    """
+    cosine = 0.0
+    for k in range(3):
+        cosine += cylinder[k] * best[3 + k]
+    sign, half = 1.0 if cosine > 0.0 else -1.0, cylinder[4]
+    x, y, z = -sign * cylinder[0], -sign * cylinder[1], -sign * cylinder[2]
+    count = _clip_polygon(x, y, z, half, polygon, count, other)
+    for i in range(8):
+        c, s = math.cos(math.pi * (i + 0.5) / 4.0), math.sin(math.pi * (i + 0.5) / 4.0)
+        x, y, z = (
+            -c * turn[0] - s * turn[1], -c * turn[3] - s * turn[4], -c * turn[6] - s * turn[7],
+        )  # fmt: skip
+        if i % 2 == 0:
+            count = _clip_polygon(x, y, z, cylinder[3], other, count, polygon)
+        else:
+            count = _clip_polygon(x, y, z, cylinder[3], polygon, count, other)
+    for i in range(count):
+        polygon[i] = other[i]
+    return count
+
+
+@njit(cache=True)
+def _add_hull_contacts(
+    step: float,
+    n: int,
+    points: Array,
+    count: int,
+    is_line: bool,
+    centre: Array,
+    best: Array,
+    s: int,
+    body: int,
+    surfaces: Array,
+    p: int,
+    other: int,
+    bodies: Array,
+    scene: Scene,
+    contacts: Array,
+    owners: Array,
+    work: Array,
+) -> int:
+    """Contacts of a cylinder at points (count, 3) from its centre; the number of all then."""
+    at = np.empty(3)
+    for i in range(count):
+        if n >= len(contacts):
+            break
+        along = 0.0
+        for k in range(3):
+            along += best[3 + k] * points[i, k]
+            at[k] = centre[k] + points[i, k]
+        depth = max(0.0, best[0] - best[1] + along) if is_line else best[1] - abs(along)
+        if depth <= 0.0 and not is_line:
+            continue
+        _add_contact(step, n, contacts, owners, bodies, scene.shapes, s, surfaces, p, body, at,
+                     depth, work)  # fmt: skip
+        for k in range(3):
+            contacts[n, C_NORMAL + k] = -best[3 + k]
+        owners[n, 2], owners[n, 3] = -1, other
+        n += 1
+    return n
+
+
+@njit(cache=True)
+def _cylinder_on_triangle(
+    step: float,
+    n: int,
+    s: int,
+    t: int,
+    centre: Array,
+    turn: Array,
+    body: int,
+    bodies: Array,
+    scene: Scene,
+    contacts: Array,
+    owners: Array,
+    work: Array,
+) -> int:
+    """Contacts of a cylinder with a triangle that it is in front of; the number of all then.
+
+    The direction of the least overlap is the normal; points are those of the cylinder's line, or of
+    the triangle below its disc.
+    """
+    corners, normal = scene.triangles[t], scene.slopes[t, P_PLANE : P_PLANE + 3]
+    cylinder, best, ends = np.empty(5), np.empty(6), np.empty((2, 3))
+    hull, edges, axis = np.empty((16, 3)), np.empty((3, 3)), np.empty(3)
+    for k in range(3):
+        cylinder[k] = turn[3 * k + 2]
+        for i in range(3):
+            hull[i, k] = corners[3 * i + k] - centre[k]
+    cylinder[3], cylinder[4] = scene.shapes[s, G_SIZE], 0.5 * scene.shapes[s, G_SIZE + 1]
+    best[0] = INFINITE
+    if not _try_axis(-normal[0], -normal[1], -normal[2], hull, 3, cylinder, best):
+        return n
+    for i in range(3):
+        for k in range(3):
+            edges[i, k] = hull[(i + 1) % 3, k] - hull[i, k]
+        _cross(cylinder[:3], edges[i], axis)
+        if not _try_axis(axis[0], axis[1], axis[2], hull, 3, cylinder, best):
+            return n
+    for i in range(3):  # across the cylinder's axis, towards a corner
+        along = 0.0
+        for k in range(3):
+            along += hull[i, k] * cylinder[k]
+        for k in range(3):
+            axis[k] = along * cylinder[k] - hull[i, k]
+        if not _try_axis(axis[0], axis[1], axis[2], hull, 3, cylinder, best):
+            return n
+    if not _try_axis(cylinder[0], cylinder[1], cylinder[2], hull, 3, cylinder, best):
+        return n
+    for side in range(2):
+        end = cylinder[4] if side == 0 else -cylinder[4]
+        for i in range(3):
+            if not _try_rims(hull[i], hull[(i + 1) % 3], hull, 3, cylinder, best, end):
+                return n
+    cosine = 0.0
+    for k in range(3):
+        cosine += cylinder[k] * best[3 + k]
+    if abs(cosine) >= _STANDING:
+        count = _disc_points(hull, 3, turn, cylinder, best, np.empty((16, 3)))
+        return _add_hull_contacts(step, n, hull, count, False, centre, best, s, body, scene.slopes,
+                                  t, scene.meshes[t], bodies, scene, contacts, owners,
+                                  work)  # fmt: skip
+    if not _side_line(best, cylinder, ends):
+        return n
+    distance = 0.0
+    for k in range(3):
+        distance += normal[k] * hull[0, k]
+    if not _clip_line(-normal[0], -normal[1], -normal[2], distance, ends):
+        return n
+    for i in range(3):
+        _cross(normal, edges[i], axis)
+        distance = 1e-5
+        for k in range(3):
+            distance -= axis[k] * hull[i, k]
+        if not _clip_line(axis[0], axis[1], axis[2], distance, ends):
+            return n
+    return _add_hull_contacts(step, n, ends, 2, True, centre, best, s, body, scene.slopes, t,
+                              scene.meshes[t], bodies, scene, contacts, owners, work)  # fmt: skip
+
+
+@njit(cache=True)
+def _cylinder_on_solid(
+    step: float,
+    n: int,
+    s: int,
+    b: int,
+    centre: Array,
+    turn: Array,
+    body: int,
+    bodies: Array,
+    scene: Scene,
+    contacts: Array,
+    owners: Array,
+    work: Array,
+) -> int:
+    """Contacts of a cylinder with a box that never moves, as _cylinder_on_triangle()."""
+    solid = scene.solids[b]
+    cylinder, best, ends = np.empty(5), np.empty(6), np.empty((2, 3))
+    hull, middle, axis, local = np.empty((16, 3)), np.empty(3), np.empty(3), np.empty(3)
+    for k in range(3):
+        cylinder[k] = turn[3 * k + 2]
+        middle[k] = solid[B_CENTRE + k] - centre[k]
+    cylinder[3], cylinder[4] = scene.shapes[s, G_SIZE], 0.5 * scene.shapes[s, G_SIZE + 1]
+    for i in range(8):
+        for k in range(3):
+            hull[i, k] = middle[k]
+            for j in range(3):
+                sign = 1.0 if (i >> j) & 1 else -1.0
+                hull[i, k] += sign * solid[B_HALF + j] * solid[B_ROTATION + 3 * k + j]
+    best[0], face = INFINITE, 0
+    for j in range(3):
+        least = best[0]
+        if not _try_axis(solid[B_ROTATION + j], solid[B_ROTATION + 3 + j],
+                         solid[B_ROTATION + 6 + j], hull, 8, cylinder, best):  # fmt: skip
+            return n
+        if best[0] < least:
+            face = j
+    # above the middle of a face no other direction has less overlap
+    reach, inside = math.hypot(cylinder[3], cylinder[4]), True
+    for j in range(3):
+        local[j] = 0.0
+        for k in range(3):
+            local[j] += middle[k] * solid[B_ROTATION + 3 * k + j]
+        if j != face and abs(local[j]) + reach > solid[B_HALF + j]:
+            inside = False
+    if not inside and not _try_other_axes(hull, solid, cylinder, best):
+        return n
+    cosine = 0.0
+    for k in range(3):
+        cosine += cylinder[k] * best[3 + k]
+    if abs(cosine) >= _STANDING:
+        count = _face_of(solid, middle, best, hull)
+        count = _disc_points(hull, count, turn, cylinder, best, np.empty((16, 3)))
+        return _add_hull_contacts(step, n, hull, count, False, centre, best, s, body, scene.faces,
+                                  b, scene.boxes_of[b], bodies, scene, contacts, owners,
+                                  work)  # fmt: skip
+    if not _side_line(best, cylinder, ends):
+        return n
+    for side in range(2):
+        sign = 1.0 if side == 0 else -1.0
+        for j in range(3):
+            for k in range(3):
+                axis[k] = sign * solid[B_ROTATION + 3 * k + j]
+            distance = solid[B_HALF + j] + sign * local[j]
+            if not _clip_line(-axis[0], -axis[1], -axis[2], distance, ends):
+                return n
+    return _add_hull_contacts(step, n, ends, 2, True, centre, best, s, body, scene.faces, b,
+                              scene.boxes_of[b], bodies, scene, contacts, owners,
+                              work)  # fmt: skip
+
+
+@njit(cache=True)
+def _try_other_axes(hull: Array, solid: Array, cylinder: Array, best: Array) -> bool:
+    """Whether a cylinder and a box overlap along all directions but those across its faces."""
+    axis, side = np.empty(3), np.empty(3)
+    if not _try_axis(cylinder[0], cylinder[1], cylinder[2], hull, 8, cylinder, best):
+        return False
+    for j in range(3):
+        for k in range(3):
+            side[k] = solid[B_ROTATION + 3 * k + j]
+        _cross(cylinder[:3], side, axis)
+        if not _try_axis(axis[0], axis[1], axis[2], hull, 8, cylinder, best):
+            return False
+    for i in range(8):
+        along = 0.0
+        for k in range(3):
+            along += hull[i, k] * cylinder[k]
+        for k in range(3):
+            axis[k] = along * cylinder[k] - hull[i, k]
+        if not _try_axis(axis[0], axis[1], axis[2], hull, 8, cylinder, best):
+            return False
+    for rim in range(2):
+        end = cylinder[4] if rim == 0 else -cylinder[4]
+        for i in range(8):
+            for j in range(3):
+                other = i | 1 << j
+                if other != i and not _try_rims(hull[i], hull[other], hull, 8, cylinder, best, end):
+                    return False
+    return True
+
+
+@njit(cache=True)
+def _face_of(solid: Array, middle: Array, best: Array, hull: Array) -> int:
+    """Corners of the face of a box that is the closest along a direction; their number."""
+    most, face, sign = -1.0, 0, 1.0
+    for j in range(3):
+        along = 0.0
+        for k in range(3):
+            along += best[3 + k] * solid[B_ROTATION + 3 * k + j]
+        if abs(along) > most:
+            most, face, sign = abs(along), j, -1.0 if along > 0.0 else 1.0
+    one, two = (face + 1) % 3, (face + 2) % 3
+    for i in range(4):
+        first = 1.0 if i in (0, 3) else -1.0
+        second = 1.0 if i >= 2 else -1.0
+        for k in range(3):
+            row = B_ROTATION + 3 * k
+            hull[i, k] = middle[k] + sign * solid[B_HALF + face] * solid[row + face]
+            hull[i, k] += first * solid[B_HALF + one] * solid[row + one]
+            hull[i, k] += second * solid[B_HALF + two] * solid[row + two]
+    return 4
+
+
+@njit(cache=True)
+def _sphere_on_triangle(
+    step: float,
+    n: int,
+    s: int,
+    t: int,
+    centre: Array,
+    body: int,
+    bodies: Array,
+    scene: Scene,
+    contacts: Array,
+    owners: Array,
+    work: Array,
+) -> int:
+    """Contact of a sphere with a triangle that it is in front of; the number of all then."""
+    radius, normal, point = scene.shapes[s, G_SIZE], scene.slopes[t], np.empty(3)
+    _closest(centre, scene.triangles[t], point)
+    distance = along = 0.0
+    for k in range(3):
+        gap = centre[k] - point[k]
+        distance += gap * gap
+        along += gap * normal[k]
+    distance = math.sqrt(distance)
+    if distance > radius or distance == 0.0 or along < 0.0:
+        return n
+    depth = (radius - distance) * (along / distance)
+    _add_contact(step, n, contacts, owners, bodies, scene.shapes, s, scene.slopes, t, body, point,
+                 depth, work)  # fmt: skip
+    owners[n, 2], owners[n, 3] = -1, scene.meshes[t]
+    return n + 1
+
+
+@njit(cache=True)
+def _sphere_on_solid(
+    step: float,
+    n: int,
+    s: int,
+    b: int,
+    centre: Array,
+    body: int,
+    bodies: Array,
+    scene: Scene,
+    contacts: Array,
+    owners: Array,
+    work: Array,
+) -> int:
+    """Contact of a sphere with a box that never moves; the number of all then."""
+    solid, radius = scene.solids[b], scene.shapes[s, G_SIZE]
+    local, point, normal = np.empty(3), np.empty(3), np.zeros(3)
+    is_outside, least, face = False, INFINITE, 0
+    for j in range(3):
+        local[j] = 0.0
+        for k in range(3):
+            local[j] += (centre[k] - solid[B_CENTRE + k]) * solid[B_ROTATION + 3 * k + j]
+        half = solid[B_HALF + j]
+        if half - abs(local[j]) < least:
+            least, face = half - abs(local[j]), j
+        if abs(local[j]) > half:
+            local[j] = half if local[j] > 0.0 else -half
+            is_outside = True
+    if is_outside:
+        distance = 0.0
+        for k in range(3):
+            point[k] = solid[B_CENTRE + k]
+            for j in range(3):
+                point[k] += solid[B_ROTATION + 3 * k + j] * local[j]
+            normal[k] = centre[k] - point[k]
+            distance += normal[k] * normal[k]
+        distance = math.sqrt(distance)
+        depth = radius - distance
+        if depth < 0.0 or distance == 0.0:
+            return n
+        for k in range(3):
+            normal[k] /= distance
+    else:
+        depth = least + radius
+        for k in range(3):
+            point[k] = centre[k]
+            side = solid[B_ROTATION + 3 * k + face]
+            normal[k] = side if local[face] > 0.0 else -side
+    _add_contact(step, n, contacts, owners, bodies, scene.shapes, s, scene.faces, b, body, point,
+                 depth, work)  # fmt: skip
+    for k in range(3):
+        contacts[n, C_NORMAL + k] = normal[k]
+    owners[n, 2], owners[n, 3] = -1, scene.boxes_of[b]
+    return n + 1
+
+
+@njit(cache=True)
+def _thin_out(first: int, n: int, contacts: Array, owners: Array) -> int:
+    """Leave one, the deepest, of contacts at the same point, and MESH_CONTACTS of all from row
+    `first` on: the first ones, and the deepest of the rest; the number of all contacts then."""
+    kept = first
+    for i in range(first, n):
+        hidden = False
+        for j in range(first, n):
+            if j == i or j < i and j >= kept:
+                continue
+            same = True
+            for k in range(6):
+                if abs(contacts[i, C_POINT + k] - contacts[j, C_POINT + k]) >= _SAME:
+                    same = False
+            deeper = contacts[j, C_DEPTH] - contacts[i, C_DEPTH]
+            if same and (deeper > 0.0 or deeper == 0.0 and j < i):
+                hidden = True
+        if hidden:
+            continue
+        if kept - first >= MESH_CONTACTS:
+            last = first + MESH_CONTACTS - 1
+            if contacts[i, C_DEPTH] > contacts[last, C_DEPTH]:
+                contacts[last], owners[last] = contacts[i], owners[i]
+            continue
+        if kept != i:
+            contacts[kept], owners[kept] = contacts[i], owners[i]
+        kept += 1
+    return kept
+
+
+@njit(cache=True)
+def _still_contacts(
+    step: float,
+    n: int,
+    s: int,
+    meshes: bool,
+    centre: Array,
+    body: int,
+    bodies: Array,
+    scene: Scene,
+    contacts: Array,
+    owners: Array,
+    work: Array,
+) -> int:
+    """Contacts of a sphere or cylinder with meshes, or boxes, that never move; the number of all.
+
+    A triangle counts only in front of it.
+    """
+    turn, low, high = np.empty(9), np.empty(3), np.empty(3)
+    kind, radius = scene.kinds[s, 1], scene.shapes[s, G_SIZE]
+    for i in range(3):
+        for j in range(3):
+            total = 0.0
+            for k in range(3):
+                total += work[body, W_R + 3 * i + k] * scene.shapes[s, G_ROTATION + 3 * k + j]
+            turn[3 * i + j] = total
+    for k in range(3):
+        reach = radius
+        if kind == CYLINDER:
+            along = turn[3 * k + 2]
+            reach *= math.sqrt(max(0.0, 1.0 - along * along))
+            reach += abs(along) * 0.5 * scene.shapes[s, G_SIZE + 1]
+        low[k], high[k] = centre[k] - reach, centre[k] + reach
+    first, last_mesh = n, -1
+    for i in range(len(scene.covers)):
+        if not _overlap(low, high, scene.covers[i]):
+            continue
+        for at in range(i * COVERED, min((i + 1) * COVERED, len(scene.boxes))):
+            found = scene.ranges[at, 0]
+            if found == UNKNOWN or (found == TRIANGLES) != meshes:
+                continue
+            if not _overlap(low, high, scene.boxes[at]):
+                continue
+            for t in range(scene.ranges[at, 1], scene.ranges[at, 2]):
+                if n + 16 > len(contacts):
+                    break
+                if not meshes:
+                    if kind == SPHERE:
+                        n = _sphere_on_solid(step, n, s, t, centre, body, bodies, scene, contacts,
+                                             owners, work)  # fmt: skip
+                    else:
+                        n = _cylinder_on_solid(step, n, s, t, centre, turn, body, bodies, scene,
+                                               contacts, owners, work)  # fmt: skip
+                    continue
+                height = -scene.slopes[t, P_PLANE + 3]
+                for k in range(3):
+                    height += scene.slopes[t, k] * centre[k]
+                if height < 0.0:
+                    continue
+                if scene.meshes[t] != last_mesh:
+                    n = _thin_out(first, n, contacts, owners) if kind == CYLINDER else n
+                    first, last_mesh = n, scene.meshes[t]
+                if kind == SPHERE:
+                    n = _sphere_on_triangle(step, n, s, t, centre, body, bodies, scene, contacts,
+                                            owners, work)  # fmt: skip
+                else:
+                    n = _cylinder_on_triangle(step, n, s, t, centre, turn, body, bodies, scene,
+                                              contacts, owners, work)  # fmt: skip
+    if meshes and kind == CYLINDER:
+        n = _thin_out(first, n, contacts, owners)
+    return n
+
+
+@njit(cache=True)
 def _find_contacts(
     step: float,
     bodies: Array,
     sequence: Array,
-    shapes: Array,
-    kinds: Array,
-    firsts: Array,
-    points: Array,
-    planes: Array,
-    touches: Array,
+    scene: Scene,
     contacts: Array,
     owners: Array,
     start: int,
     work: Array,
 ) -> int:
-    """Contacts of all shapes but OTHER with planes, from row `start`; the number of all.
+    """Contacts with what never moves, from row `start`; the number of all.
 
-    Their order is that of Gazebo: bodies as in the last step, of a body the last shape first, of
-    all meshes after the others.
+    Of all shapes but OTHER with planes; of spheres and cylinders with boxes and meshes, too. Their
+    order is that of Gazebo: bodies as in the last step, of a body the last shape first, those of
+    meshes after the others.
     """
     n = start
+    shapes, kinds, planes = scene.shapes, scene.kinds, scene.planes
     centre, point = np.empty(3), np.empty(3)
     for meshes in (False, True):
         for body in sequence:
             if bodies[body, ASLEEP] != 0.0:
                 continue
-            for s in range(firsts[body + 1] - 1, firsts[body] - 1, -1):
+            for s in range(scene.firsts[body + 1] - 1, scene.firsts[body] - 1, -1):
                 kind = kinds[s, 1]
-                if kind == OTHER or (kind == MESH) != meshes:
+                if kind == OTHER:
                     continue
                 _rotate(work[body, W_R : W_R + 9], shapes[s, G_OFFSET : G_OFFSET + 3], centre)
                 for k in range(3):
                     centre[k] += bodies[body, POS + k]
                 size = shapes[s, G_SIZE : G_SIZE + 3]
-                for p in range(len(planes)):
-                    if not touches[s, p]:
+                for p in range(len(planes) if (kind == MESH) == meshes else 0):
+                    if not scene.touches[s, p]:
                         continue
                     below = planes[p, P_PLANE + 3]
                     for k in range(3):
@@ -602,7 +1257,8 @@ def _find_contacts(
                         continue
                     if meshes:
                         n = _mesh_contacts(step, n, s, p, below, body, bodies, shapes, kinds,
-                                           points, planes, contacts, owners, work)  # fmt: skip
+                                           scene.points, planes, contacts, owners,
+                                           work)  # fmt: skip
                     elif kind == SPHERE:
                         if below + size[0] >= 0.0:
                             for k in range(3):
@@ -616,217 +1272,9 @@ def _find_contacts(
                     else:
                         n = _box_contacts(step, n, s, p, below, centre, body, bodies, shapes,
                                           planes, contacts, owners, work)  # fmt: skip
-    return n
-
-
-@njit(cache=True)
-def _is_on(point: Array, normal: Array, corners: Array) -> bool:
-    """Whether a point is above or below a triangle of nine numbers."""
-    edge, arm, across = np.empty(3), np.empty(3), np.empty(3)
-    for i in range(3):
-        following = 3 * ((i + 1) % 3)
-        for k in range(3):
-            edge[k] = corners[following + k] - corners[3 * i + k]
-            arm[k] = point[k] - corners[3 * i + k]
-        _cross(edge, arm, across)
-        inward = across[0] * normal[0] + across[1] * normal[1] + across[2] * normal[2]
-        length = math.sqrt(edge[0] ** 2 + edge[1] ** 2 + edge[2] ** 2)
-        if inward < -_SEAM * length:
-            return False
-    return True
-
-
-@njit(cache=True)
-def _clip(ends: Array, plane: Array, corners: Array) -> bool:
-    """Shorten a line (2, 3) to what is below a triangle of nine numbers; whether there is some."""
-    edge, inward = np.empty(3), np.empty(3)
-    first, last = 0.0, 1.0
-    for i in range(-1, 3):
-        if i < 0:
-            a, b = plane[3], plane[3]
-            for k in range(3):
-                a -= plane[k] * ends[0, k]
-                b -= plane[k] * ends[1, k]
-        else:
-            following = 3 * ((i + 1) % 3)
-            for k in range(3):
-                edge[k] = corners[following + k] - corners[3 * i + k]
-            _cross(plane[:3], edge, inward)
-            a = b = 0.0
-            for k in range(3):
-                a += inward[k] * (ends[0, k] - corners[3 * i + k])
-                b += inward[k] * (ends[1, k] - corners[3 * i + k])
-        if a < 0.0 and b < 0.0:
-            return False
-        if a < 0.0:
-            first = max(first, a / (a - b))
-        elif b < 0.0:
-            last = min(last, a / (a - b))
-    if first > last:
-        return False
-    for k in range(3):
-        a, b = ends[0, k], ends[1, k]
-        ends[0, k], ends[1, k] = a + first * (b - a), a + last * (b - a)
-    return True
-
-
-@njit(cache=True)
-def _is_known(n: int, first: int, contacts: Array) -> bool:
-    """Whether contact n is one of those from row `first` on: same point, same normal."""
-    for i in range(first, n):
-        same = True
-        for k in range(6):
-            if abs(contacts[i, C_POINT + k] - contacts[n, C_POINT + k]) > _SAME:
-                same = False
-        if same:
-            return True
-    return False
-
-
-@njit(cache=True)
-def _triangle_contacts(
-    step: float,
-    n: int,
-    s: int,
-    t: int,
-    height: float,
-    centre: Array,
-    body: int,
-    bodies: Array,
-    shapes: Array,
-    kinds: Array,
-    triangles: Array,
-    slopes: Array,
-    contacts: Array,
-    owners: Array,
-    work: Array,
-) -> int:
-    """Contacts of a sphere or cylinder with a triangle's plane; the number of all contacts then."""
-    plane, point, axis, ends = slopes[t], np.empty(3), np.empty(3), np.empty((2, 3))
-    if kinds[s, 1] == SPHERE:
-        depth = shapes[s, G_SIZE] - height
-        if depth >= 0.0:
-            for k in range(3):
-                point[k] = centre[k] - plane[k] * shapes[s, G_SIZE]
-            _add_contact(step, n, contacts, owners, bodies, shapes, s, slopes, t, body, point,
-                         depth, work)  # fmt: skip
-            n += 1
-        return n
-    along = _axis_of(s, body, shapes, plane, work, axis)
-    if abs(along) > _STANDING:
-        return _cylinder_contacts(step, n, s, t, centre, body, bodies, shapes, slopes, contacts,
-                                  owners, work)  # fmt: skip
-    _lowest_line(s, centre, axis, along, shapes, plane, ends)
-    if _clip(ends, plane, triangles[t]):
-        for end in range(2):
-            depth = plane[3]
-            for k in range(3):
-                depth -= plane[k] * ends[end, k]
-            _add_contact(step, n, contacts, owners, bodies, shapes, s, slopes, t, body, ends[end],
-                         max(depth, 0.0), work)  # fmt: skip
-            n += 1
-    return n
-
-
-@njit(cache=True)
-def is_on_face(
-    point: Array,
-    direction: Array,
-    slopes: Array,
-    ranges: Array,
-    covers: Array,
-    boxes: Array,
-) -> bool:
-    """Whether a contact is one with the side of a triangle, by its normal, and not with an edge."""
-    for i in range(len(covers)):
-        if not _reaches(point, _CLOSE, covers[i]):
-            continue
-        for at in range(i * COVERED, min((i + 1) * COVERED, len(boxes))):
-            if not _reaches(point, _CLOSE, boxes[at]):
-                continue
-            for t in range(ranges[at, 0], ranges[at, 1]):
-                across, height = 0.0, -slopes[t, P_PLANE + 3]
-                for k in range(3):
-                    across += slopes[t, k] * direction[k]
-                    height += slopes[t, k] * point[k]
-                if abs(across) > _SAME_DIRECTION and abs(height) < _CLOSE:
-                    return True
-    return False
-
-
-@njit(cache=True)
-def find_on_meshes(
-    step: float,
-    bodies: Array,
-    sequence: Array,
-    shapes: Array,
-    kinds: Array,
-    firsts: Array,
-    round_: Array,
-    triangles: Array,
-    slopes: Array,
-    meshes: Array,
-    ranges: Array,
-    covers: Array,
-    boxes: Array,
-    contacts: Array,
-    owners: Array,
-    most: int,
-    work: Array,
-) -> int:
-    """Contacts of spheres and cylinders with meshes that never move, from row 0; their number.
-
-    Of a cylinder those are the ends of its lowest line, as far as that is below the triangle; of
-    others those with the triangle's plane that are on it. Only what is above a triangle touches it.
-
-    Args:
-        round_: (n,) which shapes count.
-        triangles: (t, 9) corners.
-        slopes: (t, P_COLUMNS) their planes.
-        meshes: (t,) number of the mesh, for the contacts' owners.
-        ranges: (b, 2) first triangle of each box and the one after its last.
-        covers, boxes: as of _is_near().
-        most: number of contacts.
-    """
-    n = 0
-    centre = np.empty(3)
-    for body in sequence:
-        for s in range(firsts[body + 1] - 1, firsts[body] - 1, -1):
-            if not round_[s]:
-                continue
-            kind, first = kinds[s, 1], n
-            _matrix(bodies[body, QUAT : QUAT + 4], work[body, W_R : W_R + 9])
-            _rotate(work[body, W_R : W_R + 9], shapes[s, G_OFFSET : G_OFFSET + 3], centre)
-            for k in range(3):
-                centre[k] += bodies[body, POS + k]
-            radius = shapes[s, G_SIZE]
-            reach = radius if kind == SPHERE else math.hypot(radius, 0.5 * shapes[s, G_SIZE + 1])
-            for i in range(len(covers)):
-                if not _reaches(centre, reach, covers[i]):
-                    continue
-                for at in range(i * COVERED, min((i + 1) * COVERED, len(boxes))):
-                    if ranges[at, 0] == ranges[at, 1] or not _reaches(centre, reach, boxes[at]):
-                        continue
-                    for t in range(ranges[at, 0], ranges[at, 1]):
-                        normal = slopes[t, P_PLANE : P_PLANE + 3]
-                        height = -slopes[t, P_PLANE + 3]
-                        for k in range(3):
-                            height += normal[k] * centre[k]
-                        if height <= 0.0 or height > reach or n + 4 > most:
-                            continue
-                        found = _triangle_contacts(step, n, s, t, height, centre, body, bodies,
-                                                   shapes, kinds, triangles, slopes, contacts,
-                                                   owners, work)  # fmt: skip
-                        for row in range(n, found):
-                            contacts[n] = contacts[row]
-                            owners[n, 0], owners[n, 1], owners[n, 2], owners[n, 3] = (
-                                body, -1, -1, meshes[t],
-                            )  # fmt: skip
-                            at_triangle = _is_on(
-                                contacts[n, C_POINT : C_POINT + 3], normal, triangles[t]
-                            )
-                            if at_triangle and not _is_known(n, first, contacts):
-                                n += 1
+                if scene.round[s]:
+                    n = _still_contacts(step, n, s, meshes, centre, body, bodies, scene, contacts,
+                                        owners, work)  # fmt: skip
     return n
 
 
@@ -1426,36 +1874,35 @@ def measure_joints(bodies: Array, joints: Array, types: Array) -> None:
 
 
 @njit(cache=True)
-def _reaches(centre: Array, radius: float, box: Array) -> bool:
-    """Whether a sphere reaches a box of six numbers: its lower and its upper corner."""
-    outside = 0.0
+def _overlap(low: Array, high: Array, box: Array) -> bool:
+    """Whether a box overlaps one of six numbers: its lower and its upper corner."""
     for k in range(3):
-        gap = max(box[k] - centre[k], centre[k] - box[3 + k], 0.0)
-        outside += gap * gap
-    return outside <= radius * radius
+        if low[k] > box[3 + k] or high[k] < box[k]:
+            return False
+    return True
 
 
 @njit(cache=True)
-def _is_near(bodies: Array, covers: Array, boxes: Array, groups: Array) -> bool:
-    """Whether a body may touch what the caller finds the contacts of.
-
-    Args:
-        boxes: (n, 6) boxes around what never moves, but for planes.
-        covers: (m, 6) boxes around COVERED of these each, in their order.
-        groups: (n,) model of each body; those of one model do not count.
-    """
+def _is_near(bodies: Array, scene: Scene) -> bool:
+    """Whether a body may touch what the caller finds the contacts of."""
+    turn, low, high = np.empty(9), np.empty(3), np.empty(3)
     for b in range(len(bodies)):
         radius, sleeps = bodies[b, RADIUS], bodies[b, ASLEEP] != 0.0
         if radius <= 0.0:
             continue
-        centre = bodies[b, POS : POS + 3]
-        for i in range(0 if sleeps else len(covers)):
-            if _reaches(centre, radius, covers[i]):
-                for at in range(i * COVERED, min((i + 1) * COVERED, len(boxes))):
-                    if _reaches(centre, radius, boxes[at]):
-                        return True
+        if not sleeps and len(scene.covers):
+            _matrix(bodies[b, QUAT : QUAT + 4], turn)
+            for s in range(scene.firsts[b], scene.firsts[b + 1]):
+                for i in range(3):
+                    middle, reach = bodies[b, POS + i], 0.0
+                    for k in range(3):
+                        middle += turn[3 * i + k] * scene.extents[s, k]
+                        reach += abs(turn[3 * i + k]) * scene.extents[s, 3 + k]
+                    low[i], high[i] = middle - reach, middle + reach
+                if _is_near_still(low, high, scene.round[s], scene):
+                    return True
         for other in range(b):
-            if groups[other] == groups[b] or bodies[other, RADIUS] <= 0.0:
+            if scene.groups[other] == scene.groups[b] or bodies[other, RADIUS] <= 0.0:
                 continue
             if sleeps and bodies[other, ASLEEP] != 0.0:
                 continue
@@ -1465,6 +1912,20 @@ def _is_near(bodies: Array, covers: Array, boxes: Array, groups: Array) -> bool:
                 distance += gap * gap
             reach = radius + bodies[other, RADIUS]
             if distance <= reach * reach:
+                return True
+    return False
+
+
+@njit(cache=True)
+def _is_near_still(low: Array, high: Array, is_round: bool, scene: Scene) -> bool:
+    """Whether a box around a shape overlaps what never moves and the caller has to look at."""
+    for i in range(len(scene.covers)):
+        if not _overlap(low, high, scene.covers[i]):
+            continue
+        for at in range(i * COVERED, min((i + 1) * COVERED, len(scene.boxes))):
+            if is_round and scene.ranges[at, 0] != UNKNOWN:
+                continue
+            if _overlap(low, high, scene.boxes[at]):
                 return True
     return False
 
@@ -1483,15 +1944,7 @@ def advance(
     starts: Array,
     lists: Array,
     below: Array,
-    shapes: Array,
-    kinds: Array,
-    firsts: Array,
-    points: Array,
-    planes: Array,
-    touches: Array,
-    covers: Array,
-    boxes: Array,
-    groups: Array,
+    scene: Scene,
     contacts: Array,
     owners: Array,
     given: int,
@@ -1509,8 +1962,6 @@ def advance(
 
     Args:
         sequence: (n,) the bodies in the order of the last step, which the contacts follow.
-        firsts: (n + 1,) first shape of each body; those of a body follow each other.
-        points: (n, 3) vertices of meshes, from their bodies' centres of mass.
         given: number of contacts, in the first rows, that the caller has found for the next step;
             -1: none were looked for, and it stops before a step for which they are needed.
         watch: whether there is something of which the caller finds the contacts.
@@ -1521,12 +1972,11 @@ def advance(
         Number of steps made; it also stops after a step in which a body has fallen asleep.
     """
     for done in range(count):
-        if watch and given < 0 and _is_near(bodies, covers, boxes, groups):
+        if watch and given < 0 and _is_near(bodies, scene):
             return done
         _impose(step, bodies, joints, types, below)
         _prepare(gravity, bodies, joints, types, work)
-        n = _find_contacts(step, bodies, sequence, shapes, kinds, firsts, points, planes, touches,
-                           contacts, owners, max(given, 0), work)  # fmt: skip
+        n = _find_contacts(step, bodies, sequence, scene, contacts, owners, max(given, 0), work)
         fell = sleepy and _fall_asleep(step, n, bodies, owners, marks[0])
         m = _build(step, n, bodies, joints, types, starts, lists, contacts, owners, rows, links,
                    first_row, work, marks, sequence, settings)  # fmt: skip
