@@ -22,10 +22,6 @@ import gazebo_states  # noqa: E402
 WORLD = """<sdf version="1.6"><world name="default">
 <physics type="ode"><max_step_size>0.001</max_step_size>
 <real_time_update_rate>0</real_time_update_rate></physics>
-<model name="ground_plane"><static>1</static><link name="link"><collision name="collision">
-<geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry>
-<surface><friction><ode><mu>100</mu><mu2>50</mu2></ode></friction></surface>
-</collision></link></model>
 %s<plugin name="trace" filename="{folder}/libtrace.so"/></world></sdf>
 """
 RUN = """#!/bin/bash
@@ -40,7 +36,8 @@ for urdf in *.urdf; do
   name=${{urdf%.urdf}}
   model=$(gz sdf -p "$urdf" | sed -n '/<model /,/<\\/model>/p')
   pose="<pose>0 0 $(cat "$name.height") 0 0 0</pose>"
-  {{ cat world.head; echo "${{model%%>*}}>$pose${{model#*>}}"; cat world.tail; }} >"$name.world"
+  model="${{model%%>*}}>$pose${{model#*>}}"
+  {{ cat world.head "$name.ground"; echo "$model"; cat world.tail; }} >"$name.world"
   TRACE_OUT=$PWD/$name.out TRACE_COMMANDS=$PWD/$name.commands gzserver "$name.world"
 done
 """
@@ -65,6 +62,7 @@ def main():
     for name, (urdf, height, commands) in gazebo_states.ROBOTS.items():
         file = file_of(folder, name)
         file.with_suffix(".urdf").write_text(urdf.replace("{folder}", str(folder)))
+        file.with_suffix(".ground").write_text(gazebo_states.ground(name) + "\n")
         file.with_suffix(".height").write_text(f"{height}\n")
         lines = [" ".join(map(str, command)) for command in commands]
         file.with_suffix(".commands").write_text("".join(f"{line}\n" for line in lines))

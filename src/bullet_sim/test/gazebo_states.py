@@ -200,6 +200,30 @@ ROBOTS = {
         turn(),
     ),
 }  # fmt: skip
+BOX = "40 40 1"  # [m] size of the ground of some of them, instead of a plane; its top is at 0
+ON_A_BOX = " on a box"  # ends their names
+for _name in (
+    "sphere",
+    "skid steering with fdir1, kp and kd",
+    "spheres as wheels",
+    "suspension",
+    "parallel steering",
+    "a merged link without gravity",
+):
+    ROBOTS[_name + ON_A_BOX] = ROBOTS[_name]
+
+
+def ground(name):
+    """SDF of a robot's ground."""
+    shape, height = "<plane><normal>0 0 1</normal><size>100 100</size></plane>", 0.0
+    if name.endswith(ON_A_BOX):
+        shape, height = f"<box><size>{BOX}</size></box>", -0.5
+    return (
+        f'<model name="ground_plane"><static>1</static><pose>0 0 {height} 0 0 0</pose>'
+        f'<link name="link"><collision name="collision"><geometry>{shape}</geometry>'
+        "<surface><friction><ode><mu>100</mu><mu2>50</mu2></ode></friction></surface>"
+        "</collision></link></model>"
+    )
 
 
 def recorded():

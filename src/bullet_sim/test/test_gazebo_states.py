@@ -3,7 +3,6 @@
 import gazebo_states
 import numpy as np
 import pytest
-from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
@@ -40,7 +39,8 @@ def test_robots_are_where_gazebo_has_them(name, tmp_path):
     urdf, height, commands = gazebo_states.ROBOTS[name]
     gazebo_states.write_wheel(tmp_path / "wheel.stl")
     world = World(solver="ode", gravity=gazebo_states.GRAVITY)
-    world.spawn(sdf.ground_plane())
+    ground = f'<sdf version="1.6">{gazebo_states.ground(name)}</sdf>'
+    world.spawn_sdf("ground_plane", ground, Pose(), str)
     text = urdf.replace("{folder}", str(tmp_path))
     model = world.spawn_urdf("bot", text, Pose((0.0, 0.0, height)), lambda uri: uri[7:])
     differences = {}
