@@ -152,14 +152,24 @@ class DropIn(unittest.TestCase):
 
     def test_steering_by_effort_and_pid_arrives_and_holds(self):
         joints = self.record("/campus_rover/joint_states", JointState)
-        self.command(0.0, STEERING)
-        sleep_sim(1.0)
+        names = ("front_left_steering_joint", "front_right_steering_joint")
         curvature, half_track = math.tan(STEERING) / WHEELBASE, 0.17
-        for side, sign in (("left", -1.0), ("right", 1.0)):
-            wanted = math.atan(WHEELBASE * curvature / (1.0 + sign * curvature * half_track))
-            position, velocity = joint(joints.next(), f"front_{side}_steering_joint")
-            self.assertAlmostEqual(position, wanted, delta=0.1)  # friction at rest, no i gain
-            self.assertAlmostEqual(velocity, 0.0, delta=0.05)
+        wanted = [
+            math.atan(WHEELBASE * curvature / (1.0 + sign * curvature * half_track))
+            for sign in (-1.0, 1.0)
+        ]
+
+        def holds():
+            found = [joint(joints.next(), name) for name in names]
+            return all(  # friction at rest, no i gain
+                abs(position - at) < 0.1 and abs(velocity) < 0.05
+                for (position, velocity), at in zip(found, wanted)
+            )
+
+        self.command(0.0, STEERING)
+        wait_until(holds, "both wheels steered")
+        sleep_sim(0.5)
+        self.assertTrue(holds(), joints.last)
 
     def test_camera(self):
         image = self.record("/campus_rover/front_camera/image_raw", Image)
