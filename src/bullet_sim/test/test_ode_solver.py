@@ -256,6 +256,14 @@ def test_bodies_meet_what_is_no_plane(world):
     assert total == pytest.approx(2.0 * G, rel=0.05)
 
 
+def noted_searches(world, monkeypatch):
+    """Times [s] at which PyBullet is asked for contacts from now on."""
+    searches = []
+    search = world.engine.ode._find
+    monkeypatch.setattr(world.engine.ode, "_find", lambda: searches.append(world.time) or search())
+    return searches
+
+
 def test_contacts_are_looked_for_only_near_what_is_there(world, monkeypatch, tmp_path):
     """In a yard of one mesh with walls 5 m away; not for a ball, but for a box at the wall."""
     places = (((0, 5), (10, 0.2)), ((0, -5), (10, 0.2)), ((5, 0), (0.2, 10)), ((-5, 0), (0.2, 10)))
@@ -266,9 +274,7 @@ def test_contacts_are_looked_for_only_near_what_is_there(world, monkeypatch, tmp
     world.spawn_sdf("yard", yard, Pose(), lambda uri: uri[7:])
     text = robot(link("base", 1.0, inertia=0.004, shape='<sphere radius="0.1"/>'))
     ball = spawn(world, text, Pose((0.0, 3.0, 0.1)), ground=True)
-    searches = []
-    search = world.engine.ode._find
-    monkeypatch.setattr(world.engine.ode, "_find", lambda: searches.append(world.time) or search())
+    searches = noted_searches(world, monkeypatch)
     world.step(500)
     assert not searches
     world.engine.set_base_velocity(ball.body, (0.0, 2.0, 0.0), (-20.0, 0.0, 0.0))
@@ -278,6 +284,57 @@ def test_contacts_are_looked_for_only_near_what_is_there(world, monkeypatch, tmp
     world.spawn_urdf("box", BOX, Pose((2.0, 4.71, 0.2)), str)
     world.step()
     assert searches
+
+
+@pytest.mark.parametrize("kind", ["mesh", "box"])
+def test_no_contacts_are_looked_for_beside_a_tall_post(world, monkeypatch, tmp_path, kind):
+    """The box stands turned by 45 degrees, 3 cm from the post's edge: less than half its size."""
+    trimesh.creation.box((0.1, 0.1, 4.0)).export(tmp_path / "post.stl")
+    shapes = {"mesh": f'<mesh filename="{tmp_path}/post.stl"/>', "box": '<box size="0.1 0.1 4"/>'}
+    post = robot(link("base", 5.0, inertia=5.0, shape=shapes[kind]))
+    quarter = (0.0, 0.0, math.sin(math.pi / 8), math.cos(math.pi / 8))
+    box = spawn(world, BOX, Pose((0.0, 0.0, 0.2), quarter), ground=True)
+    aside = 0.05 * math.sqrt(2.0) + 0.2 + 0.03
+    place = (aside * math.cos(math.pi / 4), aside * math.sin(math.pi / 4), 2.0)
+    world.spawn_urdf("post", post, Pose(place), str)
+    searches = noted_searches(world, monkeypatch)
+    world.step(100)
+    assert not searches
+    toward = 1.5 * np.array((place[0], place[1], 0.0)) / aside
+    world.engine.set_base_velocity(box.body, tuple(toward), (0.0, 0.0, 0.0))
+    world.step(100)
+    assert bool(searches) == (kind == "mesh")
+    assert box.pose.position[0] < 0.08  # 0.3 without the post
+
+
+def test_self_collision_is_looked_for_only_when_it_may_happen(world, monkeypatch):
+    """Two arms on a base; one turns towards the other, which it does not pass."""
+    shape = '<box size="0.4 0.04 0.04"/>'
+    arms = "".join(
+        link(name, 0.2, "0.25 0 0", 1e-3, shape).replace(
+            "<collision>", '<collision><origin xyz="0.25 0 0"/>'
+        )
+        + joint(f"{name}_joint", "continuous", "base", name, f"0 {y} 0.5", "0 0 1")
+        for name, y in (("left", 0.2), ("right", -0.2))
+    )
+    collide = "".join(
+        f'<gazebo reference="{name}"><selfCollide>true</selfCollide></gazebo>'
+        for name in ("base", "left", "right")
+    )
+    base = link("base", 50.0, inertia=5.0, shape='<box size="0.4 0.4 0.1"/>')
+    arm = spawn(world, robot(base, arms, collide), Pose((0.0, 0.0, 0.05)), ground=True)
+    names = world.engine.joint_names(arm.body)
+    left, right = names.index("left_joint"), names.index("right_joint")
+    world.engine.ode.set_velocity(arm.body, right, 0.0, 100.0)
+    searches = noted_searches(world, monkeypatch)
+    world.step(100)
+    assert not searches
+    world.engine.ode.set_velocity(arm.body, left, -1.0, 1.0)
+    world.step(2500)
+    assert not searches  # boxes
+    states = world.engine.joint_states(arm.body)
+    assert states[left][0] == pytest.approx(-1.0, abs=0.1) and abs(states[left][1]) < 0.1
+    assert abs(states[right][1]) < 0.1
 
 
 def fields(height, size=6.0, count=61):

@@ -267,7 +267,11 @@ class Hardware(Stateful):
             efforts = {}
             for name, effort in self.efforts.items():
                 joint = handles[name]
-                low, high = joints.effort_bounds(name, joint.position, joint.velocity)
+                if name in self._targets:  # as there, only commands of efforts have the others
+                    high = joint.limits.effort or math.inf
+                    low = -high
+                else:
+                    low, high = joints.effort_bounds(name, joint.position, joint.velocity)
                 if not low <= effort <= high:
                     effort = min(max(effort, low), high) if math.isfinite(effort) else 0.0
                 efforts[name] = effort

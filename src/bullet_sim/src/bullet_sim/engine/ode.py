@@ -55,6 +55,7 @@ class Part:
         joints: of these links, in the same order.
         links: name -> PyBullet's index.
         may_sleep: it may sleep while it rests, as what has no joints does in Gazebo.
+        touching: pairs of its links that collide with each other.
         first, first_joint: its first rows of bodies and of joints.
     """
 
@@ -65,6 +66,7 @@ class Part:
     shapes: LumpedModel
     is_fixed: bool
     may_sleep: bool
+    touching: Sequence[tuple[str, str]]
     first: int = 0
     first_joint: int = 0
     order: list[int] = field(default_factory=list)  # row of each of the engine's joints
@@ -142,6 +144,7 @@ class OdeSolver:
         static: bool,
         fixed: bool,
         may_sleep: bool,
+        touching: Sequence[tuple[str, str]],
     ) -> None:
         """Take a body that was loaded.
 
@@ -151,6 +154,7 @@ class OdeSolver:
             static: it never moves.
             fixed: its root link never moves.
             may_sleep: it may sleep while it rests, if it has no joints.
+            touching: pairs of its links that collide with each other.
         """
         self._is_built = False
         if static:
@@ -161,7 +165,9 @@ class OdeSolver:
         _preorder(model.root, sorted(joints.values(), key=lambda joint: joint.name), names)
         moving = [name for name in names if not (fixed and name == model.root)]
         moved = [joints[name] for name in names if name in joints]
-        self._parts[body] = Part(body, moving, moved, links, model, fixed, may_sleep and not joints)
+        self._parts[body] = Part(
+            body, moving, moved, links, model, fixed, may_sleep and not joints, touching
+        )
         if fixed:
             self._still[body] = Still(body, model.links[model.root])
         self._unread.add(body)
@@ -190,6 +196,7 @@ class OdeSolver:
     def set_ghost(self, body: int) -> None:
         """A body touches only what never moves."""
         self._ghosts.add(body)
+        self._is_built = False
 
     def _build(self) -> None:
         """Arrays of what is there now; states are kept."""
@@ -221,7 +228,6 @@ class OdeSolver:
         kinds: list[tuple[int, int, int, int]] = []  # row of its body, type, its vertices
         vertices: list[Array] = [np.zeros((0, 3))]
         extents: list[Array] = []
-        groups: list[int] = []
         owner: list[tuple[int, int]] = []  # (body, link) of each row
         self._built = {part.body for part in parts}
         self._mixed: set[tuple[int, int]] = set()  # links with shapes of other kinds
@@ -232,7 +238,6 @@ class OdeSolver:
                 link = part.shapes.links[name]
                 key = part.body, part.links[name]
                 owner.append(key)
-                groups.append(part.body)
                 bodies.append(_body_row(link, self.settings.max_speed))
                 bodies[-1][q.MAY_SLEEP] = float(part.may_sleep)
                 for shape in link.collisions:
@@ -266,14 +271,19 @@ class OdeSolver:
         self._types = _table(types, 3, np.int64)
         self._kinds = _table(kinds, 4, np.int64)
         self._build_topology()
-        ground = self._build_surroundings(groups)
+        meet = self._build_meet(parts)
+        ground = self._build_surroundings(bool(meet.any()))
+        self._add_moving_boxes(ground, shapes)
         self._scene = q.Scene(
             shapes=_table(shapes, q.G_COLUMNS),
             kinds=self._kinds,
             firsts=np.searchsorted(self._kinds[:, 0], np.arange(len(bodies) + 1)),
             points=np.concatenate(vertices),
             extents=_table(extents, 6),
-            groups=np.array(groups, np.int64),
+            around=np.zeros((len(shapes), 6)),
+            meet=meet,
+            close=np.zeros((8 * len(bodies), 2), np.int64),
+            counts=np.zeros(1, np.int64),
             **ground,
         )
         self._build_workspace()
@@ -296,14 +306,63 @@ class OdeSolver:
         self._lists = np.array([j for each in lists for j in each], np.int64)
         self._below = below
 
-    def _build_surroundings(self, groups: list[int]) -> dict[str, Array]:
-        """What never moves: planes, triangles of meshes, boxes, and boxes around all but planes."""
+    def _build_meet(self, parts: list[Part]) -> Array:
+        """Whether bodies (n, n) may touch each other, and who finds it."""
+        body = np.array([body for body, _ in self._owner], np.int64)
+        ghost = np.isin(body, list(self._ghosts))
+        shaped = np.isin(np.arange(len(body)), self._kinds[:, 0])
+        bits = np.array([self._filtered.get(key, 0xFFFF) for key in self._owner], np.int64)
+        meet = (body[:, None] != body) & ~(ghost[:, None] | ghost)
+        for part in parts:
+            rows = {name: part.first + i for i, name in enumerate(part.names)}
+            for pair in part.touching:
+                if pair[0] in rows and pair[1] in rows:
+                    one, two = rows[pair[0]], rows[pair[1]]
+                    meet[one, two] = meet[two, one] = True
+        shared: Array = (bits[:, None] & bits) != 0
+        known = self._known_pairs(len(body))
+        meet &= shared & shaped[:, None] & shaped
+        found: Array = np.where(meet, np.where(known, q.FOUND, q.LEFT), q.APART)
+        return found
+
+    def _known_pairs(self, count: int) -> Array:
+        """Pairs of bodies (n, n) all contacts of which quickstep finds."""
+        kinds = [set(self._kinds[self._kinds[:, 0] == row, 1].tolist()) for row in range(count)]
+        boxes = np.array([kind == {q.BOX} for kind in kinds], np.bool_)
+        spheres = np.array([kind == {q.SPHERE} for kind in kinds], np.bool_)
+        plain = np.array([kind <= {q.BOX, q.SPHERE, q.CYLINDER} for kind in kinds], np.bool_)
+        known: Array = boxes[:, None] & plain | plain[:, None] & boxes
+        return known | spheres[:, None] & spheres
+
+    def _add_moving_boxes(self, ground: dict[str, Array], shapes: list[Array]) -> None:
+        """Rows of solids for the boxes of bodies, after those that never move."""
+        boxes = np.flatnonzero(self._kinds[:, 1] == q.BOX)
+        first, count = len(ground["solids"]), len(boxes)
+        solids, faces = np.zeros((count, q.B_COLUMNS)), np.zeros((count, q.P_COLUMNS))
+        for i, s in enumerate(boxes):
+            solids[i, : q.B_CENTRE] = 0.5 * shapes[s][q.G_SIZE : q.G_SIZE + 3]
+            faces[i, q.P_MU :] = shapes[s][q.G_MU :]
+        solid_of = np.full(len(shapes), -1, np.int64)
+        solid_of[boxes] = first + np.arange(count)
+        ground["solids"] = np.concatenate([ground["solids"], solids])
+        ground["faces"] = np.concatenate([ground["faces"], faces])
+        ground["boxes_of"] = np.concatenate([ground["boxes_of"], np.full(count, -1)])
+        ground["carriers"] = np.concatenate([np.full(first, -1), self._kinds[boxes, 0]])
+        ground["solid_of"] = solid_of
+
+    def _build_surroundings(self, several: bool) -> dict[str, Array]:
+        """What never moves: planes, triangles of meshes, boxes, and boxes around all but planes.
+
+        Args:
+            several: whether bodies may touch each other.
+        """
         planes, masks, faces, boxes_of = [], [], [], []
         solids: list[list[float]] = []
         boxes, ranges = [np.zeros((0, 6))], [np.zeros((0, 3), np.int64)]
         triangles, slopes = [np.zeros((0, 3, 3))], [np.zeros((0, q.P_COLUMNS))]
         meshes = [np.zeros(0, np.int64)]
         self._solid_bodies: list[tuple[int, int]] = []  # all contacts of wheels with them are found
+        self._box_bodies: set[int] = set()  # those of boxes, too
         self._plane_of: list[tuple[int, int]] = []
         self._flat: set[int] = set()  # bodies of planes alone
         for still in self._still.values():
@@ -318,14 +377,15 @@ class OdeSolver:
                     boxes.append(self._box_around(shape, frame, body))
                     ranges.append(_table([(q.UNKNOWN, 0, 0)], 3, np.int64))
             else:
+                is_pure = all(parts is None for _, parts in found)
+                self._box_bodies |= {body} if is_pure else set()
                 for shape, parts in found:
                     surface = shape.surface or link.surface
                     if parts is None:
                         pose = frame * shape.pose
                         boxes.append(self._box_around(shape, frame, body))
-                        ranges.append(
-                            _table([(q.SOLID, len(solids), len(solids) + 1)], 3, np.int64)
-                        )
+                        kind = q.SOLID if is_pure else q.MIXED
+                        ranges.append(_table([(kind, len(solids), len(solids) + 1)], 3, np.int64))
                         half = 0.5 * np.asarray(shape.geometry.size)
                         solids.append([*half, *pose.position, *pose.matrix.ravel()])
                         faces.append(_plane_row(np.zeros(3), 0.0, surface))
@@ -353,13 +413,8 @@ class OdeSolver:
         around = np.concatenate(boxes)
         own = [self._filtered.get(self._owner[row], 0xFFFF) for row, *_ in self._kinds.tolist()]
         touches = np.array([[bool(a & b) for b in masks] for a in own], np.bool_)
-        several = len(set(groups) - self._ghosts) > 1
         self._watch = bool(len(around) or several)
-        self._always = bool(self._mixed and self._plane_of) or any(
-            link.self_collide
-            for part in self._parts.values()
-            for link in part.shapes.links.values()
-        )
+        self._always = bool(self._mixed and self._plane_of)
         return {
             "planes": _table(planes, q.P_COLUMNS),
             "touches": touches.reshape(len(own), len(masks)),
@@ -375,7 +430,7 @@ class OdeSolver:
                 [_around(around[i : i + q.COVERED]) for i in range(0, len(around), q.COVERED)],
                 6,
             ),
-            "round": self._build_round(),
+            "knows": self._build_knows(),
         }
 
     def _parts_of(
@@ -405,14 +460,15 @@ class OdeSolver:
         self._result = np.zeros(1, np.int64)
         self._others = list(self._solid_bodies)
 
-    def _build_round(self) -> Array:
-        """Shapes (s,) whose contacts with meshes and boxes that never move quickstep finds."""
-        takes = np.isin(self._kinds[:, 1], (q.SPHERE, q.CYLINDER))
+    def _build_knows(self) -> Array:
+        """Of what never moves, besides planes, quickstep finds the contacts of shapes (s,)."""
+        knows = np.full(len(self._kinds), q.NOTHING)
+        knows[self._kinds[:, 1] == q.BOX] = q.SOLIDS
+        knows[np.isin(self._kinds[:, 1], (q.SPHERE, q.CYLINDER))] = q.ALL
         for row, (body, *_) in enumerate(self._kinds.tolist()):
-            takes[row] &= self._owner[body] not in self._filtered
-        others = set(self._kinds[~takes, 0].tolist())
-        self._round_bodies = set(self._kinds[:, 0].tolist()) - others  # no other shapes
-        return takes
+            if self._owner[body] in self._filtered:
+                knows[row] = q.NOTHING
+        return knows
 
     def _triangles_of(self, shape: Shape, frame: Pose) -> list[Array] | None:
         """Triangles (n, 3, 3) [m] of a mesh in the world, those next to each other together."""
@@ -667,8 +723,10 @@ class OdeSolver:
             if second is None and two in self._flat and (one, link_one) not in self._mixed:
                 continue  # found by quickstep
             if second is None and (two, link_two) in self._solid_bodies:
-                if first in self._round_bodies or self._is_on_round(first, at):
+                if self._is_known(first, at, two in self._box_bodies):
                     continue  # found by quickstep, too
+            if second is not None and self._scene.meet[first, second] == q.FOUND:
+                continue
             if n >= 64 * _MOST_POINTS:
                 break
             row = self._contacts[n]
@@ -680,19 +738,29 @@ class OdeSolver:
             n += 1
         return n
 
-    def _is_on_round(self, row: int, point: Vec3) -> bool:
-        """Whether a contact of a body with other shapes, too, is one of a sphere or cylinder."""
+    def _is_known(self, row: int, point: Vec3, on_boxes: bool) -> bool:
+        """Whether quickstep finds a body's contact with what never moves.
+
+        Args:
+            on_boxes: whether the latter has boxes alone.
+        """
         scene, body = self._scene, self.bodies[row]
+        needed = q.SOLIDS if on_boxes else q.ALL
+        own = slice(scene.firsts[row], scene.firsts[row + 1])
+        if (scene.knows[own] >= needed).all():
+            return True
         orientation: Any = body[q.QUAT : q.QUAT + 4]
         local = matrix_from_quaternion(orientation).T @ (np.asarray(point) - body[: q.QUAT])
-        for s in range(scene.firsts[row], scene.firsts[row + 1]):
-            if not scene.round[s]:
+        for s in range(own.start, own.stop):
+            if scene.knows[s] < needed:
                 continue
-            shape = scene.shapes[s]
+            shape, kind = scene.shapes[s], scene.kinds[s, 1]
             turn = shape[q.G_ROTATION : q.G_ROTATION + 9].reshape(3, 3)
             at = turn.T @ (local - shape[q.G_OFFSET : q.G_OFFSET + 3])
-            if scene.kinds[s, 1] == q.SPHERE:
+            if kind == q.SPHERE:
                 is_on = float(np.linalg.norm(at)) < shape[q.G_SIZE] + _CLOSE
+            elif kind == q.BOX:
+                is_on = bool((np.abs(at) < 0.5 * shape[q.G_SIZE : q.G_SIZE + 3] + _CLOSE).all())
             else:
                 is_on = math.hypot(at[0], at[1]) < shape[q.G_SIZE] + _CLOSE
                 is_on = is_on and abs(at[2]) < 0.5 * shape[q.G_SIZE + 1] + _CLOSE
@@ -772,12 +840,17 @@ class OdeSolver:
     def add_effort(self, body: int, joint: int, effort: float) -> None:
         """An effort acts on a joint in the next step.
 
-        As in Gazebo (Joint::CheckAndTruncateForce) none acts that would make a joint faster which
-        moves faster than its limit.
+        As in Gazebo (Joint::CheckAndTruncateForce) it is at most the joint's limit, and none acts
+        that would make a joint faster which moves faster than its limit. Continuous joints have
+        no such limits: sdformat leaves them out when it converts a URDF.
         """
-        row, limit = self._joint(body, joint), self._parts[body].joint(joint).velocity
-        if not limit or abs(row[q.RATE]) <= limit or effort * row[q.RATE] < 0.0:
-            row[q.EFFORT] += effort
+        row, limits = self._joint(body, joint), self._parts[body].joint(joint)
+        if limits.kind != "continuous":
+            if limits.velocity and abs(row[q.RATE]) > limits.velocity and effort * row[q.RATE] > 0:
+                effort = 0.0
+            if limits.effort:
+                effort = min(max(effort, -limits.effort), limits.effort)
+        row[q.EFFORT] += effort
 
     def set_limits(self, body: int, joint: int, lower: float, upper: float) -> None:
         """Change a joint's limits."""

@@ -137,6 +137,7 @@ class Model:
             if not (link.self_collide or description.self_collide)
         ]
         self_collide = len(links) - len(apart) > 1
+        touching: list[tuple[str, str]] = []
         self.body = body = engine.load(
             self.source.path,
             pose.position,
@@ -152,7 +153,7 @@ class Model:
             for name in apart:
                 for other in links:
                     engine.set_pair_collision(body, index[name], body, index[other], False)
-            self._separate_hulls([name for name in links if name not in apart])
+            touching = self._separate_hulls([name for name in links if name not in apart])
         if engine.ode is not None:
             fixed = self.source.fixed_base
             may_sleep = (
@@ -162,7 +163,7 @@ class Model:
                     description.is_urdf or not description.joints
                 )  # a URDF's fixed ones are merged
             )
-            engine.ode.add(body, lumped, index, description.static, fixed, may_sleep)
+            engine.ode.add(body, lumped, index, description.static, fixed, may_sleep, touching)
         added = self._damped_inertias() if engine.ode is None else {}
         for name, link in links.items():
             if name in added and (index[name] >= 0 or not self.source.fixed_base):
@@ -205,27 +206,38 @@ class Model:
                         added[link] = added.get(link, 0.0) + 2.0 * joint.damping * step
         return added
 
-    def _separate_hulls(self, names: list[str]) -> None:
+    def _separate_hulls(self, names: list[str]) -> list[tuple[str, str]]:
         """Switch off the collision of self-colliding links of which a mesh's convex hull overlaps
-        the other where the model is loaded, as a body does the wheels in its arches."""
+        the other where the model is loaded, as a body does the wheels in its arches.
+
+        Returns:
+            The pairs of links that do collide.
+        """
         index, links = self._links, self._lumped.links
         meshes = {
             name for name in names if any(c.geometry.kind == "mesh" for c in links[name].collisions)
         }
-        neighbors = {frozenset((joint.parent, joint.child)) for joint in self._lumped.joints}
+        joints = (*self._lumped.joints, *self._lumped.welds)
+        neighbors = {frozenset((joint.parent, joint.child)) for joint in joints}
+        touching = []
         for one, other in itertools.combinations(names, 2):
-            if meshes.isdisjoint((one, other)) or frozenset((one, other)) in neighbors:
+            if frozenset((one, other)) in neighbors:
+                continue
+            touching.append((one, other))
+            if meshes.isdisjoint((one, other)):
                 continue
             pair = self.body, index[one], self.body, index[other]
             depth = self.engine.pair_depth(*pair)
             if depth > _HULL_OVERLAP:
                 self.engine.set_pair_collision(*pair, False)
+                touching.pop()
                 self.description.warn(
                     f"links {one!r} and {other!r} do not collide with each other: where the model "
                     f"is loaded they overlap by {depth:.3g} m (meshes collide as convex hulls)",
                     "pairs of links do not collide with each other",
                     f"{one}, {other}",
                 )
+        return touching
 
     def change(self, key: tuple[str, str], change: Callable[[], None]) -> None:
         """Apply a change to the body now and after every reload.
