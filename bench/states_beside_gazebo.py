@@ -62,7 +62,9 @@ def main():
     for name, (urdf, height, commands) in gazebo_states.ROBOTS.items():
         file = file_of(folder, name)
         file.with_suffix(".urdf").write_text(urdf.replace("{folder}", str(folder)))
-        file.with_suffix(".ground").write_text(gazebo_states.ground(name) + "\n")
+        file.with_suffix(".ground").write_text(
+            f"{gazebo_states.ground(name)}{gazebo_states.crate(name)}\n"
+        )
         file.with_suffix(".height").write_text(f"{height}\n")
         lines = [" ".join(map(str, command)) for command in commands]
         file.with_suffix(".commands").write_text("".join(f"{line}\n" for line in lines))

@@ -51,6 +51,10 @@ def robot(*parts):
 
 
 BASE = link("base", 8.0, 0.1, '<box size="0.4 0.3 0.08"/>', centre="0.03 0 0.02")
+TILTED = BASE.replace("<collision><origin rpy=", '<collision><origin xyz="0.01 0 0" rpy=').replace(
+    'rpy="0 0 0"/><geometry>', 'rpy="0.2 0.1 0.3"/><geometry>'
+)
+WEAK = '<limit effort="0.5" velocity="1"/><dynamics friction="0.05" damping="0.01"/>'
 WHEELS = "".join(wheel(name, *place) for name, place in CORNERS.items())
 
 
@@ -200,6 +204,31 @@ ROBOTS = {
         turn(),
     ),
 }  # fmt: skip
+ROBOTS |= {
+    "efforts beyond a continuous joint's limits": (
+        robot(BASE, WHEELS.replace("</joint>", f"{WEAK}</joint>")),
+        0.12,
+        [(200, f"{name}_joint", "effort", 0.9 if name[-1] == "l" else 0.6, 0.0)
+         for name in CORNERS],
+    ),
+    "wheels push a crate": (robot(BASE, WHEELS), 0.12, turn(left=5.0)),
+    "wheels over a plank": (robot(BASE, WHEELS), 0.12, turn(left=5.0)),
+    "spheres push a crate": (
+        robot(BASE, *(wheel(name, *place, shape='<sphere radius="0.1"/>')
+                      for name, place in CORNERS.items())),
+        0.12,
+        turn(left=5.0),
+    ),
+    "a tilted box falls on a crate": (robot(TILTED), 0.4, []),
+    "a tilted box on a box": (robot(TILTED), 0.12, []),
+}  # fmt: skip
+# of others: place and size [m], mass [kg] of a box in front of the robot
+CRATES = {
+    "wheels push a crate": ((0.43, 0.02, 0.1), (0.2, 0.5, 0.2), 2.0),
+    "spheres push a crate": ((0.43, 0.02, 0.1), (0.2, 0.5, 0.2), 2.0),
+    "wheels over a plank": ((0.37, 0.0, 0.01), (0.1, 1.0, 0.02), 1.0),
+    "a tilted box falls on a crate": ((0.1, 0.05, 0.1), (0.4, 0.4, 0.2), 2.0),
+}
 BOX = "40 40 1"  # [m] size of the ground of some of them, instead of a plane; its top is at 0
 ON_A_BOX = " on a box"  # ends their names
 for _name in (
@@ -223,6 +252,24 @@ def ground(name):
         f'<link name="link"><collision name="collision"><geometry>{shape}</geometry>'
         "<surface><friction><ode><mu>100</mu><mu2>50</mu2></ode></friction></surface>"
         "</collision></link></model>"
+    )
+
+
+def crate(name):
+    """SDF of the box in front of a robot, or ''."""
+    if name not in CRATES:
+        return ""
+    place, size, mass = CRATES[name]
+    inertia = "".join(
+        f"<i{axis}>{mass / 12 * (a * a + b * b)}</i{axis}>"
+        for axis, a, b in (("xx", size[1], size[2]), ("yy", size[0], size[2]), ("zz", *size[:2]))
+    )
+    return (
+        f'<model name="crate"><allow_auto_disable>0</allow_auto_disable>'
+        f'<pose>{" ".join(map(str, place))} 0 0 0</pose><link name="crate"><inertial>'
+        f"<mass>{mass}</mass><inertia>{inertia}</inertia></inertial>"
+        f'<collision name="collision"><geometry><box><size>{" ".join(map(str, size))}</size></box>'
+        "</geometry></collision></link></model>"
     )
 
 

@@ -41,6 +41,8 @@ def test_robots_are_where_gazebo_has_them(name, tmp_path):
     world = World(solver="ode", gravity=gazebo_states.GRAVITY)
     ground = f'<sdf version="1.6">{gazebo_states.ground(name)}</sdf>'
     world.spawn_sdf("ground_plane", ground, Pose(), str)
+    if crate := gazebo_states.crate(name):
+        world.spawn_sdf("crate", f'<sdf version="1.6">{crate}</sdf>', Pose(), str)
     text = urdf.replace("{folder}", str(tmp_path))
     model = world.spawn_urdf("bot", text, Pose((0.0, 0.0, height)), lambda uri: uri[7:])
     differences = {}

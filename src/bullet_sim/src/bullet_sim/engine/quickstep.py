@@ -1605,6 +1605,9 @@ def _find_contacts(
     n = start
     shapes, kinds, planes = scene.shapes, scene.kinds, scene.planes
     centre, point = np.empty(3), np.empty(3)
+    for i in range(scene.counts[0]):
+        n = _pair_contacts(step, n, scene.close[i, 0], scene.close[i, 1], bodies, scene, contacts,
+                           owners, work)  # fmt: skip
     for meshes in (False, True):
         for body in sequence:
             if bodies[body, ASLEEP] != 0.0:
@@ -1645,10 +1648,6 @@ def _find_contacts(
                 if scene.knows[s] == ALL or scene.knows[s] == SOLIDS and not meshes:
                     n = _still_contacts(step, n, s, meshes, centre, body, bodies, scene, contacts,
                                         owners, work)  # fmt: skip
-        if not meshes:
-            for i in range(scene.counts[0]):
-                n = _pair_contacts(step, n, scene.close[i, 0], scene.close[i, 1], bodies, scene,
-                                   contacts, owners, work)  # fmt: skip
     return n
 
 
