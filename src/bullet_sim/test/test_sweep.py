@@ -13,7 +13,8 @@ from bullet_sim.pose import Pose, rotation_matrix
 from bullet_sim.sensors.lidar import Lidar
 from bullet_sim.world import World
 
-CASTERS = ("pybullet", "embree") if platform.machine() == "x86_64" else ("pybullet",)  # wheels
+HAS_WHEEL = platform.machine() == "x86_64"
+CASTERS = ("pybullet", "embree", "embree and ode") if HAS_WHEEL else ("pybullet",)
 NEAR, FAR = 0.2, 12.0
 CENTRE = np.array((0.3, -0.2, 0.4))
 MASS = (
@@ -49,11 +50,11 @@ def model(shapes, static=True, bits=None):
 @pytest.fixture(name="world", params=CASTERS)
 def _world(request, monkeypatch):
     """A world with a ground; Embree's wheel is there or not."""
-    if request.param == "embree":
+    if request.param != "pybullet":
         importlib.import_module("embreex.rtcore_scene")
     else:
         monkeypatch.setitem(sys.modules, "embreex.rtcore_scene", None)  # cannot be imported
-    made = World()
+    made = World(solver="ode" if request.param.endswith("ode") else "bullet")
     made.spawn(sdf.ground_plane())
     yield made
     made.close()

@@ -17,7 +17,14 @@ import pybullet as p
 from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.model import Joint, Link, Shape, Surface
 from bullet_sim.description.world import OdeSettings
-from bullet_sim.engine.rays import mesh_corners, mesh_triangles
+from bullet_sim.engine.rays import (
+    MovingShape,
+    MovingShapes,
+    Triangles,
+    has_embree,
+    mesh_corners,
+    mesh_triangles,
+)
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Array, Pose, Vec3, compose, matrix_from_quaternion
 
@@ -100,6 +107,7 @@ class OdeSolver:
         self.configure(OdeSettings())
         self._client = engine.client
         self._files: dict[tuple[Any, ...], Array] = {}  # vertices, and triangles, of meshes
+        self._traced: dict[tuple[Any, ...], tuple[Triangles, Array, float]] = {}
         self.clear()
 
     def configure(self, settings: OdeSettings) -> None:
@@ -225,7 +233,8 @@ class OdeSolver:
         joints: list[Array] = []
         types: list[tuple[int, int, int]] = []
         shapes: list[Array] = []
-        kinds: list[tuple[int, int, int, int]] = []  # row of its body, type, its vertices
+        kinds: list[tuple[int, ...]] = []  # as in Scene
+        chunks: list[Array] = [np.zeros((0, 6))]
         vertices: list[Array] = [np.zeros((0, 3))]
         extents: list[Array] = []
         owner: list[tuple[int, int]] = []  # (body, link) of each row
@@ -252,7 +261,9 @@ class OdeSolver:
                     if kind == q.OTHER:
                         self._mixed.add(key)
                         bodies[-1][q.RADIUS] = max(bodies[-1][q.RADIUS], _UNKNOWN)
-                    kinds.append((rows[name], kind, start, sum(map(len, vertices))))
+                    place = start, sum(map(len, vertices)), sum(map(len, chunks))
+                    kinds.append((rows[name], kind, *place))
+                    chunks.append(_chunks(corners))
                     shapes.append(_shape_row(shape, link))
                     extents.append(_extent(shape, link, corners))
             for joint in part.joints:
@@ -269,7 +280,7 @@ class OdeSolver:
         self.bodies = _table(bodies, q.B_SIZE)
         self.joints = _table(joints, q.J_SIZE)
         self._types = _table(types, 3, np.int64)
-        self._kinds = _table(kinds, 4, np.int64)
+        self._kinds = _table(kinds, 5, np.int64)
         self._build_topology()
         meet = self._build_meet(parts)
         ground = self._build_surroundings(bool(meet.any()))
@@ -279,6 +290,7 @@ class OdeSolver:
             kinds=self._kinds,
             firsts=np.searchsorted(self._kinds[:, 0], np.arange(len(bodies) + 1)),
             points=np.concatenate(vertices),
+            chunks=np.concatenate(chunks),
             extents=_table(extents, 6),
             around=np.zeros((len(shapes), 6)),
             meet=meet,
@@ -286,6 +298,7 @@ class OdeSolver:
             counts=np.zeros(1, np.int64),
             **ground,
         )
+        self._moving: MovingShapes | None = None
         self._build_workspace()
         self._sort()
 
@@ -908,6 +921,64 @@ class OdeSolver:
         described.mass, described.inertia = mass, inertia
         _set_inertia(self.bodies[row], mass, inertia)
 
+    # rays ---------------------------------------------------------------------------------------
+    def moving_shapes(self) -> MovingShapes:
+        """Shapes of what moves, where it is now, for rays; not of bodies that rays may pass, and
+        of those with a fixed root."""
+        self.refresh()
+        if self._moving is None:
+            found: dict[int, list[MovingShape]] = {}
+            for part in self._parts.values():
+                keys = [(part.body, part.links[name]) for name in part.names]
+                passed = part.body in self._ghosts or any(key in self._filtered for key in keys)
+                shapes = None if part.is_fixed or passed else self._shapes_of(part)
+                if shapes is not None:
+                    found[part.body] = shapes
+            self._moving = MovingShapes(found)
+        self._moving.place(self.bodies[:, q.POS : q.POS + 3], self.bodies[:, q.QUAT : q.QUAT + 4])
+        return self._moving
+
+    def _shapes_of(self, part: Part) -> list[MovingShape] | None:
+        """All shapes of a body; None if there is one that is not known."""
+        shapes = []
+        for row, name in enumerate(part.names, part.first):
+            link = part.shapes.links[name]
+            for shape in link.collisions:
+                geometry, pose = shape.geometry, shape.pose
+                place, turn = np.subtract(pose.position, link.centre), pose.matrix
+                half = _half_size(geometry.kind, geometry.size)
+                if geometry.kind == "mesh":
+                    traced = self._trace(geometry.path, geometry.scale)
+                    if traced is None:
+                        return None
+                    triangles, middle, radius = traced
+                    size, place = np.zeros(3), place + turn @ middle
+                elif half is None:
+                    return None
+                else:
+                    triangles, radius = None, _reach(geometry.kind, geometry.size)
+                    size = half if geometry.kind == "box" else half[[0, 2, 1]]
+                shapes.append(
+                    MovingShape(part.body, row, geometry.kind, size, place, turn, radius, triangles)
+                )
+        return shapes
+
+    def _trace(self, path: str, scale: Vec3) -> tuple[Triangles, Array, float] | None:
+        """A mesh's triangles, around the middle (3,) [m] of a sphere of a radius [m]."""
+        if not has_embree():
+            return None
+        key = path, scale
+        if key not in self._traced:
+            corners = mesh_triangles(path)
+            if corners is None:
+                return None
+            corners = corners * np.asarray(scale)
+            middle = 0.5 * (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1)))
+            corners = corners - middle
+            radius = float(np.linalg.norm(corners, axis=2).max())
+            self._traced[key] = Triangles(corners), middle, radius
+        return self._traced[key]
+
     # contacts -----------------------------------------------------------------------------------
     def contacts(self) -> list[_Contact]:
         """Contacts of the last step; of what sleeps those with which it fell asleep."""
@@ -975,6 +1046,16 @@ def _extent(shape: Shape, link: Link, corners: Array) -> Array:
     half = _half_size(shape.geometry.kind, shape.geometry.size)
     half = np.full(3, _UNKNOWN) if half is None else np.abs(shape.pose.matrix) @ half
     return np.concatenate([np.subtract(shape.pose.position, link.centre), half])
+
+
+def _chunks(corners: Array) -> Array:
+    """Boxes (m, 6) around q.CHUNK of vertices (n, 3) each: centre and half the edges."""
+    boxes = []
+    for start in range(0, len(corners), q.CHUNK):
+        low = corners[start : start + q.CHUNK].min(axis=0)
+        high = corners[start : start + q.CHUNK].max(axis=0)
+        boxes.append([*(0.5 * (low + high)), *(0.5 * (high - low))])
+    return _table(boxes, 6)
 
 
 def _reach(kind: str, size: tuple[float, ...]) -> float:

@@ -83,6 +83,8 @@ _PARALLEL = 1e-7
 _STANDING = 0.9  # cosine between a cylinder's axis and a normal, above which its disc touches
 _SAME = 1e-4  # [m] between contacts that are one, and between their normals
 COVERED = 32  # boxes that one cover contains
+CHUNK = 32  # vertices of a mesh that follow each other
+_ROUNDING = 1e-9  # [m] by which two ways to compute a depth may differ
 # what a box around what never moves contains: something else, triangles of a mesh, a box, a box of
 # a model that has meshes, too
 UNKNOWN, TRIANGLES, SOLID, MIXED = range(4)
@@ -97,9 +99,10 @@ class Scene(NamedTuple):
 
     Attributes:
         shapes: (s, G_COLUMNS).
-        kinds: (s, 4) body, type, first vertex and the one after the last.
+        kinds: (s, 5) body, type, first vertex and the one after the last, first row of chunks.
         firsts: (n + 1,) first shape of each body; those of a body follow each other.
         points: (v, 3) vertices of meshes, from their bodies' centres of mass.
+        chunks: (c, 6) centre and half the edges of boxes around CHUNK vertices each of a mesh.
         extents: (s, 6) centre and half the edges of a box around each shape, in its body.
         knows: (s,) of what never moves, besides planes, the contacts are found here: NOTHING,
             SOLIDS, or ALL.
@@ -126,6 +129,7 @@ class Scene(NamedTuple):
     kinds: Array
     firsts: Array
     points: Array
+    chunks: Array
     extents: Array
     knows: Array
     around: Array
@@ -432,10 +436,7 @@ def _mesh_contacts(
     below: float,
     body: int,
     bodies: Array,
-    shapes: Array,
-    kinds: Array,
-    points: Array,
-    planes: Array,
+    scene: Scene,
     contacts: Array,
     owners: Array,
     work: Array,
@@ -444,23 +445,40 @@ def _mesh_contacts(
 
     The first ten below the plane; if there are more, the deepest of the rest in place of the tenth.
     """
-    offset, at = np.empty(3), np.empty(3)
+    offset, at, local = np.empty(3), np.empty(3), np.empty(3)
     found, deepest, last = 0, 0.0, n
+    planes = scene.planes
     a, b, c = planes[p, 0], planes[p, 1], planes[p, 2]
-    for v in range(kinds[s, 2], kinds[s, 3]):
-        _rotate(work[body, W_R : W_R + 9], points[v], offset)
-        depth = below - (a * offset[0] + b * offset[1] + c * offset[2])
-        if depth <= 0.0 or found >= MESH_CONTACTS and depth <= deepest:
-            continue
+    for k in range(3):  # the plane's normal in the body
+        local[k] = (
+            work[body, W_R + k] * a + work[body, W_R + 3 + k] * b + work[body, W_R + 6 + k] * c
+        )
+    first, end = scene.kinds[s, 2], scene.kinds[s, 3]
+    for start in range(first, end, CHUNK):
+        box = scene.chunks[scene.kinds[s, 4] + (start - first) // CHUNK]
+        highest = below + _ROUNDING
         for k in range(3):
-            at[k] = bodies[body, POS + k] + offset[k]
-        if found < MESH_CONTACTS:
-            last, found = n, found + 1
-            n += 1
-            deepest = depth
-        deepest = max(deepest, depth)
-        _add_contact(step, last, contacts, owners, bodies, shapes, s, planes, p, body, at, depth,
-                     work)  # fmt: skip
+            highest += abs(local[k]) * box[3 + k] - local[k] * box[k]
+        if highest <= 0.0:
+            continue
+        for v in range(start, min(start + CHUNK, end)):
+            point = scene.points[v]
+            depth = below - (local[0] * point[0] + local[1] * point[1] + local[2] * point[2])
+            if depth < -_ROUNDING:
+                continue
+            _rotate(work[body, W_R : W_R + 9], point, offset)
+            depth = below - (a * offset[0] + b * offset[1] + c * offset[2])
+            if depth <= 0.0 or found >= MESH_CONTACTS and depth <= deepest:
+                continue
+            for k in range(3):
+                at[k] = bodies[body, POS + k] + offset[k]
+            if found < MESH_CONTACTS:
+                last, found = n, found + 1
+                n += 1
+                deepest = depth
+            deepest = max(deepest, depth)
+            _add_contact(step, last, contacts, owners, bodies, scene.shapes, s, planes, p, body, at,
+                         depth, work)  # fmt: skip
     return n
 
 
@@ -1596,11 +1614,12 @@ def _find_contacts(
     start: int,
     work: Array,
 ) -> int:
-    """Contacts with what never moves, from row `start`; the number of all.
+    """Contacts from row `start`; the number of all.
 
-    Of all shapes but OTHER with planes; of spheres and cylinders with boxes and meshes, too, and of
-    boxes with boxes; of bodies that are close to each other. Their order is that of Gazebo: bodies as in the last step, of a body the last shape first, those of
-    meshes after the others.
+    With what never moves: of all shapes but OTHER with planes; of spheres and cylinders with boxes
+    and meshes, of boxes with boxes. And of bodies that are close to each other, which come first.
+    Their order is that of Gazebo: bodies as in the last step, of a body the last shape first, those
+    of meshes after the others.
     """
     n = start
     shapes, kinds, planes = scene.shapes, scene.kinds, scene.planes
@@ -1629,9 +1648,8 @@ def _find_contacts(
                     if below + bodies[body, RADIUS] < 0.0:
                         continue
                     if meshes:
-                        n = _mesh_contacts(step, n, s, p, below, body, bodies, shapes, kinds,
-                                           scene.points, planes, contacts, owners,
-                                           work)  # fmt: skip
+                        n = _mesh_contacts(step, n, s, p, below, body, bodies, scene, contacts,
+                                           owners, work)  # fmt: skip
                     elif kind == SPHERE:
                         if below + size[0] >= 0.0:
                             for k in range(3):

@@ -2,7 +2,9 @@
 
 What never moves is in Embree, where rays meet triangles instead of PyBullet's shapes: PyBullet
 tests a ray against each shape of a body that it comes near, of a track's walls 128 boxes; Embree
-against those few triangles that it meets. PyBullet casts the rays that come near anything else.
+against those few triangles that it meets. So are the meshes of what moves with the solver 'ode',
+whose spheres, cylinders and boxes have closed forms here. PyBullet casts the rays that come near
+anything else.
 """
 
 import math
@@ -136,6 +138,160 @@ def mesh_corners(path: str, shared: bool) -> Array:
     return corners
 
 
+class Triangles:
+    """Triangles (n, 3, 3) [m] in Embree."""
+
+    def __init__(self, corners: Array) -> None:
+        from embreex.mesh_construction import TriangleMesh
+        from embreex.rtcore_scene import EmbreeScene
+
+        edges = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        self._normals = np.cross(*edges)
+        self._offsets = np.einsum("ij,ij->i", self._normals, corners[:, 0])
+        self._scene = EmbreeScene(robust=True)
+        TriangleMesh(self._scene, corners.astype(np.float32))
+
+    def cast(
+        self, centre: Array, directions: Array, start: float, end: float
+    ) -> tuple[Array, Array, Array]:
+        """Distances (n,) [m] from the centre (3,), inf: none; triangles (n,), -1: none; and the
+        directions (n,) along the triangles' normals."""
+        vectors = directions.astype(np.float32)
+        origins = np.empty_like(vectors)
+        origins[:] = centre
+        if start > 0.0:
+            origins += np.float32(start) * vectors
+        limits = np.full(len(vectors), end - start, np.float32)
+        hit = self._scene.run(origins, vectors, limits, query="INTERSECT")
+        # in double precision again: the bits are those of the triangle, whatever the processor
+        normals = self._normals[hit]
+        along = np.einsum("ij,ij->i", normals, directions)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            distances = (self._offsets[hit] - normals @ centre) / along
+        np.clip(distances, start, end, out=distances)
+        distances[hit < 0] = np.inf
+        return distances, hit, along
+
+
+@dataclass
+class MovingShape:
+    """A shape of a link that moves.
+
+    Attributes:
+        body, row: PyBullet's number, the row of its link.
+        kind: "box", "sphere", "cylinder" or "mesh".
+        size: (3,) half the edges; radius; radius and half the length [m].
+        place, turn: in the link, from its centre of mass [m].
+        radius: of a sphere around it [m].
+        triangles: of a mesh.
+    """
+
+    body: int
+    row: int
+    kind: str
+    size: Array
+    place: Array
+    turn: Array
+    radius: float
+    triangles: Triangles | None = None
+
+    def cast(self, centre: Array, directions: Array, start: float, end: float) -> Array:
+        """Distances (n,) [m] of the hits between two distances; inf: none, also if a ray starts
+        inside (not of a mesh, which is a surface).
+
+        Args:
+            centre: (3,) from which the rays come, in the shape's frame.
+            directions: (n, 3) unit vectors, too.
+        """
+        if self.triangles is not None:
+            return self.triangles.cast(centre, directions, start, end)[0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            if self.kind == "box":
+                enter, leave = _slab(centre, directions, self.size)
+            elif self.kind == "sphere":
+                enter, leave = _round(centre, directions, self.size[0])
+            else:
+                enter, leave = _round(centre[:2], directions[:, :2], self.size[0])
+                low, high = _slab(centre[2:], directions[:, 2:], self.size[1:2])
+                enter, leave = np.maximum(enter, low), np.minimum(leave, high)
+        found = (enter <= leave) & (enter >= start) & (enter <= end)
+        return np.where(found, enter, np.inf)
+
+
+def _slab(centre: Array, directions: Array, half: Array) -> tuple[Array, Array]:
+    """Distances (n,) at which rays enter and leave all slabs |x_i| <= half_i."""
+    first, second = (-half - centre) / directions, (half - centre) / directions
+    # a ray along a slab: always in it (nan: at its edge) or never
+    enter = np.fmax.reduce(np.fmin(first, second), axis=1)
+    return enter, np.fmin.reduce(np.fmax(first, second), axis=1)
+
+
+def _round(centre: Array, directions: Array, radius: float) -> tuple[Array, Array]:
+    """Distances (n,) at which rays enter and leave a circle or sphere around the origin."""
+    square = np.einsum("ij,ij->i", directions, directions)
+    half, rest = directions @ centre, centre @ centre - radius * radius
+    root = np.sqrt(half * half - square * rest)  # nan: it passes
+    enter, leave = (-half - root) / square, (-half + root) / square
+    along = square == 0.0  # a cylinder's axis
+    enter[along], leave[along] = (-np.inf, np.inf) if rest <= 0.0 else (np.inf, -np.inf)
+    return enter, leave
+
+
+class MovingShapes:
+    """All shapes of bodies, by PyBullet's numbers, at which no ray of PyBullet needs to be cast.
+
+    Attributes:
+        bodies: these numbers.
+    """
+
+    def __init__(self, of_bodies: dict[int, list[MovingShape]]) -> None:
+        self._shapes = shapes = [shape for each in of_bodies.values() for shape in each]
+        self.bodies = set(of_bodies)
+        self._rows = np.array([shape.row for shape in shapes], int)
+        self._places = np.reshape([shape.place for shape in shapes], (-1, 3, 1))
+        self._turns = np.reshape([shape.turn for shape in shapes], (-1, 3, 3))
+        self._radii = np.array([shape.radius for shape in shapes], float)
+
+    def place(self, positions: Array, orientations: Array) -> None:
+        """Put the shapes where the links of all rows are: their centres of mass (m, 3) [m], their
+        quaternions (m, 4)."""
+        x, y, z, w = orientations[self._rows].T
+        turn = np.empty((len(self._rows), 3, 3))
+        turn[:, 0] = np.stack([w * w + x * x - 0.5, x * y - w * z, x * z + w * y], 1)
+        turn[:, 1] = np.stack([x * y + w * z, w * w + y * y - 0.5, y * z - w * x], 1)
+        turn[:, 2] = np.stack([x * z - w * y, y * z + w * x, w * w + z * z - 0.5], 1)
+        turn *= 2.0
+        self._centres = positions[self._rows] + (turn @ self._places)[:, :, 0]
+        self._frames = turn @ self._turns
+
+    def cast(
+        self,
+        centre: Array,
+        directions: Array,
+        box: Box,
+        near: float,
+        far: float,
+        own: int | None,
+        look_near: bool,
+    ) -> Array:
+        """As RayCaster.sweep."""
+        ranges = np.full(len(directions), np.inf)
+        low, high = self._centres - self._radii[:, None], self._centres + self._radii[:, None]
+        shapes = np.flatnonzero(((high >= box[0]) & (low <= box[1])).all(axis=1))
+        way = self._centres[shapes] - centre
+        square = np.einsum("ij,ij->i", way, way) - self._radii[shapes] ** 2
+        met = (directions @ way.T >= np.sqrt(np.maximum(square, 0.0))) | (square <= 0.0)
+        for i in np.flatnonzero(met.any(axis=0)).tolist():
+            shape, frame = self._shapes[shapes[i]], self._frames[shapes[i]]
+            rays = np.flatnonzero(met[:, i])
+            start = 0.0 if look_near and shape.body != own else near
+            found = shape.cast(-way[i] @ frame, directions[rays] @ frame, start, far)
+            ranges[rays] = np.minimum(ranges[rays], found)
+        if look_near:
+            ranges[ranges < near] = -np.inf
+        return ranges
+
+
 MOST_MOVES = 3  # a body that is put elsewhere more often is not taken for scenery any more
 FARTHEST = 4000.0  # corner from the middle [m], where single precision has 0.25 mm
 
@@ -162,6 +318,9 @@ class Scenery:
 
     def __contains__(self, body: int | None) -> bool:
         return body in self._shapes
+
+    def __len__(self) -> int:
+        return len(self._shapes)
 
     def add(self, body: int, path: str) -> None:
         """Take a body of which meshes collide as they are, and its prepared URDF file."""
@@ -196,7 +355,7 @@ class Scenery:
         self._has_same = True
         for body, pose in poses.items():
             if self._shapes[body] is None:
-                self._shapes[body] = read_shapes(self._paths[body], _has_embree())
+                self._shapes[body] = read_shapes(self._paths[body], has_embree())
             self._moves[body] += self._poses.get(body, pose) != pose
             if self._shapes[body] is None or self._moves[body] > MOST_MOVES:
                 self._forget(body)
@@ -227,15 +386,8 @@ class Scenery:
         self.spheres = np.concatenate(spheres)
 
     def _take(self, corners: Array, solid: Array) -> None:
-        from embreex.mesh_construction import TriangleMesh
-        from embreex.rtcore_scene import EmbreeScene
-
-        edges = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        self._normals = np.cross(*edges)
-        self._offsets = np.einsum("ij,ij->i", self._normals, corners[:, 0] - self._middle)
         self._solid = solid
-        self._scene = EmbreeScene(robust=True)
-        TriangleMesh(self._scene, (corners - self._middle).astype(np.float32))
+        self._scene = Triangles(corners - self._middle)
 
     def cast(
         self,
@@ -259,27 +411,13 @@ class Scenery:
         """
         if self._scene is None or (box[0] > self._high).any() or (box[1] < self._low).any():
             return None
-        centre = centre - self._middle
-        vectors = directions.astype(np.float32)
-        origins = np.empty_like(vectors)
-        origins[:] = centre
-        if start > 0.0:
-            origins += np.float32(start) * vectors
-        limits = np.full(len(vectors), end - start, np.float32)
-        hit = self._scene.run(origins, vectors, limits, query="INTERSECT")
-        # in double precision again: the bits are those of the triangle, whatever the processor
-        normals = self._normals[hit]
-        along = np.einsum("ij,ij->i", normals, directions)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            distances = (self._offsets[hit] - normals @ centre) / along
+        distances, hit, along = self._scene.cast(centre - self._middle, directions, start, end)
         found = hit >= 0
         inside = np.flatnonzero(found & self._solid[hit] & (along > 0.0))
-        np.clip(distances, start, end, out=distances)
-        distances[~found] = np.inf
         return distances, inside
 
 
-def _has_embree() -> bool:
+def has_embree() -> bool:
     """Whether there is a wheel of it; else PyBullet casts all."""
     try:
         import embreex.mesh_construction
@@ -302,11 +440,13 @@ class RayCaster:
 
     Attributes:
         scenery: what never moves.
+        moving: gives what moves, where it is now; None: PyBullet casts at all of that.
     """
 
     def __init__(self, client: int, free: set[int]) -> None:
         self._client, self._free = client, free
         self.scenery = Scenery(client)
+        self.moving: Callable[[], MovingShapes | None] = lambda: None
 
     def cast(self, origins: Any, targets: Any, mask: int = _ALL) -> tuple[Array, Array]:
         """Cast rays between points (n, 3) of the world frame at what has a group of the mask.
@@ -360,7 +500,11 @@ class RayCaster:
         ranges, again = self._cast_at_scenery(centre, directions, box, start, far)
         rays = {_ALL: again, _MOVING: None}
         too_near = None if not (look_near and is_housed) else np.ones(len(directions), bool)
-        for low, high, mask, body in self._others(box):
+        moving = self.moving()
+        if moving is not None:
+            found = moving.cast(centre, directions, box, near, far, own, look_near)
+            ranges = np.minimum(ranges, found)
+        for low, high, mask, body in self._others(box, moving.bodies if moving else set()):
             corner = np.maximum(np.subtract(high, centre), np.subtract(centre, low))
             if corner @ corner > near * near:
                 found = _towards(low, high, centre, directions, near, far)
@@ -408,11 +552,17 @@ class RayCaster:
             ranges[hit] = np.minimum(ranges[hit], distances[hit])
         return ranges, again
 
-    def _others(self, box: Box) -> Iterator[tuple[Vector, Vector, int, int]]:
-        """Boxes (low, high) of what PyBullet has to cast at, the rays' mask, the body or -1."""
-        overlapping = p.getOverlappingObjects(*map(tuple, box), physicsClientId=self._client) or ()
-        for body, link in sorted(set(overlapping)):
-            if body not in self.scenery:
+    def _others(self, box: Box, known: set[int]) -> Iterator[tuple[Vector, Vector, int, int]]:
+        """Boxes (low, high) of what PyBullet has to cast at, the rays' mask, the body or -1.
+
+        Args:
+            known: bodies at which it has not.
+        """
+        overlapping: Any = ()
+        if p.getNumBodies(physicsClientId=self._client) > len(self.scenery) + len(known):
+            overlapping = p.getOverlappingObjects(*map(tuple, box), physicsClientId=self._client)
+        for body, link in sorted(set(overlapping or ())):
+            if body not in self.scenery and body not in known:
                 fixed = link < 0 and body not in self._free
                 low, high = p.getAABB(body, link, physicsClientId=self._client)
                 yield low, high, _ALL if fixed else _MOVING, body
