@@ -80,12 +80,15 @@ def cast(world, rays, start=NEAR, end=FAR):
 
 
 def assert_same(world, rays=None):
-    """A sweep is PyBullet's, but for a ray in 100 that may graze an edge."""
+    """A sweep is PyBullet's, but for a ray in 100 that may graze an edge.
+
+    PyBullet's cylinders have 32 sides, of 2 mm at these radii.
+    """
     rays = directions() if rays is None else rays
     ours = world.engine.rays.sweep(CENTRE, rays, everywhere(), NEAR, FAR, None, False)
     expected = cast(world, rays)
     with np.errstate(invalid="ignore"):
-        differ = ~((ours == expected) | (np.abs(ours - expected) < 1e-3))
+        differ = ~((ours == expected) | (np.abs(ours - expected) < 5e-3))
     assert differ.mean() <= 0.01, list(zip(ours[differ], expected[differ]))
     return ours
 
@@ -148,7 +151,7 @@ def test_what_is_moved_deleted_reset_and_restored(world):
         assert (assert_same(world) != first).any()
     world.restore_state(state)
     world.step()
-    np.testing.assert_allclose(assert_same(world), first, atol=1e-6)
+    np.testing.assert_allclose(assert_same(world), first, atol=5e-6)
     world.delete("box")
     world.step()
     assert (assert_same(world) != first).any()
@@ -204,6 +207,25 @@ def test_rays_that_begin_inside_a_box_see_what_is_beyond_it(world):
     spread(world, 6)
     world.step()
     assert np.isfinite(assert_same(world)).any()
+
+
+@pytest.mark.parametrize("static", [True, False])
+def test_round_shapes_are_round(world, static):
+    """The distances are those of closed forms, along and beside the middle."""
+    sphere, cylinder = model([SHAPES["sphere"]], static), model([SHAPES["cylinder"]], static)
+    world.spawn_sdf("sphere", sphere, Pose((3.3, -0.2, 0.7)), str)
+    world.spawn_sdf("cylinder", cylinder, Pose((0.3, 2.8, 0.75)), str)
+    exact = static or world.engine.ode is not None  # else they are PyBullet's
+    offset = np.array((0.0, 0.2))
+    rays = np.array([(3.0, 0.0, 0.0), (3.0, 0.2, 0.0), (0.0, 3.0, 0.0), (0.2, 3.0, 0.0)])
+    rays /= np.linalg.norm(rays, axis=1)[:, None]
+    found = world.engine.rays.sweep(CENTRE, rays, everywhere(), NEAR, FAR, None, False)
+    height = 0.7 - CENTRE[2]
+    sine = offset / np.hypot(3.0, offset)
+    cosine = 3.0 / np.hypot(3.0, offset)
+    ball = 3.0 * cosine - np.sqrt(0.7**2 - height**2 - (3.0 * sine) ** 2)
+    tube = 3.0 * cosine - np.sqrt(0.4**2 - (3.0 * sine) ** 2)
+    np.testing.assert_allclose(found, [*ball, *tube], atol=1e-9 if exact else 5e-3)
 
 
 def test_the_same_far_from_the_origin(world):

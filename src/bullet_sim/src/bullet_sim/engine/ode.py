@@ -18,8 +18,8 @@ from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.model import Joint, Link, Shape, Surface
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine.rays import (
-    MovingShape,
-    MovingShapes,
+    RayShape,
+    RayShapes,
     Triangles,
     has_embree,
     mesh_corners,
@@ -261,8 +261,8 @@ class OdeSolver:
                     if kind == q.OTHER:
                         self._mixed.add(key)
                         bodies[-1][q.RADIUS] = max(bodies[-1][q.RADIUS], _UNKNOWN)
-                    place = start, sum(map(len, vertices)), sum(map(len, chunks))
-                    kinds.append((rows[name], kind, *place))
+                    span = start, sum(map(len, vertices)), sum(map(len, chunks))
+                    kinds.append((rows[name], kind, *span))
                     chunks.append(_chunks(corners))
                     shapes.append(_shape_row(shape, link))
                     extents.append(_extent(shape, link, corners))
@@ -298,7 +298,7 @@ class OdeSolver:
             counts=np.zeros(1, np.int64),
             **ground,
         )
-        self._moving: MovingShapes | None = None
+        self._moving: RayShapes | None = None
         self._build_workspace()
         self._sort()
 
@@ -922,23 +922,23 @@ class OdeSolver:
         _set_inertia(self.bodies[row], mass, inertia)
 
     # rays ---------------------------------------------------------------------------------------
-    def moving_shapes(self) -> MovingShapes:
+    def moving_shapes(self) -> RayShapes:
         """Shapes of what moves, where it is now, for rays; not of bodies that rays may pass, and
         of those with a fixed root."""
         self.refresh()
         if self._moving is None:
-            found: dict[int, list[MovingShape]] = {}
+            found: dict[int, list[RayShape]] = {}
             for part in self._parts.values():
                 keys = [(part.body, part.links[name]) for name in part.names]
                 passed = part.body in self._ghosts or any(key in self._filtered for key in keys)
                 shapes = None if part.is_fixed or passed else self._shapes_of(part)
                 if shapes is not None:
                     found[part.body] = shapes
-            self._moving = MovingShapes(found)
+            self._moving = RayShapes(found)
         self._moving.place(self.bodies[:, q.POS : q.POS + 3], self.bodies[:, q.QUAT : q.QUAT + 4])
         return self._moving
 
-    def _shapes_of(self, part: Part) -> list[MovingShape] | None:
+    def _shapes_of(self, part: Part) -> list[RayShape] | None:
         """All shapes of a body; None if there is one that is not known."""
         shapes = []
         for row, name in enumerate(part.names, part.first):
@@ -959,7 +959,7 @@ class OdeSolver:
                     triangles, radius = None, _reach(geometry.kind, geometry.size)
                     size = half if geometry.kind == "box" else half[[0, 2, 1]]
                 shapes.append(
-                    MovingShape(part.body, row, geometry.kind, size, place, turn, radius, triangles)
+                    RayShape(part.body, row, geometry.kind, size, place, turn, radius, triangles)
                 )
         return shapes
 

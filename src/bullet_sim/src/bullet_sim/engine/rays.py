@@ -2,16 +2,16 @@
 
 What never moves is in Embree, where rays meet triangles instead of PyBullet's shapes: PyBullet
 tests a ray against each shape of a body that it comes near, of a track's walls 128 boxes; Embree
-against those few triangles that it meets. So are the meshes of what moves with the solver 'ode',
-whose spheres, cylinders and boxes have closed forms here. PyBullet casts the rays that come near
-anything else.
+against those few triangles that it meets. So are the meshes of what moves with the solver 'ode'.
+Spheres and cylinders, and what boxes move with it, have closed forms here. PyBullet casts the rays
+that come near anything else.
 """
 
 import math
 import operator
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -37,16 +37,18 @@ class Shapes:
         triangles: (n, 3, 3) corners [m].
         solid: (n,) whether a triangle is a side of a box, counter-clockwise seen from outside.
         planes: (point (3,) [m], normal (3,)) of each.
+        rounds: spheres and cylinders.
         spheres: (k, 4) centre and radius [m] around each other shape.
     """
 
     triangles: Array
     solid: Array
     planes: list[tuple[Array, Array]]
+    rounds: "list[RayShape]"
     spheres: Array
 
 
-def read_shapes(path: str, with_triangles: bool) -> Shapes | None:
+def read_shapes(path: str, with_triangles: bool, body: int) -> Shapes | None:
     """Shapes of the only link of what never moves.
 
     PyBullet tells the shapes of multibodies alone, and what never moves is none (Engine.load).
@@ -58,7 +60,7 @@ def read_shapes(path: str, with_triangles: bool) -> Shapes | None:
     Returns:
         None if a shape is of a type that is not known here.
     """
-    triangles, solid, planes, spheres = [], [], [], []
+    triangles, solid, planes, rounds, spheres = [], [], [], [], []
     for collision in ET.parse(path).iterfind("link/collision"):
         origin, shape = collision.find("origin"), collision.find("geometry/*")
         if shape is None:
@@ -81,17 +83,17 @@ def read_shapes(path: str, with_triangles: bool) -> Shapes | None:
             else:
                 low, high = own.min(axis=(0, 1)), own.max(axis=(0, 1))
                 spheres.append((*(low + high) / 2.0, np.linalg.norm(high - low) / 2.0))
-        elif shape.tag == "sphere":
-            spheres.append((*place, *floats("radius")))
-        elif shape.tag == "cylinder":
-            (length,), (radius,) = floats("length"), floats("radius")
-            spheres.append((*place, np.hypot(length / 2.0, radius) + radius))
+        elif shape.tag in ("sphere", "cylinder"):
+            (radius,), (length,) = floats("radius"), floats("length") or (0.0,)
+            size, around = np.array([radius, length / 2.0, 0.0]), math.hypot(radius, length / 2.0)
+            rounds.append(RayShape(body, 0, shape.tag, size, place, turn, around))
         else:
             return None
     return Shapes(
         np.concatenate([np.zeros((0, 3, 3)), *triangles]),
         np.concatenate([np.zeros(0, bool), *solid]),
         planes,
+        rounds,
         np.reshape(np.array(spheres, float), (-1, 4)),
     )
 
@@ -174,7 +176,7 @@ class Triangles:
 
 
 @dataclass
-class MovingShape:
+class RayShape:
     """A shape of a link that moves.
 
     Attributes:
@@ -237,20 +239,23 @@ def _round(centre: Array, directions: Array, radius: float) -> tuple[Array, Arra
     return enter, leave
 
 
-class MovingShapes:
+class RayShapes:
     """All shapes of bodies, by PyBullet's numbers, at which no ray of PyBullet needs to be cast.
 
     Attributes:
         bodies: these numbers.
     """
 
-    def __init__(self, of_bodies: dict[int, list[MovingShape]]) -> None:
+    def __init__(self, of_bodies: dict[int, list[RayShape]]) -> None:
         self._shapes = shapes = [shape for each in of_bodies.values() for shape in each]
         self.bodies = set(of_bodies)
         self._rows = np.array([shape.row for shape in shapes], int)
         self._places = np.reshape([shape.place for shape in shapes], (-1, 3, 1))
         self._turns = np.reshape([shape.turn for shape in shapes], (-1, 3, 3))
         self._radii = np.array([shape.radius for shape in shapes], float)
+
+    def __len__(self) -> int:
+        return len(self._shapes)
 
     def place(self, positions: Array, orientations: Array) -> None:
         """Put the shapes where the links of all rows are: their centres of mass (m, 3) [m], their
@@ -301,6 +306,7 @@ class Scenery:
 
     Attributes:
         planes: (point (3,) [m], normal (3,)) of each in the world.
+        rounds: spheres and cylinders.
         spheres: (k, 4) centre and radius [m] around what PyBullet has to cast at.
     """
 
@@ -314,6 +320,7 @@ class Scenery:
         self._has_same = True  # no body has come or gone since
         self._scene: Any = None
         self.planes: list[tuple[Array, Array]] = []
+        self.rounds = RayShapes({})
         self.spheres = np.zeros((0, 4))
 
     def __contains__(self, body: int | None) -> bool:
@@ -355,7 +362,7 @@ class Scenery:
         self._has_same = True
         for body, pose in poses.items():
             if self._shapes[body] is None:
-                self._shapes[body] = read_shapes(self._paths[body], has_embree())
+                self._shapes[body] = read_shapes(self._paths[body], has_embree(), body)
             self._moves[body] += self._poses.get(body, pose) != pose
             if self._shapes[body] is None or self._moves[body] > MOST_MOVES:
                 self._forget(body)
@@ -364,15 +371,22 @@ class Scenery:
 
     def _build(self) -> None:
         triangles, solid, spheres = [np.zeros((0, 3, 3))], [], [np.zeros((0, 4))]
-        self.planes = []
-        for body, shapes in self._shapes.items():
+        self.planes, rounds = [], {}
+        for row, (body, shapes) in enumerate(self._shapes.items()):
             position, orientation = self._poses[body]
+            rounds[body] = [replace(shape, row=row) for shape in shapes.rounds]
             turn = matrix_from_quaternion(orientation).T
             triangles.append(shapes.triangles @ turn + position)
             solid.append(shapes.solid)
             centres = shapes.spheres[:, :3] @ turn + position
             spheres.append(np.column_stack([centres, shapes.spheres[:, 3]]))
             self.planes += [(at @ turn + position, normal @ turn) for at, normal in shapes.planes]
+        self.rounds = RayShapes(rounds)
+        poses = [
+            np.reshape([pose[i] for pose in self._poses.values()], (-1, n))
+            for i, n in enumerate((3, 4))
+        ]
+        self.rounds.place(*poses)
         corners = np.concatenate(triangles)
         self._scene = None
         if len(corners):
@@ -446,7 +460,7 @@ class RayCaster:
     def __init__(self, client: int, free: set[int]) -> None:
         self._client, self._free = client, free
         self.scenery = Scenery(client)
-        self.moving: Callable[[], MovingShapes | None] = lambda: None
+        self.moving: Callable[[], RayShapes | None] = lambda: None
 
     def cast(self, origins: Any, targets: Any, mask: int = _ALL) -> tuple[Array, Array]:
         """Cast rays between points (n, 3) of the world frame at what has a group of the mask.
@@ -501,10 +515,11 @@ class RayCaster:
         rays = {_ALL: again, _MOVING: None}
         too_near = None if not (look_near and is_housed) else np.ones(len(directions), bool)
         moving = self.moving()
-        if moving is not None:
-            found = moving.cast(centre, directions, box, near, far, own, look_near)
-            ranges = np.minimum(ranges, found)
-        for low, high, mask, body in self._others(box, moving.bodies if moving else set()):
+        for shapes in (scenery.rounds, moving):
+            if shapes:
+                hits = shapes.cast(centre, directions, box, near, far, own, look_near)
+                ranges = np.minimum(ranges, hits)
+        for low, high, mask, body in self._others(box, set() if moving is None else moving.bodies):
             corner = np.maximum(np.subtract(high, centre), np.subtract(centre, low))
             if corner @ corner > near * near:
                 found = _towards(low, high, centre, directions, near, far)
