@@ -132,8 +132,7 @@ class Engine:
         self._asleep: dict[int, tuple[Vec3, Quat]] = {}  # bodies that sleep, their poses
         self._saved: dict[int, dict[str, Any]] = {}  # what the solver has of save_state's copies
         self.rays = RayCaster(self.client, self.free)
-        if self.ode is not None:
-            self.rays.moving = self.ode.moving_shapes
+        self.rays.moving = lambda: None if self.ode is None else self.ode.moving_shapes()
         self.states = BodyStates(self)
         p.setTimeStep(self.time_step, physicsClientId=self.client)
         p.setGravity(*self.gravity, physicsClientId=self.client)
