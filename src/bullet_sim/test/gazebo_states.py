@@ -51,6 +51,9 @@ def robot(*parts):
 
 
 BASE = link("base", 8.0, 0.1, '<box size="0.4 0.3 0.08"/>', centre="0.03 0 0.02")
+BALLS = "".join(
+    wheel(name, *place, shape='<sphere radius="0.1"/>') for name, place in CORNERS.items()
+)
 TILTED = BASE.replace("<collision><origin rpy=", '<collision><origin xyz="0.01 0 0" rpy=').replace(
     'rpy="0 0 0"/><geometry>', 'rpy="0.2 0.1 0.3"/><geometry>'
 )
@@ -213,22 +216,36 @@ ROBOTS |= {
     ),
     "wheels push a crate": (robot(BASE, WHEELS), 0.12, turn(left=5.0)),
     "wheels over a plank": (robot(BASE, WHEELS), 0.12, turn(left=5.0)),
-    "spheres push a crate": (
-        robot(BASE, *(wheel(name, *place, shape='<sphere radius="0.1"/>')
-                      for name, place in CORNERS.items())),
-        0.12,
-        turn(left=5.0),
-    ),
+    "spheres push a crate": (robot(BASE, BALLS), 0.12, turn(left=5.0)),
+    "wheels push a can": (robot(BASE, WHEELS), 0.12, turn(left=5.0, at=330)),
+    "wheels against a post": (robot(BASE, WHEELS), 0.12, turn(left=5.0)),
+    "spheres push a can": (robot(BASE, BALLS), 0.12, turn(left=5.0, at=330)),
+    "spheres against a ball": (robot(BASE, BALLS), 0.12, turn(left=5.0)),
+    "a chassis against a post": (robot(BASE, WHEELS), 0.12, turn(left=5.0)),
     "a tilted box falls on a crate": (robot(TILTED), 0.4, []),
     "a tilted box on a box": (robot(TILTED), 0.12, []),
 }  # fmt: skip
-# of others: place and size [m], mass [kg] of a box in front of the robot
+CRATE, CAN = "<box><size>0.2 0.5 0.2</size></box>", "<radius>0.1</radius><length>0.2</length>"
+CAN, POST = f"<cylinder>{CAN}</cylinder>", "<radius>0.05</radius><length>0.5</length>"
+POST = f"<cylinder>{POST}</cylinder>"
+# of others in front of the robot: place [m], shape, mass [kg] (0: it never moves), (ixx, iyy, izz)
 CRATES = {
-    "wheels push a crate": ((0.43, 0.02, 0.1), (0.2, 0.5, 0.2), 2.0),
-    "spheres push a crate": ((0.43, 0.02, 0.1), (0.2, 0.5, 0.2), 2.0),
-    "wheels over a plank": ((0.37, 0.0, 0.01), (0.1, 1.0, 0.02), 1.0),
-    "a tilted box falls on a crate": ((0.1, 0.05, 0.1), (0.4, 0.4, 0.2), 2.0),
-}
+    "wheels push a crate": ((0.43, 0.02, 0.1), CRATE, 2.0, (0.05, 0.02, 0.06)),
+    "spheres push a crate": ((0.43, 0.02, 0.1), CRATE, 2.0, (0.05, 0.02, 0.06)),
+    "wheels over a plank": (
+        (0.37, 0.0, 0.01), "<box><size>0.1 1 0.02</size></box>", 1.0, (0.08, 0.001, 0.08)
+    ),
+    "a tilted box falls on a crate": (
+        (0.1, 0.05, 0.1), "<box><size>0.4 0.4 0.2</size></box>", 2.0, (0.04, 0.04, 0.06)
+    ),
+    "wheels push a can": ((0.42, 0.2, 0.1), CAN, 1.0, (0.006, 0.006, 0.005)),
+    "wheels against a post": ((0.37, -0.2, 0.25), POST, 0.0, ()),
+    "spheres push a can": ((0.43, 0.21, 0.1), CAN, 1.0, (0.006, 0.006, 0.005)),
+    "spheres against a ball": (
+        (0.43, -0.19, 0.08), "<sphere><radius>0.08</radius></sphere>", 0.5, (0.001, 0.001, 0.001)
+    ),
+    "a chassis against a post": ((0.3, 0.02, 0.25), POST, 0.0, ()),
+}  # fmt: skip
 BOX = "40 40 1"  # [m] size of the ground of some of them, instead of a plane; its top is at 0
 ON_A_BOX = " on a box"  # ends their names
 for _name in (
@@ -256,20 +273,18 @@ def ground(name):
 
 
 def crate(name):
-    """SDF of the box in front of a robot, or ''."""
+    """SDF of what is in front of a robot, or ''."""
     if name not in CRATES:
         return ""
-    place, size, mass = CRATES[name]
-    inertia = "".join(
-        f"<i{axis}>{mass / 12 * (a * a + b * b)}</i{axis}>"
-        for axis, a, b in (("xx", size[1], size[2]), ("yy", size[0], size[2]), ("zz", *size[:2]))
-    )
+    place, shape, mass, moments = CRATES[name]
+    inertia = "".join(f"<i{2 * axis}>{value}</i{2 * axis}>" for axis, value in zip("xyz", moments))
+    inertial = f"<inertial><mass>{mass}</mass><inertia>{inertia}</inertia></inertial>"
     return (
-        f'<model name="crate"><allow_auto_disable>0</allow_auto_disable>'
-        f'<pose>{" ".join(map(str, place))} 0 0 0</pose><link name="crate"><inertial>'
-        f"<mass>{mass}</mass><inertia>{inertia}</inertia></inertial>"
-        f'<collision name="collision"><geometry><box><size>{" ".join(map(str, size))}</size></box>'
-        "</geometry></collision></link></model>"
+        f'<model name="crate"><static>{int(not mass)}</static>'
+        "<allow_auto_disable>0</allow_auto_disable>"
+        f'<pose>{" ".join(map(str, place))} 0 0 0</pose><link name="crate">'
+        f'{inertial if mass else ""}<collision name="collision"><geometry>{shape}</geometry>'
+        "</collision></link></model>"
     )
 
 

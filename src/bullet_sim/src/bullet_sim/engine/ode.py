@@ -284,7 +284,7 @@ class OdeSolver:
         self._build_topology()
         meet = self._build_meet(parts)
         ground = self._build_surroundings(bool(meet.any()))
-        self._add_moving_boxes(ground, shapes)
+        self._add_moving_solids(ground, shapes)
         self._scene = q.Scene(
             shapes=_table(shapes, q.G_COLUMNS),
             kinds=self._kinds,
@@ -341,26 +341,25 @@ class OdeSolver:
     def _known_pairs(self, count: int) -> Array:
         """Pairs of bodies (n, n) all contacts of which quickstep finds."""
         kinds = [set(self._kinds[self._kinds[:, 0] == row, 1].tolist()) for row in range(count)]
-        boxes = np.array([kind == {q.BOX} for kind in kinds], np.bool_)
-        spheres = np.array([kind == {q.SPHERE} for kind in kinds], np.bool_)
         plain = np.array([kind <= {q.BOX, q.SPHERE, q.CYLINDER} for kind in kinds], np.bool_)
-        known: Array = boxes[:, None] & plain | plain[:, None] & boxes
-        return known | spheres[:, None] & spheres
+        known: Array = plain[:, None] & plain
+        return known
 
-    def _add_moving_boxes(self, ground: dict[str, Array], shapes: list[Array]) -> None:
-        """Rows of solids for the boxes of bodies, after those that never move."""
-        boxes = np.flatnonzero(self._kinds[:, 1] == q.BOX)
-        first, count = len(ground["solids"]), len(boxes)
+    def _add_moving_solids(self, ground: dict[str, Array], shapes: list[Array]) -> None:
+        """Rows of solids for the shapes of bodies, after those that never move."""
+        found = np.flatnonzero(np.isin(self._kinds[:, 1], (q.BOX, q.SPHERE, q.CYLINDER)))
+        first, count = len(ground["solids"]), len(found)
         solids, faces = np.zeros((count, q.B_COLUMNS)), np.zeros((count, q.P_COLUMNS))
-        for i, s in enumerate(boxes):
-            solids[i, : q.B_CENTRE] = 0.5 * shapes[s][q.G_SIZE : q.G_SIZE + 3]
+        for i, s in enumerate(found):
+            kind, size = int(self._kinds[s, 1]), shapes[s][q.G_SIZE : q.G_SIZE + 3]
+            solids[i, : q.B_CENTRE] = _solid_size(kind, size)
             faces[i, q.P_MU :] = shapes[s][q.G_MU :]
         solid_of = np.full(len(shapes), -1, np.int64)
-        solid_of[boxes] = first + np.arange(count)
+        solid_of[found] = first + np.arange(count)
         ground["solids"] = np.concatenate([ground["solids"], solids])
         ground["faces"] = np.concatenate([ground["faces"], faces])
         ground["boxes_of"] = np.concatenate([ground["boxes_of"], np.full(count, -1)])
-        ground["carriers"] = np.concatenate([np.full(first, -1), self._kinds[boxes, 0]])
+        ground["solid_kinds"] = np.concatenate([ground["solid_kinds"], self._kinds[found, 1]])
         ground["solid_of"] = solid_of
 
     def _build_surroundings(self, several: bool) -> dict[str, Array]:
@@ -371,6 +370,7 @@ class OdeSolver:
         """
         planes, masks, faces, boxes_of = [], [], [], []
         solids: list[list[float]] = []
+        solid_kinds: list[int] = []
         boxes, ranges = [np.zeros((0, 6))], [np.zeros((0, 3), np.int64)]
         triangles, slopes = [np.zeros((0, 3, 3))], [np.zeros((0, q.P_COLUMNS))]
         meshes = [np.zeros(0, np.int64)]
@@ -399,8 +399,11 @@ class OdeSolver:
                         boxes.append(self._box_around(shape, frame, body))
                         kind = q.SOLID if is_pure else q.MIXED
                         ranges.append(_table([(kind, len(solids), len(solids) + 1)], 3, np.int64))
-                        half = 0.5 * np.asarray(shape.geometry.size)
+                        code, size = _KINDS[shape.geometry.kind], np.zeros(3)
+                        size[: len(shape.geometry.size)] = shape.geometry.size
+                        half = _solid_size(code, size)
                         solids.append([*half, *pose.position, *pose.matrix.ravel()])
+                        solid_kinds.append(code)
                         faces.append(_plane_row(np.zeros(3), 0.0, surface))
                         boxes_of.append(len(self._solid_bodies))
                         continue
@@ -437,6 +440,7 @@ class OdeSolver:
             "solids": _table(solids, q.B_COLUMNS),
             "faces": _table(faces, q.P_COLUMNS),
             "boxes_of": np.array(boxes_of, np.int64),
+            "solid_kinds": np.array(solid_kinds, np.int64),
             "boxes": around,
             "ranges": np.concatenate(ranges),
             "covers": _table(
@@ -449,11 +453,11 @@ class OdeSolver:
     def _parts_of(
         self, shapes: Sequence[Shape], frame: Pose
     ) -> list[tuple[Shape, list[Array] | None]] | None:
-        """Triangles of meshes, None of boxes; None in all if there is a shape of another kind."""
+        """Triangles of meshes, None of solids; None in all if there is a shape of another kind."""
         found: list[tuple[Shape, list[Array] | None]] = []
         for shape in shapes:
             parts = self._triangles_of(shape, frame)
-            if parts is None and shape.geometry.kind != "box":
+            if parts is None and _KINDS.get(shape.geometry.kind, q.MESH) == q.MESH:
                 return None
             found.append((shape, parts))
         return found
@@ -1046,6 +1050,13 @@ def _extent(shape: Shape, link: Link, corners: Array) -> Array:
     half = _half_size(shape.geometry.kind, shape.geometry.size)
     half = np.full(3, _UNKNOWN) if half is None else np.abs(shape.pose.matrix) @ half
     return np.concatenate([np.subtract(shape.pose.position, link.centre), half])
+
+
+def _solid_size(kind: int, size: Array) -> Array:
+    """Half the edges (3,), or radius and half the length [m], of a solid of an SDF's size."""
+    if kind == q.BOX:
+        return 0.5 * size
+    return np.array([size[0], 0.5 * size[1] if kind == q.CYLINDER else 0.0, 0.0])
 
 
 def _chunks(corners: Array) -> Array:

@@ -74,6 +74,8 @@ FRICTION_SCALE = 0.25
 FRICTION_ITERATIONS = 10
 SMOOTHING = 0.01
 WARM_START = 0.5
+MPR_TOLERANCE, MPR_ITERATIONS = 1e-6, 500  # of cylinders with cylinders
+_EPSILON = 2.220446049250313e-16
 EDGE_FACTOR = 1.05  # by which edges of boxes have to overlap less than faces
 MESH_CONTACTS = 10  # of a mesh with a plane, sdformat's max_contacts of a collision
 INERTIA_RATIO = 200.0  # above which inertias across a hinge are moved closer
@@ -85,12 +87,12 @@ _SAME = 1e-4  # [m] between contacts that are one, and between their normals
 COVERED = 32  # boxes that one cover contains
 CHUNK = 32  # vertices of a mesh that follow each other
 _ROUNDING = 1e-9  # [m] by which two ways to compute a depth may differ
-# what a box around what never moves contains: something else, triangles of a mesh, a box, a box of
-# a model that has meshes, too
+# what a box around what never moves contains: something else, triangles of a mesh, a solid, a solid
+# of a model that has meshes, too
 UNKNOWN, TRIANGLES, SOLID, MIXED = range(4)
 NOTHING, SOLIDS, ALL = range(3)  # what contacts of a shape are found here
 APART, FOUND, LEFT = range(3)  # contacts of two bodies: none, found here, found by the caller
-# solids: half the edges, centre, rotation
+# solids: half the edges, or radius and half the length; centre; rotation
 B_HALF, B_CENTRE, B_ROTATION, B_COLUMNS = 0, 3, 6, 15
 
 
@@ -115,11 +117,11 @@ class Scene(NamedTuple):
         triangles: (t, 9) corners.
         slopes: (t, P_COLUMNS) their planes.
         meshes: (t,) number of the mesh, for the contacts' owners.
-        solids: (b, B_COLUMNS) boxes: those that never move, then those of bodies.
+        solids: (b, B_COLUMNS) boxes, spheres, cylinders: those that never move, then of bodies.
         faces: (b, P_COLUMNS) their surfaces.
         boxes_of: (b,) as meshes.
-        carriers: (b,) body of each; -1: it never moves.
-        solid_of: (s,) each shape's row of solids, -1 of what is no box.
+        solid_kinds: (b,) SPHERE, CYLINDER or BOX.
+        solid_of: (s,) each shape's row of solids, -1 of meshes and OTHER.
         boxes: (m, 6) lower and upper corners of boxes around what never moves, but for planes.
         ranges: (m, 3) what is in a box, and the first and the one after the last of these.
         covers: (c, 6) boxes around COVERED of these each, in their order.
@@ -144,7 +146,7 @@ class Scene(NamedTuple):
     solids: Array
     faces: Array
     boxes_of: Array
-    carriers: Array
+    solid_kinds: Array
     solid_of: Array
     boxes: Array
     ranges: Array
@@ -817,14 +819,32 @@ def _disc_points(
 
 
 @njit(cache=True)
-def _add_hull_contacts(
+def _hull_points(
+    hull: Array, count: int, is_line: bool, centre: Array, best: Array, points: Array
+) -> int:
+    """Of contacts of a cylinder at `hull` (count, 3) from its centre: their points and depths in
+    (16, 4); their number."""
+    n = 0
+    for i in range(count):
+        along = 0.0
+        for k in range(3):
+            along += best[3 + k] * hull[i, k]
+            points[n, k] = centre[k] + hull[i, k]
+        depth = max(0.0, best[0] - best[1] + along) if is_line else best[1] - abs(along)
+        points[n, 3] = depth
+        if depth > 0.0 or is_line:
+            n += 1
+    return n
+
+
+@njit(cache=True)
+def _add_points(
     step: float,
     n: int,
     points: Array,
     count: int,
-    is_line: bool,
-    centre: Array,
-    best: Array,
+    normal: Array,
+    sign: float,
     s: int,
     body: int,
     surfaces: Array,
@@ -836,22 +856,15 @@ def _add_hull_contacts(
     owners: Array,
     work: Array,
 ) -> int:
-    """Contacts of a cylinder at points (count, 3) from its centre; the number of all then."""
-    at = np.empty(3)
+    """Contacts of shape s of a body at points (count, 4), with `sign` times a normal, with surface
+    p of what `other` is the number of; the number of all then."""
     for i in range(count):
         if n >= len(contacts):
             break
-        along = 0.0
+        _add_contact(step, n, contacts, owners, bodies, scene.shapes, s, surfaces, p, body,
+                     points[i, :3], points[i, 3], work)  # fmt: skip
         for k in range(3):
-            along += best[3 + k] * points[i, k]
-            at[k] = centre[k] + points[i, k]
-        depth = max(0.0, best[0] - best[1] + along) if is_line else best[1] - abs(along)
-        if depth <= 0.0 and not is_line:
-            continue
-        _add_contact(step, n, contacts, owners, bodies, scene.shapes, s, surfaces, p, body, at,
-                     depth, work)  # fmt: skip
-        for k in range(3):
-            contacts[n, C_NORMAL + k] = -best[3 + k]
+            contacts[n, C_NORMAL + k] = sign * normal[k]
         owners[n, 2], owners[n, 3] = -1, other
         n += 1
     return n
@@ -863,8 +876,6 @@ def _cylinder_on_triangle(
     n: int,
     s: int,
     t: int,
-    centre: Array,
-    turn: Array,
     body: int,
     bodies: Array,
     scene: Scene,
@@ -878,13 +889,15 @@ def _cylinder_on_triangle(
     the triangle below its disc.
     """
     corners, normal = scene.triangles[t], scene.slopes[t, P_PLANE : P_PLANE + 3]
+    solid, points = scene.solids[scene.solid_of[s]], np.empty((16, 4))
+    centre, turn = solid[B_CENTRE : B_CENTRE + 3], solid[B_ROTATION : B_ROTATION + 9]
     cylinder, best, ends = np.empty(5), np.empty(6), np.empty((2, 3))
     hull, edges, axis = np.empty((16, 3)), np.empty((3, 3)), np.empty(3)
     for k in range(3):
         cylinder[k] = turn[3 * k + 2]
         for i in range(3):
             hull[i, k] = corners[3 * i + k] - centre[k]
-    cylinder[3], cylinder[4] = scene.shapes[s, G_SIZE], 0.5 * scene.shapes[s, G_SIZE + 1]
+    cylinder[3], cylinder[4] = solid[B_HALF], solid[B_HALF + 1]
     best[0] = INFINITE
     if not _try_axis(-normal[0], -normal[1], -normal[2], hull, 3, cylinder, best):
         return n
@@ -914,9 +927,9 @@ def _cylinder_on_triangle(
         cosine += cylinder[k] * best[3 + k]
     if abs(cosine) >= _STANDING:
         count = _disc_points(hull, 3, turn, cylinder, best, np.empty((16, 3)))
-        return _add_hull_contacts(step, n, hull, count, False, centre, best, s, body, scene.slopes,
-                                  t, scene.meshes[t], bodies, scene, contacts, owners,
-                                  work)  # fmt: skip
+        count = _hull_points(hull, count, False, centre, best, points)
+        return _add_points(step, n, points, count, best[3:], -1.0, s, body, scene.slopes, t,
+                           scene.meshes[t], bodies, scene, contacts, owners, work)  # fmt: skip
     if not _side_line(best, cylinder, ends):
         return n
     distance = 0.0
@@ -931,33 +944,22 @@ def _cylinder_on_triangle(
             distance -= axis[k] * hull[i, k]
         if not _clip_line(axis[0], axis[1], axis[2], distance, ends):
             return n
-    return _add_hull_contacts(step, n, ends, 2, True, centre, best, s, body, scene.slopes, t,
-                              scene.meshes[t], bodies, scene, contacts, owners, work)  # fmt: skip
+    count = _hull_points(ends, 2, True, centre, best, points)
+    return _add_points(step, n, points, count, best[3:], -1.0, s, body, scene.slopes, t,
+                       scene.meshes[t], bodies, scene, contacts, owners, work)  # fmt: skip
 
 
 @njit(cache=True)
-def _cylinder_on_solid(
-    step: float,
-    n: int,
-    s: int,
-    b: int,
-    centre: Array,
-    turn: Array,
-    body: int,
-    bodies: Array,
-    scene: Scene,
-    contacts: Array,
-    owners: Array,
-    work: Array,
-) -> int:
-    """Contacts of a cylinder with a box that never moves, as _cylinder_on_triangle()."""
-    solid = scene.solids[b]
+def _cylinder_with_box(round_: Array, solid: Array, points: Array, normal: Array) -> int:
+    """Contacts of a cylinder with a box, as _cylinder_on_triangle(): points (16, 4) and the normal
+    towards the cylinder; their number."""
+    centre, turn = round_[B_CENTRE : B_CENTRE + 3], round_[B_ROTATION : B_ROTATION + 9]
     cylinder, best, ends = np.empty(5), np.empty(6), np.empty((2, 3))
     hull, middle, axis, local = np.empty((16, 3)), np.empty(3), np.empty(3), np.empty(3)
     for k in range(3):
         cylinder[k] = turn[3 * k + 2]
         middle[k] = solid[B_CENTRE + k] - centre[k]
-    cylinder[3], cylinder[4] = scene.shapes[s, G_SIZE], 0.5 * scene.shapes[s, G_SIZE + 1]
+    cylinder[3], cylinder[4] = round_[B_HALF], round_[B_HALF + 1]
     for i in range(8):
         for k in range(3):
             hull[i, k] = middle[k]
@@ -969,7 +971,7 @@ def _cylinder_on_solid(
         least = best[0]
         if not _try_axis(solid[B_ROTATION + j], solid[B_ROTATION + 3 + j],
                          solid[B_ROTATION + 6 + j], hull, 8, cylinder, best):  # fmt: skip
-            return n
+            return 0
         if best[0] < least:
             face = j
     # above the middle of a face no other direction has less overlap
@@ -981,18 +983,18 @@ def _cylinder_on_solid(
         if j != face and abs(local[j]) + reach > solid[B_HALF + j]:
             inside = False
     if not inside and not _try_other_axes(hull, solid, cylinder, best):
-        return n
+        return 0
     cosine = 0.0
     for k in range(3):
         cosine += cylinder[k] * best[3 + k]
+    for k in range(3):
+        normal[k] = -best[3 + k]
     if abs(cosine) >= _STANDING:
         count = _face_of(solid, middle, best, hull)
         count = _disc_points(hull, count, turn, cylinder, best, np.empty((16, 3)))
-        return _add_hull_contacts(step, n, hull, count, False, centre, best, s, body, scene.faces,
-                                  b, scene.boxes_of[b], bodies, scene, contacts, owners,
-                                  work)  # fmt: skip
+        return _hull_points(hull, count, False, centre, best, points)
     if not _side_line(best, cylinder, ends):
-        return n
+        return 0
     for side in range(2):
         sign = 1.0 if side == 0 else -1.0
         for j in range(3):
@@ -1000,10 +1002,8 @@ def _cylinder_on_solid(
                 axis[k] = sign * solid[B_ROTATION + 3 * k + j]
             distance = solid[B_HALF + j] + sign * local[j]
             if not _clip_line(-axis[0], -axis[1], -axis[2], distance, ends):
-                return n
-    return _add_hull_contacts(step, n, ends, 2, True, centre, best, s, body, scene.faces, b,
-                              scene.boxes_of[b], bodies, scene, contacts, owners,
-                              work)  # fmt: skip
+                return 0
+    return _hull_points(ends, 2, True, centre, best, points)
 
 
 @njit(cache=True)
@@ -1064,7 +1064,6 @@ def _sphere_on_triangle(
     n: int,
     s: int,
     t: int,
-    centre: Array,
     body: int,
     bodies: Array,
     scene: Scene,
@@ -1074,6 +1073,7 @@ def _sphere_on_triangle(
 ) -> int:
     """Contact of a sphere with a triangle that it is in front of; the number of all then."""
     radius, normal, point = scene.shapes[s, G_SIZE], scene.slopes[t], np.empty(3)
+    centre = scene.solids[scene.solid_of[s], B_CENTRE : B_CENTRE + 3]
     _closest(centre, scene.triangles[t], point)
     distance = along = 0.0
     for k in range(3):
@@ -1091,22 +1091,9 @@ def _sphere_on_triangle(
 
 
 @njit(cache=True)
-def _sphere_on_solid(
-    step: float,
-    n: int,
-    s: int,
-    b: int,
-    centre: Array,
-    body: int,
-    bodies: Array,
-    scene: Scene,
-    contacts: Array,
-    owners: Array,
-    work: Array,
-) -> int:
-    """Contact of a sphere with a box that never moves; the number of all then."""
-    solid, radius = scene.solids[b], scene.shapes[s, G_SIZE]
-    local, point, normal = np.empty(3), np.empty(3), np.zeros(3)
+def _sphere_with_box(ball: Array, solid: Array, points: Array, normal: Array) -> int:
+    """Contact of a sphere with a box, as _cylinder_with_box()."""
+    centre, radius, local = ball[B_CENTRE : B_CENTRE + 3], ball[B_HALF], np.empty(3)
     is_outside, least, face = False, INFINITE, 0
     for j in range(3):
         local[j] = 0.0
@@ -1121,29 +1108,277 @@ def _sphere_on_solid(
     if is_outside:
         distance = 0.0
         for k in range(3):
-            point[k] = solid[B_CENTRE + k]
+            points[0, k] = solid[B_CENTRE + k]
             for j in range(3):
-                point[k] += solid[B_ROTATION + 3 * k + j] * local[j]
-            normal[k] = centre[k] - point[k]
+                points[0, k] += solid[B_ROTATION + 3 * k + j] * local[j]
+            normal[k] = centre[k] - points[0, k]
             distance += normal[k] * normal[k]
         distance = math.sqrt(distance)
-        depth = radius - distance
-        if depth < 0.0 or distance == 0.0:
-            return n
+        points[0, 3] = radius - distance
+        if points[0, 3] < 0.0 or distance == 0.0:
+            return 0
         for k in range(3):
             normal[k] /= distance
     else:
-        depth = least + radius
+        points[0, 3] = least + radius
         for k in range(3):
-            point[k] = centre[k]
+            points[0, k] = centre[k]
             side = solid[B_ROTATION + 3 * k + face]
             normal[k] = side if local[face] > 0.0 else -side
-    _add_contact(step, n, contacts, owners, bodies, scene.shapes, s, scene.faces, b, body, point,
-                 depth, work)  # fmt: skip
+    return 1
+
+
+@njit(cache=True)
+def _sphere_with_sphere(one: Array, two: Array, points: Array, normal: Array) -> int:
+    """Contact of two spheres, halfway between their surfaces, as _cylinder_with_box()."""
+    distance = 0.0
     for k in range(3):
-        contacts[n, C_NORMAL + k] = normal[k]
-    owners[n, 2], owners[n, 3] = -1, scene.boxes_of[b]
-    return n + 1
+        normal[k] = one[B_CENTRE + k] - two[B_CENTRE + k]
+        distance += normal[k] * normal[k]
+    distance = math.sqrt(distance)
+    points[0, 3] = one[B_HALF] + two[B_HALF] - distance
+    if points[0, 3] < 0.0:
+        return 0
+    if distance <= 0.0:
+        normal[0], distance = 1.0, 1.0
+    for k in range(3):
+        normal[k] /= distance
+        points[0, k] = one[B_CENTRE + k]
+        points[0, k] += normal[k] * 0.5 * (two[B_HALF] - one[B_HALF] - distance)
+    return 1
+
+
+@njit(cache=True)
+def _cylinder_with_sphere(round_: Array, ball: Array, points: Array, normal: Array) -> int:
+    """Contact of a cylinder with a sphere: on its side, a disc or a rim."""
+    radius, length, reach = round_[B_HALF], 2.0 * round_[B_HALF + 1], ball[B_HALF]
+    axis, across = np.empty(3), np.empty(3)
+    along, away = 0.5 * length, 0.0  # of the sphere's centre: from the first disc, from the axis
+    for k in range(3):
+        axis[k] = round_[B_ROTATION + 3 * k + 2]
+        along += (ball[B_CENTRE + k] - round_[B_CENTRE + k]) * axis[k]
+    for k in range(3):
+        across[k] = round_[B_CENTRE + k] + (along - 0.5 * length) * axis[k] - ball[B_CENTRE + k]
+        away += across[k] * across[k]
+    away = math.sqrt(away)
+    if along < -reach or along > length + reach or away > radius + reach:
+        return 0
+    if away > radius and (along < 0.0 or along > length):
+        beyond = along if along <= 0.0 else along - length
+        distance = math.hypot(beyond, away - radius)
+        points[0, 3] = reach - distance
+        if points[0, 3] < 0.0:
+            return 0
+        for k in range(3):
+            points[0, k] = round_[B_CENTRE + k] - across[k] / away * radius
+            points[0, k] += axis[k] * (-0.5 * length if along <= 0.0 else 0.5 * length)
+            normal[k] = (points[0, k] - ball[B_CENTRE + k]) / distance
+        return 1
+    if radius - away <= along and radius - away <= length - along:
+        points[0, 3] = reach + radius - away
+        for k in range(3):
+            normal[k] = across[k] / away
+            way = normal[k] * reach if away > reach + _PARALLEL else across[k]
+            points[0, k] = ball[B_CENTRE + k] + way
+        return 1
+    sign = 1.0 if along <= 0.5 * length else -1.0
+    points[0, 3] = reach + (along if sign > 0.0 else length - along)
+    if points[0, 3] < 0.0:
+        return 0
+    for k in range(3):
+        normal[k] = sign * axis[k]
+        points[0, k] = ball[B_CENTRE + k] + normal[k] * reach
+    return 1
+
+
+@njit(cache=True)
+def _support(one: Array, two: Array, direction: Array, vertex: Array) -> None:
+    """The farthest point of the Minkowski difference of two cylinders along a direction.
+
+    Args:
+        vertex: (9,) gets it, and the points of both cylinders that it is the difference of.
+    """
+    local = np.empty(3)
+    for i in range(2):
+        body, sign = (one, 1.0) if i == 0 else (two, -1.0)
+        for j in range(3):
+            local[j] = 0.0
+            for k in range(3):
+                local[j] += sign * direction[k] * body[B_ROTATION + 3 * k + j]
+        flat = math.sqrt(local[0] * local[0] + local[1] * local[1])
+        scale = 0.0 if flat < _EPSILON else body[B_HALF] / flat
+        x, y = scale * local[0], scale * local[1]
+        z = 0.0 if abs(local[2]) < _EPSILON else body[B_HALF + 1]
+        z = -z if local[2] < 0.0 else z
+        for k in range(3):
+            row = B_ROTATION + 3 * k
+            vertex[3 + 3 * i + k] = body[B_CENTRE + k]
+            vertex[3 + 3 * i + k] += body[row] * x + body[row + 1] * y + body[row + 2] * z
+    for k in range(3):
+        vertex[k] = vertex[3 + k] - vertex[6 + k]
+
+
+@njit(cache=True)
+def _dot(a: Array, b: Array) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@njit(cache=True)
+def _normalize(a: Array) -> None:
+    length = math.sqrt(_dot(a, a))
+    for k in range(3):
+        a[k] /= length
+
+
+@njit(cache=True)
+def _portal_direction(portal: Array, direction: Array) -> None:
+    """Unit vector across the portal's face, away from its inner point."""
+    first, second = np.empty(3), np.empty(3)
+    for k in range(3):
+        first[k] = portal[2, k] - portal[1, k]
+        second[k] = portal[3, k] - portal[1, k]
+    _cross(first, second, direction)
+    _normalize(direction)
+
+
+@njit(cache=True)
+def _expand_portal(portal: Array, vertex: Array) -> None:
+    """Replace that corner of the portal's face behind which the ray to the origin does not pass."""
+    across = np.empty(3)
+    _cross(vertex[:3], portal[0, :3], across)
+    if _dot(portal[1], across) > 0.0:
+        place = 1 if _dot(portal[2], across) > 0.0 else 3
+    else:
+        place = 2 if _dot(portal[3], across) > 0.0 else 1
+    portal[place] = vertex
+
+
+@njit(cache=True)
+def _is_at_surface(portal: Array, vertex: Array, direction: Array) -> bool:
+    """Whether a farther point along a direction is not farther than the portal's face."""
+    nearest = INFINITE
+    for i in range(1, 4):
+        nearest = min(nearest, _dot(vertex, direction) - _dot(portal[i], direction))
+    return nearest <= MPR_TOLERANCE
+
+
+@njit(cache=True)
+def _find_portal(one: Array, two: Array, portal: Array) -> int:
+    """A tetrahedron in the Minkowski difference of two cylinders, from its inner point (row 0)
+    with a face that the ray to the origin passes.
+
+    Returns:
+        0; 1: the origin is on the line from the inner point to row 1; -1: they are apart.
+    """
+    direction, first, second = np.empty(3), np.empty(3), np.empty(3)
+    for k in range(3):
+        portal[0, 3 + k], portal[0, 6 + k] = one[B_CENTRE + k], two[B_CENTRE + k]
+        portal[0, k] = one[B_CENTRE + k] - two[B_CENTRE + k]
+    if abs(portal[0, 0]) + abs(portal[0, 1]) + abs(portal[0, 2]) < _EPSILON:
+        portal[0, 0] += 10.0 * _EPSILON
+    for k in range(3):
+        direction[k] = -portal[0, k]
+    _normalize(direction)
+    _support(one, two, direction, portal[1])
+    if _dot(portal[1], direction) < _EPSILON:
+        return -1
+    _cross(portal[0, :3], portal[1, :3], direction)
+    if _dot(direction, direction) < _EPSILON:
+        return 1
+    _normalize(direction)
+    _support(one, two, direction, portal[2])
+    if _dot(portal[2], direction) < _EPSILON:
+        return -1
+    for k in range(3):
+        first[k], second[k] = portal[1, k] - portal[0, k], portal[2, k] - portal[0, k]
+    _cross(first, second, direction)
+    _normalize(direction)
+    if _dot(direction, portal[0]) > 0.0:
+        for k in range(9):
+            portal[1, k], portal[2, k] = portal[2, k], portal[1, k]
+        for k in range(3):
+            direction[k] = -direction[k]
+    for _ in range(MPR_ITERATIONS):
+        _support(one, two, direction, portal[3])
+        if _dot(portal[3], direction) < _EPSILON:
+            return -1
+        _cross(portal[1, :3], portal[3, :3], first)
+        replaced = 2 if _dot(first, portal[0]) <= -_EPSILON else 0
+        if replaced == 0:
+            _cross(portal[3, :3], portal[2, :3], first)
+            replaced = 1 if _dot(first, portal[0]) <= -_EPSILON else 0
+        if replaced == 0:
+            return 0
+        portal[replaced] = portal[3]
+        for k in range(3):
+            first[k], second[k] = portal[1, k] - portal[0, k], portal[2, k] - portal[0, k]
+        _cross(first, second, direction)
+        _normalize(direction)
+    return -1
+
+
+@njit(cache=True)
+def _cylinder_with_cylinder(one: Array, two: Array, points: Array, normal: Array) -> int:
+    """Contact of two cylinders by Minkowski portal refinement, as _cylinder_with_box().
+
+    Source: G. Snethen, "XenoCollide" (Game Programming Gems 7, 2008), with the tolerances of
+    libccd, which ODE asks.
+    """
+    portal, vertex, direction = np.empty((4, 9)), np.empty(9), np.empty(3)
+    corners, weights = np.empty(9), np.empty(4)
+    found = _find_portal(one, two, portal)
+    if found < 0:
+        return 0
+    if found == 1:  # the deepest point is known
+        depth = math.sqrt(_dot(portal[1], portal[1]))
+        for k in range(3):
+            points[0, k] = 0.5 * (portal[1, 3 + k] + portal[1, 6 + k])
+            normal[k] = -portal[1, k] / depth if depth > 0.0 else 0.0
+        points[0, 3] = depth
+        return 1
+    is_inside = False
+    for _ in range(2 * MPR_ITERATIONS):
+        _portal_direction(portal, direction)
+        is_inside = is_inside or _dot(direction, portal[1]) > -_EPSILON
+        _support(one, two, direction, vertex)
+        if not is_inside and _dot(vertex, direction) < -_EPSILON:
+            return 0
+        if _is_at_surface(portal, vertex, direction):
+            break
+        _expand_portal(portal, vertex)
+    if not is_inside:
+        return 0
+    for i in range(3):
+        corners[3 * i : 3 * i + 3] = portal[1 + i, :3]
+    origin = np.zeros(3)
+    _closest(origin, corners, vertex[:3])
+    points[0, 3] = math.sqrt(_dot(vertex, vertex))
+    for k in range(3):
+        normal[k] = -vertex[k] / points[0, 3] if points[0, 3] >= _EPSILON else 0.0
+    _portal_weights(portal, direction, weights)
+    for k in range(3):
+        points[0, k] = 0.0
+        for i in range(4):
+            points[0, k] += 0.5 * weights[i] * (portal[i, 3 + k] + portal[i, 6 + k])
+    return 1
+
+
+@njit(cache=True)
+def _portal_weights(portal: Array, direction: Array, weights: Array) -> None:
+    """Barycentric coordinates (4,) of the origin in the portal."""
+    across = np.empty(3)
+    for i, (a, b, c) in enumerate(((1, 2, 3), (3, 2, 0), (0, 1, 3), (2, 1, 0))):
+        _cross(portal[a, :3], portal[b, :3], across)
+        weights[i] = _dot(across, portal[c])
+    total = weights[0] + weights[1] + weights[2] + weights[3]
+    if total < _EPSILON:
+        weights[0] = 0.0
+        for i, (a, b) in enumerate(((2, 3), (3, 1), (1, 2))):
+            _cross(portal[a, :3], portal[b, :3], across)
+            weights[1 + i] = _dot(across, direction)
+        total = weights[1] + weights[2] + weights[3]
+    for i in range(4):
+        weights[i] /= total
 
 
 @njit(cache=True)
@@ -1327,7 +1562,25 @@ def _face_points(one: Array, two: Array, found: Array, face: int, points: Array)
 
 
 @njit(cache=True)
-def _box_on_solid(
+def _box_with_box(one: Array, two: Array, points: Array, normal: Array) -> int:
+    """Contacts of two boxes: where edges meet, or corners of a face in the other's face, as
+    _cylinder_with_box()."""
+    found = np.empty(4)
+    code = _box_overlap(one, two, found)
+    for k in range(3):
+        normal[k] = -found[k]
+    if code < 0:
+        return 0
+    if code >= 6:
+        _edge_point(one, two, code, found, points)
+        return 1
+    if code < 3:
+        return _face_points(one, two, found, code, points)
+    return _face_points(two, one, normal, code - 3, points)
+
+
+@njit(cache=True)
+def _solid_contacts(
     step: float,
     n: int,
     s: int,
@@ -1339,47 +1592,46 @@ def _box_on_solid(
     owners: Array,
     work: Array,
 ) -> int:
-    """Contacts of a box with another: where edges meet, or corners of a face in the other's face;
-    the number of all then."""
-    one, two = scene.solids[scene.solid_of[s]], scene.solids[b]
-    found, points = np.empty(4), np.empty((16, 4))
-    code = _box_overlap(one, two, found)
-    if code < 0:
-        return n
-    count = 1
-    if code >= 6:
-        _edge_point(one, two, code, found, points)
-    elif code < 3:
-        count = _face_points(one, two, found, code, points)
+    """Contacts of a box, sphere or cylinder of a body with a solid; the number of all then."""
+    a = scene.solid_of[s]
+    one, two, kind, other = (
+        scene.solids[a],
+        scene.solids[b],
+        scene.solid_kinds[a],
+        scene.solid_kinds[b],
+    )
+    points, normal, sign = np.empty((16, 4)), np.empty(3), 1.0
+    if kind == BOX and other != BOX or kind == SPHERE and other == CYLINDER:
+        one, two, kind, other, sign = two, one, other, kind, -1.0
+    if kind == BOX:
+        count = _box_with_box(one, two, points, normal)
+    elif kind == SPHERE:
+        if other == BOX:
+            count = _sphere_with_box(one, two, points, normal)
+        else:
+            count = _sphere_with_sphere(one, two, points, normal)
+    elif other == BOX:
+        count = _cylinder_with_box(one, two, points, normal)
+    elif other == SPHERE:
+        count = _cylinder_with_sphere(one, two, points, normal)
     else:
-        for k in range(3):
-            found[k] = -found[k]
-        count = _face_points(two, one, found, code - 3, points)
-        for k in range(3):
-            found[k] = -found[k]
-    for i in range(count):
-        if n >= len(contacts):
-            break
-        _add_contact(step, n, contacts, owners, bodies, scene.shapes, s, scene.faces, b, body,
-                     points[i, :3], points[i, 3], work)  # fmt: skip
-        for k in range(3):
-            contacts[n, C_NORMAL + k] = -found[k]
-        owners[n, 2], owners[n, 3] = -1, scene.boxes_of[b]
-        n += 1
-    return n
+        sign = -1.0  # what was there first is the first, whose way to the contact differs
+        count = _cylinder_with_cylinder(two, one, points, normal)
+    return _add_points(step, n, points, count, normal, sign, s, body, scene.faces, b,
+                       scene.boxes_of[b], bodies, scene, contacts, owners, work)  # fmt: skip
 
 
 @njit(cache=True)
 def _place_solids(bodies: Array, scene: Scene, work: Array) -> None:
     """Put the solids of bodies, and their directions of friction, where they are."""
+    across = np.empty(3)
     for s in range(len(scene.solid_of)):
         b = scene.solid_of[s]
         if b < 0:
             continue
-        body, shape = scene.carriers[b], scene.shapes[s]
+        body, shape = scene.kinds[s, 0], scene.shapes[s]
         turn, solid = work[body, W_R : W_R + 9], scene.solids[b]
         _rotate(turn, shape[G_OFFSET : G_OFFSET + 3], solid[B_CENTRE : B_CENTRE + 3])
-        across = np.empty(3)
         _rotate(shape[G_ROTATION : G_ROTATION + 9], shape[G_FDIR : G_FDIR + 3], across)
         _rotate(turn, across, scene.faces[b, P_FDIR : P_FDIR + 3])
         for i in range(3):
@@ -1403,114 +1655,21 @@ def _pair_contacts(
     owners: Array,
     work: Array,
 ) -> int:
-    """Contacts of two bodies, of which one has boxes and the other boxes, spheres or cylinders, or
-    both have spheres; the number of all then."""
+    """Contacts of two bodies of boxes, spheres and cylinders; the number of all then."""
     for s in range(scene.firsts[one + 1] - 1, scene.firsts[one] - 1, -1):
         box = scene.around[s]
         for t in range(scene.firsts[two + 1] - 1, scene.firsts[two] - 1, -1):
             if n + 16 > len(contacts) or not _overlap(box[:3], box[3:], scene.around[t]):
                 continue
             first = n
-            if scene.kinds[t, 1] == BOX:
-                n = _on_solid(step, n, s, scene.solid_of[t], one, bodies, scene, contacts, owners,
-                              work)  # fmt: skip
-            elif scene.kinds[s, 1] == BOX:
-                n = _on_solid(step, n, t, scene.solid_of[s], two, bodies, scene, contacts, owners,
-                              work)  # fmt: skip
-            else:
-                n = _sphere_on_sphere(step, n, s, t, one, two, bodies, scene, contacts, owners,
-                                      work)  # fmt: skip
+            n = _solid_contacts(step, n, s, scene.solid_of[t], one, bodies, scene, contacts, owners,
+                                work)  # fmt: skip
             for i in range(first, n):
-                owners[i, 1] = two if owners[i, 0] == one else one
-                owners[i, 3] = -1
+                owners[i, 1] = two
                 contacts[i, C_MAX] = min(bodies[one, MAX_VEL], bodies[two, MAX_VEL])
                 left = min(bodies[one, MIN_DEPTH], bodies[two, MIN_DEPTH])
-                contacts[i, C_DEPTH] += bodies[owners[i, 0], MIN_DEPTH] - left
+                contacts[i, C_DEPTH] += bodies[one, MIN_DEPTH] - left
     return n
-
-
-@njit(cache=True)
-def _on_solid(
-    step: float,
-    n: int,
-    s: int,
-    b: int,
-    body: int,
-    bodies: Array,
-    scene: Scene,
-    contacts: Array,
-    owners: Array,
-    work: Array,
-) -> int:
-    """Contacts of a box, sphere or cylinder with a solid; the number of all then."""
-    centre, turn, kind = np.empty(3), np.empty(9), scene.kinds[s, 1]
-    if kind == BOX:
-        return _box_on_solid(step, n, s, b, body, bodies, scene, contacts, owners, work)
-    _place_shape(s, body, bodies, scene, work, centre, turn)
-    if kind == SPHERE:
-        return _sphere_on_solid(step, n, s, b, centre, body, bodies, scene, contacts, owners, work)
-    return _cylinder_on_solid(step, n, s, b, centre, turn, body, bodies, scene, contacts, owners,
-                              work)  # fmt: skip
-
-
-@njit(cache=True)
-def _place_shape(
-    s: int, body: int, bodies: Array, scene: Scene, work: Array, centre: Array, turn: Array
-) -> None:
-    """Where a shape's centre is, and its rotation."""
-    _rotate(work[body, W_R : W_R + 9], scene.shapes[s, G_OFFSET : G_OFFSET + 3], centre)
-    for i in range(3):
-        centre[i] += bodies[body, POS + i]
-        for j in range(3):
-            total = 0.0
-            for k in range(3):
-                total += work[body, W_R + 3 * i + k] * scene.shapes[s, G_ROTATION + 3 * k + j]
-            turn[3 * i + j] = total
-
-
-@njit(cache=True)
-def _sphere_on_sphere(
-    step: float,
-    n: int,
-    s: int,
-    t: int,
-    one: int,
-    two: int,
-    bodies: Array,
-    scene: Scene,
-    contacts: Array,
-    owners: Array,
-    work: Array,
-) -> int:
-    """Contact of two spheres, halfway between their surfaces; the number of all then."""
-    centre, other, turn, point = np.empty(3), np.empty(3), np.empty(9), np.empty(3)
-    _place_shape(s, one, bodies, scene, work, centre, turn)
-    _place_shape(t, two, bodies, scene, work, other, turn)
-    distance, first, second = 0.0, scene.shapes[s, G_SIZE], scene.shapes[t, G_SIZE]
-    for k in range(3):
-        point[k] = centre[k] - other[k]
-        distance += point[k] * point[k]
-    distance = math.sqrt(distance)
-    if distance > first + second:
-        return n
-    if distance <= 0.0:
-        point[0], distance = 1.0, 1.0
-    normal = point / distance
-    for k in range(3):
-        point[k] = centre[k] + normal[k] * 0.5 * (second - first - distance)
-    # the surface of t, whose direction of friction turns with it
-    face = np.zeros((1, P_COLUMNS))
-    face[0, P_MU:] = scene.shapes[t, G_MU:]
-    across = np.empty(3)
-    _rotate(scene.shapes[t, G_ROTATION : G_ROTATION + 9],
-            scene.shapes[t, G_FDIR : G_FDIR + 3], across)  # fmt: skip
-    _rotate(work[two, W_R : W_R + 9], across, face[0, P_FDIR : P_FDIR + 3])
-    _add_contact(step, n, contacts, owners, bodies, scene.shapes, s, face, 0, one, point,
-                 first + second - distance, work)  # fmt: skip
-    for k in range(3):
-        contacts[n, C_NORMAL + k] = normal[k]
-    owners[n, 2] = -1
-    return n + 1
 
 
 @njit(cache=True)
@@ -1562,9 +1721,7 @@ def _still_contacts(
 
     A triangle counts only in front of it.
     """
-    turn, kind, at = np.empty(9), scene.kinds[s, 1], np.empty(3)
-    low, high = scene.around[s, :3], scene.around[s, 3:]
-    _place_shape(s, body, bodies, scene, work, at, turn)
+    kind, low, high = scene.kinds[s, 1], scene.around[s, :3], scene.around[s, 3:]
     first, last_mesh = n, -1
     for i in range(len(scene.covers)):
         if not _overlap(low, high, scene.covers[i]):
@@ -1581,8 +1738,8 @@ def _still_contacts(
                 if n + 16 > len(contacts):
                     break
                 if not meshes:
-                    n = _on_solid(step, n, s, t, body, bodies, scene, contacts, owners,
-                                  work)  # fmt: skip
+                    n = _solid_contacts(step, n, s, t, body, bodies, scene, contacts, owners,
+                                        work)  # fmt: skip
                     continue
                 height = -scene.slopes[t, P_PLANE + 3]
                 for k in range(3):
@@ -1593,11 +1750,11 @@ def _still_contacts(
                     n = _thin_out(first, n, contacts, owners) if kind == CYLINDER else n
                     first, last_mesh = n, scene.meshes[t]
                 if kind == SPHERE:
-                    n = _sphere_on_triangle(step, n, s, t, centre, body, bodies, scene, contacts,
-                                            owners, work)  # fmt: skip
+                    n = _sphere_on_triangle(step, n, s, t, body, bodies, scene, contacts, owners,
+                                            work)  # fmt: skip
                 else:
-                    n = _cylinder_on_triangle(step, n, s, t, centre, turn, body, bodies, scene,
-                                              contacts, owners, work)  # fmt: skip
+                    n = _cylinder_on_triangle(step, n, s, t, body, bodies, scene, contacts,
+                                              owners, work)  # fmt: skip
     if meshes and kind == CYLINDER:
         n = _thin_out(first, n, contacts, owners)
     return n
