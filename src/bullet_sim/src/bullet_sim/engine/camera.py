@@ -27,12 +27,12 @@ class PyBulletCamera:
     def __init__(self, engine: Engine, kind: str = "auto") -> None:
         if kind not in ("auto", "egl", "tiny"):
             raise RenderError(f"renderer is '{kind}', must be auto, egl or tiny")
-        self._client, plugin = engine.client, -1
+        self._engine, plugin = engine, -1
         found = None if kind == "tiny" else importlib.util.find_spec("eglRenderer")
         if found:
             with silenced():
                 plugin = p.loadPlugin(
-                    found.origin, "_eglRendererPlugin", physicsClientId=self._client
+                    found.origin, "_eglRendererPlugin", physicsClientId=self._engine.client
                 )
         if plugin < 0 and kind == "egl":
             raise RenderError("the EGL renderer does not load: is libegl1 installed?")
@@ -46,7 +46,7 @@ class PyBulletCamera:
             viewMatrix=view,
             projectionMatrix=projection,
             renderer=p.ER_TINY_RENDERER,
-            physicsClientId=self._client,
+            physicsClientId=self._engine.client,
         )
         return np.asarray(image[4], dtype=np.int64).reshape(height, width)
 
@@ -75,7 +75,7 @@ class PyBulletCamera:
             lightDirection=(0.5, 0.4, 1.0),
             renderer=p.ER_TINY_RENDERER if self.kind == "tiny" else p.ER_BULLET_HARDWARE_OPENGL,
             flags=p.ER_NO_SEGMENTATION_MASK,
-            physicsClientId=self._client,
+            physicsClientId=self._engine.client,
         )
         rgba = np.asarray(image[2], dtype=np.uint8).reshape(height, width, 4)
         depth = np.asarray(image[3], dtype=np.float32).reshape(height, width)

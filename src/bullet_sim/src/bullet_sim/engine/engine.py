@@ -110,7 +110,7 @@ class Engine:
         self.solver_iterations = int(solver_iterations)
         self._flags = _FLAGS if draw else _FLAGS | p.URDF_IGNORE_VISUAL_SHAPES
         with silenced():
-            self.client: int = p.connect(p.DIRECT)
+            self._client: int = p.connect(p.DIRECT)
         self.ode: OdeSolver | None = None
         self.set_contact_breaking(CONTACT_BREAKING)
         self._configure()
@@ -118,6 +118,16 @@ class Engine:
             from bullet_sim.engine import ode  # numba takes a while
 
             self.ode = ode.OdeSolver(self)
+
+    @property
+    def client(self) -> int:
+        """PyBullet's number of this engine, whose bodies are where the solver has them."""
+        self._sync()
+        return self._client
+
+    def _sync(self) -> None:
+        if self.ode is not None:
+            self.ode.sync()
 
     def _configure(self) -> None:
         self.movable: dict[int, list[int]] = {}
@@ -132,6 +142,7 @@ class Engine:
         self._asleep: dict[int, tuple[Vec3, Quat]] = {}  # bodies that sleep, their poses
         self._saved: dict[int, dict[str, Any]] = {}  # what the solver has of save_state's copies
         self.rays = RayCaster(self.client, self.free)
+        self.rays.sync = self._sync
         self.rays.moving = lambda: None if self.ode is None else self.ode.moving_shapes()
         self.states = BodyStates(self)
         p.setTimeStep(self.time_step, physicsClientId=self.client)
@@ -147,9 +158,9 @@ class Engine:
 
     def close(self) -> None:
         """Disconnect; the engine is not usable afterwards."""
-        if self.client >= 0:
-            p.disconnect(physicsClientId=self.client)
-            self.client = -1
+        if self._client >= 0:
+            p.disconnect(physicsClientId=self._client)
+            self._client = -1
 
     def clear(self) -> None:
         """Remove every body and return to the state of a new engine."""

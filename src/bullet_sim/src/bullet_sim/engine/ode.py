@@ -2,7 +2,7 @@
 
 PyBullet loads the bodies, casts rays and finds the contacts of all pairs of shapes but those with
 planes, for which ODE's own points matter. What moves is numbers in arrays here (see quickstep.py),
-which are copied into PyBullet after each call of step().
+which are copied into PyBullet when somebody asks it.
 """
 
 import math
@@ -106,6 +106,7 @@ class OdeSolver:
         self._engine = engine
         self.configure(OdeSettings())
         self._client = engine.client
+        self._is_ahead = False  # PyBullet's bodies are where they were
         self._files: dict[tuple[Any, ...], Array] = {}  # vertices, and triangles, of meshes
         self._traced: dict[tuple[Any, ...], tuple[Triangles, Array, float]] = {}
         self.clear()
@@ -132,6 +133,7 @@ class OdeSolver:
 
     def clear(self) -> None:
         """All bodies are gone."""
+        self._is_ahead = False
         self._parts: dict[int, Part] = {}
         self._still: dict[int, Still] = {}
         self._unread: set[int] = set()  # bodies whose state PyBullet has
@@ -595,11 +597,16 @@ class OdeSolver:
             row[q.VEL : q.VEL + 3] = np.add(velocity, np.cross(spin, arm))
             row[q.VEL + 3 : q.VEL + 6] = spin
 
-    def copy_to_bullet(self) -> None:
-        """Put PyBullet's bodies where they are here."""
+    def sync(self) -> None:
+        """Put PyBullet's bodies where they are here, if they have moved since."""
+        if self._is_ahead:
+            self._copy_to_bullet()
+
+    def _copy_to_bullet(self) -> None:
+        self._is_ahead = False
         client, engine = self._client, self._engine
         for body, part in self._parts.items():
-            if part.may_sleep and self._is_resting(part):
+            if body in self._unread or part.may_sleep and self._is_resting(part):
                 continue
             if not np.isfinite(self._rows(part)[:, : q.PLACE]).all():
                 nowhere = [math.nan] * 3  # it is told by its velocity, and stays where it was
@@ -667,7 +674,7 @@ class OdeSolver:
         self._sleepers = state["sleepers"]
         self._resting.clear()
         self._result[0] = 0
-        self.copy_to_bullet()
+        self._is_ahead = True
 
     # steps --------------------------------------------------------------------------------------
     def step(self, count: int) -> None:
@@ -680,9 +687,8 @@ class OdeSolver:
             given = self._find() if self._always else -1
             count -= self._advance(1 if given >= 0 else count, given, gravity)
             if count > 0 and self._watch and not self._always:
-                self.copy_to_bullet()
                 count -= self._advance(1, self._find(), gravity)
-        self.copy_to_bullet()
+        self._is_ahead = True
 
     def _advance(self, count: int, given: int, gravity: Array) -> int:
         done = q.advance(
@@ -723,7 +729,7 @@ class OdeSolver:
 
     def _find(self) -> int:
         """Contacts that PyBullet finds, into the first rows; their number."""
-        self.copy_to_bullet()
+        self._copy_to_bullet()
         p.performCollisionDetection(physicsClientId=self._client)
         self._others = list(self._solid_bodies)
         n = 0

@@ -197,45 +197,46 @@ class RayShape:
     radius: float
     triangles: Triangles | None = None
 
-    def cast(self, centre: Array, directions: Array, start: float, end: float) -> Array:
-        """Distances (n,) [m] of the hits between two distances; inf: none, also if a ray starts
-        inside (not of a mesh, which is a surface).
 
-        Args:
-            centre: (3,) from which the rays come, in the shape's frame.
-            directions: (n, 3) unit vectors, too.
-        """
-        if self.triangles is not None:
-            return self.triangles.cast(centre, directions, start, end)[0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            if self.kind == "box":
-                enter, leave = _slab(centre, directions, self.size)
-            elif self.kind == "sphere":
-                enter, leave = _round(centre, directions, self.size[0])
-            else:
-                enter, leave = _round(centre[:2], directions[:, :2], self.size[0])
-                low, high = _slab(centre[2:], directions[:, 2:], self.size[1:2])
-                enter, leave = np.maximum(enter, low), np.minimum(leave, high)
-        found = (enter <= leave) & (enter >= start) & (enter <= end)
-        return np.where(found, enter, np.inf)
+def _enter_and_leave(
+    kind: str, centres: Array, directions: Array, sizes: Array
+) -> tuple[Array, Array]:
+    """Distances (n,) at which each ray enters and leaves a shape; it misses if they are not in
+    this order.
+
+    Args:
+        centres: (n, 3) where the rays begin, in the frames of the shapes.
+        directions: (n, 3) unit vectors, there, too.
+        sizes: (n, 3) of the shapes.
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if kind == "box":
+            return _slab(centres, directions, sizes)
+        if kind == "sphere":
+            return _round(centres, directions, sizes[:, 0])
+        enter, leave = _round(centres[:, :2], directions[:, :2], sizes[:, 0])
+        low, high = _slab(centres[:, 2:], directions[:, 2:], sizes[:, 1:2])
+        return np.maximum(enter, low), np.minimum(leave, high)
 
 
-def _slab(centre: Array, directions: Array, half: Array) -> tuple[Array, Array]:
+def _slab(centres: Array, directions: Array, half: Array) -> tuple[Array, Array]:
     """Distances (n,) at which rays enter and leave all slabs |x_i| <= half_i."""
-    first, second = (-half - centre) / directions, (half - centre) / directions
+    first, second = (-half - centres) / directions, (half - centres) / directions
     # a ray along a slab: always in it (nan: at its edge) or never
     enter = np.fmax.reduce(np.fmin(first, second), axis=1)
     return enter, np.fmin.reduce(np.fmax(first, second), axis=1)
 
 
-def _round(centre: Array, directions: Array, radius: float) -> tuple[Array, Array]:
-    """Distances (n,) at which rays enter and leave a circle or sphere around the origin."""
+def _round(centres: Array, directions: Array, radius: Array) -> tuple[Array, Array]:
+    """Distances (n,) at which rays enter and leave circles or spheres around the origin."""
     square = np.einsum("ij,ij->i", directions, directions)
-    half, rest = directions @ centre, centre @ centre - radius * radius
+    half = np.einsum("ij,ij->i", directions, centres)
+    rest = np.einsum("ij,ij->i", centres, centres) - radius * radius
     root = np.sqrt(half * half - square * rest)  # nan: it passes
     enter, leave = (-half - root) / square, (-half + root) / square
     along = square == 0.0  # a cylinder's axis
-    enter[along], leave[along] = (-np.inf, np.inf) if rest <= 0.0 else (np.inf, -np.inf)
+    enter[along] = np.where(rest[along] <= 0.0, -np.inf, np.inf)
+    leave[along] = -enter[along]
     return enter, leave
 
 
@@ -253,6 +254,9 @@ class RayShapes:
         self._places = np.reshape([shape.place for shape in shapes], (-1, 3, 1))
         self._turns = np.reshape([shape.turn for shape in shapes], (-1, 3, 3))
         self._radii = np.array([shape.radius for shape in shapes], float)
+        self._sizes = np.reshape([shape.size for shape in shapes], (-1, 3))
+        self._kinds = np.array([shape.kind for shape in shapes], str)
+        self._owners = np.array([shape.body for shape in shapes], int)
 
     def __len__(self) -> int:
         return len(self._shapes)
@@ -279,19 +283,35 @@ class RayShapes:
         own: int | None,
         look_near: bool,
     ) -> Array:
-        """As RayCaster.sweep."""
+        """As RayCaster.sweep; a ray that begins inside a shape does not meet it, but a mesh, which
+        is a surface."""
         ranges = np.full(len(directions), np.inf)
         low, high = self._centres - self._radii[:, None], self._centres + self._radii[:, None]
         shapes = np.flatnonzero(((high >= box[0]) & (low <= box[1])).all(axis=1))
         way = self._centres[shapes] - centre
         square = np.einsum("ij,ij->i", way, way) - self._radii[shapes] ** 2
         met = (directions @ way.T >= np.sqrt(np.maximum(square, 0.0))) | (square <= 0.0)
-        for i in np.flatnonzero(met.any(axis=0)).tolist():
-            shape, frame = self._shapes[shapes[i]], self._frames[shapes[i]]
-            rays = np.flatnonzero(met[:, i])
-            start = 0.0 if look_near and shape.body != own else near
-            found = shape.cast(-way[i] @ frame, directions[rays] @ frame, start, far)
-            ranges[rays] = np.minimum(ranges[rays], found)
+        rays, columns = np.nonzero(met)
+        numbers = shapes[columns]
+        starts = np.where((self._owners == own) | (not look_near), near, 0.0)
+        for kind in np.unique(self._kinds[shapes]).tolist():
+            if kind == "mesh":
+                continue
+            these = np.flatnonzero(self._kinds[numbers] == kind)
+            at, ray = numbers[these], rays[these]
+            frames = self._frames[at]
+            centres = np.einsum("ni,nij->nj", -way[columns[these]], frames)
+            vectors = np.einsum("ni,nij->nj", directions[ray], frames)
+            enter, leave = _enter_and_leave(kind, centres, vectors, self._sizes[at])
+            found = (enter <= leave) & (enter >= starts[at]) & (enter <= far)
+            np.minimum.at(ranges, ray[found], enter[found])
+        for column in np.flatnonzero(self._kinds[shapes] == "mesh").tolist():
+            number = shapes[column]
+            ray, triangles = np.flatnonzero(met[:, column]), self._shapes[number].triangles
+            if len(ray) and triangles is not None:
+                frame, start = self._frames[number], float(starts[number])
+                hits = triangles.cast(-way[column] @ frame, directions[ray] @ frame, start, far)
+                ranges[ray] = np.minimum(ranges[ray], hits[0])
         if look_near:
             ranges[ranges < near] = -np.inf
         return ranges
@@ -455,12 +475,14 @@ class RayCaster:
     Attributes:
         scenery: what never moves.
         moving: gives what moves, where it is now; None: PyBullet casts at all of that.
+        sync: puts PyBullet's bodies where they are.
     """
 
     def __init__(self, client: int, free: set[int]) -> None:
         self._client, self._free = client, free
         self.scenery = Scenery(client)
         self.moving: Callable[[], RayShapes | None] = lambda: None
+        self.sync: Callable[[], None] = lambda: None
 
     def cast(self, origins: Any, targets: Any, mask: int = _ALL) -> tuple[Array, Array]:
         """Cast rays between points (n, 3) of the world frame at what has a group of the mask.
@@ -468,6 +490,7 @@ class RayCaster:
         Returns:
             fractions (n,) of the way to the first hit, 1.0 for a miss; bodies (n,), -1: miss.
         """
+        self.sync()
         hits: list[tuple[Any, ...]] = []
         limit = p.MAX_RAY_INTERSECTION_BATCH_SIZE
         origins, targets = np.asarray(origins), np.asarray(targets)
@@ -575,6 +598,7 @@ class RayCaster:
         """
         overlapping: Any = ()
         if p.getNumBodies(physicsClientId=self._client) > len(self.scenery) + len(known):
+            self.sync()
             overlapping = p.getOverlappingObjects(*map(tuple, box), physicsClientId=self._client)
         for body, link in sorted(set(overlapping or ())):
             if body not in self.scenery and body not in known:

@@ -50,8 +50,12 @@ class BodyStates:
     """
 
     def __init__(self, engine: "Engine") -> None:
-        self._engine, self._client = engine, engine.client
+        self._engine = engine
         self.layout = 0
+
+    @property
+    def _client(self) -> int:
+        return self._engine.client
 
     def save(self, clear: bool = False) -> BodiesState:
         """Save the state of all bodies.
