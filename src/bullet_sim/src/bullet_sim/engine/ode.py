@@ -142,6 +142,7 @@ class OdeSolver:
         self._filtered: dict[tuple[int, int], int] = {}  # (body, link) -> collide_bitmask
         self._ghosts: set[int] = set()
         self._sleepers: dict[tuple[int, int], list[_Contact]] = {}  # their contacts
+        self._noted = b""  # rows of these
         self._resting: set[int] = set()  # bodies that sleep where PyBullet has them
         self._build_arrays([])
 
@@ -301,6 +302,8 @@ class OdeSolver:
             **ground,
         )
         self._moving: RayShapes | None = None
+        self._noted = b""
+        self._surfaces: dict[Any, tuple[Array, int | None, Array]] = {}  # of pairs of links
         self._build_workspace()
         self._sort()
 
@@ -671,7 +674,7 @@ class OdeSolver:
             self._joint_rows(part)[:, moving] = state["joints"][body][:, moving]
         self._sort()
         self._unread.clear()
-        self._sleepers = state["sleepers"]
+        self._sleepers, self._noted = state["sleepers"], b""
         self._resting.clear()
         self._result[0] = 0
         self._is_ahead = True
@@ -704,7 +707,11 @@ class OdeSolver:
 
     def _note_sleepers(self) -> None:
         """Retain the contacts of bodies that have fallen asleep, drop those of what woke."""
-        asleep = {self._owner[row] for row in np.flatnonzero(self.bodies[:, q.ASLEEP])}
+        rows = np.flatnonzero(self.bodies[:, q.ASLEEP])
+        if len(rows) == len(self._sleepers) and rows.tobytes() == self._noted:
+            return
+        self._noted = rows.tobytes()
+        asleep = {self._owner[row] for row in rows}
         if asleep == self._sleepers.keys():
             return
         found = self._found_contacts()
@@ -753,9 +760,12 @@ class OdeSolver:
             if n >= 64 * _MOST_POINTS:
                 break
             row = self._contacts[n]
+            row[:], turning, direction = self._surface_of_pair((one, link_one), (two, link_two))
             row[q.C_POINT : q.C_POINT + 3], row[q.C_NORMAL : q.C_NORMAL + 3] = at, normal
-            self._set_surface(row, (one, link_one), first, (two, link_two), second)
-            row[q.C_DEPTH] = -distance - self.bodies[first, q.MIN_DEPTH]
+            if turning is not None:
+                orientation: Any = self.bodies[turning, q.QUAT : q.QUAT + 4]
+                row[q.C_FDIR : q.C_FDIR + 3] = matrix_from_quaternion(orientation) @ direction
+            row[q.C_DEPTH] -= distance
             self._owners[n] = first, -1 if second is None else second, -1, len(self._others)
             self._others.append((two, link_two))
             n += 1
@@ -770,8 +780,9 @@ class OdeSolver:
         scene, body = self._scene, self.bodies[row]
         needed = q.SOLIDS if on_boxes else q.ALL
         own = slice(scene.firsts[row], scene.firsts[row + 1])
-        if (scene.knows[own] >= needed).all():
-            return True
+        known = scene.knows[own] >= needed
+        if known.all() or not known.any():
+            return bool(known.all())
         orientation: Any = body[q.QUAT : q.QUAT + 4]
         local = matrix_from_quaternion(orientation).T @ (np.asarray(point) - body[: q.QUAT])
         for s in range(own.start, own.stop):
@@ -797,27 +808,37 @@ class OdeSolver:
             return self._parts[body].link(self._pairs[key]).surface
         return self._still[body].link.surface if body in self._still else Surface()
 
-    def _set_surface(
-        self, row: Array, one: tuple[int, int], first: int, two: tuple[int, int], second: int | None
-    ) -> None:
-        mine, its = self._surface(one), self._surface(two)
-        row[q.C_MU : q.C_MU + 2] = np.minimum(_friction(mine), _friction(its))
-        row[q.C_ERP], row[q.C_CFM] = q.softness(
-            self._engine.time_step,
-            *(_stiffness(mine), _damping(mine)),
-            *(_stiffness(its), _damping(its)),
-        )
-        row[q.C_SLIP] = mine.slip1 + its.slip1
-        row[q.C_SLIP + 1] = mine.slip2 + its.slip2
-        row[q.C_MAX] = self.bodies[first, q.MAX_VEL]
-        if second is not None:
-            row[q.C_MAX] = min(row[q.C_MAX], self.bodies[second, q.MAX_VEL])
-        direction = np.zeros(3)
-        for surface, index in ((its, second), (mine, first)):
-            if surface.direction is not None and index is not None:
-                orientation: Any = self.bodies[index, q.QUAT : q.QUAT + 4]
-                direction = matrix_from_quaternion(orientation) @ np.asarray(surface.direction)
-        row[q.C_FDIR : q.C_FDIR + 3] = direction
+    def _surface_of_pair(
+        self, one: tuple[int, int], two: tuple[int, int]
+    ) -> tuple[Array, int | None, Array]:
+        """A contact's row of all that does not depend on where it is, the body with which its
+        direction of friction turns, and this direction; None: it has none.
+
+        Args:
+            one, two: (body, link); the first moves.
+        """
+        key = one, two, self._engine.time_step
+        if key not in self._surfaces:
+            first, second = self._pairs[one], self._pairs.get(two)
+            mine, its = self._surface(one), self._surface(two)
+            row = np.zeros(q.C_SIZE)
+            row[q.C_MU : q.C_MU + 2] = np.minimum(_friction(mine), _friction(its))
+            row[q.C_ERP], row[q.C_CFM] = q.softness(
+                self._engine.time_step,
+                *(_stiffness(mine), _damping(mine)),
+                *(_stiffness(its), _damping(its)),
+            )
+            row[q.C_SLIP] = mine.slip1 + its.slip1
+            row[q.C_SLIP + 1] = mine.slip2 + its.slip2
+            rows = [first] if second is None else [first, second]
+            row[q.C_MAX] = self.bodies[rows, q.MAX_VEL].min()
+            row[q.C_DEPTH] = -self.bodies[rows, q.MIN_DEPTH].min()
+            turning, direction = None, np.zeros(3)
+            for surface, index in ((its, second), (mine, first)):
+                if surface.direction is not None and index is not None:
+                    turning, direction = index, np.asarray(surface.direction)
+            self._surfaces[key] = row, turning, direction
+        return self._surfaces[key]
 
     # joints -------------------------------------------------------------------------------------
     def _joint(self, body: int, joint: int) -> Array:
