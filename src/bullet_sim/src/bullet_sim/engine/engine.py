@@ -379,6 +379,8 @@ class Engine:
 
     def base_pose(self, body: int) -> tuple[Vec3, Quat]:
         """World pose of the root link's frame."""
+        if self.ode is not None and (motion := self.ode.link_motion(body, -1)) is not None:
+            return motion[:2]
         position, orientation = p.getBasePositionAndOrientation(body, physicsClientId=self.client)
         return compose(position, orientation, *self._outward[body])
 
@@ -424,9 +426,13 @@ class Engine:
             position [m], quaternion, linear [m/s] of the frame's origin, angular [rad/s];
             velocities along world axes.
         """
-        centre, linear, angular, (position, orientation) = self.link_velocity(body, link)
-        if link < 0:
-            position, orientation = compose(position, orientation, *self._outward[body])
+        motion = None if self.ode is None else self.ode.link_motion(body, link)
+        if motion is not None:
+            position, orientation, centre, linear, angular = motion
+        else:
+            centre, linear, angular, (position, orientation) = self.link_velocity(body, link)
+            if link < 0:
+                position, orientation = compose(position, orientation, *self._outward[body])
         if offset is not None:
             position, orientation = compose(position, orientation, *offset)
         return position, orientation, velocity_at(position, centre, linear, angular), angular
@@ -450,6 +456,8 @@ class Engine:
 
     def link_motions(self, body: int, links: Sequence[int]) -> list[Motion]:
         """As link_motion, of several links of a body in one call of PyBullet."""
+        if self.ode is not None:
+            return [self.link_motion(body, link) for link in links]
         below = [link for link in links if link >= 0]
         states = (
             p.getLinkStates(
@@ -485,6 +493,8 @@ class Engine:
 
     def link_centre(self, body: int, link: int) -> Vec3:
         """Centre of mass [m] of a link in the world."""
+        if self.ode is not None and (motion := self.ode.link_motion(body, link)) is not None:
+            return motion[2]
         if link < 0:
             return p.getBasePositionAndOrientation(body, physicsClientId=self.client)[0]
         return p.getLinkState(body, link, computeForwardKinematics=1, physicsClientId=self.client)[

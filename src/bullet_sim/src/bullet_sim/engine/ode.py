@@ -26,7 +26,7 @@ from bullet_sim.engine.rays import (
     mesh_triangles,
 )
 from bullet_sim.errors import ModelError
-from bullet_sim.pose import Array, Pose, Vec3, compose, matrix_from_quaternion
+from bullet_sim.pose import Array, Pose, Quat, Vec3, compose, matrix_from_quaternion
 
 if TYPE_CHECKING:
     from bullet_sim.engine.engine import Engine
@@ -45,6 +45,7 @@ _UNKNOWN = 2.0  # [m] radius of shapes of other kinds
 _KINDS = {"sphere": q.SPHERE, "cylinder": q.CYLINDER, "box": q.BOX, "mesh": q.MESH}
 _MOST_POINTS = 10  # of a pair of shapes
 _IN_A_BOX = 16  # triangles
+_UNTURNED = (0.0, 0.0, 0.0, 1.0)
 _CLOSE = 0.002  # [m] between a contact that Bullet finds and the shape that it is with
 
 
@@ -278,6 +279,11 @@ class OdeSolver:
             order = self._engine.joint_names(part.body)
             place = {joint.name: part.first_joint + i for i, joint in enumerate(part.joints)}
             part.order = [place[name] for name in order]
+        self._inward = [  # from the centres of mass to the links' frames
+            tuple((-part.shapes.links[name].centre).tolist())
+            for part in parts
+            for name in part.names
+        ]
         self._owner, self._pairs = owner, {key: row for row, key in enumerate(owner)}
         self._sleepy = any(part.may_sleep for part in parts)
         self.bodies = _table(bodies, q.B_SIZE)
@@ -929,6 +935,19 @@ class OdeSolver:
         return force, torque + np.cross(centre, force), joint[q.MOTOR]
 
     # bodies -------------------------------------------------------------------------------------
+    def link_motion(self, body: int, link: int) -> tuple[Vec3, Quat, Vec3, Vec3, Vec3] | None:
+        """Position [m] and quaternion of a link's frame, its centre of mass [m], linear [m/s] and
+        angular velocity [rad/s] of that; None: PyBullet has them."""
+        if not self._is_built or body in self._unread or body not in self._parts:
+            return None
+        row = self._pairs.get((body, link))
+        if row is None:
+            return None
+        numbers = self.bodies[row, : q.PLACE].tolist()
+        x, y, z, *orientation = numbers[: q.VEL]
+        position, turned = compose((x, y, z), orientation, self._inward[row], _UNTURNED)
+        return position, turned, (x, y, z), tuple(numbers[q.VEL : q.VEL + 3]), tuple(numbers[-3:])
+
     def add_force(self, body: int, link: int, force: Vec3, point: Vec3, torque: Vec3) -> None:
         """A force at a world point and a torque act on a link in the next step."""
         self.refresh()
