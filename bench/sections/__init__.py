@@ -28,6 +28,7 @@ SECTIONS = {
     "learning": "actions a second of the learner's environments over bare stepping",
     "scenery": "images of 100 models with 500,000 triangles",
     "meshes": "a step with ten times the triangles far away",
+    "solver": "steps and scans with the solver ode over bullet's, in worlds that were slow",
     "web": "the page in a browser: pace with one page over none, its node's processor time",
 }
 

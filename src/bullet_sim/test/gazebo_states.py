@@ -57,6 +57,15 @@ BALLS = "".join(
 TILTED = BASE.replace("<collision><origin rpy=", '<collision><origin xyz="0.01 0 0" rpy=').replace(
     'rpy="0 0 0"/><geometry>', 'rpy="0.2 0.1 0.3"/><geometry>'
 )
+# an arm of two links that falls on the base, with which no joint connects it; it alone collides
+ARM_ON_BASE = (
+    link("upper", 0.3, 1e-3)
+    + joint("shoulder", "revolute", "base", "upper", "0 0 0.17",
+            more='<limit lower="0" upper="0.001" effort="10" velocity="1"/>')
+    + link("fore", 0.4, 2e-3, '<box size="0.3 0.04 0.04"/>', centre="0.1 0 0")
+    + joint("elbow", "continuous", "upper", "fore", "-0.1 0.02 0")
+    + tags("fore", selfCollide="true")
+)  # fmt: skip
 WEAK = '<limit effort="0.5" velocity="1"/><dynamics friction="0.05" damping="0.01"/>'
 WHEELS = "".join(wheel(name, *place) for name, place in CORNERS.items())
 
@@ -222,6 +231,7 @@ ROBOTS |= {
     "spheres push a can": (robot(BASE, BALLS), 0.12, turn(left=5.0, at=330)),
     "spheres against a ball": (robot(BASE, BALLS), 0.12, turn(left=5.0)),
     "a chassis against a post": (robot(BASE, WHEELS), 0.12, turn(left=5.0)),
+    "one link that collides with its model": (robot(BASE, WHEELS, ARM_ON_BASE), 0.12, []),
     "a tilted box falls on a crate": (robot(TILTED), 0.4, []),
     "a tilted box on a box": (robot(TILTED), 0.12, []),
 }  # fmt: skip

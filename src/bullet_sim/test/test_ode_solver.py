@@ -337,6 +337,26 @@ def test_self_collision_is_looked_for_only_when_it_may_happen(world, monkeypatch
     assert abs(states[right][1]) < 0.1
 
 
+@pytest.mark.parametrize("shape", ['<box size="0.1 0.1 0.8"/>', '<sphere radius="0.3"/>'])
+def test_a_fixed_base_does_not_touch_its_own_arm(world, shape):
+    """A pendulum that begins within the base swings freely."""
+    text = robot(
+        '<link name="world"/>',
+        joint("held", "fixed", "world", "base", "0 0 2"),
+        link("base", 5.0, inertia=0.1, shape='<box size="0.4 0.4 0.4"/>'),
+        joint("pivot", "continuous", "base", "arm"),
+        link("arm", 1.0, "0 0 -0.3", 0.01, shape),
+    )
+    arm = spawn(world, text)
+    world.engine.set_joint_positions(arm.body, [0.2])
+    swings = [world.engine.joint_positions(arm.body)[0]]
+    for _ in range(120):
+        world.step(10)
+        swings.append(world.engine.joint_positions(arm.body)[0])
+    assert min(swings) == pytest.approx(-0.2, abs=5e-3)
+    assert not world.engine.touching(arm.body)
+
+
 def fields(height, size=6.0, count=61):
     """A mesh of `count` corners along each side, height(x, y) above the ground."""
     along = np.linspace(-size, size, count)

@@ -1,8 +1,8 @@
 """Steps of an engine made as Gazebo's ODE makes them; PyBullet has the shapes.
 
-PyBullet loads the bodies, casts rays and finds the contacts of all pairs of shapes but those with
-planes, for which ODE's own points matter. What moves is numbers in arrays here (see quickstep.py),
-which are copied into PyBullet when somebody asks it.
+PyBullet loads the bodies and finds the contacts of meshes that move with anything but planes and
+round shapes; the others are found as ODE finds them. What moves is numbers in arrays here (see
+quickstep.py), which are copied into PyBullet when somebody asks it.
 """
 
 import math
@@ -44,6 +44,7 @@ FRICTION = 1.0
 _UNKNOWN = 2.0  # [m] radius of shapes of other kinds
 _KINDS = {"sphere": q.SPHERE, "cylinder": q.CYLINDER, "box": q.BOX, "mesh": q.MESH}
 _MOST_POINTS = 10  # of a pair of shapes
+_MOST_CLOSE = 32  # bodies to one
 _IN_A_BOX = 16  # triangles
 _UNTURNED = (0.0, 0.0, 0.0, 1.0)
 _CLOSE = 0.002  # [m] between a contact that Bullet finds and the shape that it is with
@@ -301,9 +302,10 @@ class OdeSolver:
             points=np.concatenate(vertices),
             chunks=np.concatenate(chunks),
             extents=_table(extents, 6),
+            models=np.array([body for body, _ in owner], np.int64),
             around=np.zeros((len(shapes), 6)),
             meet=meet,
-            close=np.zeros((8 * len(bodies), 2), np.int64),
+            close=np.zeros((_MOST_CLOSE * len(bodies), 2), np.int64),
             counts=np.zeros(1, np.int64),
             **ground,
         )
@@ -384,7 +386,7 @@ class OdeSolver:
         solid_kinds: list[int] = []
         boxes, ranges = [np.zeros((0, 6))], [np.zeros((0, 3), np.int64)]
         triangles, slopes = [np.zeros((0, 3, 3))], [np.zeros((0, q.P_COLUMNS))]
-        meshes = [np.zeros(0, np.int64)]
+        meshes, hosts = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
         self._solid_bodies: list[tuple[int, int]] = []  # all contacts of wheels with them are found
         self._box_bodies: set[int] = set()  # those of boxes, too
         self._plane_of: list[tuple[int, int]] = []
@@ -394,6 +396,7 @@ class OdeSolver:
             others = [shape for shape in link.collisions if shape.geometry.kind != "plane"]
             if not others:
                 self._flat.add(body)
+            before = sum(map(len, boxes))
             frame = Pose(*self._engine.base_pose(body))
             found = None if (body, -1) in self._filtered else self._parts_of(others, frame)
             if found is None:
@@ -429,6 +432,7 @@ class OdeSolver:
                     slopes.append(_slopes(triangles[-1], surface))
                     meshes.append(np.full(len(triangles[-1]), len(self._solid_bodies)))
                 self._solid_bodies.append((body, -1))
+            hosts.append(np.full(sum(map(len, boxes)) - before, body))
             for shape in link.collisions:
                 if shape.geometry.kind == "plane":
                     pose = frame * shape.pose
@@ -454,6 +458,7 @@ class OdeSolver:
             "solid_kinds": np.array(solid_kinds, np.int64),
             "boxes": around,
             "ranges": np.concatenate(ranges),
+            "hosts": np.concatenate(hosts),
             "covers": _table(
                 [_around(around[i : i + q.COVERED]) for i in range(0, len(around), q.COVERED)],
                 6,
@@ -475,7 +480,7 @@ class OdeSolver:
 
     def _build_workspace(self) -> None:
         count, planes = len(self._scene.shapes), len(self._scene.planes)
-        most = _MOST_POINTS * max(1, count) * max(1, planes) + 128 * _MOST_POINTS
+        most = _MOST_POINTS * max(1, count) * (planes + 2) + 128 * _MOST_POINTS
         self._contacts = np.zeros((most, q.C_SIZE))
         self._owners = np.full((most, 4), -1, np.int64)
         self._first_row = np.zeros(most, np.int64)
@@ -944,6 +949,8 @@ class OdeSolver:
         if row is None:
             return None
         numbers = self.bodies[row, : q.PLACE].tolist()
+        if not math.isfinite(sum(numbers)):
+            return None
         x, y, z, *orientation = numbers[: q.VEL]
         position, turned = compose((x, y, z), orientation, self._inward[row], _UNTURNED)
         return position, turned, (x, y, z), tuple(numbers[q.VEL : q.VEL + 3]), tuple(numbers[-3:])

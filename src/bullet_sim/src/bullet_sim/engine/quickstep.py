@@ -108,6 +108,7 @@ class Scene(NamedTuple):
         extents: (s, 6) centre and half the edges of a box around each shape, in its body.
         knows: (s,) of what never moves, besides planes, the contacts are found here: NOTHING,
             SOLIDS, or ALL.
+        models: (n,) number of each body's model.
         around: (s, 6) lower and upper corners of boxes around the shapes where they are.
         meet: (n, n) whether two bodies may touch: APART, FOUND (here), or LEFT to the caller.
         close: (c, 2) pairs of bodies that are close, whose contacts are found here.
@@ -124,6 +125,7 @@ class Scene(NamedTuple):
         solid_of: (s,) each shape's row of solids, -1 of meshes and OTHER.
         boxes: (m, 6) lower and upper corners of boxes around what never moves, but for planes.
         ranges: (m, 3) what is in a box, and the first and the one after the last of these.
+        hosts: (m,) model of each box, whose own bodies do not touch it.
         covers: (c, 6) boxes around COVERED of these each, in their order.
     """
 
@@ -134,6 +136,7 @@ class Scene(NamedTuple):
     chunks: Array
     extents: Array
     knows: Array
+    models: Array
     around: Array
     meet: Array
     close: Array
@@ -150,6 +153,7 @@ class Scene(NamedTuple):
     solid_of: Array
     boxes: Array
     ranges: Array
+    hosts: Array
     covers: Array
 
 
@@ -1730,7 +1734,7 @@ def _still_contacts(
             found = scene.ranges[at, 0]
             if found == UNKNOWN or (found == TRIANGLES) != meshes:
                 continue
-            if found == MIXED and kind == BOX:
+            if found == MIXED and kind == BOX or scene.hosts[at] == scene.models[body]:
                 continue
             if not _overlap(low, high, scene.boxes[at]):
                 continue
@@ -2496,7 +2500,7 @@ def _is_near(bodies: Array, scene: Scene) -> bool:
             continue
         for s in range(scene.firsts[b], scene.firsts[b + 1]):
             box = scene.around[s]
-            if _is_near_still(box[:3], box[3:], scene.knows[s], scene):
+            if _is_near_still(box[:3], box[3:], scene.knows[s], scene.models[b], scene):
                 found = True
     for b in range(len(bodies)):
         for other in range(b):
@@ -2531,7 +2535,7 @@ def _may_touch(b: int, other: int, bodies: Array, scene: Scene) -> bool:
 
 
 @njit(cache=True)
-def _is_near_still(low: Array, high: Array, knows: int, scene: Scene) -> bool:
+def _is_near_still(low: Array, high: Array, knows: int, model: int, scene: Scene) -> bool:
     """Whether a box around a shape overlaps what never moves and the caller has to look at."""
     for i in range(len(scene.covers)):
         if not _overlap(low, high, scene.covers[i]):
@@ -2539,6 +2543,8 @@ def _is_near_still(low: Array, high: Array, knows: int, scene: Scene) -> bool:
         for at in range(i * COVERED, min((i + 1) * COVERED, len(scene.boxes))):
             found = scene.ranges[at, 0]
             if knows == ALL and found != UNKNOWN or knows == SOLIDS and found == SOLID:
+                continue
+            if scene.hosts[at] == model:
                 continue
             if _overlap(low, high, scene.boxes[at]):
                 return True

@@ -177,7 +177,7 @@ class Triangles:
 
 @dataclass
 class RayShape:
-    """A shape of a link that moves.
+    """A shape at which rays are cast here.
 
     Attributes:
         body, row: PyBullet's number, the row of its link.

@@ -72,8 +72,9 @@ class Joints(Stateful):
         efforts = [states[i][3] for i in order]
         for name, effort in self._applied.items():
             index = self.names.index(name)
-            if index in indices:
-                efforts[indices.index(index)] += effort
+            if index in indices:  # of the solver 'ode' as Joint::GetForce, without friction
+                place = indices.index(index)
+                efforts[place] = effort + (efforts[place] if self._engine.ode is None else 0.0)
         return [states[i][0] for i in order], [states[i][1] for i in order], efforts
 
     def state(self) -> tuple[dict[str, float], dict[str, float]]:

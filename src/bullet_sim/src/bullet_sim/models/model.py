@@ -69,6 +69,10 @@ _STABLE_DAMPING = 0.5  # of a joint's inertia / step
 Placed = tuple[Pose, Vector, Vector]  # pose and velocities of set_state
 
 
+def _has_mesh(link: Link) -> bool:
+    return any(shape.geometry.kind == "mesh" for shape in link.collisions)
+
+
 class Model:
     """A loaded ModelDescription.
 
@@ -131,29 +135,23 @@ class Model:
         self.placed: Placed | None = None  # what set_state has set since it was loaded
         engine, lumped, description = self.engine, self._lumped, self.description
         pose, links = self.initial_pose, lumped.links
-        apart = [
-            name
-            for name, link in links.items()
-            if not (link.self_collide or description.self_collide)
-        ]
-        self_collide = len(links) - len(apart) > 1
-        touching: list[tuple[str, str]] = []
+        pairs = self._self_colliding()
         self.body = body = engine.load(
             self.source.path,
             pose.position,
             pose.orientation,
             self.source.fixed_base,
-            self_collide=self_collide,
+            self_collide=bool(pairs),
             static=description.static,
         )
         self._links = index = (
             dict.fromkeys(links, -1) if description.static else engine.link_indices(body)
         )
-        if self_collide:
-            for name in apart:
-                for other in links:
-                    engine.set_pair_collision(body, index[name], body, index[other], False)
-            touching = self._separate_hulls([name for name in links if name not in apart])
+        if pairs:
+            for one, other in itertools.combinations(links, 2):
+                if (one, other) not in pairs:
+                    engine.set_pair_collision(body, index[one], body, index[other], False)
+            pairs = self._separate_hulls(pairs)
         if engine.ode is not None:
             fixed = self.source.fixed_base
             may_sleep = (
@@ -163,7 +161,7 @@ class Model:
                     description.is_urdf or not description.joints
                 )  # a URDF's fixed ones are merged
             )
-            engine.ode.add(body, lumped, index, description.static, fixed, may_sleep, touching)
+            engine.ode.add(body, lumped, index, description.static, fixed, may_sleep, pairs)
         added = self._damped_inertias() if engine.ode is None else {}
         for name, link in links.items():
             if name in added and (index[name] >= 0 or not self.source.fixed_base):
@@ -206,25 +204,38 @@ class Model:
                         added[link] = added.get(link, 0.0) + 2.0 * joint.damping * step
         return added
 
-    def _separate_hulls(self, names: list[str]) -> list[tuple[str, str]]:
+    def _self_colliding(self) -> list[tuple[str, str]]:
+        """Pairs of links that collide with each other, in the order of the links.
+
+        None that a joint connects. As in Gazebo it is enough that one has self_collide; here, with
+        meshes (which are hulls) or Bullet's steps, both need it.
+        """
+        links, exact = self._lumped.links, self.engine.ode is not None
+        joints = (*self._lumped.joints, *self._lumped.welds)
+        neighbors = {frozenset((joint.parent, joint.child)) for joint in joints}
+        found = []
+        for one, other in itertools.combinations(links, 2):
+            wanted = [
+                link.self_collide or self.description.self_collide
+                for link in (links[one], links[other])
+            ]
+            plain = exact and not any(_has_mesh(links[name]) for name in (one, other))
+            if (any if plain else all)(wanted) and frozenset((one, other)) not in neighbors:
+                found.append((one, other))
+        return found
+
+    def _separate_hulls(self, pairs: list[tuple[str, str]]) -> list[tuple[str, str]]:
         """Switch off the collision of self-colliding links of which a mesh's convex hull overlaps
         the other where the model is loaded, as a body does the wheels in its arches.
 
         Returns:
-            The pairs of links that do collide.
+            The other pairs.
         """
         index, links = self._links, self._lumped.links
-        meshes = {
-            name for name in names if any(c.geometry.kind == "mesh" for c in links[name].collisions)
-        }
-        joints = (*self._lumped.joints, *self._lumped.welds)
-        neighbors = {frozenset((joint.parent, joint.child)) for joint in joints}
         touching = []
-        for one, other in itertools.combinations(names, 2):
-            if frozenset((one, other)) in neighbors:
-                continue
+        for one, other in pairs:
             touching.append((one, other))
-            if meshes.isdisjoint((one, other)):
+            if not (_has_mesh(links[one]) or _has_mesh(links[other])):
                 continue
             pair = self.body, index[one], self.body, index[other]
             depth = self.engine.pair_depth(*pair)

@@ -1,0 +1,134 @@
+"""Steps of the solver 'ode' over those of 'bullet' in the same scene, and scans of a lidar; no ROS.
+
+The scenes are what has made worlds slow: things at rest and awake, links that collide with each
+other, static meshes, a lidar among many bodies.
+"""
+
+import math
+import os
+import pathlib
+import tempfile
+
+import numpy as np
+from bullet_sim.pose import Pose
+from bullet_sim.world import World
+from pairs import alternate, pairs_of, rate_of_work
+from report import ratio_row
+from usage import Monitor
+from worlds.core import GROUND, car, hills
+
+SECONDS, STEPS = 0.4, 50  # of a round, of a call
+SETTLE = 2.5  # [s] until things sleep
+SPEED = 8.0  # [rad/s] of the car's wheels
+RAYS, FAR = 720, 10.0  # of the lidar, [m]
+MASS = (
+    "<inertial><mass>{0}</mass><inertia><ixx>{1}</ixx><iyy>{1}</iyy><izz>{1}</izz><ixy>0</ixy>"
+    "<ixz>0</ixz><iyz>0</iyz></inertia></inertial>"
+)
+
+
+def thing(shape, mass, moment, awake):
+    """SDF of a loose thing."""
+    return (
+        '<sdf version="1.6"><model name="thing"><allow_auto_disable>'
+        f'{int(not awake)}</allow_auto_disable><link name="link">{MASS.format(mass, moment)}'
+        f'<collision name="c"><geometry>{shape}</geometry></collision></link></model></sdf>'
+    )
+
+
+POST = "<box><size>0.04 0.04 0.4</size></box>", 0.2, 0.002
+CAN = "<cylinder><radius>0.05</radius><length>0.1</length></cylinder>", 0.2, 2e-4
+
+
+def ring(world, count, shape, awake):
+    """Things on circles around the car, at least half a metre from it and from each other."""
+    for number in range(count):
+        radius, angle = 1.5 + number // 16, 2.0 * math.pi * (number % 16) / 16
+        at = (radius * math.cos(angle), radius * math.sin(angle))
+        height = 0.2 if shape is POST else 0.05
+        world.spawn_sdf(f"thing{number}", thing(*shape, awake), Pose((*at, height)), str)
+
+
+def meshes(world, folder):
+    """300 static meshes around the car."""
+    path = hills(pathlib.Path(folder, "rock.obj"), 4)
+    text = (
+        '<sdf version="1.6"><model name="rock"><static>true</static><link name="link"><collision '
+        f'name="c"><geometry><mesh><uri>{path}</uri><scale>0.01 0.01 0.1</scale></mesh></geometry>'
+        "</collision></link></model></sdf>"
+    )
+    for number in range(300):
+        at = (2.0 + number // 20, 0.7 * (number % 20) - 7.0, 0.0)
+        world.spawn_sdf(f"rock{number}", text, Pose(at), lambda uri: uri)
+
+
+SCENES = {
+    "a car": lambda world, folder: None,
+    "a car, 80 posts at rest": lambda world, folder: ring(world, 80, POST, False),
+    "a car, 40 cans awake": lambda world, folder: ring(world, 40, CAN, True),
+    "a car, 300 static meshes": meshes,
+}
+
+
+def made(solver, scene, folder):
+    """A world of a scene in which the car drives a circle."""
+    world = World(solver=solver)
+    world.spawn_sdf("ground", GROUND, Pose(), str)
+    SCENES[scene](world, folder)
+    model = world.spawn_urdf("car", car(), Pose((0.0, 0.0, 0.03)), str)
+    world.step(round(SETTLE / world.time_step))
+    names = model.joints.names
+    model.joints.drive_velocities(names, [SPEED if k % 2 else 0.5 * SPEED for k in range(4)])
+    world.step(STEPS)
+    return world
+
+
+def stepping(world):
+    """Function of a round of steps."""
+
+    def work():
+        world.step(STEPS)
+        return STEPS
+
+    return lambda: rate_of_work(work, SECONDS)
+
+
+def scanning(world):
+    """Function of a round of scans of a level lidar above the car."""
+    angles = np.linspace(-math.pi, math.pi, RAYS)
+    rays = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(RAYS)])
+    centre, reach = np.array((0.0, 0.0, 0.15)), np.array((FAR, FAR, 0.0))
+
+    def work():
+        box = centre - reach, centre + reach
+        world.engine.rays.sweep(centre, rays, box, 0.1, FAR)
+        return 1
+
+    return lambda: rate_of_work(work, SECONDS)
+
+
+def measure(quick, _log):
+    """Pairs of rounds of both solvers in each scene, and of scans among 80 posts."""
+    found, monitor = {}, Monitor({"bench": [os.getpid()]})
+    for scene in SCENES:
+        with tempfile.TemporaryDirectory() as folder:
+            worlds = [made(solver, scene, folder) for solver in ("bullet", "ode")]
+            try:
+                kinds = {f"steps, {scene}": stepping}
+                if "80 posts" in scene:
+                    kinds[f"scans, {scene}"] = scanning
+                for name, kind in kinds.items():
+                    its, mine = map(kind, worlds)
+                    pairs = alternate(its, {"ode": mine}, pairs_of(quick), monitor)["ode"]
+                    found[name] = pairs.figures()
+            finally:
+                for world in worlds:
+                    world.close()
+    return {"rows": found}
+
+
+def rows(figures):
+    """The ratios."""
+    for name, row in figures["rows"].items():
+        unit = "scans per s" if name.startswith("scans") else "steps per s"
+        yield ratio_row(f"ode, {name}", row, "the solver bullet's", unit)
