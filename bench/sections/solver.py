@@ -71,14 +71,14 @@ SCENES = {
 
 
 def made(solver, scene, folder):
-    """A world of a scene in which the car drives a circle."""
+    """A world of a scene in which the car turns on the spot."""
     world = World(solver=solver)
     world.spawn_sdf("ground", GROUND, Pose(), str)
     SCENES[scene](world, folder)
     model = world.spawn_urdf("car", car(), Pose((0.0, 0.0, 0.03)), str)
     world.step(round(SETTLE / world.time_step))
     names = model.joints.names
-    model.joints.drive_velocities(names, [SPEED if k % 2 else 0.5 * SPEED for k in range(4)])
+    model.joints.drive_velocities(names, [SPEED if k % 2 else -SPEED for k in range(4)])
     world.step(STEPS)
     return world
 
