@@ -43,6 +43,7 @@ MAX_SPEED = 0.01  # [m/s] max_vel of a contact where a file gives none, as in sd
 FRICTION = 1.0
 _UNKNOWN = 2.0  # [m] radius of shapes of other kinds
 _KINDS = {"sphere": q.SPHERE, "cylinder": q.CYLINDER, "box": q.BOX, "mesh": q.MESH}
+_SOLIDS = (q.BOX, q.SPHERE, q.CYLINDER)
 _MOST_POINTS = 10  # of a pair of shapes
 _MOST_CLOSE = 32  # bodies to one
 _IN_A_BOX = 16  # triangles
@@ -346,21 +347,16 @@ class OdeSolver:
                     one, two = rows[pair[0]], rows[pair[1]]
                     meet[one, two] = meet[two, one] = True
         shared: Array = (bits[:, None] & bits) != 0
-        known = self._known_pairs(len(body))
+        others = self._kinds[~np.isin(self._kinds[:, 1], _SOLIDS), 0]
+        plain = ~np.isin(np.arange(len(body)), others)
+        known = plain[:, None] & plain
         meet &= shared & shaped[:, None] & shaped
         found: Array = np.where(meet, np.where(known, q.FOUND, q.LEFT), q.APART)
         return found
 
-    def _known_pairs(self, count: int) -> Array:
-        """Pairs of bodies (n, n) all contacts of which quickstep finds."""
-        kinds = [set(self._kinds[self._kinds[:, 0] == row, 1].tolist()) for row in range(count)]
-        plain = np.array([kind <= {q.BOX, q.SPHERE, q.CYLINDER} for kind in kinds], np.bool_)
-        known: Array = plain[:, None] & plain
-        return known
-
     def _add_moving_solids(self, ground: dict[str, Array], shapes: list[Array]) -> None:
         """Rows of solids for the shapes of bodies, after those that never move."""
-        found = np.flatnonzero(np.isin(self._kinds[:, 1], (q.BOX, q.SPHERE, q.CYLINDER)))
+        found = np.flatnonzero(np.isin(self._kinds[:, 1], _SOLIDS))
         first, count = len(ground["solids"]), len(found)
         solids, faces = np.zeros((count, q.B_COLUMNS)), np.zeros((count, q.P_COLUMNS))
         for i, s in enumerate(found):
@@ -388,7 +384,7 @@ class OdeSolver:
         triangles, slopes = [np.zeros((0, 3, 3))], [np.zeros((0, q.P_COLUMNS))]
         meshes, hosts = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
         self._solid_bodies: list[tuple[int, int]] = []  # all contacts of wheels with them are found
-        self._box_bodies: set[int] = set()  # those of boxes, too
+        self._pure_bodies: set[int] = set()  # those of boxes, too: these have no mesh
         self._plane_of: list[tuple[int, int]] = []
         self._flat: set[int] = set()  # bodies of planes alone
         for still in self._still.values():
@@ -405,7 +401,7 @@ class OdeSolver:
                     ranges.append(_table([(q.UNKNOWN, 0, 0)], 3, np.int64))
             else:
                 is_pure = all(parts is None for _, parts in found)
-                self._box_bodies |= {body} if is_pure else set()
+                self._pure_bodies |= {body} if is_pure else set()
                 for shape, parts in found:
                     surface = shape.surface or link.surface
                     if parts is None:
@@ -413,9 +409,8 @@ class OdeSolver:
                         boxes.append(self._box_around(shape, frame, body))
                         kind = q.SOLID if is_pure else q.MIXED
                         ranges.append(_table([(kind, len(solids), len(solids) + 1)], 3, np.int64))
-                        code, size = _KINDS[shape.geometry.kind], np.zeros(3)
-                        size[: len(shape.geometry.size)] = shape.geometry.size
-                        half = _solid_size(code, size)
+                        code = _KINDS[shape.geometry.kind]
+                        half = _solid_size(code, shape.geometry.size)
                         solids.append([*half, *pose.position, *pose.matrix.ravel()])
                         solid_kinds.append(code)
                         faces.append(_plane_row(np.zeros(3), 0.0, surface))
@@ -764,7 +759,7 @@ class OdeSolver:
             if second is None and two in self._flat and (one, link_one) not in self._mixed:
                 continue  # found by quickstep
             if second is None and (two, link_two) in self._solid_bodies:
-                if self._is_known(first, at, two in self._box_bodies):
+                if self._is_known(first, at, two in self._pure_bodies):
                     continue  # found by quickstep, too
             if second is not None and self._scene.meet[first, second] == q.FOUND:
                 continue
@@ -782,14 +777,14 @@ class OdeSolver:
             n += 1
         return n
 
-    def _is_known(self, row: int, point: Vec3, on_boxes: bool) -> bool:
+    def _is_known(self, row: int, point: Vec3, is_pure: bool) -> bool:
         """Whether quickstep finds a body's contact with what never moves.
 
         Args:
-            on_boxes: whether the latter has boxes alone.
+            is_pure: whether the latter has no mesh.
         """
         scene, body = self._scene, self.bodies[row]
-        needed = q.SOLIDS if on_boxes else q.ALL
+        needed = q.SOLIDS if is_pure else q.ALL
         own = slice(scene.firsts[row], scene.firsts[row + 1])
         known = scene.knows[own] >= needed
         if known.all() or not known.any():
@@ -1003,18 +998,18 @@ class OdeSolver:
             for shape in link.collisions:
                 geometry, pose = shape.geometry, shape.pose
                 place, turn = np.subtract(pose.position, link.centre), pose.matrix
-                half = _half_size(geometry.kind, geometry.size)
-                if geometry.kind == "mesh":
+                kind = _KINDS.get(geometry.kind, q.OTHER)
+                if kind == q.MESH:
                     traced = self._trace(geometry.path, geometry.scale)
                     if traced is None:
                         return None
                     triangles, middle, radius = traced
                     size, place = np.zeros(3), place + turn @ middle
-                elif half is None:
+                elif kind == q.OTHER:
                     return None
                 else:
                     triangles, radius = None, _reach(geometry.kind, geometry.size)
-                    size = half if geometry.kind == "box" else half[[0, 2, 1]]
+                    size = _solid_size(kind, geometry.size)
                 shapes.append(
                     RayShape(part.body, row, geometry.kind, size, place, turn, radius, triangles)
                 )
@@ -1105,10 +1100,10 @@ def _extent(shape: Shape, link: Link, corners: Array) -> Array:
     return np.concatenate([np.subtract(shape.pose.position, link.centre), half])
 
 
-def _solid_size(kind: int, size: Array) -> Array:
+def _solid_size(kind: int, size: Sequence[float] | Array) -> Array:
     """Half the edges (3,), or radius and half the length [m], of a solid of an SDF's size."""
     if kind == q.BOX:
-        return 0.5 * size
+        return 0.5 * np.asarray(size, float)
     return np.array([size[0], 0.5 * size[1] if kind == q.CYLINDER else 0.0, 0.0])
 
 

@@ -234,20 +234,19 @@ class Model:
         index, links = self._links, self._lumped.links
         touching = []
         for one, other in pairs:
-            touching.append((one, other))
-            if not (_has_mesh(links[one]) or _has_mesh(links[other])):
-                continue
             pair = self.body, index[one], self.body, index[other]
-            depth = self.engine.pair_depth(*pair)
-            if depth > _HULL_OVERLAP:
-                self.engine.set_pair_collision(*pair, False)
-                touching.pop()
-                self.description.warn(
-                    f"links {one!r} and {other!r} do not collide with each other: where the model "
-                    f"is loaded they overlap by {depth:.3g} m (meshes collide as convex hulls)",
-                    "pairs of links do not collide with each other",
-                    f"{one}, {other}",
-                )
+            is_hull = _has_mesh(links[one]) or _has_mesh(links[other])
+            depth = self.engine.pair_depth(*pair) if is_hull else 0.0
+            if depth <= _HULL_OVERLAP:
+                touching.append((one, other))
+                continue
+            self.engine.set_pair_collision(*pair, False)
+            self.description.warn(
+                f"links {one!r} and {other!r} do not collide with each other: where the model "
+                f"is loaded they overlap by {depth:.3g} m (meshes collide as convex hulls)",
+                "pairs of links do not collide with each other",
+                f"{one}, {other}",
+            )
         return touching
 
     def change(self, key: tuple[str, str], change: Callable[[], None]) -> None:
