@@ -54,7 +54,7 @@ def main():
         return
     folder.mkdir(parents=True, exist_ok=True)
     shutil.copy(ROOT / "bench" / "states" / "trace.cc", folder)
-    gazebo_states.write_wheel(folder / "wheel.stl")
+    gazebo_states.write_meshes(folder)
     head, tail = WORLD.replace("{folder}", str(folder)).split("%s")
     (folder / "world.head").write_text(head)
     (folder / "world.tail").write_text(tail)
@@ -62,9 +62,8 @@ def main():
     for name, (urdf, height, commands) in gazebo_states.ROBOTS.items():
         file = file_of(folder, name)
         file.with_suffix(".urdf").write_text(urdf.replace("{folder}", str(folder)))
-        file.with_suffix(".ground").write_text(
-            f"{gazebo_states.ground(name)}{gazebo_states.crate(name)}\n"
-        )
+        around = f"{gazebo_states.ground(name)}{gazebo_states.crate(name)}\n"
+        file.with_suffix(".ground").write_text(around.replace("{folder}", str(folder)))
         file.with_suffix(".height").write_text(f"{height}\n")
         lines = [" ".join(map(str, command)) for command in commands]
         file.with_suffix(".commands").write_text("".join(f"{line}\n" for line in lines))

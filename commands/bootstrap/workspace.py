@@ -28,7 +28,7 @@ LEFT_OUT = (
     "PYTHONPATH",
     "PYTHONHOME",
 )
-SOLVER = os.path.join(SOURCES, "bullet_sim/src/bullet_sim/engine/quickstep.py")
+SOLVER = os.path.join(SOURCES, "bullet_sim/src/bullet_sim/engine/quickstep")
 COMPILE = "from bullet_sim.engine import Engine; Engine(solver='ode').ode.compile()"
 COMPILERS = ("CC", "CXX", "CFLAGS", "CXXFLAGS", "LDFLAGS")
 
@@ -147,10 +147,9 @@ def prepare():
 
 
 def _is_compiled():
-    """Returns whether numba has compiled the solver since its source changed; without it: True."""
-    cache = os.path.join(os.path.dirname(SOLVER), "__pycache__")
-    compiled = glob.glob(f"{cache}/quickstep.advance-*.nbi")
-    changed = os.stat(SOLVER).st_mtime if os.path.exists(SOLVER) else 0.0
+    """Returns whether numba has compiled the solver since its sources changed; without it: True."""
+    compiled = glob.glob(f"{SOLVER}/__pycache__/solver.advance-*.nbi")
+    changed = max((os.stat(path).st_mtime for path in glob.glob(f"{SOLVER}/*.py")), default=0.0)
     if any(os.stat(path).st_mtime >= changed for path in compiled):
         return True
     return not glob.glob(f"{VENV}/lib/python3*/site-packages/numba")

@@ -10,6 +10,19 @@ from pathlib import Path
 
 RECORD = Path(__file__).with_name("gazebo_states.json")
 STEPS, EVERY = 500, 100  # made in all, between two recorded states
+# Fewer, where contacts of edges, or of depth 0, are there or not by the rounding of a number: from
+# then on all depends on it.
+UNTIL = {
+    "meshes on a mesh": 400,
+    "a tilted box on a mesh": 200,
+    "meshes on a box": 200,
+    "meshes push a crate": 300,
+    "meshes push a can": 400,
+    "meshes against a post": 300,
+    "wheels against a wedge": 300,
+    "a tilted box in a tray": 300,
+    "a car in a tray": 200,
+}
 GRAVITY = (0.0, 0.0, -9.8)  # [m/s^2] a world's in Gazebo that gives none
 CORNERS = {"fl": (0.2, 0.2), "fr": (0.2, -0.2), "rl": (-0.2, 0.2), "rr": (-0.2, -0.2)}
 
@@ -97,19 +110,64 @@ def springs():
     )
 
 
-def write_wheel(path):
-    """A wheel of 24 sides as an STL."""
+def wheel_triangles():
+    """A wheel of 24 sides."""
     triangles = []
     for i in range(24):
         a, b = math.pi * i / 12, math.pi * (i + 1) / 12
         rim = [(0.1 * math.cos(t), y, 0.1 * math.sin(t)) for y in (-0.025, 0.025) for t in (a, b)]
         triangles += [(rim[0], rim[2], rim[3]), (rim[0], rim[3], rim[1])]
         triangles += [((0, -0.025, 0), rim[0], rim[1]), ((0, 0.025, 0), rim[3], rim[2])]
-    with open(path, "wb") as file:
-        file.write(bytes(80) + struct.pack("<I", len(triangles)))
-        for triangle in triangles:
-            numbers = [0.0, 0.0, 0.0, *(x for corner in triangle for x in corner)]
-            file.write(struct.pack("<12fH", *numbers, 0))
+    return triangles
+
+
+def waves():
+    """A ground of 18 x 18 squares of 25 cm, not higher than 0."""
+
+    def at(i, j):
+        x, y = 0.25 * i - 2.21, 0.25 * j - 2.33
+        return x, y, 0.03 * (math.sin(1.7 * x) * math.cos(1.3 * y) - 1.0)
+
+    triangles = []
+    for i in range(18):
+        for j in range(18):
+            a, b, c, d = at(i, j), at(i + 1, j), at(i, j + 1), at(i + 1, j + 1)
+            triangles += [(a, b, d), (a, d, c)]
+    return triangles
+
+
+def block(low, high):
+    """The triangles of a box from its lower to its upper corner."""
+    corners = [[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)]
+    sides = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
+    quads = [[corners[i] for i in side] for side in sides]
+    return [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
+
+
+def tray():
+    """A floor and four walls of 3 cm, 60 x 60 x 20 cm, open above."""
+    return (
+        block((-0.3, -0.3, 0.0), (0.3, 0.3, 0.03))
+        + block((-0.3, -0.3, 0.03), (-0.27, 0.3, 0.2))
+        + block((0.27, -0.3, 0.03), (0.3, 0.3, 0.2))
+        + block((-0.27, -0.3, 0.03), (0.27, -0.27, 0.2))
+        + block((-0.27, 0.27, 0.03), (0.27, 0.3, 0.2))
+    )
+
+
+def write_meshes(folder):
+    """STL files of the meshes of robots, grounds and crates."""
+    meshes = {"wheel": wheel_triangles(), "waves": waves(), "tray": tray()}
+    meshes["wedge"] = [
+        [(x, y, z if x > 0 else 0.03) for x, y, z in corners]
+        for corners in block((-0.1, -0.3, 0.0), (0.1, 0.3, 0.15))
+    ]
+    for name, triangles in meshes.items():
+        with open(folder / f"{name}.stl", "wb") as file:
+            file.write(bytes(80) + struct.pack("<I", len(triangles)))
+            for triangle in triangles:
+                numbers = [0.0, 0.0, 0.0, *(x for corner in triangle for x in corner)]
+                file.write(struct.pack("<12fH", *numbers, 0))
 
 
 SKID = {"mu1": 1.0, "mu2": 0.5, "fdir1": "1 0 0", "kp": 1e6, "kd": 10, "minDepth": 0.001}
@@ -117,6 +175,13 @@ SLIP = {"mu1": 0.8, "mu2": 0.6, "slip1": 0.02, "slip2": 0.05, "fdir1": "0 0 1"}
 STEER = '<limit lower="-0.5" upper="0.5" effort="1000" velocity="30"/>'
 ARM = '<limit lower="-1" upper="0.5" effort="10" velocity="3"/><dynamics friction="0.4"/>'
 MESH = '<mesh filename="file://{folder}/wheel.stl"/>'
+
+MESHES = "".join(wheel(name, *place, shape=MESH) for name, place in CORNERS.items())
+SMALL = (
+    link("base", 1.0, 0.005, '<box size="0.2 0.1 0.04"/>')
+    + wheel("l", 0, 0.08, shape='<sphere radius="0.05"/>')
+    + wheel("r", 0, -0.08, shape='<sphere radius="0.05"/>')
+)
 
 # name -> URDF, height at which it is spawned [m], commands (step, joint, 'velocity' of its motor,
 # 'imposed' (a velocity that is set before each step), 'position' or 'effort', value, the motor's
@@ -165,7 +230,7 @@ ROBOTS = {
         turn(),
     ),
     "meshes as wheels": (
-        robot(BASE, *(wheel(name, *place, shape=MESH) for name, place in CORNERS.items())),
+        robot(BASE, MESHES),
         0.12,
         turn(),
     ),
@@ -234,11 +299,26 @@ ROBOTS |= {
     "one link that collides with its model": (robot(BASE, WHEELS, ARM_ON_BASE), 0.12, []),
     "a tilted box falls on a crate": (robot(TILTED), 0.4, []),
     "a tilted box on a box": (robot(TILTED), 0.12, []),
+    "cylinders on a mesh": (robot(BASE, WHEELS), 0.12, turn()),
+    "spheres on a mesh": (robot(BASE, BALLS), 0.12, turn()),
+    "meshes on a mesh": (robot(BASE, MESHES), 0.12, turn()),
+    "a tilted box on a mesh": (robot(TILTED), 0.12, []),
+    "meshes on a box": (robot(BASE, MESHES), 0.12, turn()),
+    "meshes push a crate": (robot(BASE, MESHES), 0.12, turn(left=5.0)),
+    "meshes push a can": (robot(BASE, MESHES), 0.12, turn(left=5.0, at=330)),
+    "meshes against a ball": (robot(BASE, MESHES), 0.12, turn(left=5.0)),
+    "meshes against a post": (robot(BASE, MESHES), 0.12, turn(left=5.0)),
+    "meshes against a wedge": (robot(BASE, MESHES), 0.12, turn(left=5.0)),
+    "wheels against a wedge": (robot(BASE, WHEELS), 0.12, turn(left=5.0)),
+    "a tilted box in a tray": (robot(TILTED), 0.3, []),
+    "a car in a tray": (robot(SMALL), 0.12, turn(("l", "r"), 3.0, 4.0)),
+    "a mesh in a tray": (robot(link("base", 1.0, 0.01, MESH)), 0.25, []),
 }  # fmt: skip
 CRATE, CAN = "<box><size>0.2 0.5 0.2</size></box>", "<radius>0.1</radius><length>0.2</length>"
 CAN, POST = f"<cylinder>{CAN}</cylinder>", "<radius>0.05</radius><length>0.5</length>"
 POST = f"<cylinder>{POST}</cylinder>"
-# of others in front of the robot: place [m], shape, mass [kg] (0: it never moves), (ixx, iyy, izz)
+# of others in front of the robot: place [m] and yaw [rad], shape, mass [kg] (0: it never moves),
+# (ixx, iyy, izz)
 CRATES = {
     "wheels push a crate": ((0.43, 0.02, 0.1), CRATE, 2.0, (0.05, 0.02, 0.06)),
     "spheres push a crate": ((0.43, 0.02, 0.1), CRATE, 2.0, (0.05, 0.02, 0.06)),
@@ -255,9 +335,20 @@ CRATES = {
         (0.43, -0.19, 0.08), "<sphere><radius>0.08</radius></sphere>", 0.5, (0.001, 0.001, 0.001)
     ),
     "a chassis against a post": ((0.3, 0.02, 0.25), POST, 0.0, ()),
+    "meshes push a crate": ((0.45, 0.02, 0.1, 0.1), CRATE, 2.0, (0.05, 0.02, 0.06)),
+    "meshes push a can": ((0.42, 0.2, 0.1), CAN, 1.0, (0.006, 0.006, 0.005)),
+    "meshes against a ball": (
+        (0.43, -0.19, 0.08), "<sphere><radius>0.08</radius></sphere>", 0.5, (0.001, 0.001, 0.001)
+    ),
+    "meshes against a post": ((0.37, -0.2, 0.25), POST, 0.0, ()),
+    "meshes against a wedge": ((0.45, 0.02, 0.0, 0.1), "wedge", 2.0, (0.05, 0.02, 0.06)),
+    "wheels against a wedge": ((0.45, 0.02, 0.0, 0.1), "wedge", 0.0, ()),
+    "a tilted box in a tray": ((0.1, 0.05, 0.0, 0.1), "tray", 3.0, (0.1, 0.1, 0.2)),
+    "a car in a tray": ((0.02, 0.01, 0.0, 0.1), "tray", 3.0, (0.1, 0.1, 0.2)),
+    "a mesh in a tray": ((0.02, 0.2, 0.0, 0.1), "tray", 3.0, (0.1, 0.1, 0.2)),
 }  # fmt: skip
 BOX = "40 40 1"  # [m] size of the ground of some of them, instead of a plane; its top is at 0
-ON_A_BOX = " on a box"  # ends their names
+ON_A_BOX, ON_A_MESH = " on a box", " on a mesh"  # end their names
 for _name in (
     "sphere",
     "skid steering with fdir1, kp and kd",
@@ -274,6 +365,8 @@ def ground(name):
     shape, height = "<plane><normal>0 0 1</normal><size>100 100</size></plane>", 0.0
     if name.endswith(ON_A_BOX):
         shape, height = f"<box><size>{BOX}</size></box>", -0.5
+    elif name.endswith(ON_A_MESH):
+        shape = "<mesh><uri>file://{folder}/waves.stl</uri></mesh>"
     return (
         f'<model name="ground_plane"><static>1</static><pose>0 0 {height} 0 0 0</pose>'
         f'<link name="link"><collision name="collision"><geometry>{shape}</geometry>'
@@ -287,12 +380,15 @@ def crate(name):
     if name not in CRATES:
         return ""
     place, shape, mass, moments = CRATES[name]
+    x, y, z, yaw = (*place, 0)[:4]
     inertia = "".join(f"<i{2 * axis}>{value}</i{2 * axis}>" for axis, value in zip("xyz", moments))
+    if "<" not in shape:
+        shape = f"<mesh><uri>file://{{folder}}/{shape}.stl</uri></mesh>"
     inertial = f"<inertial><mass>{mass}</mass><inertia>{inertia}</inertia></inertial>"
     return (
         f'<model name="crate"><static>{int(not mass)}</static>'
         "<allow_auto_disable>0</allow_auto_disable>"
-        f'<pose>{" ".join(map(str, place))} 0 0 0</pose><link name="crate">'
+        f'<pose>{x} {y} {z} 0 0 {yaw}</pose><link name="crate">'
         f'{inertial if mass else ""}<collision name="collision"><geometry>{shape}</geometry>'
         "</collision></link></model>"
     )

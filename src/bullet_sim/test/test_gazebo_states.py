@@ -10,11 +10,11 @@ RECORDED = gazebo_states.recorded()
 TOLERANCE = 1e-6  # [m], of quaternions: 1; contacts let rounding grow
 
 
-def drive(world, model, commands):
+def drive(world, model, commands, steps=gazebo_states.STEPS):
     """Yield (step, pose of the base's centre) at each recorded step, with a robot's commands."""
     ode, efforts = world.engine.ode, {}
     names = world.engine.joint_names(model.body)
-    for step in range(gazebo_states.STEPS):
+    for step in range(steps):
         for at, joint, kind, value, effort in commands:
             if at != step:
                 continue
@@ -37,16 +37,19 @@ def drive(world, model, commands):
 @pytest.mark.parametrize("name", gazebo_states.ROBOTS)
 def test_robots_are_where_gazebo_has_them(name, tmp_path):
     urdf, height, commands = gazebo_states.ROBOTS[name]
-    gazebo_states.write_wheel(tmp_path / "wheel.stl")
+    gazebo_states.write_meshes(tmp_path)
     world = World(solver="ode", gravity=gazebo_states.GRAVITY)
-    ground = f'<sdf version="1.6">{gazebo_states.ground(name)}</sdf>'
-    world.spawn_sdf("ground_plane", ground, Pose(), str)
-    if crate := gazebo_states.crate(name):
-        world.spawn_sdf("crate", f'<sdf version="1.6">{crate}</sdf>', Pose(), str)
+    for model, sdf in (
+        ("ground_plane", gazebo_states.ground(name)),
+        ("crate", gazebo_states.crate(name)),
+    ):
+        if sdf:
+            text = f'<sdf version="1.6">{sdf}</sdf>'.replace("{folder}", str(tmp_path))
+            world.spawn_sdf(model, text, Pose(), lambda uri: uri[7:])
     text = urdf.replace("{folder}", str(tmp_path))
     model = world.spawn_urdf("bot", text, Pose((0.0, 0.0, height)), lambda uri: uri[7:])
-    differences = {}
-    for step, found in drive(world, model, commands):
+    differences, steps = {}, gazebo_states.UNTIL.get(name, gazebo_states.STEPS)
+    for step, found in drive(world, model, commands, steps):
         wanted = np.array(RECORDED[name][str(step)])
         found[3:] *= np.sign(found[3:] @ wanted[3:])
         differences[step] = float(np.abs(found - wanted).max())

@@ -237,7 +237,7 @@ def test_friction_is_bounded_along_two_directions_of_the_ground(world, heading, 
 
 
 def test_bodies_meet_what_is_no_plane(world):
-    """A box on a static box, whose contacts PyBullet finds; another model on top of it."""
+    """A box on a static box; another model on top of it."""
     world.spawn_sdf("stand", static("<box><size>2 2 1</size></box>"), Pose((0.0, 0.0, 0.5)), str)
     text = robot(link("base", 1.0, inertia=0.02, shape='<box size="0.4 0.4 0.4"/>'))
     boxes = [
@@ -264,8 +264,8 @@ def noted_searches(world, monkeypatch):
     return searches
 
 
-def test_contacts_are_looked_for_only_near_what_is_there(world, monkeypatch, tmp_path):
-    """In a yard of one mesh with walls 5 m away; not for a ball, but for a box at the wall."""
+def test_contacts_with_a_mesh_are_found_without_pybullet(world, monkeypatch, tmp_path):
+    """In a yard of one mesh with walls 5 m away: of a ball, and of a box at the wall."""
     places = (((0, 5), (10, 0.2)), ((0, -5), (10, 0.2)), ((5, 0), (0.2, 10)), ((-5, 0), (0.2, 10)))
     walls = trimesh.util.concatenate(
         [trimesh.creation.box((*size, 1.0)).apply_translation((*at, 0.5)) for at, size in places]
@@ -281,9 +281,28 @@ def test_contacts_are_looked_for_only_near_what_is_there(world, monkeypatch, tmp
     world.step(1500)
     assert not searches
     assert ball.pose.position[1] == pytest.approx(4.8, abs=0.01)
-    world.spawn_urdf("box", BOX, Pose((2.0, 4.71, 0.2)), str)
+    box = world.spawn_urdf("box", BOX, Pose((2.0, 4.71, 0.2)), str)
     world.step()
+    touched = {body for _, body, _, _ in world.engine.touching(box.body)}
+    assert world.model("yard").body in touched and not searches
+
+
+def test_contacts_of_what_touches_only_some_are_looked_for_near_it(world, monkeypatch):
+    """A post with a collide_bitmask."""
+    wall = robot(link("base", 1.0, inertia=0.1, shape='<box size="0.1 2 1"/>')).replace(
+        "</robot>",
+        '<gazebo><static>true</static></gazebo><gazebo reference="base">'
+        "<collide_bitmask>1</collide_bitmask></gazebo></robot>",
+    )
+    world.spawn_urdf("wall", wall, Pose((1.0, 0.0, 0.5)), str)
+    box = spawn(world, BOX, Pose((0.0, 0.0, 0.2)), ground=True)
+    searches = noted_searches(world, monkeypatch)
+    world.step(100)
+    assert not searches
+    world.engine.set_base_velocity(box.body, (4.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    world.step(400)
     assert searches
+    assert box.pose.position[0] < 0.8
 
 
 @pytest.mark.parametrize("kind", ["mesh", "box"])
@@ -303,7 +322,7 @@ def test_no_contacts_are_looked_for_beside_a_tall_post(world, monkeypatch, tmp_p
     toward = 1.5 * np.array((place[0], place[1], 0.0)) / aside
     world.engine.set_base_velocity(box.body, tuple(toward), (0.0, 0.0, 0.0))
     world.step(100)
-    assert bool(searches) == (kind == "mesh")
+    assert not searches
     assert box.pose.position[0] < 0.08  # 0.3 without the post
 
 

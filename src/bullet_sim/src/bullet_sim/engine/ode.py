@@ -1,14 +1,13 @@
 """Steps of an engine made as Gazebo's ODE makes them; PyBullet has the shapes.
 
-PyBullet loads the bodies and finds the contacts of meshes that move with anything but planes and
-round shapes; the others are found as ODE finds them. What moves is numbers in arrays here (see
-quickstep.py), which are copied into PyBullet when somebody asks it.
+What moves is numbers in arrays here (see quickstep/), which are copied into PyBullet when somebody
+asks it. PyBullet loads the bodies, and finds the contacts of shapes that quickstep does not know:
+meshes that cannot be read, and what touches only some bodies.
 """
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,7 +31,11 @@ if TYPE_CHECKING:
     from bullet_sim.engine.engine import Engine
 
 try:
-    from bullet_sim.engine import quickstep as q
+    from bullet_sim.engine.quickstep import layout as q
+    from bullet_sim.engine.quickstep.compiled import is_compiled
+    from bullet_sim.engine.quickstep.contacts import softness
+    from bullet_sim.engine.quickstep.solver import advance
+    from bullet_sim.engine.quickstep.trees import build_tree
 except ImportError as error:  # numba is needed by this solver alone
     raise ModelError(
         f"solver 'ode' needs the Python package numba ({error}); the other solver is 'bullet'"
@@ -43,10 +46,9 @@ MAX_SPEED = 0.01  # [m/s] max_vel of a contact where a file gives none, as in sd
 FRICTION = 1.0
 _UNKNOWN = 2.0  # [m] radius of shapes of other kinds
 _KINDS = {"sphere": q.SPHERE, "cylinder": q.CYLINDER, "box": q.BOX, "mesh": q.MESH}
-_SOLIDS = (q.BOX, q.SPHERE, q.CYLINDER)
+_SOLIDS = (q.BOX, q.SPHERE, q.CYLINDER, q.MESH)
 _MOST_POINTS = 10  # of a pair of shapes
 _MOST_CLOSE = 32  # bodies to one
-_IN_A_BOX = 16  # triangles
 _UNTURNED = (0.0, 0.0, 0.0, 1.0)
 _CLOSE = 0.002  # [m] between a contact that Bullet finds and the shape that it is with
 
@@ -54,6 +56,16 @@ _CLOSE = 0.002  # [m] between a contact that Bullet finds and the shape that it 
 # Body, link, other body, its link, point [m], normal towards the first, depth [m], force (3,) [N]
 # on the first; world axes.
 _Contact = tuple[int, int, int, int, Vec3, Vec3, float, Array]
+
+
+@dataclass
+class Tree:
+    """A mesh's triangles in boxes; arrays as in Trees, numbers from 0."""
+
+    corners: Array
+    nodes: Array
+    children: Array
+    depth: int
 
 
 @dataclass
@@ -110,7 +122,8 @@ class OdeSolver:
         self.configure(OdeSettings())
         self._client = engine.client
         self._is_ahead = False  # PyBullet's bodies are where they were
-        self._files: dict[tuple[Any, ...], Array] = {}  # vertices, and triangles, of meshes
+        self._files: dict[tuple[Any, ...], Array] = {}  # vertices of meshes
+        self._trees: dict[tuple[Any, ...], Tree | None] = {}
         self._traced: dict[tuple[Any, ...], tuple[Triangles, Array, float]] = {}
         self.clear()
 
@@ -126,9 +139,7 @@ class OdeSolver:
     @staticmethod
     def is_compiled() -> bool:
         """Whether this version of the solver was compiled before, next to its source."""
-        source = Path(q.__file__)
-        kept = source.parent.glob(f"__pycache__/{source.stem}.advance-*.nbi")
-        return any(file.stat().st_mtime >= source.stat().st_mtime for file in kept)
+        return is_compiled()
 
     def compile(self) -> None:
         """Compile the solver, unless that was done; else the first step does."""
@@ -239,6 +250,7 @@ class OdeSolver:
         joints: list[Array] = []
         types: list[tuple[int, int, int]] = []
         shapes: list[Array] = []
+        moving: list[Tree | None] = []  # of each shape that is a solid
         kinds: list[tuple[int, ...]] = []  # as in Scene
         chunks: list[Array] = [np.zeros((0, 6))]
         vertices: list[Array] = [np.zeros((0, 3))]
@@ -261,7 +273,7 @@ class OdeSolver:
                     if kind == q.MESH:
                         corners = self._vertices(shape, link)
                         vertices.append(corners)
-                        kind = kind if len(corners) else q.OTHER
+                        kind = kind if len(corners) and self._tree(shape) else q.OTHER
                         reach = np.linalg.norm(corners, axis=1).max(initial=0.0)
                         bodies[-1][q.RADIUS] = max(bodies[-1][q.RADIUS], reach)
                     if kind == q.OTHER:
@@ -271,6 +283,8 @@ class OdeSolver:
                     kinds.append((rows[name], kind, *span))
                     chunks.append(_chunks(corners))
                     shapes.append(_shape_row(shape, link))
+                    if kind != q.OTHER:
+                        moving.append(self._tree(shape))
                     extents.append(_extent(shape, link, corners))
             for joint in part.joints:
                 joints.append(self._joint_row(part, joint))
@@ -296,6 +310,7 @@ class OdeSolver:
         meet = self._build_meet(parts)
         ground = self._build_surroundings(bool(meet.any()))
         self._add_moving_solids(ground, shapes)
+        self._add_trees(ground, moving)
         self._scene = q.Scene(
             shapes=_table(shapes, q.G_COLUMNS),
             kinds=self._kinds,
@@ -307,7 +322,8 @@ class OdeSolver:
             around=np.zeros((len(shapes), 6)),
             meet=meet,
             close=np.zeros((_MOST_CLOSE * len(bodies), 2), np.int64),
-            counts=np.zeros(1, np.int64),
+            pairs=np.zeros((4 * self._most_contacts(shapes, ground), 3), np.int64),
+            counts=np.array([0, (ground["contents"] < 0).sum()], np.int64),
             **ground,
         )
         self._moving: RayShapes | None = None
@@ -354,37 +370,37 @@ class OdeSolver:
         found: Array = np.where(meet, np.where(known, q.FOUND, q.LEFT), q.APART)
         return found
 
-    def _add_moving_solids(self, ground: dict[str, Array], shapes: list[Array]) -> None:
+    def _add_moving_solids(self, ground: dict[str, Any], shapes: list[Array]) -> None:
         """Rows of solids for the shapes of bodies, after those that never move."""
         found = np.flatnonzero(np.isin(self._kinds[:, 1], _SOLIDS))
         first, count = len(ground["solids"]), len(found)
         solids, faces = np.zeros((count, q.B_COLUMNS)), np.zeros((count, q.P_COLUMNS))
         for i, s in enumerate(found):
-            kind, size = int(self._kinds[s, 1]), shapes[s][q.G_SIZE : q.G_SIZE + 3]
-            solids[i, : q.B_CENTRE] = _solid_size(kind, size)
+            size = shapes[s][q.G_SIZE : q.G_SIZE + 3]
+            solids[i, : q.B_CENTRE] = _solid_size(int(self._kinds[s, 1]), size)
             faces[i, q.P_MU :] = shapes[s][q.G_MU :]
         solid_of = np.full(len(shapes), -1, np.int64)
         solid_of[found] = first + np.arange(count)
         ground["solids"] = np.concatenate([ground["solids"], solids])
         ground["faces"] = np.concatenate([ground["faces"], faces])
-        ground["boxes_of"] = np.concatenate([ground["boxes_of"], np.full(count, -1)])
+        ground["owners"] = np.concatenate([ground["owners"], np.full(count, -1)])
         ground["solid_kinds"] = np.concatenate([ground["solid_kinds"], self._kinds[found, 1]])
         ground["solid_of"] = solid_of
 
-    def _build_surroundings(self, several: bool) -> dict[str, Array]:
-        """What never moves: planes, triangles of meshes, boxes, and boxes around all but planes.
+    def _build_surroundings(self, several: bool) -> dict[str, Any]:
+        """What never moves: planes, solids, and boxes around all but planes.
 
         Args:
             several: whether bodies may touch each other.
         """
-        planes, masks, faces, boxes_of = [], [], [], []
+        planes, masks, faces, owners = [], [], [], []
         solids: list[list[float]] = []
-        solid_kinds: list[int] = []
-        boxes, ranges = [np.zeros((0, 6))], [np.zeros((0, 3), np.int64)]
-        triangles, slopes = [np.zeros((0, 3, 3))], [np.zeros((0, q.P_COLUMNS))]
-        meshes, hosts = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
-        self._solid_bodies: list[tuple[int, int]] = []  # all contacts of wheels with them are found
-        self._pure_bodies: set[int] = set()  # those of boxes, too: these have no mesh
+        kinds: list[int] = []
+        boxes: list[Array] = []
+        contents: list[int] = []
+        hosts: list[int] = []
+        self._solid_trees: list[Tree | None] = []  # of those that never move
+        self._known: list[tuple[int, int]] = []  # bodies whose contacts quickstep finds
         self._plane_of: list[tuple[int, int]] = []
         self._flat: set[int] = set()  # bodies of planes alone
         for still in self._still.values():
@@ -392,42 +408,27 @@ class OdeSolver:
             others = [shape for shape in link.collisions if shape.geometry.kind != "plane"]
             if not others:
                 self._flat.add(body)
-            before = sum(map(len, boxes))
             frame = Pose(*self._engine.base_pose(body))
-            found = None if (body, -1) in self._filtered else self._parts_of(others, frame)
-            if found is None:
-                for shape in others:
-                    boxes.append(self._box_around(shape, frame, body))
-                    ranges.append(_table([(q.UNKNOWN, 0, 0)], 3, np.int64))
-            else:
-                is_pure = all(parts is None for _, parts in found)
-                self._pure_bodies |= {body} if is_pure else set()
-                for shape, parts in found:
-                    surface = shape.surface or link.surface
-                    if parts is None:
-                        pose = frame * shape.pose
-                        boxes.append(self._box_around(shape, frame, body))
-                        kind = q.SOLID if is_pure else q.MIXED
-                        ranges.append(_table([(kind, len(solids), len(solids) + 1)], 3, np.int64))
-                        code = _KINDS[shape.geometry.kind]
-                        half = _solid_size(code, shape.geometry.size)
-                        solids.append([*half, *pose.position, *pose.matrix.ravel()])
-                        solid_kinds.append(code)
-                        faces.append(_plane_row(np.zeros(3), 0.0, surface))
-                        boxes_of.append(len(self._solid_bodies))
-                        continue
-                    low, high = (
-                        np.array([f(each, axis=(0, 1)) for each in parts]) for f in (np.min, np.max)
-                    )
-                    boxes.append(np.hstack([low, high]))
-                    ends = sum(map(len, triangles)) + np.cumsum([0, *map(len, parts)])
-                    kinds = np.full(len(parts), q.TRIANGLES)
-                    ranges.append(np.column_stack([kinds, ends[:-1], ends[1:]]))
-                    triangles.append(np.concatenate(parts))
-                    slopes.append(_slopes(triangles[-1], surface))
-                    meshes.append(np.full(len(triangles[-1]), len(self._solid_bodies)))
-                self._solid_bodies.append((body, -1))
-            hosts.append(np.full(sum(map(len, boxes)) - before, body))
+            trees = [self._tree(shape) for shape in others]
+            is_known = (body, -1) not in self._filtered and all(
+                tree is not None or _KINDS.get(shape.geometry.kind, q.MESH) != q.MESH
+                for shape, tree in zip(others, trees)
+            )
+            for shape, tree in zip(others, trees):
+                hosts.append(body)
+                boxes.append(self._box_around(shape, frame, body, tree if is_known else None))
+                contents.append(len(solids) if is_known else -1)
+                if not is_known:
+                    continue
+                pose, code = frame * shape.pose, _KINDS[shape.geometry.kind]
+                half = _solid_size(code, shape.geometry.size)
+                solids.append([*half, *pose.position, *pose.matrix.ravel()])
+                kinds.append(code)
+                faces.append(_plane_row(np.zeros(3), 0.0, shape.surface or link.surface))
+                owners.append(len(self._known))
+                self._solid_trees.append(tree)
+            if is_known:
+                self._known.append((body, -1))
             for shape in link.collisions:
                 if shape.geometry.kind == "plane":
                     pose = frame * shape.pose
@@ -436,7 +437,7 @@ class OdeSolver:
                     planes.append(_plane_row(normal, float(normal @ pose.position), surface))
                     masks.append(self._filtered.get((body, -1), 0xFFFF))
                     self._plane_of.append((body, -1))
-        around = np.concatenate(boxes)
+        around = _table(boxes, 6)
         own = [self._filtered.get(self._owner[row], 0xFFFF) for row, *_ in self._kinds.tolist()]
         touches = np.array([[bool(a & b) for b in masks] for a in own], np.bool_)
         self._watch = bool(len(around) or several)
@@ -444,38 +445,60 @@ class OdeSolver:
         return {
             "planes": _table(planes, q.P_COLUMNS),
             "touches": touches.reshape(len(own), len(masks)),
-            "triangles": np.concatenate(triangles).reshape(-1, 9),
-            "slopes": np.concatenate(slopes),
-            "meshes": np.concatenate(meshes),
             "solids": _table(solids, q.B_COLUMNS),
             "faces": _table(faces, q.P_COLUMNS),
-            "boxes_of": np.array(boxes_of, np.int64),
-            "solid_kinds": np.array(solid_kinds, np.int64),
+            "owners": np.array(owners, np.int64),
+            "solid_kinds": np.array(kinds, np.int64),
             "boxes": around,
-            "ranges": np.concatenate(ranges),
-            "hosts": np.concatenate(hosts),
+            "contents": np.array(contents, np.int64),
+            "hosts": np.array(hosts, np.int64),
             "covers": _table(
                 [_around(around[i : i + q.COVERED]) for i in range(0, len(around), q.COVERED)],
                 6,
             ),
-            "knows": self._build_knows(),
+            "knows": np.array(
+                [
+                    kind != q.OTHER and self._owner[row] not in self._filtered
+                    for row, kind, *_ in self._kinds.tolist()
+                ],
+                np.bool_,
+            ),
         }
 
-    def _parts_of(
-        self, shapes: Sequence[Shape], frame: Pose
-    ) -> list[tuple[Shape, list[Array] | None]] | None:
-        """Triangles of meshes, None of solids; None in all if there is a shape of another kind."""
-        found: list[tuple[Shape, list[Array] | None]] = []
-        for shape in shapes:
-            parts = self._triangles_of(shape, frame)
-            if parts is None and _KINDS.get(shape.geometry.kind, q.MESH) == q.MESH:
-                return None
-            found.append((shape, parts))
-        return found
+    def _add_trees(self, ground: dict[str, Any], moving: list[Tree | None]) -> None:
+        """The meshes of all solids, each once, and the roots of the solids' trees."""
+        used = [*self._solid_trees, *moving]
+        firsts: dict[int, tuple[int, int]] = {}  # number of the first node and triangle
+        distinct: list[Tree] = []
+        nodes = triangles = 0
+        for tree in used:
+            if tree is not None and id(tree) not in firsts:
+                firsts[id(tree)] = nodes, triangles
+                distinct.append(tree)
+                nodes, triangles = nodes + len(tree.nodes), triangles + len(tree.corners)
+        children = [np.zeros((0, 2), np.int64)]
+        for tree in distinct:
+            node, triangle = firsts[id(tree)]
+            moved = np.where(tree.children >= 0, tree.children + node, tree.children - triangle)
+            children.append(np.where(tree.children == q.NO_CHILD, q.NO_CHILD, moved))
+        ground["roots"] = np.array(
+            [-1 if tree is None else firsts[id(tree)][0] for tree in used], np.int64
+        )
+        ground["trees"] = q.Trees(
+            np.concatenate([np.zeros((0, 9)), *(tree.corners for tree in distinct)]),
+            np.concatenate([np.zeros((0, 6)), *(tree.nodes for tree in distinct)]),
+            np.concatenate(children),
+            np.array([max((tree.depth for tree in distinct), default=1)], np.int64),
+        )
+
+    @staticmethod
+    def _most_contacts(shapes: Sequence[Array], ground: Mapping[str, Any]) -> int:
+        """Number of contacts for which there is room."""
+        count, planes = len(shapes), len(ground["planes"])
+        return _MOST_POINTS * max(1, count) * (planes + 2) + 128 * _MOST_POINTS
 
     def _build_workspace(self) -> None:
-        count, planes = len(self._scene.shapes), len(self._scene.planes)
-        most = _MOST_POINTS * max(1, count) * (planes + 2) + 128 * _MOST_POINTS
+        most = len(self._scene.pairs) // 4
         self._contacts = np.zeros((most, q.C_SIZE))
         self._owners = np.full((most, 4), -1, np.int64)
         self._first_row = np.zeros(most, np.int64)
@@ -486,40 +509,30 @@ class OdeSolver:
         self._work = np.zeros((len(self.bodies), q.W_SIZE))
         self._marks = np.zeros((4, max(most, len(self.bodies) + 1, len(self.joints))), np.int64)
         self._result = np.zeros(1, np.int64)
-        self._others = list(self._solid_bodies)
+        self._others = list(self._known)
 
-    def _build_knows(self) -> Array:
-        """Of what never moves, besides planes, quickstep finds the contacts of shapes (s,)."""
-        knows = np.full(len(self._kinds), q.NOTHING)
-        knows[self._kinds[:, 1] == q.BOX] = q.SOLIDS
-        knows[np.isin(self._kinds[:, 1], (q.SPHERE, q.CYLINDER))] = q.ALL
-        for row, (body, *_) in enumerate(self._kinds.tolist()):
-            if self._owner[body] in self._filtered:
-                knows[row] = q.NOTHING
-        return knows
-
-    def _triangles_of(self, shape: Shape, frame: Pose) -> list[Array] | None:
-        """Triangles (n, 3, 3) [m] of a mesh in the world, those next to each other together."""
-        pose, geometry = frame * shape.pose, shape.geometry
+    def _tree(self, shape: Shape) -> Tree | None:
+        """The tree of a mesh; None: it is none, or cannot be read."""
+        geometry = shape.geometry
         if geometry.kind != "mesh":
             return None
-        key = (geometry.path,)
-        if key not in self._files:  # each model that is spawned asks again
-            found = mesh_triangles(geometry.path)
-            self._files[key] = np.zeros((0, 3, 3)) if found is None else found
-        triangles = self._files[key]
-        if not len(triangles):
-            return None
-        return _parts((triangles * np.asarray(geometry.scale)) @ pose.matrix.T + pose.position)
+        key = geometry.path, geometry.scale
+        if key not in self._trees:  # each model that is spawned asks again
+            triangles = mesh_triangles(geometry.path)
+            self._trees[key] = None if triangles is None else _make_tree(triangles, geometry.scale)
+        return self._trees[key]
 
-    def _box_around(self, shape: Shape, frame: Pose, body: int) -> Array:
-        """Box (1, 6) around a shape of what never moves."""
+    def _box_around(self, shape: Shape, frame: Pose, body: int, tree: Tree | None) -> Array:
+        """Box (6,) around a shape of what never moves."""
         pose, geometry = frame * shape.pose, shape.geometry
+        if tree is not None:
+            corners = tree.corners.reshape(-1, 3) @ pose.matrix.T + pose.position
+            return np.concatenate([corners.min(axis=0), corners.max(axis=0)])
         half = _half_size(geometry.kind, geometry.size)
         if half is None:
-            return _table([np.concatenate(p.getAABB(body, -1, physicsClientId=self._client))], 6)
+            return np.concatenate(p.getAABB(body, -1, physicsClientId=self._client))
         half = np.abs(pose.matrix) @ half
-        return _table([np.concatenate([pose.position - half, pose.position + half])], 6)
+        return np.concatenate([pose.position - half, pose.position + half])
 
     def _vertices(self, shape: Shape, link: Link) -> Array:
         """Vertices (n, 3) [m] of a mesh, from its link's centre of mass; none: unreadable."""
@@ -527,7 +540,7 @@ class OdeSolver:
         key = geometry.path, geometry.submesh, geometry.scale
         if key not in self._files:
             corners = mesh_corners(geometry.path, shared=geometry.is_converted)
-            self._files[key] = corners * np.asarray(geometry.scale)
+            self._files[key] = corners.astype(np.float32) * np.asarray(geometry.scale, np.float32)
         return self._files[key] @ shape.pose.matrix.T + shape.pose.position - link.centre
 
     def _joint_row(self, part: Part, joint: Joint) -> Array:
@@ -700,7 +713,7 @@ class OdeSolver:
         self._is_ahead = True
 
     def _advance(self, count: int, given: int, gravity: Array) -> int:
-        done = q.advance(
+        done = advance(
             count, self._engine.time_step, self.settings.iterations, self._numbers, gravity,
             self.bodies, self._sequence, self.joints, self._types, self._starts, self._lists,
             self._below, self._scene, self._contacts, self._owners,
@@ -744,7 +757,7 @@ class OdeSolver:
         """Contacts that PyBullet finds, into the first rows; their number."""
         self._copy_to_bullet()
         p.performCollisionDetection(physicsClientId=self._client)
-        self._others = list(self._solid_bodies)
+        self._others = list(self._known)
         n = 0
         for point in p.getContactPoints(physicsClientId=self._client) or ():
             _, one, two, link_one, link_two, _, at, normal, distance = point[:9]
@@ -758,9 +771,8 @@ class OdeSolver:
                 first, second, normal = second, None, tuple(-x for x in normal)
             if second is None and two in self._flat and (one, link_one) not in self._mixed:
                 continue  # found by quickstep
-            if second is None and (two, link_two) in self._solid_bodies:
-                if self._is_known(first, at, two in self._pure_bodies):
-                    continue  # found by quickstep, too
+            if second is None and (two, link_two) in self._known and self._is_known(first, at):
+                continue  # found by quickstep, too
             if second is not None and self._scene.meet[first, second] == q.FOUND:
                 continue
             if n >= 64 * _MOST_POINTS:
@@ -777,36 +789,17 @@ class OdeSolver:
             n += 1
         return n
 
-    def _is_known(self, row: int, point: Vec3, is_pure: bool) -> bool:
-        """Whether quickstep finds a body's contact with what never moves.
-
-        Args:
-            is_pure: whether the latter has no mesh.
-        """
+    def _is_known(self, row: int, point: Vec3) -> bool:
+        """Whether quickstep finds a body's contact with what never moves."""
         scene, body = self._scene, self.bodies[row]
-        needed = q.SOLIDS if is_pure else q.ALL
         own = slice(scene.firsts[row], scene.firsts[row + 1])
-        known = scene.knows[own] >= needed
+        known = scene.knows[own]
         if known.all() or not known.any():
             return bool(known.all())
         orientation: Any = body[q.QUAT : q.QUAT + 4]
         local = matrix_from_quaternion(orientation).T @ (np.asarray(point) - body[: q.QUAT])
-        for s in range(own.start, own.stop):
-            if scene.knows[s] < needed:
-                continue
-            shape, kind = scene.shapes[s], scene.kinds[s, 1]
-            turn = shape[q.G_ROTATION : q.G_ROTATION + 9].reshape(3, 3)
-            at = turn.T @ (local - shape[q.G_OFFSET : q.G_OFFSET + 3])
-            if kind == q.SPHERE:
-                is_on = float(np.linalg.norm(at)) < shape[q.G_SIZE] + _CLOSE
-            elif kind == q.BOX:
-                is_on = bool((np.abs(at) < 0.5 * shape[q.G_SIZE : q.G_SIZE + 3] + _CLOSE).all())
-            else:
-                is_on = math.hypot(at[0], at[1]) < shape[q.G_SIZE] + _CLOSE
-                is_on = is_on and abs(at[2]) < 0.5 * shape[q.G_SIZE + 1] + _CLOSE
-            if is_on:
-                return True
-        return False
+        middle, half = scene.extents[own, :3], scene.extents[own, 3:]
+        return bool((known & (np.abs(local - middle) < half + _CLOSE).all(axis=1)).any())
 
     def _surface(self, key: tuple[int, int]) -> Surface:
         body, link = key
@@ -829,7 +822,7 @@ class OdeSolver:
             mine, its = self._surface(one), self._surface(two)
             row = np.zeros(q.C_SIZE)
             row[q.C_MU : q.C_MU + 2] = np.minimum(_friction(mine), _friction(its))
-            row[q.C_ERP], row[q.C_CFM] = q.softness(
+            row[q.C_ERP], row[q.C_CFM] = softness(
                 self._engine.time_step,
                 *(_stiffness(mine), _damping(mine)),
                 *(_stiffness(its), _damping(its)),
@@ -1101,9 +1094,12 @@ def _extent(shape: Shape, link: Link, corners: Array) -> Array:
 
 
 def _solid_size(kind: int, size: Sequence[float] | Array) -> Array:
-    """Half the edges (3,), or radius and half the length [m], of a solid of an SDF's size."""
+    """Half the edges (3,), or radius and half the length [m], of a solid of an SDF's size; of a
+    mesh: 0."""
     if kind == q.BOX:
         return 0.5 * np.asarray(size, float)
+    if kind == q.MESH:
+        return np.zeros(3)
     return np.array([size[0], 0.5 * size[1] if kind == q.CYLINDER else 0.0, 0.0])
 
 
@@ -1142,28 +1138,15 @@ def _around(boxes: Array) -> Array:
     return np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
 
 
-def _parts(triangles: Array) -> list[Array]:
-    """Triangles (n, 3, 3) in groups of those next to each other."""
-    if len(triangles) <= _IN_A_BOX:
-        return [triangles]
-    extent = triangles.max(axis=(0, 1)) - triangles.min(axis=(0, 1))
-    order = np.argsort(triangles.sum(axis=1)[:, np.argmax(extent)], kind="stable")
-    first, second = np.split(triangles[order], [len(order) // 2])
-    return _parts(first) + _parts(second)
-
-
-def _slopes(triangles: Array, surface: Surface) -> Array:
-    """Rows of the planes of triangles (n, 3, 3); without an area: far below everything."""
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    lengths = np.linalg.norm(normals, axis=1)
-    flat = lengths < 1e-12
-    normals = np.where(
-        flat[:, None], (0.0, 0.0, 1.0), normals / np.where(flat, 1.0, lengths)[:, None]
-    )
-    rows = np.tile(_plane_row(np.zeros(3), 0.0, surface), (len(triangles), 1))
-    rows[:, q.P_PLANE : q.P_PLANE + 3] = normals
-    rows[:, q.P_PLANE + 3] = np.where(flat, -1e9, np.einsum("ij,ij->i", normals, triangles[:, 0]))
-    return rows
+def _make_tree(triangles: Array, scale: Vec3) -> Tree:
+    """The tree of triangles (n, 3, 3) [m], which are scaled; single precision, as in Gazebo."""
+    corners = triangles.astype(np.float32) * np.asarray(scale, np.float32)
+    count = len(corners)
+    order = np.empty(count, np.int64)
+    nodes = np.empty((max(1, count - 1), 6))
+    children = np.full((max(1, count - 1), 2), q.NO_CHILD, np.int64)
+    depth = build_tree(corners, order, nodes, children)
+    return Tree(corners[order].reshape(-1, 9).astype(float), nodes, children, depth)
 
 
 def _shape_row(shape: Shape, link: Link) -> Array:

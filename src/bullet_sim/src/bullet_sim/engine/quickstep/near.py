@@ -1,0 +1,172 @@
+"""What is near: which bodies have to be looked at, and whether the caller has to."""
+
+import numpy as np
+
+from bullet_sim.engine.quickstep.compiled import compiled
+from bullet_sim.engine.quickstep.layout import (
+    APART,
+    ASLEEP,
+    B_CENTRE,
+    B_COLUMNS,
+    B_HALF,
+    B_ROTATION,
+    COVERED,
+    LEFT,
+    MESH,
+    OTHER,
+    PARALLEL,
+    POS,
+    QUAT,
+    RADIUS,
+    Scene,
+)
+from bullet_sim.engine.quickstep.solids import box_overlap
+from bullet_sim.engine.quickstep.vectors import matrix, overlap, rotate
+from bullet_sim.pose import Array
+
+
+@compiled
+def _place_boxes(b: int, bodies: Array, scene: Scene) -> None:
+    """Boxes around a body's shapes where they are."""
+    turn = np.empty(9)
+    matrix(bodies[b, QUAT : QUAT + 4], turn)
+    for s in range(scene.firsts[b], scene.firsts[b + 1]):
+        for i in range(3):
+            middle, reach = bodies[b, POS + i], 0.0
+            for k in range(3):
+                middle += turn[3 * i + k] * scene.extents[s, k]
+                reach += abs(turn[3 * i + k]) * scene.extents[s, 3 + k]
+            scene.around[s, i], scene.around[s, 3 + i] = middle - reach, middle + reach
+
+
+@compiled
+def _solid_around(s: int, body: Array, scene: Scene, solid: Array) -> None:
+    """The box around a shape, turned with its body, as a row of solids."""
+    turn = solid[B_ROTATION : B_ROTATION + 9]
+    matrix(body[QUAT : QUAT + 4], turn)
+    rotate(turn, scene.extents[s, :3], solid[B_CENTRE : B_CENTRE + 3])
+    for k in range(3):
+        solid[B_CENTRE + k] += body[POS + k]
+        solid[B_HALF + k] = scene.extents[s, 3 + k]
+
+
+@compiled
+def is_near(bodies: Array, scene: Scene) -> bool:
+    """Whether a body may touch what the caller finds the contacts of; notes what else is close."""
+    found, count = False, 0
+    for b in range(len(bodies)):
+        if bodies[b, RADIUS] <= 0.0:
+            continue
+        _place_boxes(b, bodies, scene)
+        if bodies[b, ASLEEP] != 0.0 or found:
+            continue
+        for s in range(scene.firsts[b], scene.firsts[b + 1]):
+            if scene.knows[s] and scene.counts[1] == 0:
+                continue
+            box = scene.around[s]
+            if _is_near_still(box[:3], box[3:], scene.knows[s], scene.models[b], scene):
+                found = True
+    for b in range(len(bodies)):
+        for other in range(b):
+            if bodies[b, ASLEEP] * bodies[other, ASLEEP] != 0.0 or scene.meet[b, other] == APART:
+                continue
+            distance = 0.0
+            for k in range(3):
+                gap = bodies[b, POS + k] - bodies[other, POS + k]
+                distance += gap * gap
+            reach = bodies[b, RADIUS] + bodies[other, RADIUS]
+            if distance > reach * reach or not _may_touch(b, other, bodies, scene):
+                continue
+            if scene.meet[b, other] == LEFT:
+                found = True
+            elif count < len(scene.close):
+                scene.close[count, 0], scene.close[count, 1] = b, other
+                count += 1
+    scene.counts[0] = count
+    return found
+
+
+@compiled
+def _may_touch(b: int, other: int, bodies: Array, scene: Scene) -> bool:
+    """Whether boxes around shapes of two bodies, turned with them, overlap."""
+    one, two, found = np.empty(B_COLUMNS), np.empty(B_COLUMNS), np.empty(4)
+    for s in range(scene.firsts[b], scene.firsts[b + 1]):
+        box = scene.around[s]
+        for t in range(scene.firsts[other], scene.firsts[other + 1]):
+            if overlap(box[:3], box[3:], scene.around[t]):
+                _solid_around(s, bodies[b], scene, one)
+                _solid_around(t, bodies[other], scene, two)
+                if box_overlap(one, two, PARALLEL, found) >= 0:
+                    return True
+    return False
+
+
+@compiled
+def _is_near_still(low: Array, high: Array, knows: bool, model: int, scene: Scene) -> bool:
+    """Whether a box around a shape overlaps what never moves and the caller has to look at."""
+    for i in range(len(scene.covers)):
+        if not overlap(low, high, scene.covers[i]):
+            continue
+        for at in range(i * COVERED, min((i + 1) * COVERED, len(scene.boxes))):
+            if knows and scene.contents[at] >= 0 or scene.hosts[at] == model:
+                continue
+            if overlap(low, high, scene.boxes[at]):
+                return True
+    return False
+
+
+@compiled
+def _add_pair(s: int, b: int, other: int, n: int, scene: Scene) -> int:
+    if n < len(scene.pairs):
+        scene.pairs[n, 0], scene.pairs[n, 1], scene.pairs[n, 2] = s, b, other
+        n += 1
+    return n
+
+
+@compiled
+def _list_still(s: int, meshes: bool, n: int, scene: Scene) -> int:
+    """Append what never moves, but planes, and is near a shape; the number of all pairs then."""
+    kind, low, high = scene.kinds[s, 1], scene.around[s, :3], scene.around[s, 3:]
+    model = scene.models[scene.kinds[s, 0]]
+    for i in range(len(scene.covers)):
+        if not overlap(low, high, scene.covers[i]):
+            continue
+        for at in range(i * COVERED, min((i + 1) * COVERED, len(scene.boxes))):
+            b = scene.contents[at]
+            if b < 0 or (kind == MESH or scene.solid_kinds[b] == MESH) != meshes:
+                continue
+            if scene.hosts[at] != model and overlap(low, high, scene.boxes[at]):
+                n = _add_pair(s, b, -1, n, scene)
+    return n
+
+
+@compiled
+def list_pairs(bodies: Array, sequence: Array, scene: Scene) -> int:
+    """Fill scene.pairs in the order of Gazebo's contacts; the number of them.
+
+    Those with a mesh come after the others; first those of bodies that are close to each other,
+    then with what never moves: bodies as in the last step, of a body the last shape first.
+    """
+    n = 0
+    for meshes in (False, True):
+        for i in range(scene.counts[0]):
+            one, two = scene.close[i, 0], scene.close[i, 1]
+            for s in range(scene.firsts[one + 1] - 1, scene.firsts[one] - 1, -1):
+                box = scene.around[s]
+                for t in range(scene.firsts[two + 1] - 1, scene.firsts[two] - 1, -1):
+                    if (scene.kinds[s, 1] == MESH or scene.kinds[t, 1] == MESH) != meshes:
+                        continue
+                    if overlap(box[:3], box[3:], scene.around[t]):
+                        n = _add_pair(s, scene.solid_of[t], two, n, scene)
+        for body in sequence:
+            if bodies[body, ASLEEP] != 0.0:
+                continue
+            for s in range(scene.firsts[body + 1] - 1, scene.firsts[body] - 1, -1):
+                if scene.kinds[s, 1] == OTHER:
+                    continue
+                for p in range(len(scene.planes) if (scene.kinds[s, 1] == MESH) == meshes else 0):
+                    if scene.touches[s, p]:
+                        n = _add_pair(s, -1 - p, -1, n, scene)
+                if scene.knows[s]:
+                    n = _list_still(s, meshes, n, scene)
+    return n

@@ -1,0 +1,540 @@
+"""Contacts of spheres, cylinders, boxes and triangles with a triangle, as ODE finds them.
+
+Triangles are nine numbers, their corners in the world; their outer side is the one from which the
+corners are counter-clockwise.
+"""
+
+import math
+
+import numpy as np
+
+from bullet_sim.engine.quickstep.compiled import compiled
+from bullet_sim.engine.quickstep.layout import (
+    B_CENTRE,
+    B_HALF,
+    B_ROTATION,
+    COPLANAR,
+    EPSILON,
+    INFINITE,
+    STANDING,
+)
+from bullet_sim.engine.quickstep.solids import (
+    disc_points,
+    hull_points,
+    side_line,
+    try_axis,
+    try_rims,
+)
+from bullet_sim.engine.quickstep.vectors import clip_line, clip_polygon, closest, cross, dot
+from bullet_sim.pose import Array
+
+
+@compiled
+def sphere_on_triangle(
+    ball: Array, corners: Array, plane: Array, points: Array, normal: Array
+) -> int:
+    """Contact of a sphere with a triangle that it is in front of: point and depth (n, 4) and the
+    normal of the triangle's plane, towards the sphere; the number of contacts.
+
+    Args:
+        ball: row of solids.
+        plane: (4,) normal of the triangle and its distance from the origin.
+    """
+    centre, radius, point = ball[B_CENTRE : B_CENTRE + 3], ball[B_HALF], np.empty(3)
+    closest(centre, corners, point)
+    distance = along = 0.0
+    for k in range(3):
+        gap = centre[k] - point[k]
+        distance += gap * gap
+        along += gap * plane[k]
+        normal[k] = plane[k]
+        points[0, k] = point[k]
+    distance = math.sqrt(distance)
+    if distance > radius or distance == 0.0 or along < 0.0:
+        return 0
+    points[0, 3] = (radius - distance) * (along / distance)
+    return 1
+
+
+@compiled
+def cylinder_on_triangle(
+    round_: Array, corners: Array, plane: Array, points: Array, normal: Array
+) -> int:
+    """Contacts of a cylinder with a triangle, as sphere_on_triangle().
+
+    The direction of the least overlap is the normal; points are those of the cylinder's line, or of
+    the triangle below its disc.
+    """
+    centre, turn = round_[B_CENTRE : B_CENTRE + 3], round_[B_ROTATION : B_ROTATION + 9]
+    cylinder, best, ends = np.empty(5), np.empty(6), np.empty((2, 3))
+    hull, edges, axis = np.empty((16, 3)), np.empty((3, 3)), np.empty(3)
+    for k in range(3):
+        cylinder[k] = turn[3 * k + 2]
+        for i in range(3):
+            hull[i, k] = corners[3 * i + k] - centre[k]
+    cylinder[3], cylinder[4] = round_[B_HALF], round_[B_HALF + 1]
+    best[0] = INFINITE
+    if not try_axis(-plane[0], -plane[1], -plane[2], hull, 3, cylinder, best):
+        return 0
+    for i in range(3):
+        for k in range(3):
+            edges[i, k] = hull[(i + 1) % 3, k] - hull[i, k]
+        cross(cylinder[:3], edges[i], axis)
+        if not try_axis(axis[0], axis[1], axis[2], hull, 3, cylinder, best):
+            return 0
+    for i in range(3):  # across the cylinder's axis, towards a corner
+        along = 0.0
+        for k in range(3):
+            along += hull[i, k] * cylinder[k]
+        for k in range(3):
+            axis[k] = along * cylinder[k] - hull[i, k]
+        if not try_axis(axis[0], axis[1], axis[2], hull, 3, cylinder, best):
+            return 0
+    if not try_axis(cylinder[0], cylinder[1], cylinder[2], hull, 3, cylinder, best):
+        return 0
+    for side in range(2):
+        end = cylinder[4] if side == 0 else -cylinder[4]
+        for i in range(3):
+            if not try_rims(hull[i], hull[(i + 1) % 3], hull, 3, cylinder, best, end):
+                return 0
+    cosine = 0.0
+    for k in range(3):
+        cosine += cylinder[k] * best[3 + k]
+        normal[k] = -best[3 + k]
+    if abs(cosine) >= STANDING:
+        count = disc_points(hull, 3, turn, cylinder, best, np.empty((16, 3)))
+        return hull_points(hull, count, False, centre, best, points)
+    if not side_line(best, cylinder, ends):
+        return 0
+    distance = 0.0
+    for k in range(3):
+        distance += plane[k] * hull[0, k]
+    if not clip_line(-plane[0], -plane[1], -plane[2], distance, ends):
+        return 0
+    for i in range(3):
+        cross(plane[:3], edges[i], axis)
+        distance = 1e-5
+        for k in range(3):
+            distance -= axis[k] * hull[i, k]
+        if not clip_line(axis[0], axis[1], axis[2], distance, ends):
+            return 0
+    return hull_points(ends, 2, True, centre, best, points)
+
+
+@compiled
+def _try_interval(
+    low: float, high: float, half: float, x: float, y: float, z: float, code: int, edge: bool,
+    best: Array,
+) -> bool:  # fmt: skip
+    """Whether a box of half a width overlaps an interval [m] along a direction of any length.
+
+    Args:
+        edge: the direction is across two edges, which count only if they overlap less than two
+            thirds of what faces do.
+        best: (5,) least overlap so far [m], its direction and its number.
+    """
+    before, behind = half - low, high + half
+    if before < 0.0 or behind < 0.0:
+        return False
+    sign = -1.0 if before > behind else 1.0
+    depth = behind if before > behind else before
+    length = math.sqrt(x * x + y * y + z * z) if edge else 1.0
+    depth /= length
+    if depth * (1.5 if edge else 1.0) < best[0]:
+        best[0], best[4] = depth, code
+        best[1], best[2], best[3] = sign * x / length, sign * y / length, sign * z / length
+    return True
+
+
+@compiled
+def _overlap_with_box(box: Array, corners: Array, edges: Array, face: Array, best: Array) -> bool:
+    """Whether a box and a triangle overlap in 13 directions; `best` as in _try_interval(): number 1
+    is the triangle's normal, 2 to 4 are the box's, from 5 on edges of both."""
+    gap, axes, across = np.empty(3), np.empty((3, 3)), np.empty(3)
+    height, reach = 0.0, 0.0
+    for k in range(3):
+        gap[k] = corners[k] - box[B_CENTRE + k]
+        height += face[k] * gap[k]
+    for i in range(3):
+        for k in range(3):
+            axes[i, k] = box[B_ROTATION + 3 * k + i]
+        reach += box[B_HALF + i] * abs(dot(face, axes[i]))
+    length = math.sqrt(dot(face, face))
+    if length < EPSILON or reach + height < 0.0:
+        return False
+    best[0], best[4] = (reach + height) / length, 1.0
+    for k in range(3):
+        best[1 + k] = -face[k] / length
+    for i in range(3):
+        a = dot(axes[i], gap)
+        b, c = a + dot(axes[i], edges[0]), a + dot(axes[i], edges[1])
+        if not _try_interval(min(a, b, c), max(a, b, c), box[B_HALF + i], axes[i, 0], axes[i, 1],
+                             axes[i, 2], 2 + i, False, best):  # fmt: skip
+            return False
+    for i in range(3):
+        turn = dot(axes[i], face)
+        one, two = (i + 1) % 3, (i + 2) % 3
+        for j in range(3):
+            cross(axes[i], edges[j], across)
+            if dot(across, across) <= EPSILON:
+                continue
+            a = dot(across, gap)
+            b = a + turn if j == 0 else a - turn
+            reach = box[B_HALF + one] * abs(dot(axes[two], edges[j]))
+            reach += box[B_HALF + two] * abs(dot(axes[one], edges[j]))
+            if not _try_interval(min(a, b), max(a, b), reach, across[0], across[1], across[2],
+                                 5 + 3 * i + j, True, best):  # fmt: skip
+                return False
+    return True
+
+
+@compiled
+def _crossing(box: Array, corners: Array, edges: Array, best: Array, points: Array) -> int:
+    """The contact of an edge of a box with one of a triangle: between both lines."""
+    code = int(best[4]) - 5
+    a, b = np.empty(3), np.empty(3)
+    along, to = np.empty(3), edges[code % 3] / math.sqrt(dot(edges[code % 3], edges[code % 3]))
+    first = 0 if code % 3 == 0 else 6 if code % 3 == 1 else 3  # a corner on the edge
+    for k in range(3):
+        a[k] = box[B_CENTRE + k]
+        b[k] = corners[first + k]
+        along[k] = box[B_ROTATION + 3 * k + code // 3]
+    for i in range(3):
+        cosine = 0.0
+        for k in range(3):
+            cosine += best[1 + k] * box[B_ROTATION + 3 * k + i]
+        for k in range(3):
+            side = box[B_HALF + i] if cosine > 0.0 else -box[B_HALF + i]
+            a[k] += side * box[B_ROTATION + 3 * k + i]
+    between = b - a
+    cosine = dot(along, to)
+    one, two, rest = dot(along, between), -dot(to, between), 1.0 - cosine * cosine
+    if rest > 0.0:
+        rest = 1.0 / rest
+        on_a, on_b = (one + cosine * two) * rest, (cosine * one + two) * rest
+        for k in range(3):
+            a[k] += along[k] * on_a
+            b[k] += to[k] * on_b
+    for k in range(3):
+        points[0, k] = 0.5 * (a[k] + b[k])
+    points[0, 3] = best[0]
+    return 1
+
+
+@compiled
+def _on_face_of_triangle(
+    box: Array, corners: Array, edges: Array, face: Array, best: Array, points: Array
+) -> int:
+    """Contacts of a box's side with a triangle: what of it is above the triangle and behind its
+    plane."""
+    local, one, two = np.empty(3), np.empty((16, 3)), np.empty((16, 3))
+    for i in range(3):
+        local[i] = 0.0
+        for k in range(3):
+            local[i] -= box[B_ROTATION + 3 * k + i] * best[1 + k]
+    x, y, z = abs(local[0]), abs(local[1]), abs(local[2])
+    first = (1 if y > z else 2) if y > x else (0 if x > z else 2)
+    u, v = (1, 2) if first == 0 else (0, 2) if first == 1 else (0, 1)
+    for k in range(3):
+        side = box[B_HALF + first] * box[B_ROTATION + 3 * k + first]
+        middle = box[B_CENTRE + k] - corners[k] + (-side if local[first] > 0.0 else side)
+        du = box[B_HALF + u] * box[B_ROTATION + 3 * k + u]
+        dv = box[B_HALF + v] * box[B_ROTATION + 3 * k + v]
+        one[0, k], one[1, k] = middle + du - dv, middle - du - dv
+        one[2, k], one[3, k] = middle - du + dv, middle + du + dv
+    length = math.sqrt(dot(face, face))
+    count = clip_polygon(-face[0] / length, -face[1] / length, -face[2] / length, 0.0, one, 4, two)
+    across, edge = np.empty(3), np.empty(3)
+    for i in range(3):
+        distance = 0.0
+        for k in range(3):
+            edge[k] = corners[3 * ((i + 1) % 3) + k] - corners[3 * i + k]
+        cross(face, edge, across)
+        length = math.sqrt(dot(across, across))
+        for k in range(3):
+            across[k] /= length
+            if i == 1:  # the only one that does not meet the first corner
+                distance -= edges[1, k] * across[k]
+        if i % 2 == 0:
+            count = clip_polygon(across[0], across[1], across[2], distance, two, count, one)
+        else:
+            count = clip_polygon(across[0], across[1], across[2], distance, one, count, two)
+    for i in range(count):
+        depth = 0.0
+        for k in range(3):
+            depth += best[1 + k] * one[i, k]
+            points[i, k] = one[i, k] + corners[k]
+        points[i, 3] = max(0.0, depth)
+    return count
+
+
+@compiled
+def _on_face_of_box(box: Array, corners: Array, best: Array, points: Array) -> int:
+    """Contacts of a triangle with a box's side: what of it is in the box."""
+    first, one, two = int(best[4]) - 2, np.empty((16, 3)), np.empty((16, 3))
+    for i in range(3):
+        for k in range(3):
+            one[i, k] = corners[3 * i + k] - box[B_CENTRE + k]
+    count = clip_polygon(-best[1], -best[2], -best[3], box[B_HALF + first], one, 3, two)
+    for i in range(3):
+        if i == first:
+            continue
+        x, y, z = box[B_ROTATION + i], box[B_ROTATION + 3 + i], box[B_ROTATION + 6 + i]
+        count = clip_polygon(x, y, z, box[B_HALF + i], two, count, one)
+        count = clip_polygon(-x, -y, -z, box[B_HALF + i], one, count, two)
+    for i in range(count):
+        depth = box[B_HALF + first]
+        for k in range(3):
+            depth -= best[1 + k] * two[i, k]
+            points[i, k] = two[i, k] + box[B_CENTRE + k]
+        points[i, 3] = max(0.0, depth)
+    return count
+
+
+@compiled
+def box_on_triangle(box: Array, corners: Array, points: Array, normal: Array) -> int:
+    """Contacts of a box with a triangle, as sphere_on_triangle(); a box behind it counts, too."""
+    edges, face, best = np.empty((3, 3)), np.empty(3), np.empty(5)
+    for k in range(3):
+        edges[0, k] = corners[3 + k] - corners[k]
+        edges[1, k] = corners[6 + k] - corners[k]
+        edges[2, k] = edges[1, k] - edges[0, k]
+    cross(edges[0], edges[1], face)
+    if not _overlap_with_box(box, corners, edges, face, best):
+        return 0
+    for k in range(3):
+        normal[k] = -best[1 + k]
+    if best[4] > 4.0:
+        return _crossing(box, corners, edges, best, points)
+    if best[4] == 1.0:
+        return _on_face_of_triangle(box, corners, edges, face, best, points)
+    return _on_face_of_box(box, corners, best, points)
+
+
+@compiled
+def _cut_off(normal: Array, distance: float, points: Array, count: int, out: Array) -> int:
+    """Corners of the part of a polygon that is behind a plane, at most eight; their number."""
+    n, was_behind = 0, False
+    for i in range(count + 1):
+        at = i % count if count else 0
+        if not count:
+            break
+        is_behind = dot(normal, points[at]) - distance <= 1e-8
+        if i > 0 and is_behind != was_behind and n < 8:
+            start = dot(normal, points[i - 1]) - distance
+            slope = 0.0
+            for k in range(3):
+                slope += (points[at, k] - points[i - 1, k]) * normal[k]
+            for k in range(3):
+                out[n, k] = points[i - 1, k] + (points[at, k] - points[i - 1, k]) * (-start / slope)
+            n += 1
+        if is_behind and n < 8 and i < count:
+            out[n] = points[at]
+            n += 1
+        was_behind = is_behind
+    return n
+
+
+@compiled
+def _deepest(one: Array, two: Array, plane: Array, points: Array) -> tuple[int, float]:
+    """Of a triangle above and below another one, the deepest points below its plane: their number,
+    and the depth [m], which is negative above it."""
+    edges, edge, across = np.empty((2, 3)), np.empty(3), np.empty(3)
+    for k in range(3):
+        edges[0, k] = one[3 + k] - one[k]
+        edges[1, k] = one[6 + k] - one[k]
+    cross(edges[0], edges[1], plane)
+    length = math.sqrt(dot(plane, plane))
+    if length == 0.0:
+        return 0, -INFINITE
+    for k in range(3):
+        plane[k] /= length
+    polygon, other = np.empty((9, 3)), np.empty((9, 3))
+    for i in range(3):
+        for k in range(3):
+            polygon[i, k] = two[3 * i + k]
+    count = 3
+    for i in range(3):
+        for k in range(3):
+            edge[k] = one[3 * ((i + 1) % 3) + k] - one[3 * i + k]
+        cross(edge, plane, across)
+        length = math.sqrt(dot(across, across))
+        if length == 0.0:
+            continue
+        for k in range(3):
+            across[k] /= length
+        count = _cut_off(across, dot(across, one[3 * i : 3 * i + 3]), polygon, count, other)
+        polygon, other = other, polygon
+    most, n, height = -INFINITE, 0, dot(plane, one[:3])
+    for i in range(count):
+        depth = height - dot(plane, polygon[i])
+        if depth > most:
+            most, n = depth, 0
+        elif depth + 1e-6 < most:
+            continue
+        points[n] = polygon[i]
+        n += 1
+    return n, most
+
+
+@compiled
+def triangle_on_triangle(one: Array, two: Array, points: Array, normal: Array) -> tuple[int, float]:
+    """Contacts of two triangles: points (8, 3), the normal towards the first, their number, and
+    their depth [m]. The normal is that of the triangle which the other is less deep in."""
+    first, second = np.empty(3), np.empty(3)
+    other = np.empty((9, 3))
+    count, depth = _deepest(one, two, first, points)
+    n, deep = _deepest(two, one, second, other)
+    if count == 0:
+        return 0, -1.0
+    if deep < depth:
+        count, depth = n, deep
+        for i in range(n):
+            points[i] = other[i]
+        for k in range(3):
+            normal[k] = second[k]
+    else:
+        for k in range(3):
+            normal[k] = -first[k]
+    return (count if depth >= 0.0 else 0), depth
+
+
+@compiled
+def _span(a: Array, distances: Array, axis: int, out: Array) -> bool:
+    """Where a triangle's plane cut is along an axis: five numbers; whether it is cut at all.
+
+    T. Moeller, "A Fast Triangle-Triangle Intersection Test" (1997), without divisions.
+    """
+    d0, d1, d2 = distances[0], distances[1], distances[2]
+    if d0 * d1 > 0.0:
+        i, j, k = 2, 0, 1
+    elif d0 * d2 > 0.0:
+        i, j, k = 1, 0, 2
+    elif d1 * d2 > 0.0 or d0 != 0.0:
+        i, j, k = 0, 1, 2
+    elif d1 != 0.0:
+        i, j, k = 1, 0, 2
+    elif d2 != 0.0:
+        i, j, k = 2, 0, 1
+    else:
+        return False
+    at = a[3 * i + axis]
+    out[0] = at
+    out[1] = (a[3 * j + axis] - at) * distances[i]
+    out[2] = (a[3 * k + axis] - at) * distances[i]
+    out[3], out[4] = distances[i] - distances[j], distances[i] - distances[k]
+    return True
+
+
+@compiled
+def _edges_cross(a: Array, b: Array, i: int, j: int, u: int, v: int) -> bool:
+    """Whether the edges from corner i of a triangle and j of another cross in the plane (u, v)."""
+    i2, j2 = (i + 1) % 3, (j + 1) % 3
+    ax, ay = a[3 * i2 + u] - a[3 * i + u], a[3 * i2 + v] - a[3 * i + v]
+    bx, by = b[3 * j + u] - b[3 * j2 + u], b[3 * j + v] - b[3 * j2 + v]
+    cx, cy = a[3 * i + u] - b[3 * j + u], a[3 * i + v] - b[3 * j + v]
+    f, d = ay * bx - ax * by, by * cx - bx * cy
+    if f > 0.0 and 0.0 <= d <= f:
+        return 0.0 <= ax * cy - ay * cx <= f
+    if f < 0.0 and f <= d <= 0.0:
+        return f <= ax * cy - ay * cx <= 0.0
+    return False
+
+
+@compiled
+def _is_inside(a: Array, b: Array, u: int, v: int) -> bool:
+    """Whether the first corner of a triangle is in another in the plane (u, v)."""
+    side = np.empty(3)
+    for i in range(3):
+        j = (i + 1) % 3
+        x, y = b[3 * j + v] - b[3 * i + v], b[3 * i + u] - b[3 * j + u]
+        side[i] = x * (a[u] - b[3 * i + u]) + y * (a[v] - b[3 * i + v])
+    return side[0] * side[1] > 0.0 and side[0] * side[2] > 0.0
+
+
+@compiled
+def _overlap_in_plane(a: Array, b: Array, normal: Array) -> bool:
+    """Whether two triangles of one plane overlap."""
+    x, y, z = abs(normal[0]), abs(normal[1]), abs(normal[2])
+    u, v = (1, 2) if x > y and x > z else (0, 2) if y >= x and y >= z else (0, 1)
+    for i in range(3):
+        for j in range(3):
+            if _edges_cross(a, b, i, j, u, v):
+                return True
+    return _is_inside(a, b, u, v) or _is_inside(b, a, u, v)
+
+
+@compiled
+def _distances(a: Array, b: Array, normal: Array, out: Array) -> bool:
+    """Distances of a triangle's corners from another's plane, times twice its area; whether they
+    are on both sides of it. Near ones are in it."""
+    one, two = np.empty(3), np.empty(3)
+    for k in range(3):
+        one[k], two[k] = a[3 + k] - a[k], a[6 + k] - a[k]
+    cross(one, two, normal)
+    for i in range(3):
+        out[i] = 0.0
+        for k in range(3):
+            out[i] += normal[k] * (b[3 * i + k] - a[k])
+        if abs(out[i]) < COPLANAR:
+            out[i] = 0.0
+    return not (out[0] * out[1] > 0.0 and out[0] * out[2] > 0.0)
+
+
+@compiled
+def triangles_overlap(a: Array, b: Array) -> bool:
+    """Whether two triangles meet, as OPCODE has it: those nearly in one plane, the smaller they are
+    the further apart, do if they overlap seen along its normal."""
+    of_a, of_b, along = np.empty(3), np.empty(3), np.empty(3)
+    to_b, to_a, s, t = np.empty(3), np.empty(3), np.empty(5), np.empty(5)
+    if not _distances(a, b, of_a, to_b) or not _distances(b, a, of_b, to_a):
+        return False
+    cross(of_a, of_b, along)
+    axis = 0
+    if abs(along[1]) > abs(along[0]):
+        axis = 1
+    if abs(along[2]) > abs(along[axis]):
+        axis = 2
+    if not _span(a, to_a, axis, s) or not _span(b, to_b, axis, t):
+        return _overlap_in_plane(a, b, of_a)
+    xx, yy = s[3] * s[4], t[3] * t[4]
+    s0, s1 = s[0] * xx * yy + s[1] * s[4] * yy, s[0] * xx * yy + s[2] * s[3] * yy
+    t0, t1 = t[0] * xx * yy + t[1] * xx * t[4], t[0] * xx * yy + t[2] * xx * t[3]
+    return not (max(s0, s1) < min(t0, t1) or max(t0, t1) < min(s0, s1))
+
+
+@compiled
+def triangle_meets_box(corners: Array, box: Array) -> bool:
+    """Whether a triangle meets a box of six numbers along the axes: centre and half the edges.
+
+    T. Akenine-Moeller, "Fast 3D Triangle-Box Overlap Testing" (2001).
+    """
+    local, edge, normal = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    for k in range(3):
+        for i in range(3):
+            local[i, k] = corners[3 * i + k] - box[k]
+        if min(local[0, k], local[1, k], local[2, k]) > box[3 + k]:
+            return False
+        if max(local[0, k], local[1, k], local[2, k]) < -box[3 + k]:
+            return False
+    for k in range(3):
+        for i in range(3):
+            edge[i, k] = local[(i + 1) % 3, k] - local[i, k]
+    cross(edge[0], edge[1], normal)
+    height = reach = 0.0
+    for k in range(3):
+        height += normal[k] * local[0, k]
+        reach += abs(normal[k]) * box[3 + k]
+    if abs(height) > reach:
+        return False
+    for i in range(3):
+        for k in range(3):
+            u, v = (k + 1) % 3, (k + 2) % 3
+            reach = abs(edge[i, v]) * box[3 + u] + abs(edge[i, u]) * box[3 + v]
+            low, high = INFINITE, -INFINITE
+            for j in range(3):
+                at = edge[i, v] * local[j, u] - edge[i, u] * local[j, v]
+                low, high = min(low, at), max(high, at)
+            if low > reach or high < -reach:
+                return False
+    return True
