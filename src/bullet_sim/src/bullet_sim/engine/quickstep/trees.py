@@ -42,7 +42,8 @@ from bullet_sim.pose import Array
 _CELLS = 1e4  # [1/m] in each of which contacts of two meshes are one
 _AS_DEEP = 1e-5  # [m]
 _LOOSE = 1e-6  # by which cosines between boxes of two trees count as larger
-_BOXES, _TRIANGLE_BOX, _BOX_TRIANGLE, _TRIANGLES = range(4)  # pairs of two trees
+# pairs of two trees; of the last two the triangle of the first, or of the second, was there first
+_BOXES, _TRIANGLE_BOX, _BOX_TRIANGLE, _TRIANGLES, _TRIANGLES_OF_BOX = range(5)
 
 
 @compiled
@@ -366,37 +367,42 @@ def _relative(one: Array, two: Array, out: Array) -> None:
 
 
 @compiled
-def _boxes_overlap(a: Array, b: Array, frame: Array, spread: Array) -> bool:
+def _boxes_overlap(boxes: Array, a: int, b: int, f: Array, s: Array) -> bool:
     """Whether boxes of two trees overlap, as in Gottschalk et al., "OBBTree" (1996).
 
     Args:
-        frame: of the second in the first.
-        spread: (3, 3) absolute values of its rotation, a little larger.
+        f: frame of the second in the first, a row of solids.
+        s: (9,) absolute values of its rotation, a little larger.
     """
-    r, gap = frame[B_ROTATION : B_ROTATION + 9], np.empty(3)
-    for i in range(3):
-        gap[i] = frame[B_CENTRE + i] - a[i]
-        reach = a[3 + i]
-        for j in range(3):
-            gap[i] += r[3 * i + j] * b[j]
-            reach += spread[i, j] * b[3 + j]
-        if abs(gap[i]) > reach:
+    r = B_ROTATION
+    a0, a1, a2 = boxes[a, 3], boxes[a, 4], boxes[a, 5]
+    b0, b1, b2 = boxes[b, 3], boxes[b, 4], boxes[b, 5]
+    x, y, z = boxes[b, 0], boxes[b, 1], boxes[b, 2]
+    t0 = f[B_CENTRE] - boxes[a, 0] + f[r] * x + f[r + 1] * y + f[r + 2] * z
+    if abs(t0) > a0 + b0 * s[0] + b1 * s[1] + b2 * s[2]:
+        return False
+    t1 = f[B_CENTRE + 1] - boxes[a, 1] + f[r + 3] * x + f[r + 4] * y + f[r + 5] * z
+    if abs(t1) > a1 + b0 * s[3] + b1 * s[4] + b2 * s[5]:
+        return False
+    t2 = f[B_CENTRE + 2] - boxes[a, 2] + f[r + 6] * x + f[r + 7] * y + f[r + 8] * z
+    if abs(t2) > a2 + b0 * s[6] + b1 * s[7] + b2 * s[8]:
+        return False
+    for j in range(3):
+        b_j = b0 if j == 0 else b1 if j == 1 else b2
+        along = t0 * f[r + j] + t1 * f[r + 3 + j] + t2 * f[r + 6 + j]
+        if abs(along) > b_j + a0 * s[j] + a1 * s[3 + j] + a2 * s[6 + j]:
             return False
     for j in range(3):
-        along, reach = 0.0, b[3 + j]
-        for i in range(3):
-            along += gap[i] * r[3 * i + j]
-            reach += a[3 + i] * spread[i, j]
-        if abs(along) > reach:
+        u, v = (1, 2) if j == 0 else (0, 2) if j == 1 else (0, 1)
+        b_u, b_v = (b1, b2) if j == 0 else (b0, b2) if j == 1 else (b0, b1)
+        r0, r1, r2 = f[r + j], f[r + 3 + j], f[r + 6 + j]
+        s0, s1, s2 = s[j], s[3 + j], s[6 + j]
+        if abs(t2 * r1 - t1 * r2) > a1 * s2 + a2 * s1 + b_u * s[v] + b_v * s[u]:
             return False
-    for i in range(3):
-        i1, i2 = (i + 1) % 3, (i + 2) % 3
-        for j in range(3):
-            j1, j2 = (j + 1) % 3, (j + 2) % 3
-            reach = a[3 + i1] * spread[i2, j] + a[3 + i2] * spread[i1, j]
-            reach += b[3 + j1] * spread[i, j2] + b[3 + j2] * spread[i, j1]
-            if abs(gap[i2] * r[3 * i1 + j] - gap[i1] * r[3 * i2 + j]) > reach:
-                return False
+        if abs(t0 * r2 - t2 * r0) > a2 * s0 + a0 * s2 + b_u * s[3 + v] + b_v * s[3 + u]:
+            return False
+        if abs(t1 * r0 - t0 * r1) > a0 * s1 + a1 * s0 + b_u * s[6 + v] + b_v * s[6 + u]:
+            return False
     return True
 
 
@@ -410,50 +416,54 @@ def mesh_with_mesh(
         root, other: of their trees.
     """
     forth, back = np.empty(B_COLUMNS), np.empty(B_COLUMNS)  # of the second in the first
-    points, normal, spread = np.empty((9, 3)), np.empty(3), np.empty((3, 3))
-    a, b, leaf = np.empty(9), np.empty(9), np.empty(9)
+    points, normal, spread = np.empty((9, 3)), np.empty(3), np.empty(9)
+    a, b, leaf, work = np.empty(9), np.empty(9), np.empty(9), np.empty((4, 6))
+    nodes, children = trees.nodes, trees.children
     _relative(one, two, forth)
     _relative(two, one, back)
-    for i in range(3):
-        for j in range(3):
-            spread[i, j] = abs(forth[B_ROTATION + 3 * i + j]) + _LOOSE
+    for i in range(9):
+        spread[i] = abs(forth[B_ROTATION + i]) + _LOOSE
     todo = np.empty((4 * trees.depth[0] + 8, 3), np.int64)
     todo[0, 0], todo[0, 1], todo[0, 2] = _BOXES, root, other
-    waiting, n = 1, 0
+    waiting, n, held = 1, 0, 0  # held: triangle in the frame of the other mesh, and of which it is
     while waiting > 0:
         waiting -= 1
         kind, i, j = todo[waiting, 0], todo[waiting, 1], todo[waiting, 2]
-        if kind == _TRIANGLES:
-            _place_triangle(trees.corners[-1 - i], one, a)
-            _place_triangle(trees.corners[-1 - j], two, b)
-            if not triangles_overlap(a, b):
-                continue
-            count, depth = triangle_on_triangle(a, b, points, normal)
-            for k in range(count):
-                n = _note_of_mesh(found, n, points[k], normal, depth)
-            continue
         if kind == _BOXES:
-            if not _boxes_overlap(trees.nodes[i], trees.nodes[j], forth, spread):
+            if not _boxes_overlap(nodes, i, j, forth, spread):
                 continue
-        elif kind == _TRIANGLE_BOX:
-            _place_triangle(trees.corners[-1 - i], back, leaf)
-            if not triangle_meets_box(leaf, trees.nodes[j]):
-                continue
-        else:
+        elif kind == _TRIANGLE_BOX or kind == _TRIANGLES:
+            if held != 2 * i:
+                _place_triangle(trees.corners[-1 - i], back, leaf)
+                held = 2 * i
+        elif held != 2 * j + 1:
             _place_triangle(trees.corners[-1 - j], forth, leaf)
-            if not triangle_meets_box(leaf, trees.nodes[i]):
-                continue
+            held = 2 * j + 1
+        if kind == _TRIANGLES or kind == _TRIANGLES_OF_BOX:
+            still = j if kind == _TRIANGLES else i
+            if triangles_overlap(leaf, trees.corners[-1 - still], work):
+                _place_triangle(trees.corners[-1 - i], one, a)
+                _place_triangle(trees.corners[-1 - j], two, b)
+                count, depth = triangle_on_triangle(a, b, points, normal)
+                for k in range(count):
+                    n = _note_of_mesh(found, n, points[k], normal, depth)
+            continue
+        if kind == _TRIANGLE_BOX and not triangle_meets_box(leaf, nodes, j):
+            continue
+        if kind == _BOX_TRIANGLE and not triangle_meets_box(leaf, nodes, i):
+            continue
         for p in range(1 if i >= 0 else 0, -1, -1):  # the last is the first that is looked at
-            first = trees.children[i, p] if i >= 0 else i
+            first = children[i, p] if i >= 0 else i
             for q in range(1 if j >= 0 else 0, -1, -1):
-                second = trees.children[j, q] if j >= 0 else j
+                second = children[j, q] if j >= 0 else j
                 if first == NO_CHILD or second == NO_CHILD:
                     continue
-                todo[waiting, 0] = (
-                    (_BOXES if second >= 0 else _BOX_TRIANGLE)
-                    if first >= 0
-                    else (_TRIANGLE_BOX if second >= 0 else _TRIANGLES)
-                )
-                todo[waiting, 1], todo[waiting, 2] = first, second
+                if first >= 0:
+                    next_ = _BOXES if second >= 0 else _BOX_TRIANGLE
+                elif second >= 0:
+                    next_ = _TRIANGLE_BOX
+                else:
+                    next_ = _TRIANGLES_OF_BOX if kind == _BOX_TRIANGLE else _TRIANGLES
+                todo[waiting, 0], todo[waiting, 1], todo[waiting, 2] = next_, first, second
                 waiting += 1
     return _leave_most(found, n, False)

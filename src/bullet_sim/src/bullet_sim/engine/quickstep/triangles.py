@@ -400,12 +400,34 @@ def triangle_on_triangle(one: Array, two: Array, points: Array, normal: Array) -
 
 
 @compiled
-def _span(a: Array, distances: Array, axis: int, out: Array) -> bool:
+def _sides(a: Array, b: Array, out: Array) -> bool:
+    """Whether the corners of b are on both sides of the plane of a, near ones being in it.
+
+    Args:
+        out: (6,) gets the normal of a, twice its area long, and the distances of the corners, times
+            this.
+    """
+    x1, y1, z1 = a[3] - a[0], a[4] - a[1], a[5] - a[2]
+    x2, y2, z2 = a[6] - a[0], a[7] - a[1], a[8] - a[2]
+    x, y, z = y1 * z2 - z1 * y2, z1 * x2 - x1 * z2, x1 * y2 - y1 * x2
+    d0 = x * (b[0] - a[0]) + y * (b[1] - a[1]) + z * (b[2] - a[2])
+    d1 = x * (b[3] - a[0]) + y * (b[4] - a[1]) + z * (b[5] - a[2])
+    d2 = x * (b[6] - a[0]) + y * (b[7] - a[1]) + z * (b[8] - a[2])
+    d0 = 0.0 if abs(d0) < COPLANAR else d0
+    d1 = 0.0 if abs(d1) < COPLANAR else d1
+    d2 = 0.0 if abs(d2) < COPLANAR else d2
+    if d0 * d1 > 0.0 and d0 * d2 > 0.0:
+        return False
+    out[0], out[1], out[2], out[3], out[4], out[5] = x, y, z, d0, d1, d2
+    return True
+
+
+@compiled
+def _span(a: Array, d0: float, d1: float, d2: float, axis: int, out: Array) -> bool:
     """Where a triangle's plane cut is along an axis: five numbers; whether it is cut at all.
 
     T. Moeller, "A Fast Triangle-Triangle Intersection Test" (1997), without divisions.
     """
-    d0, d1, d2 = distances[0], distances[1], distances[2]
     if d0 * d1 > 0.0:
         i, j, k = 2, 0, 1
     elif d0 * d2 > 0.0:
@@ -418,11 +440,13 @@ def _span(a: Array, distances: Array, axis: int, out: Array) -> bool:
         i, j, k = 2, 0, 1
     else:
         return False
+    here = d0 if i == 0 else d1 if i == 1 else d2
+    one, two = d0 if j == 0 else d1, d2 if k == 2 else d1
     at = a[3 * i + axis]
     out[0] = at
-    out[1] = (a[3 * j + axis] - at) * distances[i]
-    out[2] = (a[3 * k + axis] - at) * distances[i]
-    out[3], out[4] = distances[i] - distances[j], distances[i] - distances[k]
+    out[1] = (a[3 * j + axis] - at) * here
+    out[2] = (a[3 * k + axis] - at) * here
+    out[3], out[4] = here - one, here - two
     return True
 
 
@@ -465,38 +489,20 @@ def _overlap_in_plane(a: Array, b: Array, normal: Array) -> bool:
 
 
 @compiled
-def _distances(a: Array, b: Array, normal: Array, out: Array) -> bool:
-    """Distances of a triangle's corners from another's plane, times twice its area; whether they
-    are on both sides of it. Near ones are in it."""
-    one, two = np.empty(3), np.empty(3)
-    for k in range(3):
-        one[k], two[k] = a[3 + k] - a[k], a[6 + k] - a[k]
-    cross(one, two, normal)
-    for i in range(3):
-        out[i] = 0.0
-        for k in range(3):
-            out[i] += normal[k] * (b[3 * i + k] - a[k])
-        if abs(out[i]) < COPLANAR:
-            out[i] = 0.0
-    return not (out[0] * out[1] > 0.0 and out[0] * out[2] > 0.0)
-
-
-@compiled
-def triangles_overlap(a: Array, b: Array) -> bool:
+def triangles_overlap(a: Array, b: Array, work: Array) -> bool:
     """Whether two triangles meet, as OPCODE has it: those nearly in one plane, the smaller they are
-    the further apart, do if they overlap seen along its normal."""
-    of_a, of_b, along = np.empty(3), np.empty(3), np.empty(3)
-    to_b, to_a, s, t = np.empty(3), np.empty(3), np.empty(5), np.empty(5)
-    if not _distances(a, b, of_a, to_b) or not _distances(b, a, of_b, to_a):
+    the further apart, do if they overlap seen along its normal.
+
+    Args:
+        work: (4, 6) numbers to work with.
+    """
+    if not _sides(a, b, work[0]) or not _sides(b, a, work[1]):
         return False
-    cross(of_a, of_b, along)
-    axis = 0
-    if abs(along[1]) > abs(along[0]):
-        axis = 1
-    if abs(along[2]) > abs(along[axis]):
-        axis = 2
-    if not _span(a, to_a, axis, s) or not _span(b, to_b, axis, t):
-        return _overlap_in_plane(a, b, of_a)
+    m, n, s, t = work[0], work[1], work[2], work[3]
+    x, y, z = m[1] * n[2] - m[2] * n[1], m[2] * n[0] - m[0] * n[2], m[0] * n[1] - m[1] * n[0]
+    axis = 0 if abs(x) >= abs(y) and abs(x) >= abs(z) else 1 if abs(y) >= abs(z) else 2
+    if not _span(a, n[3], n[4], n[5], axis, s) or not _span(b, m[3], m[4], m[5], axis, t):
+        return _overlap_in_plane(a, b, m)
     xx, yy = s[3] * s[4], t[3] * t[4]
     s0, s1 = s[0] * xx * yy + s[1] * s[4] * yy, s[0] * xx * yy + s[2] * s[3] * yy
     t0, t1 = t[0] * xx * yy + t[1] * xx * t[4], t[0] * xx * yy + t[2] * xx * t[3]
@@ -504,37 +510,44 @@ def triangles_overlap(a: Array, b: Array) -> bool:
 
 
 @compiled
-def triangle_meets_box(corners: Array, box: Array) -> bool:
-    """Whether a triangle meets a box of six numbers along the axes: centre and half the edges.
+def _beyond(p: float, q: float, r: float, reach: float) -> bool:
+    """Whether three numbers are all above a bound or all below its negative."""
+    return min(p, q, r) > reach or max(p, q, r) < -reach
+
+
+@compiled
+def triangle_meets_box(t: Array, boxes: Array, b: int) -> bool:
+    """Whether a triangle meets a box along the axes: a row of centre and half the edges.
 
     T. Akenine-Moeller, "Fast 3D Triangle-Box Overlap Testing" (2001).
     """
-    local, edge, normal = np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
-    for k in range(3):
-        for i in range(3):
-            local[i, k] = corners[3 * i + k] - box[k]
-        if min(local[0, k], local[1, k], local[2, k]) > box[3 + k]:
-            return False
-        if max(local[0, k], local[1, k], local[2, k]) < -box[3 + k]:
-            return False
-    for k in range(3):
-        for i in range(3):
-            edge[i, k] = local[(i + 1) % 3, k] - local[i, k]
-    cross(edge[0], edge[1], normal)
-    height = reach = 0.0
-    for k in range(3):
-        height += normal[k] * local[0, k]
-        reach += abs(normal[k]) * box[3 + k]
-    if abs(height) > reach:
+    x, y, z = boxes[b, 3], boxes[b, 4], boxes[b, 5]
+    x0, x1, x2 = t[0] - boxes[b, 0], t[3] - boxes[b, 0], t[6] - boxes[b, 0]
+    if _beyond(x0, x1, x2, x):
+        return False
+    y0, y1, y2 = t[1] - boxes[b, 1], t[4] - boxes[b, 1], t[7] - boxes[b, 1]
+    if _beyond(y0, y1, y2, y):
+        return False
+    z0, z1, z2 = t[2] - boxes[b, 2], t[5] - boxes[b, 2], t[8] - boxes[b, 2]
+    if _beyond(z0, z1, z2, z):
+        return False
+    u, v, w = x1 - x0, y1 - y0, z1 - z0
+    p, q, r = x2 - x1, y2 - y1, z2 - z1
+    nx, ny, nz = v * r - w * q, w * p - u * r, u * q - v * p
+    if abs(nx * x0 + ny * y0 + nz * z0) > abs(nx) * x + abs(ny) * y + abs(nz) * z:
         return False
     for i in range(3):
-        for k in range(3):
-            u, v = (k + 1) % 3, (k + 2) % 3
-            reach = abs(edge[i, v]) * box[3 + u] + abs(edge[i, u]) * box[3 + v]
-            low, high = INFINITE, -INFINITE
-            for j in range(3):
-                at = edge[i, v] * local[j, u] - edge[i, u] * local[j, v]
-                low, high = min(low, at), max(high, at)
-            if low > reach or high < -reach:
-                return False
+        if i == 1:
+            u, v, w = p, q, r
+        elif i == 2:
+            u, v, w = x0 - x2, y0 - y2, z0 - z2
+        reach = abs(w) * y + abs(v) * z
+        if _beyond(w * y0 - v * z0, w * y1 - v * z1, w * y2 - v * z2, reach):
+            return False
+        reach = abs(u) * z + abs(w) * x
+        if _beyond(u * z0 - w * x0, u * z1 - w * x1, u * z2 - w * x2, reach):
+            return False
+        reach = abs(v) * x + abs(u) * y
+        if _beyond(v * x0 - u * y0, v * x1 - u * y1, v * x2 - u * y2, reach):
+            return False
     return True
