@@ -287,22 +287,24 @@ def test_contacts_with_a_mesh_are_found_without_pybullet(world, monkeypatch, tmp
     assert world.model("yard").body in touched and not searches
 
 
-def test_contacts_of_what_touches_only_some_are_looked_for_near_it(world, monkeypatch):
-    """A post with a collide_bitmask."""
-    wall = robot(link("base", 1.0, inertia=0.1, shape='<box size="0.1 2 1"/>')).replace(
-        "</robot>",
-        '<gazebo><static>true</static></gazebo><gazebo reference="base">'
-        "<collide_bitmask>1</collide_bitmask></gazebo></robot>",
-    )
-    world.spawn_urdf("wall", wall, Pose((1.0, 0.0, 0.5)), str)
-    box = spawn(world, BOX, Pose((0.0, 0.0, 0.2)), ground=True)
+@pytest.mark.parametrize("bits, stops", [(1, True), (2, False)])
+def test_a_wall_stops_only_what_shares_a_bit(world, monkeypatch, bits, stops):
+    """collide_bitmask of a wall is 1; PyBullet is not asked, either."""
+
+    def masked(text, bits):
+        mask = f"<collide_bitmask>{bits}</collide_bitmask>"
+        return text.replace("</robot>", f'<gazebo reference="base">{mask}</gazebo></robot>')
+
+    wall = robot(link("base", 1.0, inertia=0.1, shape='<box size="0.1 2 1"/>'))
+    wall = wall.replace("</robot>", "<gazebo><static>true</static></gazebo></robot>")
+    world.spawn_urdf("wall", masked(wall, 1), Pose((1.0, 0.0, 0.5)), str)
+    world.spawn(sdf.ground_plane())
+    box = world.spawn_urdf("box", masked(BOX, bits), Pose((0.0, 0.0, 0.2)), str)
     searches = noted_searches(world, monkeypatch)
-    world.step(100)
-    assert not searches
     world.engine.set_base_velocity(box.body, (4.0, 0.0, 0.0), (0.0, 0.0, 0.0))
-    world.step(400)
-    assert searches
-    assert box.pose.position[0] < 0.8
+    world.step(600)
+    assert (box.pose.position[0] < 0.8) == stops
+    assert not searches
 
 
 @pytest.mark.parametrize("kind", ["mesh", "box"])

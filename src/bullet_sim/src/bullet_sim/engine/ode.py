@@ -1,8 +1,8 @@
 """Steps of an engine made as Gazebo's ODE makes them; PyBullet has the shapes.
 
 What moves is numbers in arrays here (see quickstep/), which are copied into PyBullet when somebody
-asks it. PyBullet loads the bodies, and finds the contacts of shapes that quickstep does not know:
-meshes that cannot be read, and what touches only some bodies.
+asks it. PyBullet loads the bodies, and finds the contacts of shapes that quickstep does not know,
+such as meshes that cannot be read.
 """
 
 import math
@@ -48,6 +48,7 @@ _UNKNOWN = 2.0  # [m] radius of shapes of other kinds
 _KINDS = {"sphere": q.SPHERE, "cylinder": q.CYLINDER, "box": q.BOX, "mesh": q.MESH}
 _SOLIDS = (q.BOX, q.SPHERE, q.CYLINDER, q.MESH)
 _MOST_POINTS = 10  # of a pair of shapes
+_ALL_BITS = 0xFFFF  # collide_bitmask of what has none
 _MOST_CLOSE = 32  # bodies to one
 _UNTURNED = (0.0, 0.0, 0.0, 1.0)
 _CLOSE = 0.002  # [m] between a contact that Bullet finds and the shape that it is with
@@ -354,7 +355,7 @@ class OdeSolver:
         body = np.array([body for body, _ in self._owner], np.int64)
         ghost = np.isin(body, list(self._ghosts))
         shaped = np.isin(np.arange(len(body)), self._kinds[:, 0])
-        bits = np.array([self._filtered.get(key, 0xFFFF) for key in self._owner], np.int64)
+        bits = np.array([self._filtered.get(key, _ALL_BITS) for key in self._owner], np.int64)
         meet = (body[:, None] != body) & ~(ghost[:, None] | ghost)
         for part in parts:
             rows = {name: part.first + i for i, name in enumerate(part.names)}
@@ -398,7 +399,7 @@ class OdeSolver:
         kinds: list[int] = []
         boxes: list[Array] = []
         contents: list[int] = []
-        hosts: list[int] = []
+        hosts: list[tuple[int, int]] = []
         self._solid_trees: list[Tree | None] = []  # of those that never move
         self._known: list[tuple[int, int]] = []  # bodies whose contacts quickstep finds
         self._plane_of: list[tuple[int, int]] = []
@@ -410,12 +411,12 @@ class OdeSolver:
                 self._flat.add(body)
             frame = Pose(*self._engine.base_pose(body))
             trees = [self._tree(shape) for shape in others]
-            is_known = (body, -1) not in self._filtered and all(
+            is_known = all(
                 tree is not None or _KINDS.get(shape.geometry.kind, q.MESH) != q.MESH
                 for shape, tree in zip(others, trees)
             )
             for shape, tree in zip(others, trees):
-                hosts.append(body)
+                hosts.append((body, self._filtered.get((body, -1), _ALL_BITS)))
                 boxes.append(self._box_around(shape, frame, body, tree if is_known else None))
                 contents.append(len(solids) if is_known else -1)
                 if not is_known:
@@ -435,10 +436,10 @@ class OdeSolver:
                     normal = pose.matrix[:, 2]
                     surface = shape.surface or link.surface
                     planes.append(_plane_row(normal, float(normal @ pose.position), surface))
-                    masks.append(self._filtered.get((body, -1), 0xFFFF))
+                    masks.append(self._filtered.get((body, -1), _ALL_BITS))
                     self._plane_of.append((body, -1))
         around = _table(boxes, 6)
-        own = [self._filtered.get(self._owner[row], 0xFFFF) for row, *_ in self._kinds.tolist()]
+        own = [self._filtered.get(self._owner[row], _ALL_BITS) for row, *_ in self._kinds.tolist()]
         touches = np.array([[bool(a & b) for b in masks] for a in own], np.bool_)
         self._watch = bool(len(around) or several)
         self._always = bool(self._mixed and self._plane_of)
@@ -451,18 +452,13 @@ class OdeSolver:
             "solid_kinds": np.array(kinds, np.int64),
             "boxes": around,
             "contents": np.array(contents, np.int64),
-            "hosts": np.array(hosts, np.int64),
+            "hosts": _table(hosts, 2, np.int64),
+            "bits": np.array(own, np.int64),
             "covers": _table(
                 [_around(around[i : i + q.COVERED]) for i in range(0, len(around), q.COVERED)],
                 6,
             ),
-            "knows": np.array(
-                [
-                    kind != q.OTHER and self._owner[row] not in self._filtered
-                    for row, kind, *_ in self._kinds.tolist()
-                ],
-                np.bool_,
-            ),
+            "knows": self._kinds[:, 1] != q.OTHER,
         }
 
     def _add_trees(self, ground: dict[str, Any], moving: list[Tree | None]) -> None:

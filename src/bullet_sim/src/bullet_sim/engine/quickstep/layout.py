@@ -122,7 +122,8 @@ class Scene(NamedTuple):
         trees: meshes.
         boxes: (m, 6) lower and upper corners of boxes around what never moves, but for planes.
         contents: (m,) the solid in a box, -1: something of which the caller finds the contacts.
-        hosts: (m,) model of each box, whose own bodies do not touch it.
+        hosts: (m, 2) model of each box, whose own bodies do not touch it, and its bits.
+        bits: (s,) of shapes, which touch only what shares one.
         covers: (c, 6) boxes around COVERED of these each, in their order.
     """
 
@@ -151,4 +152,5 @@ class Scene(NamedTuple):
     boxes: Array
     contents: Array
     hosts: Array
+    bits: Array
     covers: Array

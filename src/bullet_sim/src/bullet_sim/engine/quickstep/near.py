@@ -108,7 +108,7 @@ def _is_near_still(low: Array, high: Array, knows: bool, model: int, scene: Scen
         if not overlap(low, high, scene.covers[i]):
             continue
         for at in range(i * COVERED, min((i + 1) * COVERED, len(scene.boxes))):
-            if knows and scene.contents[at] >= 0 or scene.hosts[at] == model:
+            if knows and scene.contents[at] >= 0 or scene.hosts[at, 0] == model:
                 continue
             if overlap(low, high, scene.boxes[at]):
                 return True
@@ -135,7 +135,9 @@ def _list_still(s: int, meshes: bool, n: int, scene: Scene) -> int:
             b = scene.contents[at]
             if b < 0 or (kind == MESH or scene.solid_kinds[b] == MESH) != meshes:
                 continue
-            if scene.hosts[at] != model and overlap(low, high, scene.boxes[at]):
+            if scene.hosts[at, 0] == model or scene.hosts[at, 1] & scene.bits[s] == 0:
+                continue
+            if overlap(low, high, scene.boxes[at]):
                 n = _add_pair(s, b, -1, n, scene)
     return n
 
