@@ -416,7 +416,7 @@ def mesh_with_mesh(
         root, other: of their trees.
     """
     forth, back = np.empty(B_COLUMNS), np.empty(B_COLUMNS)  # of the second in the first
-    points, normal, spread = np.empty((9, 3)), np.empty(3), np.empty(9)
+    normal, spread, polygons = np.empty(3), np.empty(9), np.empty((6, 9, 3))
     a, b, leaf, work = np.empty(9), np.empty(9), np.empty(9), np.empty((4, 6))
     nodes, children = trees.nodes, trees.children
     _relative(one, two, forth)
@@ -444,9 +444,9 @@ def mesh_with_mesh(
             if triangles_overlap(leaf, trees.corners[-1 - still], work):
                 _place_triangle(trees.corners[-1 - i], one, a)
                 _place_triangle(trees.corners[-1 - j], two, b)
-                count, depth = triangle_on_triangle(a, b, points, normal)
+                count, depth, place = triangle_on_triangle(a, b, normal, polygons)
                 for k in range(count):
-                    n = _note_of_mesh(found, n, points[k], normal, depth)
+                    n = _note_of_mesh(found, n, polygons[place, k], normal, depth)
             continue
         if kind == _TRIANGLE_BOX and not triangle_meets_box(leaf, nodes, j):
             continue

@@ -312,91 +312,100 @@ def box_on_triangle(box: Array, corners: Array, points: Array, normal: Array) ->
 
 
 @compiled
-def _cut_off(normal: Array, distance: float, points: Array, count: int, out: Array) -> int:
+def _cut_off(
+    x: float, y: float, z: float, distance: float, points: Array, count: int, out: Array
+) -> int:
     """Corners of the part of a polygon that is behind a plane, at most eight; their number."""
-    n, was_behind = 0, False
-    for i in range(count + 1):
-        at = i % count if count else 0
-        if not count:
-            break
-        is_behind = dot(normal, points[at]) - distance <= 1e-8
+    n, was_behind, before = 0, False, 0.0
+    for i in range(count + 1 if count else 0):
+        at = i if i < count else 0
+        here = x * points[at, 0] + y * points[at, 1] + z * points[at, 2] - distance
+        is_behind = here <= 1e-8
         if i > 0 and is_behind != was_behind and n < 8:
-            start = dot(normal, points[i - 1]) - distance
-            slope = 0.0
+            slope = (points[at, 0] - points[i - 1, 0]) * x
+            slope += (points[at, 1] - points[i - 1, 1]) * y
+            slope += (points[at, 2] - points[i - 1, 2]) * z
             for k in range(3):
-                slope += (points[at, k] - points[i - 1, k]) * normal[k]
-            for k in range(3):
-                out[n, k] = points[i - 1, k] + (points[at, k] - points[i - 1, k]) * (-start / slope)
+                edge = points[at, k] - points[i - 1, k]
+                out[n, k] = points[i - 1, k] + edge * (-before / slope)
             n += 1
         if is_behind and n < 8 and i < count:
-            out[n] = points[at]
+            for k in range(3):
+                out[n, k] = points[at, k]
             n += 1
-        was_behind = is_behind
+        was_behind, before = is_behind, here
     return n
 
 
 @compiled
-def _deepest(one: Array, two: Array, plane: Array, points: Array) -> tuple[int, float]:
+def _deepest(one: Array, two: Array, normal: Array, work: Array) -> tuple[int, float]:
     """Of a triangle above and below another one, the deepest points below its plane: their number,
-    and the depth [m], which is negative above it."""
-    edges, edge, across = np.empty((2, 3)), np.empty(3), np.empty(3)
-    for k in range(3):
-        edges[0, k] = one[3 + k] - one[k]
-        edges[1, k] = one[6 + k] - one[k]
-    cross(edges[0], edges[1], plane)
-    length = math.sqrt(dot(plane, plane))
+    and the depth [m], which is negative above it.
+
+    Args:
+        normal: (3,) gets that of the plane.
+        work: (3, 9, 3) numbers to work with; the first (9, 3) get the points.
+    """
+    u0, u1, u2 = one[3] - one[0], one[4] - one[1], one[5] - one[2]
+    v0, v1, v2 = one[6] - one[0], one[7] - one[1], one[8] - one[2]
+    x, y, z = u1 * v2 - u2 * v1, u2 * v0 - u0 * v2, u0 * v1 - u1 * v0
+    length = math.sqrt(x * x + y * y + z * z)
     if length == 0.0:
         return 0, -INFINITE
-    for k in range(3):
-        plane[k] /= length
-    polygon, other = np.empty((9, 3)), np.empty((9, 3))
+    x, y, z = x / length, y / length, z / length
+    normal[0], normal[1], normal[2] = x, y, z
+    points, polygon, other = work[0], work[1], work[2]
     for i in range(3):
         for k in range(3):
             polygon[i, k] = two[3 * i + k]
     count = 3
     for i in range(3):
-        for k in range(3):
-            edge[k] = one[3 * ((i + 1) % 3) + k] - one[3 * i + k]
-        cross(edge, plane, across)
-        length = math.sqrt(dot(across, across))
+        a, b = 3 * i, 3 * ((i + 1) % 3)
+        u0, u1, u2 = one[b] - one[a], one[b + 1] - one[a + 1], one[b + 2] - one[a + 2]
+        p, q, r = u1 * z - u2 * y, u2 * x - u0 * z, u0 * y - u1 * x
+        length = math.sqrt(p * p + q * q + r * r)
         if length == 0.0:
             continue
-        for k in range(3):
-            across[k] /= length
-        count = _cut_off(across, dot(across, one[3 * i : 3 * i + 3]), polygon, count, other)
+        p, q, r = p / length, q / length, r / length
+        distance = p * one[a] + q * one[a + 1] + r * one[a + 2]
+        count = _cut_off(p, q, r, distance, polygon, count, other)
         polygon, other = other, polygon
-    most, n, height = -INFINITE, 0, dot(plane, one[:3])
+    most, n, height = -INFINITE, 0, x * one[0] + y * one[1] + z * one[2]
     for i in range(count):
-        depth = height - dot(plane, polygon[i])
+        depth = height - (x * polygon[i, 0] + y * polygon[i, 1] + z * polygon[i, 2])
         if depth > most:
             most, n = depth, 0
         elif depth + 1e-6 < most:
             continue
-        points[n] = polygon[i]
+        for k in range(3):
+            points[n, k] = polygon[i, k]
         n += 1
     return n, most
 
 
 @compiled
-def triangle_on_triangle(one: Array, two: Array, points: Array, normal: Array) -> tuple[int, float]:
-    """Contacts of two triangles: points (8, 3), the normal towards the first, their number, and
-    their depth [m]. The normal is that of the triangle which the other is less deep in."""
-    first, second = np.empty(3), np.empty(3)
-    other = np.empty((9, 3))
-    count, depth = _deepest(one, two, first, points)
-    n, deep = _deepest(two, one, second, other)
+def triangle_on_triangle(
+    one: Array, two: Array, normal: Array, work: Array
+) -> tuple[int, float, int]:
+    """Contacts of two triangles: their number, depth [m], and where in `work` the points are.
+
+    The normal, towards the first, is that of the triangle which the other is less deep in.
+
+    Args:
+        work: (6, 9, 3) numbers to work with.
+    """
+    second = work[5, 8]  # no polygon has nine corners
+    count, depth = _deepest(one, two, normal, work[:3])
     if count == 0:
-        return 0, -1.0
+        return 0, -1.0, 0
+    n, deep = _deepest(two, one, second, work[3:])
     if deep < depth:
-        count, depth = n, deep
-        for i in range(n):
-            points[i] = other[i]
         for k in range(3):
             normal[k] = second[k]
-    else:
-        for k in range(3):
-            normal[k] = -first[k]
-    return (count if depth >= 0.0 else 0), depth
+        return (n if deep >= 0.0 else 0), deep, 3
+    for k in range(3):
+        normal[k] = -normal[k]
+    return (count if depth >= 0.0 else 0), depth, 0
 
 
 @compiled
