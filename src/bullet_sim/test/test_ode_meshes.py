@@ -4,8 +4,6 @@ import gazebo_states
 import numpy as np
 import pytest
 import trimesh
-from bullet_sim.engine.quickstep.layout import NO_CHILD
-from bullet_sim.engine.quickstep.trees import build_tree
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
@@ -33,13 +31,26 @@ def spawn(world, name, text, place, folder):
     return world.spawn_urdf(name, text, Pose(place), lambda uri: uri[7:])
 
 
-def tree_of(triangles):
-    """Order, nodes, children and depth."""
-    corners = np.asarray(triangles, np.float32)
-    count = len(corners)
-    order, nodes = np.empty(count, np.int64), np.empty((max(1, count - 1), 6))
-    children = np.full((max(1, count - 1), 2), NO_CHILD, np.int64)
-    return order, nodes, children, build_tree(corners, order, nodes, children)
+def static(name, folder):
+    """SDF of a static model of a mesh file."""
+    return (
+        f'<sdf version="1.6"><model name="{name}"><static>1</static><link name="l"><collision '
+        f'name="c"><geometry><mesh><uri>file://{folder}/{name}.stl</uri></mesh></geometry>'
+        "</collision></link></model></sdf>"
+    )
+
+
+def tree_of(world, folder, triangles):
+    """The trees of a world with one mesh, whose root is 0."""
+    vertices = np.asarray(triangles, float).reshape(-1, 3)
+    faces = np.arange(len(vertices)).reshape(-1, 3)
+    trimesh.Trimesh(vertices, faces, process=False).export(folder / "mesh.stl")
+    world.spawn_sdf("mesh", static("mesh", folder), Pose(), lambda uri: uri[7:])
+    spawn(world, "ball", bot(SHAPES["sphere"]), (0, 0, 9), folder)
+    world.step()
+    scene = world.engine.ode._scene
+    assert scene.roots[0] == 0
+    return scene.trees
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -81,12 +92,7 @@ def test_meshes_of_one_triangle_and_without_area_are_safe(world, tmp_path, shape
         vertices = np.array(triangles, float).reshape(-1, 3)
         faces = np.arange(len(vertices)).reshape(-1, 3)
         trimesh.Trimesh(vertices, faces, process=False).export(tmp_path / f"{name}.stl")
-        sdf = (
-            f'<sdf version="1.6"><model name="m"><static>1</static><link name="l"><collision '
-            f'name="c"><geometry><mesh><uri>file://{tmp_path}/{name}.stl</uri></mesh></geometry>'
-            "</collision></link></model></sdf>"
-        )
-        world.spawn_sdf(name, sdf, Pose((5.0 * i, 0, 0)), lambda uri: uri[7:])
+        world.spawn_sdf(name, static(name, tmp_path), Pose((5.0 * i, 0, 0)), lambda uri: uri[7:])
         things.append(spawn(world, f"on_{name}", bot(SHAPES[shape]), (5.0 * i, 0, 0.06), tmp_path))
     world.step(500)
     for thing in things:
@@ -94,31 +100,32 @@ def test_meshes_of_one_triangle_and_without_area_are_safe(world, tmp_path, shape
         assert abs(thing.pose.position[2] - 0.05) < 0.02, thing.name
 
 
-def test_a_tree_has_each_triangle_once_in_boxes_that_contain_it():
+def test_a_tree_has_each_triangle_once_in_boxes_that_contain_it(world, tmp_path):
     triangles = trimesh.creation.icosphere(subdivisions=3).triangles
-    order, nodes, children, depth = tree_of(triangles)
-    assert sorted(order) == list(range(len(triangles)))
-    assert depth < 20
+    trees = tree_of(world, tmp_path, triangles)
+    corners = trees.corners.reshape(-1, 3, 3)
+    assert sorted(np.round(corners, 5).tolist()) == sorted(np.round(triangles, 5).tolist())
+    assert trees.depth[0] < 20
     seen, waiting = [], [0]
     while waiting:
         node = waiting.pop()
-        for child in children[node]:
-            low, high = nodes[node, :3] - nodes[node, 3:], nodes[node, :3] + nodes[node, 3:]
+        box = trees.nodes[node]
+        low, high = box[:3] - box[3:] - 1e-6, box[:3] + box[3:] + 1e-6
+        for child in trees.children[node]:
             if child >= 0:
                 waiting.append(child)
-                inner = nodes[child]
-                assert (inner[:3] - inner[3:] >= low - 1e-6).all()
-                assert (inner[:3] + inner[3:] <= high + 1e-6).all()
+                inner = trees.nodes[child]
+                assert (inner[:3] - inner[3:] >= low).all()
+                assert (inner[:3] + inner[3:] <= high).all()
             else:
                 seen.append(-1 - child)
-                corners = triangles[order[-1 - child]]
-                assert (corners >= low - 1e-6).all()
-                assert (corners <= high + 1e-6).all()
+                assert (corners[-1 - child] >= low).all()
+                assert (corners[-1 - child] <= high).all()
     assert sorted(seen) == list(range(len(triangles)))
 
 
-def test_a_tree_of_equal_triangles_is_split_in_halves():
-    order, _, children, depth = tree_of([[(0, 0, 0), (1, 0, 0), (0, 1, 0)]] * 1024)
-    assert sorted(order) == list(range(1024))
-    assert depth == 10
-    assert NO_CHILD not in children
+def test_a_tree_of_equal_triangles_is_split_in_halves(world, tmp_path):
+    trees = tree_of(world, tmp_path, [[(0, 0, 0), (1, 0, 0), (0, 1, 0)]] * 1024)
+    leaves = trees.children[trees.children < 0]
+    assert sorted(-1 - leaves) == list(range(1024))
+    assert trees.depth[0] == 10
