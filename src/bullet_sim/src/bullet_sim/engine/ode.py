@@ -60,16 +60,6 @@ _Contact = tuple[int, int, int, int, Vec3, Vec3, float, Array]
 
 
 @dataclass
-class Tree:
-    """A mesh's triangles in boxes; arrays as in Trees, numbers from 0."""
-
-    corners: Array
-    nodes: Array
-    children: Array
-    depth: int
-
-
-@dataclass
 class Part:
     """A moving model.
 
@@ -124,7 +114,7 @@ class OdeSolver:
         self._client = engine.client
         self._is_ahead = False  # PyBullet's bodies are where they were
         self._files: dict[tuple[Any, ...], Array] = {}  # vertices of meshes
-        self._trees: dict[tuple[Any, ...], Tree | None] = {}
+        self._trees: dict[tuple[Any, ...], q.Trees | None] = {}
         self._traced: dict[tuple[Any, ...], tuple[Triangles, Array, float]] = {}
         self.clear()
 
@@ -251,14 +241,13 @@ class OdeSolver:
         joints: list[Array] = []
         types: list[tuple[int, int, int]] = []
         shapes: list[Array] = []
-        moving: list[Tree | None] = []  # of each shape that is a solid
+        moving: list[q.Trees | None] = []  # of each shape that is a solid
         kinds: list[tuple[int, ...]] = []  # as in Scene
         chunks: list[Array] = [np.zeros((0, 6))]
         vertices: list[Array] = [np.zeros((0, 3))]
         extents: list[Array] = []
         owner: list[tuple[int, int]] = []  # (body, link) of each row
         self._built = {part.body for part in parts}
-        self._mixed: set[tuple[int, int]] = set()  # links with shapes of other kinds
         for part in parts:
             part.first, part.first_joint = len(bodies), len(joints)
             rows = {name: part.first + i for i, name in enumerate(part.names)}
@@ -270,22 +259,21 @@ class OdeSolver:
                 bodies[-1][q.MAY_SLEEP] = float(part.may_sleep)
                 for shape in link.collisions:
                     kind, start = _KINDS.get(shape.geometry.kind, q.OTHER), sum(map(len, vertices))
-                    corners = np.zeros((0, 3))
+                    corners, tree = np.zeros((0, 3)), self._tree(shape)
                     if kind == q.MESH:
                         corners = self._vertices(shape, link)
                         vertices.append(corners)
-                        kind = kind if len(corners) and self._tree(shape) else q.OTHER
+                        kind = kind if len(corners) and tree else q.OTHER
                         reach = np.linalg.norm(corners, axis=1).max(initial=0.0)
                         bodies[-1][q.RADIUS] = max(bodies[-1][q.RADIUS], reach)
                     if kind == q.OTHER:
-                        self._mixed.add(key)
                         bodies[-1][q.RADIUS] = max(bodies[-1][q.RADIUS], _UNKNOWN)
                     span = start, sum(map(len, vertices)), sum(map(len, chunks))
                     kinds.append((rows[name], kind, *span))
                     chunks.append(_chunks(corners))
                     shapes.append(_shape_row(shape, link))
                     if kind != q.OTHER:
-                        moving.append(self._tree(shape))
+                        moving.append(tree)
                     extents.append(_extent(shape, link, corners))
             for joint in part.joints:
                 joints.append(self._joint_row(part, joint))
@@ -307,11 +295,13 @@ class OdeSolver:
         self.joints = _table(joints, q.J_SIZE)
         self._types = _table(types, 3, np.int64)
         self._kinds = _table(kinds, 5, np.int64)
+        self._bits = np.array([self._bits_of(key) for key in owner], np.int64)
         self._build_topology()
         meet = self._build_meet(parts)
         ground = self._build_surroundings(bool(meet.any()))
         self._add_moving_solids(ground, shapes)
         self._add_trees(ground, moving)
+        most = _MOST_POINTS * (max(1, len(shapes)) * (len(ground["planes"]) + 2) + 128)
         self._scene = q.Scene(
             shapes=_table(shapes, q.G_COLUMNS),
             kinds=self._kinds,
@@ -323,14 +313,14 @@ class OdeSolver:
             around=np.zeros((len(shapes), 6)),
             meet=meet,
             close=np.zeros((_MOST_CLOSE * len(bodies), 2), np.int64),
-            pairs=np.zeros((4 * self._most_contacts(shapes, ground), 3), np.int64),
+            pairs=np.zeros((4 * most, 3), np.int64),
             counts=np.array([0, (ground["contents"] < 0).sum()], np.int64),
             **ground,
         )
         self._moving: RayShapes | None = None
         self._noted = b""
         self._surfaces: dict[Any, tuple[Array, int | None, Array]] = {}  # of pairs of links
-        self._build_workspace()
+        self._build_workspace(most)
         self._sort()
 
     def _build_topology(self) -> None:
@@ -350,12 +340,15 @@ class OdeSolver:
         self._lists = np.array([j for each in lists for j in each], np.int64)
         self._below = below
 
+    def _bits_of(self, key: tuple[int, int]) -> int:
+        """Of a body and link, which touches only what shares one."""
+        return self._filtered.get(key, _ALL_BITS)
+
     def _build_meet(self, parts: list[Part]) -> Array:
         """Whether bodies (n, n) may touch each other, and who finds it."""
         body = np.array([body for body, _ in self._owner], np.int64)
         ghost = np.isin(body, list(self._ghosts))
         shaped = np.isin(np.arange(len(body)), self._kinds[:, 0])
-        bits = np.array([self._filtered.get(key, _ALL_BITS) for key in self._owner], np.int64)
         meet = (body[:, None] != body) & ~(ghost[:, None] | ghost)
         for part in parts:
             rows = {name: part.first + i for i, name in enumerate(part.names)}
@@ -363,7 +356,7 @@ class OdeSolver:
                 if pair[0] in rows and pair[1] in rows:
                     one, two = rows[pair[0]], rows[pair[1]]
                     meet[one, two] = meet[two, one] = True
-        shared: Array = (bits[:, None] & bits) != 0
+        shared: Array = (self._bits[:, None] & self._bits) != 0
         others = self._kinds[~np.isin(self._kinds[:, 1], _SOLIDS), 0]
         plain = ~np.isin(np.arange(len(body)), others)
         known = plain[:, None] & plain
@@ -394,29 +387,26 @@ class OdeSolver:
         Args:
             several: whether bodies may touch each other.
         """
-        planes, masks, faces, owners = [], [], [], []
+        planes, plane_bits, faces, owners = [], [], [], []
         solids: list[list[float]] = []
         kinds: list[int] = []
         boxes: list[Array] = []
         contents: list[int] = []
         hosts: list[tuple[int, int]] = []
-        self._solid_trees: list[Tree | None] = []  # of those that never move
+        self._solid_trees: list[q.Trees | None] = []  # of those that never move
         self._known: list[tuple[int, int]] = []  # bodies whose contacts quickstep finds
         self._plane_of: list[tuple[int, int]] = []
-        self._flat: set[int] = set()  # bodies of planes alone
         for still in self._still.values():
             body, link = still.body, still.link
             others = [shape for shape in link.collisions if shape.geometry.kind != "plane"]
-            if not others:
-                self._flat.add(body)
-            frame = Pose(*self._engine.base_pose(body))
+            frame, bits = Pose(*self._engine.base_pose(body)), self._bits_of((body, -1))
             trees = [self._tree(shape) for shape in others]
             is_known = all(
                 tree is not None or _KINDS.get(shape.geometry.kind, q.MESH) != q.MESH
                 for shape, tree in zip(others, trees)
             )
             for shape, tree in zip(others, trees):
-                hosts.append((body, self._filtered.get((body, -1), _ALL_BITS)))
+                hosts.append((body, bits))
                 boxes.append(self._box_around(shape, frame, body, tree if is_known else None))
                 contents.append(len(solids) if is_known else -1)
                 if not is_known:
@@ -436,16 +426,14 @@ class OdeSolver:
                     normal = pose.matrix[:, 2]
                     surface = shape.surface or link.surface
                     planes.append(_plane_row(normal, float(normal @ pose.position), surface))
-                    masks.append(self._filtered.get((body, -1), _ALL_BITS))
+                    plane_bits.append(bits)
                     self._plane_of.append((body, -1))
         around = _table(boxes, 6)
-        own = [self._filtered.get(self._owner[row], _ALL_BITS) for row, *_ in self._kinds.tolist()]
-        touches = np.array([[bool(a & b) for b in masks] for a in own], np.bool_)
         self._watch = bool(len(around) or several)
-        self._always = bool(self._mixed and self._plane_of)
+        self._always = bool((self._kinds[:, 1] == q.OTHER).any() and planes)
         return {
             "planes": _table(planes, q.P_COLUMNS),
-            "touches": touches.reshape(len(own), len(masks)),
+            "plane_bits": np.array(plane_bits, np.int64),
             "solids": _table(solids, q.B_COLUMNS),
             "faces": _table(faces, q.P_COLUMNS),
             "owners": np.array(owners, np.int64),
@@ -453,19 +441,18 @@ class OdeSolver:
             "boxes": around,
             "contents": np.array(contents, np.int64),
             "hosts": _table(hosts, 2, np.int64),
-            "bits": np.array(own, np.int64),
+            "bits": self._bits[self._kinds[:, 0]],
             "covers": _table(
                 [_around(around[i : i + q.COVERED]) for i in range(0, len(around), q.COVERED)],
                 6,
             ),
-            "knows": self._kinds[:, 1] != q.OTHER,
         }
 
-    def _add_trees(self, ground: dict[str, Any], moving: list[Tree | None]) -> None:
+    def _add_trees(self, ground: dict[str, Any], moving: list[q.Trees | None]) -> None:
         """The meshes of all solids, each once, and the roots of the solids' trees."""
         used = [*self._solid_trees, *moving]
         firsts: dict[int, tuple[int, int]] = {}  # number of the first node and triangle
-        distinct: list[Tree] = []
+        distinct: list[q.Trees] = []
         nodes = triangles = 0
         for tree in used:
             if tree is not None and id(tree) not in firsts:
@@ -484,17 +471,11 @@ class OdeSolver:
             np.concatenate([np.zeros((0, 9)), *(tree.corners for tree in distinct)]),
             np.concatenate([np.zeros((0, 6)), *(tree.nodes for tree in distinct)]),
             np.concatenate(children),
-            np.array([max((tree.depth for tree in distinct), default=1)], np.int64),
+            np.array([max((tree.depth[0] for tree in distinct), default=1)], np.int64),
         )
 
-    @staticmethod
-    def _most_contacts(shapes: Sequence[Array], ground: Mapping[str, Any]) -> int:
-        """Number of contacts for which there is room."""
-        count, planes = len(shapes), len(ground["planes"])
-        return _MOST_POINTS * max(1, count) * (planes + 2) + 128 * _MOST_POINTS
-
-    def _build_workspace(self) -> None:
-        most = len(self._scene.pairs) // 4
+    def _build_workspace(self, most: int) -> None:
+        """Room for a number of contacts."""
         self._contacts = np.zeros((most, q.C_SIZE))
         self._owners = np.full((most, 4), -1, np.int64)
         self._first_row = np.zeros(most, np.int64)
@@ -507,7 +488,7 @@ class OdeSolver:
         self._result = np.zeros(1, np.int64)
         self._others = list(self._known)
 
-    def _tree(self, shape: Shape) -> Tree | None:
+    def _tree(self, shape: Shape) -> q.Trees | None:
         """The tree of a mesh; None: it is none, or cannot be read."""
         geometry = shape.geometry
         if geometry.kind != "mesh":
@@ -518,7 +499,7 @@ class OdeSolver:
             self._trees[key] = None if triangles is None else _make_tree(triangles, geometry.scale)
         return self._trees[key]
 
-    def _box_around(self, shape: Shape, frame: Pose, body: int, tree: Tree | None) -> Array:
+    def _box_around(self, shape: Shape, frame: Pose, body: int, tree: q.Trees | None) -> Array:
         """Box (6,) around a shape of what never moves."""
         pose, geometry = frame * shape.pose, shape.geometry
         if tree is not None:
@@ -765,10 +746,8 @@ class OdeSolver:
                     continue
                 one, link_one, two, link_two = two, link_two, one, link_one
                 first, second, normal = second, None, tuple(-x for x in normal)
-            if second is None and two in self._flat and (one, link_one) not in self._mixed:
-                continue  # found by quickstep
             if second is None and (two, link_two) in self._known and self._is_known(first, at):
-                continue  # found by quickstep, too
+                continue  # found by quickstep
             if second is not None and self._scene.meet[first, second] == q.FOUND:
                 continue
             if n >= 64 * _MOST_POINTS:
@@ -789,7 +768,7 @@ class OdeSolver:
         """Whether quickstep finds a body's contact with what never moves."""
         scene, body = self._scene, self.bodies[row]
         own = slice(scene.firsts[row], scene.firsts[row + 1])
-        known = scene.knows[own]
+        known = scene.kinds[own, 1] != q.OTHER
         if known.all() or not known.any():
             return bool(known.all())
         orientation: Any = body[q.QUAT : q.QUAT + 4]
@@ -1134,7 +1113,7 @@ def _around(boxes: Array) -> Array:
     return np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
 
 
-def _make_tree(triangles: Array, scale: Vec3) -> Tree:
+def _make_tree(triangles: Array, scale: Vec3) -> q.Trees:
     """The tree of triangles (n, 3, 3) [m], which are scaled; single precision, as in Gazebo."""
     corners = triangles.astype(np.float32) * np.asarray(scale, np.float32)
     count = len(corners)
@@ -1142,7 +1121,8 @@ def _make_tree(triangles: Array, scale: Vec3) -> Tree:
     nodes = np.empty((max(1, count - 1), 6))
     children = np.full((max(1, count - 1), 2), q.NO_CHILD, np.int64)
     depth = build_tree(corners, order, nodes, children)
-    return Tree(corners[order].reshape(-1, 9).astype(float), nodes, children, depth)
+    placed = corners[order].reshape(-1, 9).astype(float)
+    return q.Trees(placed, nodes, children, np.array([depth]))
 
 
 def _shape_row(shape: Shape, link: Link) -> Array:

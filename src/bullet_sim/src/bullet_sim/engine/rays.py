@@ -7,8 +7,10 @@ Spheres and cylinders, and what boxes move with it, have closed forms here. PyBu
 that come near anything else.
 """
 
+import functools
 import math
 import operator
+import os
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -105,6 +107,15 @@ def _floats(element: ET.Element) -> Callable[[str], tuple[float, ...]]:
 
 def _load_mesh(path: str | None) -> Any:
     """A trimesh.Trimesh, or None if the file cannot be read."""
+    try:
+        changed = os.stat(path or "").st_mtime_ns
+    except OSError:
+        return None
+    return _load_file(path, changed)
+
+
+@functools.lru_cache(maxsize=1)  # its vertices and its triangles are asked for, one after the other
+def _load_file(path: str | None, _changed: int) -> Any:
     import trimesh  # takes 0.2 s, for worlds with meshes alone
 
     try:

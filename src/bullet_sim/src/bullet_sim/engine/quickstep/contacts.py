@@ -73,7 +73,7 @@ def softness(step: float, kp1: float, kd1: float, kp2: float, kd2: float) -> tup
 
 
 @compiled
-def add_contact(
+def _add_contact(
     step: float,
     n: int,
     contacts: Array,
@@ -158,7 +158,7 @@ def _vertex_contacts(
                 n += 1
                 deepest = depth
             deepest = max(deepest, depth)
-            add_contact(step, last, contacts, owners, bodies, scene.shapes, s, planes, p, body, at,
+            _add_contact(step, last, contacts, owners, bodies, scene.shapes, s, planes, p, body, at,
                          depth, work)  # fmt: skip
     return n
 
@@ -215,7 +215,7 @@ def _box_contacts(
         order[0], order[1] = 2, 1
     else:
         order[0], order[1] = 1, 0 if rise[0] < rise[2] else 2
-    add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, corner, depth,
+    _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, corner, depth,
                  work)  # fmt: skip
     n += 1
     for i in range(2):
@@ -223,14 +223,14 @@ def _box_contacts(
             return n
         for k in range(3):
             point[k] = corner[k] + sides[order[i], k]
-        add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, point,
+        _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, point,
                      depth - rise[order[i]], work)  # fmt: skip
         n += 1
     depth -= rise[order[0]] + rise[order[1]]
     if depth > 0.0:
         for k in range(3):
             point[k] += sides[order[0], k]
-        add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, point, depth,
+        _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, point, depth,
                      work)  # fmt: skip
         n += 1
     return n
@@ -302,7 +302,7 @@ def _cylinder_contacts(
                 point[k] = centre[k] + sign * half * axis[k] + reach
             depth = d - (a * point[0] + b * point[1] + c * point[2])
             if depth > 0.0:
-                add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, point,
+                _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, point,
                              depth, work)  # fmt: skip
                 n += 1
         return n
@@ -311,14 +311,14 @@ def _cylinder_contacts(
     for end in (1, 0):
         depth = d - (a * ends[end, 0] + b * ends[end, 1] + c * ends[end, 2])
         if depth >= 0.0:
-            add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, ends[end],
+            _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, ends[end],
                          depth, work)  # fmt: skip
             n += 1
     return n
 
 
 @compiled
-def add_points(
+def _add_points(
     step: float,
     n: int,
     points: Array,
@@ -341,7 +341,7 @@ def add_points(
     for i in range(count):
         if n >= len(contacts):
             break
-        add_contact(step, n, contacts, owners, bodies, scene.shapes, s, surfaces, p, body,
+        _add_contact(step, n, contacts, owners, bodies, scene.shapes, s, surfaces, p, body,
                      points[i, :3], points[i, 3], work)  # fmt: skip
         for k in range(3):
             contacts[n, C_NORMAL + k] = sign * normal[k]
@@ -379,7 +379,7 @@ def _contacts_of_mesh(
         for k in range(3):
             point[0, k] = found[i, k]
         point[0, 3] = found[i, F_DEPTH]
-        n = add_points(step, n, point, 1, found[i, F_NORMAL : F_NORMAL + 3], sign, s, body,
+        n = _add_points(step, n, point, 1, found[i, F_NORMAL : F_NORMAL + 3], sign, s, body,
                        scene.faces, b, scene.owners[b], bodies, scene, contacts, owners,
                        work)  # fmt: skip
     return n
@@ -425,7 +425,7 @@ def _solid_contacts(
     else:
         sign = -1.0  # what was there first is the first, whose way to the contact differs
         count = cylinder_with_cylinder(two, one, points, normal)
-    return add_points(step, n, points, count, normal, sign, s, body, scene.faces, b,
+    return _add_points(step, n, points, count, normal, sign, s, body, scene.faces, b,
                        scene.owners[b], bodies, scene, contacts, owners, work)  # fmt: skip
 
 
@@ -488,7 +488,7 @@ def _plane_contacts(
         return n
     for k in range(3):
         point[k] = centre[k] - planes[p, k] * shapes[s, G_SIZE]
-    add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, point, depth,
+    _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, point, depth,
                 work)  # fmt: skip
     return n + 1
 

@@ -103,7 +103,6 @@ class Scene(NamedTuple):
         points: (v, 3) vertices of meshes, from their bodies' centres of mass.
         chunks: (c, 6) centre and half the edges of boxes around CHUNK vertices each of a mesh.
         extents: (s, 6) centre and half the edges of a box around each shape, in its body.
-        knows: (s,) whether the contacts with what never moves are found here.
         models: (n,) number of each body's model.
         around: (s, 6) lower and upper corners of boxes around the shapes where they are.
         meet: (n, n) whether two bodies may touch: APART, FOUND (here), or LEFT to the caller.
@@ -112,7 +111,7 @@ class Scene(NamedTuple):
         pairs: (m, 3) shapes, with a row of solids, or -1 - that of a plane, and the body of which
             the solid is, or -1.
         planes: (p, P_COLUMNS).
-        touches: (s, p) whether a shape touches a plane.
+        plane_bits: (p,) as bits.
         solids: (b, B_COLUMNS) shapes but planes and OTHER: those that never move, then of bodies.
         faces: (b, P_COLUMNS) their surfaces.
         owners: (b,) number of what never moves, for the contacts.
@@ -133,7 +132,6 @@ class Scene(NamedTuple):
     points: Array
     chunks: Array
     extents: Array
-    knows: Array
     models: Array
     around: Array
     meet: Array
@@ -141,7 +139,7 @@ class Scene(NamedTuple):
     counts: Array
     pairs: Array
     planes: Array
-    touches: Array
+    plane_bits: Array
     solids: Array
     faces: Array
     owners: Array

@@ -61,10 +61,11 @@ def is_near(bodies: Array, scene: Scene) -> bool:
         if bodies[b, ASLEEP] != 0.0 or found:
             continue
         for s in range(scene.firsts[b], scene.firsts[b + 1]):
-            if scene.knows[s] and scene.counts[1] == 0:
+            is_known = scene.kinds[s, 1] != OTHER
+            if is_known and scene.counts[1] == 0:
                 continue
             box = scene.around[s]
-            if _is_near_still(box[:3], box[3:], scene.knows[s], scene.models[b], scene):
+            if _is_near_still(box[:3], box[3:], is_known, scene.models[b], scene):
                 found = True
     for b in range(len(bodies)):
         for other in range(b):
@@ -102,13 +103,13 @@ def _may_touch(b: int, other: int, bodies: Array, scene: Scene) -> bool:
 
 
 @compiled
-def _is_near_still(low: Array, high: Array, knows: bool, model: int, scene: Scene) -> bool:
+def _is_near_still(low: Array, high: Array, is_known: bool, model: int, scene: Scene) -> bool:
     """Whether a box around a shape overlaps what never moves and the caller has to look at."""
     for i in range(len(scene.covers)):
         if not overlap(low, high, scene.covers[i]):
             continue
         for at in range(i * COVERED, min((i + 1) * COVERED, len(scene.boxes))):
-            if knows and scene.contents[at] >= 0 or scene.hosts[at, 0] == model:
+            if is_known and scene.contents[at] >= 0 or scene.hosts[at, 0] == model:
                 continue
             if overlap(low, high, scene.boxes[at]):
                 return True
@@ -167,8 +168,7 @@ def list_pairs(bodies: Array, sequence: Array, scene: Scene) -> int:
                 if scene.kinds[s, 1] == OTHER:
                     continue
                 for p in range(len(scene.planes) if (scene.kinds[s, 1] == MESH) == meshes else 0):
-                    if scene.touches[s, p]:
+                    if scene.plane_bits[p] & scene.bits[s] != 0:
                         n = _add_pair(s, -1 - p, -1, n, scene)
-                if scene.knows[s]:
-                    n = _list_still(s, meshes, n, scene)
+                n = _list_still(s, meshes, n, scene)
     return n

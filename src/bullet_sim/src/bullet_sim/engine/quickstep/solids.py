@@ -7,6 +7,7 @@ import numpy as np
 from bullet_sim.engine.quickstep.compiled import compiled
 from bullet_sim.engine.quickstep.layout import (
     B_CENTRE,
+    B_COLUMNS,
     B_HALF,
     B_ROTATION,
     EDGE_FACTOR,
@@ -59,6 +60,21 @@ def try_axis(
         sign = -1.0 if middle < 0.0 else 1.0
         best[0], best[1], best[2] = depth, own, half
         best[3], best[4], best[5] = sign * x, sign * y, sign * z
+    return True
+
+
+@compiled
+def try_corners(hull: Array, count: int, cylinder: Array, best: Array) -> bool:
+    """As try_axis(), across the cylinder's axis and towards each point."""
+    axis = np.empty(3)
+    for i in range(count):
+        along = 0.0
+        for k in range(3):
+            along += hull[i, k] * cylinder[k]
+        for k in range(3):
+            axis[k] = along * cylinder[k] - hull[i, k]
+        if not try_axis(axis[0], axis[1], axis[2], hull, count, cylinder, best):
+            return False
     return True
 
 
@@ -224,14 +240,8 @@ def _try_other_axes(hull: Array, solid: Array, cylinder: Array, best: Array) -> 
         cross(cylinder[:3], side, axis)
         if not try_axis(axis[0], axis[1], axis[2], hull, 8, cylinder, best):
             return False
-    for i in range(8):
-        along = 0.0
-        for k in range(3):
-            along += hull[i, k] * cylinder[k]
-        for k in range(3):
-            axis[k] = along * cylinder[k] - hull[i, k]
-        if not try_axis(axis[0], axis[1], axis[2], hull, 8, cylinder, best):
-            return False
+    if not try_corners(hull, 8, cylinder, best):
+        return False
     for rim in range(2):
         end = cylinder[4] if rim == 0 else -cylinder[4]
         for i in range(8):
@@ -544,6 +554,21 @@ def _portal_weights(portal: Array, direction: Array, weights: Array) -> None:
 
 
 @compiled
+def relative(one: Array, two: Array, out: Array) -> None:
+    """The frame of a second solid in that of a first, as a row of solids."""
+    for i in range(3):
+        out[B_CENTRE + i] = 0.0
+        for k in range(3):
+            away = two[B_CENTRE + k] - one[B_CENTRE + k]
+            out[B_CENTRE + i] += one[B_ROTATION + 3 * k + i] * away
+        for j in range(3):
+            cosine = 0.0
+            for k in range(3):
+                cosine += one[B_ROTATION + 3 * k + i] * two[B_ROTATION + 3 * k + j]
+            out[B_ROTATION + 3 * i + j] = cosine
+
+
+@compiled
 def box_overlap(one: Array, two: Array, margin: float, found: Array) -> int:
     """The direction in which two solids overlap least, of 15; its number, -1 if they do not.
 
@@ -557,17 +582,12 @@ def box_overlap(one: Array, two: Array, margin: float, found: Array) -> int:
     Returns:
         0 to 2 for a face of the first, 3 to 5 of the second, 6 + 3 i + j for the edges i and j.
     """
-    gap, r, q, axis = np.empty(3), np.empty((3, 3)), np.empty((3, 3)), np.empty(3)
+    frame, q, axis = np.empty(B_COLUMNS), np.empty((3, 3)), np.empty(3)
     most, code, sign = -INFINITE, -1, 1.0
+    relative(one, two, frame)
+    gap, r = frame[B_CENTRE : B_CENTRE + 3], frame[B_ROTATION:].reshape((3, 3))
     for i in range(3):
-        gap[i] = 0.0
-        for k in range(3):
-            away = two[B_CENTRE + k] - one[B_CENTRE + k]
-            gap[i] += one[B_ROTATION + 3 * k + i] * away
         for j in range(3):
-            r[i, j] = 0.0
-            for k in range(3):
-                r[i, j] += one[B_ROTATION + 3 * k + i] * two[B_ROTATION + 3 * k + j]
             q[i, j] = abs(r[i, j]) + margin
     for i in range(3):
         over = abs(gap[i]) - one[i] - two[0] * q[i, 0] - two[1] * q[i, 1] - two[2] * q[i, 2]

@@ -12,9 +12,9 @@ Sources: Open Dynamics Engine, "User Guide"; R. Smith, "Constraints in rigid bod
 Gazebo's parameters as of version 11 (dWorldCreate, ODEPhysics, ODELink, ODEJoint).
 
 All quantities are numbers in arrays with one row per body, joint, shape, plane, contact or
-constraint; the constants below are their columns. Units: m, kg, s, rad; world axes if nothing else
-is said. numba compiles the functions. No operation is reordered, so that results are the same on
-all processors.
+constraint; the constants of layout.py are their columns. Units: m, kg, s, rad; world axes if
+nothing else is said. numba compiles the functions. No operation is reordered, so that results are
+the same on all processors.
 """
 
 import math

@@ -28,6 +28,7 @@ from bullet_sim.engine.quickstep.layout import (
     SPHERE,
     Trees,
 )
+from bullet_sim.engine.quickstep.solids import relative
 from bullet_sim.engine.quickstep.triangles import (
     box_on_triangle,
     cylinder_on_triangle,
@@ -258,23 +259,18 @@ def _leave_most(found: Array, n: int, merge: bool) -> int:
 @compiled
 def _box_in_frame(solid: Array, kind: int, mesh: Array, box: Array) -> None:
     """The box around a solid along the axes of a mesh's frame: centre and half the edges."""
+    frame = np.empty(B_COLUMNS)
+    relative(mesh, solid, frame)
     for i in range(3):
-        box[i] = 0.0
-        for k in range(3):
-            away = solid[B_CENTRE + k] - mesh[B_CENTRE + k]
-            box[i] += mesh[B_ROTATION + 3 * k + i] * away
+        box[i], box[3 + i] = frame[B_CENTRE + i], 0.0
         if kind == SPHERE:
             box[3 + i] = solid[B_HALF]
             continue
-        box[3 + i] = 0.0
         for j in range(3):
-            cosine = 0.0
-            for k in range(3):
-                cosine += mesh[B_ROTATION + 3 * k + i] * solid[B_ROTATION + 3 * k + j]
             half = solid[B_HALF + j]
             if kind == CYLINDER:
                 half = solid[B_HALF + (1 if j == 2 else 0)]
-            box[3 + i] += abs(cosine) * half
+            box[3 + i] += abs(frame[B_ROTATION + 3 * i + j]) * half
 
 
 @compiled
@@ -352,21 +348,6 @@ def mesh_with_solid(
 
 
 @compiled
-def _relative(one: Array, two: Array, out: Array) -> None:
-    """The frame of a second solid in that of a first, as a row of solids."""
-    for i in range(3):
-        out[B_CENTRE + i] = 0.0
-        for k in range(3):
-            away = two[B_CENTRE + k] - one[B_CENTRE + k]
-            out[B_CENTRE + i] += one[B_ROTATION + 3 * k + i] * away
-        for j in range(3):
-            cosine = 0.0
-            for k in range(3):
-                cosine += one[B_ROTATION + 3 * k + i] * two[B_ROTATION + 3 * k + j]
-            out[B_ROTATION + 3 * i + j] = cosine
-
-
-@compiled
 def _boxes_overlap(boxes: Array, a: int, b: int, f: Array, s: Array) -> bool:
     """Whether boxes of two trees overlap, as in Gottschalk et al., "OBBTree" (1996).
 
@@ -419,8 +400,8 @@ def mesh_with_mesh(
     normal, spread, polygons = np.empty(3), np.empty(9), np.empty((6, 9, 3))
     a, b, leaf, work = np.empty(9), np.empty(9), np.empty(9), np.empty((4, 6))
     nodes, children = trees.nodes, trees.children
-    _relative(one, two, forth)
-    _relative(two, one, back)
+    relative(one, two, forth)
+    relative(two, one, back)
     for i in range(9):
         spread[i] = abs(forth[B_ROTATION + i]) + _LOOSE
     todo = np.empty((4 * trees.depth[0] + 8, 3), np.int64)

@@ -23,6 +23,7 @@ from bullet_sim.engine.quickstep.solids import (
     hull_points,
     side_line,
     try_axis,
+    try_corners,
     try_rims,
 )
 from bullet_sim.engine.quickstep.vectors import clip_line, clip_polygon, closest, cross, dot
@@ -82,14 +83,8 @@ def cylinder_on_triangle(
         cross(cylinder[:3], edges[i], axis)
         if not try_axis(axis[0], axis[1], axis[2], hull, 3, cylinder, best):
             return 0
-    for i in range(3):  # across the cylinder's axis, towards a corner
-        along = 0.0
-        for k in range(3):
-            along += hull[i, k] * cylinder[k]
-        for k in range(3):
-            axis[k] = along * cylinder[k] - hull[i, k]
-        if not try_axis(axis[0], axis[1], axis[2], hull, 3, cylinder, best):
-            return 0
+    if not try_corners(hull, 3, cylinder, best):
+        return 0
     if not try_axis(cylinder[0], cylinder[1], cylinder[2], hull, 3, cylinder, best):
         return 0
     for side in range(2):
