@@ -1,4 +1,4 @@
-"""Signals that request a stop; they shut a node down at any time."""
+"""Signals that request a stop shut a node down at any time; a master's request, if it is for it."""
 
 import signal
 import subprocess
@@ -6,7 +6,9 @@ import sys
 import time
 
 import pytest
+from paddock_common.master import proxy
 from paddock_common.process import StopRequest
+from paddock_common.testing import call, ros_master, running, wait_for
 
 LIMIT = 60.0  # [s]
 # The main thread holds a lock that the shutdown needs, as in a call of the master.
@@ -102,3 +104,31 @@ def test_without_a_signal_there_is_no_wait():
         [sys.executable, "-c", script], capture_output=True, text=True, timeout=LIMIT
     )
     assert (done.returncode, done.stdout, done.stderr) == (0, "ends\n", "")
+
+
+NODE = """
+import rospy
+from paddock_common import nodes
+nodes.init_interruptible("one")
+rospy.spin()
+"""
+
+
+def test_a_master_shuts_down_only_the_node_that_it_means():
+    """A node died, and another has its port now when a new one of its name registers."""
+
+    def register_as(name, address):
+        with proxy(master, LIMIT) as server:
+            assert server.registerPublisher(name, "/t", "std_msgs/String", address)[0] == 1
+
+    with ros_master() as environment, running(environment, [sys.executable, "-c", NODE]) as node:
+        master = environment["ROS_MASTER_URI"]
+        address = wait_for(lambda: call(master, "lookupNode", "/one"), "the node")
+        register_as("/dead", address)
+        register_as("/dead", "http://127.0.0.1:9")  # the master sends the first address a request
+        wait_for(lambda: call(address, "getPid"), "a response")
+        time.sleep(0.5)
+        assert node.poll() is None and call(address, "getPid")
+        register_as("/one", "http://127.0.0.1:9")
+        assert node.wait(LIMIT) == 0
+        assert node.stdout.read().count("shutdown request") == 1

@@ -15,6 +15,10 @@ error, printed with a traceback. Here they are dropped, as rospy itself drops me
 published later. Errors of a node's callbacks, services and threads after the shutdown request go to
 the log file only. Earlier errors are logged as usual.
 
+A node ignores a shutdown request that is meant for another one. The master sends such a request to
+the address where a node of the same name was registered. If that process has died, the kernel may
+have given its port to any other node, also of another master.
+
 SIGINT and SIGTERM shut a node down at any time. rospy's own handlers run the complete shutdown in
 the main thread, between two of its instructions. If that thread holds a lock which the shutdown
 needs, it deadlocks: each call of the master takes one, so a node that is stopped while it starts
@@ -27,6 +31,7 @@ import ctypes
 import functools
 import logging
 import os
+import re
 import signal
 import sys
 import threading
@@ -41,6 +46,7 @@ import rospy.impl.init
 from rosgraph.roslogging import RosStreamHandler
 from rosgraph.xmlrpc import XmlRpcNode
 from rospy.core import is_shutdown_requested
+from rospy.impl.masterslave import ROSHandler
 from rospy.impl.tcpros_service import ServiceImpl
 from rospy.topics import _PublisherImpl, _SubscriberImpl
 
@@ -95,6 +101,26 @@ def _shutdown(self: Any, reason: str) -> None:
 def close_server_with_node() -> None:
     """Makes the XML-RPC thread of each node of this process stop with the node."""
     XmlRpcNode.shutdown = _shutdown
+
+
+REPLACED = re.compile(
+    r"\[(/\S*)\] Reason: new node registered with same name"
+)  # as rosmaster says it
+_obey_shutdown = ROSHandler.shutdown
+
+
+@functools.wraps(_obey_shutdown)
+def _shutdown_if_addressed(self: Any, caller_id: str, msg: str = "") -> Any:
+    replaced = REPLACED.fullmatch(str(msg))
+    if replaced is None or replaced[1] == rospy.get_name():
+        return _obey_shutdown(self, caller_id, msg)
+    _log.warning("ignored a shutdown request for %s, whose port this node has now", replaced[1])
+    return 0, f"this is {rospy.get_name()}", 0
+
+
+def ignore_shutdown_of_others() -> None:
+    """Makes the node of this process ignore the master's shutdown requests for other nodes."""
+    ROSHandler.shutdown = _shutdown_if_addressed
 
 
 # What rospy's functions raise because of a shutdown.
@@ -202,10 +228,11 @@ def init_node(name: str, **options: Any) -> None:
     """Calls rospy.init_node, which checks its registration every 0.1 s, with a shorter period.
 
     Every node of Paddock starts here: its subscriptions reconnect to their publishers, and it shuts
-    down without follow-up errors and without using a full CPU.
+    down without follow-up errors, without using a full CPU, and not at another node's request.
     """
     close_server_with_node()
     suppress_shutdown_errors()
+    ignore_shutdown_of_others()
     subscriptions.enable_reconnecting()
     retain_freed_memory()
     clock = rospy.impl.init.time

@@ -1,5 +1,7 @@
 """Bringing controllers up and down, with a fake manager."""
 
+import threading
+
 import pytest
 from controller_manager.client import Spawner
 
@@ -42,24 +44,24 @@ def _spawner(manager, warnings):
 
 
 def test_loads_all_then_starts_all_at_once(spawner, manager, warnings):
-    assert spawner.bring_up(["a", "b"], start=True)
+    assert spawner.bring_up(["a", "b"], start=True) == ["a", "b"]
     assert manager.asked == [("load", "a"), ("load", "b"), ("switch", ["a", "b"], [], True)]
     assert spawner.started == ["a", "b"] and not warnings
 
 
 def test_stopped_only_loads(spawner, manager):
-    assert spawner.bring_up(["a"], start=False)
+    assert spawner.bring_up(["a"], start=False) == ["a"]
     assert manager.asked == [("load", "a")] and not spawner.started
 
 
 def test_one_that_does_not_load_is_named_and_the_rest_starts(spawner, manager, warnings):
-    assert not spawner.bring_up(["bad_one", "b"], start=True)
+    assert spawner.bring_up(["bad_one", "b"], start=True) == ["b"]
     assert manager.asked[-1] == ("switch", ["b"], [], True)
     assert spawner.loaded == ["b"] and len(warnings) == 1 and "'bad_one'" in warnings[0]
 
 
 def test_one_that_cannot_start_is_named_and_the_rest_starts(spawner, manager, warnings):
-    assert not spawner.bring_up(["a", "rival", "b"], start=True)
+    assert spawner.bring_up(["a", "rival", "b"], start=True) == ["a", "rival", "b"]
     assert manager.asked[-2:] == [
         ("switch", ["a", "rival", "b"], [], True),
         ("switch", ["a", "rival", "b"], [], False),
@@ -80,3 +82,40 @@ def test_take_down_stops_all_then_unloads_backwards(spawner, manager):
 def test_nothing_loaded_asks_nothing(spawner, manager):
     spawner.take_down()
     assert manager.asked == []
+
+
+class SlowManager(FakeManager):
+    """Stops and unloads in another thread while the response to the start is on its way."""
+
+    def __init__(self):
+        super().__init__()
+        self.started, self.proceed = threading.Event(), threading.Event()
+
+    def switch(self, start=(), stop=(), strict=True):
+        done = super().switch(start, stop, strict)
+        if start:
+            self.started.set()
+            assert self.proceed.wait(LIMIT)
+        return done
+
+
+LIMIT = 60.0  # [s]
+
+
+def test_taken_down_while_it_starts_all_that_loaded_is_told_and_unloaded():
+    """`rosnode kill` runs the shutdown in another thread than the start."""
+    manager, loaded, ended = SlowManager(), [], []
+    spawner = Spawner(manager, lambda text: None, ended.append)
+    up = threading.Thread(target=lambda: loaded.extend(spawner.bring_up(["a"], start=True)))
+    downs = [threading.Thread(target=spawner.take_down) for _ in range(2)]
+    up.start()
+    assert manager.started.wait(LIMIT)
+    for down in downs:
+        down.start()
+    downs[0].join(0.1)
+    assert manager.asked[-1] == ("switch", ["a"], [], True)  # not yet stopped
+    manager.proceed.set()
+    for thread in (up, *downs):
+        thread.join(LIMIT)
+    assert loaded == ["a"] and spawner.loaded == [] and not ended
+    assert manager.asked[2:] == [("switch", [], ["a"], False), ("unload", "a")]

@@ -15,6 +15,8 @@ from paddock_common import waiting
 class Spawner:
     """Loads and starts, stops and unloads controllers.
 
+    Threads may use it: taking down waits until bringing up, or another take_down, has finished.
+
     Args:
         manager: ManagerClient, or anything with its load, unload, switch and running.
         log: called with a text for each step.
@@ -27,23 +29,30 @@ class Spawner:
         self.warn = warn
         self.loaded = []
         self.started = []
+        self._lock = threading.Lock()
 
     def bring_up(self, controllers, start):
-        """Loads controllers, starts those that loaded, in one step; returns whether all worked.
+        """Loads controllers and starts those that loaded, in one step.
 
         If one of them cannot start (for example its joint is claimed), the others start without it.
 
         Args:
             start: False leaves them stopped.
+
+        Returns:
+            The names of those that loaded; `started` has the names of those that were started.
         """
+        with self._lock:
+            return self._bring_up(controllers, start)
+
+    def _bring_up(self, controllers, start):
         for name in controllers:
             if self._manager.load(name):
                 self.loaded.append(name)
             else:
                 self.warn(f"Controller '{name}' did not load; see the simulator's log")
-        complete = len(self.loaded) == len(controllers)
         if not start or not self.loaded:
-            return complete
+            return list(self.loaded)
         self.started = list(self.loaded)
         if not self._manager.switch(start=self.loaded):
             self._manager.switch(start=self.loaded, strict=False)
@@ -54,18 +63,19 @@ class Spawner:
                     ", ".join(name for name in self.loaded if name not in running)
                 )
             )
-        return complete and len(self.started) == len(self.loaded)
+        return list(self.loaded)
 
     def take_down(self):
         """Stops and unloads the controllers that this spawner loaded, in reverse order."""
-        names, self.loaded = self.loaded, []
-        if not names:
-            return
-        self._log("Stopping and unloading {}".format(", ".join(names)))
-        self._manager.switch(stop=names, strict=False)
-        for name in reversed(names):
-            if not self._manager.unload(name):
-                self.warn(f"Controller '{name}' did not unload")
+        with self._lock:
+            names, self.loaded = self.loaded, []
+            if not names:
+                return
+            self._log("Stopping and unloading {}".format(", ".join(names)))
+            self._manager.switch(stop=names, strict=False)
+            for name in reversed(names):
+                if not self._manager.unload(name):
+                    self.warn(f"Controller '{name}' did not unload")
 
 
 SERVICES = {

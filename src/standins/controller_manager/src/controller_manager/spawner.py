@@ -100,11 +100,11 @@ def run(opts, manager, spawner, stop_requested):
     manager.wait(opts.timeout)
     if opts.wait_for:
         wait_for_true(opts.wait_for, stop_requested)
-    spawner.bring_up(controllers, start=not opts.stopped)
-    if not spawner.loaded and not stop_requested():
+    loaded = spawner.bring_up(controllers, start=not opts.stopped)
+    if not loaded and not stop_requested():
         rospy.logfatal("spawner: none of the controllers loaded: %s", ", ".join(controllers))
         return 1
-    done = spawner.started or spawner.loaded
+    done = spawner.started or loaded
     rospy.loginfo(
         "%s %d of %d controllers in %.2f s: %s",
         "Started" if spawner.started else "Loaded",
