@@ -22,6 +22,7 @@ UNTIL = {
     "wheels against a wedge": 300,
     "a tilted box in a tray": 300,
     "a car in a tray": 200,
+    "velocities that decay": 300,
 }
 GRAVITY = (0.0, 0.0, -9.8)  # [m/s^2] a world's in Gazebo that gives none
 CORNERS = {"fl": (0.2, 0.2), "fr": (0.2, -0.2), "rl": (-0.2, 0.2), "rr": (-0.2, -0.2)}
@@ -268,6 +269,29 @@ ROBOTS = {
         ),
         1.0,
         [(200, "hinge", "effort", 4.0, 0.0), (400, "hinge", "effort", -4.0, 0.0)],
+    ),
+    "soft limit": (
+        robot(
+            link("base", 20.0, 2.0, '<box size="1 1 2"/>'),
+            link("arm", 1.0, 0.01, centre="0.3 0 0"),
+            joint("hinge", "revolute", "base", "arm", more=ARM),
+            tags("hinge", stopErp=0.05, stopCfm=0.02, fudgeFactor=0.4),
+        ),
+        1.0,
+        [(30, "hinge", "velocity", 3.0, 4.0), (260, "hinge", "velocity", -1.0, 8.0)],
+    ),
+    "velocities that decay": (
+        robot(
+            BASE,
+            WHEELS,
+            link("sensor", 0.1, 1e-4),
+            joint("held", "fixed", "base", "sensor", "0 0 0.1"),
+            tags("fl", dampingFactor=0.01),
+            tags("base", dampingFactor=0.004),
+            tags("sensor", dampingFactor=0.002),
+        ),
+        0.12,
+        turn(),
     ),
     "a merged link without gravity": (
         robot(

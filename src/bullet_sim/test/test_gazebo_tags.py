@@ -4,6 +4,7 @@ import math
 
 import pytest
 from bullet_sim.formats.materials import standard
+from bullet_sim.formats.sdf.world import parse_model
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec
 from bullet_sim.plugins.forces import ContactSpec
@@ -333,6 +334,50 @@ def test_usual_tags_are_quiet(tags):
         ).warnings
         == []
     )
+
+
+def test_what_merged_links_say_first_about_decay_counts():
+    first, last = (
+        f'<gazebo reference="{name}"><dampingFactor>{value}</dampingFactor></gazebo>'
+        for name, value in (("base", 0.1), ("head", 0.2))
+    )
+    for gazebo, decay in (("", 0.0), (first, 0.1), (last, 0.2), (last + first, 0.1)):
+        links = read(gazebo).links
+        assert links["base"].decay == links["head"].decay == (decay, decay)
+
+
+URDF_LIMIT = (
+    f"{LINKS}<link name='arm'/><joint name='hinge' type='continuous'><parent link='base'/>"
+    "<child link='arm'/></joint><gazebo reference='hinge'>%s</gazebo>"
+)
+SDF_LIMIT = (
+    "<link name='base'/><link name='arm'><velocity_decay><linear>0.3</linear><angular>0.4"
+    "</angular></velocity_decay></link><joint name='hinge' type='revolute'><parent>base</parent>"
+    "<child>arm</child><axis><xyz>0 0 1</xyz></axis><physics><ode>%s</ode></physics></joint>"
+)
+
+
+@pytest.mark.parametrize(
+    "urdf, in_sdf, found",
+    [
+        ("", "", (None, None, 1.0)),
+        ("<stopErp>0.1</stopErp>", "<limit><erp>0.1</erp></limit>", (0.1, None, 1.0)),
+        (
+            "<stopCfm>0.2</stopCfm><fudgeFactor>0.3</fudgeFactor>",
+            "<limit><cfm>0.2</cfm></limit><fudge_factor>0.3</fudge_factor>",
+            (None, 0.2, 0.3),
+        ),
+    ],
+)
+def test_how_a_limit_holds(urdf, in_sdf, found):
+    described = parse_urdf(f'<robot name="r">{URDF_LIMIT % urdf}</robot>', str, "bot")
+    other, _ = parse_model(
+        f'<sdf version="1.6"><model name="m">{SDF_LIMIT % in_sdf}</model></sdf>', str
+    )
+    assert described.warnings == other.warnings == [] and other.links["arm"].decay == (0.3, 0.4)
+    for model in (described, other):
+        joint = model.joints["hinge"]
+        assert (joint.stop_erp, joint.stop_cfm, joint.stop_push) == found
 
 
 @pytest.mark.parametrize(

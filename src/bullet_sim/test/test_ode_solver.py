@@ -495,15 +495,21 @@ def test_a_sleeper_whose_support_is_deleted_falls(world):
     assert box.pose.position[2] < 1.16
 
 
+HELD = '<joint name="j" type="fixed"><parent>l</parent><child>other</child></joint>'
+
+
 @pytest.mark.parametrize(
-    "more", ["<allow_auto_disable>false</allow_auto_disable>", '<link name="other"/>']
+    "inside, more",
+    [
+        ("", "<allow_auto_disable>false</allow_auto_disable>"),
+        ("", f'<link name="other"/>{HELD}'),
+        ('<sensor type="ray" name="s"/>', ""),
+    ],
 )
-def test_what_must_not_or_has_joints_does_not_sleep(world, more):
-    held = '<joint name="j" type="fixed"><parent>l</parent><child>other</child></joint>'
+def test_what_must_not_or_has_joints_or_sensors_does_not_sleep(world, inside, more):
     text = (
         '<sdf version="1.6"><model name="m"><link name="l"><collision name="c"><geometry><box>'
-        f"<size>1 1 1</size></box></geometry></collision></link>{more}"
-        f"{held if 'other' in more else ''}</model></sdf>"
+        f"<size>1 1 1</size></box></geometry></collision>{inside}</link>{more}</model></sdf>"
     )
     world.spawn(sdf.ground_plane())
     box = world.spawn_sdf("box", text, Pose((0.0, 0.0, 0.5)), str)

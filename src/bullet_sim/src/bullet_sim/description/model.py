@@ -187,6 +187,8 @@ class Link:
     Attributes:
         gravity: False: the file disables gravity for it.
         self_collide: collides with other links of its model that have it.
+        decay: fractions of its linear and angular velocity that it loses in each step of the
+            solver 'ode'.
     """
 
     name: str
@@ -198,6 +200,7 @@ class Link:
     surface: Surface = field(default_factory=Surface)
     gravity: bool = True
     self_collide: bool = False
+    decay: tuple[float, float] = (0.0, 0.0)
 
     def set_inertia(self, pose: Pose, moments: Sequence[float]) -> None:
         """Set centre and inertia, (ixx, ixy, ixz, iyy, iyz, izz) in a frame in the centre."""
@@ -237,6 +240,9 @@ class Joint:
         damping, friction: [N m s/rad, N s/m], [N m, N].
         implicit_damping: the solver 'ode' has damping as a constraint, which no step is too long
             for; False: as an effort of the last velocity.
+        stop_erp: fraction of the way beyond a limit that a step of the solver 'ode' corrects.
+        stop_cfm: how soft a limit is for it [rad/s per N m s, m/s per N s]; None: both the world's.
+        stop_push: how much of its motor's effort away from a limit acts there, for the same.
         anchor: joint's frame in the child link's; in a URDF the two are equal.
         mimic: set if it follows another joint.
     """
@@ -254,6 +260,9 @@ class Joint:
     damping: float = 0.0
     friction: float = 0.0
     implicit_damping: bool = False
+    stop_erp: float | None = None
+    stop_cfm: float | None = None
+    stop_push: float = 1.0
     anchor: Pose = Pose()
     mimic: Mimic | None = None
 
@@ -273,6 +282,8 @@ class ModelDescription:
         static: never moves.
         fixed_base: the root link is fixed to the world; joints move.
         auto_disable: it may sleep while it rests.
+        sensed: links with sensors, also such as are left out; with the solver 'ode' a model that
+            has one does not sleep.
         is_urdf: its file is a URDF, which Gazebo turns into SDF.
     """
 
@@ -290,6 +301,7 @@ class ModelDescription:
     self_collide: bool = False
     fixed_base: bool = False
     auto_disable: bool = True
+    sensed: set[str] = field(default_factory=set)
     is_urdf: bool = False
     warnings: list[ReadWarning] = field(default_factory=list)
 

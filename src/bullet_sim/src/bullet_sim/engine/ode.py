@@ -542,6 +542,10 @@ class OdeSolver:
         row[q.DAMPING], row[q.FMAX], row[q.TARGET] = joint.damping, joint.friction, math.nan
         row[q.IMPOSED] = math.nan
         row[q.IMPLICIT] = float(joint.implicit_damping)
+        erp, cfm = joint.stop_erp, joint.stop_cfm
+        row[q.STOP_ERP] = self.settings.erp if erp is None else erp
+        row[q.STOP_CFM] = self.settings.cfm if cfm is None else cfm
+        row[q.STOP_PUSH] = joint.stop_push
         return row
 
     def _rows(self, part: Part) -> Array:
@@ -1047,6 +1051,7 @@ def _body_row(link: Link, max_speed: float) -> Array:
     if link.collisions:  # the last counts
         surface = link.collisions[-1].surface or surface
     row[q.GRAVITY] = float(link.gravity)
+    row[q.DECAY : q.DECAY + 2] = link.decay
     row[q.MAX_VEL] = MAX_SPEED if surface.max_speed is None else surface.max_speed
     row[q.MAX_VEL] = min(row[q.MAX_VEL], max_speed)
     row[q.MIN_DEPTH] = surface.min_depth

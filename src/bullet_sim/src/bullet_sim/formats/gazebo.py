@@ -102,23 +102,23 @@ _READ = {
     "static",
     "visual",
     "collision",
+    "dampingFactor",
+    "implicitSpringDamper",
+    "cfmDamping",
+    "stopCfm",
+    "stopErp",
+    "fudgeFactor",
 }
 # Settings of Gazebo's solver or file conversion that are ignored without a warning.
 _IGNORED = {
     "maxContacts",
     "laserRetro",
-    "dampingFactor",
-    "implicitSpringDamper",
     "provideFeedback",
     "preserveFixedJoint",
     "disableFixedJointLumping",
     "initial_joint_position",
-    "stopCfm",
-    "stopErp",
     "stopKp",
     "stopKd",
-    "cfmDamping",
-    "fudgeFactor",
     "erp",
     "cfm",
     "allow_auto_disable",
@@ -139,14 +139,19 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
         resolve: of the URIs of scripts.
     """
     gravity: dict[str, bool] = {}
+    decay: dict[str, tuple[float, float]] = {}
     for element in robot.findall("gazebo"):
         for child in element:  # <mu1 value="0.8"/>, which counts before a text, as in sdformat
             child.text = child.get("value", child.text)
         off = is_true(child_text(element, "turnGravityOff", "false"))
         said = not off and is_true(child_text(element, "gravity", "true"))
-        gravity[element.get("reference") or ""] = said
+        name = element.get("reference") or ""
+        gravity[name] = said
+        lost = child_number(element, "dampingFactor", f"<gazebo reference='{name}'>", None)
+        if lost is not None:
+            decay.setdefault(name, (max(0.0, lost),) * 2)
     for name in model.links:
-        _set_gravity(name, gravity, model)
+        _set_merged(name, gravity, decay, model)
     for element in robot.findall("gazebo"):
         reference = element.get("reference")
         if reference is None:
@@ -155,7 +160,11 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
             _link_flags(element, model, model.links[reference], resolve)
         elif reference in model.joints:
             implicit = _either(element, "implicitSpringDamper", "cfmDamping")
-            model.joints[reference].implicit_damping = is_true(implicit)
+            joint, label = model.joints[reference], f"<gazebo reference='{reference}'>"
+            joint.implicit_damping = is_true(implicit)
+            joint.stop_erp = child_number(element, "stopErp", label, joint.stop_erp)
+            joint.stop_cfm = child_number(element, "stopCfm", label, joint.stop_cfm)
+            joint.stop_push = child_number(element, "fudgeFactor", label, joint.stop_push)
         else:
             model.warn(
                 f"<gazebo reference='{reference}'> refers to no link and no joint; "
@@ -179,11 +188,17 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
             parse_plugin(plugin, model)
 
 
-def _set_gravity(name: str, gravity: dict[str, bool], model: ModelDescription) -> None:
-    """Whether gravity acts on a link, and on those that fixed joints merge into it.
+def _set_merged(
+    name: str,
+    gravity: dict[str, bool],
+    decay: dict[str, tuple[float, float]],
+    model: ModelDescription,
+) -> None:
+    """Whether gravity acts on a link, and on those that fixed joints merge into it; their decay.
 
-    As in sdformat all have what the last <gazebo> element among them says: the link's own come
-    first, then those of the links fixed to it, in the order of their joints' names.
+    The link's own <gazebo> elements come first, then those of the links fixed to it, in the order
+    of their joints' names. As in sdformat all have the gravity that the last one says, and the
+    decay that the first one says.
     """
     if any(joint.child == name and joint.kind == "fixed" for joint in model.joints.values()):
         return  # of a link that is merged
@@ -198,8 +213,9 @@ def _set_gravity(name: str, gravity: dict[str, bool], model: ModelDescription) -
         fixed = [joint for joint in model.joints_of(name) if joint.kind == "fixed"]
         fixed.sort(key=lambda joint: joint.name, reverse=True)
         pending += [joint.child for joint in fixed]
+    lost = next((decay[name] for name in names if name in decay), (0.0, 0.0))
     for merged in names:
-        model.links[merged].gravity = said
+        model.links[merged].gravity, model.links[merged].decay = said, lost
 
 
 def _unknown(element: Node, model: ModelDescription, reference: str | None) -> None:

@@ -340,3 +340,7 @@ def _axis(
         for key in ("implicit_spring_damper", "cfm_damping")
     )
     joint.friction = max(0.0, child_number(element, f"{tag}/dynamics/friction", label, 0.0))
+    ode = "physics/ode"
+    joint.stop_erp = child_number(element, f"{ode}/limit/erp", label, None)
+    joint.stop_cfm = child_number(element, f"{ode}/limit/cfm", label, None)
+    joint.stop_push = child_number(element, f"{ode}/fudge_factor", label, 1.0)

@@ -13,19 +13,21 @@ SPHERE, CYLINDER, BOX, MESH, OTHER = range(5)  # types of shapes; of OTHER the c
 # order, time and steps for which it has to rest until it sleeps, whether it sleeps, mass, inertia
 # and its inverse in the body's axes, whether gravity acts, bound of the push out of contacts, depth
 # that is left, radius of a sphere around the shapes, whether it may sleep, external force and
-# torque of the next step
+# torque of the next step, fractions of the linear and angular velocity that it loses in a step
 POS, QUAT, VEL, PLACE, REST, REST_STEPS, ASLEEP = 0, 3, 7, 13, 14, 15, 16
 MASS, INERTIA, INVERSE, GRAVITY = 17, 18, 27, 36
-MAX_VEL, MIN_DEPTH, RADIUS, MAY_SLEEP, FORCE, B_SIZE = 37, 38, 39, 40, 41, 47
+MAX_VEL, MIN_DEPTH, RADIUS, MAY_SLEEP, FORCE, DECAY, B_SIZE = 37, 38, 39, 40, 41, 47, 49
 # joints: anchor in both bodies (from their centres; of the world: its coordinates), axis in both,
 # quaternion of the first in the second at 0, limits, damping, the motor's effort and velocity,
 # effort of the next step, position, velocity, commanded position and where it is by now, its
 # speed, last impulses of both solutions, the motor's last effort, force and torque on the first
 # body, whether damping is a constraint (else it is an effort of the last velocity), velocity that
-# the first body is given before each step (NaN: none)
+# the first body is given before each step (NaN: none), ERP and CFM of the limits, how much of the
+# motor's effort away from them acts there
 ANCHOR1, ANCHOR2, AXIS1, AXIS2, QREL, LOWER, UPPER, DAMPING = 0, 3, 6, 9, 12, 16, 17, 18
 FMAX, SPEED, EFFORT, ANGLE, RATE, TARGET, REACHED, MAX_SPEED = 19, 20, 21, 22, 23, 24, 25, 26
-WARM, WARM2, MOTOR, WRENCH, IMPLICIT, IMPOSED, J_SIZE = 27, 34, 41, 42, 48, 49, 50
+WARM, WARM2, MOTOR, WRENCH, IMPLICIT, IMPOSED = 27, 34, 41, 42, 48, 49
+STOP_ERP, STOP_CFM, STOP_PUSH, J_SIZE = 50, 51, 52, 53
 # shapes: size, centre in the body (from its centre of mass), rotation, mu, mu2, fdir1, kp, kd,
 # slip1, slip2
 G_SIZE, G_OFFSET, G_ROTATION, G_MU, G_FDIR, G_KP, G_KD = 0, 3, 6, 15, 17, 20, 21
@@ -61,6 +63,7 @@ MESH_CONTACTS = 10  # of a pair with a mesh, sdformat's max_contacts of a collis
 MOST_FOUND = 250  # of such a pair that are looked for
 COPLANAR = 1e-6  # distance from a triangle's plane, times twice its area [m^3], that counts as 0
 INERTIA_RATIO = 200.0  # above which inertias across a hinge are moved closer
+DECAY_SPEED = 0.01  # [m/s, rad/s] up to which no velocity decays
 REST_TIME, REST_COUNT = 1.0, 5  # [s], steps, for which what is slower than the next sleeps then
 REST_SPEED = 0.1  # [m/s, rad/s]
 PARALLEL = 1e-7

@@ -42,6 +42,8 @@ from bullet_sim.engine.quickstep.layout import (
     C_POINT,
     C_SLIP,
     DAMPING,
+    DECAY,
+    DECAY_SPEED,
     EFFORT,
     FIXED,
     FMAX,
@@ -90,6 +92,9 @@ from bullet_sim.engine.quickstep.layout import (
     SLIDER,
     SMOOTHING,
     SPEED,
+    STOP_CFM,
+    STOP_ERP,
+    STOP_PUSH,
     TARGET,
     UNILATERAL,
     UPPER,
@@ -533,12 +538,15 @@ def _limit_row(
             push = joint[FMAX]
             if joint[SPEED] > 0.0 or (joint[SPEED] == 0.0 and limit == 2):
                 push = -push
+            if limit == 1 and joint[SPEED] > 0.0 or limit == 2 and joint[SPEED] < 0.0:
+                push *= joint[STOP_PUSH]  # away from the limit
             for k in range(3):
                 work[one, W_F + shift + k] -= push * axis[k]
                 if two >= 0:
                     work[two, W_F + shift + k] += push * axis[k]
         stop = joint[LOWER] if limit == 1 else joint[UPPER]
-        row[R_C], links[m, 2] = -settings[S_ERP] / step * (position - stop), BILATERAL
+        row[R_C], links[m, 2] = -joint[STOP_ERP] / step * (position - stop), BILATERAL
+        row[R_CFM] = joint[STOP_CFM]
         row[R_LOW] = 0.0 if limit == 1 and joint[LOWER] < joint[UPPER] else -INFINITE
         row[R_HIGH] = 0.0 if limit == 2 and joint[LOWER] < joint[UPPER] else INFINITE
     else:
@@ -753,6 +761,15 @@ def _iterate(m: int, iterations: int, rows: Array, links: Array, order: Array, w
 
 
 @compiled
+def _decay(velocity: Array, fraction: float) -> None:
+    """Reduce a velocity (3,), unless it is small."""
+    square = velocity[0] * velocity[0] + velocity[1] * velocity[1] + velocity[2] * velocity[2]
+    if fraction != 0.0 and square > DECAY_SPEED * DECAY_SPEED:
+        for k in range(3):
+            velocity[k] *= 1.0 - fraction
+
+
+@compiled
 def _move(
     step: float,
     m: int,
@@ -819,6 +836,8 @@ def _move(
         )
         for k in range(4):
             body[QUAT + k] = quaternion[k] / length
+        _decay(body[VEL : VEL + 3], body[DECAY])
+        _decay(body[VEL + 3 : VEL + 6], body[DECAY + 1])
         for k in range(6):  # what has pushed out of contacts is no velocity
             body[VEL + k] += step * (work[b, W_A + k] - work[b, W_A2 + k])
     for j in range(len(joints)):

@@ -133,6 +133,9 @@ def read_surfaces(element: Node, link: Link, label: str, model: ModelDescription
     link.self_collide = is_true(child_text(element, "self_collide", "false"))
     if not is_true(child_text(element, "gravity", "true")):
         link.gravity = False
+    linear = child_number(element, "velocity_decay/linear", label, 0.0)
+    angular = child_number(element, "velocity_decay/angular", label, 0.0)
+    link.decay = max(0.0, linear), max(0.0, angular)
     return surfaces
 
 
