@@ -16,6 +16,7 @@ from bullet_sim.plugins.inertial import (
     GroundTruthSpec,
     ImuSpec,
     MagneticSpec,
+    ModelImuSpec,
 )
 from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec
 from bullet_sim.pose import Pose
@@ -164,6 +165,20 @@ def test_noise_of_an_imu_is_that_of_its_seed(topics, world, cart):
         assert vector(message.angular_velocity).tolist() == rate.tolist()
         assert vector(message.linear_acceleration).tolist() == force.tolist()
         assert message.orientation == without.orientation
+
+
+def test_the_imu_of_a_model_has_no_gravity_and_is_turned_as_in_gazebo(topics, world, cart):
+    """libgazebo_ros_imu.so turns by the orientation, and its offset comes last."""
+    spec = ModelImuSpec("i", "base", ((1.0, 0.0, 0.0), (0.0, 0.0, 0.25 * math.pi)), topic="/imu")
+    output = made(spec, world, cart)
+    for speed in (1.0, 3.0):  # along y; 2 m/s in 0.1 s
+        pose = Pose.from_xyz_rpy((1.0, 2.0, 0.1), (0.0, 0.0, 0.25 * math.pi))
+        cart.set_state(pose, (0.0, speed, 0.0), (0.5, 0.0, 0.0))
+        output.update(world.time + 0.1 * speed / 2.0, 0.1)
+    message = topics["/imu"].messages[-1]
+    assert vector(message.linear_acceleration) == pytest.approx((-20.0, 0.0, 0.0), abs=1e-5)
+    assert vector(message.angular_velocity) == pytest.approx((0.0, 0.5, 0.0), abs=1e-5)
+    assert message.orientation.z == pytest.approx(math.sqrt(0.5), abs=1e-6)
 
 
 def test_biases_of_an_imu_are_set_and_decay(topics, world, cart):

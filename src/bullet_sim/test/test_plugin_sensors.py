@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.drives import PlanarMoveSpec, WheelDriveSpec
-from bullet_sim.plugins.inertial import BiasedImuSpec, GpsSpec, ImuSpec, MagneticSpec
+from bullet_sim.plugins.inertial import BiasedImuSpec, GpsSpec, MagneticSpec, ModelImuSpec
 from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec, RaySpec
 from bullet_sim.sensors import inertial
 from bullet_sim.sensors.lidar import LayeredLidar
@@ -111,7 +111,7 @@ VERTICAL = (
         (
             plugin("gazebo_ros_imu", "<bodyName>left</bodyName><serviceName>/imu_service"
                    "</serviceName>"),
-            ImuSpec,
+            ModelImuSpec,
             {"frame_id": "left", "service": "/imu_service", "topic": "/default_imu"},
         ),
         (

@@ -13,6 +13,7 @@ from bullet_sim.plugins.inertial import (
     GroundTruthSpec,
     ImuSpec,
     MagneticSpec,
+    ModelImuSpec,
 )
 from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, multiply
 from bullet_sim.sensors import inertial
@@ -111,11 +112,14 @@ class ImuSensor(Sensor):
         force = inertial.specific_force(linear, self._before, time, self.world.gravity)
         self._before = (linear, time)
         force, rate = inertial.twist(orientation, force, angular)
+        return orientation, *self._measured_as(rate, force)
+
+    def _measured_as(self, rate: Vec3, acceleration: Vec3) -> tuple[Vec3, Vec3]:
+        """Rate and acceleration with their noise."""
         spec = self.spec
         return (
-            orientation,
             self._noisy(rate, spec.gyro_noise_stddev, spec.gyro_noise_mean),
-            self._noisy(force, spec.accel_noise_stddev, spec.accel_noise_mean),
+            self._noisy(acceleration, spec.accel_noise_stddev, spec.accel_noise_mean),
         )
 
     def _noisy(self, values: Vec3, stddev: float, mean: float | Vec3) -> Vec3:
@@ -128,6 +132,27 @@ class ImuSensor(Sensor):
             a, b, c = self.rng.normal(0.0, stddev, 3).tolist()
             x, y, z = x + a, y + b, z + c
         return x, y, z
+
+
+@ros_side(ModelImuSpec)
+class ModelImuSensor(ImuSensor):
+    """As libgazebo_ros_imu.so: without gravity, and turned as there.
+
+    That plugin turns rates and accelerations from the world's axes by the orientation instead of by
+    its inverse. So they are in the sensor's axes only while these are parallel to the world's.
+    """
+
+    def __init__(self, context: PluginContext) -> None:
+        super().__init__(context)
+        self._turn = Pose.from_xyz_rpy(*self.spec.pose).orientation
+
+    def read(self, time: float) -> tuple[Quat, Vec3, Vec3]:
+        _, orientation, linear, angular = self.model.link_motion(self.spec.link)
+        x, y, z, w = orientation = multiply(self._turn, orientation)
+        acceleration = inertial.specific_force(linear, self._before, time, (0.0, 0.0, 0.0))
+        self._before = (linear, time)
+        turned = inertial.twist((-x, -y, -z, w), angular, acceleration)
+        return orientation, *self._measured_as(*turned)
 
 
 @ros_side(BiasedImuSpec)

@@ -36,6 +36,15 @@ class ImuSpec:
 
 
 @dataclass(frozen=True)
+class ModelImuSpec(ImuSpec):
+    """libgazebo_ros_imu.so's, which measures no gravity.
+
+    Attributes:
+        pose: xyz has no effect; rpy is multiplied with the link's orientation from the left.
+    """
+
+
+@dataclass(frozen=True)
 class BiasedImuSpec(ImuSpec):
     """hector's IMU, whose present biases can be set.
 
@@ -180,11 +189,18 @@ def ground_truth(xml: PluginXml) -> GroundTruthSpec:
     )
 
 
-def _imu_spec(xml: PluginXml, name: str, link: str, pose: PoseTuple, **values: Any) -> ImuSpec:
-    """ImuSpec of a plugin with <gaussianNoise>; values: what differs between plugins."""
+def _imu_spec(
+    xml: PluginXml,
+    name: str,
+    link: str,
+    pose: PoseTuple,
+    kind: type[ImuSpec] = ImuSpec,
+    **values: Any,
+) -> ImuSpec:
+    """Specification of a plugin with <gaussianNoise>; values: what differs between plugins."""
     noise = abs(Values(xml.element, f"imu '{name}'").number("gaussianNoise"))
     values = {"gyro_noise_stddev": noise, "accel_noise_stddev": noise, **values}
-    return ImuSpec(name=name, link=link, pose=pose, variance=noise**2, **values)
+    return kind(name=name, link=link, pose=pose, variance=noise**2, **values)
 
 
 @model_plugin("gazebo_ros_imu")
@@ -195,6 +211,7 @@ def model_imu(xml: PluginXml) -> ImuSpec:
         xml.name or "imu",
         link,
         _offset(xml),
+        ModelImuSpec,
         rate=xml.number("updateRate"),
         frame_id=xml.frame("frameName", xml.merged(link)),
         topic=xml.topic("topicName", "/default_imu"),
