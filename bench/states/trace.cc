@@ -2,7 +2,8 @@
 //
 // Environment: TRACE_OUT (file), TRACE_STEPS (number), TRACE_EVERY (steps between two prints),
 // TRACE_COMMANDS (file with lines "step joint KIND value motor's_effort"; KIND is velocity of the
-// joint's motor, position, effort, or imposed: a velocity that is set before each step).
+// joint's motor, position, effort, or imposed: a velocity that is set before each step; planar: the
+// joint's model moves along x with the value and turns with the last number before each step).
 // A printed step begins with "S number"; then each link has a line "L name", its centre's position
 // [m], its quaternion (x, y, z, w), linear and angular velocity [m/s, rad/s].
 
@@ -71,6 +72,11 @@ class Trace : public WorldPlugin
         const Command &c = found->second;
         if (c.kind == "effort") joint->SetForce(0, c.value);
         else if (c.kind == "imposed") joint->SetVelocity(0, c.value);
+        else if (c.kind == "planar")
+        {
+          model->SetLinearVel(ignition::math::Vector3d(c.value, 0, 0));
+          model->SetAngularVel(ignition::math::Vector3d(0, 0, c.effort));
+        }
         else joint->SetPosition(0, c.value, true);
       }
   }

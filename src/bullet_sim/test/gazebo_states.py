@@ -185,8 +185,8 @@ SMALL = (
 )
 
 # name -> URDF, height at which it is spawned [m], commands (step, joint, 'velocity' of its motor,
-# 'imposed' (a velocity that is set before each step), 'position' or 'effort', value, the motor's
-# effort)
+# 'imposed' (a velocity that is set before each step), 'position', 'effort' or 'planar' (the model's
+# velocity along x), value, the motor's effort, or the model's yaw rate)
 ROBOTS = {
     "sphere": (robot(link("base", 3.0, 0.02, '<sphere radius="0.2"/>')), 0.3, []),
     "box": (
@@ -269,6 +269,11 @@ ROBOTS = {
         ),
         1.0,
         [(200, "hinge", "effort", 4.0, 0.0), (400, "hinge", "effort", -4.0, 0.0)],
+    ),
+    "planar motion": (
+        robot(BASE, WHEELS),
+        0.12,
+        [(200, "fl_joint", "planar", 0.5, 0.4), (400, "fl_joint", "planar", 0.0, 0.0)],
     ),
     "soft limit": (
         robot(

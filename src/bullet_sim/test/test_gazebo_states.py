@@ -12,7 +12,7 @@ TOLERANCE = 1e-6  # [m], of quaternions: 1; contacts let rounding grow
 
 def drive(world, model, commands, steps=gazebo_states.STEPS):
     """Yield (step, pose of the base's centre) at each recorded step, with a robot's commands."""
-    ode, efforts = world.engine.ode, {}
+    ode, efforts, planar = world.engine.ode, {}, None
     names = world.engine.joint_names(model.body)
     for step in range(steps):
         for at, joint, kind, value, effort in commands:
@@ -23,12 +23,16 @@ def drive(world, model, commands, steps=gazebo_states.STEPS):
                 ode.set_velocity(model.body, index, value, effort)
             elif kind == "imposed":
                 ode.impose_velocity(model.body, index, value)
+            elif kind == "planar":
+                planar = (value, 0.0, 0.0), (0.0, 0.0, effort)
             elif kind == "position":
                 ode.set_position(model.body, index, value, 0.0, 1e9)
             else:
                 efforts[index] = value
         for index, effort in efforts.items():
             ode.add_effort(model.body, index, effort)
+        if planar:
+            world.engine.set_velocity(model.body, *planar)
         world.engine.step()
         if (step + 1) % gazebo_states.EVERY == 0:
             yield step + 1, ode.save()["bodies"][model.body][0, :7]  # position, quaternion

@@ -569,6 +569,21 @@ def test_a_saved_state_goes_on_bit_identically(world):
     assert bits(world) == first
 
 
+def test_velocity_decays_also_after_a_state_was_restored(world):
+    decay = '<gazebo reference="base"><dampingFactor>0.01</dampingFactor></gazebo>'
+    text = BALL.replace("</robot>", f"{decay}</robot>")
+    ball = world.spawn_urdf("ball", text, Pose((0.0, 0.0, 9.0)), str)
+    world.step(100)
+    saved = world.save_state()
+    world.step(400)
+    there = ball.pose
+    _, _, (_, _, speed), _ = world.engine.link_motion(ball.body, -1)
+    assert speed == pytest.approx(-0.001 * 9.81 * 0.99 / 0.01, rel=0.02)  # as much as is gained
+    world.restore_state(saved)
+    world.step(400)
+    assert ball.pose == there
+
+
 def test_batches_and_a_reset_do_not_matter(world):
     world.spawn(sdf.ground_plane())
     car = world.spawn_urdf("racecar", published(CAR), Pose((0.0, 0.0, 0.05)), resolve)

@@ -178,7 +178,7 @@ class PlanarMovePlugin(ModelPlugin):
         x, y, yaw_rate = self._command
         yaw = rpy_from_quaternion(orientation)[2]
         c, s = math.cos(yaw), math.sin(yaw)
-        self.world.engine.set_base_velocity(
+        self.world.engine.set_velocity(
             self.model.body, (c * x - s * y, s * x + c * y, 0.0), (0.0, 0.0, yaw_rate)
         )
         if self._due.due(self.world.step_count):

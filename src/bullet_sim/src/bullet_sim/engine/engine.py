@@ -406,6 +406,15 @@ class Engine:
         p.resetBaseVelocity(body, tuple(linear), tuple(angular), physicsClientId=self.client)
         self._tell_solver(body)
 
+    def set_velocity(self, body: int, linear: Vector, angular: Vector) -> None:
+        """Set the velocity of a model [m/s, rad/s], world axes.
+
+        With the solver 'ode' the centres of mass of all its links get it, as in Gazebo
+        (Model::SetLinearVel); else the root link's frame, and joints keep their velocities.
+        """
+        if self.ode is None or not self.ode.set_velocities(body, linear, angular):
+            self.set_base_velocity(body, linear, angular)
+
     def _tell_solver(self, body: int) -> None:
         if self.ode is not None:
             self.ode.read_later(body)

@@ -25,7 +25,7 @@ from bullet_sim.engine.rays import (
     mesh_triangles,
 )
 from bullet_sim.errors import ModelError
-from bullet_sim.pose import Array, Pose, Quat, Vec3, compose, matrix_from_quaternion
+from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, compose, matrix_from_quaternion
 
 if TYPE_CHECKING:
     from bullet_sim.engine.engine import Engine
@@ -669,7 +669,7 @@ class OdeSolver:
         self.refresh()
         for body, part in self._parts.items():
             self._rows(part)[:, : q.MASS] = state["bodies"][body][:, : q.MASS]
-            self._rows(part)[:, q.FORCE :] = 0.0
+            self._rows(part)[:, q.FORCE : q.FORCE + 6] = 0.0
             moving = slice(q.FMAX, q.J_SIZE)
             self._joint_rows(part)[:, moving] = state["joints"][body][:, moving]
         self._sort()
@@ -932,6 +932,22 @@ class OdeSolver:
         arm = np.subtract(point, self.bodies[row, q.POS : q.POS + 3])
         self.bodies[row, q.FORCE : q.FORCE + 3] += force
         self.bodies[row, q.FORCE + 3 : q.FORCE + 6] += np.add(torque, np.cross(arm, force))
+
+    def set_velocities(self, body: int, linear: Vector, angular: Vector) -> bool:
+        """Give the centres of mass of all links of a body one velocity [m/s, rad/s].
+
+        Returns:
+            Whether the body moves.
+        """
+        part = self._parts.get(body)
+        if part is None or part.is_fixed:
+            return False
+        self.refresh()
+        self.wake(body)
+        self._rows(part)[:, q.VEL : q.VEL + 6] = (*linear, *angular)
+        self._joint_rows(part)[:, q.RATE] = 0.0
+        self._is_ahead = True
+        return True
 
     def set_mass(self, body: int, link: int, mass: float, moments: Sequence[float]) -> None:
         """Change a link's mass and moments of inertia along its principal axes."""

@@ -399,19 +399,19 @@ class Model:
         pose = pose.normalised()
         self.engine.set_base_pose(self.body, pose.position, pose.orientation)
         if not self.is_static:
-            self.engine.set_base_velocity(self.body, linear, angular)
+            self.engine.set_velocity(self.body, linear, angular)
         self.placed = (pose, linear, angular)
         self.on_moved(self)
 
     def set_velocity(self, linear: Vector, angular: Vector = (0, 0, 0)) -> None:
-        """Set the velocity of the root link's frame for the next step [m/s, rad/s], world axes.
+        """Set the velocity for the next step [m/s, rad/s], world axes: see Engine.set_velocity.
 
         Raises:
             ModelError: a number is NaN, infinite or out of bounds.
         """
         self._check_velocity(linear, angular)
         if not self.is_static:
-            self.engine.set_base_velocity(self.body, linear, angular)
+            self.engine.set_velocity(self.body, linear, angular)
 
     def _check_velocity(self, linear: Vector, angular: Vector) -> None:
         if not all(abs(value) <= MAX_VELOCITY for value in (*linear, *angular)):
