@@ -346,6 +346,43 @@ def test_what_merged_links_say_first_about_decay_counts():
         assert links["base"].decay == links["head"].decay == (decay, decay)
 
 
+NAMED = """<robot name="r"><link name="base">%s</link><link name="head">%s</link>
+<joint name="j" type="fixed"><parent link="base"/><child link="head"/></joint>
+<link name="base_two">%s</link>
+<joint name="k" type="fixed"><parent link="base"/><child link="base_two"/></joint>
+<gazebo reference="base"><mu1>0.1</mu1><material>Gazebo/Red</material></gazebo>
+<gazebo reference="head"><mu1>0.2</mu1><material>Gazebo/Green</material></gazebo>
+<gazebo reference="base_two"><mu1>0.3</mu1><material>Gazebo/Blue</material></gazebo></robot>"""
+
+
+def test_names_decide_which_surface_and_material_a_shape_has_as_in_sdformat():
+    """What `gz sdf -p` of Gazebo 11.1 makes of it; no surface there: none of the link's."""
+
+    def shapes(*names):
+        named = [f' name="{name}"' if name else "" for name in names]
+        return "".join(
+            f"<{tag}{name}><geometry><box size='1 1 1'/></geometry></{tag}>"
+            for tag in ("visual", "collision")
+            for name in named
+        )
+
+    own = ("c", "", "base_c"), ("h", "", "head", "head_collision", "head_visual"), ("",)
+    model = parse_urdf(NAMED % tuple(shapes(*names) for names in own), str, "bot")
+    assert model.warnings == []
+    color = {0.1: "Red", 0.2: "Green", None: None}
+    for link, collisions, visuals in (
+        ("base", (None, 0.1, 0.1), (None, 0.1, 0.1)),
+        ("head", (None, 0.2, 0.2, 0.2, None), (None, 0.2, 0.2, None, 0.2)),
+        ("base_two", (0.1,), (0.1,)),
+    ):
+        found = model.links[link]
+        surfaces = [shape.surface or found.surface for shape in found.collisions]
+        assert tuple(surface.friction for surface in surfaces) == collisions
+        for shape, number in zip(found.visuals, visuals):
+            wanted = standard(color[number]).color if number else None
+            assert shape.color == wanted, shape.name
+
+
 URDF_LIMIT = (
     f"{LINKS}<link name='arm'/><joint name='hinge' type='continuous'><parent link='base'/>"
     "<child link='arm'/></joint><gazebo reference='hinge'>%s</gazebo>"

@@ -569,6 +569,18 @@ def test_a_saved_state_goes_on_bit_identically(world):
     assert bits(world) == first
 
 
+@pytest.mark.parametrize("mu, low, high", [(1.0, 0.2, 0.4), (4.0, 0.0, 0.05)])
+def test_on_the_built_in_ground_the_friction_of_what_stands_there_counts(world, mu, low, high):
+    """Gazebo's ground plane has mu 100, mu2 50, and the smaller coefficient counts."""
+    tyre = f'<gazebo reference="base"><mu1>{mu}</mu1><mu2>{mu}</mu2></gazebo>'
+    box = spawn(world, BOX.replace("</robot>", f"{tyre}</robot>"), Pose((0, 0, 0.2)), ground=True)
+    for _ in range(500):
+        foot = (*box.pose.position[:2], 0.01)
+        world.engine.apply_force(box.body, -1, (1.2 * 9.81, 0.0, 0.0), foot)
+        world.step()
+    assert low < box.pose.position[0] < high
+
+
 def test_velocity_decays_also_after_a_state_was_restored(world):
     decay = '<gazebo reference="base"><dampingFactor>0.01</dampingFactor></gazebo>'
     text = BALL.replace("</robot>", f"{decay}</robot>")

@@ -152,10 +152,10 @@ class WorldDescription:
 
 
 def ground_plane() -> ModelDescription:
-    """The built-in endless floor at z = 0, friction 1."""
+    """The built-in endless floor at z = 0; mu and mu2 of Gazebo's model: a wheel's own count."""
     model = ModelDescription("ground_plane", root="link", static=True)
     link = Link("link")
-    link.surface.friction = 1.0
+    link.surface.friction, link.surface.friction2 = 100.0, 50.0
     link.collisions.append(Shape(Geometry("plane"), name="collision", link="link"))
     link.visuals.append(
         Shape(

@@ -1,12 +1,14 @@
 """<gazebo> elements of URDF, and contact properties of these and of <surface> of SDF."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from bullet_sim.description.model import EVERYTHING, Link, ModelDescription, Surface
 from bullet_sim.errors import ModelError
-from bullet_sim.formats.materials import Resolve, material_of, standard
+from bullet_sim.formats.materials import Material, Resolve, material_of, standard
 from bullet_sim.plugins import parse_plugin, parse_sensor
+from bullet_sim.plugins.xml import merged_links
 from bullet_sim.xml_reader import Node, child_number, child_text, floats, is_true
 
 MAX_STIFFNESS = 1e5  # [N/m] above which Bullet's default hard contacts are used
@@ -152,12 +154,15 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
             decay.setdefault(name, (max(0.0, lost),) * 2)
     for name in model.links:
         _set_merged(name, gravity, decay, model)
+    materials: dict[str, Material] = {}
     for element in robot.findall("gazebo"):
         reference = element.get("reference")
         if reference is None:
             _model_flags(element, model)
         elif reference in model.links:
-            _link_flags(element, model, model.links[reference], resolve)
+            material = _link_flags(element, model, model.links[reference], resolve)
+            if material is not None:
+                materials[reference] = material
         elif reference in model.joints:
             implicit = _either(element, "implicitSpringDamper", "cfmDamping")
             joint, label = model.joints[reference], f"<gazebo reference='{reference}'>"
@@ -186,6 +191,41 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
             parse_sensor(sensor, link, model)
         for plugin in element.findall("plugin"):
             parse_plugin(plugin, model)
+    _assign(robot, materials, model)
+
+
+def _assign(robot: Node, materials: dict[str, Material], model: ModelDescription) -> None:
+    """Give surfaces to the collisions of links, and materials to their visuals."""
+    for name, root in merged_links(robot, model).items():
+        link = model.links[name]
+        for number, shape in enumerate(link.collisions):
+            owner = _owner(shape.name, name, root, "_collision")
+            if owner != name:
+                surface = model.links[owner].surface if owner else Surface()
+                link.collisions[number] = replace(shape, surface=surface)
+        for number, shape in enumerate(link.visuals):
+            material = materials.get(_owner(shape.name, name, root, "_visual"))
+            if material is not None:
+                link.visuals[number] = material.on(shape)
+
+
+def _owner(shape: str, link: str, root: str, suffix: str) -> str:
+    """Link whose <gazebo> elements hold for a collision or a visual in Gazebo; "": none.
+
+    As sdformat 9 decides by the names that it gives: those of a link hold for a shape that has no
+    name, or one that begins with the link's; for a shape of a link that is merged if that has no
+    name or the link's. If the name of the merged link begins with that of the link that it is
+    merged into, that one's hold.
+
+    Args:
+        shape: its name in the file, or what sdformat calls it.
+        link: to which it belongs in the file.
+        root: into which that is merged.
+    """
+    name = shape + suffix
+    if name.startswith(root):
+        return root
+    return link if link != root and name.startswith(link + suffix) else ""
 
 
 def _set_merged(
@@ -242,19 +282,22 @@ def _either(element: Node, *tags: str) -> str:
     return next((text for text in texts if text), "false")
 
 
-def _link_flags(element: Node, model: ModelDescription, link: Link, resolve: Resolve) -> None:
+def _link_flags(
+    element: Node, model: ModelDescription, link: Link, resolve: Resolve
+) -> Material | None:
+    """Read a link's surface and flags; returns the material of its visuals."""
     label = f"<gazebo reference='{link.name}'>"
     read_surface(element, link.surface, label, model.warn, urdf=True)
     read_stiffness(element, link.surface, label)
-    _material(element, model, link, label, resolve)
     if is_true(_either(element, "selfCollide", "self_collide")):
         link.self_collide = True
+    return _material(element, model, label, resolve)
 
 
 def _material(
-    element: Node, model: ModelDescription, link: Link, label: str, resolve: Resolve
-) -> None:
-    """<material> of a standard one, or the <material> of a <visual>, for all visuals of a link."""
+    element: Node, model: ModelDescription, label: str, resolve: Resolve
+) -> Material | None:
+    """<material> of a standard one, or the <material> of a <visual>."""
     name, material = child_text(element, "material"), None
     if name is not None:
         material = standard(name, resolve)
@@ -266,5 +309,4 @@ def _material(
             )
     else:
         material = material_of(element.find("visual/material"), label, model, resolve)
-    if material is not None:
-        link.visuals[:] = [material.on(shape) for shape in link.visuals]
+    return material

@@ -34,6 +34,33 @@ def library(plugin: Element) -> str:
     return name.removesuffix(".so").removeprefix("lib")
 
 
+def merged_links(robot: Element, model: ModelDescription) -> dict[str, str]:
+    """For each link of a URDF: the one that fixed joints merge it into in Gazebo.
+
+    Args:
+        robot: <robot>, whose <gazebo> elements may keep joints.
+    """
+    kept = {
+        each.get("reference")
+        for each in robot.findall("gazebo")
+        for tag in ("preserveFixedJoint", "disableFixedJointLumping")
+        if is_true(child_text(each, tag))
+    }
+    parents = {
+        joint.child: joint.parent
+        for joint in model.joints.values()
+        if joint.kind == "fixed" and joint.name not in kept and joint.parent != "world"
+    }
+    found = {}
+    for name in model.links:
+        root, seen = name, {name}
+        while root in parents and parents[root] not in seen:
+            root = parents[root]
+            seen.add(root)
+        found[name] = root
+    return found
+
+
 class MissingPart(ModelError):
     """A plugin names a link or a joint that its model lacks.
 
@@ -227,22 +254,7 @@ class PluginXml(Values):
         It writes that name into <bodyName>, and plugins into their headers where no frame is given.
         """
         robot = document_root(self.element)
-        if robot.tag != "robot":
-            return link
-        kept = {
-            each.get("reference")
-            for each in robot.findall("gazebo")
-            for tag in ("preserveFixedJoint", "disableFixedJointLumping")
-            if is_true(child_text(each, tag))
-        }
-        parents = {
-            joint.child: joint.parent
-            for joint in self.model.joints.values()
-            if joint.kind == "fixed" and joint.name not in kept and joint.parent != "world"
-        }
-        while link in parents:
-            link = parents[link]
-        return link
+        return merged_links(robot, self.model)[link] if robot.tag == "robot" else link
 
     def joint(self, tag: str) -> str:
         """Joint that a tag names; raises MissingPart where the model has no such joint."""
