@@ -270,6 +270,33 @@ ROBOTS = {
         1.0,
         [(200, "hinge", "effort", 4.0, 0.0), (400, "hinge", "effort", -4.0, 0.0)],
     ),
+    "an arm on a merged plate": (
+        robot(
+            BASE,
+            WHEELS,
+            link("plate", 0.5, 0.01, '<box size="0.1 0.1 0.02"/>'),
+            joint("g_mount", "fixed", "base", "plate", "0 0 0.1"),
+            link("arm", 0.4, 2e-3, centre="0.1 0 0.05"),
+            joint("a_arm", "revolute", "plate", "arm", "0.02 0 0.03", more=ARM),
+            tags("plate", maxVel=0.5, minDepth=0.001),
+        ),
+        0.12,
+        turn(),
+    ),
+    "a castor whose collision has another name": (
+        robot(
+            BASE,
+            wheel("l", 0.15, 0.2),
+            wheel("r", 0.15, -0.2),
+            link("ball", 0.2, 1e-3, '<sphere radius="0.05"/>').replace(
+                "<collision>", '<collision name="foot">'
+            ),
+            joint("mount", "fixed", "base", "ball", "-0.2 0 -0.05"),
+            tags("ball", mu1=0.05, mu2=0.05),
+        ),
+        0.12,
+        turn(("l", "r"), 2.0, 4.0),
+    ),
     "planar motion": (
         robot(BASE, WHEELS),
         0.12,

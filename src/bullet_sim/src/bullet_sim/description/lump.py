@@ -23,6 +23,7 @@ class LumpedModel:
     """A model without fixed joints.
 
     Attributes:
+        links: in the order in which Gazebo creates them, parents first.
         joints: the movable joints, in the original's order.
         frames: for every original link: the link it is merged into and its pose in that link.
         welds: measured fixed joints, which are not merged: continuous ones that a motor has to
@@ -42,30 +43,26 @@ def lump(model: ModelDescription) -> LumpedModel:
     links = {model.root: _copy(model.links[model.root])}
     joints: list[Joint] = []
     welds: list[Joint] = []
-    pending = [model.root]
-    while pending:
-        name = pending.pop(0)
-        parent, pose = frames[name]
-        for joint in model.joints_of(name):
-            welded = joint.name in model.measured and not model.static and _is_stiff(joint)
-            if not welded and (joint.kind == "fixed" or model.static):
-                frames[joint.child] = (parent, pose * joint.origin)
-                _merge(links[parent], model.links[joint.child], pose * joint.origin)
-            else:
-                inner = joint.anchor.inverse()  # the link's frame in the joint's
-                frames[joint.child] = (joint.child, inner)
-                links[joint.child] = moved(model.links[joint.child], inner)
-                remaining = replace(
-                    joint,
-                    kind="continuous" if welded else joint.kind,
-                    axis=WELD_AXIS if welded else joint.axis,
-                    lower=None if welded else joint.lower,
-                    parent=parent,
-                    anchor=Pose(),
-                    origin=pose * joint.origin * joint.anchor,
-                )
-                (welds if welded else joints).append(remaining)
-            pending.append(joint.child)
+    for joint in _parents_first(model):
+        parent, pose = frames[joint.parent]
+        welded = joint.name in model.measured and not model.static and _is_stiff(joint)
+        if not welded and (joint.kind == "fixed" or model.static):
+            frames[joint.child] = (parent, pose * joint.origin)
+            _merge(links[parent], model.links[joint.child], pose * joint.origin)
+        else:
+            inner = joint.anchor.inverse()  # the link's frame in the joint's
+            frames[joint.child] = (joint.child, inner)
+            links[joint.child] = moved(model.links[joint.child], inner)
+            remaining = replace(
+                joint,
+                kind="continuous" if welded else joint.kind,
+                axis=WELD_AXIS if welded else joint.axis,
+                lower=None if welded else joint.lower,
+                parent=parent,
+                anchor=Pose(),
+                origin=pose * joint.origin * joint.anchor,
+            )
+            (welds if welded else joints).append(remaining)
     if not model.static:
         for link in links.values():
             if model.fixed_base and link.name == model.root and link.mass <= 0:
@@ -74,6 +71,34 @@ def lump(model: ModelDescription) -> LumpedModel:
     order = list(model.joints)
     joints.sort(key=lambda joint: order.index(joint.name))
     return LumpedModel(links, tuple(joints), model.root, frames, tuple(welds))
+
+
+def _parents_first(model: ModelDescription) -> list[Joint]:
+    """Joints in the order in which Gazebo creates them and their links.
+
+    Those of a URDF as sdformat writes them: from the root, depth first, the joints of each link by
+    their names; also what is merged comes in this order. Those of an SDF as they are in the file,
+    as far as parents come first.
+    """
+    found: list[Joint] = []
+    if model.is_urdf:
+        pending = _by_name(model, model.root)
+        while pending:
+            found.append(pending.pop())
+            pending += _by_name(model, found[-1].child)
+        return found
+    waiting, placed = list(model.joints.values()), {model.root}
+    while waiting:
+        joint = next(joint for joint in waiting if joint.parent in placed)
+        waiting.remove(joint)
+        placed.add(joint.child)
+        found.append(joint)
+    return found
+
+
+def _by_name(model: ModelDescription, link: str) -> list[Joint]:
+    """Joints below a link, the last name first."""
+    return sorted(model.joints_of(link), key=lambda joint: joint.name, reverse=True)
 
 
 def as_printed(model: LumpedModel) -> LumpedModel:

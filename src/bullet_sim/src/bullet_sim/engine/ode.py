@@ -177,8 +177,7 @@ class OdeSolver:
             self._still[body] = Still(body, model.links[model.root])
             return
         joints = {joint.child: joint for joint in (*model.joints, *model.welds)}
-        names: list[str] = []
-        _preorder(model.root, sorted(joints.values(), key=lambda joint: joint.name), names)
+        names = list(model.links)
         moving = [name for name in names if not (fixed and name == model.root)]
         moved = [joints[name] for name in names if name in joints]
         self._parts[body] = Part(
@@ -1039,13 +1038,6 @@ class OdeSolver:
             force = row[q.C_FORCE : q.C_FORCE + 3].copy()
             found.append((body, link, *partner, tuple(point), tuple(normal), row[q.C_DEPTH], force))
         return found
-
-
-def _preorder(name: str, joints: Sequence[Joint], names: list[str]) -> None:
-    names.append(name)
-    for joint in joints:
-        if joint.parent == name:
-            _preorder(joint.child, joints, names)
 
 
 def _table(rows: Sequence[Any], columns: int, kind: Any = float) -> Array:
