@@ -117,7 +117,7 @@ def f3d(xml: PluginXml) -> LinkForceSpec:
         name=xml.name or link,
         link=link,
         topic=xml.topic("topicName", f"{link}_force"),
-        frame_id=xml.frame("frameName", "world"),
+        frame_id=xml.merged(xml.frame("frameName", "world")),
     )
 
 

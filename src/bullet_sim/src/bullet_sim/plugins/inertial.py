@@ -213,7 +213,7 @@ def model_imu(xml: PluginXml) -> ImuSpec:
         _offset(xml),
         ModelImuSpec,
         rate=xml.number("updateRate"),
-        frame_id=xml.frame("frameName", xml.merged(link)),
+        frame_id=xml.merged(xml.frame("frameName", link)),
         topic=xml.topic("topicName", "/default_imu"),
         service=xml.topic("serviceName", "/default_imu"),
     )

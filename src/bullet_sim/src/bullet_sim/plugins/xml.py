@@ -251,10 +251,11 @@ class PluginXml(Values):
     def merged(self, link: str) -> str:
         """Link that Gazebo knows a link as: of a URDF, the one that fixed joints merge it into.
 
-        It writes that name into <bodyName>, and plugins into their headers where no frame is given.
+        It writes that name into <bodyName> and <frameName> of plugins that are in no sensor. Any
+        other name stays.
         """
         robot = document_root(self.element)
-        return merged_links(robot, self.model)[link] if robot.tag == "robot" else link
+        return merged_links(robot, self.model).get(link, link) if robot.tag == "robot" else link
 
     def joint(self, tag: str) -> str:
         """Joint that a tag names; raises MissingPart where the model has no such joint."""
