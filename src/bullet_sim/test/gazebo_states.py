@@ -174,6 +174,7 @@ def write_meshes(folder):
 SKID = {"mu1": 1.0, "mu2": 0.5, "fdir1": "1 0 0", "kp": 1e6, "kd": 10, "minDepth": 0.001}
 SLIP = {"mu1": 0.8, "mu2": 0.6, "slip1": 0.02, "slip2": 0.05, "fdir1": "0 0 1"}
 STEER = '<limit lower="-0.5" upper="0.5" effort="1000" velocity="30"/>'
+SPRING = {"springStiffness": 800.0, "springReference": -0.02}
 ARM = '<limit lower="-1" upper="0.5" effort="10" velocity="3"/><dynamics friction="0.4"/>'
 MESH = '<mesh filename="file://{folder}/wheel.stl"/>'
 
@@ -301,6 +302,20 @@ ROBOTS = {
         robot(BASE, WHEELS),
         0.12,
         [(200, "fl_joint", "planar", 0.5, 0.4), (400, "fl_joint", "planar", 0.0, 0.0)],
+    ),
+    "springs": (
+        robot(BASE, springs(), *(tags(f"s{name}_joint", **SPRING) for name in CORNERS)),
+        0.12,
+        turn(),
+    ),
+    "implicit springs": (
+        robot(
+            BASE,
+            springs(),
+            *(tags(f"s{name}_joint", implicitSpringDamper=1, **SPRING) for name in CORNERS),
+        ),
+        0.12,
+        turn(),
     ),
     "soft limit": (
         robot(

@@ -392,31 +392,39 @@ URDF_LIMIT = (
 SDF_LIMIT = (
     "<link name='base'/><link name='arm'><velocity_decay><linear>0.3</linear><angular>0.4"
     "</angular></velocity_decay></link><joint name='hinge' type='revolute'><parent>base</parent>"
-    "<child>arm</child><axis><xyz>0 0 1</xyz></axis><physics><ode>%s</ode></physics></joint>"
+    "<child>arm</child><axis><xyz>0 0 1</xyz><dynamics>%s</dynamics></axis><physics><ode>%s</ode></physics></joint>"
 )
 
 
 @pytest.mark.parametrize(
-    "urdf, in_sdf, found",
+    "urdf, in_sdf, dynamics, found",
     [
-        ("", "", (None, None, 1.0)),
-        ("<stopErp>0.1</stopErp>", "<limit><erp>0.1</erp></limit>", (0.1, None, 1.0)),
+        ("", "", "", (None, None, 1.0, 0.0, 0.0)),
+        ("<stopErp>0.1</stopErp>", "<limit><erp>0.1</erp></limit>", "", (0.1, None, 1.0, 0.0, 0.0)),
         (
             "<stopCfm>0.2</stopCfm><fudgeFactor>0.3</fudgeFactor>",
             "<limit><cfm>0.2</cfm></limit><fudge_factor>0.3</fudge_factor>",
-            (None, 0.2, 0.3),
+            "",
+            (None, 0.2, 0.3, 0.0, 0.0),
+        ),
+        (
+            "<springStiffness>40</springStiffness><springReference>0.5</springReference>",
+            "",
+            "<spring_stiffness>40</spring_stiffness><spring_reference>0.5</spring_reference>",
+            (None, None, 1.0, 40.0, 0.5),
         ),
     ],
 )
-def test_how_a_limit_holds(urdf, in_sdf, found):
+def test_how_limits_and_springs_hold(urdf, in_sdf, dynamics, found):
     described = parse_urdf(f'<robot name="r">{URDF_LIMIT % urdf}</robot>', str, "bot")
     other, _ = parse_model(
-        f'<sdf version="1.6"><model name="m">{SDF_LIMIT % in_sdf}</model></sdf>', str
+        f'<sdf version="1.6"><model name="m">{SDF_LIMIT % (dynamics, in_sdf)}</model></sdf>', str
     )
     assert described.warnings == other.warnings == [] and other.links["arm"].decay == (0.3, 0.4)
     for model in (described, other):
         joint = model.joints["hinge"]
-        assert (joint.stop_erp, joint.stop_cfm, joint.stop_push) == found
+        limit = joint.stop_erp, joint.stop_cfm, joint.stop_push
+        assert (*limit, joint.stiffness, joint.rest) == found
 
 
 @pytest.mark.parametrize(

@@ -541,6 +541,7 @@ class OdeSolver:
         row[q.DAMPING], row[q.FMAX], row[q.TARGET] = joint.damping, joint.friction, math.nan
         row[q.IMPOSED] = math.nan
         row[q.IMPLICIT] = float(joint.implicit_damping)
+        row[q.STIFFNESS], row[q.AT_REST] = joint.stiffness, joint.rest
         erp, cfm = joint.stop_erp, joint.stop_cfm
         row[q.STOP_ERP] = self.settings.erp if erp is None else erp
         row[q.STOP_CFM] = self.settings.cfm if cfm is None else cfm

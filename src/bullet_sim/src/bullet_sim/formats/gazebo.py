@@ -110,6 +110,8 @@ _READ = {
     "stopCfm",
     "stopErp",
     "fudgeFactor",
+    "springStiffness",
+    "springReference",
 }
 # Settings of Gazebo's solver or file conversion that are ignored without a warning.
 _IGNORED = {
@@ -167,6 +169,8 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
             implicit = _either(element, "implicitSpringDamper", "cfmDamping")
             joint, label = model.joints[reference], f"<gazebo reference='{reference}'>"
             joint.implicit_damping = is_true(implicit)
+            joint.stiffness = child_number(element, "springStiffness", label, joint.stiffness)
+            joint.rest = child_number(element, "springReference", label, joint.rest)
             joint.stop_erp = child_number(element, "stopErp", label, joint.stop_erp)
             joint.stop_cfm = child_number(element, "stopCfm", label, joint.stop_cfm)
             joint.stop_push = child_number(element, "fudgeFactor", label, joint.stop_push)

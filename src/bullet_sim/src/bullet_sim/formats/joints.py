@@ -340,6 +340,8 @@ def _axis(
         for key in ("implicit_spring_damper", "cfm_damping")
     )
     joint.friction = max(0.0, child_number(element, f"{tag}/dynamics/friction", label, 0.0))
+    joint.stiffness = child_number(element, f"{tag}/dynamics/spring_stiffness", label, 0.0)
+    joint.rest = child_number(element, f"{tag}/dynamics/spring_reference", label, 0.0)
     ode = "physics/ode"
     joint.stop_erp = child_number(element, f"{ode}/limit/erp", label, None)
     joint.stop_cfm = child_number(element, f"{ode}/limit/cfm", label, None)

@@ -23,11 +23,11 @@ MAX_VEL, MIN_DEPTH, RADIUS, MAY_SLEEP, FORCE, DECAY, B_SIZE = 37, 38, 39, 40, 41
 # speed, last impulses of both solutions, the motor's last effort, force and torque on the first
 # body, whether damping is a constraint (else it is an effort of the last velocity), velocity that
 # the first body is given before each step (NaN: none), ERP and CFM of the limits, how much of the
-# motor's effort away from them acts there
+# motor's effort away from them acts there, stiffness of a spring and where it is at rest
 ANCHOR1, ANCHOR2, AXIS1, AXIS2, QREL, LOWER, UPPER, DAMPING = 0, 3, 6, 9, 12, 16, 17, 18
 FMAX, SPEED, EFFORT, ANGLE, RATE, TARGET, REACHED, MAX_SPEED = 19, 20, 21, 22, 23, 24, 25, 26
 WARM, WARM2, MOTOR, WRENCH, IMPLICIT, IMPOSED = 27, 34, 41, 42, 48, 49
-STOP_ERP, STOP_CFM, STOP_PUSH, J_SIZE = 50, 51, 52, 53
+STOP_ERP, STOP_CFM, STOP_PUSH, STIFFNESS, AT_REST, J_SIZE = 50, 51, 52, 53, 54, 55
 # shapes: size, centre in the body (from its centre of mass), rotation, mu, mu2, fdir1, kp, kd,
 # slip1, slip2
 G_SIZE, G_OFFSET, G_ROTATION, G_MU, G_FDIR, G_KP, G_KD = 0, 3, 6, 15, 17, 20, 21

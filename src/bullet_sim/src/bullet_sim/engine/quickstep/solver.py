@@ -28,6 +28,7 @@ from bullet_sim.engine.quickstep.layout import (
     ANCHOR2,
     ANGLE,
     ASLEEP,
+    AT_REST,
     AXIS1,
     AXIS2,
     BILATERAL,
@@ -92,6 +93,7 @@ from bullet_sim.engine.quickstep.layout import (
     SLIDER,
     SMOOTHING,
     SPEED,
+    STIFFNESS,
     STOP_CFM,
     STOP_ERP,
     STOP_PUSH,
@@ -266,6 +268,7 @@ def _prepare(gravity: Array, bodies: Array, joints: Array, types: Array, work: A
         effort = joints[j, EFFORT]
         if joints[j, IMPLICIT] == 0.0:
             effort -= joints[j, DAMPING] * joints[j, RATE]
+            effort += joints[j, STIFFNESS] * (joints[j, AT_REST] - joints[j, ANGLE])
         if effort == 0.0:
             continue
         first, second = types[j, 1], types[j, 2]
@@ -511,7 +514,8 @@ def _limit_row(
     position, limit = joint[ANGLE], 0
     if joint[LOWER] <= joint[UPPER]:
         limit = 1 if position <= joint[LOWER] else 2 if position >= joint[UPPER] else 0
-    damped = joint[IMPLICIT] != 0.0 and joint[DAMPING] > 0.0 and limit == 0
+    softness = step * joint[STIFFNESS] + joint[DAMPING]
+    damped = joint[IMPLICIT] != 0.0 and softness > 0.0 and limit == 0
     powered = joint[FMAX] > 0.0 and not (damped or limit and joint[LOWER] == joint[UPPER])
     if not (powered or limit or damped):
         return m
@@ -530,9 +534,10 @@ def _limit_row(
         for k in range(3):
             row[R_J + 9 + k] = row[R_J + 3 + k]
     row[R_MAX], row[R_CFM] = INFINITE, settings[S_CFM]
-    if damped:  # a limit at both sides that yields with the velocity
-        row[R_C], row[R_CFM] = 0.0, 1.0 / joint[DAMPING]
-        row[R_LOW], row[R_HIGH], links[m, 2] = -INFINITE, INFINITE, UNILATERAL
+    if damped:  # a limit at both sides that yields as a spring and a damper do
+        row[R_C] = -joint[STIFFNESS] / softness * (position - joint[AT_REST])
+        row[R_CFM] = 1.0 / softness
+        row[R_LOW], row[R_HIGH], links[m, 2] = -INFINITE, INFINITE, BILATERAL
     elif limit:
         if powered:  # the motor pushes with its whole effort
             push = joint[FMAX]
