@@ -392,7 +392,8 @@ URDF_LIMIT = (
 SDF_LIMIT = (
     "<link name='base'/><link name='arm'><velocity_decay><linear>0.3</linear><angular>0.4"
     "</angular></velocity_decay></link><joint name='hinge' type='revolute'><parent>base</parent>"
-    "<child>arm</child><axis><xyz>0 0 1</xyz><dynamics>%s</dynamics></axis><physics><ode>%s</ode></physics></joint>"
+    "<child>arm</child><axis><xyz>0 0 1</xyz><dynamics>%s</dynamics></axis>"
+    "<physics><ode>%s</ode></physics></joint>"
 )
 
 
@@ -431,7 +432,6 @@ def test_how_limits_and_springs_hold(urdf, in_sdf, dynamics, found):
     "tags, friction",
     [
         ("<mu1>0.4</mu1><mu2>0.4</mu2>", 0.4),
-        ("<mu>0.3</mu><mu2>0.3</mu2>", 0.3),
         ("<mu1>0.7</mu1>", 0.7),
         ("<mu1>-1</mu1><mu2>-1</mu2>", 0.0),
         ('<mu1 value="0.4"/><mu2 value="0.4"/>', 0.4),
@@ -446,6 +446,19 @@ def test_how_limits_and_springs_hold(urdf, in_sdf, dynamics, found):
 def test_friction(tags, friction):
     model = read(f'<gazebo reference="base">{tags}</gazebo>')
     assert model.links["base"].surface.friction == friction and model.warnings == []
+
+
+def test_tags_that_gazebo_has_no_use_for_are_told():
+    """`gz sdf -p` of Gazebo 11.1 copies both to where nobody reads them."""
+    model = read('<gazebo reference="base"><mu>0.3</mu><gravity>0</gravity></gazebo>')
+    link = model.links["base"]
+    assert link.surface.friction is None and link.gravity
+    assert [word in text for word, text in zip(("turnGravityOff", "<mu>"), model.warnings)] == [
+        True,
+        True,
+    ]
+    assert len(model.warnings) == 2
+    assert read('<gazebo reference="base"><gravity>true</gravity></gazebo>').warnings == []
 
 
 def test_soft_contact():
@@ -465,7 +478,7 @@ def test_flags_and_colours():
     blue = standard("Gazebo/Blue")
     assert (link.visuals[0].color, link.visuals[0].finish) == (blue.color, blue.finish)
     values = read(
-        '<gazebo reference="base"><selfCollide value="true"/><gravity value="0"/></gazebo>'
+        '<gazebo reference="base"><selfCollide value="true"/><turnGravityOff value="1"/></gazebo>'
     )
     assert values.links["base"].self_collide and not values.links["base"].gravity
     own = read(

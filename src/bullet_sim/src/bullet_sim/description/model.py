@@ -240,8 +240,8 @@ class Joint:
         damping, friction: [N m s/rad, N s/m], [N m, N].
         implicit_damping: the solver 'ode' has damping as a constraint, which no step is too long
             for; False: as an effort of the last velocity.
-        stiffness, rest: of a spring [N m/rad, N/m], and where it is at rest [rad, m], for the solver
-            'ode'.
+        stiffness, rest: of a spring [N m/rad, N/m] of the solver 'ode', and where it is at rest
+            [rad, m].
         stop_erp: fraction of the way beyond a limit that a step of the solver 'ode' corrects.
         stop_cfm: how soft a limit is for it [rad/s per N m s, m/s per N s]; None: both the world's.
         stop_push: how much of its motor's effort away from a limit acts there, for the same.

@@ -67,7 +67,7 @@ def _bitmask(text: str, label: str) -> int:
 
 # property -> its reader, its tags in <gazebo reference=...> of a URDF, its paths in <collision>
 _PROPERTIES: dict[str, tuple[Callable[[str, str], Any], tuple[str, ...], tuple[str, ...]]] = {
-    "friction": (_not_negative, ("mu1", "mu"), ("surface/friction/ode/mu",)),
+    "friction": (_not_negative, ("mu1",), ("surface/friction/ode/mu",)),
     "friction2": (_not_negative, ("mu2",), ("surface/friction/ode/mu2",)),
     "direction": (_direction, ("fdir1",), ("surface/friction/ode/fdir1",)),
     "kp": (_not_negative, ("kp",), ("surface/contact/ode/kp",)),
@@ -85,7 +85,6 @@ _PROPERTIES: dict[str, tuple[Callable[[str, str], Any], tuple[str, ...], tuple[s
 
 
 _READ = {
-    "mu",
     "mu1",
     "mu2",
     "kp",
@@ -147,10 +146,16 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
     for element in robot.findall("gazebo"):
         for child in element:  # <mu1 value="0.8"/>, which counts before a text, as in sdformat
             child.text = child.get("value", child.text)
-        off = is_true(child_text(element, "turnGravityOff", "false"))
-        said = not off and is_true(child_text(element, "gravity", "true"))
         name = element.get("reference") or ""
-        gravity[name] = said
+        gravity[name] = not is_true(child_text(element, "turnGravityOff", "false"))
+        if not is_true(child_text(element, "gravity", "true")):
+            model.warn(
+                f"<gazebo reference='{name}'>: <gravity> has no effect, as in Gazebo; "
+                "<turnGravityOff> has",
+                "<gazebo> elements turn <gravity> off, which has no effect, as in Gazebo; "
+                "<turnGravityOff> has",
+                f"'{name}'",
+            )
         lost = child_number(element, "dampingFactor", f"<gazebo reference='{name}'>", None)
         if lost is not None:
             decay.setdefault(name, (max(0.0, lost),) * 2)
