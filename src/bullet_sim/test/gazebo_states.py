@@ -298,6 +298,18 @@ ROBOTS = {
         0.12,
         turn(("l", "r"), 2.0, 4.0),
     ),
+    "a castor with mu1 alone": (
+        robot(
+            BASE,
+            wheel("l", 0.15, 0.2),
+            wheel("r", 0.15, -0.2),
+            link("ball", 0.2, 1e-3, '<sphere radius="0.05"/>'),
+            joint("mount", "fixed", "base", "ball", "-0.2 0 -0.05"),
+            tags("ball", mu1=0.05),
+        ),
+        0.12,
+        turn(("l", "r"), 2.0, 4.0),
+    ),
     "planar motion": (
         robot(BASE, WHEELS),
         0.12,

@@ -1165,8 +1165,8 @@ def _surface_columns(row: Array, surface: Surface) -> None:
 
 
 def _friction(surface: Surface) -> tuple[float, float]:
-    first = FRICTION if surface.friction is None else surface.friction
-    return first, first if surface.friction2 is None else surface.friction2
+    first, second = surface.friction, surface.friction2
+    return FRICTION if first is None else first, FRICTION if second is None else second
 
 
 def _stiffness(surface: Surface) -> float:
