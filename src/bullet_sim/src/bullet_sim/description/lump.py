@@ -23,7 +23,7 @@ class LumpedModel:
     """A model without fixed joints.
 
     Attributes:
-        links: in the order in which Gazebo creates them, parents first.
+        links: parents first.
         joints: the movable joints, in the original's order.
         frames: for every original link: the link it is merged into and its pose in that link.
         welds: measured fixed joints, which are not merged: continuous ones that a motor has to
@@ -37,13 +37,18 @@ class LumpedModel:
     welds: tuple[Joint, ...] = ()
 
 
-def lump(model: ModelDescription) -> LumpedModel:
-    """Merge all fixed joints (of a static model: all joints, at their zero position)."""
+def lump(model: ModelDescription, as_in_gazebo: bool = False) -> LumpedModel:
+    """Merge all fixed joints (of a static model: all joints, at their zero position).
+
+    Args:
+        as_in_gazebo: links in the order in which Gazebo creates them; False: those next to the root
+            first, in the order of the file.
+    """
     frames = {model.root: (model.root, Pose())}
     links = {model.root: _copy(model.links[model.root])}
     joints: list[Joint] = []
     welds: list[Joint] = []
-    for joint in _parents_first(model):
+    for joint in _as_created(model) if as_in_gazebo else _parents_first(model):
         parent, pose = frames[joint.parent]
         welded = joint.name in model.measured and not model.static and _is_stiff(joint)
         if not welded and (joint.kind == "fixed" or model.static):
@@ -74,6 +79,14 @@ def lump(model: ModelDescription) -> LumpedModel:
 
 
 def _parents_first(model: ModelDescription) -> list[Joint]:
+    """Joints, those next to the root first."""
+    found = model.joints_of(model.root)
+    for joint in found:
+        found += model.joints_of(joint.child)
+    return found
+
+
+def _as_created(model: ModelDescription) -> list[Joint]:
     """Joints in the order in which Gazebo creates them and their links.
 
     Those of a URDF as sdformat writes them: from the root, depth first, the joints of each link by

@@ -100,7 +100,7 @@ class Model:
         self._changes: dict[tuple[str, str], Callable[[], None]] = {}
         self.is_ghost = False
         self.on_moved: Callable[[Model], None] = lambda model: None  # called after set_state
-        self._lumped = lump(description)
+        self._lumped = lump(description, as_in_gazebo=engine.ode is not None)
         if engine.ode is not None and description.is_urdf:
             self._lumped = as_printed(self._lumped)
         visuals = prepare_meshes(self._lumped, folder, description.warn)
