@@ -89,6 +89,13 @@ def turn(names=tuple(CORNERS), left=3.0, right=5.0, at=200, kind="velocity"):
     return [(at, f"{name}_joint", kind, left if name[-1] == "l" else right, 20.0) for name in names]
 
 
+def on_a_castor(x, ball, behind, **surface):
+    """A base on two wheels at x and a ball, a link that a fixed joint holds."""
+    wheels = wheel("l", x, 0.2), wheel("r", x, -0.2)
+    held = joint("held", "fixed", "base", "ball", f"{behind} 0 -0.05")
+    return robot(BASE, *wheels, ball, held, tags("ball", **surface))
+
+
 def hinges(names, more):
     """Wheels of which some are on knuckles that steer."""
     return "".join(
@@ -175,7 +182,14 @@ SKID = {"mu1": 1.0, "mu2": 0.5, "fdir1": "1 0 0", "kp": 1e6, "kd": 10, "minDepth
 SLIP = {"mu1": 0.8, "mu2": 0.6, "slip1": 0.02, "slip2": 0.05, "fdir1": "0 0 1"}
 STEER = '<limit lower="-0.5" upper="0.5" effort="1000" velocity="30"/>'
 SPRING = {"springStiffness": 800.0, "springReference": -0.02}
+BALL = '<sphere radius="0.05"/>'
 ARM = '<limit lower="-1" upper="0.5" effort="10" velocity="3"/><dynamics friction="0.4"/>'
+ARM_ON_A_POST = (
+    link("base", 20.0, 2.0, '<box size="1 1 2"/>')
+    + link("arm", 1.0, 0.01, centre="0.3 0 0")
+    + joint("hinge", "revolute", "base", "arm", more=ARM)
+)
+SENSOR = link("sensor", 0.1, 1e-4) + joint("held", "fixed", "base", "sensor", "0 0 0.1")
 MESH = '<mesh filename="file://{folder}/wheel.stl"/>'
 
 MESHES = "".join(wheel(name, *place, shape=MESH) for name, place in CORNERS.items())
@@ -201,14 +215,7 @@ ROBOTS = {
         [],
     ),
     "castor": (
-        robot(
-            BASE,
-            wheel("l", 0, 0.2),
-            wheel("r", 0, -0.2),
-            link("ball", 0.2, 1e-4, '<sphere radius="0.05"/>'),
-            joint("held", "fixed", "base", "ball", "-0.15 0 -0.05"),
-            tags("ball", mu1=0.1, mu2=0.2),
-        ),
+        on_a_castor(0, link("ball", 0.2, 1e-4, BALL), -0.15, mu1=0.1, mu2=0.2),
         0.12,
         turn(("l", "r"), 3.0, 3.0) + turn(("l", "r"), -2.0, 2.0, at=400),
     ),
@@ -263,11 +270,7 @@ ROBOTS = {
            for name in ("sfl_joint", "sfr_joint")],
     ),
     "limit and friction": (
-        robot(
-            link("base", 20.0, 2.0, '<box size="1 1 2"/>'),
-            link("arm", 1.0, 0.01, centre="0.3 0 0"),
-            joint("hinge", "revolute", "base", "arm", more=ARM),
-        ),
+        robot(ARM_ON_A_POST),
         1.0,
         [(200, "hinge", "effort", 4.0, 0.0), (400, "hinge", "effort", -4.0, 0.0)],
     ),
@@ -285,28 +288,18 @@ ROBOTS = {
         turn(),
     ),
     "a castor whose collision has another name": (
-        robot(
-            BASE,
-            wheel("l", 0.15, 0.2),
-            wheel("r", 0.15, -0.2),
-            link("ball", 0.2, 1e-3, '<sphere radius="0.05"/>').replace(
-                "<collision>", '<collision name="foot">'
-            ),
-            joint("mount", "fixed", "base", "ball", "-0.2 0 -0.05"),
-            tags("ball", mu1=0.05, mu2=0.05),
+        on_a_castor(
+            0.15,
+            link("ball", 0.2, 1e-3, BALL).replace("<collision>", '<collision name="foot">'),
+            -0.2,
+            mu1=0.05,
+            mu2=0.05,
         ),
         0.12,
         turn(("l", "r"), 2.0, 4.0),
     ),
     "a castor with mu1 alone": (
-        robot(
-            BASE,
-            wheel("l", 0.15, 0.2),
-            wheel("r", 0.15, -0.2),
-            link("ball", 0.2, 1e-3, '<sphere radius="0.05"/>'),
-            joint("mount", "fixed", "base", "ball", "-0.2 0 -0.05"),
-            tags("ball", mu1=0.05),
-        ),
+        on_a_castor(0.15, link("ball", 0.2, 1e-3, BALL), -0.2, mu1=0.05),
         0.12,
         turn(("l", "r"), 2.0, 4.0),
     ),
@@ -330,12 +323,7 @@ ROBOTS = {
         turn(),
     ),
     "soft limit": (
-        robot(
-            link("base", 20.0, 2.0, '<box size="1 1 2"/>'),
-            link("arm", 1.0, 0.01, centre="0.3 0 0"),
-            joint("hinge", "revolute", "base", "arm", more=ARM),
-            tags("hinge", stopErp=0.05, stopCfm=0.02, fudgeFactor=0.4),
-        ),
+        robot(ARM_ON_A_POST, tags("hinge", stopErp=0.05, stopCfm=0.02, fudgeFactor=0.4)),
         1.0,
         [(30, "hinge", "velocity", 3.0, 4.0), (260, "hinge", "velocity", -1.0, 8.0)],
     ),
@@ -343,8 +331,7 @@ ROBOTS = {
         robot(
             BASE,
             WHEELS,
-            link("sensor", 0.1, 1e-4),
-            joint("held", "fixed", "base", "sensor", "0 0 0.1"),
+            SENSOR,
             tags("fl", dampingFactor=0.01),
             tags("base", dampingFactor=0.004),
             tags("sensor", dampingFactor=0.002),
@@ -356,8 +343,7 @@ ROBOTS = {
         robot(
             BASE,
             WHEELS,
-            link("sensor", 0.1, 1e-4),
-            joint("held", "fixed", "base", "sensor", "0 0 0.1"),
+            SENSOR,
             tags("sensor", turnGravityOff="true"),
         ),
         0.12,

@@ -453,11 +453,8 @@ def test_tags_that_gazebo_has_no_use_for_are_told():
     model = read('<gazebo reference="base"><mu>0.3</mu><gravity>0</gravity></gazebo>')
     link = model.links["base"]
     assert link.surface.friction is None and link.gravity
-    assert [word in text for word, text in zip(("turnGravityOff", "<mu>"), model.warnings)] == [
-        True,
-        True,
-    ]
-    assert len(model.warnings) == 2
+    of_gravity, of_mu = model.warnings
+    assert "turnGravityOff" in of_gravity and "<mu>" in of_mu
     assert read('<gazebo reference="base"><gravity>true</gravity></gazebo>').warnings == []
 
 

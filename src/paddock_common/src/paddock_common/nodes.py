@@ -103,9 +103,8 @@ def close_server_with_node() -> None:
     XmlRpcNode.shutdown = _shutdown
 
 
-REPLACED = re.compile(
-    r"\[(/\S*)\] Reason: new node registered with same name"
-)  # as rosmaster says it
+# What rosmaster sends to a node.
+REPLACED = re.compile(r"\[(/\S*)\] Reason: new node registered with same name")
 _obey_shutdown = ROSHandler.shutdown
 
 

@@ -112,9 +112,9 @@ class ImuSensor(Sensor):
         force = inertial.specific_force(linear, self._before, time, self.world.gravity)
         self._before = (linear, time)
         force, rate = inertial.twist(orientation, force, angular)
-        return orientation, *self._measured_as(rate, force)
+        return orientation, *self._with_noise(rate, force)
 
-    def _measured_as(self, rate: Vec3, acceleration: Vec3) -> tuple[Vec3, Vec3]:
+    def _with_noise(self, rate: Vec3, acceleration: Vec3) -> tuple[Vec3, Vec3]:
         """Rate and acceleration with their noise."""
         spec = self.spec
         return (
@@ -152,7 +152,7 @@ class ModelImuSensor(ImuSensor):
         acceleration = inertial.specific_force(linear, self._before, time, (0.0, 0.0, 0.0))
         self._before = (linear, time)
         turned = inertial.twist((-x, -y, -z, w), angular, acceleration)
-        return orientation, *self._measured_as(*turned)
+        return orientation, *self._with_noise(*turned)
 
 
 @ros_side(BiasedImuSpec)

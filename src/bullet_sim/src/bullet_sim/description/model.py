@@ -286,8 +286,7 @@ class ModelDescription:
         static: never moves.
         fixed_base: the root link is fixed to the world; joints move.
         auto_disable: it may sleep while it rests.
-        sensed: links with sensors, also such as are left out; with the solver 'ode' a model that
-            has one does not sleep.
+        has_sensors: also such as are left out; with the solver 'ode' it does not sleep then.
         is_urdf: its file is a URDF, which Gazebo turns into SDF.
     """
 
@@ -305,7 +304,7 @@ class ModelDescription:
     self_collide: bool = False
     fixed_base: bool = False
     auto_disable: bool = True
-    sensed: set[str] = field(default_factory=set)
+    has_sensors: bool = False
     is_urdf: bool = False
     warnings: list[ReadWarning] = field(default_factory=list)
 

@@ -147,16 +147,16 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
         for child in element:  # <mu1 value="0.8"/>, which counts before a text, as in sdformat
             child.text = child.get("value", child.text)
         name = element.get("reference") or ""
+        label = f"<gazebo reference='{name}'>"
         gravity[name] = not is_true(child_text(element, "turnGravityOff", "false"))
         if not is_true(child_text(element, "gravity", "true")):
             model.warn(
-                f"<gazebo reference='{name}'>: <gravity> has no effect, as in Gazebo; "
-                "<turnGravityOff> has",
+                f"{label}: <gravity> has no effect, as in Gazebo; <turnGravityOff> has",
                 "<gazebo> elements turn <gravity> off, which has no effect, as in Gazebo; "
                 "<turnGravityOff> has",
                 f"'{name}'",
             )
-        lost = child_number(element, "dampingFactor", f"<gazebo reference='{name}'>", None)
+        lost = child_number(element, "dampingFactor", label, None)
         if lost is not None:
             decay.setdefault(name, (max(0.0, lost),) * 2)
     for name in model.links:

@@ -342,7 +342,6 @@ def _axis(
     joint.friction = max(0.0, child_number(element, f"{tag}/dynamics/friction", label, 0.0))
     joint.stiffness = child_number(element, f"{tag}/dynamics/spring_stiffness", label, 0.0)
     joint.rest = child_number(element, f"{tag}/dynamics/spring_reference", label, 0.0)
-    ode = "physics/ode"
-    joint.stop_erp = child_number(element, f"{ode}/limit/erp", label, None)
-    joint.stop_cfm = child_number(element, f"{ode}/limit/cfm", label, None)
-    joint.stop_push = child_number(element, f"{ode}/fudge_factor", label, 1.0)
+    joint.stop_erp = child_number(element, "physics/ode/limit/erp", label, None)
+    joint.stop_cfm = child_number(element, "physics/ode/limit/cfm", label, None)
+    joint.stop_push = child_number(element, "physics/ode/fudge_factor", label, 1.0)

@@ -156,7 +156,7 @@ class Model:
             fixed = self.source.fixed_base
             may_sleep = (
                 description.auto_disable
-                and not description.sensed
+                and not description.has_sensors
                 and not fixed
                 and (
                     description.is_urdf or not description.joints

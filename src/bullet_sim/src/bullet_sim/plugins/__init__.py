@@ -53,7 +53,7 @@ def parse_sensor(element: Element, link: str, model: ModelDescription) -> None:
         model: its description so far; gets warnings, too.
     """
     sensor_type, name = element.get("type"), element.get("name") or "sensor"
-    model.sensed.add(link)
+    model.has_sensors = True
     plugins = element.findall("plugin")
     readers = [_sensor_reader(library(plugin), sensor_type) for plugin in plugins]
     if sensor_type not in SENSOR_TYPES and not any(readers):

@@ -768,8 +768,10 @@ def _iterate(m: int, iterations: int, rows: Array, links: Array, order: Array, w
 @compiled
 def _decay(velocity: Array, fraction: float) -> None:
     """Reduce a velocity (3,), unless it is small."""
+    if fraction == 0.0:
+        return
     square = velocity[0] * velocity[0] + velocity[1] * velocity[1] + velocity[2] * velocity[2]
-    if fraction != 0.0 and square > DECAY_SPEED * DECAY_SPEED:
+    if square > DECAY_SPEED * DECAY_SPEED:
         for k in range(3):
             velocity[k] *= 1.0 - fraction
 
