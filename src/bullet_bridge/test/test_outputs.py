@@ -321,6 +321,16 @@ CART = (
 )
 
 
+def test_the_wheels_are_braked_before_the_first_update(topics, world):
+    cart = world.spawn_urdf("cart", CART.format(""), Pose((0.0, 0.0, 0.1)), str)
+    world.engine.set_gravity((0.5, 0.0, -9.81))
+    output = plugin_of(world, cart, cart.description.sensors[0])
+    output.prepare()
+    world.step(500)
+    assert cart.pose.position[0] == pytest.approx(0.0, abs=0.02)
+    output.close()
+
+
 @pytest.mark.parametrize("tags", ["<legacyMode>true</legacyMode>", ""])
 @pytest.mark.parametrize("source", ["world", "encoder"])
 def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, tags, source):

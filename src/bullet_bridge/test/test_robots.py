@@ -29,7 +29,7 @@ class Part:
         self.world, self.model, self.spec, self.seed = world, context.model, spec, context.seed
         self.schedule = SubscribedSchedule(spec.rate, 0.001, world.step_count, self.needs_update)
         self.times, self.subscribed, self.closed, self.restarts = [], True, False, 0
-        self.updated, self.error = 0.0, None
+        self.updated, self.error, self.prepared = 0.0, None, []
 
     def needs_update(self):
         return self.subscribed
@@ -39,6 +39,9 @@ class Part:
             raise self.error
         self.times.append(time)
         assert period > 0.0
+
+    def prepare(self):
+        self.prepared.append(self.world.step_count)
 
     def reset(self, _time):
         self.restarts += 1
@@ -234,6 +237,7 @@ def test_restart_reaches_all_and_starts_the_schedules_over(rig):
     rig.world.step_count = 0
     rig.robots.restart()
     assert (rig.made[0].restarts, rig.robots.next_due()) == (1, 20)
+    assert rig.made[0].prepared == [0, 0]
     assert rig.camera_restarts == [True]
 
 
@@ -252,8 +256,9 @@ def test_failures_of_images_are_returned(rig):
 class Control:
     during_init = None
 
-    def __init__(self, _jobs, _world, model, namespace, _received):
+    def __init__(self, _jobs, _world, model, namespace, _received, run):
         self.model, self.namespace, self.closed, self.closed_here = model, namespace, False, False
+        self.run = run
         during_init, Control.during_init = Control.during_init, None
         if during_init is not None:
             during_init()
@@ -274,16 +279,35 @@ def _spawn(rig, monkeypatch):
     monkeypatch.setattr(module, "RobotControl", Control)
     monkeypatch.setattr(Control, "during_init", None)
 
-    def spawn(name):
+    def spawn(name, *sensors):
         model = SimpleNamespace(
             name=name,
             manager=True,
-            description=SimpleNamespace(warnings=[], sensors=[], control_namespace=""),
+            description=SimpleNamespace(warnings=[], sensors=sensors, control_namespace=""),
         )
         rig.world.models[name] = model
         rig.robots.connect(model, "/n/")
 
     return spawn
+
+
+def test_plugins_are_ready_in_the_step_in_which_the_hardware_layer_is(rig, spawn, monkeypatch):
+    jobs = []
+    monkeypatch.setattr(rig.robots._jobs, "call", lambda work: jobs.append(work) or work())
+
+    def gains_come_into_force():
+        assert not rig.made[0].prepared
+        rig.made[0].prepared.append("hardware")
+
+    class WithHardware(Control):
+        def __init__(self, *arguments):
+            super().__init__(*arguments)
+            self.run(gains_come_into_force)
+            assert len(jobs) == 1 and rig.made[0].prepared == ["hardware", 0]
+
+    monkeypatch.setattr(module, "RobotControl", WithHardware)
+    spawn("bot", Spec(rate=50))
+    assert rig.made[0].prepared == ["hardware", 0, 0] and not rig.errors
 
 
 def test_of_two_simultaneous_spawns_in_one_namespace_the_second_has_no_controllers(rig, spawn):

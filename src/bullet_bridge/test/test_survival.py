@@ -91,7 +91,7 @@ def test_a_controller_that_cannot_be_published_stops_no_other(world, topics, mon
     class Control:
         """Fails, or notes the step."""
 
-        def __init__(self, _jobs, _world, model, namespace, _received):
+        def __init__(self, _jobs, _world, model, namespace, _received, _run):
             self.name, self.namespace = model.name, namespace
 
         def refresh(self):

@@ -168,3 +168,58 @@ def test_reset_gives_the_same_bits_again(world):
         world.reset()
     assert results[0] == results[1]
     assert run(world, 10)[0]["arm"] == 0.0
+
+
+def hanging(solver, interface):
+    """World in which the slider is pulled along its axis; its <transmission> has an interface."""
+    world = World(gravity=(-5.0, 0.0, 0.0), solver=solver)
+    transmission = (
+        '<transmission name="t"><joint name="slider"><hardwareInterface>hardware_interface/'
+        f"{interface}JointInterface</hardwareInterface></joint></transmission></robot>"
+    )
+    stronger = URDF.replace('effort="4"', 'effort="400"').replace("</robot>", transmission)
+    world.spawn_urdf("bot", stronger, Pose(), str)
+    return world
+
+
+@pytest.mark.parametrize("solver", ["bullet", "ode"])
+@pytest.mark.parametrize(
+    "interface, kind, command, ends",
+    [("Position", "position_controllers/JointPositionController", 0.3, 0.3),
+     ("Velocity", "velocity_controllers/JointVelocityController", 0.5, 0.25)],
+)  # fmt: skip
+def test_without_a_controller_a_joint_keeps_its_position_or_is_braked(
+    solver, interface, kind, command, ends
+):
+    world = hanging(solver, interface)
+    for _ in range(2):
+        assert run(world, 500)[0]["slider"] == pytest.approx(0.0, abs=2e-3)
+        manager = world.model("bot").manager
+        if not manager.list():
+            manager.load("c", {"type": kind, "joint": "slider"})
+        manager.switch(["c"], [])
+        manager.command("c", [command])
+        world.step(500)
+        manager.switch([], ["c"])
+        positions, velocities = run(world, 500)
+        assert positions["slider"] == pytest.approx(ends, abs=5e-3)
+        assert velocities["slider"] == pytest.approx(0.0, abs=5e-3)
+        world.reset()  # then the last command is forgotten
+    world.close()
+
+
+@pytest.mark.parametrize("solver", ["bullet", "ode"])
+def test_without_a_controller_a_joint_with_an_effort_interface_moves_freely(solver):
+    world = hanging(solver, "Effort")
+    assert run(world, 200)[0]["slider"] == pytest.approx(-5.0 * 0.2**2 / 2, rel=0.02)
+    world.close()
+
+
+@pytest.mark.parametrize("solver", ["bullet", "ode"])
+def test_without_a_controller_gains_hold_a_joint_as_well_as_they_can(solver):
+    world = hanging(solver, "Position")
+    hardware = world.model("bot").manager.hardware
+    hardware.set_gains("slider", parse_pid({"p": 100.0, "d": 40.0}, "gains"))
+    hardware.restart()
+    assert run(world, 3000)[0]["slider"] == pytest.approx(-5.0 * MASS / 100.0, abs=2e-3)
+    world.close()

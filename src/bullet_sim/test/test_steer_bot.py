@@ -106,8 +106,13 @@ def test_a_command_turns_four_wheels_and_two_hinges():
     for name, side in (("sr", 1.0), ("sl", -1.0)):
         wanted = math.atan(1.0 / (1.0 / tangent + side * WIDTH / 4.0 / LENGTH))
         assert joints.angles[name] == pytest.approx(wanted)
+    joints.released = ()
     manager.switch([], ["base"])
-    assert set(joints.released) == set(CAR)
+    assert set(joints.released) == set(CAR)  # from what commanded them, to ...
+    assert joints.speeds == dict.fromkeys(("rr", "rl", "fr", "fl"), 0.0)
+    for name, side in (("sr", 1.0), ("sl", -1.0)):  # ... what no controller does
+        wanted = math.atan(1.0 / (1.0 / tangent + side * WIDTH / 4.0 / LENGTH))
+        assert joints.angles[name] == pytest.approx(wanted)
 
 
 def test_without_the_ackermann_link_both_hinges_turn_alike():

@@ -79,11 +79,19 @@ class Robots:
         parts: list[ModelPlugin] = []
         controls: list[RobotControl] = []
 
+        def begin(set_hardware: Callable[[], None]) -> bool:
+            if self._world.models.get(model.name) is model:
+                set_hardware()
+                for plugin in parts:  # before another step: some hold what has such gains
+                    plugin.prepare()
+            return True
+
         def register() -> bool:
             if self._world.models.get(model.name) is not model:
                 return False
             for plugin in parts:  # steps were made since they were created
                 plugin.schedule.restart(self._world.step_count)
+                plugin.prepare()
             self._plugins[model.name] = parts
             for control in controls:
                 self._controls[model.name] = control
@@ -95,7 +103,9 @@ class Robots:
         try:
             for index, spec in enumerate(model.description.sensors):
                 self._add_plugin(model, index, spec, parts)
-            control = self._make_control(model, namespace)
+            control = self._make_control(
+                model, namespace, lambda set_hardware: run(lambda: begin(set_hardware))
+            )
             controls += [control] if control is not None else []
             registered = run(register)  # False: the model was deleted in the meantime
         finally:
@@ -122,7 +132,9 @@ class Robots:
             self._skipped.setdefault(model.name, []).append(text)
             rospy.logerr("model '%s': %s\n%s", model.name, text, traceback.format_exc().rstrip())
 
-    def _make_control(self, model: "Model", namespace: str) -> RobotControl | None:
+    def _make_control(
+        self, model: "Model", namespace: str, run: Callable[[Callable[[], None]], Any]
+    ) -> RobotControl | None:
         """The model's RobotControl; None without a control plugin or if its namespace is taken."""
         if model.manager is None:
             return None
@@ -139,7 +151,7 @@ class Robots:
             )
             return None
         try:
-            return RobotControl(self._jobs, self._world, model, namespace, self.received)
+            return RobotControl(self._jobs, self._world, model, namespace, self.received, run)
         except rospy.ServiceException as error:
             self._release(model)
             rospy.logerr("model '%s' has no controllers: %s", model.name, error)
@@ -305,6 +317,7 @@ class Robots:
         for of_model in self._plugins.values():
             for plugin in of_model:
                 plugin.reset(self._world.time)
+                plugin.prepare()
         self.received.clear()  # the commands are dropped
         self._cameras.restart()
         self._cameras.set_sources(self._world.sources())

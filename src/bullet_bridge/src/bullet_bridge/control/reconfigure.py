@@ -105,16 +105,19 @@ class PidServers:
         return [server for of_owner in servers.values() for server in of_owner]
 
 
-def set_hardware(model: "Model", namespace: str, pid_servers: PidServers) -> None:
-    """Set up the hardware layer that a model's <robotSimType> names.
+def set_hardware(model: "Model", namespace: str, pid_servers: PidServers) -> Callable[[], None]:
+    """Read the parameters of the hardware layer that a model's <robotSimType> names.
 
     Args:
         namespace: of the model's controllers.
+
+    Returns:
+        Function that puts the hardware layer into force, for the simulation thread.
     """
     hardware = cast("Manager", model.manager).hardware
     if model.description.robot_sim_type != STEER_BOT_SIM_TYPE:
         _set_joint_gains(hardware, f"{namespace}/{PID_GAINS}", pid_servers)
-        return
+        return hardware.restart
     where = f"{namespace}/{steer_bot.NAMESPACE}"
     try:
         config = steer_bot.parse_steer_bot(
@@ -122,8 +125,9 @@ def set_hardware(model: "Model", namespace: str, pid_servers: PidServers) -> Non
         )
     except SimError as error:
         rospy.logerr("%s; the joints are those of the URDF", error)
-        return
-    hardware.put_before(steer_bot.SteerBotJoints(model.joints, config), config.interfaces())
+        return hardware.restart
+    joints = steer_bot.SteerBotJoints(model.joints, config)
+    return functools.partial(hardware.put_before, joints, config.interfaces())
 
 
 def _set_joint_gains(hardware: "Hardware", where: str, pid_servers: PidServers) -> None:

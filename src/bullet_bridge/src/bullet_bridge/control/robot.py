@@ -33,6 +33,7 @@ class RobotControl:
 
     Args:
         namespace: e.g. '/racecar'.
+        run: function that has the simulation thread run another.
 
     Attributes:
         closed: the model is deleted; no controller can be loaded.
@@ -46,6 +47,7 @@ class RobotControl:
         model: "Model",
         namespace: str,
         received: ReceivedCounts | None = None,
+        run: Callable[[Callable[[], None]], None] = lambda work: work(),
     ) -> None:
         self._jobs = jobs
         self.world, self.model = world, model
@@ -64,7 +66,7 @@ class RobotControl:
         self.refused: dict[str, str] = {}
         self.manager.on_failure = self._failed
         try:
-            set_hardware(model, self.namespace, self._pid_servers)
+            run(set_hardware(model, self.namespace, self._pid_servers))
             self._services = ControllerServices(
                 self.namespace, self.manager, self._run_job, self._load, self._unload
             )

@@ -214,6 +214,9 @@ class ModelPlugin(RosPart, Component):
             endpoint.get_num_connections() > 0 for endpoint in self._publishers
         )
 
+    def prepare(self) -> None:
+        """Prepare the model, once it is there and after each reset (simulation thread)."""
+
     def reset(self, time: float) -> None:
         """Restart as configured: schedule, noise, start()."""
         self.schedule.restart(self.world.step_count)

@@ -74,6 +74,15 @@ class WheelDrivePlugin(ModelPlugin):
         self._before: float | None = None
         self._drive.restart()
 
+    def prepare(self) -> None:
+        """The wheels are braked until the first update."""
+        self._turn((0.0, 0.0))
+
+    def _turn(self, speeds: tuple[float, float]) -> None:
+        for wheels, speed in zip(self._wheels, speeds):
+            for joint in wheels:
+                self.world.engine.drive_velocity(self.model.body, joint, speed, self.spec.torque)
+
     def _on_command(self, message: Any) -> None:
         command = command_of(self.spec.command_topic, (message.linear.x, message.angular.z))
         if command is not None:
@@ -83,11 +92,7 @@ class WheelDrivePlugin(ModelPlugin):
         elapsed = 0.0 if self._before is None else time - self._before
         self._before = time
         forward, yaw_rate = self._command
-        for wheels, speed in zip(
-            self._wheels, self._drive.wheel_speeds(forward, yaw_rate, elapsed)
-        ):
-            for joint in wheels:
-                self.world.engine.drive_velocity(self.model.body, joint, speed, self.spec.torque)
+        self._turn(self._drive.wheel_speeds(forward, yaw_rate, elapsed))
         if self.spec.from_wheels:
             left, right = self.model.joints.positions_of((self.spec.left[0], self.spec.right[0]))
             self._drive.measure(left, right, elapsed)

@@ -89,7 +89,7 @@ class Hardware(Stateful):
         tracked: joint name -> (velocity [rad/s, m/s], effort [N m, N]) to track.
     """
 
-    STATE = ("efforts", "tracked", "_targets", "_pids")
+    STATE = ("efforts", "tracked", "_targets", "_pids", "_positions")
     CACHE = ("joints", "_interfaces", "_handles")
 
     def __init__(
@@ -103,10 +103,16 @@ class Hardware(Stateful):
         self.tracked: dict[str, tuple[float, float]] = {}
         self._pids: dict[str, Pid] = {}  # of the joints with gains ...
         self._targets: dict[str, tuple[str, float]] = {}  # ... and what they follow
-        self.put_before(joints, interfaces or {})
+        self._positions: dict[str, float] = {}  # the last commands of positions
+        self._use(joints, interfaces or {})
 
     def put_before(self, joints: RobotJoints, interfaces: Mapping[str, Sequence[str]]) -> None:
         """Use other joints than the robot's, e.g. SteerBotJoints before them, with interfaces."""
+        self.joints.release(self.names)
+        self._use(joints, interfaces)
+        self.restart()
+
+    def _use(self, joints: RobotJoints, interfaces: Mapping[str, Sequence[str]]) -> None:
         self.joints, self._interfaces = joints, interfaces
         self._handles = {
             name: JointHandle(name, joints.limits[name], self._inertias.get(name), self)
@@ -178,7 +184,7 @@ class Hardware(Stateful):
         ]
 
     def set_gains(self, joint: str, gains: PidGains) -> None:
-        """Drive a joint's velocity and position commands by a PID from now on.
+        """Drive a joint's velocity and position commands by a PID from the next restart() on.
 
         Raises:
             ControllerError: no such joint.
@@ -212,6 +218,8 @@ class Hardware(Stateful):
                     self.joints.release((joint.name,))
                 self.efforts[joint.name] = value
             return
+        if interface == "position":
+            self._positions.update((joint.name, value) for joint, value in zip(joints, values))
         drive = {"velocity": self.joints.drive_velocities, "position": self.joints.drive_positions}
         direct = [(j.name, value) for j, value in zip(joints, values) if j.name not in self._pids]
         if direct:
@@ -226,19 +234,28 @@ class Hardware(Stateful):
                 self._targets[name] = (interface, value)
 
     def release(self, names: Iterable[str]) -> None:
-        """Drop the commands: the joints move freely, with their friction."""
+        """No controller commands these joints any more.
+
+        As gazebo_ros_control, which writes its commands in every step whether or not a controller
+        runs: a joint with a velocity interface is commanded to stop, one with a position interface
+        keeps its last position, at first 0. All others move freely, with their friction.
+        """
         names = tuple(names)
         for name in names:
             self._targets.pop(name, None)
             self.efforts.pop(name, None)
             self.tracked.pop(name, None)
         self.joints.release(names)
+        for name in names:
+            first = next(iter(self._interfaces.get(name, ())), None)
+            if first in ("velocity", "position"):
+                value = self._positions.get(name, 0.0) if first == "position" else 0.0
+                self.command(first, (self._handles[name],), (value,))
 
     def restart(self) -> None:
-        """Drop all commands: the body was loaded again."""
-        self._targets.clear()
-        self.efforts.clear()
-        self.tracked.clear()
+        """Forget all commands: the body was loaded, or loaded again."""
+        self._positions.clear()
+        self.release(self.names)
 
     # every step -------------------------------------------------------------------------------
     @property

@@ -120,16 +120,8 @@ class Model:
             if description.control_namespace is None
             else Manager(self.joints, description, inertias if engine.ode is None else {})
         )
-        self._hold_motors()
-
-    def _hold_motors(self) -> None:
-        """As in gazebo_ros_control, motors of velocity and position interfaces hold their joints
-        also without a controller; Bullet's solver lets them move."""
-        if self.engine.ode is None or self.manager is None:
-            return
-        for name, interfaces in self.description.transmissions.items():
-            if name in self.joints.names and "effort" not in interfaces:
-                self.joints.drive_velocities((name,), (0.0,))
+        if self.manager is not None:
+            self.manager.hardware.restart()
 
     def _load(self) -> None:
         self.placed: Placed | None = None  # what set_state has set since it was loaded
@@ -283,7 +275,6 @@ class Model:
         self.joints.rebind(self.body)
         if self.manager is not None:
             self.manager.restart()
-        self._hold_motors()
 
     def save_state(self) -> tuple[Placed | None, tuple[float, ...]]:
         """The pose and velocity set by set_state since it was loaded (or None), and the joints."""
