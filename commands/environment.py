@@ -53,8 +53,9 @@ def clean_up_logs(now=None):
 def apply_setup_bash(environ):
     """Makes the changes of devel/setup.bash to an environment.
 
-    The caller's ROS_PACKAGE_PATH stays behind ours; setup.bash itself would drop it. A workspace on
-    top of this one whose setup.bash was sourced stays in front.
+    The caller's ROS_PACKAGE_PATH stays behind ours; setup.bash itself would drop it. In front stay
+    a workspace on top of this one whose setup.bash was sourced, and a folder with a package that
+    has the name of one of ours, such as 'track_model': the caller means that.
 
     Args:
         environ: Changed in place.
@@ -78,7 +79,12 @@ def apply_setup_bash(environ):
             first, second = (new, given) if how == "before" else (given, new)
             environ[name] = first + (":" if first and second else "") + second
     ours = [path for path in environ.get("ROS_PACKAGE_PATH", "").split(":") if path]
-    environ["ROS_PACKAGE_PATH"] = ":".join(ours + [path for path in packages if path not in ours])
+    theirs = [path for path in packages if path not in ours]
+    instead = [path for path in theirs if _replaces(path)]
+    if instead:
+        prepend(environ, _workspace_of(instead), "CMAKE_PREFIX_PATH")
+    behind = [path for path in theirs if path not in instead]
+    environ["ROS_PACKAGE_PATH"] = ":".join([*instead, *ours, *behind])
 
 
 def setup_changes():
@@ -173,6 +179,38 @@ def _leave_workspaces(environ, packages):
     return [path for path in packages if path not in theirs]
 
 
+def _replaces(folder):
+    """Whether a folder of packages has one with the name of a package of ours."""
+    import re
+
+    names = set(os.listdir(SOURCES))
+    for path, folders, files in os.walk(folder):
+        if "package.xml" in files:
+            folders.clear()
+            named = re.search(r"<name>\s*(\S+?)\s*</name>", read(os.path.join(path, "package.xml")))
+            if named and named[1] in names and not path.startswith(SOURCES):
+                return True
+        folders[:] = [each for each in folders if not each.startswith(".")]
+    return False
+
+
+def _workspace_of(folders):
+    """Makes a workspace of folders of packages that are not built.
+
+    roslaunch looks for the files of a package in workspaces before it looks in ROS_PACKAGE_PATH.
+
+    Returns:
+        Its path, the same for the same folders.
+    """
+    import hashlib
+
+    text = ";".join(folders)
+    path = os.path.join(CACHE, "workspaces", hashlib.sha256(os.fsencode(text)).hexdigest()[:16])
+    if read(os.path.join(path, ".catkin")) != text:
+        write(os.path.join(path, ".catkin"), text)
+    return path
+
+
 def ready():
     """Sets up what is missing.
 
@@ -232,6 +270,6 @@ def activated(environ):
     return environ
 
 
-def prepend(environ, directory):
-    """Puts a directory in front of PATH."""
-    environ["PATH"] = f"{directory}:{environ.get('PATH', '')}"
+def prepend(environ, directory, name="PATH"):
+    """Puts a directory in front of PATH, or of another variable of that kind."""
+    environ[name] = f"{directory}:{environ.get(name, '')}"

@@ -120,6 +120,25 @@ def test_the_callers_paths_stay_behind_ours():
     assert found["ROS_PACKAGE_PATH"] == f"{PACKAGES}:/opt/a:/opt/b"
 
 
+def test_a_package_of_the_callers_with_the_name_of_one_of_ours_is_found_in_its_place(tmp_path):
+    theirs, others = tmp_path / "ws" / "src", tmp_path / "others"
+    for folder, name in ((theirs / "car" / "track_model", "track_model"), (others / "b", "b")):
+        (folder / "launch").mkdir(parents=True)
+        (folder / "package.xml").write_text(f"<package><name> {name} </name></package>")
+    launch = theirs / "car" / "track_model" / "launch" / "world.launch"  # a name that ours has, too
+    launch.write_text("<launch/>")
+    environ = {**PLAIN, "ROS_PACKAGE_PATH": f"{others}:{theirs}"}
+    script = "rospack find track_model; roslaunch --files track_model world.launch"
+    find = "import roslaunch.substitution_args as s; print(s.resolve_args({!r}))"
+    words = "$(find track_model)/launch/world.launch $(find bullet_bridge)/package.xml"
+    done = run("exec", "bash", "-c", f'{script}; python3 -c "$0"', find.format(words), env=environ)
+    assert done.stdout.split() == [
+        str(launch.parents[1]), str(launch), str(launch), f"{ROOT}/src/bullet_bridge/package.xml",
+    ], done.stderr  # fmt: skip
+    within = by_run(ROOT, by_run(ROOT, environ))
+    assert within["ROS_PACKAGE_PATH"] == f"{theirs}:{PACKAGES}:{others}"
+
+
 def test_a_python3_earlier_on_the_path_is_not_ours(tmp_path):
     wrong = tmp_path / "python3"
     wrong.write_text("#!/bin/sh\nexit 9\n")
