@@ -31,20 +31,16 @@ if TYPE_CHECKING:
     from bullet_sim.engine.engine import Engine
 
 try:
+    from bullet_sim.engine import tables
     from bullet_sim.engine.quickstep import layout as q
     from bullet_sim.engine.quickstep.compiled import is_compiled
     from bullet_sim.engine.quickstep.contacts import softness
     from bullet_sim.engine.quickstep.solver import advance
-    from bullet_sim.engine.quickstep.trees import build_tree
 except ImportError as error:  # numba is needed by this solver alone
     raise ModelError(
         f"solver 'ode' needs the Python package numba ({error}); the other solver is 'bullet'"
     ) from error
 
-STIFFNESS, DAMPING = 1e12, 1.0  # kp, kd of a contact where a file gives none, as in sdformat
-MAX_SPEED = 0.01  # [m/s] max_vel of a contact where a file gives none, as in sdformat
-FRICTION = 1.0
-_UNKNOWN = 2.0  # [m] radius of shapes of other kinds
 _KINDS = {"sphere": q.SPHERE, "cylinder": q.CYLINDER, "box": q.BOX, "mesh": q.MESH}
 _SOLIDS = (q.BOX, q.SPHERE, q.CYLINDER, q.MESH)
 _MOST_POINTS = 10  # of a pair of shapes
@@ -254,7 +250,7 @@ class OdeSolver:
                 link = part.shapes.links[name]
                 key = part.body, part.links[name]
                 owner.append(key)
-                bodies.append(_body_row(link, self.settings.max_speed))
+                bodies.append(tables.body_row(link, self.settings.max_speed))
                 bodies[-1][q.MAY_SLEEP] = float(part.may_sleep)
                 for shape in link.collisions:
                     kind, start = _KINDS.get(shape.geometry.kind, q.OTHER), sum(map(len, vertices))
@@ -266,14 +262,14 @@ class OdeSolver:
                         reach = np.linalg.norm(corners, axis=1).max(initial=0.0)
                         bodies[-1][q.RADIUS] = max(bodies[-1][q.RADIUS], reach)
                     if kind == q.OTHER:
-                        bodies[-1][q.RADIUS] = max(bodies[-1][q.RADIUS], _UNKNOWN)
+                        bodies[-1][q.RADIUS] = max(bodies[-1][q.RADIUS], tables.UNKNOWN)
                     span = start, sum(map(len, vertices)), sum(map(len, chunks))
                     kinds.append((rows[name], kind, *span))
-                    chunks.append(_chunks(corners))
-                    shapes.append(_shape_row(shape, link))
+                    chunks.append(tables.chunks(corners))
+                    shapes.append(tables.shape_row(shape, link))
                     if kind != q.OTHER:
                         moving.append(tree)
-                    extents.append(_extent(shape, link, corners))
+                    extents.append(tables.extent(shape, link, corners))
             for joint in part.joints:
                 joints.append(self._joint_row(part, joint))
                 kind = {"prismatic": q.SLIDER}.get(joint.kind, q.HINGE)
@@ -290,10 +286,10 @@ class OdeSolver:
         ]
         self._owner, self._pairs = owner, {key: row for row, key in enumerate(owner)}
         self._sleepy = any(part.may_sleep for part in parts)
-        self.bodies = _table(bodies, q.B_SIZE)
-        self.joints = _table(joints, q.J_SIZE)
-        self._types = _table(types, 3, np.int64)
-        self._kinds = _table(kinds, 5, np.int64)
+        self.bodies = tables.table(bodies, q.B_SIZE)
+        self.joints = tables.table(joints, q.J_SIZE)
+        self._types = tables.table(types, 3, np.int64)
+        self._kinds = tables.table(kinds, 5, np.int64)
         self._bits = np.array([self._bits_of(key) for key in owner], np.int64)
         self._build_topology()
         meet = self._build_meet(parts)
@@ -302,12 +298,12 @@ class OdeSolver:
         self._add_trees(ground, moving)
         most = _MOST_POINTS * (max(1, len(shapes)) * (len(ground["planes"]) + 2) + 128)
         self._scene = q.Scene(
-            shapes=_table(shapes, q.G_COLUMNS),
+            shapes=tables.table(shapes, q.G_COLUMNS),
             kinds=self._kinds,
             firsts=np.searchsorted(self._kinds[:, 0], np.arange(len(bodies) + 1)),
             points=np.concatenate(vertices),
             chunks=np.concatenate(chunks),
-            extents=_table(extents, 6),
+            extents=tables.table(extents, 6),
             models=np.array([body for body, _ in owner], np.int64),
             around=np.zeros((len(shapes), 6)),
             meet=meet,
@@ -370,7 +366,7 @@ class OdeSolver:
         solids, faces = np.zeros((count, q.B_COLUMNS)), np.zeros((count, q.P_COLUMNS))
         for i, s in enumerate(found):
             size = shapes[s][q.G_SIZE : q.G_SIZE + 3]
-            solids[i, : q.B_CENTRE] = _solid_size(int(self._kinds[s, 1]), size)
+            solids[i, : q.B_CENTRE] = tables.solid_size(int(self._kinds[s, 1]), size)
             faces[i, q.P_MU :] = shapes[s][q.G_MU :]
         solid_of = np.full(len(shapes), -1, np.int64)
         solid_of[found] = first + np.arange(count)
@@ -411,10 +407,10 @@ class OdeSolver:
                 if not is_known:
                     continue
                 pose, code = frame * shape.pose, _KINDS[shape.geometry.kind]
-                half = _solid_size(code, shape.geometry.size)
+                half = tables.solid_size(code, shape.geometry.size)
                 solids.append([*half, *pose.position, *pose.matrix.ravel()])
                 kinds.append(code)
-                faces.append(_plane_row(np.zeros(3), 0.0, shape.surface or link.surface))
+                faces.append(tables.plane_row(np.zeros(3), 0.0, shape.surface or link.surface))
                 owners.append(len(self._known))
                 self._solid_trees.append(tree)
             if is_known:
@@ -424,25 +420,28 @@ class OdeSolver:
                     pose = frame * shape.pose
                     normal = pose.matrix[:, 2]
                     surface = shape.surface or link.surface
-                    planes.append(_plane_row(normal, float(normal @ pose.position), surface))
+                    planes.append(tables.plane_row(normal, float(normal @ pose.position), surface))
                     plane_bits.append(bits)
                     self._plane_of.append((body, -1))
-        around = _table(boxes, 6)
+        around = tables.table(boxes, 6)
         self._watch = bool(len(around) or several)
         self._always = bool((self._kinds[:, 1] == q.OTHER).any() and planes)
         return {
-            "planes": _table(planes, q.P_COLUMNS),
+            "planes": tables.table(planes, q.P_COLUMNS),
             "plane_bits": np.array(plane_bits, np.int64),
-            "solids": _table(solids, q.B_COLUMNS),
-            "faces": _table(faces, q.P_COLUMNS),
+            "solids": tables.table(solids, q.B_COLUMNS),
+            "faces": tables.table(faces, q.P_COLUMNS),
             "owners": np.array(owners, np.int64),
             "solid_kinds": np.array(kinds, np.int64),
             "boxes": around,
             "contents": np.array(contents, np.int64),
-            "hosts": _table(hosts, 2, np.int64),
+            "hosts": tables.table(hosts, 2, np.int64),
             "bits": self._bits[self._kinds[:, 0]],
-            "covers": _table(
-                [_around(around[i : i + q.COVERED]) for i in range(0, len(around), q.COVERED)],
+            "covers": tables.table(
+                [
+                    tables.around(around[i : i + q.COVERED])
+                    for i in range(0, len(around), q.COVERED)
+                ],
                 6,
             ),
         }
@@ -495,7 +494,9 @@ class OdeSolver:
         key = geometry.path, geometry.scale
         if key not in self._trees:  # each model that is spawned asks again
             triangles = mesh_triangles(geometry.path)
-            self._trees[key] = None if triangles is None else _make_tree(triangles, geometry.scale)
+            self._trees[key] = (
+                None if triangles is None else tables.make_tree(triangles, geometry.scale)
+            )
         return self._trees[key]
 
     def _box_around(self, shape: Shape, frame: Pose, body: int, tree: q.Trees | None) -> Array:
@@ -504,7 +505,7 @@ class OdeSolver:
         if tree is not None:
             corners = tree.corners.reshape(-1, 3) @ pose.matrix.T + pose.position
             return np.concatenate([corners.min(axis=0), corners.max(axis=0)])
-        half = _half_size(geometry.kind, geometry.size)
+        half = tables.half_size(geometry.kind, geometry.size)
         if half is None:
             return np.concatenate(p.getAABB(body, -1, physicsClientId=self._client))
         half = np.abs(pose.matrix) @ half
@@ -800,11 +801,11 @@ class OdeSolver:
             first, second = self._pairs[one], self._pairs.get(two)
             mine, its = self._surface(one), self._surface(two)
             row = np.zeros(q.C_SIZE)
-            row[q.C_MU : q.C_MU + 2] = np.minimum(_friction(mine), _friction(its))
+            row[q.C_MU : q.C_MU + 2] = np.minimum(tables.friction(mine), tables.friction(its))
             row[q.C_ERP], row[q.C_CFM] = softness(
                 self._engine.time_step,
-                *(_stiffness(mine), _damping(mine)),
-                *(_stiffness(its), _damping(its)),
+                *(tables.stiffness(mine), tables.damping(mine)),
+                *(tables.stiffness(its), tables.damping(its)),
             )
             row[q.C_SLIP] = mine.slip1 + its.slip1
             row[q.C_SLIP + 1] = mine.slip2 + its.slip2
@@ -959,7 +960,7 @@ class OdeSolver:
         inertia = axes @ np.diag(moments) @ axes.T
         described = self._parts[body].link(row)
         described.mass, described.inertia = mass, inertia
-        _set_inertia(self.bodies[row], mass, inertia)
+        tables.set_inertia(self.bodies[row], mass, inertia)
 
     # rays ---------------------------------------------------------------------------------------
     def moving_shapes(self) -> RayShapes:
@@ -996,8 +997,8 @@ class OdeSolver:
                 elif kind == q.OTHER:
                     return None
                 else:
-                    triangles, radius = None, _reach(geometry.kind, geometry.size)
-                    size = _solid_size(kind, geometry.size)
+                    triangles, radius = None, tables.reach(geometry.kind, geometry.size)
+                    size = tables.solid_size(kind, geometry.size)
                 shapes.append(
                     RayShape(part.body, row, geometry.kind, size, place, turn, radius, triangles)
                 )
@@ -1039,139 +1040,3 @@ class OdeSolver:
             force = row[q.C_FORCE : q.C_FORCE + 3].copy()
             found.append((body, link, *partner, tuple(point), tuple(normal), row[q.C_DEPTH], force))
         return found
-
-
-def _table(rows: Sequence[Any], columns: int, kind: Any = float) -> Array:
-    return np.array(rows, kind).reshape(len(rows), columns)
-
-
-def _set_inertia(row: Array, mass: float, inertia: Array) -> None:
-    row[q.MASS] = mass
-    row[q.INERTIA : q.INERTIA + 9] = inertia.ravel()
-    row[q.INVERSE : q.INVERSE + 9] = np.linalg.inv(inertia).ravel()
-
-
-def _body_row(link: Link, max_speed: float) -> Array:
-    row = np.zeros(q.B_SIZE)
-    row[q.QUAT + 3], row[q.PLACE] = 1.0, math.inf
-    row[q.REST], row[q.REST_STEPS] = q.REST_TIME, q.REST_COUNT
-    _set_inertia(row, link.mass, link.inertia)
-    surface = link.surface
-    if link.collisions:  # the last counts
-        surface = link.collisions[-1].surface or surface
-    row[q.GRAVITY] = float(link.gravity)
-    row[q.DECAY : q.DECAY + 2] = link.decay
-    row[q.MAX_VEL] = MAX_SPEED if surface.max_speed is None else surface.max_speed
-    row[q.MAX_VEL] = min(row[q.MAX_VEL], max_speed)
-    row[q.MIN_DEPTH] = surface.min_depth
-    for shape in link.collisions:
-        reach = _reach(shape.geometry.kind, shape.geometry.size)
-        distance = float(np.linalg.norm(np.subtract(shape.pose.position, link.centre)))
-        row[q.RADIUS] = max(row[q.RADIUS], reach + distance)
-    return row
-
-
-def _extent(shape: Shape, link: Link, corners: Array) -> Array:
-    """Centre and half the edges (6,) [m] of a box around a shape, from its link's centre of mass
-    and along the link's axes; corners: of a mesh."""
-    if len(corners):
-        low, high = corners.min(axis=0), corners.max(axis=0)
-        return np.concatenate([0.5 * (low + high), 0.5 * (high - low)])
-    half = _half_size(shape.geometry.kind, shape.geometry.size)
-    half = np.full(3, _UNKNOWN) if half is None else np.abs(shape.pose.matrix) @ half
-    return np.concatenate([np.subtract(shape.pose.position, link.centre), half])
-
-
-def _solid_size(kind: int, size: Sequence[float] | Array) -> Array:
-    """Half the edges (3,), or radius and half the length [m], of a solid of an SDF's size; of a
-    mesh: 0."""
-    if kind == q.BOX:
-        return 0.5 * np.asarray(size, float)
-    if kind == q.MESH:
-        return np.zeros(3)
-    return np.array([size[0], 0.5 * size[1] if kind == q.CYLINDER else 0.0, 0.0])
-
-
-def _chunks(corners: Array) -> Array:
-    """Boxes (m, 6) around q.CHUNK of vertices (n, 3) each: centre and half the edges."""
-    boxes = []
-    for start in range(0, len(corners), q.CHUNK):
-        low = corners[start : start + q.CHUNK].min(axis=0)
-        high = corners[start : start + q.CHUNK].max(axis=0)
-        boxes.append([*(0.5 * (low + high)), *(0.5 * (high - low))])
-    return _table(boxes, 6)
-
-
-def _reach(kind: str, size: tuple[float, ...]) -> float:
-    """Radius [m] of a sphere around a shape's origin that contains it."""
-    if kind == "sphere":
-        return size[0]
-    if kind == "cylinder":
-        return math.hypot(size[0], 0.5 * size[1])
-    if kind == "box":
-        return 0.5 * math.hypot(*size)
-    return 0.0
-
-
-def _half_size(kind: str, size: tuple[float, ...]) -> Array | None:
-    """Half the edges (3,) [m] of a box around a shape, along its own axes; None: unknown."""
-    if kind == "sphere":
-        return np.full(3, size[0])
-    if kind == "cylinder":
-        return np.array([size[0], size[0], 0.5 * size[1]])
-    return 0.5 * np.asarray(size, float) if kind == "box" else None
-
-
-def _around(boxes: Array) -> Array:
-    """Box (6,) around boxes (n, 6)."""
-    return np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
-
-
-def _make_tree(triangles: Array, scale: Vec3) -> q.Trees:
-    """The tree of triangles (n, 3, 3) [m], which are scaled; single precision, as in Gazebo."""
-    corners = triangles.astype(np.float32) * np.asarray(scale, np.float32)
-    count = len(corners)
-    order = np.empty(count, np.int64)
-    nodes = np.empty((max(1, count - 1), 6))
-    children = np.full((max(1, count - 1), 2), q.NO_CHILD, np.int64)
-    depth = build_tree(corners, order, nodes, children)
-    placed = corners[order].reshape(-1, 9).astype(float)
-    return q.Trees(placed, nodes, children, np.array([depth]))
-
-
-def _shape_row(shape: Shape, link: Link) -> Array:
-    size, pose = shape.geometry.size, shape.pose
-    row = np.zeros(q.G_COLUMNS)
-    row[q.G_SIZE : q.G_SIZE + min(3, len(size))] = size[:3]
-    row[q.G_OFFSET : q.G_OFFSET + 3] = np.subtract(pose.position, link.centre)
-    row[q.G_ROTATION : q.G_ROTATION + 9] = pose.matrix.ravel()
-    _surface_columns(row[q.G_MU :], shape.surface or link.surface)
-    return row
-
-
-def _plane_row(normal: Array, distance: float, surface: Surface) -> Array:
-    row = np.zeros(q.P_COLUMNS)
-    row[q.P_PLANE : q.P_PLANE + 4] = (*normal, distance)
-    _surface_columns(row[q.P_MU :], surface)
-    return row
-
-
-def _surface_columns(row: Array, surface: Surface) -> None:
-    """mu, mu2, fdir1, kp, kd, slip1, slip2."""
-    row[:2] = _friction(surface)
-    if surface.direction is not None:
-        row[2:5] = surface.direction
-    row[5:9] = _stiffness(surface), _damping(surface), surface.slip1, surface.slip2
-
-
-def _friction(surface: Surface) -> tuple[float, float]:
-    first, second = surface.friction, surface.friction2
-    return FRICTION if first is None else first, FRICTION if second is None else second
-
-
-def _stiffness(surface: Surface) -> float:
-    return surface.kp or STIFFNESS
-
-
-def _damping(surface: Surface) -> float:
-    return DAMPING if surface.kd is None else surface.kd

@@ -1,0 +1,161 @@
+"""Rows of the solver's tables (see quickstep/layout.py) of what a model's description has."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from bullet_sim.description.model import Link, Shape, Surface
+from bullet_sim.engine.quickstep import layout as q
+from bullet_sim.engine.quickstep.trees import build_tree
+from bullet_sim.pose import Array, Vec3
+
+STIFFNESS, DAMPING = 1e12, 1.0  # kp, kd of a contact where a file gives none, as in sdformat
+MAX_SPEED = 0.01  # [m/s] max_vel of a contact where a file gives none, as in sdformat
+FRICTION = 1.0
+UNKNOWN = 2.0  # [m] radius of shapes of other kinds
+
+
+def table(rows: Sequence[Any], columns: int, kind: Any = float) -> Array:
+    """Rows as an array, which has its columns also where there is no row."""
+    return np.array(rows, kind).reshape(len(rows), columns)
+
+
+def set_inertia(row: Array, mass: float, inertia: Array) -> None:
+    """Mass [kg] and inertia (3, 3) [kg m^2] of a row of bodies."""
+    row[q.MASS] = mass
+    row[q.INERTIA : q.INERTIA + 9] = inertia.ravel()
+    row[q.INVERSE : q.INVERSE + 9] = np.linalg.inv(inertia).ravel()
+
+
+def body_row(link: Link, max_speed: float) -> Array:
+    """Row of a link that moves; max_speed [m/s]: of its contacts at most."""
+    row = np.zeros(q.B_SIZE)
+    row[q.QUAT + 3], row[q.PLACE] = 1.0, math.inf
+    row[q.REST], row[q.REST_STEPS] = q.REST_TIME, q.REST_COUNT
+    set_inertia(row, link.mass, link.inertia)
+    surface = link.surface
+    if link.collisions:  # the last counts
+        surface = link.collisions[-1].surface or surface
+    row[q.GRAVITY] = float(link.gravity)
+    row[q.DECAY : q.DECAY + 2] = link.decay
+    row[q.MAX_VEL] = MAX_SPEED if surface.max_speed is None else surface.max_speed
+    row[q.MAX_VEL] = min(row[q.MAX_VEL], max_speed)
+    row[q.MIN_DEPTH] = surface.min_depth
+    for shape in link.collisions:
+        radius = reach(shape.geometry.kind, shape.geometry.size)
+        distance = float(np.linalg.norm(np.subtract(shape.pose.position, link.centre)))
+        row[q.RADIUS] = max(row[q.RADIUS], radius + distance)
+    return row
+
+
+def extent(shape: Shape, link: Link, corners: Array) -> Array:
+    """Centre and half the edges (6,) [m] of a box around a shape, from its link's centre of mass
+    and along the link's axes; corners: of a mesh."""
+    if len(corners):
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        return np.concatenate([0.5 * (low + high), 0.5 * (high - low)])
+    half = half_size(shape.geometry.kind, shape.geometry.size)
+    half = np.full(3, UNKNOWN) if half is None else np.abs(shape.pose.matrix) @ half
+    return np.concatenate([np.subtract(shape.pose.position, link.centre), half])
+
+
+def solid_size(kind: int, size: Sequence[float] | Array) -> Array:
+    """Half the edges (3,), or radius and half the length [m], of a solid of an SDF's size; of a
+    mesh: 0."""
+    if kind == q.BOX:
+        return 0.5 * np.asarray(size, float)
+    if kind == q.MESH:
+        return np.zeros(3)
+    return np.array([size[0], 0.5 * size[1] if kind == q.CYLINDER else 0.0, 0.0])
+
+
+def chunks(corners: Array) -> Array:
+    """Boxes (m, 6) around q.CHUNK of vertices (n, 3) each: centre and half the edges."""
+    boxes = []
+    for start in range(0, len(corners), q.CHUNK):
+        low = corners[start : start + q.CHUNK].min(axis=0)
+        high = corners[start : start + q.CHUNK].max(axis=0)
+        boxes.append([*(0.5 * (low + high)), *(0.5 * (high - low))])
+    return table(boxes, 6)
+
+
+def reach(kind: str, size: tuple[float, ...]) -> float:
+    """Radius [m] of a sphere around a shape's origin that contains it."""
+    if kind == "sphere":
+        return size[0]
+    if kind == "cylinder":
+        return math.hypot(size[0], 0.5 * size[1])
+    if kind == "box":
+        return 0.5 * math.hypot(*size)
+    return 0.0
+
+
+def half_size(kind: str, size: tuple[float, ...]) -> Array | None:
+    """Half the edges (3,) [m] of a box around a shape, along its own axes; None: unknown."""
+    if kind == "sphere":
+        return np.full(3, size[0])
+    if kind == "cylinder":
+        return np.array([size[0], size[0], 0.5 * size[1]])
+    return 0.5 * np.asarray(size, float) if kind == "box" else None
+
+
+def around(boxes: Array) -> Array:
+    """Box (6,) around boxes (n, 6)."""
+    return np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
+
+
+def make_tree(triangles: Array, scale: Vec3) -> q.Trees:
+    """The tree of triangles (n, 3, 3) [m], which are scaled; single precision, as in Gazebo."""
+    corners = triangles.astype(np.float32) * np.asarray(scale, np.float32)
+    count = len(corners)
+    order = np.empty(count, np.int64)
+    nodes = np.empty((max(1, count - 1), 6))
+    children = np.full((max(1, count - 1), 2), q.NO_CHILD, np.int64)
+    depth = build_tree(corners, order, nodes, children)
+    placed = corners[order].reshape(-1, 9).astype(float)
+    return q.Trees(placed, nodes, children, np.array([depth]))
+
+
+def shape_row(shape: Shape, link: Link) -> Array:
+    """Row of a shape of a link that moves."""
+    size, pose = shape.geometry.size, shape.pose
+    row = np.zeros(q.G_COLUMNS)
+    row[q.G_SIZE : q.G_SIZE + min(3, len(size))] = size[:3]
+    row[q.G_OFFSET : q.G_OFFSET + 3] = np.subtract(pose.position, link.centre)
+    row[q.G_ROTATION : q.G_ROTATION + 9] = pose.matrix.ravel()
+    surface_columns(row[q.G_MU :], shape.surface or link.surface)
+    return row
+
+
+def plane_row(normal: Array, distance: float, surface: Surface) -> Array:
+    """Row of a plane: normal (3,), distance from the origin along it [m]."""
+    row = np.zeros(q.P_COLUMNS)
+    row[q.P_PLANE : q.P_PLANE + 4] = (*normal, distance)
+    surface_columns(row[q.P_MU :], surface)
+    return row
+
+
+def surface_columns(row: Array, surface: Surface) -> None:
+    """mu, mu2, fdir1, kp, kd, slip1, slip2."""
+    row[:2] = friction(surface)
+    if surface.direction is not None:
+        row[2:5] = surface.direction
+    row[5:9] = stiffness(surface), damping(surface), surface.slip1, surface.slip2
+
+
+def friction(surface: Surface) -> tuple[float, float]:
+    """mu and mu2 of a contact."""
+    first, second = surface.friction, surface.friction2
+    return FRICTION if first is None else first, FRICTION if second is None else second
+
+
+def stiffness(surface: Surface) -> float:
+    """kp [N/m] of a contact."""
+    return surface.kp or STIFFNESS
+
+
+def damping(surface: Surface) -> float:
+    """kd [N s/m] of a contact."""
+    return DAMPING if surface.kd is None else surface.kd
