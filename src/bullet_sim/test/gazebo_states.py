@@ -23,6 +23,7 @@ UNTIL = {
     "a tilted box in a tray": 300,
     "a car in a tray": 200,
     "velocities that decay": 300,
+    "a merged link without gravity on a box": 400,
 }
 GRAVITY = (0.0, 0.0, -9.8)  # [m/s^2] a world's in Gazebo that gives none
 CORNERS = {"fl": (0.2, 0.2), "fr": (0.2, -0.2), "rl": (-0.2, 0.2), "rr": (-0.2, -0.2)}

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from bullet_sim.description.lump import MIN_MASS, lump
+from bullet_sim.description.lump import MIN_MASS, as_printed, lump
 from bullet_sim.description.model import Geometry, Joint, Link, ModelDescription, Shape
 from bullet_sim.pose import Pose
 
@@ -128,3 +128,36 @@ def test_link_without_mass_on_a_fixed_joint_needs_none():
     )
     assert lump(model).links["a"].mass == pytest.approx(1.0)
     assert model.warnings == []
+
+
+@pytest.mark.parametrize(
+    "written, read",
+    [  # urdfdom_headers takes a pitch within 0.26 degrees of 90 as 90, then six digits are printed
+        ((0.0, 1.5707, 1.5707), (0.0, 1.5708, 1.5707)),
+        ((0.3, 1.57, 0.0), (0.0, 1.5708, -0.300235)),
+        ((0.0, -1.568, 0.2), (0.0, -1.5708, 0.2)),
+        ((0.0, 1.56, 0.2), (0.0, 1.56, 0.2)),
+        ((1.5707, 0.0, 0.123456789), (1.5707, 0.0, 0.123457)),
+    ],
+)
+def test_shapes_turn_as_sdformat_prints_them(written, read):
+    pose = Pose.from_xyz_rpy((0, 0, 0), written)
+    shape = Shape(Geometry("cylinder", (0.1, 0.04)), pose)
+    link = Link("wheel", 1.0, inertia=np.eye(3), collisions=[shape])
+    found = as_printed(lump(model_of([link], []))).links["wheel"].collisions[0].pose
+    np.testing.assert_allclose(
+        found.matrix, Pose.from_xyz_rpy((0, 0, 0), read).matrix, rtol=0, atol=1e-12
+    )
+
+
+@pytest.mark.parametrize("pitch", [math.pi / 2, -math.pi / 2, 1.5707, 1.57079632, -0.4])
+@pytest.mark.parametrize("roll", [-3.0, -0.5, 0.0, 1.0, math.pi / 2])
+@pytest.mark.parametrize("yaw", [-2.5, 0.0, 0.7, math.pi])
+def test_angles_of_an_orientation_give_it_again_also_straight_up_and_down(roll, pitch, yaw):
+    pose = Pose.from_xyz_rpy((0, 0, 0), (roll, pitch, yaw))
+    again = Pose.from_xyz_rpy((0, 0, 0), pose.rpy)
+    np.testing.assert_allclose(again.matrix, pose.matrix, rtol=0, atol=1e-14)
+    assert all(-math.pi <= angle <= math.pi for angle in pose.rpy)
+    if abs(pitch) < 1.5:
+        for found, wanted in zip(pose.rpy, (roll, pitch, yaw)):
+            assert math.remainder(found - wanted, math.tau) == pytest.approx(0.0, abs=1e-12)

@@ -45,13 +45,18 @@ def quaternion_from_rpy(roll: float, pitch: float, yaw: float) -> Quat:
 
 
 def rpy_from_quaternion(quaternion: Vector) -> Vec3:
-    """Fixed-axis angles (roll, pitch, yaw) [rad] of a unit quaternion."""
+    """Fixed-axis angles (roll, pitch, yaw) [rad] of a unit quaternion.
+
+    By half the sum and half the difference of yaw and roll, which stay exact where the pitch is
+    90 degrees: one of them counts alone there, and the other may be anything (Bernardes and
+    Viollet, "Quaternion to Euler angles conversion", PLoS ONE 17(11), 2022).
+    """
     x, y, z, w = quaternion
-    pitch = max(-1.0, min(1.0, 2 * (w * y - z * x)))
+    half_sum, half_difference = math.atan2(z + x, w - y), math.atan2(z - x, w + y)
     return (
-        math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
-        math.asin(pitch),
-        math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
+        math.remainder(half_sum - half_difference, math.tau),
+        2.0 * math.atan2(math.hypot(z - x, w + y), math.hypot(z + x, w - y)) - 0.5 * math.pi,
+        math.remainder(half_sum + half_difference, math.tau),
     )
 
 

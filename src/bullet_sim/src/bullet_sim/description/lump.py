@@ -4,13 +4,14 @@ Lumping: links on fixed joints are merged into their parent, as in Gazebo. Other
 links without <inertial> 1 kg; fewer links also make a step faster.
 """
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bullet_sim.description.model import Joint, Link, ModelDescription, Shape, Surface
-from bullet_sim.pose import Array, Pose, Vec3
+from bullet_sim.pose import Array, Pose, Quat, Vec3, rpy_from_quaternion
 
 MIN_MASS = 1e-3  # [kg] of a movable link without mass
 TINY_RADIUS = 1e-5  # [m] radius of gyration below which an inertia is an error
@@ -156,13 +157,36 @@ def _printed_vector(vector: Iterable[float]) -> Vec3:
     return x, y, z
 
 
-def _printed_pose(pose: Pose) -> Pose:
-    return Pose.from_xyz_rpy(_printed_vector(pose.position), _printed_vector(pose.rpy))
+def _printed_pose(pose: Pose, rpy: Vec3 | None = None) -> Pose:
+    rpy = _upright_rpy(pose.orientation) if rpy is None else rpy
+    return Pose.from_xyz_rpy(_printed_vector(pose.position), _printed_vector(rpy))
+
+
+def _upright_rpy(quaternion: Quat) -> Vec3:
+    """As Quaternion::Euler of ignition-math: at a pitch of 90 degrees the yaw is 0."""
+    x, y, z, w = quaternion
+    sine = 2.0 * (w * y - x * z)
+    if 1.0 - abs(sine) >= 1e-15:
+        return rpy_from_quaternion(quaternion)
+    side = math.copysign(1.0, sine)
+    roll = math.atan2(2.0 * side * (x * y - z * w), w * w - x * x + y * y - z * z)
+    return roll, side * 0.5 * math.pi, 0.0
+
+
+def _snapped_rpy(quaternion: Quat) -> Vec3:
+    """As Rotation::getRPY of urdfdom_headers: a pitch within 0.26 degrees of 90 is 90 degrees."""
+    x, y, z, w = quaternion
+    sine = 2.0 * (w * y - x * z)
+    if abs(sine) < 0.99999:
+        return rpy_from_quaternion(quaternion)
+    side = math.copysign(1.0, sine)
+    return 0.0, side * 0.5 * math.pi, 2.0 * math.atan2(-side * x, side * y)
 
 
 def _printed_shape(shape: Shape) -> Shape:
     geometry = replace(shape.geometry, size=tuple(map(_printed, shape.geometry.size)))
-    return replace(shape, geometry=geometry, pose=_printed_pose(shape.pose))
+    pose = _printed_pose(shape.pose, _snapped_rpy(shape.pose.orientation))
+    return replace(shape, geometry=geometry, pose=pose)
 
 
 def _is_stiff(joint: Joint) -> bool:

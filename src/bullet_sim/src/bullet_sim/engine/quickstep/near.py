@@ -148,7 +148,7 @@ def list_pairs(bodies: Array, sequence: Array, scene: Scene) -> int:
     """Fill scene.pairs in the order of Gazebo's contacts; the number of them.
 
     Those with a mesh come after the others; first those of bodies that are close to each other,
-    then with what never moves: bodies as in the last step, of a body the last shape first.
+    then with what never moves: bodies as in the last step, of a body the first shape first.
     """
     n = 0
     for meshes in (False, True):
@@ -164,7 +164,7 @@ def list_pairs(bodies: Array, sequence: Array, scene: Scene) -> int:
         for body in sequence:
             if bodies[body, ASLEEP] != 0.0:
                 continue
-            for s in range(scene.firsts[body + 1] - 1, scene.firsts[body] - 1, -1):
+            for s in range(scene.firsts[body], scene.firsts[body + 1]):
                 if scene.kinds[s, 1] == OTHER:
                     continue
                 for p in range(len(scene.planes) if (scene.kinds[s, 1] == MESH) == meshes else 0):
