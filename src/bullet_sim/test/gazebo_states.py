@@ -97,6 +97,16 @@ def on_a_castor(x, ball, behind, **surface):
     return robot(BASE, *wheels, ball, held, tags("ball", **surface))
 
 
+def castors(name, shape, *places):
+    """Links that fixed joints hold on the base, so that it has several shapes."""
+    return [
+        link(f"{name}_{i}", 0.2, 1e-3, shape)
+        + joint(f"{name}_{i}_joint", "fixed", "base", f"{name}_{i}", " ".join(map(str, at)))
+        + tags(f"{name}_{i}", mu1=0.05, mu2=0.05)
+        for i, at in enumerate(places)
+    ]
+
+
 def hinges(names, more):
     """Wheels of which some are on knuckles that steer."""
     return "".join(
@@ -183,7 +193,8 @@ SKID = {"mu1": 1.0, "mu2": 0.5, "fdir1": "1 0 0", "kp": 1e6, "kd": 10, "minDepth
 SLIP = {"mu1": 0.8, "mu2": 0.6, "slip1": 0.02, "slip2": 0.05, "fdir1": "0 0 1"}
 STEER = '<limit lower="-0.5" upper="0.5" effort="1000" velocity="30"/>'
 SPRING = {"springStiffness": 800.0, "springReference": -0.02}
-BALL = '<sphere radius="0.05"/>'
+BALL, BLOCK = '<sphere radius="0.05"/>', '<box size="0.05 0.06 0.04"/>'
+BUMPERS = (0.28, 0.1, -0.02), (0.28, -0.1, -0.02), (0.28, 0, 0.02)
 ARM = '<limit lower="-1" upper="0.5" effort="10" velocity="3"/><dynamics friction="0.4"/>'
 ARM_ON_A_POST = (
     link("base", 20.0, 2.0, '<box size="1 1 2"/>')
@@ -304,6 +315,27 @@ ROBOTS = {
         0.12,
         turn(("l", "r"), 2.0, 4.0),
     ),
+    "two castors on one link": (
+        robot(
+            BASE,
+            wheel("l", 0.15, 0.2),
+            wheel("r", 0.15, -0.2),
+            *castors("ball", BALL, (-0.2, 0.1, -0.05), (-0.2, -0.1, -0.05)),
+        ),
+        0.12,
+        turn(("l", "r"), 2.0, 4.0),
+    ),
+    "bumpers push blocks": (
+        robot(BASE, WHEELS, *castors("bumper", BLOCK, *BUMPERS)), 0.12, turn(left=4.0, right=4.0)
+    ),
+    "two bumpers push blocks": (
+        robot(BASE, WHEELS, *castors("bumper", BLOCK, *BUMPERS[:2])),
+        0.12,
+        turn(left=4.0, right=4.0),
+    ),
+    "bumpers into blocks": (
+        robot(BASE, WHEELS, *castors("bumper", BLOCK, *BUMPERS)), 0.12, turn(left=4.0, right=4.0)
+    ),
     "planar motion": (
         robot(BASE, WHEELS),
         0.12,
@@ -387,9 +419,17 @@ ROBOTS |= {
 CRATE, CAN = "<box><size>0.2 0.5 0.2</size></box>", "<radius>0.1</radius><length>0.2</length>"
 CAN, POST = f"<cylinder>{CAN}</cylinder>", "<radius>0.05</radius><length>0.5</length>"
 POST = f"<cylinder>{POST}</cylinder>"
+BLOCKS = (  # several shapes of one link, each at a place
+    ("0 0 0", "<box><size>0.1 0.4 0.05</size></box>"),
+    ("0.01 0.15 0.1", "<box><size>0.1 0.1 0.15</size></box>"),
+    ("0 0 -0.06", "<sphere><radius>0.04</radius></sphere>"),
+)
 # of others in front of the robot: place [m] and yaw [rad], shape, mass [kg] (0: it never moves),
 # (ixx, iyy, izz)
 CRATES = {
+    "bumpers push blocks": ((0.4, 0.02, 0.1), BLOCKS, 2.0, (0.05, 0.02, 0.06)),
+    "two bumpers push blocks": ((0.4, 0.02, 0.1), BLOCKS, 2.0, (0.05, 0.02, 0.06)),
+    "bumpers into blocks": ((0.4, 0.02, 0.1), BLOCKS, 0.0, ()),
     "wheels push a crate": ((0.43, 0.02, 0.1), CRATE, 2.0, (0.05, 0.02, 0.06)),
     "spheres push a crate": ((0.43, 0.02, 0.1), CRATE, 2.0, (0.05, 0.02, 0.06)),
     "wheels over a plank": (
@@ -426,6 +466,7 @@ for _name in (
     "suspension",
     "parallel steering",
     "a merged link without gravity",
+    "two castors on one link",
 ):
     ROBOTS[_name + ON_A_BOX] = ROBOTS[_name]
 
@@ -452,15 +493,19 @@ def crate(name):
     place, shape, mass, moments = CRATES[name]
     x, y, z, yaw = (*place, 0)[:4]
     inertia = "".join(f"<i{2 * axis}>{value}</i{2 * axis}>" for axis, value in zip("xyz", moments))
-    if "<" not in shape:
+    if isinstance(shape, str) and "<" not in shape:
         shape = f"<mesh><uri>file://{{folder}}/{shape}.stl</uri></mesh>"
     inertial = f"<inertial><mass>{mass}</mass><inertia>{inertia}</inertia></inertial>"
+    collisions = "".join(
+        f'<collision name="collision{i or ""}"><pose>{at} 0 0 0</pose><geometry>{each}</geometry>'
+        "</collision>"
+        for i, (at, each) in enumerate([("0 0 0", shape)] if isinstance(shape, str) else shape)
+    )
     return (
         f'<model name="crate"><static>{int(not mass)}</static>'
         "<allow_auto_disable>0</allow_auto_disable>"
         f'<pose>{x} {y} {z} 0 0 {yaw}</pose><link name="crate">'
-        f'{inertial if mass else ""}<collision name="collision"><geometry>{shape}</geometry>'
-        "</collision></link></model>"
+        f"{inertial if mass else ''}{collisions}</link></model>"
     )
 
 

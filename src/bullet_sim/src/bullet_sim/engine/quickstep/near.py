@@ -144,6 +144,24 @@ def _list_still(s: int, meshes: bool, n: int, scene: Scene) -> int:
 
 
 @compiled
+def _list_close(one: int, two: int, meshes: bool, n: int, scene: Scene) -> int:
+    """Append pairs of shapes of two bodies, those of the body with fewer in the outer loop."""
+    ends = scene.firsts[one], scene.firsts[one + 1], scene.firsts[two], scene.firsts[two + 1]
+    swapped = ends[3] - ends[2] <= ends[1] - ends[0]
+    outer = (ends[2], ends[3]) if swapped else (ends[0], ends[1])
+    inner = (ends[0], ends[1]) if swapped else (ends[2], ends[3])
+    for i in range(outer[0], outer[1]):
+        for j in range(inner[0], inner[1]):
+            s, t = (j, i) if swapped else (i, j)
+            if (scene.kinds[s, 1] == MESH or scene.kinds[t, 1] == MESH) != meshes:
+                continue
+            box = scene.around[s]
+            if overlap(box[:3], box[3:], scene.around[t]):
+                n = _add_pair(s, scene.solid_of[t], two, n, scene)
+    return n
+
+
+@compiled
 def list_pairs(bodies: Array, sequence: Array, scene: Scene) -> int:
     """Fill scene.pairs in the order of Gazebo's contacts; the number of them.
 
@@ -153,14 +171,7 @@ def list_pairs(bodies: Array, sequence: Array, scene: Scene) -> int:
     n = 0
     for meshes in (False, True):
         for i in range(scene.counts[0]):
-            one, two = scene.close[i, 0], scene.close[i, 1]
-            for s in range(scene.firsts[one + 1] - 1, scene.firsts[one] - 1, -1):
-                box = scene.around[s]
-                for t in range(scene.firsts[two + 1] - 1, scene.firsts[two] - 1, -1):
-                    if (scene.kinds[s, 1] == MESH or scene.kinds[t, 1] == MESH) != meshes:
-                        continue
-                    if overlap(box[:3], box[3:], scene.around[t]):
-                        n = _add_pair(s, scene.solid_of[t], two, n, scene)
+            n = _list_close(scene.close[i, 0], scene.close[i, 1], meshes, n, scene)
         for body in sequence:
             if bodies[body, ASLEEP] != 0.0:
                 continue
