@@ -14,7 +14,7 @@ from commands import bootstrap, signature
 from commands.bootstrap import ros
 from commands.bootstrap.workspace import STANDINS, in_ros
 from commands.errors import CommandError
-from commands.paths import CACHE, DEVEL, ROOT, SYSTEM_PATH, VENV, read, write
+from commands.paths import CACHE, DEVEL, ROOT, SOURCES, SYSTEM_PATH, VENV, read, write
 
 LOG_FOLDER = os.path.join(CACHE, "ros")
 LOGS_KEPT = 7 * 86400.0  # [s]

@@ -8,7 +8,7 @@ from bullet_bridge.control import reconfigure
 from bullet_bridge.control import robot as control
 from bullet_bridge.control.robot import RobotControl
 from bullet_sim.pose import Pose
-from std_msgs.msg import Float64, Float64MultiArray
+from std_msgs.msg import Bool, Float64, Float64MultiArray
 
 LINK = (
     '<link name="{}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" '
@@ -26,6 +26,10 @@ URDF = (
     + JOINT.format("wheel", "continuous")
     + JOINT.format("arm", "revolute")
     + '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>'
+)
+TRANSMISSION = (
+    '<transmission name="t"><joint name="{}"><hardwareInterface>VelocityJointInterface'
+    "</hardwareInterface></joint></transmission>"
 )
 PARAMS = {
     "/bot/states": {"type": "joint_state_controller/JointStateController", "publish_rate": 50},
@@ -186,11 +190,7 @@ def test_joint_states_come_at_their_rate(bot):
 
 
 def test_joint_states_are_of_joints_with_a_transmission_in_alphabetical_order(monkeypatch):
-    transmissions = "".join(
-        f'<transmission name="t"><joint name="{name}"><hardwareInterface>'
-        "VelocityJointInterface</hardwareInterface></joint></transmission>"
-        for name in ("wheel", "arm")
-    )
+    transmissions = "".join(TRANSMISSION.format(name) for name in ("wheel", "arm"))
     spare = URDF.replace("</robot>", f"{transmissions}</robot>").replace(
         "</robot>",
         '<link name="loose"/><joint name="aside" type="continuous"><parent link="base"/>'
@@ -212,6 +212,25 @@ def test_restart_drops_buffered_commands(bot):
     bot.command("drive", Float64(4.0))
     bot.control.restart()
     assert bot.run(100) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_an_emergency_stop_comes_by_its_topic(monkeypatch):
+    urdf = URDF.replace('.so"/>', '.so"><eStopTopic>stop</eStopTopic></plugin>')
+    urdf = urdf.replace("</robot>", TRANSMISSION.format("wheel") + "</robot>")
+    bot = bot_rig.Bot(monkeypatch, urdf, PARAMS, Pose((0.0, 0.0, 1.0)))
+    bot.start("drive")
+    bot.command("drive", Float64(3.0))
+    bot.run(100)
+    assert bot.velocity("wheel") == pytest.approx(3.0, abs=1e-3)
+    for stop in (True, True, False):
+        bot.endpoints["/bot/stop"].call(Bool(stop))
+        bot.run(100)
+        assert bot.velocity("wheel") == pytest.approx(0.0, abs=1e-3)
+    bot.command("drive", Float64(2.0))
+    bot.run(100)
+    assert bot.velocity("wheel") == pytest.approx(2.0, abs=1e-3)
+    bot.control.close()
+    assert bot.endpoints["/bot/stop"].closed
 
 
 def test_close_closes_all_endpoints(bot):

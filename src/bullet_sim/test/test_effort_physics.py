@@ -223,3 +223,45 @@ def test_without_a_controller_gains_hold_a_joint_as_well_as_they_can(solver):
     hardware.restart()
     assert run(world, 3000)[0]["slider"] == pytest.approx(-5.0 * MASS / 100.0, abs=2e-3)
     world.close()
+
+
+@pytest.mark.parametrize("solver", ["bullet", "ode"])
+@pytest.mark.parametrize(
+    "interface, controller, command",
+    [
+        ("Position", {"type": "position_controllers/JointPositionController"}, 0.3),
+        ("Velocity", {"type": "velocity_controllers/JointVelocityController"}, 0.5),
+        ("Effort", {"type": "effort_controllers/JointPositionController",
+                    "pid": {"p": 200.0, "d": 60.0}}, 0.3),
+    ],
+)  # fmt: skip
+def test_an_emergency_stop_stops_what_is_commanded_until_it_is_over(
+    solver, interface, controller, command
+):
+    world = hanging(solver, interface)
+    manager = world.model("bot").manager
+    manager.load("c", {"joint": "slider", **controller})
+    manager.switch(["c"], [])
+    manager.command("c", [command])
+    positions, velocities = run(world, 500)
+    before, speed = positions["slider"], velocities["slider"]
+    manager.set_emergency_stop(True)
+    state = world.save_state()
+    for _ in range(2):
+        manager.command("c", [-command])
+        after = run(world, 100)[0]["slider"]
+        if interface == "Effort":  # falls
+            assert after == pytest.approx(before + speed * 0.1 - 5.0 * 0.1**2 / 2, abs=2e-3)
+        else:
+            assert after == pytest.approx(before, abs=5e-3)
+        world.restore_state(state)
+    assert manager.is_running("c")
+    here = run(world, 1)[0]["slider"]
+    manager.set_emergency_stop(False)  # the controller starts anew: it holds the joint or brakes
+    held = run(world, 200)[0]["slider"]
+    assert held == pytest.approx(here, abs=0.06 if interface == "Effort" else 5e-3)
+    manager.command("c", [command])
+    assert run(world, 1500)[0]["slider"] == pytest.approx(
+        {"Position": 0.3, "Velocity": 1.0, "Effort": 0.3 - 5.0 * MASS / 200.0}[interface], abs=0.02
+    )
+    world.close()

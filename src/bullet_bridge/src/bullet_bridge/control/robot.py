@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import rospy
 from bullet_sim.controllers.pid import PidConfig
 from bullet_sim.errors import ControllerError, SimError
+from std_msgs.msg import Bool
 
 from bullet_bridge.control import actions  # noqa: F401  enters its topics
 from bullet_bridge.control.reconfigure import PidServer, PidServers, set_hardware
@@ -55,8 +56,10 @@ class RobotControl:
         self.namespace = "/" + namespace.strip("/") if namespace.strip("/") else ""
         self.received = received or ReceivedCounts()
         self._commands: dict[str, Any] = {}
+        self._emergency_stop: bool | None = None  # the last message; None: it has been applied
         self._lock = threading.Lock()
         self._topics: dict[str, Topics] = {}
+        self._emergency: Any = None  # its subscriber
         self._pid_servers = PidServers(jobs)
         self._logged: set[str] = set()
         # Those of running controllers that publish, and their schedules.
@@ -67,6 +70,7 @@ class RobotControl:
         self.manager.on_failure = self._failed
         try:
             run(set_hardware(model, self.namespace, self._pid_servers))
+            self._subscribe_to_emergency_stop(model.description.emergency_stop)
             self._services = ControllerServices(
                 self.namespace, self.manager, self._run_job, self._load, self._unload
             )
@@ -77,6 +81,9 @@ class RobotControl:
     # simulation thread ------------------------------------------------------------------------
     def apply_commands(self) -> None:
         """Pass the latest commands to the controllers."""
+        active, self._emergency_stop = self._emergency_stop, None
+        if active is not None:
+            self.manager.set_emergency_stop(active)
         if not self._commands:
             return
         with self._lock:
@@ -137,6 +144,17 @@ class RobotControl:
         """Store a command for the next step; the latest replaces earlier ones."""
         with self._lock:
             self._commands[name] = values
+
+    def _subscribe_to_emergency_stop(self, topic: str) -> None:
+        """std_msgs/Bool of <eStopTopic>: true stops the joints, false lets them go on."""
+        if not topic:
+            return
+
+        def store(message: Any) -> None:
+            self._emergency_stop = bool(message.data)
+
+        name = topic if topic.startswith("/") else f"{self.namespace}/{topic}"
+        self._emergency = self.received.subscribe(name, Bool, store)
 
     def waiting_commands(self) -> dict[str, Any]:
         """The commands that wait for the next step, by controller."""
@@ -261,6 +279,9 @@ class RobotControl:
         """Close topics and PID servers, each once."""
         with self._lock:
             topics, self._topics = self._topics, {}
+            emergency, self._emergency = self._emergency, None
+        if emergency is not None:
+            emergency.unregister()
         for each in topics.values():
             each.close()
         for server in self._pid_servers.take_all():

@@ -85,11 +85,12 @@ class Hardware(Stateful):
             joints that are not in it get their PIDs' efforts as they are.
 
     Attributes:
+        is_stopped: by an emergency stop, see set_emergency_stop().
         efforts: joint name -> effort [N m, N] over each step.
         tracked: joint name -> (velocity [rad/s, m/s], effort [N m, N]) to track.
     """
 
-    STATE = ("efforts", "tracked", "_targets", "_pids", "_positions")
+    STATE = ("is_stopped", "efforts", "tracked", "_targets", "_pids", "_positions")
     CACHE = ("joints", "_interfaces", "_handles")
 
     def __init__(
@@ -99,6 +100,7 @@ class Hardware(Stateful):
         inertias: Mapping[str, float] | None = None,
     ) -> None:
         self._inertias = inertias or {}
+        self.is_stopped = False
         self.efforts: dict[str, float] = {}
         self.tracked: dict[str, tuple[float, float]] = {}
         self._pids: dict[str, Pid] = {}  # of the joints with gains ...
@@ -212,6 +214,12 @@ class Hardware(Stateful):
         Args:
             interface: velocity [rad/s, m/s], position [rad, m] or effort [N m, N].
         """
+        if not self.is_stopped:
+            self._command(interface, joints, values)
+
+    def _command(
+        self, interface: str, joints: Sequence[JointHandle], values: Sequence[float]
+    ) -> None:
         if interface == "effort":
             for joint, value in zip(joints, values):
                 if joint.name not in self.efforts:
@@ -250,7 +258,19 @@ class Hardware(Stateful):
             first = next(iter(self._interfaces.get(name, ())), None)
             if first in ("velocity", "position"):
                 value = self._positions.get(name, 0.0) if first == "position" else 0.0
-                self.command(first, (self._handles[name],), (value,))
+                self._command(first, (self._handles[name],), (value,))
+
+    def set_emergency_stop(self, active: bool) -> None:
+        """Stop the joints, whatever controllers command, until it is no longer active.
+
+        As in gazebo_ros_control: joints with a position interface stay where they are, those with
+        a velocity interface are braked, no effort acts on the others.
+        """
+        if active and not self.is_stopped:
+            for name, joint in self._handles.items():
+                self._positions[name] = joint.position
+            self.release(self.names)
+        self.is_stopped = active
 
     def restart(self) -> None:
         """Forget all commands: the body was loaded, or loaded again."""
@@ -280,6 +300,13 @@ class Hardware(Stateful):
                 else:
                     error = position_error(joint.limits, joint.position, target)
                 self._pids[name].update(error, joint.velocity, period)
+        if self.is_stopped:  # then only PIDs that hold a joint act
+            self.efforts = {
+                name: self.efforts[name] for name in self.efforts if name in self._targets
+            }
+            self.tracked = {
+                name: self.tracked[name] for name in self.tracked if name in self._targets
+            }
         if self.efforts:
             efforts = {}
             for name, effort in self.efforts.items():

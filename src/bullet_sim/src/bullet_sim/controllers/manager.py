@@ -272,15 +272,30 @@ class Manager(Stateful):
         for controller in self._periodic:
             controller.observe(self.time)
 
+    def set_emergency_stop(self, active: bool) -> None:
+        """Stop the joints; the running controllers start anew when it is no longer active.
+
+        They go on running meanwhile, without effect, as in gazebo_ros_control.
+        """
+        if active == self.hardware.is_stopped:
+            return
+        self.hardware.read()
+        self.hardware.set_emergency_stop(active)
+        if not active:
+            self._reset_running(self.time)
+
     def restart(self) -> None:
         """Give every running controller the state that it has right after its start."""
         self.time = self._since = 0.0
         self._due = True
         self.hardware.restart()
         self.hardware.read()
+        self._reset_running(0.0)
+
+    def _reset_running(self, time: float) -> None:
         for name, controller in self._loaded.items():
             if self.is_running(name):
-                controller.reset(0.0)
+                controller.reset(time)
 
     def controllers(self) -> tuple[Controller, ...]:
         """The loaded Controllers, in order of loading."""

@@ -280,6 +280,7 @@ class ModelDescription:
         sensors: sensor specifications (of bullet_sim.plugins).
         control_namespace: namespace of the ros_control plugin; None: the model has none.
         control_period: of its controllers [s]; 0: every physics step.
+        emergency_stop: topic in that namespace, <eStopTopic>; empty: none.
         robot_sim_type: of its hardware layer, as in <robotSimType>; empty: the default.
         measured: joints whose force and torque a sensor measures; fixed ones are not merged.
         transmissions: hardware interfaces of each joint: 'effort', 'velocity', 'position'.
@@ -297,6 +298,7 @@ class ModelDescription:
     sensors: list[Any] = field(default_factory=list)
     control_namespace: str | None = None
     control_period: float = 0.0
+    emergency_stop: str = ""
     robot_sim_type: str = ""
     measured: set[str] = field(default_factory=set)
     transmissions: dict[str, tuple[str, ...]] = field(default_factory=dict)

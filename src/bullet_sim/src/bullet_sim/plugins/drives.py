@@ -125,6 +125,7 @@ def control(xml: PluginXml) -> None:
     model, known = xml.model, (DEFAULT_SIM_TYPE, STEER_BOT_SIM_TYPE)
     model.control_namespace = xml.text("robotNamespace")
     model.control_period = Values(xml.element, "gazebo_ros_control").number("controlPeriod")
+    model.emergency_stop = xml.text("eStopTopic")
     sim_type = xml.text("robotSimType", DEFAULT_SIM_TYPE).replace("::", "/")
     if sim_type not in known:
         xml.warn(
