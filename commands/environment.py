@@ -14,7 +14,17 @@ from commands import bootstrap, signature
 from commands.bootstrap import ros
 from commands.bootstrap.workspace import STANDINS, in_ros
 from commands.errors import CommandError
-from commands.paths import CACHE, DEVEL, ROOT, SOURCES, SYSTEM_PATH, VENV, read, write
+from commands.paths import (
+    CACHE,
+    DEVEL,
+    PYTHON,
+    ROOT,
+    SOURCES,
+    SYSTEM_PATH,
+    VENV,
+    read,
+    write,
+)
 
 LOG_FOLDER = os.path.join(CACHE, "ros")
 LOGS_KEPT = 7 * 86400.0  # [s]
@@ -80,9 +90,17 @@ def apply_setup_bash(environ):
             environ[name] = first + (":" if first and second else "") + second
     ours = [path for path in environ.get("ROS_PACKAGE_PATH", "").split(":") if path]
     theirs = [path for path in packages if path not in ours]
-    instead = [path for path in theirs if _replaces(path)]
+    same = [package for path in theirs for package in _same_named(path)]
+    instead = []
+    if same:
+        workspace, same = _workspace_of(same)
+        instead = [
+            path
+            for path in theirs
+            if any(each == path or each.startswith(os.path.join(path, "")) for each in same)
+        ]
     if instead:
-        prepend(environ, _workspace_of(instead), "CMAKE_PREFIX_PATH")
+        prepend(environ, workspace, "CMAKE_PREFIX_PATH")
     behind = [path for path in theirs if path not in instead]
     environ["ROS_PACKAGE_PATH"] = ":".join([*instead, *ours, *behind])
 
@@ -179,36 +197,49 @@ def _leave_workspaces(environ, packages):
     return [path for path in packages if path not in theirs]
 
 
-def _replaces(folder):
-    """Whether a folder of packages has one with the name of a package of ours."""
+def _same_named(folder):
+    """Lists the packages below a folder that have the name of one of ours, as folders."""
     import re
 
-    names = set(os.listdir(SOURCES))
+    names, found = set(os.listdir(SOURCES)), []
     for path, folders, files in os.walk(folder):
         if "package.xml" in files:
             folders.clear()
             named = re.search(r"<name>\s*(\S+?)\s*</name>", read(os.path.join(path, "package.xml")))
             if named and named[1] in names and not path.startswith(SOURCES):
-                return True
+                found.append(path)
         folders[:] = [each for each in folders if not each.startswith(".")]
-    return False
+    return found
 
 
-def _workspace_of(folders):
-    """Makes a workspace of folders of packages that are not built.
+def _workspace_of(packages):
+    """Makes a workspace of packages, given as folders, that are not built.
 
-    roslaunch looks for the files of a package in workspaces before it looks in ROS_PACKAGE_PATH.
+    roslaunch looks for the files of a package in workspaces before it looks in ROS_PACKAGE_PATH. A
+    package.xml that catkin refuses would end it, so such a package is left out, with a message.
 
     Returns:
-        Its path, the same for the same folders.
+        Its path, the same for the same packages, and those that are in it.
     """
     import hashlib
+    import subprocess
+    import sys
 
-    text = ";".join(folders)
-    path = os.path.join(CACHE, "workspaces", hashlib.sha256(os.fsencode(text)).hexdigest()[:16])
-    if read(os.path.join(path, ".catkin")) != text:
-        write(os.path.join(path, ".catkin"), text)
-    return path
+    name = hashlib.sha256(os.fsencode(";".join(packages))).hexdigest()[:16]
+    marker = os.path.join(CACHE, "workspaces", name, ".catkin")
+    if not os.path.exists(marker):
+        script = "import sys; from catkin_pkg.package import parse_package as p; p(sys.argv[1])"
+        valid = []
+        for path in packages:
+            command = [PYTHON, "-c", script, path]
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            if done.returncode == 0:
+                valid.append(path)
+            else:
+                why = done.stderr.strip().rpartition("\n")[2]
+                print(f"run: {path}/package.xml: {why}; ours is used", file=sys.stderr)
+        write(marker, ";".join(valid))
+    return os.path.dirname(marker), [path for path in read(marker).split(";") if path]
 
 
 def ready():

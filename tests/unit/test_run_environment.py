@@ -124,7 +124,10 @@ def test_a_package_of_the_callers_with_the_name_of_one_of_ours_is_found_in_its_p
     theirs, others = tmp_path / "ws" / "src", tmp_path / "others"
     for folder, name in ((theirs / "car" / "track_model", "track_model"), (others / "b", "b")):
         (folder / "launch").mkdir(parents=True)
-        (folder / "package.xml").write_text(f"<package><name> {name} </name></package>")
+        (folder / "package.xml").write_text(
+            f"<package><name> {name} </name><version>0.1.0</version><description>a</description>"
+            '<maintainer email="a@example.org">a</maintainer><license>MIT</license></package>'
+        )
     launch = theirs / "car" / "track_model" / "launch" / "world.launch"  # a name that ours has, too
     launch.write_text("<launch/>")
     environ = {**PLAIN, "ROS_PACKAGE_PATH": f"{others}:{theirs}"}
@@ -137,6 +140,13 @@ def test_a_package_of_the_callers_with_the_name_of_one_of_ours_is_found_in_its_p
     ], done.stderr  # fmt: skip
     within = by_run(ROOT, by_run(ROOT, environ))
     assert within["ROS_PACKAGE_PATH"] == f"{theirs}:{PACKAGES}:{others}"
+    wrong = tmp_path / "wrong" / "track_model"
+    wrong.mkdir(parents=True)
+    (wrong / "package.xml").write_text("<package><name>track_model</name></package>")
+    environ["ROS_PACKAGE_PATH"] = str(wrong.parent)
+    done = run("exec", "rospack", "find", "track_model", env=environ)
+    assert done.stdout == f"{ROOT}/src/track_model\n"
+    assert f"{wrong}/package.xml" in done.stderr and "ours is used" in done.stderr
 
 
 def test_a_python3_earlier_on_the_path_is_not_ours(tmp_path):
