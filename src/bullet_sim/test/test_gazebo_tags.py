@@ -448,6 +448,26 @@ def test_friction(tags, friction):
     assert model.links["base"].surface.friction == friction and model.warnings == []
 
 
+def test_a_surface_replaces_what_earlier_elements_say_as_in_sdformat():
+    tags = (
+        "<mu1>0.5</mu1><mu2>0.4</mu2><kp>2000</kp><fdir1>1 0 0</fdir1>",
+        "<collision><surface><contact><collide_bitmask>0x01</collide_bitmask></contact></surface>"
+        "</collision>",
+        "<mu2>0.3</mu2>",
+    )
+    first, mask, last = (f'<gazebo reference="base">{each}</gazebo>' for each in tags)
+    model = read(first + mask + last)
+    surface = model.links["base"].surface
+    assert (surface.friction, surface.friction2, surface.kp) == (None, 0.3, None)
+    assert (surface.direction, surface.stiffness, surface.bitmask) == (None, None, 1)
+    assert len(model.warnings) == 1 and "'base'" in model.warnings[0]
+    for one in (mask + first, f'<gazebo reference="base">{tags[0]}{tags[1]}</gazebo>'):
+        model = read(one)
+        surface = model.links["base"].surface
+        assert (surface.friction, surface.friction2, surface.bitmask) == (0.5, 0.4, 1)
+        assert model.warnings == []
+
+
 def test_tags_that_gazebo_has_no_use_for_are_told():
     """`gz sdf -p` of Gazebo 11.1 copies both to where nobody reads them."""
     model = read('<gazebo reference="base"><mu>0.3</mu><gravity>0</gravity></gazebo>')

@@ -39,6 +39,26 @@ def read_surface(
         surface.direction = None
 
 
+def _replace_surface(element: Node, surface: Surface, label: str, model: ModelDescription) -> None:
+    """Forget what earlier <gazebo> elements of a link said, where this one has a <surface>.
+
+    sdformat copies the <surface> in place of the one that it has made of them.
+    """
+    if not any(block[:1] and block[0].tag == "surface" for block in element.findall("collision")):
+        return
+    names, default = [*_PROPERTIES, "stiffness", "damping"], Surface()
+    if any(getattr(surface, name) != getattr(default, name) for name in names):
+        model.warn(
+            f"{label}: its <surface> replaces all that earlier elements say of friction and "
+            "contacts, as in Gazebo",
+            "<gazebo> elements of links have a <surface> that replaces all that earlier ones say "
+            "of friction and contacts, as in Gazebo",
+            label,
+        )
+    for name in names:
+        setattr(surface, name, getattr(default, name))
+
+
 def read_stiffness(element: Node, surface: Surface, label: str) -> None:
     """Read <kp> and <kd> of a URDF where they are softer than Bullet's hard contact."""
     stiffness = child_number(element, "kp", label, None)
@@ -296,6 +316,7 @@ def _link_flags(
 ) -> Material | None:
     """Read a link's surface and flags; returns the material of its visuals."""
     label = f"<gazebo reference='{link.name}'>"
+    _replace_surface(element, link.surface, label, model)
     read_surface(element, link.surface, label, model.warn, urdf=True)
     read_stiffness(element, link.surface, label)
     if is_true(_either(element, "selfCollide", "self_collide")):
