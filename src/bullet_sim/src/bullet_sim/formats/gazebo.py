@@ -44,7 +44,8 @@ def _replace_surface(element: Node, surface: Surface, label: str, model: ModelDe
 
     sdformat copies the <surface> in place of the one that it has made of them.
     """
-    if not any(block[:1] and block[0].tag == "surface" for block in element.findall("collision")):
+    firsts = [next(iter(block), None) for block in element.findall("collision")]
+    if not any(first is not None and first.tag == "surface" for first in firsts):
         return
     names, default = [*_PROPERTIES, "stiffness", "damping"], Surface()
     if any(getattr(surface, name) != getattr(default, name) for name in names):
