@@ -82,7 +82,7 @@ class Robots:
         def begin(set_hardware: Callable[[], None]) -> bool:
             if self._world.models.get(model.name) is model:
                 set_hardware()
-                for plugin in parts:  # before another step: some hold what has such gains
+                for plugin in parts:  # in the same step: gains alone may not be stable
                     plugin.prepare()
             return True
 
