@@ -64,11 +64,11 @@ class Rig(unittest.TestCase):
 
     def pose(self):
         """Returns (x [m], y [m], heading [rad]) of /odom."""
-        pose = self.odometry.last.pose.pose
+        pose = self.odometry.newest.pose.pose
         return pose.position.x, pose.position.y, yaw_of(pose.orientation)
 
     def speed(self):
-        return abs(self.odometry.last.twist.twist.linear.x)
+        return abs(self.odometry.newest.twist.twist.linear.x)
 
     def wait_rest(self):
         wait_until(lambda: self.speed() < 0.01, "the truck to stand")

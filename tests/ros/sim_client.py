@@ -104,6 +104,12 @@ class Recorder:
         with self._lock:
             return self._messages[-1] if self._messages else None
 
+    @property
+    def newest(self):
+        """The newest message; waits for the first."""
+        wait_until(lambda: self.last is not None, f"a message on {self.topic}")
+        return self.last
+
     def clear(self):
         """Drops the messages so far."""
         with self._lock:

@@ -118,7 +118,7 @@ class Actions(unittest.TestCase):
                 ),
                 f"the hand's weight on {topic}",
             )
-            self.assertEqual(loads.last.header.frame_id, "hand")
+            self.assertEqual(loads.newest.header.frame_id, "hand")
 
     @staticmethod
     def squares(vector):

@@ -79,7 +79,7 @@ class Lap(unittest.TestCase):
         rospy.ServiceProxy("/referee/restart", Trigger)()
 
     def here(self):
-        pose = self.odometry.last.pose.pose
+        pose = self.odometry.newest.pose.pose
         return pose.position.x, pose.position.y, yaw_of(pose.orientation)
 
     def test_1_lap_time_is_that_of_the_bag(self):

@@ -59,7 +59,7 @@ class Pause(unittest.TestCase):
     def test_pause_freezes_the_clock_and_unpause_goes_on(self):
         self.call("pause_physics")
         now = self.call("get_world_properties", GetWorldProperties).sim_time
-        wait_until(lambda: self.clock.last.clock.to_sec() > now - 1e-6, "/clock of the pause")
+        wait_until(lambda: self.clock.newest.clock.to_sec() > now - 1e-6, "/clock of the pause")
         frozen = self.clock.last.clock
         time.sleep(1.0)
         self.assertEqual(self.clock.last.clock, frozen)

@@ -63,12 +63,13 @@ class Reset(unittest.TestCase):
         self.assertTrue(answer.success, answer.status_message)
         self.command(6.0)
         wait_until(
-            lambda: self.place() > 0.2 and self.clock.last.clock.to_sec() > TILL, "the bot driving"
+            lambda: self.place() > 0.2 and self.clock.newest.clock.to_sec() > TILL,
+            "the bot driving",
         )
         wait_until(lambda: self.transform() is not None, "a transform before the reset")
         self.command(0.0)
         wait_until(lambda: abs(joint(self.states.next(), "left_joint")[1]) < 0.1, "standing")
-        before = self.clock.last.clock.to_sec()
+        before = self.clock.newest.clock.to_sec()
         self.states.clear()
         self.clock.clear()
         self.call(service)

@@ -255,7 +255,7 @@ class Localization(unittest.TestCase):
                 here = message.pose.pose.position
                 self.assertLess(math.hypot(here.x - x, here.y - y), tolerance)
                 self.assertEqual(message.header.frame_id, "odom")
-        self.assertLess(abs(self.places.last.latitude - DATUM[0]), 1e-3)
+        self.assertLess(abs(self.places.newest.latitude - DATUM[0]), 1e-3)
 
     def test_e_places_there_and_back(self):
         to_place = rospy.ServiceProxy("/toLL", ToLL)

@@ -52,7 +52,7 @@ class Teleops(unittest.TestCase):
             pad.publish(Joy(axes=[0.5, 1.0, -1.0], buttons=[0] * 12))
         wait_until(lambda: commands.last == Twist(), "the zero")
         pad.publish(Joy(axes=[0.0, -1.0, 0.0], buttons=held))
-        wait_until(lambda: commands.last.linear.x == -0.4, "the last command")
+        wait_until(lambda: commands.newest.linear.x == -0.4, "the last command")
         *first, zero, last = commands.messages
         for command in first:
             speeds = (command.linear.x, command.linear.y, command.angular.z)
@@ -101,7 +101,7 @@ class Teleops(unittest.TestCase):
                 f"{expected} for {keys}",
             )
         terminal.keys("i")
-        wait_until(lambda: commands.last.linear.x == 0.55, "the last command")
+        wait_until(lambda: commands.newest.linear.x == 0.55, "the last command")
         terminal.keys("C-c")
-        wait_until(lambda: commands.last.linear.x == 0.0, "the zero at the end")
+        wait_until(lambda: commands.newest.linear.x == 0.0, "the zero at the end")
         self.assertEqual(terminal.run("stty -a"), terminal.settings)

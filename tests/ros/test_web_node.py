@@ -89,7 +89,7 @@ class Web(unittest.TestCase):
             self.assertIn(self.web.get(f"asset/{name}")[:2], (b"\xff\xd8", b"\x89P"))
         key = self.key("racecar")
         row = wait_until(lambda: self.page.row(key), "the car")
-        pose = self.odometry.last.pose.pose.position
+        pose = self.odometry.newest.pose.pose.position
         self.assertAlmostEqual(row[0], pose.x, delta=0.05)
         self.assertAlmostEqual(row[1], pose.y, delta=0.05)
 
@@ -101,14 +101,14 @@ class Web(unittest.TestCase):
         self.assertEqual(self.page.views[-1]["pace"], 1.0)
 
     def test_driving_moves_the_car_and_ends_with_one_zero(self):
-        start = self.odometry.last.pose.pose.position.x
+        start = self.odometry.newest.pose.pose.position.x
         self.page.act("place", model="racecar", x=0.0, y=0.0, z=0.0, yaw=0.0)
         wait_until(lambda: any("racecar is put" in t for t in self.page.notices), "the car put")
         start = self.odometry.next().pose.pose.position.x
 
         def driven():
             self.page.send("drive", speed=0.3, steering=0.0)
-            return abs(self.odometry.last.pose.pose.position.x - start) > 0.15
+            return abs(self.odometry.newest.pose.pose.position.x - start) > 0.15
 
         wait_until(driven, "the car's move")
         self.assertEqual(self.page.status["driver"], self.page.status["you"])

@@ -131,7 +131,7 @@ class Safety(unittest.TestCase):
         self.commands.clear()
         witness.send("drive", speed=0.2, steering=0.0)
         wait_until(lambda: self.commands.messages, "the command")
-        wait_until(lambda: self.commands.last.linear.x == 0.0, "the watchdog's zero")
+        wait_until(lambda: self.commands.newest.linear.x == 0.0, "the watchdog's zero")
         self.assertLess(self.process.memory_info().rss - memory, 60e6)
 
     def test_fifty_pages_come_and_go_without_leaving_memory(self):

@@ -119,7 +119,7 @@ class Driving(unittest.TestCase):
         wait_until(lambda: self.sent()[-1:] == [command], f"{command} on /cmd_vel")
 
     def speed(self):
-        return self.odometry.last.twist.twist.linear.x
+        return self.odometry.newest.twist.twist.linear.x
 
     def test_a_held_key_drives_and_its_repeats_do_not_stutter(self):
         self.server.xdotool("keydown", "Up")
