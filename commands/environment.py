@@ -12,7 +12,7 @@ import time
 
 from commands import bootstrap, signature
 from commands.bootstrap import ros
-from commands.bootstrap.workspace import STANDINS, in_ros
+from commands.bootstrap.workspace import STANDINS, in_ros, manifests_below
 from commands.errors import CommandError
 from commands.paths import (
     CACHE,
@@ -90,17 +90,12 @@ def apply_setup_bash(environ):
             environ[name] = first + (":" if first and second else "") + second
     ours = [path for path in environ.get("ROS_PACKAGE_PATH", "").split(":") if path]
     theirs = [path for path in packages if path not in ours]
-    same = [package for path in theirs for package in _same_named(path)]
     instead = []
-    if same:
-        workspace, same = _workspace_of(same)
-        instead = [
-            path
-            for path in theirs
-            if any(each == path or each.startswith(os.path.join(path, "")) for each in same)
-        ]
-    if instead:
-        prepend(environ, workspace, "CMAKE_PREFIX_PATH")
+    for path in reversed(theirs):  # the first of them comes in front
+        workspace = _workspace_of(_same_named(path))
+        if workspace:
+            prepend(environ, workspace, "CMAKE_PREFIX_PATH")
+            instead.insert(0, path)
     behind = [path for path in theirs if path not in instead]
     environ["ROS_PACKAGE_PATH"] = ":".join([*instead, *ours, *behind])
 
@@ -201,14 +196,11 @@ def _same_named(folder):
     """Lists the packages below a folder that have the name of one of ours, as folders."""
     import re
 
-    names, found = set(os.listdir(SOURCES)), []
-    for path, folders, files in os.walk(folder):
-        if "package.xml" in files:
-            folders.clear()
-            named = re.search(r"<name>\s*(\S+?)\s*</name>", read(os.path.join(path, "package.xml")))
-            if named and named[1] in names and not path.startswith(SOURCES):
-                found.append(path)
-        folders[:] = [each for each in folders if not each.startswith(".")]
+    ours, found = set(os.listdir(SOURCES)), []
+    for path in manifests_below(folder):
+        named = re.search(r"<name>\s*(\S+?)\s*</name>", read(path))
+        if named and named[1] in ours and not path.startswith(SOURCES):
+            found.append(os.path.dirname(path))
     return found
 
 
@@ -219,8 +211,10 @@ def _workspace_of(packages):
     package.xml that catkin refuses would end it, so such a package is left out, with a message.
 
     Returns:
-        Its path, the same for the same packages, and those that are in it.
+        Its path, the same for the same packages; None: there is none.
     """
+    if not packages:
+        return None
     import hashlib
     import subprocess
     import sys
@@ -239,7 +233,7 @@ def _workspace_of(packages):
                 why = done.stderr.strip().rpartition("\n")[2]
                 print(f"run: {path}/package.xml: {why}; ours is used", file=sys.stderr)
         write(marker, ";".join(valid))
-    return os.path.dirname(marker), [path for path in read(marker).split(";") if path]
+    return os.path.dirname(marker) if read(marker) else None
 
 
 def ready():

@@ -13,6 +13,8 @@ NAMES = ("CMakeLists.txt", "package.xml", "setup.py", "CATKIN_IGNORE")
 SUFFIXES = (".msg", ".srv", ".action", ".cfg", ".cmake", ".in", ".cpp", ".h")
 SIMULATOR = ("gazebo_ros",)  # its launch files start the simulator: always ours
 FOUND = ("xacro",)  # though left out of the build: $(find xacro)/xacro.py of old launch files
+SKIPPED = ("build", "devel", "install")  # by catkin ...
+IGNORE = ("CATKIN_IGNORE", "AMENT_IGNORE")  # ... as are folders with one of these
 MARKER, MARK = "CATKIN_IGNORE", "by ./run: the ROS has this package\n"
 LISTED = ("nodes", "scripts")  # folders whose files are linked or wrapped by the build
 GENERATED = os.path.join(SOURCES, "CMakeLists.txt")  # by catkin_make
@@ -50,6 +52,20 @@ def hide():
             write(marker, MARK)
         elif name not in hidden and read(marker) == MARK:  # one by hand stays
             os.remove(marker)
+
+
+def manifests_below(folder):
+    """Lists the package.xml files at and below a folder, as catkin finds them."""
+    found = []
+    for directory, below, files in os.walk(folder):
+        if any(name in files for name in IGNORE):
+            below[:] = []
+        elif "package.xml" in files:
+            found.append(os.path.join(directory, "package.xml"))
+            below[:] = []
+        else:
+            below[:] = sorted(n for n in below if not n.startswith(".") and n not in SKIPPED)
+    return found
 
 
 def in_ros(name):

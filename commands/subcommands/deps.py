@@ -11,7 +11,7 @@ import subprocess
 from dataclasses import dataclass, field
 
 from commands.bootstrap import ros
-from commands.bootstrap.workspace import installed_elsewhere
+from commands.bootstrap.workspace import installed_elsewhere, manifests_below
 from commands.errors import CommandError, UsageError, say
 from commands.paths import SOURCES
 
@@ -27,8 +27,6 @@ DEPEND_TAGS = (
     "test_depend",
 )
 RUN_ONLY = ("exec_depend", "run_depend", "test_depend")
-SKIPPED = ("build", "devel", "install")  # by catkin
-IGNORE = ("CATKIN_IGNORE", "AMENT_IGNORE")
 # rosdep's names that follow no rule below; {} is empty where Python itself has it.
 DEBIAN_NAMES = {
     "boost": ("libboost-all-dev",),
@@ -86,15 +84,7 @@ def find_manifests(folder):
     Raises:
         UsageError: There are none.
     """
-    found = []
-    for directory, below, files in os.walk(folder):
-        if any(name in files for name in IGNORE):
-            below[:] = []
-        elif "package.xml" in files:
-            found.append(os.path.join(directory, "package.xml"))
-            below[:] = []
-        else:
-            below[:] = sorted(n for n in below if not n.startswith(".") and n not in SKIPPED)
+    found = manifests_below(folder)
     if not found:
         raise UsageError(f"there is no package.xml at or below {folder!r}")
     return found

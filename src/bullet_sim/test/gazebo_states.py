@@ -97,7 +97,7 @@ def on_a_castor(x, ball, behind, **surface):
     return robot(BASE, *wheels, ball, held, tags("ball", **surface))
 
 
-def castors(name, shape, *places):
+def on_the_base(name, shape, *places):
     """Links that fixed joints hold on the base, so that it has several shapes."""
     return [
         link(f"{name}_{i}", 0.2, 1e-3, shape)
@@ -105,6 +105,12 @@ def castors(name, shape, *places):
         + tags(f"{name}_{i}", mu1=0.05, mu2=0.05)
         for i, at in enumerate(places)
     ]
+
+
+def with_bumpers(*places):
+    """A car with blocks in front, which drives straight on."""
+    car = robot(BASE, WHEELS, *on_the_base("bumper", BLOCK, *places))
+    return car, 0.12, turn(left=4.0, right=4.0)
 
 
 def hinges(names, more):
@@ -320,22 +326,14 @@ ROBOTS = {
             BASE,
             wheel("l", 0.15, 0.2),
             wheel("r", 0.15, -0.2),
-            *castors("ball", BALL, (-0.2, 0.1, -0.05), (-0.2, -0.1, -0.05)),
+            *on_the_base("ball", BALL, (-0.2, 0.1, -0.05), (-0.2, -0.1, -0.05)),
         ),
         0.12,
         turn(("l", "r"), 2.0, 4.0),
     ),
-    "bumpers push blocks": (
-        robot(BASE, WHEELS, *castors("bumper", BLOCK, *BUMPERS)), 0.12, turn(left=4.0, right=4.0)
-    ),
-    "two bumpers push blocks": (
-        robot(BASE, WHEELS, *castors("bumper", BLOCK, *BUMPERS[:2])),
-        0.12,
-        turn(left=4.0, right=4.0),
-    ),
-    "bumpers into blocks": (
-        robot(BASE, WHEELS, *castors("bumper", BLOCK, *BUMPERS)), 0.12, turn(left=4.0, right=4.0)
-    ),
+    "bumpers push blocks": with_bumpers(*BUMPERS),
+    "two bumpers push blocks": with_bumpers(*BUMPERS[:2]),
+    "bumpers into blocks": with_bumpers(*BUMPERS),
     "planar motion": (
         robot(BASE, WHEELS),
         0.12,

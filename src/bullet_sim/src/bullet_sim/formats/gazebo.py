@@ -39,7 +39,7 @@ def read_surface(
         surface.direction = None
 
 
-def _replace_surface(element: Node, surface: Surface, label: str, model: ModelDescription) -> None:
+def _replace_surface(element: Node, link: Link, label: str, model: ModelDescription) -> None:
     """Forget what earlier <gazebo> elements of a link said, where this one has a <surface>.
 
     sdformat copies the <surface> in place of the one that it has made of them.
@@ -47,8 +47,7 @@ def _replace_surface(element: Node, surface: Surface, label: str, model: ModelDe
     firsts = [next(iter(block), None) for block in element.findall("collision")]
     if not any(first is not None and first.tag == "surface" for first in firsts):
         return
-    names, default = [*_PROPERTIES, "stiffness", "damping"], Surface()
-    if any(getattr(surface, name) != getattr(default, name) for name in names):
+    if link.surface != Surface():
         model.warn(
             f"{label}: its <surface> replaces all that earlier elements say of friction and "
             "contacts, as in Gazebo",
@@ -56,8 +55,7 @@ def _replace_surface(element: Node, surface: Surface, label: str, model: ModelDe
             "of friction and contacts, as in Gazebo",
             label,
         )
-    for name in names:
-        setattr(surface, name, getattr(default, name))
+    link.surface = Surface()
 
 
 def read_stiffness(element: Node, surface: Surface, label: str) -> None:
@@ -317,7 +315,7 @@ def _link_flags(
 ) -> Material | None:
     """Read a link's surface and flags; returns the material of its visuals."""
     label = f"<gazebo reference='{link.name}'>"
-    _replace_surface(element, link.surface, label, model)
+    _replace_surface(element, link, label, model)
     read_surface(element, link.surface, label, model.warn, urdf=True)
     read_stiffness(element, link.surface, label)
     if is_true(_either(element, "selfCollide", "self_collide")):
