@@ -33,9 +33,10 @@ if TYPE_CHECKING:
 try:
     from bullet_sim.engine import tables
     from bullet_sim.engine.quickstep import layout as q
+    from bullet_sim.engine.quickstep.blocks import ROWS_MOST, make_blocks
     from bullet_sim.engine.quickstep.compiled import is_compiled
     from bullet_sim.engine.quickstep.contacts import softness
-    from bullet_sim.engine.quickstep.solver import advance
+    from bullet_sim.engine.quickstep.solver import State, advance, state_table
 except ImportError as error:  # numba is needed by this solver alone
     raise ModelError(
         f"solver 'ode' needs the Python package numba ({error}); the other solver is 'bullet'"
@@ -106,6 +107,7 @@ class OdeSolver:
 
     def __init__(self, engine: "Engine") -> None:
         self._engine = engine
+        self._numbers, self._gravity = np.zeros(q.S_SIZE), np.zeros(3)
         self.configure(OdeSettings())
         self._client = engine.client
         self._is_ahead = False  # PyBullet's bodies are where they were
@@ -121,7 +123,7 @@ class OdeSolver:
         numbers = np.zeros(q.S_SIZE)
         numbers[q.S_RELAXATION], numbers[q.S_ERP] = settings.relaxation, settings.erp
         numbers[q.S_CFM], numbers[q.S_EVEN] = settings.cfm, float(settings.evens_inertias)
-        self._numbers = numbers
+        self._numbers[:] = numbers
 
     @staticmethod
     def is_compiled() -> bool:
@@ -130,7 +132,7 @@ class OdeSolver:
 
     def compile(self) -> None:
         """Compile the solver, unless that was done; else the first step does."""
-        self._advance(0, -1, np.zeros(3))
+        self._advance(0, -1)
 
     def clear(self) -> None:
         """All bodies are gone."""
@@ -229,7 +231,7 @@ class OdeSolver:
 
     def _sort(self) -> None:
         """Bodies in the order of the last step."""
-        self._sequence = np.argsort(self.bodies[:, q.PLACE], kind="stable")
+        self._state.sequence[:] = np.argsort(self.bodies[:, q.PLACE], kind="stable")
 
     def _build_arrays(self, parts: list[Part]) -> None:
         bodies: list[Array] = []
@@ -315,7 +317,7 @@ class OdeSolver:
         self._moving: RayShapes | None = None
         self._noted = b""
         self._surfaces: dict[Any, tuple[Array, int | None, Array]] = {}  # of pairs of links
-        self._build_workspace(most)
+        self._build_state(most)
         self._sort()
 
     def _build_topology(self) -> None:
@@ -331,9 +333,11 @@ class OdeSolver:
             below[j, one] = True
             for k in np.flatnonzero(self._types[:, 2] == one):
                 below[j] |= below[k]
-        self._starts = np.cumsum([0, *map(len, lists)]).astype(np.int64)
-        self._lists = np.array([j for each in lists for j in each], np.int64)
-        self._below = below
+        self._topology = {
+            "starts": np.cumsum([0, *map(len, lists)]).astype(np.int64),
+            "lists": np.array([j for each in lists for j in each], np.int64),
+            "below": below,
+        }
 
     def _bits_of(self, key: tuple[int, int]) -> int:
         """Of a body and link, which touches only what shares one."""
@@ -465,25 +469,44 @@ class OdeSolver:
         ground["roots"] = np.array(
             [-1 if tree is None else firsts[id(tree)][0] for tree in used], np.int64
         )
+        depth = max((tree.depth[0] for tree in distinct), default=1)
         ground["trees"] = q.Trees(
             np.concatenate([np.zeros((0, 9)), *(tree.corners for tree in distinct)]),
             np.concatenate([np.zeros((0, 6)), *(tree.nodes for tree in distinct)]),
             np.concatenate(children),
-            np.array([max((tree.depth[0] for tree in distinct), default=1)], np.int64),
+            np.array([depth], np.int64),
+            np.zeros((4 * depth + 8, 3), np.int64),
+            np.zeros((q.MOST_FOUND, q.F_COLUMNS)),
         )
 
-    def _build_workspace(self, most: int) -> None:
-        """Room for a number of contacts."""
+    def _build_state(self, most: int) -> None:
+        """What steps work with, with room for a number of contacts."""
+        count, joints = len(self.bodies), len(self.joints)
+        rows = 3 * most + ROWS_MOST * joints
+        work = np.zeros((count + 1, q.W_SIZE))  # the last is nobody's
         self._contacts = np.zeros((most, q.C_SIZE))
         self._owners = np.full((most, 4), -1, np.int64)
-        self._first_row = np.zeros(most, np.int64)
-        rows = 3 * most + 7 * len(self.joints)
-        self._rows_ = np.zeros((rows, q.R_SIZE))
-        self._links = np.zeros((rows, 5), np.int64)
-        self._order = np.zeros(rows, np.int64)
-        self._work = np.zeros((len(self.bodies), q.W_SIZE))
-        self._marks = np.zeros((4, max(most, len(self.bodies) + 1, len(self.joints))), np.int64)
         self._result = np.zeros(1, np.int64)
+        self._state = State(
+            settings=self._numbers,
+            gravity=self._gravity,
+            bodies=self.bodies,
+            sequence=np.zeros(count, np.int64),
+            joints=self.joints,
+            types=self._types,
+            **self._topology,
+            scene=self._scene,
+            contacts=self._contacts,
+            owners=self._owners,
+            rows=np.zeros((rows, q.R_SIZE)),
+            links=np.zeros((rows, 6), np.int64),
+            first_row=np.zeros(most, np.int64),
+            blocks=make_blocks(joints, most, work),
+            work=work,
+            marks=np.zeros((4, max(most, count + 1, joints)), np.int64),
+            result=self._result,
+        )
+        self._table = state_table(self._state)
         self._others = list(self._known)
 
     def _tree(self, shape: Shape) -> q.Trees | None:
@@ -686,22 +709,17 @@ class OdeSolver:
         self.refresh()
         if not len(self.bodies):
             return
-        gravity = np.array(self._engine.gravity)
+        self._gravity[:] = self._engine.gravity
         while count > 0:
             given = self._find() if self._always else -1
-            count -= self._advance(1 if given >= 0 else count, given, gravity)
+            count -= self._advance(1 if given >= 0 else count, given)
             if count > 0 and self._watch and not self._always:
-                count -= self._advance(1, self._find(), gravity)
+                count -= self._advance(1, self._find())
         self._is_ahead = True
 
-    def _advance(self, count: int, given: int, gravity: Array) -> int:
-        done = advance(
-            count, self._engine.time_step, self.settings.iterations, self._numbers, gravity,
-            self.bodies, self._sequence, self.joints, self._types, self._starts, self._lists,
-            self._below, self._scene, self._contacts, self._owners,
-            given, self._watch, self._sleepy, self._rows_, self._links, self._first_row,
-            self._order, self._work, self._marks, self._result,
-        )  # fmt: skip
+    def _advance(self, count: int, given: int) -> int:
+        step, iterations = self._engine.time_step, self.settings.iterations
+        done: int = advance(count, given, step, iterations, self._watch, self._sleepy, self._table)
         if self._sleepy:
             self._note_sleepers()
         return done

@@ -6,10 +6,18 @@ has changed.
 """
 
 import hashlib
+import math
 import os
 from pathlib import Path
+from typing import Any
 
-from numba import njit
+import numba
+import numpy as np
+from llvmlite import ir
+from numba import njit, types
+from numba.core import cgutils
+from numba.extending import intrinsic
+from numba.np.arrayobj import populate_array
 
 _FOLDER = Path(__file__).parent
 _CACHE = _FOLDER / "__pycache__"
@@ -40,4 +48,90 @@ def is_compiled() -> bool:
 
 
 _forget_older()
-compiled = njit(cache=True)
+allocating = njit(cache=True, _nrt=True)  # for functions that make arrays of any size
+# Without counting references to arrays, which costs more than the arithmetic: slices are free.
+compiled = njit(cache=True, _nrt=False)
+# As part of each function that calls it: a call passes each array of a tuple as nine numbers.
+inlined = njit(cache=True, _nrt=False, inline="always")
+
+
+@intrinsic(prefer_literal=True)
+def temporary(typing: Any, *shape: Any) -> Any:
+    """An array of numbers on the stack of the function that calls it; at first they are any.
+
+    Args:
+        shape: constants.
+    """
+    kind = types.Array(types.float64, len(shape), "C")
+    sizes = [size.literal_value for size in shape]
+
+    def generate(context: Any, builder: Any, _signed: Any, _args: Any) -> Any:
+        array = context.make_array(kind)(context, builder)
+        number, integer = ir.DoubleType(), ir.IntType(64)
+        memory = cgutils.alloca_once(builder, ir.ArrayType(number, math.prod(sizes)))
+        populate_array(
+            array,
+            data=builder.bitcast(memory, number.as_pointer()),
+            shape=[integer(size) for size in sizes],
+            strides=[integer(8 * math.prod(sizes[i + 1 :])) for i in range(len(sizes))],
+            itemsize=integer(8),
+            meminfo=None,
+        )
+        return array._getvalue()
+
+    return kind(types.StarArgTuple(shape)), generate
+
+
+def arrays_at(kind: Any) -> Any:
+    """Function of a table that gives its arrays in a tuple of a type of numba.
+
+    numba takes 0.2 us to convert an array that it is given; a table of all is one array.
+    """
+
+    @intrinsic
+    def read(typing: Any, table: Any) -> Any:
+        def generate(context: Any, builder: Any, signed: Any, args: Any) -> Any:
+            integer, at = ir.IntType(64), iter(range(1 << 20))
+            numbers = context.make_array(signed.args[0])(context, builder, args[0]).data
+
+            def number() -> Any:
+                return builder.load(builder.gep(numbers, [integer(next(at))]))
+
+            def made(each: Any) -> Any:
+                if not isinstance(each, types.Array):
+                    parts = [made(part) for part in each.types]
+                    return context.make_tuple(builder, each, parts)
+                array = context.make_array(each)(context, builder)
+                address, shape = number(), [number() for _ in range(each.ndim)]
+                size = integer(context.get_abi_sizeof(context.get_data_type(each.dtype)))
+                strides = [size]
+                for length in shape[:0:-1]:
+                    strides.insert(0, builder.mul(strides[0], length))
+                data = builder.inttoptr(address, array.data.type)
+                populate_array(array, data, shape, strides, size, meminfo=None)
+                return array._getvalue()
+
+            return made(kind)
+
+        return kind(table), generate
+
+    return read
+
+
+def make_table(arrays: Any, kind: Any) -> Any:
+    """Table (int64) of a tuple's arrays, which have to outlive it; kind: its type in numba.
+
+    Raises:
+        TypeError: an array has another type, which is named.
+    """
+    numbers: list[int] = []
+    names = getattr(arrays, "_fields", range(len(arrays)))
+    for name, each, wanted in zip(names, arrays, kind.types, strict=True):
+        if isinstance(each, tuple):
+            numbers += make_table(each, wanted).tolist()
+            continue
+        found = numba.typeof(each)
+        if found != wanted:
+            raise TypeError(f"{name} is {found}, must be {wanted}")
+        numbers += each.ctypes.data, *each.shape
+    return np.array(numbers, np.int64)

@@ -2,9 +2,7 @@
 
 import math
 
-import numpy as np
-
-from bullet_sim.engine.quickstep.compiled import compiled
+from bullet_sim.engine.quickstep.compiled import compiled, temporary
 from bullet_sim.engine.quickstep.layout import (
     B_CENTRE,
     B_ROTATION,
@@ -20,7 +18,6 @@ from bullet_sim.engine.quickstep.layout import (
     C_SLIP,
     CHUNK,
     CYLINDER,
-    F_COLUMNS,
     F_DEPTH,
     F_NORMAL,
     G_FDIR,
@@ -35,7 +32,6 @@ from bullet_sim.engine.quickstep.layout import (
     MESH,
     MESH_CONTACTS,
     MIN_DEPTH,
-    MOST_FOUND,
     P_FDIR,
     P_KD,
     P_KP,
@@ -60,7 +56,7 @@ from bullet_sim.engine.quickstep.solids import (
     sphere_with_sphere,
 )
 from bullet_sim.engine.quickstep.trees import mesh_with_mesh, mesh_with_solid
-from bullet_sim.engine.quickstep.vectors import cross, rotate
+from bullet_sim.engine.quickstep.vectors import copy, cross, rotate
 from bullet_sim.pose import Array
 
 
@@ -101,11 +97,11 @@ def _add_contact(
     row[C_ERP], row[C_CFM] = softness(step, shape[G_KP], shape[G_KD], plane[P_KP], plane[P_KD])
     row[C_MAX] = bodies[body, MAX_VEL]
     if shape[G_FDIR] != 0.0 or shape[G_FDIR + 1] != 0.0 or shape[G_FDIR + 2] != 0.0:
-        across = np.empty(3)
+        across = temporary(3)
         rotate(shape[G_ROTATION : G_ROTATION + 9], shape[G_FDIR : G_FDIR + 3], across)
         rotate(work[body, W_R : W_R + 9], across, row[C_FDIR : C_FDIR + 3])
     elif plane[P_FDIR] != 0.0 or plane[P_FDIR + 1] != 0.0 or plane[P_FDIR + 2] != 0.0:
-        row[C_FDIR : C_FDIR + 3] = plane[P_FDIR : P_FDIR + 3]
+        copy(plane[P_FDIR : P_FDIR + 3], row[C_FDIR : C_FDIR + 3])
 
 
 @compiled
@@ -126,7 +122,7 @@ def _vertex_contacts(
 
     The first ten below the plane; if there are more, the deepest of the rest in place of the tenth.
     """
-    offset, at, local = np.empty(3), np.empty(3), np.empty(3)
+    offset, at, local = temporary(3), temporary(3), temporary(3)
     found, deepest, last = 0, 0.0, n
     planes = scene.planes
     a, b, c = planes[p, 0], planes[p, 1], planes[p, 2]
@@ -185,8 +181,8 @@ def _box_contacts(
     Args:
         below: depth of its centre [m].
     """
-    sides, edge, corner, point = np.empty((3, 3)), np.empty(3), np.empty(3), np.empty(3)
-    rise, order = np.empty(3), np.empty(3, np.int64)
+    sides, edge, corner, point = temporary(3, 3), temporary(3), temporary(3), temporary(3)
+    rise = temporary(3)
     depth = below
     for k in range(3):
         corner[k] = centre[k]
@@ -205,16 +201,16 @@ def _box_contacts(
         depth += 0.5 * rise[i]
     if depth < 0.0:
         return n
-    order[0], order[1] = 0, 1
+    order = (0, 1)
     if rise[0] < rise[1]:
         if rise[2] < rise[0]:
-            order[0], order[1] = 2, 0
+            order = (2, 0)
         elif rise[1] >= rise[2]:
-            order[1] = 2
+            order = (0, 2)
     elif rise[2] < rise[1]:
-        order[0], order[1] = 2, 1
+        order = (2, 1)
     else:
-        order[0], order[1] = 1, 0 if rise[0] < rise[2] else 2
+        order = (1, 0 if rise[0] < rise[2] else 2)
     _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, corner, depth,
                  work)  # fmt: skip
     n += 1
@@ -250,7 +246,7 @@ def _lowest_line(
     s: int, centre: Array, axis: Array, along: float, shapes: Array, plane: Array, ends: Array
 ) -> None:
     """The line of a cylinder that is deepest below a plane, (2, 3); axis, along: _axis_of()."""
-    rim = np.empty(3)
+    rim = temporary(3)
     for k in range(3):
         rim[k] = axis[k] * along - plane[k]
     length = math.sqrt(rim[0] ** 2 + rim[1] ** 2 + rim[2] ** 2)
@@ -277,7 +273,7 @@ def _cylinder_contacts(
 ) -> int:
     """Contacts of a cylinder with a plane: the lowest point of each rim, or four of the lower disc
     if it stands; the number of all contacts then."""
-    axis, rim, other, point = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    axis, rim, other, point = temporary(3), temporary(3), temporary(3), temporary(3)
     a, b, c, d = planes[p, 0], planes[p, 1], planes[p, 2], planes[p, 3]
     radius, half = shapes[s, G_SIZE], 0.5 * shapes[s, G_SIZE + 1]
     along = _axis_of(s, body, shapes, planes[p], work, axis)
@@ -306,7 +302,7 @@ def _cylinder_contacts(
                              depth, work)  # fmt: skip
                 n += 1
         return n
-    ends = np.empty((2, 3))
+    ends = temporary(2, 3)
     _lowest_line(s, centre, axis, along, shapes, planes[p], ends)
     for end in (1, 0):
         depth = d - (a * ends[end, 0] + b * ends[end, 1] + c * ends[end, 2])
@@ -364,7 +360,7 @@ def _contacts_of_mesh(
     work: Array,
 ) -> int:
     """As _solid_contacts(), where one of both is a mesh."""
-    a, found = scene.solid_of[s], np.empty((MOST_FOUND, F_COLUMNS))
+    a, found = scene.solid_of[s], scene.trees.found
     mine, its, trees = scene.solids[a], scene.solids[b], scene.trees
     kind, other, sign = scene.solid_kinds[a], scene.solid_kinds[b], -1.0
     if kind != MESH:
@@ -374,7 +370,7 @@ def _contacts_of_mesh(
         count = mesh_with_solid(mine, scene.roots[a], its, other, trees, found)
     else:  # what was there first is the first
         count = mesh_with_mesh(its, scene.roots[b], mine, scene.roots[a], trees, found)
-    point = np.empty((1, 4))
+    point = temporary(1, 4)
     for i in range(count):
         for k in range(3):
             point[0, k] = found[i, k]
@@ -408,7 +404,7 @@ def _solid_contacts(
         scene.solid_kinds[a],
         scene.solid_kinds[b],
     )
-    points, normal, sign = np.empty((16, 4)), np.empty(3), 1.0
+    points, normal, sign = temporary(16, 4), temporary(3), 1.0
     if kind == BOX and other != BOX or kind == SPHERE and other == CYLINDER:
         one, two, kind, other, sign = two, one, other, kind, -1.0
     if kind == BOX:
@@ -432,7 +428,7 @@ def _solid_contacts(
 @compiled
 def place_solids(bodies: Array, scene: Scene, work: Array) -> None:
     """Put the solids of bodies, and their directions of friction, where they are."""
-    across = np.empty(3)
+    across = temporary(3)
     for s in range(len(scene.solid_of)):
         b = scene.solid_of[s]
         if b < 0:
@@ -466,7 +462,8 @@ def _plane_contacts(
 ) -> int:
     """Contacts of a shape of a body with a plane; the number of all then."""
     shapes, kind, planes = scene.shapes, scene.kinds[s, 1], scene.planes
-    centre, point = np.zeros(3), np.empty(3)
+    centre, point = temporary(3), temporary(3)
+    centre[:] = 0.0
     if kind != MESH:
         rotate(work[body, W_R : W_R + 9], shapes[s, G_OFFSET : G_OFFSET + 3], centre)
     below = planes[p, P_PLANE + 3]

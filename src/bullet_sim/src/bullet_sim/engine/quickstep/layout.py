@@ -44,9 +44,9 @@ C_POINT, C_NORMAL, C_DEPTH, C_MU, C_FDIR, C_ERP, C_CFM, C_MAX, C_FORCE, C_SLIP, 
 R_J, R_M, R_RHS, R_RHS2, R_CFM, R_LOW, R_HIGH, R_L, R_L2, R_C, R_MAX, R_SIZE = (
     0, 12, 24, 25, 26, 27, 28, 29, 30, 31, 32, 33,
 )  # fmt: skip
-# working values of bodies: rotation, inertia and inverse in world axes, force and torque,
-# accelerations
-W_R, W_I, W_V, W_F, W_T, W_A, W_A2, W_SIZE = 0, 9, 18, 27, 33, 39, 45, 51
+# working values of bodies: rotation, inertia and inverse in world axes, force and torque, wanted
+# accelerations, those of the solutions (of each axis both)
+W_R, W_I, W_V, W_F, W_T, W_A, W_SIZE = 0, 9, 18, 27, 33, 39, 51
 BILATERAL, UNILATERAL = -1, -2  # instead of the index of the normal's row
 INFINITE = 1e300
 # settings of a world: relaxation, fraction of a joint's error that is corrected in a step, CFM of
@@ -88,12 +88,16 @@ class Trees(NamedTuple):
         nodes: (k, 6) centre and half the edges of boxes [m].
         children: (k, 2) numbers of nodes, or -1 - the number of a triangle; NO_CHILD: none.
         depth: (1,) of the deepest tree.
+        todo: (w, 3) room for what is still to be looked at, for 4 times that depth and 8.
+        found: (MOST_FOUND, F_COLUMNS) room for contacts of a pair.
     """
 
     corners: Array
     nodes: Array
     children: Array
     depth: Array
+    todo: Array
+    found: Array
 
 
 class Scene(NamedTuple):

@@ -1,8 +1,6 @@
 """What is near: which bodies have to be looked at, and whether the caller has to."""
 
-import numpy as np
-
-from bullet_sim.engine.quickstep.compiled import compiled
+from bullet_sim.engine.quickstep.compiled import compiled, inlined, temporary
 from bullet_sim.engine.quickstep.layout import (
     APART,
     ASLEEP,
@@ -28,7 +26,7 @@ from bullet_sim.pose import Array
 @compiled
 def _place_boxes(b: int, bodies: Array, scene: Scene) -> None:
     """Boxes around a body's shapes where they are."""
-    turn = np.empty(9)
+    turn = temporary(9)
     matrix(bodies[b, QUAT : QUAT + 4], turn)
     for s in range(scene.firsts[b], scene.firsts[b + 1]):
         for i in range(3):
@@ -90,7 +88,7 @@ def is_near(bodies: Array, scene: Scene) -> bool:
 @compiled
 def _may_touch(b: int, other: int, bodies: Array, scene: Scene) -> bool:
     """Whether boxes around shapes of two bodies, turned with them, overlap."""
-    one, two, found = np.empty(B_COLUMNS), np.empty(B_COLUMNS), np.empty(4)
+    one, two, found = temporary(B_COLUMNS), temporary(B_COLUMNS), temporary(4)
     for s in range(scene.firsts[b], scene.firsts[b + 1]):
         box = scene.around[s]
         for t in range(scene.firsts[other], scene.firsts[other + 1]):
@@ -116,19 +114,25 @@ def _is_near_still(low: Array, high: Array, is_known: bool, model: int, scene: S
     return False
 
 
-@compiled
-def _add_pair(s: int, b: int, other: int, n: int, scene: Scene) -> int:
-    if n < len(scene.pairs):
-        scene.pairs[n, 0], scene.pairs[n, 1], scene.pairs[n, 2] = s, b, other
+@inlined
+def _add_pair(pairs: Array, n: int, s: int, b: int, other: int) -> int:
+    if n < len(pairs):
+        pairs[n, 0], pairs[n, 1], pairs[n, 2] = s, b, other
         n += 1
     return n
 
 
 @compiled
-def _list_still(s: int, meshes: bool, n: int, scene: Scene) -> int:
+def _list_still(
+    s: int,
+    meshes: bool,
+    n: int,
+    kind: int,
+    model: int,
+    scene: Scene,
+) -> int:
     """Append what never moves, but planes, and is near a shape; the number of all pairs then."""
-    kind, low, high = scene.kinds[s, 1], scene.around[s, :3], scene.around[s, 3:]
-    model = scene.models[scene.kinds[s, 0]]
+    low, high = scene.around[s, :3], scene.around[s, 3:]
     for i in range(len(scene.covers)):
         if not overlap(low, high, scene.covers[i]):
             continue
@@ -139,7 +143,7 @@ def _list_still(s: int, meshes: bool, n: int, scene: Scene) -> int:
             if scene.hosts[at, 0] == model or scene.hosts[at, 1] & scene.bits[s] == 0:
                 continue
             if overlap(low, high, scene.boxes[at]):
-                n = _add_pair(s, b, -1, n, scene)
+                n = _add_pair(scene.pairs, n, s, b, -1)
     return n
 
 
@@ -157,7 +161,7 @@ def _list_close(one: int, two: int, meshes: bool, n: int, scene: Scene) -> int:
                 continue
             box = scene.around[s]
             if overlap(box[:3], box[3:], scene.around[t]):
-                n = _add_pair(s, scene.solid_of[t], two, n, scene)
+                n = _add_pair(scene.pairs, n, s, scene.solid_of[t], two)
     return n
 
 
@@ -168,18 +172,21 @@ def list_pairs(bodies: Array, sequence: Array, scene: Scene) -> int:
     Those with a mesh come after the others; first those of bodies that are close to each other,
     then with what never moves: bodies as in the last step, of a body the first shape first.
     """
-    n = 0
+    n, kinds, firsts, bits, pairs = 0, scene.kinds, scene.firsts, scene.bits, scene.pairs
+    plane_bits, planes, still = scene.plane_bits, len(scene.planes), len(scene.covers) > 0
     for meshes in (False, True):
         for i in range(scene.counts[0]):
             n = _list_close(scene.close[i, 0], scene.close[i, 1], meshes, n, scene)
         for body in sequence:
             if bodies[body, ASLEEP] != 0.0:
                 continue
-            for s in range(scene.firsts[body], scene.firsts[body + 1]):
-                if scene.kinds[s, 1] == OTHER:
+            for s in range(firsts[body], firsts[body + 1]):
+                kind = kinds[s, 1]
+                if kind == OTHER:
                     continue
-                for p in range(len(scene.planes) if (scene.kinds[s, 1] == MESH) == meshes else 0):
-                    if scene.plane_bits[p] & scene.bits[s] != 0:
-                        n = _add_pair(s, -1 - p, -1, n, scene)
-                n = _list_still(s, meshes, n, scene)
+                for p in range(planes if (kind == MESH) == meshes else 0):
+                    if plane_bits[p] & bits[s] != 0:
+                        n = _add_pair(pairs, n, s, -1 - p, -1)
+                if still:
+                    n = _list_still(s, meshes, n, kind, scene.models[body], scene)
     return n

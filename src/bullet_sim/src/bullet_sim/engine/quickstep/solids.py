@@ -2,9 +2,7 @@
 
 import math
 
-import numpy as np
-
-from bullet_sim.engine.quickstep.compiled import compiled
+from bullet_sim.engine.quickstep.compiled import compiled, temporary
 from bullet_sim.engine.quickstep.layout import (
     B_CENTRE,
     B_COLUMNS,
@@ -22,6 +20,7 @@ from bullet_sim.engine.quickstep.vectors import (
     clip_line,
     clip_polygon,
     closest,
+    copy,
     cross,
     dot,
     normalize,
@@ -66,7 +65,7 @@ def try_axis(
 @compiled
 def try_corners(hull: Array, count: int, cylinder: Array, best: Array) -> bool:
     """As try_axis(), across the cylinder's axis and towards each point."""
-    axis = np.empty(3)
+    axis = temporary(3)
     for i in range(count):
         along = 0.0
         for k in range(3):
@@ -82,7 +81,7 @@ def try_corners(hull: Array, count: int, cylinder: Array, best: Array) -> bool:
 def try_rims(start: Array, end: Array, hull: Array, count: int, cylinder: Array, best: Array,
               end_of_axis: float) -> bool:  # fmt: skip
     """As try_axis, across an edge and the tangent of a rim where the edge meets its plane."""
-    edge, gap, tangent, across = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    edge, gap, tangent, across = temporary(3), temporary(3), temporary(3), temporary(3)
     length = along = reach = 0.0
     for k in range(3):
         edge[k] = end[k] - start[k]
@@ -106,7 +105,7 @@ def try_rims(start: Array, end: Array, hull: Array, count: int, cylinder: Array,
 @compiled
 def side_line(best: Array, cylinder: Array, ends: Array) -> bool:
     """The line of a cylinder's side, (2, 3) from its centre, closest to the hull; whether it is."""
-    cosine, length, across = 0.0, 0.0, np.empty(3)
+    cosine, length, across = 0.0, 0.0, temporary(3)
     for k in range(3):
         cosine += cylinder[k] * best[3 + k]
     for k in range(3):
@@ -148,7 +147,7 @@ def disc_points(
         else:
             count = clip_polygon(x, y, z, cylinder[3], polygon, count, other)
     for i in range(count):
-        polygon[i] = other[i]
+        copy(other[i], polygon[i])
     return count
 
 
@@ -176,8 +175,8 @@ def cylinder_with_box(round_: Array, solid: Array, points: Array, normal: Array)
     """Contacts of a cylinder with a box, as cylinder_on_triangle(): points (16, 4) and the normal
     towards the cylinder; their number."""
     centre, turn = round_[B_CENTRE : B_CENTRE + 3], round_[B_ROTATION : B_ROTATION + 9]
-    cylinder, best, ends = np.empty(5), np.empty(6), np.empty((2, 3))
-    hull, middle, axis, local = np.empty((16, 3)), np.empty(3), np.empty(3), np.empty(3)
+    cylinder, best, ends = temporary(5), temporary(6), temporary(2, 3)
+    hull, middle, axis, local = temporary(16, 3), temporary(3), temporary(3), temporary(3)
     for k in range(3):
         cylinder[k] = turn[3 * k + 2]
         middle[k] = solid[B_CENTRE + k] - centre[k]
@@ -213,7 +212,7 @@ def cylinder_with_box(round_: Array, solid: Array, points: Array, normal: Array)
         normal[k] = -best[3 + k]
     if abs(cosine) >= STANDING:
         count = _face_of(solid, middle, best, hull)
-        count = disc_points(hull, count, turn, cylinder, best, np.empty((16, 3)))
+        count = disc_points(hull, count, turn, cylinder, best, temporary(16, 3))
         return hull_points(hull, count, False, centre, best, points)
     if not side_line(best, cylinder, ends):
         return 0
@@ -231,7 +230,7 @@ def cylinder_with_box(round_: Array, solid: Array, points: Array, normal: Array)
 @compiled
 def _try_other_axes(hull: Array, solid: Array, cylinder: Array, best: Array) -> bool:
     """Whether a cylinder and a box overlap along all directions but those across its faces."""
-    axis, side = np.empty(3), np.empty(3)
+    axis, side = temporary(3), temporary(3)
     if not try_axis(cylinder[0], cylinder[1], cylinder[2], hull, 8, cylinder, best):
         return False
     for j in range(3):
@@ -277,7 +276,7 @@ def _face_of(solid: Array, middle: Array, best: Array, hull: Array) -> int:
 @compiled
 def sphere_with_box(ball: Array, solid: Array, points: Array, normal: Array) -> int:
     """Contact of a sphere with a box, as cylinder_with_box()."""
-    centre, radius, local = ball[B_CENTRE : B_CENTRE + 3], ball[B_HALF], np.empty(3)
+    centre, radius, local = ball[B_CENTRE : B_CENTRE + 3], ball[B_HALF], temporary(3)
     is_outside, least, face = False, INFINITE, 0
     for j in range(3):
         local[j] = 0.0
@@ -336,7 +335,7 @@ def sphere_with_sphere(one: Array, two: Array, points: Array, normal: Array) -> 
 def cylinder_with_sphere(round_: Array, ball: Array, points: Array, normal: Array) -> int:
     """Contact of a cylinder with a sphere: on its side, a disc or a rim."""
     radius, length, reach = round_[B_HALF], 2.0 * round_[B_HALF + 1], ball[B_HALF]
-    axis, across = np.empty(3), np.empty(3)
+    axis, across = temporary(3), temporary(3)
     along, away = 0.5 * length, 0.0  # of the sphere's centre: from the first disc, from the axis
     for k in range(3):
         axis[k] = round_[B_ROTATION + 3 * k + 2]
@@ -382,7 +381,7 @@ def _support(one: Array, two: Array, direction: Array, vertex: Array) -> None:
     Args:
         vertex: (9,) gets it, and the points of both cylinders that it is the difference of.
     """
-    local = np.empty(3)
+    local = temporary(3)
     for i in range(2):
         body, sign = (one, 1.0) if i == 0 else (two, -1.0)
         for j in range(3):
@@ -405,7 +404,7 @@ def _support(one: Array, two: Array, direction: Array, vertex: Array) -> None:
 @compiled
 def _portal_direction(portal: Array, direction: Array) -> None:
     """Unit vector across the portal's face, away from its inner point."""
-    first, second = np.empty(3), np.empty(3)
+    first, second = temporary(3), temporary(3)
     for k in range(3):
         first[k] = portal[2, k] - portal[1, k]
         second[k] = portal[3, k] - portal[1, k]
@@ -416,13 +415,13 @@ def _portal_direction(portal: Array, direction: Array) -> None:
 @compiled
 def _expand_portal(portal: Array, vertex: Array) -> None:
     """Replace that corner of the portal's face behind which the ray to the origin does not pass."""
-    across = np.empty(3)
+    across = temporary(3)
     cross(vertex[:3], portal[0, :3], across)
     if dot(portal[1], across) > 0.0:
         place = 1 if dot(portal[2], across) > 0.0 else 3
     else:
         place = 2 if dot(portal[3], across) > 0.0 else 1
-    portal[place] = vertex
+    copy(vertex, portal[place])
 
 
 @compiled
@@ -442,7 +441,7 @@ def _find_portal(one: Array, two: Array, portal: Array) -> int:
     Returns:
         0; 1: the origin is on the line from the inner point to row 1; -1: they are apart.
     """
-    direction, first, second = np.empty(3), np.empty(3), np.empty(3)
+    direction, first, second = temporary(3), temporary(3), temporary(3)
     for k in range(3):
         portal[0, 3 + k], portal[0, 6 + k] = one[B_CENTRE + k], two[B_CENTRE + k]
         portal[0, k] = one[B_CENTRE + k] - two[B_CENTRE + k]
@@ -481,7 +480,7 @@ def _find_portal(one: Array, two: Array, portal: Array) -> int:
             replaced = 1 if dot(first, portal[0]) <= -EPSILON else 0
         if replaced == 0:
             return 0
-        portal[replaced] = portal[3]
+        copy(portal[3], portal[replaced])
         for k in range(3):
             first[k], second[k] = portal[1, k] - portal[0, k], portal[2, k] - portal[0, k]
         cross(first, second, direction)
@@ -496,8 +495,8 @@ def cylinder_with_cylinder(one: Array, two: Array, points: Array, normal: Array)
     Source: G. Snethen, "XenoCollide" (Game Programming Gems 7, 2008), with the tolerances of
     libccd, which ODE asks.
     """
-    portal, vertex, direction = np.empty((4, 9)), np.empty(9), np.empty(3)
-    corners, weights = np.empty(9), np.empty(4)
+    portal, vertex, direction = temporary(4, 9), temporary(9), temporary(3)
+    corners, weights = temporary(9), temporary(4)
     found = _find_portal(one, two, portal)
     if found < 0:
         return 0
@@ -521,8 +520,9 @@ def cylinder_with_cylinder(one: Array, two: Array, points: Array, normal: Array)
     if not is_inside:
         return 0
     for i in range(3):
-        corners[3 * i : 3 * i + 3] = portal[1 + i, :3]
-    origin = np.zeros(3)
+        copy(portal[1 + i, :3], corners[3 * i : 3 * i + 3])
+    origin = temporary(3)
+    origin[:] = 0.0
     closest(origin, corners, vertex[:3])
     points[0, 3] = math.sqrt(dot(vertex, vertex))
     for k in range(3):
@@ -538,7 +538,7 @@ def cylinder_with_cylinder(one: Array, two: Array, points: Array, normal: Array)
 @compiled
 def _portal_weights(portal: Array, direction: Array, weights: Array) -> None:
     """Barycentric coordinates (4,) of the origin in the portal."""
-    across = np.empty(3)
+    across = temporary(3)
     for i, (a, b, c) in enumerate(((1, 2, 3), (3, 2, 0), (0, 1, 3), (2, 1, 0))):
         cross(portal[a, :3], portal[b, :3], across)
         weights[i] = dot(across, portal[c])
@@ -582,7 +582,7 @@ def box_overlap(one: Array, two: Array, margin: float, found: Array) -> int:
     Returns:
         0 to 2 for a face of the first, 3 to 5 of the second, 6 + 3 i + j for the edges i and j.
     """
-    frame, q, axis = np.empty(B_COLUMNS), np.empty((3, 3)), np.empty(3)
+    frame, q, axis = temporary(B_COLUMNS), temporary(3, 3), temporary(3)
     most, code, sign = -INFINITE, -1, 1.0
     relative(one, two, frame)
     gap, r = frame[B_CENTRE : B_CENTRE + 3], frame[B_ROTATION:].reshape((3, 3))
@@ -635,7 +635,7 @@ def box_overlap(one: Array, two: Array, margin: float, found: Array) -> int:
 @compiled
 def _edge_point(one: Array, two: Array, code: int, found: Array, points: Array) -> None:
     """Where two edges of solids are closest to each other, in the middle; its depth."""
-    a, b, gap = np.empty(3), np.empty(3), np.empty(3)
+    a, b, gap = temporary(3), temporary(3), temporary(3)
     i, j = (code - 6) // 3, (code - 6) % 3
     cosine = first = second = 0.0
     for k in range(3):
@@ -671,7 +671,7 @@ def _edge_point(one: Array, two: Array, code: int, found: Array, points: Array) 
 def _clip_to_face(polygon: Array, reach: Array) -> int:
     """Corners of the part of a quadrilateral (16, 2) in a rectangle of half the edges `reach`;
     their number. They begin and go around as ODE's."""
-    count, out = 4, np.empty((16, 2))
+    count, out = 4, temporary(16, 2)
     for along in range(2):
         for side in range(2):
             sign, n = -1.0 if side == 0 else 1.0, 0
@@ -679,7 +679,7 @@ def _clip_to_face(polygon: Array, reach: Array) -> int:
                 p, q = polygon[i], polygon[(i + 1) % count]
                 is_inside = sign * p[along] < reach[along]
                 if is_inside:
-                    out[n] = p
+                    copy(p, out[n])
                     n += 1
                 if is_inside != (sign * q[along] < reach[along]):
                     slope = (q[1 - along] - p[1 - along]) / (q[along] - p[along])
@@ -688,7 +688,7 @@ def _clip_to_face(polygon: Array, reach: Array) -> int:
                     n += 1
             count = n
             for i in range(count):
-                polygon[i] = out[i]
+                copy(out[i], polygon[i])
     return count
 
 
@@ -700,8 +700,10 @@ def _face_points(one: Array, two: Array, found: Array, face: int, points: Array)
         found: direction across the first's face, from the first to the second.
         points: (16, 4) get the points and their depths.
     """
-    polygon, reach, middle = np.empty((16, 2)), np.empty(2), np.empty(3)
-    c, m = np.zeros(2), np.zeros((2, 2))
+    polygon, reach, middle = temporary(16, 2), temporary(2), temporary(3)
+    c, m = temporary(2), temporary(2, 2)
+    c[:] = 0.0
+    m[:] = 0.0
     sides = (1 if face == 0 else 0, 1 if face == 2 else 2)
     most, other, sign = -1.0, 0, 1.0
     for j in range(3):
@@ -748,7 +750,7 @@ def _face_points(one: Array, two: Array, found: Array, face: int, points: Array)
 def box_with_box(one: Array, two: Array, points: Array, normal: Array) -> int:
     """Contacts of two boxes: where edges meet, or corners of a face in the other's face, as
     cylinder_with_box()."""
-    found = np.empty(4)
+    found = temporary(4)
     code = box_overlap(one, two, 0.0, found)
     for k in range(3):
         normal[k] = -found[k]

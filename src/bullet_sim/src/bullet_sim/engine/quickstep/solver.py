@@ -18,10 +18,12 @@ the same on all processors.
 """
 
 import math
+from typing import NamedTuple
 
-import numpy as np
+from numba import types
 
-from bullet_sim.engine.quickstep.compiled import compiled
+from bullet_sim.engine.quickstep.blocks import Blocks, iterate, pack, unpack
+from bullet_sim.engine.quickstep.compiled import arrays_at, compiled, make_table, temporary
 from bullet_sim.engine.quickstep.contacts import find_contacts, place_solids
 from bullet_sim.engine.quickstep.layout import (
     ANCHOR1,
@@ -49,7 +51,6 @@ from bullet_sim.engine.quickstep.layout import (
     FIXED,
     FMAX,
     FORCE,
-    FRICTION_ITERATIONS,
     FRICTION_SCALE,
     GRAVITY,
     HINGE,
@@ -91,7 +92,6 @@ from bullet_sim.engine.quickstep.layout import (
     S_EVEN,
     S_RELAXATION,
     SLIDER,
-    SMOOTHING,
     SPEED,
     STIFFNESS,
     STOP_CFM,
@@ -102,7 +102,6 @@ from bullet_sim.engine.quickstep.layout import (
     UPPER,
     VEL,
     W_A,
-    W_A2,
     W_F,
     W_I,
     W_R,
@@ -113,9 +112,11 @@ from bullet_sim.engine.quickstep.layout import (
     WARM_START,
     WRENCH,
     Scene,
+    Trees,
 )
 from bullet_sim.engine.quickstep.near import is_near
 from bullet_sim.engine.quickstep.vectors import (
+    copy,
     cross,
     invert,
     matrix,
@@ -185,8 +186,8 @@ def _set_position(
     j: int, position: float, bodies: Array, joints: Array, types: Array, below: Array
 ) -> None:
     """Put what is below a joint where a position says."""
-    rotation, axis, anchor, arm = np.empty(9), np.empty(3), np.empty(3), np.empty(3)
-    turn, quaternion = np.empty(4), np.empty(4)
+    rotation, axis, anchor, arm = temporary(9), temporary(3), temporary(3), temporary(3)
+    turn, quaternion = temporary(4), temporary(4)
     change = position - joints[j, ANGLE]
     if change == 0.0:
         return
@@ -212,7 +213,7 @@ def _set_position(
             for k in range(3):
                 bodies[b, POS + k] = anchor[k] + arm[k]
             multiply(turn, bodies[b, QUAT : QUAT + 4], quaternion)
-            bodies[b, QUAT : QUAT + 4] = quaternion
+            copy(quaternion, bodies[b, QUAT : QUAT + 4])
         else:
             for k in range(3):
                 bodies[b, POS + k] += change * axis[k]
@@ -224,7 +225,7 @@ def _set_velocity(j: int, velocity: float, bodies: Array, joints: Array, types: 
 
     As Gazebo's Joint::SetVelocity.
     """
-    rotation, axis, arm, turn = np.empty(9), np.empty(3), np.empty(3), np.empty(3)
+    rotation, axis, arm, turn = temporary(9), temporary(3), temporary(3), temporary(3)
     first, second = types[j, 1], types[j, 2]
     child = bodies[first]
     matrix(child[QUAT : QUAT + 4], rotation)
@@ -253,7 +254,7 @@ def _set_velocity(j: int, velocity: float, bodies: Array, joints: Array, types: 
 @compiled
 def _prepare(gravity: Array, bodies: Array, joints: Array, types: Array, work: Array) -> None:
     """Rotations, inertias and forces of all bodies for a step."""
-    spin, axis, arm = np.empty(3), np.empty(3), np.empty(3)
+    spin, axis, arm = temporary(3), temporary(3), temporary(3)
     for b in range(len(bodies)):
         matrix(bodies[b, QUAT : QUAT + 4], work[b, W_R : W_R + 9])
         similar(work[b, W_R : W_R + 9], bodies[b, INERTIA : INERTIA + 9], work[b, W_I : W_I + 9])
@@ -336,7 +337,7 @@ def _contact_rows(
     """Rows of contact n, from row m; the number of rows then."""
     contact = contacts[n]
     one, two = owners[n, 0], owners[n, 1]
-    arm, arm2, t, q = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    arm, arm2, t, q = temporary(3), temporary(3), temporary(3), temporary(3)
     for k in range(3):
         arm[k] = contact[C_POINT + k] - bodies[one, POS + k]
         if two >= 0:
@@ -402,9 +403,8 @@ def _joint_rows(
     """Rows of joint j, from row m; the number of rows then."""
     joint = joints[j]
     kind, one, two = types[j, 0], types[j, 1], types[j, 2]
-    a1, a2, ax1, ax2, p, q, u = (
-        np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3), np.empty(3),
-    )  # fmt: skip
+    a1, a2, ax1, ax2 = temporary(3), temporary(3), temporary(3), temporary(3)
+    p, q, u = temporary(3), temporary(3), temporary(3)
     r1, at1 = work[one, W_R : W_R + 9], bodies[one, POS : POS + 3]
     rotate(r1, joint[ANCHOR1 : ANCHOR1 + 3], a1)
     rotate(r1, joint[AXIS1 : AXIS1 + 3], ax1)
@@ -450,11 +450,11 @@ def _joint_rows(
             if two >= 0 and settings[S_EVEN] != 0.0:
                 _even_out(work, one, two, t)
     else:  # nothing rotates
-        error4, inverse = np.empty(4), np.empty(4)
+        error4, inverse = temporary(4), temporary(4)
         if two >= 0:
             multiply(bodies[two, QUAT : QUAT + 4], joint[QREL : QREL + 4], error4)
         else:
-            error4[:] = joint[QREL : QREL + 4]
+            copy(joint[QREL : QREL + 4], error4)
         for k in range(3):
             inverse[k] = -bodies[one, QUAT + k]
         inverse[3] = bodies[one, QUAT + 3]
@@ -527,7 +527,7 @@ def _limit_row(
         if two >= 0:
             row[R_J + 6 + shift + k] = -axis[k]
     if shift == 0 and two >= 0:  # both forces on one line
-        arm = np.empty(3)
+        arm = temporary(3)
         for k in range(3):
             arm[k] = 0.5 * (bodies[two, POS + k] - bodies[one, POS + k])
         cross(arm, axis, row[R_J + 3 : R_J + 6])
@@ -653,14 +653,13 @@ def _relax(
     settings: Array,
 ) -> None:
     """Right sides, scaled rows and the impulses to begin with."""
-    v = np.empty(3)
+    v = temporary(3)
     for b in range(len(bodies)):
         rotate(work[b, W_V : W_V + 9], work[b, W_F + 3 : W_F + 6], v)
         for k in range(3):
             work[b, W_T + k] = work[b, W_F + k] / bodies[b, MASS] + bodies[b, VEL + k] / step
             work[b, W_T + 3 + k] = v[k] + bodies[b, VEL + 3 + k] / step
-        for k in range(6):
-            work[b, W_A + k] = work[b, W_A2 + k] = 0.0
+        work[b, W_A : W_A + 12] = 0.0
     for i in range(m):
         row, one, two = rows[i], links[i, 0], links[i, 1]
         total = diagonal = 0.0
@@ -695,74 +694,12 @@ def _relax(
             row[R_L] = WARM_START * joints[j, WARM + links[i, 4]]
             row[R_L2] = WARM_START * joints[j, WARM2 + links[i, 4]]
             for k in range(6):
-                work[one, W_A + k] += row[R_L] * row[R_M + k]
-                work[one, W_A2 + k] += row[R_L2] * row[R_M + k]
+                work[one, W_A + 2 * k] += row[R_L] * row[R_M + k]
+                work[one, W_A + 2 * k + 1] += row[R_L2] * row[R_M + k]
             if two >= 0:
                 for k in range(6):
-                    work[two, W_A + k] += row[R_L] * row[R_M + 6 + k]
-                    work[two, W_A2 + k] += row[R_L2] * row[R_M + 6 + k]
-
-
-@compiled
-def _iterate(m: int, iterations: int, rows: Array, links: Array, order: Array, work: Array) -> None:
-    """Projected Gauss-Seidel on both solutions."""
-    n = 0
-    for i in range(m):
-        if links[i, 2] == BILATERAL:
-            order[n] = i
-            n += 1
-    for i in range(m - 1, -1, -1):
-        if links[i, 2] == UNILATERAL:
-            order[n] = i
-            n += 1
-    friction = n
-    for i in range(m):
-        if links[i, 2] >= 0:
-            order[n] = i
-            n += 1
-    for iteration in range(iterations + FRICTION_ITERATIONS):
-        for place in range(friction if iteration >= iterations else 0, m):
-            i = order[place]
-            row = rows[i]
-            one, two, normal = links[i, 0], links[i, 1], links[i, 2]
-            a = work[one]
-            old, old2 = row[R_L], row[R_L2]
-            x = row[R_J] * a[W_A] + row[R_J + 1] * a[W_A + 1]
-            x += row[R_J + 2] * a[W_A + 2] + row[R_J + 3] * a[W_A + 3]
-            x += row[R_J + 4] * a[W_A + 4] + row[R_J + 5] * a[W_A + 5]
-            y = row[R_J] * a[W_A2] + row[R_J + 1] * a[W_A2 + 1]
-            y += row[R_J + 2] * a[W_A2 + 2] + row[R_J + 3] * a[W_A2 + 3]
-            y += row[R_J + 4] * a[W_A2 + 4] + row[R_J + 5] * a[W_A2 + 5]
-            if two >= 0:
-                b = work[two]
-                x += row[R_J + 6] * b[W_A] + row[R_J + 7] * b[W_A + 1]
-                x += row[R_J + 8] * b[W_A + 2] + row[R_J + 9] * b[W_A + 3]
-                x += row[R_J + 10] * b[W_A + 4] + row[R_J + 11] * b[W_A + 5]
-                y += row[R_J + 6] * b[W_A2] + row[R_J + 7] * b[W_A2 + 1]
-                y += row[R_J + 8] * b[W_A2 + 2] + row[R_J + 9] * b[W_A2 + 3]
-                y += row[R_J + 10] * b[W_A2 + 4] + row[R_J + 11] * b[W_A2 + 5]
-            new = old + (row[R_RHS] - old * row[R_CFM] - x)
-            new2 = old2 + (row[R_RHS2] - old2 * row[R_CFM] - y)
-            if normal >= 0:
-                high = abs(row[R_HIGH] * rows[normal, R_L])
-                high2 = abs(row[R_HIGH] * rows[normal, R_L2])
-                low, low2 = -high, -high2
-            else:
-                high = high2 = row[R_HIGH]
-                low = low2 = row[R_LOW]
-            new = min(max(new, low), high)
-            new2 = min(max(new2, low2), high2)
-            change, change2 = new - old, new2 - old2
-            row[R_L] = new if normal == BILATERAL else (1.0 - SMOOTHING) * new + SMOOTHING * old
-            row[R_L2] = new2
-            for k in range(6):
-                a[W_A + k] += change * row[R_M + k]
-                a[W_A2 + k] += change2 * row[R_M + k]
-            if two >= 0:
-                b = work[two]
-                for k in range(6):
-                    b[W_A + k] += change * row[R_M + 6 + k]
-                    b[W_A2 + k] += change2 * row[R_M + 6 + k]
+                    work[two, W_A + 2 * k] += row[R_L] * row[R_M + 6 + k]
+                    work[two, W_A + 2 * k + 1] += row[R_L2] * row[R_M + 6 + k]
 
 
 @compiled
@@ -791,7 +728,7 @@ def _move(
     work: Array,
 ) -> None:
     """Velocities, positions, and what is measured, of the solutions."""
-    v, turn, quaternion = np.empty(3), np.empty(4), np.empty(4)
+    v, turn, quaternion = temporary(3), temporary(4), temporary(4)
     for j in range(len(joints)):
         joints[j, MOTOR] = 0.0
         for k in range(6):
@@ -829,8 +766,8 @@ def _move(
             continue
         rotate(work[b, W_V : W_V + 9], work[b, W_F + 3 : W_F + 6], v)
         for k in range(3):
-            body[VEL + k] += step * (work[b, W_A2 + k] + work[b, W_F + k] / body[MASS])
-            body[VEL + 3 + k] += step * (work[b, W_A2 + 3 + k] + v[k])
+            body[VEL + k] += step * (work[b, W_A + 2 * k + 1] + work[b, W_F + k] / body[MASS])
+            body[VEL + 3 + k] += step * (work[b, W_A + 2 * k + 7] + v[k])
             body[FORCE + k] = body[FORCE + 3 + k] = 0.0
         for k in range(3):
             body[POS + k] += step * body[VEL + k]
@@ -846,7 +783,7 @@ def _move(
         _decay(body[VEL : VEL + 3], body[DECAY])
         _decay(body[VEL + 3 : VEL + 6], body[DECAY + 1])
         for k in range(6):  # what has pushed out of contacts is no velocity
-            body[VEL + k] += step * (work[b, W_A + k] - work[b, W_A2 + k])
+            body[VEL + k] += step * (work[b, W_A + 2 * k] - work[b, W_A + 2 * k + 1])
     for j in range(len(joints)):
         joints[j, EFFORT] = 0.0
     measure_joints(bodies, joints, types)
@@ -855,8 +792,8 @@ def _move(
 @compiled
 def measure_joints(bodies: Array, joints: Array, types: Array) -> None:
     """Positions and velocities of the joints; positions of hinges count whole rotations."""
-    error, inverse, rotation = np.empty(4), np.empty(4), np.empty(9)
-    axis, a2 = np.empty(3), np.empty(3)
+    error, inverse, rotation = temporary(4), temporary(4), temporary(9)
+    axis, a2 = temporary(3), temporary(3)
     for j in range(len(joints)):
         kind, one, two = types[j, 0], types[j, 1], types[j, 2]
         joint = joints[j]
@@ -873,7 +810,7 @@ def measure_joints(bodies: Array, joints: Array, types: Array) -> None:
             if two >= 0:
                 multiply(bodies[two, QUAT : QUAT + 4], joint[QREL : QREL + 4], error)
             else:
-                error[:] = joint[QREL : QREL + 4]
+                copy(joint[QREL : QREL + 4], error)
             for k in range(3):
                 inverse[k] = -error[k]
             inverse[3] = error[3]
@@ -900,47 +837,88 @@ def measure_joints(bodies: Array, joints: Array, types: Array) -> None:
         joint[RATE] = rate
 
 
+class State(NamedTuple):
+    """Everything that a step reads and writes.
+
+    Attributes:
+        gravity: (3,).
+        sequence: (n,) the bodies in the order of the last step, which the contacts follow.
+        types: (j, 3) type, first and second body (-1: the world) of each joint.
+        starts: (n + 1,) first place in `lists` of each body's joints.
+        below: (j, n) whether a body is below a joint.
+        owners: (c, 4) bodies, shape and plane, or -1 and the number of what never moves.
+        links: (m, 6) of each row the bodies, BILATERAL, UNILATERAL or the normal's row, the joint,
+            which row of it, and where its impulses are in the blocks.
+        first_row: (c,) of each contact.
+        marks: (4, k) numbers to work with.
+        result: (1,) number of contacts of the last step.
+    """
+
+    settings: Array
+    gravity: Array
+    bodies: Array
+    sequence: Array
+    joints: Array
+    types: Array
+    starts: Array
+    lists: Array
+    below: Array
+    scene: Scene
+    contacts: Array
+    owners: Array
+    rows: Array
+    links: Array
+    first_row: Array
+    blocks: Blocks
+    work: Array
+    marks: Array
+    result: Array
+
+
+_1, _2, _N1, _N2 = types.float64[::1], types.float64[:, ::1], types.int64[::1], types.int64[:, ::1]
+_TREES = types.NamedTuple((_2, _2, _N2, _N1, _N2, _2), Trees)
+_SCENE = types.NamedTuple(
+    (
+        *(_2, _N2, _N1, _2, _2, _2, _N1, _2, _N2, _N2, _N1, _N2, _2, _N1, _2, _2, _N1, _N1, _N1),
+        *(_N1, _TREES, _2, _N1, _N2, _N1, _2),
+    ),
+    Scene,
+)
+_BLOCKS = types.NamedTuple((_N2, _1, _N1, _1), Blocks)
+_STATE = types.NamedTuple(
+    (
+        *(_1, _1, _2, _N1, _2, _N2, _N1, _N1, types.boolean[:, ::1], _SCENE, _2, _N2, _2, _N2, _N1),
+        *(_BLOCKS, _2, _N2, _N1),
+    ),
+    State,
+)
+_state_at = arrays_at(_STATE)
+
+
+def state_table(state: State) -> Array:
+    """What advance() needs of a state, which has to outlive it."""
+    table: Array = make_table(state, _STATE)
+    return table
+
+
 @compiled
 def advance(
-    count: int,
-    step: float,
-    iterations: int,
-    settings: Array,
-    gravity: Array,
-    bodies: Array,
-    sequence: Array,
-    joints: Array,
-    types: Array,
-    starts: Array,
-    lists: Array,
-    below: Array,
-    scene: Scene,
-    contacts: Array,
-    owners: Array,
-    given: int,
-    watch: bool,
-    sleepy: bool,
-    rows: Array,
-    links: Array,
-    first_row: Array,
-    order: Array,
-    work: Array,
-    marks: Array,
-    result: Array,
+    count: int, given: int, step: float, iterations: int, watch: bool, sleepy: bool, table: Array
 ) -> int:
     """Make up to `count` steps.
 
     Args:
-        sequence: (n,) the bodies in the order of the last step, which the contacts follow.
         given: number of contacts, in the first rows, that the caller has found for the next step;
             -1: none were looked for, and it stops before a step for which they are needed.
         watch: whether there is something of which the caller finds the contacts.
         sleepy: whether there are bodies that may sleep.
-        result: gets the number of contacts of the last step.
+        table: state_table() of what is moved.
 
     Returns:
         Number of steps made; it also stops after a step in which a body has fallen asleep.
     """
+    (settings, gravity, bodies, sequence, joints, types, starts, lists, below, scene, contacts,
+     owners, rows, links, first_row, blocks, work, marks, result) = _state_at(table)  # fmt: skip
     for done in range(count):
         if watch and is_near(bodies, scene) and given < 0:
             return done
@@ -952,7 +930,9 @@ def advance(
         m = _build(step, n, bodies, joints, types, starts, lists, contacts, owners, rows, links,
                    first_row, work, marks, sequence, settings)  # fmt: skip
         _relax(step, m, bodies, joints, rows, links, work, settings)
-        _iterate(m, iterations, rows, links, order, work)
+        pack(m, rows, links, blocks)
+        iterate(iterations, blocks)
+        unpack(m, rows, links, blocks)
         _move(step, m, n, bodies, joints, types, contacts, first_row, rows, links, work)
         result[0] = n
         given = -1

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from bullet_sim.engine.quickstep.compiled import compiled
+from bullet_sim.engine.quickstep.compiled import allocating, compiled, temporary
 from bullet_sim.engine.quickstep.layout import (
     B_CENTRE,
     B_COLUMNS,
@@ -37,7 +37,7 @@ from bullet_sim.engine.quickstep.triangles import (
     triangle_on_triangle,
     triangles_overlap,
 )
-from bullet_sim.engine.quickstep.vectors import cross, dot
+from bullet_sim.engine.quickstep.vectors import copy, cross, dot
 from bullet_sim.pose import Array
 
 _CELLS = 1e4  # [1/m] in each of which contacts of two meshes are one
@@ -47,7 +47,7 @@ _LOOSE = 1e-6  # by which cosines between boxes of two trees count as larger
 _BOXES, _TRIANGLE_BOX, _BOX_TRIANGLE, _TRIANGLES, _TRIANGLES_OF_BOX = range(5)
 
 
-@compiled
+@allocating
 def _split(corners: Array, order: Array, start: int, end: int) -> int:
     """Put triangles beyond the middle of their corners, along the axis on which they are spread
     most, first; their number. All in single precision, as in OPCODE."""
@@ -92,7 +92,7 @@ def _push(todo: Array, at: int, start: int, end: int, parent: int, which: int, d
     )  # fmt: skip
 
 
-@compiled
+@allocating
 def build_tree(corners: Array, order: Array, nodes: Array, children: Array) -> int:
     """Build the tree of triangles (n, 3, 3), single precision [m]; how deep it is.
 
@@ -200,7 +200,7 @@ def _note_of_mesh(found: Array, n: int, point: Array, normal: Array, depth: floa
                     found[i, F_NORMAL + k] /= length
                 found[i, F_WEIGHT] = length
             else:
-                found[i] = found[n - 1]
+                copy(found[n - 1], found[i])
                 n -= 1
         return n
     return _note(found, n, point, normal, depth)
@@ -235,7 +235,8 @@ def _leave_most(found: Array, n: int, merge: bool) -> int:
     Args:
         merge: leave one, the deepest, of those at the same place and in the same direction.
     """
-    hidden = np.zeros(n, np.bool_)
+    for i in range(n):
+        found[i, F_WEIGHT] = 1.0
     for i in range(n - 1 if merge else 0):
         for j in range(i + 1, n):
             same = True
@@ -243,23 +244,23 @@ def _leave_most(found: Array, n: int, merge: bool) -> int:
                 if abs(found[i, k] - found[j, k]) >= SAME:
                     same = False
             if same:
-                hidden[i if found[j, F_DEPTH] > found[i, F_DEPTH] else j] = True
+                found[i if found[j, F_DEPTH] > found[i, F_DEPTH] else j, F_WEIGHT] = 0.0
     kept = 0
     for i in range(n):
-        if hidden[i]:
+        if found[i, F_WEIGHT] == 0.0:
             continue
         if kept < MESH_CONTACTS:
-            found[kept] = found[i]
+            copy(found[i], found[kept])
             kept += 1
         elif found[i, F_DEPTH] > found[kept - 1, F_DEPTH]:
-            found[kept - 1] = found[i]
+            copy(found[i], found[kept - 1])
     return kept
 
 
 @compiled
 def _box_in_frame(solid: Array, kind: int, mesh: Array, box: Array) -> None:
     """The box around a solid along the axes of a mesh's frame: centre and half the edges."""
-    frame = np.empty(B_COLUMNS)
+    frame = temporary(B_COLUMNS)
     relative(mesh, solid, frame)
     for i in range(3):
         box[i], box[3 + i] = frame[B_CENTRE + i], 0.0
@@ -302,9 +303,8 @@ def mesh_with_solid(
 
     Of a sphere or cylinder a triangle counts only in front of it.
     """
-    box, corners, plane, normal = np.empty(6), np.empty(9), np.empty(4), np.empty(3)
-    one, two, points = np.empty(3), np.empty(3), np.empty((16, 4))
-    todo = np.empty(trees.depth[0] + 2, np.int64)
+    box, corners, plane, normal = temporary(6), temporary(9), temporary(4), temporary(3)
+    one, two, points, todo = temporary(3), temporary(3), temporary(16, 4), trees.todo[:, 0]
     _box_in_frame(solid, kind, mesh, box)
     todo[0], waiting, n = root, 1, 0
     while waiting > 0:
@@ -396,15 +396,14 @@ def mesh_with_mesh(
     Args:
         root, other: of their trees.
     """
-    forth, back = np.empty(B_COLUMNS), np.empty(B_COLUMNS)  # of the second in the first
-    normal, spread, polygons = np.empty(3), np.empty(9), np.empty((6, 9, 3))
-    a, b, leaf, work = np.empty(9), np.empty(9), np.empty(9), np.empty((4, 6))
-    nodes, children = trees.nodes, trees.children
+    forth, back = temporary(B_COLUMNS), temporary(B_COLUMNS)  # of the second in the first
+    normal, spread, polygons = temporary(3), temporary(9), temporary(6, 9, 3)
+    a, b, leaf, work = temporary(9), temporary(9), temporary(9), temporary(4, 6)
+    nodes, children, todo = trees.nodes, trees.children, trees.todo
     relative(one, two, forth)
     relative(two, one, back)
     for i in range(9):
         spread[i] = abs(forth[B_ROTATION + i]) + _LOOSE
-    todo = np.empty((4 * trees.depth[0] + 8, 3), np.int64)
     todo[0, 0], todo[0, 1], todo[0, 2] = _BOXES, root, other
     waiting, n, held = 1, 0, 0  # held: triangle in the frame of the other mesh, and of which it is
     while waiting > 0:

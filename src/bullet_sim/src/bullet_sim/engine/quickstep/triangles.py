@@ -6,9 +6,7 @@ corners are counter-clockwise.
 
 import math
 
-import numpy as np
-
-from bullet_sim.engine.quickstep.compiled import compiled
+from bullet_sim.engine.quickstep.compiled import compiled, temporary
 from bullet_sim.engine.quickstep.layout import (
     B_CENTRE,
     B_HALF,
@@ -41,7 +39,7 @@ def sphere_on_triangle(
         ball: row of solids.
         plane: (4,) normal of the triangle and its distance from the origin.
     """
-    centre, radius, point = ball[B_CENTRE : B_CENTRE + 3], ball[B_HALF], np.empty(3)
+    centre, radius, point = ball[B_CENTRE : B_CENTRE + 3], ball[B_HALF], temporary(3)
     closest(centre, corners, point)
     distance = along = 0.0
     for k in range(3):
@@ -67,8 +65,8 @@ def cylinder_on_triangle(
     the triangle below its disc.
     """
     centre, turn = round_[B_CENTRE : B_CENTRE + 3], round_[B_ROTATION : B_ROTATION + 9]
-    cylinder, best, ends = np.empty(5), np.empty(6), np.empty((2, 3))
-    hull, edges, axis = np.empty((16, 3)), np.empty((3, 3)), np.empty(3)
+    cylinder, best, ends = temporary(5), temporary(6), temporary(2, 3)
+    hull, edges, axis = temporary(16, 3), temporary(3, 3), temporary(3)
     for k in range(3):
         cylinder[k] = turn[3 * k + 2]
         for i in range(3):
@@ -97,7 +95,7 @@ def cylinder_on_triangle(
         cosine += cylinder[k] * best[3 + k]
         normal[k] = -best[3 + k]
     if abs(cosine) >= STANDING:
-        count = disc_points(hull, 3, turn, cylinder, best, np.empty((16, 3)))
+        count = disc_points(hull, 3, turn, cylinder, best, temporary(16, 3))
         return hull_points(hull, count, False, centre, best, points)
     if not side_line(best, cylinder, ends):
         return 0
@@ -145,7 +143,7 @@ def _try_interval(
 def _overlap_with_box(box: Array, corners: Array, edges: Array, face: Array, best: Array) -> bool:
     """Whether a box and a triangle overlap in 13 directions; `best` as in _try_interval(): number 1
     is the triangle's normal, 2 to 4 are the box's, from 5 on edges of both."""
-    gap, axes, across = np.empty(3), np.empty((3, 3)), np.empty(3)
+    gap, axes, across = temporary(3), temporary(3, 3), temporary(3)
     height, reach = 0.0, 0.0
     for k in range(3):
         gap[k] = corners[k] - box[B_CENTRE + k]
@@ -187,12 +185,13 @@ def _overlap_with_box(box: Array, corners: Array, edges: Array, face: Array, bes
 def _crossing(box: Array, corners: Array, edges: Array, best: Array, points: Array) -> int:
     """The contact of an edge of a box with one of a triangle: between both lines."""
     code = int(best[4]) - 5
-    a, b = np.empty(3), np.empty(3)
-    along, to = np.empty(3), edges[code % 3] / math.sqrt(dot(edges[code % 3], edges[code % 3]))
+    a, b = temporary(3), temporary(3)
+    along, to, between, edge = temporary(3), temporary(3), temporary(3), edges[code % 3]
+    length = math.sqrt(dot(edge, edge))
     first = 0 if code % 3 == 0 else 6 if code % 3 == 1 else 3  # a corner on the edge
     for k in range(3):
         a[k] = box[B_CENTRE + k]
-        b[k] = corners[first + k]
+        b[k], to[k] = corners[first + k], edge[k] / length
         along[k] = box[B_ROTATION + 3 * k + code // 3]
     for i in range(3):
         cosine = 0.0
@@ -201,7 +200,8 @@ def _crossing(box: Array, corners: Array, edges: Array, best: Array, points: Arr
         for k in range(3):
             side = box[B_HALF + i] if cosine > 0.0 else -box[B_HALF + i]
             a[k] += side * box[B_ROTATION + 3 * k + i]
-    between = b - a
+    for k in range(3):
+        between[k] = b[k] - a[k]
     cosine = dot(along, to)
     one, two, rest = dot(along, between), -dot(to, between), 1.0 - cosine * cosine
     if rest > 0.0:
@@ -222,7 +222,7 @@ def _on_face_of_triangle(
 ) -> int:
     """Contacts of a box's side with a triangle: what of it is above the triangle and behind its
     plane."""
-    local, one, two = np.empty(3), np.empty((16, 3)), np.empty((16, 3))
+    local, one, two = temporary(3), temporary(16, 3), temporary(16, 3)
     for i in range(3):
         local[i] = 0.0
         for k in range(3):
@@ -239,7 +239,7 @@ def _on_face_of_triangle(
         one[2, k], one[3, k] = middle - du + dv, middle + du + dv
     length = math.sqrt(dot(face, face))
     count = clip_polygon(-face[0] / length, -face[1] / length, -face[2] / length, 0.0, one, 4, two)
-    across, edge = np.empty(3), np.empty(3)
+    across, edge = temporary(3), temporary(3)
     for i in range(3):
         distance = 0.0
         for k in range(3):
@@ -266,7 +266,7 @@ def _on_face_of_triangle(
 @compiled
 def _on_face_of_box(box: Array, corners: Array, best: Array, points: Array) -> int:
     """Contacts of a triangle with a box's side: what of it is in the box."""
-    first, one, two = int(best[4]) - 2, np.empty((16, 3)), np.empty((16, 3))
+    first, one, two = int(best[4]) - 2, temporary(16, 3), temporary(16, 3)
     for i in range(3):
         for k in range(3):
             one[i, k] = corners[3 * i + k] - box[B_CENTRE + k]
@@ -289,7 +289,7 @@ def _on_face_of_box(box: Array, corners: Array, best: Array, points: Array) -> i
 @compiled
 def box_on_triangle(box: Array, corners: Array, points: Array, normal: Array) -> int:
     """Contacts of a box with a triangle, as sphere_on_triangle(); a box behind it counts, too."""
-    edges, face, best = np.empty((3, 3)), np.empty(3), np.empty(5)
+    edges, face, best = temporary(3, 3), temporary(3), temporary(5)
     for k in range(3):
         edges[0, k] = corners[3 + k] - corners[k]
         edges[1, k] = corners[6 + k] - corners[k]
@@ -472,7 +472,7 @@ def _edges_cross(a: Array, b: Array, i: int, j: int, u: int, v: int) -> bool:
 @compiled
 def _is_inside(a: Array, b: Array, u: int, v: int) -> bool:
     """Whether the first corner of a triangle is in another in the plane (u, v)."""
-    side = np.empty(3)
+    side = temporary(3)
     for i in range(3):
         j = (i + 1) % 3
         x, y = b[3 * j + v] - b[3 * i + v], b[3 * i + u] - b[3 * j + u]

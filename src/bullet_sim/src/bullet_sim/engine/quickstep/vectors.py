@@ -2,10 +2,14 @@
 
 import math
 
-import numpy as np
-
-from bullet_sim.engine.quickstep.compiled import compiled
+from bullet_sim.engine.quickstep.compiled import compiled, temporary
 from bullet_sim.pose import Array
+
+
+@compiled
+def copy(a: Array, out: Array) -> None:
+    for k in range(len(a)):
+        out[k] = a[k]
 
 
 @compiled
@@ -87,8 +91,9 @@ def closest(point: Array, corners: Array, out: Array) -> None:
 
     C. Ericson, "Real-Time Collision Detection" (2004), 5.1.5.
     """
-    ab, ac, arm = np.empty(3), np.empty(3), np.empty(3)
-    d = np.zeros(6)  # of both edges with the arm from each corner
+    ab, ac, arm = temporary(3), temporary(3), temporary(3)
+    d = temporary(6)  # of both edges with the arm from each corner
+    d[:] = 0.0
     for k in range(3):
         ab[k] = corners[3 + k] - corners[k]
         ac[k] = corners[6 + k] - corners[k]
@@ -144,7 +149,7 @@ def clip_polygon(
         a = x * p[0] + y * p[1] + z * p[2] + distance
         b = x * q[0] + y * q[1] + z * q[2] + distance
         if a >= 0.0:
-            out[n] = p
+            copy(p, out[n])
             n += 1
         if a < 0.0 < b or b < 0.0 < a:
             for k in range(3):

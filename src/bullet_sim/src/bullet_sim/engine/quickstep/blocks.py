@@ -1,0 +1,312 @@
+"""The solver's iteration: constraint rows in blocks, each of which is solved at once.
+
+A projected Gauss-Seidel iteration takes row after row, and each row needs what the rows before it
+have changed: a processor waits for one result after the other. Rows that connect the same two
+bodies depend on each other in a way that is known before: row i sees row k < i as J_i M_k times
+what k has changed. So the rows of a joint, of which only the last may have bounds, are replaced by
+their forward substitution (the lower triangle of the block's matrix inverted): then they all start
+from the same velocities, and their result is that of one after the other. Two rows of contacts
+that follow each other on the same bodies have bounds both; the second is corrected by what the
+first has changed. Both solutions (the one that moves the bodies, and the one whose push is bounded)
+are computed side by side in four lanes, two rows each.
+
+Source: Y. Saad, "Iterative Methods for Sparse Linear Systems" (2003), section 4.1 (block
+Gauss-Seidel).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bullet_sim.engine.quickstep.compiled import compiled, temporary
+from bullet_sim.engine.quickstep.lanes import (
+    first_two,
+    greatest,
+    last_two,
+    least,
+    load,
+    load_twice,
+    store,
+)
+from bullet_sim.engine.quickstep.layout import (
+    BILATERAL,
+    FRICTION_ITERATIONS,
+    INFINITE,
+    R_CFM,
+    R_HIGH,
+    R_J,
+    R_L,
+    R_LOW,
+    R_M,
+    R_RHS,
+    SMOOTHING,
+    UNILATERAL,
+    W_A,
+    W_SIZE,
+)
+from bullet_sim.pose import Array
+
+# blocks: where their numbers are, of the accelerations of both bodies, and of the impulses of the
+# normal that bounds a friction (-1: none), whether there are a second body and a second row
+B_AT, B_ONE, B_TWO, B_NORMAL, B_BOTH, B_PAIR, B_COLUMNS = 0, 1, 2, 3, 4, 5, 6
+# numbers of a joint's block: six rows, each of the first five without bounds. Two rows in four
+# lanes: of each of 12 columns the Jacobian, so three times; for each row 12 times inverse mass
+# times it (twice, for both solutions); right sides, impulses; CFM and bounds of the last two
+J_M, J_RHS, J_L, J_CFM, J_LOW, J_HIGH, J_SIZE = 144, 288, 300, 312, 316, 320, 324
+# numbers of a contact's block: two rows
+C_M, C_RHS, C_L, C_CFM, C_LOW, C_HIGH, C_COUPLING, C_SIZE = 48, 96, 100, 104, 108, 112, 116, 120
+WEIGHTS = 8  # numbers before the first block: of new and old impulses of contacts
+ROWS, ROWS_MOST = 6, 7  # of a joint's block; of a joint
+
+
+class Blocks(NamedTuple):
+    """Blocks in the order in which they are solved: joints, normals, friction.
+
+    Attributes:
+        places: (b, B_COLUMNS).
+        numbers: (n,) of all blocks.
+        ends: (3,) number of blocks up to the joints' last, the normals' last and the last.
+        work: (n W_SIZE,) working values of all bodies.
+    """
+
+    places: Array
+    numbers: Array
+    ends: Array
+    work: Array
+
+
+def make_blocks(joints: int, contacts: int, work: Array) -> Blocks:
+    """Room for the blocks of a number of joints and contacts, between bodies with working values.
+
+    Args:
+        work: (n, W_SIZE); the last row is of no body.
+    """
+    most = ROWS_MOST * joints + 2 * contacts  # joints' rows one by one; a normal and its friction
+    size = WEIGHTS + ROWS_MOST * joints * J_SIZE + 2 * contacts * C_SIZE
+    raw = np.zeros(size + 8)
+    begin = -raw.ctypes.data // 8 % 8  # at a multiple of 64 bytes, which a processor loads at once
+    numbers = raw[begin : begin + size]
+    numbers[:WEIGHTS] = (1.0 - SMOOTHING, 1.0) * 2 + (SMOOTHING, 0.0) * 2
+    places = np.zeros((most, B_COLUMNS), np.int64)
+    return Blocks(places, numbers, np.zeros(3, np.int64), work.reshape(-1))
+
+
+@compiled
+def _pack_joint(
+    at: int, first: int, count: int, rows: Array, links: Array, numbers: Array, scratch: Array
+) -> None:
+    """Rows of a joint into its block; the last is the sixth if it has bounds or a CFM."""
+    block = numbers[at : at + J_SIZE]
+    block[:J_LOW] = 0.0
+    block[J_LOW:J_HIGH] = -INFINITE
+    block[J_HIGH:] = INFINITE
+    for i in range(count):
+        row, place = rows[first + i], i
+        if i == count - 1 and (row[R_CFM] != 0.0 or _is_bounded(row)):
+            place = ROWS - 1
+            for k in range(2):
+                block[J_CFM + 2 + k] = row[R_CFM]
+                block[J_LOW + 2 + k] = row[R_LOW]
+                block[J_HIGH + 2 + k] = row[R_HIGH]
+        mine = scratch[i]
+        for k in range(12):
+            mine[k] = row[R_J + k]
+        mine[12], mine[13] = row[R_RHS], row[R_RHS + 1]
+        for j in range(i):
+            other = rows[first + j]
+            factor = 0.0
+            for k in range(12):
+                factor += row[R_J + k] * other[R_M + k]
+            theirs = scratch[j]
+            for k in range(14):
+                mine[k] -= factor * theirs[k]
+        lanes = block[48 * (place // 2) + 2 * (place % 2) :]
+        pushes = block[J_M + 24 * place :]
+        for k in range(12):
+            lanes[4 * k] = lanes[4 * k + 1] = mine[k]
+            pushes[2 * k] = pushes[2 * k + 1] = row[R_M + k]
+        for k in range(2):
+            block[J_RHS + 2 * place + k] = mine[12 + k]
+            block[J_L + 2 * place + k] = row[R_L + k]
+        links[first + i, 5] = at + J_L + 2 * place
+
+
+@compiled
+def _is_bounded(row: Array) -> bool:
+    return bool(row[R_LOW] > -INFINITE or row[R_HIGH] < INFINITE)
+
+
+@compiled
+def _pack_contact(at: int, one: int, two: int, rows: Array, links: Array, numbers: Array) -> None:
+    """One row of a contact, or two (two >= 0), into a block."""
+    block = numbers[at : at + C_SIZE]
+    block[:] = 0.0
+    for place in range(2 if two >= 0 else 1):
+        i = one if place == 0 else two
+        row, lanes, pushes = rows[i], block[2 * place :], block[C_M + 24 * place :]
+        for k in range(12):
+            lanes[4 * k] = lanes[4 * k + 1] = row[R_J + k]
+            pushes[2 * k] = pushes[2 * k + 1] = row[R_M + k]
+        for k in range(2):
+            lanes[C_RHS + k], lanes[C_L + k] = row[R_RHS + k], row[R_L + k]
+            lanes[C_CFM + k] = row[R_CFM]
+            lanes[C_LOW + k], lanes[C_HIGH + k] = row[R_LOW], row[R_HIGH]
+        links[i, 5] = at + C_L + 2 * place
+    if two >= 0:
+        factor = 0.0
+        for k in range(12):
+            factor += rows[two, R_J + k] * rows[one, R_M + k]
+        block[C_COUPLING + 2] = block[C_COUPLING + 3] = factor
+
+
+@compiled
+def _place(block: Array, at: int, row: int, pair: bool, links: Array, nobody: int) -> None:
+    one, two = links[row, 0], links[row, 1]
+    block[B_AT], block[B_ONE] = at, one * W_SIZE + W_A
+    block[B_TWO] = (two if two >= 0 else nobody) * W_SIZE + W_A
+    block[B_BOTH], block[B_PAIR], block[B_NORMAL] = two >= 0, pair, -1
+    if links[row, 2] >= 0:
+        block[B_NORMAL] = links[links[row, 2], 5]
+
+
+@compiled
+def pack(m: int, rows: Array, links: Array, blocks: Blocks) -> None:
+    """Blocks of m rows.
+
+    Args:
+        links: gets where the rows' impulses are in the blocks.
+    """
+    places, numbers, ends = blocks.places, blocks.numbers, blocks.ends
+    scratch, nobody = temporary(ROWS, 14), len(blocks.work) // W_SIZE - 1
+    n, at, i = 0, WEIGHTS, 0
+    while i < m:
+        if links[i, 2] != BILATERAL:
+            i += 1
+            continue
+        count = 1
+        while (
+            count < ROWS
+            and i + count < m
+            and links[i + count, 3] == links[i, 3]
+            and rows[i + count - 1, R_CFM] == 0.0
+            and not _is_bounded(rows[i + count - 1])
+        ):
+            count += 1
+        _pack_joint(at, i, count, rows, links, numbers, scratch)
+        _place(places[n], at, i, True, links, nobody)
+        n, at, i = n + 1, at + J_SIZE, i + count
+    ends[0] = n
+    for friction in range(2):
+        waiting = -1  # a row that makes a block with the next one, if that is of the same bodies
+        for turn in range(m + 1):
+            i = -1 if turn == m else turn if friction else m - 1 - turn
+            if i >= 0 and (links[i, 2] < 0 if friction else links[i, 2] != UNILATERAL):
+                continue
+            if waiting < 0:
+                waiting = i
+                continue
+            pair = i >= 0 and links[i, 0] == links[waiting, 0] and links[i, 1] == links[waiting, 1]
+            if friction and pair:
+                pair = links[i, 2] == links[waiting, 2]
+            _pack_contact(at, waiting, i if pair else -1, rows, links, numbers)
+            _place(places[n], at, waiting, pair, links, nobody)
+            n, at = n + 1, at + C_SIZE
+            waiting = -1 if pair else i
+        ends[1 + friction] = n
+
+
+@compiled
+def unpack(m: int, rows: Array, links: Array, blocks: Blocks) -> None:
+    """Impulses of m rows from their blocks."""
+    for i in range(m):
+        for k in range(2):
+            rows[i, R_L + k] = blocks.numbers[links[i, 5] + k]
+
+
+@compiled
+def _solve_joint(at: int, one: int, two: int, both: int, n: Array, w: Array) -> None:
+    """Solve a joint's block: the residuals of all rows, the bounds of the last, the changes."""
+    x, y, z = load(n, at + J_RHS), load(n, at + J_RHS + 4), load(n, at + J_RHS + 8)
+    a = load_twice(w, two)
+    u, v, t = a * load(n, at + 24), a * load(n, at + 72), a * load(n, at + 120)
+    a = load_twice(w, one)
+    x, y, z = x - a * load(n, at), y - a * load(n, at + 48), z - a * load(n, at + 96)
+    for k in range(1, 6):
+        a, b = load_twice(w, one + 2 * k), load_twice(w, two + 2 * k)
+        x, u = x - a * load(n, at + 4 * k), u + b * load(n, at + 24 + 4 * k)
+        y, v = y - a * load(n, at + 48 + 4 * k), v + b * load(n, at + 72 + 4 * k)
+        z, t = z - a * load(n, at + 96 + 4 * k), t + b * load(n, at + 120 + 4 * k)
+    x, y, z = x - u, y - v, z - t
+    old = load(n, at + J_L + 8)
+    new = old + (z - old * load(n, at + J_CFM))
+    new = least(greatest(new, load(n, at + J_LOW)), load(n, at + J_HIGH))
+    z = new - old
+    store(n, at + J_L, load(n, at + J_L) + x)
+    store(n, at + J_L + 4, load(n, at + J_L + 4) + y)
+    store(n, at + J_L + 8, new)
+    a, b, c, d, e, f = (
+        first_two(x), last_two(x), first_two(y), last_two(y), first_two(z), last_two(z),
+    )  # fmt: skip
+    for k in range(0, 12, 4):
+        g = at + J_M + k
+        t = load(w, one + k) + a * load(n, g)
+        u = b * load(n, g + 24) + c * load(n, g + 48)
+        v = d * load(n, g + 72) + e * load(n, g + 96)
+        store(w, one + k, (t + u) + (v + f * load(n, g + 120)))
+    if not both:
+        return
+    for k in range(0, 12, 4):
+        g = at + J_M + 12 + k
+        t = load(w, two + k) + a * load(n, g)
+        u = b * load(n, g + 24) + c * load(n, g + 48)
+        v = d * load(n, g + 72) + e * load(n, g + 96)
+        store(w, two + k, (t + u) + (v + f * load(n, g + 120)))
+
+
+@compiled
+def _solve_contact(
+    at: int, one: int, two: int, normal: int, both: int, pair: int, n: Array, w: Array
+) -> None:
+    """Solve a contact's block: its first row, and the second after what the first has changed."""
+    x, y = load(n, at + C_RHS), load_twice(w, one + 6) * load(n, at + 12)
+    for k in range(3):
+        x -= load_twice(w, one + 2 * k) * load(n, at + 4 * k)
+    for k in range(4, 6):
+        y += load_twice(w, one + 2 * k) * load(n, at + 4 * k)
+    if both:
+        for k in range(6):
+            x -= load_twice(w, two + 2 * k) * load(n, at + 24 + 4 * k)
+    old = load(n, at + C_L)
+    x = (x - old * load(n, at + C_CFM)) - y
+    low, high = load(n, at + C_LOW), load(n, at + C_HIGH)
+    if normal >= 0:
+        normal = load_twice(n, normal)
+        low, high = low * normal, high * normal
+        low, high = least(low, high), greatest(low, high)
+    new = least(greatest(old + x, low), high)
+    if pair:
+        x -= first_two(new - old) * load(n, at + C_COUPLING)
+        new = least(greatest(old + x, low), high)
+    change = new - old
+    store(n, at + C_L, load(n, 0) * new + load(n, 4) * old)
+    a, b = first_two(change), last_two(change)
+    for k in range(0, 12, 4):
+        g = at + C_M + k
+        store(w, one + k, load(w, one + k) + (a * load(n, g) + b * load(n, g + 24)))
+    if both:
+        for k in range(0, 12, 4):
+            g = at + C_M + 12 + k
+            store(w, two + k, load(w, two + k) + (a * load(n, g) + b * load(n, g + 24)))
+
+
+@compiled
+def iterate(iterations: int, blocks: Blocks) -> None:
+    """Projected Gauss-Seidel on both solutions, then friction alone."""
+    b, n, ends, work = blocks.places, blocks.numbers, blocks.ends, blocks.work
+    for iteration in range(iterations + FRICTION_ITERATIONS):
+        if iteration < iterations:
+            for i in range(ends[0]):
+                _solve_joint(b[i, B_AT], b[i, B_ONE], b[i, B_TWO], b[i, B_BOTH], n, work)
+        for i in range(ends[0] if iteration < iterations else ends[1], ends[2]):
+            _solve_contact(b[i, B_AT], b[i, B_ONE], b[i, B_TWO], b[i, B_NORMAL], b[i, B_BOTH],
+                           b[i, B_PAIR], n, work)  # fmt: skip
