@@ -34,6 +34,8 @@ def test_defaults():
         ("seed", 7, "seed", 7),
         ("monotonic_clock", True, "monotonic_clock", True),
         ("step_timeout", 2, "step_timeout", 2.0),
+        ("niceness", -10, "niceness", -10),
+        ("niceness", 0, "niceness", 0),
         ("enable_ros_network", False, "enable_ros_network", False),
     ],
 )
@@ -59,6 +61,9 @@ def test_good_values(name, value, field, expected):
         ("lockstep", "no"),
         ("monotonic_clock", 0),
         ("step_timeout", -1),
+        ("niceness", 1),
+        ("niceness", -21),
+        ("niceness", "high"),
         ("step_timeout", math.inf),
         ("seed", "x"),
         ("seed", math.nan),
@@ -69,6 +74,14 @@ def test_bad_values_are_named(name, value):
         parse(**{name: value})
     assert f"parameter {name} is" in str(error.value) and str(value) in str(error.value)
     assert "must be" in str(error.value)
+
+
+def test_niceness_of_the_environment_counts_where_no_parameter_is_given(monkeypatch):
+    monkeypatch.setenv("PADDOCK_NICENESS", "-3")
+    assert parse().niceness == -3 and parse(niceness=-4).niceness == -4
+    monkeypatch.setenv("PADDOCK_NICENESS", "often")
+    with pytest.raises(ValueError, match="parameter niceness is 'often'; it must be"):
+        parse()
 
 
 def test_lockstep_starts_paused():

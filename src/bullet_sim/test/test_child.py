@@ -30,6 +30,23 @@ def descriptors():
     assert len(os.listdir("/proc/self/fd")) == before
 
 
+def test_it_has_its_own_session_and_a_lower_priority_than_the_process_had(descriptors):
+    child = started(niceness=3)
+    pid = child.process.pid
+    assert os.getsid(pid) == pid
+    assert os.getpriority(os.PRIO_PROCESS, pid) == min(19, os.nice(0) + 3)
+    try:
+        with open(f"/proc/{pid}/autogroup", encoding="ascii") as stream:
+            group = stream.read().split()[-1]
+    except OSError:
+        group = "none"
+    # Linux allows a change once within 0.1 s, except for root.
+    assert group in (str(min(19, os.nice(0) + 3)), "none") or os.geteuid() != 0
+    child.shut_down()
+    child.wait(TIMEOUT)
+    child.close()
+
+
 @pytest.mark.parametrize("logged", [True, False])
 def test_it_answers_and_ends_when_the_stream_does(descriptors, logged):
     child = started(arguments=("a", "b"), logged=logged)

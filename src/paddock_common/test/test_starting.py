@@ -60,6 +60,35 @@ def test_a_node_gets_lower_priority_and_the_rest_of_a_terminal_does_not(own_sess
         assert after == before
 
 
+RAISED = """
+import os, threading
+from paddock_common import process
+found = []
+def run():
+    raised, thread = process.raise_priority(-2), threading.get_native_id()
+    found.append((raised, os.getpriority(os.PRIO_PROCESS, thread)))
+thread = threading.Thread(target=run)
+thread.start()
+thread.join()
+print(*found[0], os.getpriority(os.PRIO_PROCESS, 0), len(os.sched_getaffinity(0)))
+"""
+
+
+def test_a_thread_gets_higher_priority_where_that_is_allowed():
+    output = subprocess.check_output([sys.executable, "-c", RAISED], start_new_session=True)
+    raised, niceness, others, processors = output.decode().split()
+    assert int(others) == os.nice(0)
+    assert int(niceness) == (-2 if raised == "True" else os.nice(0))
+    if os.geteuid() != 0 or processors == "1":
+        assert raised == "False" or processors != "1"
+
+
+def test_a_thread_of_a_single_processor_keeps_its_priority():
+    only = str(min(os.sched_getaffinity(0)))
+    output = subprocess.check_output(["taskset", "-c", only, sys.executable, "-c", RAISED])
+    assert output.decode().split() == ["False", str(os.nice(0)), str(os.nice(0)), "1"]
+
+
 BLOCKS = """
 import ctypes
 from paddock_common import nodes

@@ -56,6 +56,8 @@ class Config:
         seed: of all sensor noise.
         monotonic_clock: a reset does not set simulated time back to 0.
         step_timeout: wall time that /gazebo/step waits for commands [s].
+        niceness: of the simulation thread and the node's session, where that is allowed; 0: none;
+            for launch files that do not pass it on, the environment variable PADDOCK_NICENESS.
         enable_ros_network: False: neither the topics nor the services below the node's name.
     """
 
@@ -75,6 +77,7 @@ class Config:
     seed: int = number(0)
     monotonic_clock: bool = flag(False)
     step_timeout: float = number(10.0, min=0.0, unit="s")
+    niceness: int = number(-5, min=-20, max=0)
     enable_ros_network: bool = flag(True)
 
     def __post_init__(self) -> None:
@@ -93,13 +96,18 @@ def parse_config(get: Callable[[str, Any], Any]) -> Config:
         ValueError: names the parameter, the value and what is valid.
     """
     solver = os.environ.get("PADDOCK_SOLVER") or (Config.solver if has_numba() else "bullet")
-    config = read(Config, lambda n, d: get(n, solver if n == "solver" else d), prefix="")
+    niceness: Any = os.environ.get("PADDOCK_NICENESS") or Config.niceness
+    if isinstance(niceness, str) and niceness.lstrip("-").isdigit():
+        niceness = int(niceness)
+    given = {"solver": solver, "niceness": niceness}
+    config = read(Config, lambda n, d: get(n, given.get(n, d)), prefix="")
     return replace(
         config,
         world_pace=get("real_time_factor", None) is None,
         paused=config.paused or config.lockstep,
         clock_rate=config.clock_rate or Config.clock_rate,  # 0: the default
         seed=int(config.seed),
+        niceness=int(config.niceness),
     )
 
 

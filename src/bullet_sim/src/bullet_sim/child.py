@@ -1,4 +1,4 @@
-"""Child processes: their socket, their output, and how they exited."""
+"""Child processes: their socket, their output, their priority, and how they exited."""
 
 import os
 import socket
@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Mapping, Sequence
 
 TAIL = 4000  # [bytes] of its output that are searched for the reason of its exit
+_OWN = os.getpriority(os.PRIO_PROCESS, 0)  # this process' niceness, before a thread has another
 
 
 def blocking_pair() -> tuple[socket.socket, socket.socket]:
@@ -20,6 +21,16 @@ def blocking_pair() -> tuple[socket.socket, socket.socket]:
     return pair
 
 
+def _set_niceness(pid: int, niceness: int) -> None:
+    """Set the niceness of a process and its session; one that has exited has none."""
+    try:
+        os.setpriority(os.PRIO_PROCESS, pid, niceness)
+        with open(f"/proc/{pid}/autogroup", "w", encoding="ascii") as stream:
+            stream.write(str(niceness))
+    except OSError:
+        pass  # also where the kernel has no such groups
+
+
 class Child:
     """A process that is started with one end of a socket pair.
 
@@ -30,6 +41,8 @@ class Child:
         descriptors: further file descriptors that it inherits.
         environment: of the process; None: inherited.
         logged: whether its output goes to a temporary file; else to this process' output.
+        niceness: how much lower its priority is than this process' was, 0 to 19; it gets a session
+            of its own, since Linux applies the niceness of sessions first (autogroup).
 
     Attributes:
         name: with the process ID.
@@ -47,6 +60,7 @@ class Child:
         descriptors: Sequence[int] = (),
         environment: Mapping[str, str] | None = None,
         logged: bool = True,
+        niceness: int | None = None,
     ) -> None:
         self.socket, child_socket = blocking_pair()
         self._log = tempfile.TemporaryFile() if logged else None
@@ -58,6 +72,7 @@ class Child:
                 stderr=self._log,
                 env=environment,
                 pass_fds=[child_socket.fileno(), *descriptors],
+                start_new_session=niceness is not None,
             )
         except OSError:
             self.close()
@@ -65,6 +80,8 @@ class Child:
         finally:
             child_socket.close()
         self.name = f"{name} (pid {self.process.pid})"
+        if niceness is not None:
+            _set_niceness(self.process.pid, min(19, _OWN + niceness))
 
     def shut_down(self) -> None:
         """Close the stream: the process reads end-of-file and is expected to exit; any thread."""

@@ -5,6 +5,7 @@ imports no rospy.
 import ctypes
 import os
 import signal
+import threading
 from collections.abc import Callable, Iterable, Sequence
 
 
@@ -18,13 +19,41 @@ def lower_priority(niceness: int = 5) -> None:
         niceness: as of nice(1), 1 to 19.
     """
     os.nice(niceness)
+    _set_session(niceness)
+
+
+def raise_priority(niceness: int) -> bool:
+    """Raises the priority of this thread and, if it is a node's of a launch file, of its session.
+
+    A thread that always runs is interrupted by each process that wakes up, on the processor where
+    it is, although others may be idle. Does nothing on a machine with one processor, where all
+    others would have to wait.
+
+    Args:
+        niceness: as of nice(1), -20 to -1.
+
+    Returns:
+        Whether it has another one; root may do that, others only as far as RLIMIT_NICE allows.
+    """
+    if len(os.sched_getaffinity(0)) < 2:
+        return False
+    try:
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), niceness)
+    except PermissionError:
+        return False
+    _set_session(niceness)
+    return True
+
+
+def _set_session(niceness: int) -> None:
+    """Sets the niceness of this process's session, if it is its first process."""
     if os.getsid(0) != os.getpid():
         return
     try:
         with open("/proc/self/autogroup", "w", encoding="ascii") as stream:
             stream.write(str(niceness))
     except OSError:
-        pass  # the kernel has no such groups
+        pass  # the kernel has no such groups, or does not allow it
 
 
 class StopRequest:

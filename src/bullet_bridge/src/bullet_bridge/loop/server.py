@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import rospy
 from bullet_sim.errors import WorldError
+from paddock_common.process import raise_priority
 
 from bullet_bridge.loop.clock import ClockThrottle, Pace, SimClock
 from bullet_bridge.loop.rtf_monitor import RealTimeFactorMonitor
@@ -90,7 +91,7 @@ class Server:
     ) -> None:
         self._world, self._jobs, self._robots = world, jobs, robots
         self.paused, self.lockstep = config.paused, config.lockstep
-        self._monotonic = config.monotonic_clock
+        self._monotonic, self._niceness = config.monotonic_clock, config.niceness
         self._relay = relay
         self._rtf_monitor = RealTimeFactorMonitor(now=now)
         self._pace = Pace(config.real_time_factor, now, self._measured)
@@ -165,6 +166,8 @@ class Server:
 
     def run(self) -> None:
         """Loop until the node shuts down."""
+        if self._niceness < 0:
+            raise_priority(self._niceness)
         sys.setswitchinterval(0.0005)  # other threads release the GIL sooner
         gc.collect()
         gc.freeze()  # later collections skip these objects: shorter pauses

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
     from bullet_sim.render.renderer import Renderer
 
 _has_files = threading.Lock()  # locked while there are temporary files
-NICENESS = 5  # lower priority than the physics and the user's nodes
 PROBE_URDF = """<robot name="probe"><link name="base"><visual>
 <origin xyz="2 0 0"/><geometry><box size="1 1 1"/></geometry>
 <material name="red"><color rgba="1 0 0 1"/></material></visual></link></robot>"""
@@ -156,7 +155,6 @@ def exit_with_parent(socket: int) -> None:
 def main(arguments: list[str]) -> None:
     """Args: arguments: [socket and memory file descriptors, renderer_type, Quality's values]."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.nice(NICENESS)
     socket, memory, renderer_type, *quality = arguments
     threading.Thread(target=exit_with_parent, args=[int(socket)], daemon=True).start()
     serve(Connection(int(socket)), SharedMemory(int(memory)), renderer_type, Quality(*quality))

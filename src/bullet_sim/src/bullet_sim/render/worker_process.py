@@ -122,6 +122,7 @@ class BufferRing:
 HANG_TIMEOUT = 2.5  # [s] of wall time without a reply or any use of a processor
 HANG_CHECK = 0.25  # [s] between two checks; a debugger's stop of everything counts as one
 START_TIMEOUT = 60.0  # [s] of wall time; a cold Mesa compiles shaders
+NICENESS = 5  # lower priority than the physics and the user's nodes
 AHEAD = 2  # jobs that it may have: it starts the next one without waiting for its parent
 _HEADER = struct.Struct("!i")
 COMMAND = (sys.executable, "-m", "bullet_sim.render.worker")
@@ -165,6 +166,7 @@ class Worker:
             (str(self.memory.fd), renderer_type, quality.shadows, quality.antialias),
             [self.memory.fd],
             variables,
+            niceness=NICENESS,
         )
         self.process, replies = self._child.process, self._child.socket
         self.connection = Connection(os.dup(replies.fileno()))
