@@ -22,6 +22,7 @@ os.environ.update(
     PYTHONPYCACHEPREFIX=sys.pycache_prefix,
     QT_QPA_PLATFORM="offscreen",
     ROS_HOME=str(ROOT / "test-results" / "ros_home"),
+    PADDOCK_NICENESS="0",  # worlds of tests that run side by side leave their nodes processors
     ROS_IP="127.0.0.1",
 )
 _packages = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)

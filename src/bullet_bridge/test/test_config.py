@@ -34,7 +34,7 @@ def test_defaults():
         ("seed", 7, "seed", 7),
         ("monotonic_clock", True, "monotonic_clock", True),
         ("step_timeout", 2, "step_timeout", 2.0),
-        ("niceness", -10, "niceness", -10),
+        ("niceness", -5, "niceness", -5),
         ("niceness", 0, "niceness", 0),
         ("enable_ros_network", False, "enable_ros_network", False),
     ],

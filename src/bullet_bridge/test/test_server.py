@@ -106,7 +106,7 @@ class Rig:
             self.world,
             Jobs(self.wall),
             self.robots,
-            Config(clock_rate=clock_rate, **{"real_time_factor": 1.0, **config}),
+            Config(niceness=0, clock_rate=clock_rate, **{"real_time_factor": 1.0, **config}),
             clock,
             self.wall.now,
         )

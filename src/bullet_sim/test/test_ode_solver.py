@@ -5,6 +5,7 @@ program that sent the same commands to both (docs/gazebo-comparison.md).
 """
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -645,3 +646,22 @@ def test_a_position_that_is_set_is_taken(world):
 def test_an_unknown_solver_is_named():
     with pytest.raises(ModelError, match="solver is 'dart', must be bullet or ode"):
         Engine(solver="dart")
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_joints_yield_by_their_cfm(world, count):
+    """J v = error erp / h - cfm f, so what hangs at rest has sunk by cfm f h / erp at each joint."""
+    cfm, erp, mass = 2e-3, 0.2, 3.0
+    world.engine.ode.configure(replace(world.engine.ode.settings, cfm=cfm, erp=erp))
+    links = "".join(link(f"l{i}", mass, centre="0 0 -0.3") for i in range(count))
+    joints = "".join(
+        joint(f"j{i}", "continuous", f"l{i - 1}" if i else "world", f"l{i}", "0 0 -0.5")
+        for i in range(count)
+    )
+    model = spawn(world, robot('<link name="world"/>', links, joints), Pose((0.0, 0.0, 5.0)))
+    world.step(6000)
+    sunk = 0.0
+    for i in range(count):
+        sunk += cfm * (count - i) * mass * G * world.time_step / erp
+        height = model.link_state(f"l{i}")[0].position[2]
+        assert height == pytest.approx(5.0 - 0.5 * (i + 1) - sunk, abs=1e-7)

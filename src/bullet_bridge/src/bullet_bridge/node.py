@@ -77,7 +77,7 @@ class Config:
     seed: int = number(0)
     monotonic_clock: bool = flag(False)
     step_timeout: float = number(10.0, min=0.0, unit="s")
-    niceness: int = number(-5, min=-20, max=0)
+    niceness: int = number(-10, min=-20, max=0)
     enable_ros_network: bool = flag(True)
 
     def __post_init__(self) -> None:

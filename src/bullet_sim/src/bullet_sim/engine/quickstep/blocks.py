@@ -47,12 +47,14 @@ from bullet_sim.engine.quickstep.layout import (
 from bullet_sim.pose import Array
 
 # blocks: where their numbers are, of the accelerations of both bodies, and of the impulses of the
-# normal that bounds a friction (-1: none), whether there are a second body and a second row
+# normal that bounds a friction (-1: none), whether there are a second body and a second row (of a
+# contact) or a CFM (of a joint)
 B_AT, B_ONE, B_TWO, B_NORMAL, B_BOTH, B_PAIR, B_COLUMNS = 0, 1, 2, 3, 4, 5, 6
 # numbers of a joint's block: six rows, each of the first five without bounds. Two rows in four
 # lanes: of each of 12 columns the Jacobian, so three times; for each row 12 times inverse mass
-# times it (twice, for both solutions); right sides, impulses; CFM and bounds of the last two
-J_M, J_RHS, J_L, J_CFM, J_LOW, J_HIGH, J_SIZE = 144, 288, 300, 312, 316, 320, 324
+# times it (twice, for both solutions); right sides, impulses; bounds of the last two; for each row
+# what its impulse changes by its CFM, in all rows
+J_M, J_RHS, J_L, J_LOW, J_HIGH, J_CFM, J_SIZE = 144, 288, 300, 312, 316, 320, 392
 # numbers of a contact's block: two rows
 C_M, C_RHS, C_L, C_CFM, C_LOW, C_HIGH, C_COUPLING, C_SIZE = 48, 96, 100, 104, 108, 112, 116, 120
 WEIGHTS = 8  # numbers before the first block: of new and old impulses of contacts
@@ -94,31 +96,31 @@ def make_blocks(joints: int, contacts: int, work: Array) -> Blocks:
 @compiled
 def _pack_joint(
     at: int, first: int, count: int, rows: Array, links: Array, numbers: Array, scratch: Array
-) -> None:
-    """Rows of a joint into its block; the last is the sixth if it has bounds or a CFM."""
-    block = numbers[at : at + J_SIZE]
+) -> bool:
+    """Rows of a joint into its block, where the last is the sixth; whether one has a CFM."""
+    block, soft = numbers[at : at + J_SIZE], False
     block[:J_LOW] = 0.0
     block[J_LOW:J_HIGH] = -INFINITE
-    block[J_HIGH:] = INFINITE
+    block[J_HIGH:J_CFM] = INFINITE
     for i in range(count):
-        row, place = rows[first + i], i
-        if i == count - 1 and (row[R_CFM] != 0.0 or _is_bounded(row)):
-            place = ROWS - 1
+        row, place = rows[first + i], i if i < count - 1 else ROWS - 1
+        if place == ROWS - 1:
             for k in range(2):
-                block[J_CFM + 2 + k] = row[R_CFM]
-                block[J_LOW + 2 + k] = row[R_LOW]
-                block[J_HIGH + 2 + k] = row[R_HIGH]
+                block[J_LOW + 2 + k], block[J_HIGH + 2 + k] = row[R_LOW], row[R_HIGH]
         mine = scratch[i]
         for k in range(12):
             mine[k] = row[R_J + k]
         mine[12], mine[13] = row[R_RHS], row[R_RHS + 1]
+        mine[14:] = 0.0
+        mine[14 + place] = row[R_CFM]
+        soft = soft or row[R_CFM] != 0.0
         for j in range(i):
             other = rows[first + j]
             factor = 0.0
             for k in range(12):
                 factor += row[R_J + k] * other[R_M + k]
             theirs = scratch[j]
-            for k in range(14):
+            for k in range(20):
                 mine[k] -= factor * theirs[k]
         lanes = block[48 * (place // 2) + 2 * (place % 2) :]
         pushes = block[J_M + 24 * place :]
@@ -129,6 +131,18 @@ def _pack_joint(
             block[J_RHS + 2 * place + k] = mine[12 + k]
             block[J_L + 2 * place + k] = row[R_L + k]
         links[first + i, 5] = at + J_L + 2 * place
+    if soft:
+        for i in range(count):
+            place = i if i < count - 1 else ROWS - 1
+            lanes = block[J_CFM + 4 * (place // 2) + 2 * (place % 2) :]
+            for k in range(ROWS):
+                lanes[12 * k] = lanes[12 * k + 1] = scratch[i, 14 + k]
+        if count < ROWS:  # the rows that are not there
+            for place in range(count - 1, ROWS - 1):
+                lanes = block[J_CFM + 4 * (place // 2) + 2 * (place % 2) :]
+                for k in range(ROWS):
+                    lanes[12 * k] = lanes[12 * k + 1] = 0.0
+    return soft
 
 
 @compiled
@@ -177,7 +191,7 @@ def pack(m: int, rows: Array, links: Array, blocks: Blocks) -> None:
         links: gets where the rows' impulses are in the blocks.
     """
     places, numbers, ends = blocks.places, blocks.numbers, blocks.ends
-    scratch, nobody = temporary(ROWS, 14), len(blocks.work) // W_SIZE - 1
+    scratch, nobody = temporary(ROWS, 20), len(blocks.work) // W_SIZE - 1
     n, at, i = 0, WEIGHTS, 0
     while i < m:
         if links[i, 2] != BILATERAL:
@@ -188,12 +202,11 @@ def pack(m: int, rows: Array, links: Array, blocks: Blocks) -> None:
             count < ROWS
             and i + count < m
             and links[i + count, 3] == links[i, 3]
-            and rows[i + count - 1, R_CFM] == 0.0
             and not _is_bounded(rows[i + count - 1])
         ):
             count += 1
-        _pack_joint(at, i, count, rows, links, numbers, scratch)
-        _place(places[n], at, i, True, links, nobody)
+        soft = _pack_joint(at, i, count, rows, links, numbers, scratch)
+        _place(places[n], at, i, soft, links, nobody)
         n, at, i = n + 1, at + J_SIZE, i + count
     ends[0] = n
     for friction in range(2):
@@ -224,7 +237,7 @@ def unpack(m: int, rows: Array, links: Array, blocks: Blocks) -> None:
 
 
 @compiled
-def _solve_joint(at: int, one: int, two: int, both: int, n: Array, w: Array) -> None:
+def _solve_joint(at: int, one: int, two: int, both: int, soft: int, n: Array, w: Array) -> None:
     """Solve a joint's block: the residuals of all rows, the bounds of the last, the changes."""
     x, y, z = load(n, at + J_RHS), load(n, at + J_RHS + 4), load(n, at + J_RHS + 8)
     a = load_twice(w, two)
@@ -237,8 +250,12 @@ def _solve_joint(at: int, one: int, two: int, both: int, n: Array, w: Array) -> 
         y, v = y - a * load(n, at + 48 + 4 * k), v + b * load(n, at + 72 + 4 * k)
         z, t = z - a * load(n, at + 96 + 4 * k), t + b * load(n, at + 120 + 4 * k)
     x, y, z = x - u, y - v, z - t
+    if soft:
+        for k in range(ROWS):
+            a, g = load_twice(n, at + J_L + 2 * k), at + J_CFM + 12 * k
+            x, y, z = x - a * load(n, g), y - a * load(n, g + 4), z - a * load(n, g + 8)
     old = load(n, at + J_L + 8)
-    new = old + (z - old * load(n, at + J_CFM))
+    new = old + z
     new = least(greatest(new, load(n, at + J_LOW)), load(n, at + J_HIGH))
     z = new - old
     store(n, at + J_L, load(n, at + J_L) + x)
@@ -306,7 +323,8 @@ def iterate(iterations: int, blocks: Blocks) -> None:
     for iteration in range(iterations + FRICTION_ITERATIONS):
         if iteration < iterations:
             for i in range(ends[0]):
-                _solve_joint(b[i, B_AT], b[i, B_ONE], b[i, B_TWO], b[i, B_BOTH], n, work)
+                _solve_joint(b[i, B_AT], b[i, B_ONE], b[i, B_TWO], b[i, B_BOTH], b[i, B_PAIR], n,
+                             work)  # fmt: skip
         for i in range(ends[0] if iteration < iterations else ends[1], ends[2]):
             _solve_contact(b[i, B_AT], b[i, B_ONE], b[i, B_TWO], b[i, B_NORMAL], b[i, B_BOTH],
                            b[i, B_PAIR], n, work)  # fmt: skip
