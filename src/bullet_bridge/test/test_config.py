@@ -10,7 +10,8 @@ def parse(**values):
     return parse_config(values.get)
 
 
-def test_defaults():
+def test_defaults(monkeypatch):
+    monkeypatch.delenv("PADDOCK_NICENESS", raising=False)  # which tests set
     assert parse() == Config(world_pace=True)
 
 

@@ -650,7 +650,7 @@ def test_an_unknown_solver_is_named():
 
 @pytest.mark.parametrize("count", [1, 2])
 def test_joints_yield_by_their_cfm(world, count):
-    """J v = error erp / h - cfm f, so what hangs at rest has sunk by cfm f h / erp at each joint."""
+    """J v = error erp / h - cfm f: what hangs at rest has sunk by cfm f h / erp at each joint."""
     cfm, erp, mass = 2e-3, 0.2, 3.0
     world.engine.ode.configure(replace(world.engine.ode.settings, cfm=cfm, erp=erp))
     links = "".join(link(f"l{i}", mass, centre="0 0 -0.3") for i in range(count))
