@@ -3,6 +3,7 @@
 import importlib
 import math
 import platform
+import subprocess
 import sys
 
 import numpy as np
@@ -226,6 +227,32 @@ def test_round_shapes_are_round(world, static):
     ball = 3.0 * cosine - np.sqrt(0.7**2 - height**2 - (3.0 * sine) ** 2)
     tube = 3.0 * cosine - np.sqrt(0.4**2 - (3.0 * sine) ** 2)
     np.testing.assert_allclose(found, [*ball, *tube], atol=1e-9 if exact else 5e-3)
+
+
+WITHOUT_NUMBA = """
+import sys
+sys.modules["numba"] = None
+import numpy as np
+from bullet_sim.pose import Pose
+from bullet_sim.world import World
+world = World()
+for number, shape in enumerate(sys.argv[1:]):
+    world.spawn_sdf(f"m{number}", shape, Pose((2.0 + number, 0.0, 0.5)), str)
+rays = np.array([(np.cos(a), np.sin(a), 0.0) for a in np.linspace(-0.3, 0.3, 61)])
+centre, reach = np.array((0.0, 0.0, 0.4)), np.full(3, 9.0)
+print(world.engine.rays.sweep(centre, rays, (centre - reach, centre + reach), 0.1, 9.0).tolist())
+"""
+
+
+def test_rays_are_the_same_without_numba(tmp_path):
+    """The closed forms are then computed by Python; the solver 'bullet' does not need numba."""
+    shapes = [model([SHAPES["cylinder"]]), model([SHAPES["sphere"]])]
+    slow = WITHOUT_NUMBA, WITHOUT_NUMBA.replace('sys.modules["numba"] = None', "")
+    found = [
+        subprocess.check_output([sys.executable, "-c", program, *shapes], text=True)
+        for program in slow
+    ]
+    assert found[0] == found[1] and "inf" in found[0]
 
 
 def test_the_same_far_from_the_origin(world):

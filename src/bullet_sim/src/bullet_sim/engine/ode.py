@@ -80,6 +80,8 @@ class Part:
     first: int = 0
     first_joint: int = 0
     order: list[int] = field(default_factory=list)  # row of each of the engine's joints
+    # places in the flat array of joints of their positions, velocities and motors' efforts
+    measured: Array = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def link(self, row: int) -> Link:
         """The link of a row of bodies."""
@@ -133,6 +135,10 @@ class OdeSolver:
     def compile(self) -> None:
         """Compile the solver, unless that was done; else the first step does."""
         self._advance(0, -1)
+        nowhere = np.zeros(3)
+        self.moving_shapes().cast(
+            nowhere, np.zeros((0, 3)), (nowhere, nowhere), 0.0, 0.0, None, False
+        )
 
     def clear(self) -> None:
         """All bodies are gone."""
@@ -281,6 +287,8 @@ class OdeSolver:
             order = self._engine.joint_names(part.body)
             place = {joint.name: part.first_joint + i for i, joint in enumerate(part.joints)}
             part.order = [place[name] for name in order]
+            columns = np.array((q.ANGLE, q.RATE, q.MOTOR))[:, None]
+            part.measured = (columns + q.J_SIZE * np.array(part.order, np.int64)).ravel()
         self._inward = [  # from the centres of mass to the links' frames
             tuple((-part.shapes.links[name].centre).tolist())
             for part in parts
@@ -907,11 +915,13 @@ class OdeSolver:
     def joint_states(self, body: int) -> list[tuple[float, float, tuple[float, ...], float]]:
         """(position, velocity, (), motor's effort) of each of the engine's joints."""
         self.refresh()
-        order = self._parts[body].order if body in self._parts else []
-        rows = self.joints[order]
+        part = self._parts.get(body)
+        if part is None or not part.order:
+            return []
+        numbers, count = self.joints.take(part.measured).tolist(), len(part.order)
+        motors = numbers[2 * count :]
         return [
-            (angle, rate, (), motor)
-            for angle, rate, motor in rows[:, (q.ANGLE, q.RATE, q.MOTOR)].tolist()
+            (angle, rate, (), motor) for angle, rate, motor in zip(numbers, numbers[count:], motors)
         ]
 
     def joint_load(self, body: int, link: int) -> tuple[Array, Array, float]:

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import pybullet as p
 
+from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, matrix_from_quaternion
 
 Box = tuple[Array, Array]  # lower and upper corner (3,) [m]
@@ -209,46 +210,15 @@ class RayShape:
     triangles: Triangles | None = None
 
 
-def _enter_and_leave(
-    kind: str, centres: Array, directions: Array, sizes: Array
-) -> tuple[Array, Array]:
-    """Distances (n,) at which each ray enters and leaves a shape; it misses if they are not in
-    this order.
-
-    Args:
-        centres: (n, 3) where the rays begin, in the frames of the shapes.
-        directions: (n, 3) unit vectors, there, too.
-        sizes: (n, 3) of the shapes.
-    """
-    with np.errstate(divide="ignore", invalid="ignore"):
-        if kind == "box":
-            return _slab(centres, directions, sizes)
-        if kind == "sphere":
-            return _round(centres, directions, sizes[:, 0])
-        enter, leave = _round(centres[:, :2], directions[:, :2], sizes[:, 0])
-        low, high = _slab(centres[:, 2:], directions[:, 2:], sizes[:, 1:2])
-        return np.maximum(enter, low), np.minimum(leave, high)
+_KINDS = {"sphere": q.SPHERE, "cylinder": q.CYLINDER, "box": q.BOX, "mesh": q.MESH}
 
 
-def _slab(centres: Array, directions: Array, half: Array) -> tuple[Array, Array]:
-    """Distances (n,) at which rays enter and leave all slabs |x_i| <= half_i."""
-    first, second = (-half - centres) / directions, (half - centres) / directions
-    # a ray along a slab: always in it (nan: at its edge) or never
-    enter = np.fmax.reduce(np.fmin(first, second), axis=1)
-    return enter, np.fmin.reduce(np.fmax(first, second), axis=1)
+@functools.cache
+def _solid_cast() -> Callable[..., None]:
+    """Casts at shapes that have closed forms; numba takes a while."""
+    from bullet_sim.engine.quickstep.rays import cast
 
-
-def _round(centres: Array, directions: Array, radius: Array) -> tuple[Array, Array]:
-    """Distances (n,) at which rays enter and leave circles or spheres around the origin."""
-    square = np.einsum("ij,ij->i", directions, directions)
-    half = np.einsum("ij,ij->i", directions, centres)
-    rest = np.einsum("ij,ij->i", centres, centres) - radius * radius
-    root = np.sqrt(half * half - square * rest)  # nan: it passes
-    enter, leave = (-half - root) / square, (-half + root) / square
-    along = square == 0.0  # a cylinder's axis
-    enter[along] = np.where(rest[along] <= 0.0, -np.inf, np.inf)
-    leave[along] = -enter[along]
-    return enter, leave
+    return cast
 
 
 class RayShapes:
@@ -266,7 +236,8 @@ class RayShapes:
         self._turns = np.reshape([shape.turn for shape in shapes], (-1, 3, 3))
         self._radii = np.array([shape.radius for shape in shapes], float)
         self._sizes = np.reshape([shape.size for shape in shapes], (-1, 3))
-        self._kinds = np.array([shape.kind for shape in shapes], str)
+        self._kinds = np.array([_KINDS[shape.kind] for shape in shapes], np.int64)
+        self._meshes = np.flatnonzero(self._kinds == q.MESH).tolist()
         self._owners = np.array([shape.body for shape in shapes], int)
 
     def __len__(self) -> int:
@@ -297,31 +268,24 @@ class RayShapes:
         """As RayCaster.sweep; a ray that begins inside a shape does not meet it, but a mesh, which
         is a surface."""
         ranges = np.full(len(directions), np.inf)
-        low, high = self._centres - self._radii[:, None], self._centres + self._radii[:, None]
-        shapes = np.flatnonzero(((high >= box[0]) & (low <= box[1])).all(axis=1))
-        way = self._centres[shapes] - centre
-        square = np.einsum("ij,ij->i", way, way) - self._radii[shapes] ** 2
-        met = (directions @ way.T >= np.sqrt(np.maximum(square, 0.0))) | (square <= 0.0)
-        rays, columns = np.nonzero(met)
-        numbers = shapes[columns]
         starts = np.where((self._owners == own) | (not look_near), near, 0.0)
-        for kind in np.unique(self._kinds[shapes]).tolist():
-            if kind == "mesh":
+        _solid_cast()(
+            centre, np.ascontiguousarray(directions), *box, self._centres, self._frames,
+            self._sizes, self._radii, self._kinds, starts, float(far), ranges,
+        )  # fmt: skip
+        for number in self._meshes:
+            at, radius, triangles = (
+                self._centres[number], self._radii[number], self._shapes[number].triangles
+            )  # fmt: skip
+            way = at - centre
+            square = way @ way - radius * radius
+            if triangles is None or (at + radius < box[0]).any() or (at - radius > box[1]).any():
                 continue
-            these = np.flatnonzero(self._kinds[numbers] == kind)
-            at, ray = numbers[these], rays[these]
-            frames = self._frames[at]
-            centres = np.einsum("ni,nij->nj", -way[columns[these]], frames)
-            vectors = np.einsum("ni,nij->nj", directions[ray], frames)
-            enter, leave = _enter_and_leave(kind, centres, vectors, self._sizes[at])
-            found = (enter <= leave) & (enter >= starts[at]) & (enter <= far)
-            np.minimum.at(ranges, ray[found], enter[found])
-        for column in np.flatnonzero(self._kinds[shapes] == "mesh").tolist():
-            number = shapes[column]
-            ray, triangles = np.flatnonzero(met[:, column]), self._shapes[number].triangles
-            if len(ray) and triangles is not None:
+            tangent = math.sqrt(square) if square > 0.0 else -np.inf
+            ray = np.flatnonzero(directions @ way >= tangent)
+            if len(ray):
                 frame, start = self._frames[number], float(starts[number])
-                hits = triangles.cast(-way[column] @ frame, directions[ray] @ frame, start, far)
+                hits = triangles.cast(-way @ frame, directions[ray] @ frame, start, far)
                 ranges[ray] = np.minimum(ranges[ray], hits[0])
         if look_near:
             ranges[ranges < near] = -np.inf
