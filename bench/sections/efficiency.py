@@ -65,6 +65,8 @@ VARIANTS = {
         ("/odometry/filtered",), ("imu_rate:=1000", "ekf:=true"), "rates.launch"
     ),
     "lidar_16_layers_10_hz": Variant(("/points",), ("layers:=16",), "rates.launch"),
+    "eight_listeners": Variant(file="listeners.launch"),
+    "eight_listeners_same_priority": Variant((), ("niceness:=0",), "listeners.launch"),
     "model_and_link_states": Variant(("/gazebo/model_states", "/gazebo/link_states")),
 }
 

@@ -122,15 +122,8 @@ def _add_pair(pairs: Array, n: int, s: int, b: int, other: int) -> int:
     return n
 
 
-@compiled
-def _list_still(
-    s: int,
-    meshes: bool,
-    n: int,
-    kind: int,
-    model: int,
-    scene: Scene,
-) -> int:
+@inlined
+def _list_still(s: int, meshes: bool, n: int, kind: int, model: int, scene: Scene) -> int:
     """Append what never moves, but planes, and is near a shape; the number of all pairs then."""
     low, high = scene.around[s, :3], scene.around[s, 3:]
     for i in range(len(scene.covers)):
