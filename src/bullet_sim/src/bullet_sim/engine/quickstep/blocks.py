@@ -132,16 +132,12 @@ def _pack_joint(
             block[J_L + 2 * place + k] = row[R_L + k]
         links[first + i, 5] = at + J_L + 2 * place
     if soft:
+        block[J_CFM:] = 0.0
         for i in range(count):
             place = i if i < count - 1 else ROWS - 1
             lanes = block[J_CFM + 4 * (place // 2) + 2 * (place % 2) :]
             for k in range(ROWS):
                 lanes[12 * k] = lanes[12 * k + 1] = scratch[i, 14 + k]
-        if count < ROWS:  # the rows that are not there
-            for place in range(count - 1, ROWS - 1):
-                lanes = block[J_CFM + 4 * (place // 2) + 2 * (place % 2) :]
-                for k in range(ROWS):
-                    lanes[12 * k] = lanes[12 * k + 1] = 0.0
     return soft
 
 
@@ -239,6 +235,7 @@ def unpack(m: int, rows: Array, links: Array, blocks: Blocks) -> None:
 @compiled
 def _solve_joint(at: int, one: int, two: int, both: int, soft: int, n: Array, w: Array) -> None:
     """Solve a joint's block: the residuals of all rows, the bounds of the last, the changes."""
+    # x, y, z: two rows each; u, v, t: what the second body has of them
     x, y, z = load(n, at + J_RHS), load(n, at + J_RHS + 4), load(n, at + J_RHS + 8)
     a = load_twice(w, two)
     u, v, t = a * load(n, at + 24), a * load(n, at + 72), a * load(n, at + 120)
