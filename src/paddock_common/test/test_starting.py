@@ -76,11 +76,9 @@ print(*found[0], os.getpriority(os.PRIO_PROCESS, 0), len(os.sched_getaffinity(0)
 
 def test_a_thread_gets_higher_priority_where_that_is_allowed():
     output = subprocess.check_output([sys.executable, "-c", RAISED], start_new_session=True)
-    raised, niceness, others, processors = output.decode().split()
+    raised, niceness, others, _ = output.decode().split()
     assert int(others) == os.nice(0)
     assert int(niceness) == (-2 if raised == "True" else os.nice(0))
-    if os.geteuid() != 0 or processors == "1":
-        assert raised == "False" or processors != "1"
 
 
 def test_a_thread_of_a_single_processor_keeps_its_priority():
