@@ -244,7 +244,7 @@ print(world.engine.rays.sweep(centre, rays, (centre - reach, centre + reach), 0.
 """
 
 
-def test_rays_are_the_same_without_numba(tmp_path):
+def test_rays_are_the_same_without_numba():
     """The closed forms are then computed by Python; the solver 'bullet' does not need numba."""
     shapes = [model([SHAPES["cylinder"]]), model([SHAPES["sphere"]])]
     slow = WITHOUT_NUMBA, WITHOUT_NUMBA.replace('sys.modules["numba"] = None', "")

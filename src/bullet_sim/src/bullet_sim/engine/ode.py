@@ -17,6 +17,7 @@ from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.model import Joint, Link, Shape, Surface
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine.rays import (
+    KINDS,
     RayShape,
     RayShapes,
     Triangles,
@@ -42,7 +43,6 @@ except ImportError as error:  # numba is needed by this solver alone
         f"solver 'ode' needs the Python package numba ({error}); the other solver is 'bullet'"
     ) from error
 
-_KINDS = {"sphere": q.SPHERE, "cylinder": q.CYLINDER, "box": q.BOX, "mesh": q.MESH}
 _SOLIDS = (q.BOX, q.SPHERE, q.CYLINDER, q.MESH)
 _MOST_POINTS = 10  # of a pair of shapes
 _ALL_BITS = 0xFFFF  # collide_bitmask of what has none
@@ -122,10 +122,9 @@ class OdeSolver:
         """Set what a world file says of the solver, before bodies are added."""
         self.settings = settings
         self._engine.solver_iterations = settings.iterations
-        numbers = np.zeros(q.S_SIZE)
+        numbers = self._numbers
         numbers[q.S_RELAXATION], numbers[q.S_ERP] = settings.relaxation, settings.erp
         numbers[q.S_CFM], numbers[q.S_EVEN] = settings.cfm, float(settings.evens_inertias)
-        self._numbers[:] = numbers
 
     @staticmethod
     def is_compiled() -> bool:
@@ -261,7 +260,7 @@ class OdeSolver:
                 bodies.append(tables.body_row(link, self.settings.max_speed))
                 bodies[-1][q.MAY_SLEEP] = float(part.may_sleep)
                 for shape in link.collisions:
-                    kind, start = _KINDS.get(shape.geometry.kind, q.OTHER), sum(map(len, vertices))
+                    kind, start = KINDS.get(shape.geometry.kind, q.OTHER), sum(map(len, vertices))
                     corners, tree = np.zeros((0, 3)), self._tree(shape)
                     if kind == q.MESH:
                         corners = self._vertices(shape, link)
@@ -409,7 +408,7 @@ class OdeSolver:
             frame, bits = Pose(*self._engine.base_pose(body)), self._bits_of((body, -1))
             trees = [self._tree(shape) for shape in others]
             is_known = all(
-                tree is not None or _KINDS.get(shape.geometry.kind, q.MESH) != q.MESH
+                tree is not None or KINDS.get(shape.geometry.kind, q.MESH) != q.MESH
                 for shape, tree in zip(others, trees)
             )
             for shape, tree in zip(others, trees):
@@ -418,7 +417,7 @@ class OdeSolver:
                 contents.append(len(solids) if is_known else -1)
                 if not is_known:
                     continue
-                pose, code = frame * shape.pose, _KINDS[shape.geometry.kind]
+                pose, code = frame * shape.pose, KINDS[shape.geometry.kind]
                 half = tables.solid_size(code, shape.geometry.size)
                 solids.append([*half, *pose.position, *pose.matrix.ravel()])
                 kinds.append(code)
@@ -1015,7 +1014,7 @@ class OdeSolver:
             for shape in link.collisions:
                 geometry, pose = shape.geometry, shape.pose
                 place, turn = np.subtract(pose.position, link.centre), pose.matrix
-                kind = _KINDS.get(geometry.kind, q.OTHER)
+                kind = KINDS.get(geometry.kind, q.OTHER)
                 if kind == q.MESH:
                     traced = self._trace(geometry.path, geometry.scale)
                     if traced is None:

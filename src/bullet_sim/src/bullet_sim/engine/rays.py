@@ -210,15 +210,7 @@ class RayShape:
     triangles: Triangles | None = None
 
 
-_KINDS = {"sphere": q.SPHERE, "cylinder": q.CYLINDER, "box": q.BOX, "mesh": q.MESH}
-
-
-@functools.cache
-def _solid_cast() -> Callable[..., None]:
-    """Casts at shapes that have closed forms; numba takes a while."""
-    from bullet_sim.engine.quickstep.rays import cast
-
-    return cast
+KINDS = {"sphere": q.SPHERE, "cylinder": q.CYLINDER, "box": q.BOX, "mesh": q.MESH}
 
 
 class RayShapes:
@@ -236,7 +228,7 @@ class RayShapes:
         self._turns = np.reshape([shape.turn for shape in shapes], (-1, 3, 3))
         self._radii = np.array([shape.radius for shape in shapes], float)
         self._sizes = np.reshape([shape.size for shape in shapes], (-1, 3))
-        self._kinds = np.array([_KINDS[shape.kind] for shape in shapes], np.int64)
+        self._kinds = np.array([KINDS[shape.kind] for shape in shapes], np.int64)
         self._meshes = np.flatnonzero(self._kinds == q.MESH).tolist()
         self._owners = np.array([shape.body for shape in shapes], int)
 
@@ -267,9 +259,11 @@ class RayShapes:
     ) -> Array:
         """As RayCaster.sweep; a ray that begins inside a shape does not meet it, but a mesh, which
         is a surface."""
+        from bullet_sim.engine.quickstep import rays  # numba takes a while
+
         ranges = np.full(len(directions), np.inf)
         starts = np.where((self._owners == own) | (not look_near), near, 0.0)
-        _solid_cast()(
+        rays.cast(
             centre, np.ascontiguousarray(directions), *box, self._centres, self._frames,
             self._sizes, self._radii, self._kinds, starts, float(far), ranges,
         )  # fmt: skip
