@@ -31,7 +31,7 @@ LEFT_OUT = (
     "PYTHONHOME",
 )
 SOLVER = os.path.join(SOURCES, "bullet_sim/src/bullet_sim/engine/quickstep")
-COMPILE = "from bullet_sim.engine import Engine; Engine(solver='ode').ode.compile()"
+COMPILE = "from bullet_sim.engine import make_engine; make_engine('ode').ode.compile()"
 COMPILERS = ("CC", "CXX", "CFLAGS", "CXXFLAGS", "LDFLAGS")
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import trimesh
 import xacro
-from bullet_sim.engine import Engine
+from bullet_sim.engine import make_engine
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
@@ -645,7 +645,7 @@ def test_a_position_that_is_set_is_taken(world):
 # bad input ----------------------------------------------------------------------------------------
 def test_an_unknown_solver_is_named():
     with pytest.raises(ModelError, match="solver is 'dart', must be bullet or ode"):
-        Engine(solver="dart")
+        make_engine("dart")
 
 
 @pytest.mark.parametrize("count", [1, 2])

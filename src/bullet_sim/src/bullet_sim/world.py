@@ -9,7 +9,7 @@ from bullet_sim.controllers import Controller
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.warnings import add_warning
 from bullet_sim.description.world import MIN_STEP, Scene, WorldDescription
-from bullet_sim.engine import Engine
+from bullet_sim.engine import Engine, make_engine
 from bullet_sim.errors import ModelError, WorldError
 from bullet_sim.files import OwnFolder
 from bullet_sim.formats import urdf
@@ -136,7 +136,7 @@ class World:
         engine: Engine | None = None,
         solver: str = "bullet",
     ) -> None:
-        self.engine = engine or Engine(time_step, gravity, solver=solver)
+        self.engine = engine or make_engine(solver, time_step, gravity)
         self._folder = OwnFolder()  # of the models' prepared files
         self._next_key = 0
         self.name = "default"

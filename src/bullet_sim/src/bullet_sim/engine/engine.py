@@ -1,8 +1,8 @@
-"""Bodies in PyBullet: loaded, placed, driven and stepped; their contacts."""
+"""Bodies in PyBullet: loaded, placed, driven and stepped by Bullet; their contacts."""
 
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,12 +16,12 @@ from bullet_sim.pose import Array, Motion, Pose, Quat, Vec3, Vector, compose, ve
 
 if TYPE_CHECKING:
     from bullet_sim.engine.ode import OdeSolver
+    from bullet_sim.engine.rays import RayShapes
 
 CONTACT_BREAKING = 0.02  # PyBullet's own, see Engine.set_contact_breaking
 # Below this sum of squared impulses of an iteration the constraint solver stops early. PyBullet's
 # 1e-7 lets a braked car of 25 kg roll on by 1.4 mm a minute; this one by 0.5 mm, at the same speed.
 SOLVER_RESIDUAL = 1e-8
-SOLVERS = ("bullet", "ode")
 # PyBullet has one maximum for all joints of a body and cuts their speeds there, 100 by default:
 # the limits of single joints are applied to their commands.
 MAX_COORDINATE_SPEED = 1e4  # [rad/s, m/s]
@@ -68,7 +68,7 @@ class Contact:
 
 
 class Engine:
-    """One headless PyBullet client.
+    """One headless PyBullet client, whose bodies Bullet moves; OdeEngine is the other kind.
 
     A `body` is the number that load() returns, a `link` an index of link_indices() (-1: the root
     link), a `joint` the number of a movable joint in joint_names().
@@ -79,7 +79,6 @@ class Engine:
         solver_iterations: of the constraint solver per step.
         draw: load what bodies look like, for a PyBulletCamera. An engine that draws nothing would
             decode the textures of all meshes for nothing.
-        solver: 'bullet', or 'ode': steps as Gazebo's ODE makes them.
 
     Attributes:
         client: PyBullet's number of the client.
@@ -88,13 +87,11 @@ class Engine:
         position_gain: fraction of a position motor's error that is corrected in one step.
         rays: casts rays at the bodies; a new one after clear(), as `states`.
         states: saves and restores what the bodies do.
-        ode: moves the bodies; None: Bullet does.
-
-    Raises:
-        ModelError: no such solver, or it cannot be had.
+        ode: what moves the bodies of an OdeEngine; else None.
     """
 
     position_gain = 0.1
+    ode: "OdeSolver | None" = None
 
     def __init__(
         self,
@@ -102,32 +99,38 @@ class Engine:
         gravity: Vec3 = (0.0, 0.0, -9.81),
         solver_iterations: int = 50,
         draw: bool = False,
-        solver: str = "bullet",
     ) -> None:
-        if solver not in SOLVERS:
-            raise ModelError(f"solver is {solver!r}, must be {' or '.join(SOLVERS)}")
-        self.time_step, self.gravity = float(time_step), _vector(gravity)
+        self.time_step, self.gravity = float(time_step), vector3(gravity)
         self.solver_iterations = int(solver_iterations)
         self._flags = _FLAGS if draw else _FLAGS | p.URDF_IGNORE_VISUAL_SHAPES
         with silenced():
             self._client: int = p.connect(p.DIRECT)
-        self.ode: OdeSolver | None = None
         self.set_contact_breaking(CONTACT_BREAKING)
         self._configure()
-        if solver == "ode":
-            from bullet_sim.engine import ode  # numba takes a while
-
-            self.ode = ode.OdeSolver(self)
 
     @property
     def client(self) -> int:
-        """PyBullet's number of this engine, whose bodies are where the solver has them."""
+        """PyBullet's number of this engine, whose bodies are where they have to be."""
         self._sync()
         return self._client
 
+    # What an engine that moves the bodies by itself has to add.
+
     def _sync(self) -> None:
-        if self.ode is not None:
-            self.ode.sync()
+        """Put PyBullet's bodies where they are."""
+
+    def _read_later(self, body: int) -> None:
+        """PyBullet was told where a body is or how it moves."""
+
+    def _moving_shapes(self) -> "RayShapes | None":
+        """Shapes of what moves, for rays; None: PyBullet has them."""
+        return None
+
+    def save_solver(self) -> Any:
+        """What the solver has beyond PyBullet's state."""
+
+    def restore_solver(self, state: Any) -> None:
+        """Restore what save_solver() gave."""
 
     def _configure(self) -> None:
         self.movable: dict[int, list[int]] = {}
@@ -140,20 +143,19 @@ class Engine:
         # body -> last drive_velocities that _motors lacks, and its indices
         self._batches: dict[int, tuple[Any, ...]] = {}
         self._asleep: dict[int, tuple[Vec3, Quat]] = {}  # bodies that sleep, their poses
-        self._saved: dict[int, dict[str, Any]] = {}  # what the solver has of save_state's copies
-        self.rays = RayCaster(self.client, self.free)
-        self.rays.sync = self._sync
-        self.rays.moving = lambda: None if self.ode is None else self.ode.moving_shapes()
+        self._saved: dict[int, Any] = {}  # what the solver has of save_state's copies
+        self.rays = RayCaster(self._client, self.free)
+        self.rays.sync, self.rays.moving = self._sync, self._moving_shapes
         self.states = BodyStates(self)
-        p.setTimeStep(self.time_step, physicsClientId=self.client)
-        p.setGravity(*self.gravity, physicsClientId=self.client)
+        p.setTimeStep(self.time_step, physicsClientId=self._client)
+        p.setGravity(*self.gravity, physicsClientId=self._client)
         p.setPhysicsEngineParameter(
             numSolverIterations=self.solver_iterations,
             deterministicOverlappingPairs=1,
             enableFileCaching=0,
             enableConeFriction=0,
             solverResidualThreshold=SOLVER_RESIDUAL,
-            physicsClientId=self.client,
+            physicsClientId=self._client,
         )
 
     def close(self) -> None:
@@ -164,18 +166,14 @@ class Engine:
 
     def clear(self) -> None:
         """Remove every body and return to the state of a new engine."""
-        p.resetSimulation(physicsClientId=self.client)
+        p.resetSimulation(physicsClientId=self._client)
         self._configure()
-        if self.ode is not None:
-            self.ode.clear()
 
     def set_gravity(self, gravity: Vec3) -> None:
         """Set gravity [m/s^2] in the world frame."""
-        self.gravity = _vector(gravity)
+        self.gravity = vector3(gravity)
         p.setGravity(*self.gravity, physicsClientId=self.client)
         self.wake_all()
-        if self.ode is not None:
-            self.ode.wake()
 
     def set_time_step(self, time_step: float) -> None:
         """Set the physics step [s]."""
@@ -189,8 +187,6 @@ class Engine:
     def set_solver_iterations(self, count: int) -> None:
         """Change the iterations of the constraint solver per step."""
         self.solver_iterations = int(count)
-        if self.ode is not None:
-            self.ode.configure(replace(self.ode.settings, iterations=self.solver_iterations))
         p.setPhysicsEngineParameter(
             numSolverIterations=self.solver_iterations, physicsClientId=self.client
         )
@@ -206,13 +202,12 @@ class Engine:
         Args:
             fraction: of the smaller shape's radius.
         """
-        p.setPhysicsEngineParameter(contactBreakingThreshold=fraction, physicsClientId=self.client)
+        p.setPhysicsEngineParameter(contactBreakingThreshold=fraction, physicsClientId=self._client)
 
     def save_state(self) -> int:
         """Save poses, velocities and contact caches in memory; returns the number of the copy."""
         number = p.saveState(physicsClientId=self.client)
-        if self.ode is not None:
-            self._saved[number] = self.ode.save()
+        self._saved[number] = self.save_solver()
         return number
 
     def restore_state(self, number: int) -> None:
@@ -220,14 +215,10 @@ class Engine:
         self.rays.scenery.check_poses()
         with self.states.fitted_bounds():
             p.restoreState(stateId=number, physicsClientId=self.client)
-        if self.ode is not None:
-            self.ode.restore(self._saved[number])
+        self.restore_solver(self._saved[number])
 
     def step(self, count: int = 1) -> None:
         """Advance by `count` time steps."""
-        if self.ode is not None:
-            self.ode.step(count)
-            return
         step, client = p.stepSimulation, self.client
         for _ in range(count):
             step(client)
@@ -303,8 +294,6 @@ class Engine:
     def remove(self, body: int) -> None:
         """Remove a body."""
         self.wake_all()  # it may hold others
-        if self.ode is not None:
-            self.ode.remove(body)
         p.removeBody(body, physicsClientId=self.client)
         del self.movable[body], self._inertial[body], self._outward[body]
         self.free.discard(body)
@@ -345,8 +334,6 @@ class Engine:
     def set_mass(self, body: int, link: int, mass: float, moments: Vector) -> None:
         """Change a link's mass [kg] and its moments of inertia (3,) along its principal axes."""
         self.wake(body)
-        if self.ode is not None:
-            self.ode.set_mass(body, link, mass, tuple(moments))
         p.changeDynamics(
             body, link, mass=mass, localInertiaDiagonal=tuple(moments), physicsClientId=self.client
         )
@@ -357,8 +344,6 @@ class Engine:
 
     def set_joint_limits(self, body: int, joint: int, lower: float, upper: float) -> None:
         """Change the limits [rad, m] of a movable joint that has limits."""
-        if self.ode is not None:
-            self.ode.set_limits(body, joint, lower, upper)
         p.changeDynamics(
             body,
             self.movable[body][joint],
@@ -369,8 +354,6 @@ class Engine:
 
     def set_joint_damping(self, body: int, joint: int, damping: float) -> None:
         """Change the viscous damping [N m s/rad, N s/m] of a movable joint."""
-        if self.ode is not None:
-            self.ode.set_damping(body, joint, damping)
         p.changeDynamics(
             body, self.movable[body][joint], jointDamping=damping, physicsClientId=self.client
         )
@@ -379,8 +362,6 @@ class Engine:
 
     def base_pose(self, body: int) -> tuple[Vec3, Quat]:
         """World pose of the root link's frame."""
-        if self.ode is not None and (motion := self.ode.link_motion(body, -1)) is not None:
-            return motion[:2]
         position, orientation = p.getBasePositionAndOrientation(body, physicsClientId=self.client)
         return compose(position, orientation, *self._outward[body])
 
@@ -394,7 +375,7 @@ class Engine:
     def put(self, body: int, position: Vector, orientation: Vector) -> None:
         """Move the root link's principal axes to a world pose; nothing wakes."""
         p.resetBasePositionAndOrientation(body, position, orientation, physicsClientId=self.client)
-        self._tell_solver(body)
+        self._read_later(body)
         if not self.moves(body):  # else Bullet looks for its contacts with what sleeps, too
             p.changeDynamics(body, -1, activationState=_SLEEP, physicsClientId=self.client)
 
@@ -404,20 +385,12 @@ class Engine:
         arm = np.subtract(self.link_centre(body, -1), self.base_pose(body)[0])
         linear = np.asarray(linear, float) + np.cross(angular, arm)
         p.resetBaseVelocity(body, tuple(linear), tuple(angular), physicsClientId=self.client)
-        self._tell_solver(body)
+        self._read_later(body)
 
     def set_velocity(self, body: int, linear: Vector, angular: Vector) -> None:
-        """Set the velocity of a model [m/s, rad/s], world axes.
-
-        With the solver 'ode' the centres of mass of all its links get it, as in Gazebo
-        (Model::SetLinearVel); else the root link's frame, and joints keep their velocities.
-        """
-        if self.ode is None or not self.ode.set_velocities(body, linear, angular):
-            self.set_base_velocity(body, linear, angular)
-
-    def _tell_solver(self, body: int) -> None:
-        if self.ode is not None:
-            self.ode.read_later(body)
+        """Set the velocity of a model [m/s, rad/s], world axes: that of its root link's frame;
+        joints keep theirs."""
+        self.set_base_velocity(body, linear, angular)
 
     def inertial_axes(self, body: int) -> Quat:
         """Quaternion of the root link's principal axes in its frame."""
@@ -435,13 +408,9 @@ class Engine:
             position [m], quaternion, linear [m/s] of the frame's origin, angular [rad/s];
             velocities along world axes.
         """
-        motion = None if self.ode is None else self.ode.link_motion(body, link)
-        if motion is not None:
-            position, orientation, centre, linear, angular = motion
-        else:
-            centre, linear, angular, (position, orientation) = self.link_velocity(body, link)
-            if link < 0:
-                position, orientation = compose(position, orientation, *self._outward[body])
+        centre, linear, angular, (position, orientation) = self.link_velocity(body, link)
+        if link < 0:
+            position, orientation = compose(position, orientation, *self._outward[body])
         if offset is not None:
             position, orientation = compose(position, orientation, *offset)
         return position, orientation, velocity_at(position, centre, linear, angular), angular
@@ -464,9 +433,7 @@ class Engine:
         return state[0], state[6], state[7], state[4:6]
 
     def link_motions(self, body: int, links: Sequence[int]) -> list[Motion]:
-        """As link_motion, of several links of a body in one call of PyBullet."""
-        if self.ode is not None:
-            return [self.link_motion(body, link) for link in links]
+        """As link_motion, of several links of a body in one call."""
         below = [link for link in links if link >= 0]
         states = (
             p.getLinkStates(
@@ -502,8 +469,6 @@ class Engine:
 
     def link_centre(self, body: int, link: int) -> Vec3:
         """Centre of mass [m] of a link in the world."""
-        if self.ode is not None and (motion := self.ode.link_motion(body, link)) is not None:
-            return motion[2]
         if link < 0:
             return p.getBasePositionAndOrientation(body, physicsClientId=self.client)[0]
         return p.getLinkState(body, link, computeForwardKinematics=1, physicsClientId=self.client)[
@@ -513,8 +478,6 @@ class Engine:
     def joint_states(self, body: int) -> Sequence[tuple[float, float, Sequence[float], float]]:
         """(position, velocity, reaction forces, motor effort) of each movable joint."""
         joints = self.movable[body]
-        if self.ode is not None:
-            return self.ode.joint_states(body)
         return p.getJointStates(body, joints, physicsClientId=self.client) if joints else ()
 
     def joint_positions(self, body: int) -> tuple[float, ...]:
@@ -525,14 +488,14 @@ class Engine:
         """Set the movable joints to positions (n,) [rad, m], at rest."""
         for joint, position in zip(self.movable[body], positions):
             p.resetJointState(body, joint, position, 0.0, physicsClientId=self.client)
-        self._tell_solver(body)
+        self._read_later(body)
 
     def put_joint(self, body: int, joint: int, position: float) -> None:
         """Set a movable joint to a position [rad, m], at rest."""
         p.resetJointState(
             body, self.movable[body][joint], position, 0.0, physicsClientId=self.client
         )
-        self._tell_solver(body)
+        self._read_later(body)
 
     def measure_joint(self, body: int, link: int) -> None:
         """Have the forces of the joint above a link measured from the next step on."""
@@ -545,8 +508,6 @@ class Engine:
             force (3,) [N] and torque (3,) [N m] about the joint in the link's axes, without what
             its motor does; the motor's effort [N m, N].
         """
-        if self.ode is not None:
-            return self.ode.joint_load(body, link)
         _, _, load, effort = p.getJointState(body, link, physicsClientId=self.client)
         force, torque = np.array(load[:3]), np.array(load[3:])
         centre, axes = p.getDynamicsInfo(body, link, physicsClientId=self.client)[3:5]
@@ -558,9 +519,6 @@ class Engine:
 
     def drive_velocity(self, body: int, joint: int, velocity: float, effort: float) -> None:
         """Set a joint's motor to a velocity [rad/s, m/s], with at most `effort` [N m, N]."""
-        if self.ode is not None:
-            self.ode.set_velocity(body, joint, velocity, effort)
-            return
         self._note_batch(body)
         self._motors[body, joint] = "drive_velocity", (joint, velocity, effort)
         p.setJointMotorControl2(
@@ -573,26 +531,16 @@ class Engine:
         )
 
     def impose_velocity(self, body: int, joint: int, velocity: float, effort: float) -> None:
-        """Give the link below a joint a velocity [rad/s, m/s] before each step.
-
-        As Gazebo's Joint::SetVelocity; Bullet's solver has a motor of an effort [N m, N] instead.
-        """
-        if self.ode is not None:
-            self.ode.impose_velocity(body, joint, velocity)
-        else:
-            self.drive_velocity(body, joint, velocity, effort)
+        """Move a joint as Gazebo's Joint::SetVelocity does [rad/s, m/s]: by a motor here, with at
+        most `effort` [N m, N]."""
+        self.drive_velocity(body, joint, velocity, effort)
 
     def impose_position(
         self, body: int, joint: int, position: float, effort: float, velocity: float
     ) -> None:
-        """Put a joint to a position [rad, m] before each step, held by its friction alone then.
-
-        As Gazebo's Joint::SetPosition; Bullet's solver has a motor instead, see drive_position().
-        """
-        if self.ode is not None:
-            self.ode.impose_position(body, joint, position)
-        else:
-            self.drive_position(body, joint, position, effort, velocity)
+        """Move a joint as Gazebo's Joint::SetPosition does [rad, m]: by a motor here, see
+        drive_position()."""
+        self.drive_position(body, joint, position, effort, velocity)
 
     def drive_velocities(
         self,
@@ -605,10 +553,6 @@ class Engine:
 
         The lists must not change later. The same list of joints again is faster than an equal one.
         """
-        if self.ode is not None:
-            for command in zip(joints, velocities, efforts):
-                self.ode.set_velocity(body, *command)
-            return
         before = self._batches.get(body)
         if before is not None and before[0] is joints:
             indices = before[3]
@@ -629,9 +573,6 @@ class Engine:
         self, body: int, joint: int, position: float, effort: float, velocity: float
     ) -> None:
         """Set a joint's motor to a position, with at most `effort` and `velocity`."""
-        if self.ode is not None:
-            self.ode.set_position(body, joint, position, effort, velocity)
-            return
         self._note_batch(body)
         self._motors[body, joint] = "drive_position", (joint, position, effort, velocity)
         p.setJointMotorControl2(
@@ -651,8 +592,6 @@ class Engine:
 
         The motor stays on under drive_efforts: an effort has to overcome it, as in a real joint.
         """
-        if self.ode is not None:
-            self.ode.release(body, joint)
         self._note_batch(body)
         self._motors[body, joint] = "release", (joint,)
         index = self.movable[body][joint]
@@ -679,10 +618,6 @@ class Engine:
 
     def drive_efforts(self, body: int, joints: Sequence[int], efforts: Sequence[float]) -> None:
         """Apply efforts [N m, N] to joints for the next step only."""
-        if self.ode is not None:
-            for joint, effort in zip(joints, efforts):
-                self.ode.add_effort(body, joint, effort)
-            return
         movable = self.movable[body]
         p.setJointMotorControlArray(
             body,
@@ -695,19 +630,12 @@ class Engine:
     def apply_wrench(self, body: int, link: int, force: Vector, torque: Vector) -> None:
         """Apply a force (3,) [N] at a link's centre of mass and a torque (3,) [N m], along world
         axes, for the next step only; several add up."""
-        if self.ode is not None:
-            centre = self.link_centre(body, link)
-            self.ode.add_force(body, link, _vector(force), centre, _vector(torque))
-            return
         self.apply_force(body, link, tuple(force), self.link_centre(body, link))
         p.applyExternalTorque(body, link, tuple(torque), p.WORLD_FRAME, physicsClientId=self.client)
 
     def apply_force(self, body: int, link: int, force: Vector, point: Vector) -> None:
         """Apply a force (3,) [N] to a link at a world point for the next step only."""
         self.wake(body)
-        if self.ode is not None:
-            self.ode.add_force(body, link, _vector(force), _vector(point), (0.0, 0.0, 0.0))
-            return
         p.applyExternalForce(body, link, force, point, p.WORLD_FRAME, physicsClientId=self.client)
 
     # Sleep: see models/sleep.py
@@ -730,8 +658,6 @@ class Engine:
 
     def is_asleep(self, body: int) -> bool:
         """Whether a body sleeps; one that has moved since sleep() is awake from now on."""
-        if self.ode is not None:
-            return self.ode.is_asleep(body)
         if body not in self._asleep:
             return False
         before, pose = self._asleep[body], self.body_pose(body)
@@ -742,8 +668,6 @@ class Engine:
 
     def wake(self, body: int) -> None:
         """Wake a body, if it sleeps, for the next step."""
-        if self.ode is not None:
-            self.ode.wake(body)
         if body in self._asleep:
             self._end_sleep(body)
             self.states.start_anew()
@@ -783,15 +707,11 @@ class Engine:
 
     def set_bitmask(self, body: int, link: int, bits: int) -> None:
         """Let a link touch only what shares a bit (of 16) with it; the others have all bits."""
-        if self.ode is not None:
-            self.ode.set_bitmask(body, link, bits)
         own = bits << _SHIFT
         self._set_filter(body, link, own, own | (_COMMON if bits else 0))
 
     def set_ghost(self, body: int, link: int) -> None:
         """Let a link touch only what never moves; rays go through it."""
-        if self.ode is not None:
-            self.ode.set_ghost(body)
         self._set_filter(body, link, _GHOST, _STATIC)
 
     def _set_filter(self, body: int, link: int, group: int, mask: int) -> None:
@@ -812,11 +732,6 @@ class Engine:
 
     def touching(self, body: int) -> list[tuple[int, int, int, float]]:
         """Pairs in contact as of the last step: (link, other body, other link, force [N])."""
-        if self.ode is not None:
-            return [
-                (link, contact.body, contact.link, float(contact.force @ contact.normal))
-                for link, contact in self._ode_contacts(body)
-            ]
         return [
             (point[3], point[2], point[4], point[9])
             for point in p.getContactPoints(bodyA=body, physicsClientId=self.client)
@@ -886,8 +801,6 @@ class Engine:
 
     def contacts(self, body: int, link: int) -> list[Contact]:
         """Contact points of one link that press or touch as of the last step, in Bullet's order."""
-        if self.ode is not None:
-            return [contact for own, contact in self._ode_contacts(body) if own == link]
         found = []
         for point in p.getContactPoints(bodyA=body, linkIndexA=link, physicsClientId=self.client):
             if point[8] > 0.0 and point[9] <= 0.0:  # near, but without contact
@@ -901,39 +814,28 @@ class Engine:
             found.append(Contact(point[2], point[4], np.array(point[5]), normal, -point[8], force))
         return found
 
-    def _ode_contacts(self, body: int) -> list[tuple[int, Contact]]:
-        """(link, Contact) of a body as of the last step."""
-        assert self.ode is not None
-        found = []
-        for one, link, two, other, point, normal, depth, force in self.ode.contacts():
-            at, across = np.array(point), np.array(normal)
-            if one == body:
-                found.append((link, Contact(two, other, at, across, depth, force)))
-            elif two == body:
-                found.append((other, Contact(one, link, at, -across, depth, -force)))
-        return found
-
     def all_contacts(self) -> tuple[Array, Array, Array]:
         """Contact points of all bodies that press, as of the last step.
 
         Returns:
             (n, 3) places [m], (n, 3) unit normals, (n,) normal forces [N], in the world frame.
         """
-        if self.ode is not None:
-            points = [
-                (point, normal, float(np.dot(force, normal)))
-                for _, _, _, _, point, normal, _, force in self.ode.contacts()
-            ]
-        else:
-            points = [
+        return stacked(
+            [
                 (point[5], point[7], point[9])
                 for point in p.getContactPoints(physicsClientId=self.client)
                 if point[9] > 0.0
             ]
-        places, normals, forces = zip(*points) if points else ((), (), ())
-        return np.reshape(places, (-1, 3)), np.reshape(normals, (-1, 3)), np.array(forces, float)
+        )
 
 
-def _vector(values: Vector) -> Vec3:
+def stacked(points: list[tuple[Vec3, Vec3, float]]) -> tuple[Array, Array, Array]:
+    """Places, normals and forces of contact points, as all_contacts() returns them."""
+    places, normals, forces = zip(*points) if points else ((), (), ())
+    return np.reshape(places, (-1, 3)), np.reshape(normals, (-1, 3)), np.array(forces, float)
+
+
+def vector3(values: Vector) -> Vec3:
+    """Three floats."""
     x, y, z = values
     return float(x), float(y), float(z)

@@ -103,15 +103,17 @@ class Still:
 class OdeSolver:
     """Moves an engine's bodies.
 
+    Args:
+        client: PyBullet's number of the engine.
+
     Attributes:
         settings: of the world.
     """
 
-    def __init__(self, engine: "Engine") -> None:
-        self._engine = engine
+    def __init__(self, engine: "Engine", client: int) -> None:
+        self._engine, self._client = engine, client
         self._numbers, self._gravity = np.zeros(q.S_SIZE), np.zeros(3)
         self.configure(OdeSettings())
-        self._client = engine.client
         self._is_ahead = False  # PyBullet's bodies are where they were
         self._files: dict[tuple[Any, ...], Array] = {}  # vertices of meshes
         self._trees: dict[tuple[Any, ...], q.Trees | None] = {}

@@ -75,8 +75,7 @@ class BodyStates:
         if clear:
             self._set_motions(motions)  # as restore() does it
             self._clear_contacts()
-        ode = self._engine.ode
-        solver = None if ode is None else ode.save()
+        solver = self._engine.save_solver()
         return BodiesState(self.layout, clear, data, motions, dict(self._engine.motors()), solver)
 
     def restore(self, state: BodiesState) -> bool:
@@ -94,8 +93,7 @@ class BodyStates:
             self._set_motions(state.motions)
             self._clear_contacts()
         self._set_motors(state.motors)
-        if self._engine.ode is not None and state.solver is not None:
-            self._engine.ode.restore(state.solver)
+        self._engine.restore_solver(state.solver)
         return warm or state.is_cleared
 
     def _set_motors(self, motors: dict[tuple[int, int], tuple[str, tuple[Any, ...]]]) -> None:

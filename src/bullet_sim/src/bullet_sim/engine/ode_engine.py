@@ -1,0 +1,204 @@
+"""The engine whose bodies move as in Gazebo: an OdeSolver moves them, PyBullet's follow."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from bullet_sim.engine.engine import Contact, Engine, stacked, vector3
+from bullet_sim.engine.ode import OdeSolver
+from bullet_sim.engine.rays import RayShapes
+from bullet_sim.pose import Array, Motion, Quat, Vec3, Vector, compose, velocity_at
+
+
+class OdeEngine(Engine):
+    """As Engine, with steps as Gazebo's ODE makes them.
+
+    Arguments, attributes and methods are those of Engine.
+    """
+
+    ode: OdeSolver
+
+    def __init__(self, *arguments: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self.ode = OdeSolver(self, self._client)
+
+    def _sync(self) -> None:
+        self.ode.sync()
+
+    def _read_later(self, body: int) -> None:
+        self.ode.read_later(body)
+
+    def _moving_shapes(self) -> RayShapes:
+        return self.ode.moving_shapes()
+
+    def save_solver(self) -> dict[str, Any]:
+        return self.ode.save()
+
+    def restore_solver(self, state: dict[str, Any]) -> None:
+        self.ode.restore(state)
+
+    def clear(self) -> None:
+        super().clear()
+        self.ode.clear()
+
+    def set_gravity(self, gravity: Vec3) -> None:
+        super().set_gravity(gravity)
+        self.ode.wake()
+
+    def set_solver_iterations(self, count: int) -> None:
+        super().set_solver_iterations(count)
+        self.ode.configure(replace(self.ode.settings, iterations=self.solver_iterations))
+
+    def step(self, count: int = 1) -> None:
+        self.ode.step(count)
+
+    # Bodies
+
+    def remove(self, body: int) -> None:
+        self.ode.remove(body)
+        super().remove(body)
+
+    def set_mass(self, body: int, link: int, mass: float, moments: Vector) -> None:
+        super().set_mass(body, link, mass, moments)
+        self.ode.set_mass(body, link, mass, tuple(moments))
+
+    def set_joint_limits(self, body: int, joint: int, lower: float, upper: float) -> None:
+        self.ode.set_limits(body, joint, lower, upper)
+        super().set_joint_limits(body, joint, lower, upper)
+
+    def set_joint_damping(self, body: int, joint: int, damping: float) -> None:
+        self.ode.set_damping(body, joint, damping)
+        super().set_joint_damping(body, joint, damping)
+
+    # Motion; the solver does not know what never moves
+
+    def base_pose(self, body: int) -> tuple[Vec3, Quat]:
+        motion = self.ode.link_motion(body, -1)
+        return super().base_pose(body) if motion is None else motion[:2]
+
+    def set_velocity(self, body: int, linear: Vector, angular: Vector) -> None:
+        """Set the velocity of a model [m/s, rad/s], world axes: that of the centres of mass of all
+        its links, as in Gazebo (Model::SetLinearVel)."""
+        if not self.ode.set_velocities(body, linear, angular):
+            self.set_base_velocity(body, linear, angular)
+
+    def link_motion(
+        self, body: int, link: int, offset: tuple[Vec3, Quat] | None = None
+    ) -> tuple[Vec3, Quat, Vec3, Vec3]:
+        motion = self.ode.link_motion(body, link)
+        if motion is None:
+            return super().link_motion(body, link, offset)
+        position, orientation, centre, linear, angular = motion
+        if offset is not None:
+            position, orientation = compose(position, orientation, *offset)
+        return position, orientation, velocity_at(position, centre, linear, angular), angular
+
+    def link_motions(self, body: int, links: Sequence[int]) -> list[Motion]:
+        return [self.link_motion(body, link) for link in links]
+
+    def link_centre(self, body: int, link: int) -> Vec3:
+        motion = self.ode.link_motion(body, link)
+        return super().link_centre(body, link) if motion is None else motion[2]
+
+    def joint_states(self, body: int) -> Sequence[tuple[float, float, Sequence[float], float]]:
+        return self.ode.joint_states(body)
+
+    def joint_load(self, body: int, link: int) -> tuple[Array, Array, float]:
+        return self.ode.joint_load(body, link)
+
+    # Motors
+
+    def drive_velocity(self, body: int, joint: int, velocity: float, effort: float) -> None:
+        self.ode.set_velocity(body, joint, velocity, effort)
+
+    def impose_velocity(self, body: int, joint: int, velocity: float, effort: float) -> None:
+        """Give the link below a joint a velocity [rad/s, m/s] before each step, as Gazebo's
+        Joint::SetVelocity."""
+        self.ode.impose_velocity(body, joint, velocity)
+
+    def impose_position(
+        self, body: int, joint: int, position: float, effort: float, velocity: float
+    ) -> None:
+        """Put a joint to a position [rad, m] before each step, as Gazebo's Joint::SetPosition; it
+        is held by its friction alone then."""
+        self.ode.impose_position(body, joint, position)
+
+    def drive_velocities(
+        self,
+        body: int,
+        joints: Sequence[int],
+        velocities: Sequence[float],
+        efforts: Sequence[float],
+    ) -> None:
+        for command in zip(joints, velocities, efforts):
+            self.ode.set_velocity(body, *command)
+
+    def drive_position(
+        self, body: int, joint: int, position: float, effort: float, velocity: float
+    ) -> None:
+        self.ode.set_position(body, joint, position, effort, velocity)
+
+    def release(self, body: int, joint: int) -> None:
+        self.ode.release(body, joint)
+        super().release(body, joint)
+
+    def drive_efforts(self, body: int, joints: Sequence[int], efforts: Sequence[float]) -> None:
+        for joint, effort in zip(joints, efforts):
+            self.ode.add_effort(body, joint, effort)
+
+    def apply_wrench(self, body: int, link: int, force: Vector, torque: Vector) -> None:
+        centre = self.link_centre(body, link)
+        self.ode.add_force(body, link, vector3(force), centre, vector3(torque))
+
+    def apply_force(self, body: int, link: int, force: Vector, point: Vector) -> None:
+        self.wake(body)
+        self.ode.add_force(body, link, vector3(force), vector3(point), (0.0, 0.0, 0.0))
+
+    # Sleep
+
+    def is_asleep(self, body: int) -> bool:
+        return self.ode.is_asleep(body)
+
+    def wake(self, body: int) -> None:
+        self.ode.wake(body)
+
+    # Contacts
+
+    def set_bitmask(self, body: int, link: int, bits: int) -> None:
+        self.ode.set_bitmask(body, link, bits)
+        super().set_bitmask(body, link, bits)
+
+    def set_ghost(self, body: int, link: int) -> None:
+        self.ode.set_ghost(body)
+        super().set_ghost(body, link)
+
+    def touching(self, body: int) -> list[tuple[int, int, int, float]]:
+        return [
+            (link, contact.body, contact.link, float(contact.force @ contact.normal))
+            for link, contact in self._contacts(body)
+        ]
+
+    def contacts(self, body: int, link: int) -> list[Contact]:
+        """Contact points of one link as of the last step, in ODE's order."""
+        return [contact for own, contact in self._contacts(body) if own == link]
+
+    def _contacts(self, body: int) -> list[tuple[int, Contact]]:
+        """(link, Contact) of a body as of the last step."""
+        found = []
+        for one, link, two, other, point, normal, depth, force in self.ode.contacts():
+            at, across = np.array(point), np.array(normal)
+            if one == body:
+                found.append((link, Contact(two, other, at, across, depth, force)))
+            elif two == body:
+                found.append((other, Contact(one, link, at, -across, depth, -force)))
+        return found
+
+    def all_contacts(self) -> tuple[Array, Array, Array]:
+        return stacked(
+            [
+                (point, normal, float(np.dot(force, normal)))
+                for _, _, _, _, point, normal, _, force in self.ode.contacts()
+            ]
+        )
