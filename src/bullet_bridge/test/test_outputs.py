@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bullet_bridge.plugins import drives as wheel_plugins
 from bullet_bridge.plugins.base import ROS_SIDE
-from bullet_bridge.plugins.cameras import depth_image, point_cloud
+from bullet_bridge.plugins.cameras import PointClouds, depth_image
 from bullet_bridge.transport import conversions, publishing
 from bullet_sim.controllers.drive import WheelDrive
 from bullet_sim.errors import ModelError
@@ -95,7 +95,7 @@ def test_points_carry_place_and_colour():
     k = np.array([[2.0, 0.0, 0.5], [0.0, 2.0, 0.5], [0.0, 0.0, 1.0]])
     rgb = np.zeros((2, 2, 3), np.uint8)
     rgb[1, 1] = (10, 20, 30)
-    message = point_cloud(0.0, DepthCameraSpec("d", "l"), DEPTH, rgb, k)
+    message = PointClouds(DepthCameraSpec("d", "l"), k).message(0.0, DEPTH, rgb)
     assert (message.width, message.height, message.point_step, message.row_step) == (2, 2, 32, 64)
     assert len(message.data) == 128 and not message.is_dense
     floats = np.frombuffer(message.data, "<f4").reshape(2, 2, 8)
@@ -103,7 +103,7 @@ def test_points_carry_place_and_colour():
     assert np.isnan(floats[0, 1, :3]).all()
     packed = np.frombuffer(message.data, "<u4").reshape(2, 2, 8)[1, 1, 4]
     assert packed == (30 << 16) + (20 << 8) + 10, "the bytes as they are in the image"
-    row = point_cloud(0.0, DepthCameraSpec("d", "l", organized=False), DEPTH, rgb, k)
+    row = PointClouds(DepthCameraSpec("d", "l", organized=False), k).message(0.0, DEPTH, rgb)
     assert (row.width, row.height, row.row_step) == (4, 1, 128) and row.data == message.data
 
 

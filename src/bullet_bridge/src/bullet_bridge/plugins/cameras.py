@@ -382,21 +382,35 @@ def depth_image(time: float, spec: Any, depth: Array) -> Image:
     )
 
 
-def point_cloud(time: float, spec: Any, depth: Array, colors: Array, k: Array) -> PointCloud2:
-    """sensor_msgs/PointCloud2 in the optical frame.
+class PointClouds:
+    """Makes the point clouds of one depth camera.
 
     Args:
-        depth: (H, W) float32 [m], NaN: unknown.
-        colors: (H, W, 3) or (H, W) uint8; PCL takes the first of three for blue.
+        spec: of the camera.
         k: (3, 3) [px].
     """
-    data = np.zeros(depth.shape, _POINT)
-    data["xyz"] = camera.points(depth, k)
-    data["color"] = colors.reshape(*depth.shape, -1)
-    if not spec.organized:
-        data = data.reshape(1, -1)
-    header = conversions.header(time, spec.frame_id)
-    return conversions.cloud(header, data, _FIELDS, bool(np.isfinite(depth).all()))
+
+    def __init__(self, spec: Any, k: Array) -> None:
+        self._spec, self._k = spec, k
+        self._data = np.zeros((0, 0), _POINT)  # the last cloud's: new memory each time is slow
+
+    def message(self, time: float, depth: Array, colors: Array) -> PointCloud2:
+        """sensor_msgs/PointCloud2 in the optical frame.
+
+        Args:
+            depth: (H, W) float32 [m], NaN: unknown.
+            colors: (H, W, 3) or (H, W) uint8; PCL takes the first of three for blue.
+        """
+        spec = self._spec
+        if self._data.shape != depth.shape:
+            self._data = np.zeros(depth.shape, _POINT)
+        data = self._data
+        camera.points(depth, self._k, data["xyz"])
+        data["color"] = colors.reshape(*depth.shape, -1)
+        if not spec.organized:
+            data = data.reshape(1, -1)
+        header = conversions.header(time, spec.frame_id)
+        return conversions.cloud(header, data, _FIELDS, bool(np.isfinite(depth).all()))
 
 
 @ros_side(DepthCameraSpec)
@@ -406,7 +420,8 @@ class DepthCameraSensor(CameraSensor):
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
-        self._k = camera.intrinsics(spec.width, spec.height, spec.horizontal_fov)
+        k = camera.intrinsics(spec.width, spec.height, spec.horizontal_fov)
+        self._clouds = PointClouds(spec, k)
         self._depth = self.publisher(spec.depth_topic, Image, relayed=False)
         self._depth_info = self.publisher(spec.depth_info_topic, CameraInfo, relayed=False)
         self._points = self.publisher(spec.points_topic, PointCloud2, relayed=False)
@@ -423,7 +438,7 @@ class DepthCameraSensor(CameraSensor):
             self._depth.publish(depth_image(frame.time, self.spec, depth))
         if cloud:  # as in Gazebo with the bytes of the image: red is blue unless it is bgr8
             colors = conversions.pixels(frame.rgb, self.spec.encoding)
-            self._points.publish(point_cloud(frame.time, self.spec, depth, colors, self._k))
+            self._points.publish(self._clouds.message(frame.time, depth, colors))
 
 
 @ros_side(RangeCameraSpec)
@@ -433,7 +448,8 @@ class RangeCameraSensor(CameraSensor):
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
-        self._k = camera.intrinsics(spec.width, spec.height, spec.horizontal_fov)
+        k = camera.intrinsics(spec.width, spec.height, spec.horizontal_fov)
+        self._clouds = PointClouds(spec, k)
         self._points: Any = None
         if spec.points_topic:
             self._points = self.publisher(spec.points_topic, PointCloud2, relayed=False)
@@ -452,4 +468,4 @@ class RangeCameraSensor(CameraSensor):
         if self._has_points():
             near = camera.within(frame.depth, spec.cutoff, spec.cutoff_max)
             colors = frame.rgb[:, :, ::-1]
-            self._points.publish(point_cloud(frame.time, spec, near, colors, self._k))
+            self._points.publish(self._clouds.message(frame.time, near, colors))

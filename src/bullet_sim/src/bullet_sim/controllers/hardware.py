@@ -22,7 +22,7 @@ class RobotJoints(Protocol):
     names: tuple[str, ...]
     limits: dict[str, Joint]
 
-    def read(self, handles: "Iterable[JointHandle]") -> None: ...
+    def read(self, handles: "Sequence[JointHandle]") -> None: ...
     def columns(self, indices: Sequence[int]) -> Sequence[list[float]]: ...
     def drive_velocities(self, names: Iterable[str], values: Iterable[float]) -> None: ...
     def drive_positions(self, names: Iterable[str], values: Iterable[float]) -> None: ...
@@ -120,6 +120,7 @@ class Hardware(Stateful):
             name: JointHandle(name, joints.limits[name], self._inertias.get(name), self)
             for name in joints.names
         }
+        self._all = tuple(self._handles.values())
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -153,7 +154,7 @@ class Hardware(Stateful):
 
     def read(self) -> None:
         """Read the joints' states into their handles."""
-        self.joints.read(self._handles.values())
+        self.joints.read(self._all)
 
     # interfaces -------------------------------------------------------------------------------
     def check_interface(self, label: str, interface: str, names: Iterable[str]) -> list[str]:

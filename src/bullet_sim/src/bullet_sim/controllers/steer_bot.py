@@ -137,7 +137,7 @@ class SteerBotJoints:
             [indices[source] for source in self._means.get(name, (name,))] for name in self.names
         ]
 
-    def read(self, handles: Iterable[JointHandle]) -> None:
+    def read(self, handles: Sequence[JointHandle]) -> None:
         """As Joints.read; the commanded joints have their pair's mean."""
         positions, velocities = self._joints.state()
         for name, handle in zip(self.names, handles):

@@ -1,7 +1,7 @@
 """Bodies in PyBullet: loaded, placed, driven and stepped by Bullet; their contacts."""
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,7 @@ from bullet_sim.files import silenced
 from bullet_sim.pose import Array, Motion, Pose, Quat, Vec3, Vector, compose, velocity_at
 
 if TYPE_CHECKING:
+    from bullet_sim.controllers.hardware import JointHandle
     from bullet_sim.engine.ode import OdeSolver
     from bullet_sim.engine.rays import RayShapes
 
@@ -362,7 +363,11 @@ class Engine:
 
     def base_pose(self, body: int) -> tuple[Vec3, Quat]:
         """World pose of the root link's frame."""
-        position, orientation = p.getBasePositionAndOrientation(body, physicsClientId=self.client)
+        self._sync()
+        return self._pose_in_bullet(body)
+
+    def _pose_in_bullet(self, body: int) -> tuple[Vec3, Quat]:
+        position, orientation = p.getBasePositionAndOrientation(body, physicsClientId=self._client)
         return compose(position, orientation, *self._outward[body])
 
     def set_base_pose(self, body: int, position: Vector, orientation: Vector) -> None:
@@ -479,6 +484,11 @@ class Engine:
         """(position, velocity, reaction forces, motor effort) of each movable joint."""
         joints = self.movable[body]
         return p.getJointStates(body, joints, physicsClientId=self.client) if joints else ()
+
+    def read_joints(self, body: int, handles: "Iterable[JointHandle]") -> None:
+        """Read positions and velocities of the movable joints into handles, in their order."""
+        for handle, state in zip(handles, self.joint_states(body)):
+            handle.position, handle.velocity = state[:2]
 
     def joint_positions(self, body: int) -> tuple[float, ...]:
         """Positions [rad, m] of the movable joints."""

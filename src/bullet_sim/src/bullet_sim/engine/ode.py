@@ -6,8 +6,9 @@ such as meshes that cannot be read.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,6 +30,7 @@ from bullet_sim.errors import ModelError
 from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, compose, matrix_from_quaternion
 
 if TYPE_CHECKING:
+    from bullet_sim.controllers.hardware import JointHandle
     from bullet_sim.engine.engine import Engine
 
 try:
@@ -67,6 +69,8 @@ class Part:
         may_sleep: it may sleep while it rests, as what has no joints does in Gazebo.
         touching: pairs of its links that collide with each other.
         first, first_joint: its first rows of bodies and of joints.
+        order: row of each of the engine's joints.
+        measured: gives their positions, velocities and motors' efforts of the flat table of joints.
     """
 
     body: int
@@ -79,9 +83,8 @@ class Part:
     touching: Sequence[tuple[str, str]]
     first: int = 0
     first_joint: int = 0
-    order: list[int] = field(default_factory=list)  # row of each of the engine's joints
-    # places in the flat array of joints of their positions, velocities and motors' efforts
-    measured: Array = field(default_factory=lambda: np.zeros(0, np.int64))
+    order: list[int] = field(default_factory=list)
+    measured: Callable[[Any], tuple[float, ...]] = tuple
 
     def link(self, row: int) -> Link:
         """The link of a row of bodies."""
@@ -288,8 +291,10 @@ class OdeSolver:
             order = self._engine.joint_names(part.body)
             place = {joint.name: part.first_joint + i for i, joint in enumerate(part.joints)}
             part.order = [place[name] for name in order]
-            columns = np.array((q.ANGLE, q.RATE, q.MOTOR))[:, None]
-            part.measured = (columns + q.J_SIZE * np.array(part.order, np.int64)).ravel()
+            if order:
+                columns = np.array((q.ANGLE, q.RATE, q.MOTOR))[:, None]
+                places = columns + q.J_SIZE * np.array(part.order)
+                part.measured = itemgetter(*places.ravel().tolist())
         self._inward = [  # from the centres of mass to the links' frames
             tuple((-part.shapes.links[name].centre).tolist())
             for part in parts
@@ -299,6 +304,8 @@ class OdeSolver:
         self._sleepy = any(part.may_sleep for part in parts)
         self.bodies = tables.table(bodies, q.B_SIZE)
         self.joints = tables.table(joints, q.J_SIZE)
+        # A few numbers of it are read and written faster so, and without giving up Python's lock.
+        self._numbers_of_joints: Any = memoryview(self.joints.reshape(-1))
         self._types = tables.table(types, 3, np.int64)
         self._kinds = tables.table(kinds, 5, np.int64)
         self._bits = np.array([self._bits_of(key) for key in owner], np.int64)
@@ -854,9 +861,11 @@ class OdeSolver:
 
     def set_velocity(self, body: int, joint: int, velocity: float, effort: float) -> None:
         """A joint's motor tracks a velocity with at most an effort."""
-        row = self._joint(body, joint)
-        row[q.SPEED], row[q.FMAX], row[q.TARGET] = velocity, effort, math.nan
-        row[q.IMPOSED] = math.nan
+        if not self._is_built:
+            self._build()
+        numbers, row = self._numbers_of_joints, q.J_SIZE * self._parts[body].order[joint]
+        numbers[row + q.SPEED], numbers[row + q.FMAX] = velocity, effort
+        numbers[row + q.TARGET] = numbers[row + q.IMPOSED] = math.nan
 
     def impose_velocity(self, body: int, joint: int, velocity: float) -> None:
         """The link below a joint is given this velocity before each step."""
@@ -894,13 +903,17 @@ class OdeSolver:
         that would make a joint faster which moves faster than its limit. Continuous joints have
         no such limits: sdformat leaves them out when it converts a URDF.
         """
-        row, limits = self._joint(body, joint), self._parts[body].joint(joint)
+        if not self._is_built:
+            self._build()
+        part, numbers = self._parts[body], self._numbers_of_joints
+        row, limits = q.J_SIZE * part.order[joint], part.joint(joint)
         if limits.kind != "continuous":
-            if limits.velocity and abs(row[q.RATE]) > limits.velocity and effort * row[q.RATE] > 0:
+            rate, limit = numbers[row + q.RATE], limits.effort
+            if limits.velocity and abs(rate) > limits.velocity and effort * rate > 0:
                 effort = 0.0
-            if limits.effort:
-                effort = min(max(effort, -limits.effort), limits.effort)
-        row[q.EFFORT] += effort
+            if limit:
+                effort = min(max(effort, -limit), limit)
+        numbers[row + q.EFFORT] += effort
 
     def set_limits(self, body: int, joint: int, lower: float, upper: float) -> None:
         """Change a joint's limits."""
@@ -919,11 +932,21 @@ class OdeSolver:
         part = self._parts.get(body)
         if part is None or not part.order:
             return []
-        numbers, count = self.joints.take(part.measured).tolist(), len(part.order)
+        numbers, count = part.measured(self._numbers_of_joints), len(part.order)
         motors = numbers[2 * count :]
         return [
             (angle, rate, (), motor) for angle, rate, motor in zip(numbers, numbers[count:], motors)
         ]
+
+    def read_joints(self, body: int, handles: "Iterable[JointHandle]") -> None:
+        """As Engine.read_joints."""
+        self.refresh()
+        part = self._parts.get(body)
+        if part is None or not part.order:
+            return
+        numbers = part.measured(self._numbers_of_joints)
+        for handle, angle, rate in zip(handles, numbers, numbers[len(part.order) :]):
+            handle.position, handle.velocity = angle, rate
 
     def joint_load(self, body: int, link: int) -> tuple[Array, Array, float]:
         """As Engine.joint_load, of the joint above a link."""
@@ -937,6 +960,10 @@ class OdeSolver:
         return force, torque + np.cross(centre, force), joint[q.MOTOR]
 
     # bodies -------------------------------------------------------------------------------------
+    def is_root_still(self, body: int) -> bool:
+        """Whether the root link of a body never moves, so that PyBullet always has its pose."""
+        return body in self._still
+
     def link_motion(self, body: int, link: int) -> tuple[Vec3, Quat, Vec3, Vec3, Vec3] | None:
         """Position [m] and quaternion of a link's frame, its centre of mass [m], linear [m/s] and
         angular velocity [rad/s] of that; None: PyBullet has them."""

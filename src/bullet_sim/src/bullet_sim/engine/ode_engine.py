@@ -1,8 +1,8 @@
 """The engine whose bodies move as in Gazebo: an OdeSolver moves them, PyBullet's follow."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,6 +10,9 @@ from bullet_sim.engine.engine import Contact, Engine, stacked, vector3
 from bullet_sim.engine.ode import OdeSolver
 from bullet_sim.engine.rays import RayShapes
 from bullet_sim.pose import Array, Motion, Quat, Vec3, Vector, compose, velocity_at
+
+if TYPE_CHECKING:
+    from bullet_sim.controllers.hardware import JointHandle
 
 
 class OdeEngine(Engine):
@@ -76,7 +79,11 @@ class OdeEngine(Engine):
 
     def base_pose(self, body: int) -> tuple[Vec3, Quat]:
         motion = self.ode.link_motion(body, -1)
-        return super().base_pose(body) if motion is None else motion[:2]
+        if motion is not None:
+            return motion[:2]
+        if self.ode.is_root_still(body):
+            return self._pose_in_bullet(body)
+        return super().base_pose(body)
 
     def set_velocity(self, body: int, linear: Vector, angular: Vector) -> None:
         """Set the velocity of a model [m/s, rad/s], world axes: that of the centres of mass of all
@@ -104,6 +111,9 @@ class OdeEngine(Engine):
 
     def joint_states(self, body: int) -> Sequence[tuple[float, float, Sequence[float], float]]:
         return self.ode.joint_states(body)
+
+    def read_joints(self, body: int, handles: "Iterable[JointHandle]") -> None:
+        self.ode.read_joints(body, handles)
 
     def joint_load(self, body: int, link: int) -> tuple[Array, Array, float]:
         return self.ode.joint_load(body, link)

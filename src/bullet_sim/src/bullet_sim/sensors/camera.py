@@ -164,20 +164,26 @@ def metres_from_buffer(buffer: Array, near: float, far: float) -> Array:
     return np.where(wide >= FAR_DEPTH, far, distance).astype(np.float32)
 
 
-def points(depth: Array, k: Array) -> Array:
+def points(depth: Array, k: Array, out: Array | None = None) -> Array:
     """Points of a depth image in the optical frame.
 
     Args:
         depth: (H, W) float32 [m] along the optical axis; NaN stays NaN.
         k: (3, 3) [px].
+        out: where they are written.
 
     Returns:
         (H, W, 3) float32 [m].
     """
-    rows, columns = np.indices(depth.shape, dtype=np.float32)
-    x = (columns - np.float32(k[0, 2])) / np.float32(k[0, 0]) * depth
-    y = (rows - np.float32(k[1, 2])) / np.float32(k[1, 1]) * depth
-    return np.stack([x, y, depth], axis=2).astype(np.float32)
+    height, width = depth.shape
+    right = (np.arange(width, dtype=np.float32) - np.float32(k[0, 2])) / np.float32(k[0, 0])
+    down = (np.arange(height, dtype=np.float32) - np.float32(k[1, 2])) / np.float32(k[1, 1])
+    if out is None:
+        out = np.empty((height, width, 3), np.float32)
+    np.multiply(right, depth, out=out[..., 0])
+    np.multiply(down[:, None], depth, out=out[..., 1])
+    out[..., 2] = depth
+    return out
 
 
 def within(depth: Array, low: float, high: float) -> Array:
