@@ -32,7 +32,8 @@ ROSLAUNCH = str(pathlib.Path(__file__).with_name("check_roslaunch.py"))
 START_LIMIT = 60.0  # wall time until the simulator answers [s]
 SETTLED = 4.0  # wall time without a new model after which spawning is over [s]
 SPAWN_LIMIT = 40.0  # wall time for spawning [s]
-FIRST_LIMIT = 20.0  # wall time for the first message of each sensor [s]
+FIRST_LIMIT = 20.0  # wall time for the first message of each sensor [s] ...
+CAMERA_LIMIT = 60.0  # ... of cameras [s]: the renderer may take as long to start on a busy machine
 STOP_LIMIT = 20.0  # wall time for the launch to end [s]
 REPLAY = "paddock_check_replay"  # its node
 REPLAY_RATE = 10.0  # frames of the replay a second of wall time
@@ -188,11 +189,13 @@ def controllers_of(namespace):
     return None if answer is None else [(c.name, c.type, c.state) for c in answer.controller]
 
 
-def wait_for_first(launch, counters):
+def wait_for_first(launch, sensors, counters):
     """Waits until each sensor has sent something: images start with their first subscriber."""
-    deadline = time.monotonic() + FIRST_LIMIT
-    while time.monotonic() < deadline and launch.poll() is None:
-        if all(counter.count for counter in counters):
+    begin = time.monotonic()
+    while launch.poll() is None:
+        silent = [sensor for sensor in sensors if not counters[sensor["topic"]].count]
+        limit = CAMERA_LIMIT if all(sensor["is_camera"] for sensor in silent) else FIRST_LIMIT
+        if not silent or time.monotonic() > begin + limit:
             return
         time.sleep(0.1)
 
@@ -249,8 +252,8 @@ class Replay:
 def observe(launch, seconds, replay):
     """Watches the running launch; returns what goes into the result.
 
-    The seconds begin when every sensor has sent its first message, or after FIRST_LIMIT, and the
-    replay has its first frame.
+    The seconds begin when every sensor has sent its first message, or after FIRST_LIMIT or
+    CAMERA_LIMIT, and the replay has its first frame.
     """
     simulator = wait_for_simulator(launch)
     if simulator is None:
@@ -264,7 +267,7 @@ def observe(launch, seconds, replay):
     moving = [model for model in found["models"] if not model["static"]]
     sensors = [sensor for model in found["models"] for sensor in model["sensors"]]
     counters = {sensor["topic"]: Counter(sensor["topic"], clock) for sensor in sensors}
-    wait_for_first(launch, counters.values())
+    wait_for_first(launch, sensors, counters)
     replay.wait_for_first(launch)
     before = {model["name"]: state_of(simulator, model["name"]) for model in moving}
     start, begin = clock.now, time.monotonic()

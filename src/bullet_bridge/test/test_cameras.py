@@ -58,9 +58,9 @@ class Camera:
         self.times.append(frame.time)
 
 
-def drawn(cameras, world, camera):
+def drawn(cameras, world, camera, waits=False):
     cameras.request(camera.request)
-    cameras.flush(world)
+    cameras.flush(world, waits)
 
 
 @pytest.fixture(name="cameras")
@@ -93,6 +93,20 @@ def test_nothing_waits_for_a_worker_that_starts(monkeypatch):
     drawn(cameras, SimpleNamespace(snapshot=lambda: 2.0), camera)
     cameras._client.finish()
     assert (cameras._client.sources, camera.times) == (["a body"], [2.0])
+
+
+def test_steps_on_request_wait_for_a_worker_that_starts(monkeypatch):
+    """A driver that is stepped saw nothing for the first seconds on a busy machine."""
+    monkeypatch.setattr(module, "RenderClient", Client)
+    monkeypatch.setattr(module.rospy, "is_shutdown", lambda: False)
+    monkeypatch.setattr(module.rospy, "loginfo", lambda *_: None)
+    cameras, camera = Cameras("gl", False), Camera("a")
+    Client.may_start.clear()
+    cameras.add(camera)
+    threading.Timer(0.2, Client.may_start.set).start()
+    drawn(cameras, SimpleNamespace(snapshot=lambda: 1.0), camera, waits=True)
+    cameras._client.finish()
+    assert (camera.times, cameras.take_failures()) == ([1.0], [])
 
 
 def test_images_of_before_a_reset_do_not_come_after_it(cameras):

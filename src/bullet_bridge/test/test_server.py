@@ -273,8 +273,10 @@ def test_interrupted_steps_report_the_reason(interrupt, reason):
     rig = Rig(paused=True)
     steps = rig.server.begin_steps(10000)
     rig.server.spin_once()
+    assert rig.robots.waits_for_renderer
     interrupt(rig.server)
     assert steps.done.is_set() and reason in steps.error
+    assert not rig.robots.waits_for_renderer
 
 
 def test_missing_images_make_the_step_fail():

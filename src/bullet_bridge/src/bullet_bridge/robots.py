@@ -34,6 +34,9 @@ class Robots:
         seed: base of all noise seeds.
         extensions: Extensions, which have users' plugin classes.
 
+    Attributes:
+        waits_for_renderer: publish() waits while the renderer is being started.
+
     The loop calls next_due and publish in every batch, so what they use is stored as flat lists and
     one index; `refresh` updates them after jobs.
     """
@@ -48,6 +51,7 @@ class Robots:
         extensions: Any = None,
     ) -> None:
         self._jobs, self._world, self._cameras, self._seed = jobs, world, cameras, seed
+        self.waits_for_renderer = False
         self.received, self.extensions = received or ReceivedCounts(), extensions
         self._claims: dict[str, Model] = {}  # by control namespace
         self._claiming = threading.Lock()
@@ -249,7 +253,7 @@ class Robots:
                 except Exception:
                     self._fail(plugin)
                 plugin.updated = time
-        self._cameras.flush(self._world)
+        self._cameras.flush(self._world, self.waits_for_renderer)
         self._update_next()
 
     @staticmethod

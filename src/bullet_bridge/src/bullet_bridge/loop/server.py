@@ -249,6 +249,7 @@ class Server:
         if self._steps is not None:
             raise WorldError(f"{self._steps.left} steps of another call are still to be made")
         self._robots.take_failures()
+        self._robots.waits_for_renderer = True  # no wall time counts while steps are made
         self._steps = Steps(count)
         return self._steps
 
@@ -263,6 +264,7 @@ class Server:
     def _end_steps(self, error: str) -> None:
         """End the request, if there is one; error: why it is incomplete, or ''."""
         steps, self._steps = self._steps, None
+        self._robots.waits_for_renderer = False
         if steps is not None:
             self._settle()
             steps.error = error

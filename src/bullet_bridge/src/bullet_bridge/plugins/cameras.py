@@ -146,11 +146,17 @@ class Cameras:
         """Have an image rendered with the next flush() (simulation thread)."""
         self._due.append(request)
 
-    def flush(self, world: "World") -> None:
-        """Have what was requested rendered, all from one snapshot (simulation thread)."""
+    def flush(self, world: "World", waits: bool = False) -> None:
+        """Have what was requested rendered, all from one snapshot (simulation thread).
+
+        Args:
+            waits: wait for a renderer that is being started.
+        """
         requests, self._due = self._due, []
         if not requests:
             return
+        if waits and not self._ready and self._starter is not None:
+            self._starter.join()
         if not self._ready:
             self._failures = ["there is no renderer, images are missing"]
             return
