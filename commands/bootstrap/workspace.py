@@ -31,6 +31,7 @@ LEFT_OUT = (
     "PYTHONHOME",
 )
 SOLVER = os.path.join(SOURCES, "bullet_sim/src/bullet_sim/engine/quickstep")
+LAW = os.path.join(SOURCES, "bullet_sim/src/bullet_sim/controllers/law.py")  # compiled with it
 COMPILE = "from bullet_sim.engine import make_engine; make_engine('ode').ode.compile()"
 COMPILERS = ("CC", "CXX", "CFLAGS", "CXXFLAGS", "LDFLAGS")
 
@@ -165,7 +166,8 @@ def prepare():
 def _is_compiled():
     """Returns whether numba has compiled the solver since its sources changed; without it: True."""
     compiled = glob.glob(f"{SOLVER}/__pycache__/solver.advance-*.nbi")
-    changed = max((os.stat(path).st_mtime for path in glob.glob(f"{SOLVER}/*.py")), default=0.0)
+    sources = [*glob.glob(f"{SOLVER}/*.py"), LAW]
+    changed = max(os.stat(path).st_mtime for path in sources)
     if any(os.stat(path).st_mtime >= changed for path in compiled):
         return True
     return not glob.glob(f"{VENV}/lib/python3*/site-packages/numba")

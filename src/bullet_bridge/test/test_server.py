@@ -66,6 +66,8 @@ class Jobs:
 class Robots:
     """One sensor; keeps the steps at which it was due."""
 
+    waits_for_renderer = False
+
     def __init__(self, rate=0.0):
         self.schedule = Schedule(rate, 0.001) if rate else None
         self.seen, self.applied, self.failures, self.restarts = [], [], [], 0

@@ -6,7 +6,6 @@ import pytest
 from bullet_sim.controllers.pid import (
     Pid,
     PidGains,
-    distance_within,
     position_error,
     shortest_distance,
 )
@@ -96,7 +95,8 @@ def test_shortest_distance(start, end, turn):
     ],
 )
 def test_distance_within_limits(start, end, lower, upper, turn):
-    assert distance_within(start, end, lower, upper) == pytest.approx(turn)
+    joint = Joint("j", "revolute", "a", "b", lower=lower, upper=upper)
+    assert position_error(joint, start, end) == pytest.approx(turn)
 
 
 @pytest.mark.parametrize(

@@ -18,9 +18,11 @@ from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.models.changes import Forces
 from bullet_sim.models.contacts import Contacts
 from bullet_sim.models.model import PERIOD, Model, Placed
+from bullet_sim.models.pids import PidSteps
 from bullet_sim.pose import PLACEABLE, Pose, Vec3
 from bullet_sim.snapshot import BodySource, Snapshot
 
+FEW_STEPS = 3  # up to which Python computes PIDs faster than the solver gets them
 COLD = (
     "contacts start anew, as models were reloaded, deleted or pushed out of each other since: the "
     "last digits will differ from those that followed then"
@@ -276,18 +278,26 @@ class World:
 
     def step(self, count: int = 1) -> None:
         """Advance by `count` time steps; before each, periodic controllers and forces act."""
-        managers = [
-            model.manager
+        first = self.step_count
+        controlled = [
+            model
             for model in self.models.values()
             if model.manager is not None and model.manager.periodic
         ]
+        managers = [model.manager for model in controlled if model.manager is not None]
         mimics = [model.mimics for model in self.models.values() if model.mimics]
         self.contacts.prepare(self.models)
         updates: list[Callable[[float], None]] = [each.update for each in managers]
         updates += [each.update for each in mimics]
         engine, forces, time_step = self.engine, self.forces, self.time_step
         contacts = None if self.contacts.is_idle else self.contacts
-        end = self.step_count + count
+        is_free = not (mimics or contacts or forces.active)
+        if engine.ode is not None and managers and is_free and count >= FEW_STEPS:
+            pids = PidSteps(controlled, time_step)
+            if pids.is_possible:
+                pids.step(engine, count)
+                self.step_count += count
+        end = first + count
         while self.step_count < end:
             stride = end - self.step_count
             if updates or forces.active:

@@ -37,6 +37,8 @@ class Reporter(Protocol):
 class ModelOutputs(Reporter, Protocol):
     """What the loop uses of bullet_bridge.robots.Robots."""
 
+    waits_for_renderer: bool
+
     def apply_commands(self) -> None:
         """Pass the latest commands to the controllers."""
 

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Protocol
 
 from bullet_sim.component import Stateful
+from bullet_sim.controllers import law
 from bullet_sim.controllers.pid import Pid, PidGains, position_error
 from bullet_sim.description.model import Joint
 from bullet_sim.errors import ControllerError
@@ -91,7 +92,7 @@ class Hardware(Stateful):
     """
 
     STATE = ("is_stopped", "efforts", "tracked", "_targets", "_pids", "_positions")
-    CACHE = ("joints", "_interfaces", "_handles")
+    CACHE = ("joints", "_interfaces", "_handles", "_all")
 
     def __init__(
         self,
@@ -278,6 +279,16 @@ class Hardware(Stateful):
         self._positions.clear()
         self.release(self.names)
 
+    def followed(self) -> list[tuple[Pid, float]]:
+        """PIDs of the joints with gains that follow a command, and what each follows."""
+        found = []
+        for name, (goal, target) in self._targets.items():
+            if goal == "velocity":
+                limit = self._handles[name].limits.velocity or abs(target)
+                target = min(max(target, -limit), limit)
+            found.append((self._pids[name], target))
+        return found
+
     # every step -------------------------------------------------------------------------------
     @property
     def periodic(self) -> bool:
@@ -293,14 +304,13 @@ class Hardware(Stateful):
         """
         handles, joints = self._handles, self.joints
         if period > 0:
-            for name, (goal, target) in self._targets.items():
-                joint = handles[name]
-                if goal == "velocity":
-                    limit = joint.limits.velocity or abs(target)
-                    error = min(max(target, -limit), limit) - joint.velocity
+            for pid, target in self.followed():
+                joint = pid.joint
+                if pid.goal == "velocity":
+                    error = target - joint.velocity
                 else:
                     error = position_error(joint.limits, joint.position, target)
-                self._pids[name].update(error, joint.velocity, period)
+                pid.update(error, joint.velocity, period)
         if self.is_stopped:  # then only PIDs that hold a joint act
             self.efforts = {
                 name: self.efforts[name] for name in self.efforts if name in self._targets
@@ -317,9 +327,7 @@ class Hardware(Stateful):
                     low = -high
                 else:
                     low, high = joints.effort_bounds(name, joint.position, joint.velocity)
-                if not low <= effort <= high:
-                    effort = min(max(effort, low), high) if math.isfinite(effort) else 0.0
-                efforts[name] = effort
+                efforts[name] = law.within(effort, low, high)
             joints.apply_efforts(efforts)
         if self.tracked:
             joints.track(self.tracked, handles)

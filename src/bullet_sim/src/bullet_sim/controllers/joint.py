@@ -256,6 +256,15 @@ class PidControl(JointCommand):
         for pid, value in zip(self.pids, values):
             pid.target = value
 
+    def note(self, time: float, period: float) -> None:
+        """The solver has computed the PIDs for a step."""
+        pid = self.pids[-1]
+        self._last = time, period, *self._measure(pid), pid.output
+
+    def _measure(self, pid: Pid) -> tuple[float, float, float, float]:
+        """Set point, process value, its rate and the error of a PID."""
+        raise NotImplementedError
+
     @property
     def sample(self) -> Sample | None:
         """Sample of the last joint; None before the first update."""
@@ -270,15 +279,18 @@ class PositionPid(PidControl):
     def update(self, time: float, period: float) -> None:
         """One computation of each PID."""
         for pid in self.pids:
-            joint, target = pid.joint, pid.target
-            limits, position, velocity = joint.limits, joint.position, joint.velocity
-            lower = limits.lower
-            if lower is not None:
-                upper = limits.upper
-                target = lower if target < lower else upper if target > upper else target
-            error = position_error(limits, position, target)
+            target, position, velocity, error = self._measure(pid)
             output = pid.update(error, velocity, period)
             self._last = time, period, target, position, velocity, error, output
+
+    def _measure(self, pid: Pid) -> tuple[float, float, float, float]:
+        joint, target = pid.joint, pid.target
+        limits = joint.limits
+        lower, upper = limits.lower, limits.upper
+        if lower is not None and upper is not None:
+            target = lower if target < lower else upper if target > upper else target
+        error = position_error(limits, joint.position, target)
+        return target, joint.position, joint.velocity, error
 
 
 class PositionByVelocity(PositionPid):
@@ -302,6 +314,10 @@ class VelocityPid(PidControl):
             error = target - velocity
             output = pid.update(error, velocity, period)
             self._last = time, period, target, velocity, 0.0, error, output
+
+    def _measure(self, pid: Pid) -> tuple[float, float, float, float]:
+        velocity = pid.joint.velocity
+        return pid.target, velocity, 0.0, pid.target - velocity
 
 
 @CONTROLLERS.register("velocity_controllers/JointVelocityController")

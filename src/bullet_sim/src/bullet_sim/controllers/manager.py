@@ -8,10 +8,12 @@ from typing import Any
 from bullet_sim.component import Stateful
 from bullet_sim.controllers import CONTROLLERS, Controller, configure
 from bullet_sim.controllers.hardware import Hardware, RobotJoints
+from bullet_sim.controllers.joint import PidControl, PositionPid, VelocityPid
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ControllerError, SimError
 
 INITIALIZED, RUNNING, STOPPED = "initialized", "running", "stopped"
+_UPDATES = PositionPid.update, VelocityPid.update  # which compute PIDs and nothing else
 
 
 class Manager(Stateful):
@@ -265,6 +267,31 @@ class Manager(Stateful):
         hardware.write(elapsed)
         self.time = time + period
         self._since += period
+
+    def pids_of_each_step(self, period: float) -> "list[PidControl] | None":
+        """Controllers whose PIDs, with those of joints with gains and constant efforts, are all
+        that update() would compute from now on; None: there is more.
+
+        Args:
+            period: physics step [s].
+        """
+        hardware, controllers = self.hardware, self._periodic
+        if self._due or self._period - 1e-9 > min(self._since, period):
+            return None
+        if hardware.is_stopped or hardware.tracked:
+            return None
+        for controller in controllers:
+            if type(controller).update not in _UPDATES or controller.interface != "effort":
+                return None
+        return controllers  # type: ignore[return-value]
+
+    def note_steps(self, count: int, period: float) -> None:
+        """Steps were made in which the solver has computed all that update() would have."""
+        for _ in range(count):
+            last, self.time = self.time, self.time + period
+        self._since = period
+        for controller in self._periodic:
+            controller.note(last, period)  # type: ignore[attr-defined]
 
     def observe(self) -> None:
         """Update odometry to the present, for publishing it."""

@@ -14,10 +14,11 @@ IEEE CG&A 31(4), 2011.
 import functools
 import math
 from dataclasses import dataclass
-from math import inf, isfinite, remainder
+from math import inf, isfinite, nan, remainder
 from typing import TYPE_CHECKING, Any, cast
 
 from bullet_sim.component import Stateful
+from bullet_sim.controllers import law
 from bullet_sim.controllers.base import ControllerConfig, as_number
 from bullet_sim.description.model import Joint
 from bullet_sim.errors import ControllerError
@@ -25,50 +26,18 @@ from bullet_sim.errors import ControllerError
 if TYPE_CHECKING:
     from bullet_sim.controllers.hardware import JointHandle
 
-TOLERANCE = 1e-9  # [rad] by which rounding may put an angle beyond a limit
-_TURN = 2.0 * math.pi
-
 
 def shortest_distance(start: float, end: float) -> float:
     """The shortest rotation [rad] from one angle to another, in (-pi, pi]."""
-    return -remainder(start - end, _TURN)
-
-
-def distance_within(start: float, end: float, lower: float, upper: float) -> float:
-    """The shortest rotation [rad] to an angle (up to full rotations) that stays within limits.
-
-    Args:
-        start: where the joint is [rad].
-        end: where it shall go, within the limits [rad].
-        lower, upper: limits [rad].
-
-    Returns:
-        The shorter rotation if it ends within the limits, else the longer one if that does, else
-        end - start.
-    """
-    short = shortest_distance(start, end)
-    long = short - math.copysign(_TURN, short)
-    for turn in (short, long):
-        if lower - TOLERANCE <= start + turn <= upper + TOLERANCE:
-            return turn
-    return end - start
+    return -remainder(start - end, law.TURN)
 
 
 def position_error(joint: Joint, position: float, target: float) -> float:
-    """Error [rad, m] of a joint's position, as ros_control's position controllers see it.
-
-    Args:
-        position, target: [rad, m]; a target beyond the joint's limits counts as the limit.
-    """
+    """Error [rad, m] of a joint's position, see law.position_error()."""
     lower, upper = joint.lower, joint.upper
-    if lower is not None and upper is not None:
-        target = min(max(target, lower), upper)
-    if joint.kind == "prismatic":
-        return target - position
-    error = -remainder(position - target, _TURN)
-    if lower is None or upper is None or lower - TOLERANCE <= position + error <= upper + TOLERANCE:
-        return error
-    return distance_within(position, target, lower, upper)
+    if lower is None or upper is None:
+        lower = upper = nan
+    return law.position_error(position, target, lower, upper, joint.kind == "prismatic")
 
 
 NUMBERS = ("p", "i", "d", "i_clamp", "i_clamp_max", "i_clamp_min")
@@ -211,17 +180,10 @@ class Pid(Stateful):
         else:
             last = self.last_error
             rate = 0.0 if last is None else (error - last) / period
-        integral = self.integral + error * period
-        if gains.antiwindup and gains.i != 0:
-            bounds = sorted((gains.i_clamp_min / gains.i, gains.i_clamp_max / gains.i))
-            integral = min(max(integral, bounds[0]), bounds[1])
-        by_integral = gains.i * integral
-        if by_integral < gains.i_clamp_min:
-            by_integral = gains.i_clamp_min
-        elif by_integral > gains.i_clamp_max:
-            by_integral = gains.i_clamp_max
-        by_error, by_rate = gains.p * error, gains.d * rate
-        output = 0.0 + by_error + by_integral + by_rate
+        output, integral, by_error, by_integral, by_rate = law.pid_terms(
+            error, rate, self.integral, period, gains.p, gains.i, gains.d, gains.i_clamp_min,
+            gains.i_clamp_max, gains.antiwindup,
+        )  # fmt: skip
         if not isfinite(output):
             output = 0.0
             if not (isfinite(error) and isfinite(rate)):
@@ -258,6 +220,41 @@ class Pid(Stateful):
             del hardware.efforts[name]
         hardware.tracked[name] = speed, effort if effort < limit else limit
         return output
+
+    def joint_pid(
+        self, body: int, joint: int, target: float, bounds: tuple[float, float, float, float]
+    ) -> law.JointPid:
+        """This PID for several steps of a solver.
+
+        Args:
+            body, joint: the engine's numbers.
+            target: what it follows.
+            bounds: of the effort, see JointPid.
+        """
+        gains, limits = self.gains, self.joint.limits
+        lower, upper = limits.lower, limits.upper
+        if lower is None or upper is None:
+            lower = upper = nan
+        return law.JointPid(
+            body,
+            joint,
+            self.goal,
+            target,
+            (lower, upper, limits.kind == "prismatic"),
+            (gains.p, gains.i, gains.d, gains.i_clamp_min, gains.i_clamp_max, gains.antiwindup),
+            bounds,
+            [
+                nan if self.last_error is None else self.last_error,
+                *(self.integral, self.error_rate, *self.terms, self.output, 0.0),
+            ],
+        )
+
+    def note(self, pid: law.JointPid) -> None:
+        """The solver has computed it for several steps."""
+        last, self.integral, self.error_rate, by_error, by_integral, by_rate = pid.state[:6]
+        self.terms, self.output = (by_error, by_integral, by_rate), pid.state[6]
+        if not math.isnan(last):
+            self.error = self.last_error = last
 
     def follow(self, goal: str) -> None:
         """Set what the errors are of from now on: "position" or "velocity"."""

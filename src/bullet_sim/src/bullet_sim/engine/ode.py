@@ -6,7 +6,8 @@ such as meshes that cannot be read.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
@@ -14,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pybullet as p
 
+from bullet_sim.controllers.law import JointPid, truncated
 from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.model import Joint, Link, Shape, Surface
 from bullet_sim.description.world import OdeSettings
@@ -39,6 +41,7 @@ try:
     from bullet_sim.engine.quickstep.blocks import ROWS_MOST, make_blocks
     from bullet_sim.engine.quickstep.compiled import is_compiled
     from bullet_sim.engine.quickstep.contacts import softness
+    from bullet_sim.engine.quickstep.pids import GOALS, P_SIZE, P_STATE
     from bullet_sim.engine.quickstep.solver import State, advance, state_table
 except ImportError as error:  # numba is needed by this solver alone
     raise ModelError(
@@ -56,6 +59,14 @@ _CLOSE = 0.002  # [m] between a contact that Bullet finds and the shape that it 
 # Body, link, other body, its link, point [m], normal towards the first, depth [m], force (3,) [N]
 # on the first; world axes.
 _Contact = tuple[int, int, int, int, Vec3, Vec3, float, Array]
+
+
+def _limits_in_gazebo(joint: Joint) -> tuple[float, float]:
+    """Limits of a joint's velocity and effort; 0: none, as continuous ones have in Gazebo, since
+    sdformat leaves them out when it converts a URDF."""
+    return (
+        (0.0, 0.0) if joint.kind == "continuous" else (joint.velocity or 0.0, joint.effort or 0.0)
+    )
 
 
 @dataclass
@@ -521,6 +532,8 @@ class OdeSolver:
             work=work,
             marks=np.zeros((4, max(most, count + 1, joints)), np.int64),
             result=self._result,
+            pids=np.zeros((joints, P_SIZE)),
+            active=np.zeros(1, np.int64),
         )
         self._table = state_table(self._state)
         self._others = list(self._known)
@@ -733,6 +746,27 @@ class OdeSolver:
                 count -= self._advance(1, self._find())
         self._is_ahead = True
 
+    @contextmanager
+    def pids(self, pids: Sequence[JointPid]) -> Iterator[None]:
+        """Compute PIDs before each of the steps that are made meanwhile; each has the state after
+        the last one then."""
+        self.refresh()
+        table, active = self._state.pids, self._state.active
+        for k, pid in enumerate(pids):
+            part = self._parts[pid.body]
+            limits = _limits_in_gazebo(part.joint(pid.joint))
+            goal = GOALS[pid.goal], pid.target, *pid.limits
+            table[k] = (
+                part.order[pid.joint], *limits, *goal, *pid.gains, *pid.bounds, *pid.state
+            )  # fmt: skip
+        active[0] = len(pids)
+        try:
+            yield
+        finally:
+            active[0] = 0
+        for state, pid in zip(table[: len(pids), P_STATE:].tolist(), pids):
+            pid.state = state
+
     def _advance(self, count: int, given: int) -> int:
         step, iterations = self._engine.time_step, self.settings.iterations
         done: int = advance(count, given, step, iterations, self._watch, self._sleepy, self._table)
@@ -897,23 +931,13 @@ class OdeSolver:
         row[q.FMAX] = part.joint(joint).friction
 
     def add_effort(self, body: int, joint: int, effort: float) -> None:
-        """An effort acts on a joint in the next step.
-
-        As in Gazebo (Joint::CheckAndTruncateForce) it is at most the joint's limit, and none acts
-        that would make a joint faster which moves faster than its limit. Continuous joints have
-        no such limits: sdformat leaves them out when it converts a URDF.
-        """
+        """An effort acts on a joint in the next step, as far as law.truncated() lets it."""
         if not self._is_built:
             self._build()
         part, numbers = self._parts[body], self._numbers_of_joints
         row, limits = q.J_SIZE * part.order[joint], part.joint(joint)
-        if limits.kind != "continuous":
-            rate, limit = numbers[row + q.RATE], limits.effort
-            if limits.velocity and abs(rate) > limits.velocity and effort * rate > 0:
-                effort = 0.0
-            if limit:
-                effort = min(max(effort, -limit), limit)
-        numbers[row + q.EFFORT] += effort
+        speed, most = _limits_in_gazebo(limits)
+        numbers[row + q.EFFORT] += truncated(effort, numbers[row + q.RATE], speed, most)
 
     def set_limits(self, body: int, joint: int, lower: float, upper: float) -> None:
         """Change a joint's limits."""

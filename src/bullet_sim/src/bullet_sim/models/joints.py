@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bullet_sim.component import Stateful
+from bullet_sim.controllers import law
 from bullet_sim.description.model import Joint, Mimic
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Array
@@ -25,7 +26,7 @@ class Joints(Stateful):
     """Movable joints of one body."""
 
     STATE = ("_applied",)
-    CACHE = ("_body", "_tracked", "_indices")
+    CACHE = ("_body", "_tracked", "_indices", "_handles", "_in_order")
 
     def __init__(self, engine: "Engine", body: int, joints: Iterable[Joint]) -> None:
         self._engine, self._body = engine, body
@@ -196,6 +197,16 @@ class Joints(Stateful):
                 self._body, self._index[name], value, self.max_effort(name), self._speed(name)
             )
 
+    def bounds(self, name: str) -> tuple[float, float, float, float]:
+        """Limit of a joint's effort, of its position and velocity, see law.effort_bounds()."""
+        limits, limit, _, speed, _ = self._bounds[name]
+        lower, upper = (-inf, inf) if limits.lower is None else (limits.lower, limits.upper)
+        return limit, lower, upper, speed
+
+    def note_efforts(self, efforts: Mapping[str, float]) -> None:
+        """The solver has applied efforts (mapping name -> effort [N m, N]) in the last step."""
+        self._applied.update(efforts)
+
     def apply_efforts(self, efforts: Mapping[str, float]) -> None:
         """Apply efforts (mapping name -> effort [N m, N]) during the next step."""
         indices = [self._index[name] for name in efforts]
@@ -247,18 +258,7 @@ class Joints(Stateful):
         As ros_control's saturation: the URDF's effort limit, and no push further beyond a limit of
         position or velocity. A limit of 0 counts as none.
         """
-        limits, high, min_speed, max_speed, _ = self._bounds[name]
-        low = -high
-        if limits.lower is not None:
-            if position < limits.lower:
-                low = 0.0
-            if position > limits.upper:
-                high = 0.0
-        if velocity < min_speed:
-            low = 0.0
-        elif velocity > max_speed:
-            high = 0.0
-        return low, high
+        return law.effort_bounds(position, velocity, *self.bounds(name))
 
     def release(self, names: Iterable[str]) -> None:
         """Release joints: they move freely, with their friction."""

@@ -2,7 +2,7 @@
 
 numba compiles a function again when its own file has changed, but not when another function that it
 calls has. So what was kept is deleted here, before the other files are imported, when any of them
-has changed.
+has changed, or controllers/law.py, which pids.py has compiled.
 """
 
 import hashlib
@@ -20,13 +20,14 @@ from numba.extending import intrinsic
 from numba.np.arrayobj import populate_array
 
 _FOLDER = Path(__file__).parent
+SOURCES = sorted((*_FOLDER.glob("*.py"), _FOLDER.parents[1] / "controllers" / "law.py"))
 _CACHE = _FOLDER / "__pycache__"
 
 
 def _forget_older() -> None:
     """Delete what was compiled from other sources."""
     sources = hashlib.sha256()
-    for path in sorted(_FOLDER.glob("*.py")):
+    for path in SOURCES:
         sources.update(path.read_bytes())
     stamp = _CACHE / "sources.sha256"
     try:

@@ -115,6 +115,7 @@ from bullet_sim.engine.quickstep.layout import (
     Trees,
 )
 from bullet_sim.engine.quickstep.near import is_near
+from bullet_sim.engine.quickstep.pids import apply_pids
 from bullet_sim.engine.quickstep.vectors import (
     copy,
     cross,
@@ -852,6 +853,7 @@ class State(NamedTuple):
         first_row: (c,) of each contact.
         marks: (4, k) numbers to work with.
         result: (1,) number of contacts of the last step.
+        pids: (j, P_SIZE) PIDs, of which `active` (1,) are computed in each step.
     """
 
     settings: Array
@@ -873,6 +875,8 @@ class State(NamedTuple):
     work: Array
     marks: Array
     result: Array
+    pids: Array
+    active: Array
 
 
 _1, _2, _N1, _N2 = types.float64[::1], types.float64[:, ::1], types.int64[::1], types.int64[:, ::1]
@@ -888,7 +892,7 @@ _BLOCKS = types.NamedTuple((_N2, _1, _N1, _1), Blocks)
 _STATE = types.NamedTuple(
     (
         *(_1, _1, _2, _N1, _2, _N2, _N1, _N1, types.boolean[:, ::1], _SCENE, _2, _N2, _2, _N2, _N1),
-        *(_BLOCKS, _2, _N2, _N1),
+        *(_BLOCKS, _2, _N2, _N1, _2, _N1),
     ),
     State,
 )
@@ -918,10 +922,12 @@ def advance(
         Number of steps made; it also stops after a step in which a body has fallen asleep.
     """
     (settings, gravity, bodies, sequence, joints, types, starts, lists, below, scene, contacts,
-     owners, rows, links, first_row, blocks, work, marks, result) = _state_at(table)  # fmt: skip
+     owners, rows, links, first_row, blocks, work, marks, result, pids, active,
+    ) = _state_at(table)  # fmt: skip
     for done in range(count):
         if watch and is_near(bodies, scene) and given < 0:
             return done
+        apply_pids(active[0], step, pids, joints)
         _impose(step, bodies, joints, types, below)
         _prepare(gravity, bodies, joints, types, work)
         place_solids(bodies, scene, work)

@@ -1,0 +1,140 @@
+"""What a PID and the limits of its joint make of plain numbers.
+
+Controllers call these functions as they are; the solver 'ode' has them compiled, where it computes
+PIDs in each of several steps (engine/quickstep/pids.py). Both give the same bits. A limit that is
+not there is NaN.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+TOLERANCE = 1e-9  # [rad] by which rounding may put an angle beyond a limit
+TURN = 2.0 * math.pi
+
+
+@dataclass(slots=True)
+class JointPid:
+    """A PID that commands a joint's effort, or an effort alone, for several steps of a solver.
+
+    Attributes:
+        body, joint: the engine's numbers.
+        goal: "position" or "velocity", of which the errors are; "": an effort alone.
+        target: [rad, m, rad/s, m/s].
+        limits: lower, upper of position_error(), and whether the joint is prismatic.
+        gains: p, i, d, low, high, antiwindup of pid_terms().
+        bounds: limit, lower, upper, speed of effort_bounds().
+        state: last error (NaN: none), integral, rate, parts by error, integral and rate of the
+            last output, the last output, and what of it was within the bounds.
+    """
+
+    body: int
+    joint: int
+    goal: str
+    target: float
+    limits: tuple[float, float, bool]
+    gains: tuple[float, float, float, float, float, bool]
+    bounds: tuple[float, float, float, float]
+    state: list[float] = field(default_factory=lambda: [math.nan] + [0.0] * 7)
+
+
+def position_error(
+    position: float, target: float, lower: float, upper: float, is_linear: bool
+) -> float:
+    """Error [rad, m] of a joint's position, as ros_control's position controllers see it.
+
+    Args:
+        position, target: [rad, m]; a target beyond the limits counts as the limit.
+        is_linear: the joint is prismatic; else the way may lead across half a rotation.
+
+    Returns:
+        Of a joint that rotates the shorter way if it ends within the limits, else the longer one
+        if that does, else the difference.
+    """
+    if target < lower:
+        target = lower
+    elif target > upper:
+        target = upper
+    if is_linear:
+        return target - position
+    short = -math.remainder(position - target, TURN)
+    if math.isnan(lower) or lower - TOLERANCE <= position + short <= upper + TOLERANCE:
+        return short
+    long = short - math.copysign(TURN, short)
+    if lower - TOLERANCE <= position + long <= upper + TOLERANCE:
+        return long
+    return target - position
+
+
+def pid_terms(
+    error: float, rate: float, integral: float, period: float, p: float, i: float, d: float,
+    low: float, high: float, antiwindup: bool,
+) -> tuple[float, float, float, float, float]:  # fmt: skip
+    """One computation of a PID.
+
+    Args:
+        integral: of the error, before this period [s].
+        low, high: bounds of i times the integral.
+        antiwindup: bound the integral itself, too.
+
+    Returns:
+        output, integral, and the parts of the output by error, integral and rate.
+    """
+    integral = integral + error * period
+    if antiwindup and i != 0.0:
+        first, last = low / i, high / i
+        if first > last:
+            first, last = last, first
+        if integral < first:
+            integral = first
+        elif integral > last:
+            integral = last
+    by_integral = i * integral
+    if by_integral < low:
+        by_integral = low
+    elif by_integral > high:
+        by_integral = high
+    by_error, by_rate = p * error, d * rate
+    return 0.0 + by_error + by_integral + by_rate, integral, by_error, by_integral, by_rate
+
+
+def effort_bounds(
+    position: float, velocity: float, limit: float, lower: float, upper: float, speed: float
+) -> tuple[float, float]:
+    """Min and max effort [N m, N] that a joint may get, as ros_control's saturation: its limit, and
+    no push further beyond a limit of position or velocity.
+
+    Args:
+        limit: of the effort.
+        lower, upper: limits of the position [rad, m].
+        speed: limit of the velocity [rad/s, m/s].
+    """
+    low = 0.0 if position < lower or velocity < -speed else -limit
+    high = 0.0 if position > upper or velocity > speed else limit
+    return low, high
+
+
+def within(effort: float, low: float, high: float) -> float:
+    """An effort within its bounds; one that is not finite counts as 0."""
+    if low <= effort <= high:
+        return effort
+    if not math.isfinite(effort):
+        return 0.0
+    return low if effort < low else high
+
+
+def truncated(effort: float, rate: float, speed: float, limit: float) -> float:
+    """An effort [N m, N] as Gazebo lets it act (Joint::CheckAndTruncateForce): at most the joint's
+    limit, and none that makes a joint faster which moves faster than its limit.
+
+    Args:
+        rate: velocity of the joint [rad/s, m/s].
+        speed, limit: of velocity and effort; 0: none.
+    """
+    if speed != 0.0 and abs(rate) > speed and effort * rate > 0.0:
+        effort = 0.0
+    if limit != 0.0:
+        if effort < -limit:
+            effort = -limit
+        elif effort > limit:
+            effort = limit
+    return effort

@@ -1,0 +1,82 @@
+"""PIDs of joints, computed in each of several steps.
+
+What one computes is in controllers/law.py, which controllers call from Python, too.
+"""
+
+import math
+from typing import Any
+
+from numba import types
+from numba.extending import overload
+
+from bullet_sim.controllers import law
+from bullet_sim.engine.quickstep.compiled import compiled
+from bullet_sim.engine.quickstep.layout import ANGLE, EFFORT, RATE
+from bullet_sim.pose import Array
+
+POSITION, VELOCITY, EFFORT_ALONE = range(3)  # what the errors are of; no PID, a constant effort
+GOALS = {"position": POSITION, "velocity": VELOCITY, "": EFFORT_ALONE}
+# rows of PIDs: number of the joint, limits of its velocity and effort in Gazebo, and the attributes
+# of law.JointPid in their order
+P_JOINT, P_TOP_SPEED, P_TOP_EFFORT, P_GOAL, P_TARGET, P_LOWER, P_UPPER, P_LINEAR = range(8)
+P_P, P_I, P_D, P_LOW, P_HIGH, P_ANTIWINDUP = range(8, 14)
+P_LIMIT, P_MIN, P_MAX, P_SPEED = range(14, 18)
+P_STATE = 18
+P_LAST, P_INTEGRAL, P_RATE, P_BY_ERROR, P_BY_INTEGRAL, P_BY_RATE = range(18, 24)
+P_OUTPUT, P_APPLIED, P_SIZE = 24, 25, 26
+
+_remainder = types.ExternalFunction("remainder", types.float64(types.float64, types.float64))
+
+
+@overload(math.remainder)
+def _math_remainder(x: Any, y: Any) -> Any:
+    """That of the C library, which Python calls, too."""
+
+    def remainder(x: Any, y: Any) -> Any:
+        return _remainder(x, y)
+
+    return remainder
+
+
+_position_error = compiled(law.position_error)
+_pid_terms = compiled(law.pid_terms)
+_effort_bounds = compiled(law.effort_bounds)
+_within = compiled(law.within)
+_truncated = compiled(law.truncated)
+
+
+@compiled
+def apply_pids(count: int, period: float, pids: Array, joints: Array) -> None:
+    """Compute the first PIDs, and have their efforts act on the joints in the next step.
+
+    Args:
+        period: of a step [s].
+    """
+    for k in range(count):
+        row, joint = pids[k], joints[int(pids[k, P_JOINT])]
+        angle, velocity = joint[ANGLE], joint[RATE]
+        if row[P_GOAL] != EFFORT_ALONE:
+            if row[P_GOAL] == POSITION:
+                error = _position_error(
+                    angle, row[P_TARGET], row[P_LOWER], row[P_UPPER], row[P_LINEAR] != 0.0
+                )
+            else:
+                error = row[P_TARGET] - velocity
+            rate = 0.0
+            if not math.isnan(row[P_LAST]):
+                rate = (error - row[P_LAST]) / period
+            output, integral, by_error, by_integral, by_rate = _pid_terms(
+                error, rate, row[P_INTEGRAL], period, row[P_P], row[P_I], row[P_D], row[P_LOW],
+                row[P_HIGH], row[P_ANTIWINDUP] != 0.0,
+            )  # fmt: skip
+            if not math.isfinite(output):
+                output = 0.0
+            row[P_OUTPUT] = output
+            if math.isfinite(error) and math.isfinite(rate):
+                row[P_LAST], row[P_INTEGRAL], row[P_RATE] = error, integral, rate
+                row[P_BY_ERROR], row[P_BY_INTEGRAL], row[P_BY_RATE] = by_error, by_integral, by_rate
+        low, high = _effort_bounds(
+            angle, velocity, row[P_LIMIT], row[P_MIN], row[P_MAX], row[P_SPEED]
+        )
+        row[P_APPLIED] = _within(row[P_OUTPUT], low, high)
+        joint[EFFORT] += _truncated(row[P_APPLIED], velocity, row[P_TOP_SPEED], row[P_TOP_EFFORT])

@@ -1,0 +1,175 @@
+"""PIDs that the solver computes in each of several steps: the same bits as from Python."""
+
+import math
+
+import numpy as np
+import pytest
+from bullet_sim.controllers import law
+from bullet_sim.controllers.pid import Pid, PidGains
+from bullet_sim.engine.quickstep import pids as compiled
+from bullet_sim.engine.quickstep.layout import EFFORT, J_SIZE, RATE
+from bullet_sim.models import pids as module
+from bullet_sim.pose import Pose
+from bullet_sim.world import World
+
+LINK = (
+    '<link name="{0}"><inertial><mass value="1"/><inertia ixx="0.02" iyy="0.03" izz="0.01" '
+    'ixy="0" ixz="0" iyz="0"/></inertial></link>'
+)
+JOINT = (
+    '<joint name="{0}" type="{1}"><origin xyz="0 {4} 0"/><parent link="world"/><child link="l{0}"/>'
+    '<axis xyz="{2}"/><limit {3}/></joint>'
+)
+JOINTS = {
+    "wheel": ("continuous", "0 1 0", 'effort="3" velocity="9"'),
+    "turret": ("continuous", "0 0 1", 'effort="2" velocity="5"'),
+    "hinge": ("revolute", "1 0 0", 'lower="-2.8" upper="3" effort="0.8" velocity="4"'),
+    "slider": ("prismatic", "1 0 0", 'lower="-0.2" upper="0.4" effort="9" velocity="2"'),
+    "pusher": ("prismatic", "0 0 1", 'lower="-9" upper="9" effort="20" velocity="0.5"'),
+    "geared": ("continuous", "0 1 0", 'effort="1" velocity="6"'),
+    "lift": ("prismatic", "0 0 1", 'lower="0" upper="1" effort="15" velocity="3"'),
+}
+TRANSMISSION = (
+    '<transmission name="t{0}"><type>transmission_interface/SimpleTransmission</type>'
+    '<joint name="{0}"><hardwareInterface>hardware_interface/{1}JointInterface'
+    '</hardwareInterface></joint><actuator name="m{0}"/></transmission>'
+)
+KINDS = {"geared": "Velocity", "lift": "Position"}
+CONTROLLERS = {
+    "wheel": ("effort_controllers/JointVelocityController", dict(p=0.4, i=2.0, i_clamp=0.3)),
+    "turret": ("effort_controllers/JointPositionController", dict(p=3.0, d=0.05)),
+    "hinge": (
+        "effort_controllers/JointPositionController",
+        dict(p=4.0, i=9.0, d=0.1, i_clamp_max=0.1, i_clamp_min=-0.2, antiwindup=True),
+    ),
+    "slider": ("effort_controllers/JointPositionController", dict(p=90.0, d=9.0)),
+    "pusher": ("effort_controllers/JointEffortController", None),
+    "geared": ("velocity_controllers/JointVelocityController", None),
+    "lift": ("position_controllers/JointPositionController", None),
+}
+COMMANDS = (
+    dict(wheel=6.0, turret=2.0, hinge=-2.7, slider=0.3, pusher=12.0, geared=4.0, lift=0.5),
+    dict(wheel=-40.0, turret=math.pi, hinge=2.9, slider=-5.0, pusher=-19.0, geared=-50.0, lift=2.0),
+    dict(wheel=1.0, turret=-9.0, hinge=0.0, slider=0.1, pusher=9.8, geared=0.0, lift=0.1),
+)
+
+
+def robot():
+    parts = ['<robot name="bot"><link name="world"/>']
+    for place, (name, facts) in enumerate(JOINTS.items()):
+        kind, axis, limits = facts
+        parts += [LINK.format("l" + name), JOINT.format(name, kind, axis, limits, place)]
+        parts.append(TRANSMISSION.format(name, KINDS.get(name, "Effort")))
+    parts.append('<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>')
+    return "".join(parts)
+
+
+def world_with_controllers():
+    world = World(solver="ode")
+    manager = world.spawn_urdf("bot", robot(), Pose((0.0, 0.0, 2.0)), str).manager
+    manager.hardware.set_gains("geared", PidGains(0.3, 0.5, 0.001, -0.2, 0.2))
+    manager.hardware.set_gains("lift", PidGains(200.0, 0.0, 20.0))
+    manager.hardware.restart()
+    for name, (kind, gains) in CONTROLLERS.items():
+        config = {"type": kind, "joint": name, **({} if gains is None else {"pid": gains})}
+        manager.load(name, config)
+    manager.switch(list(CONTROLLERS), [])
+    return world, manager
+
+
+def everything(world, manager):
+    """All that tells one run from another, as text, which has the bits of floats."""
+    solver, hardware = world.engine.ode, manager.hardware
+    pids = [pid for name in CONTROLLERS for pid in getattr(manager.get(name), "pids", ())]
+    pids += [hardware.pid("geared"), hardware.pid("lift")]
+    states = [
+        (pid.error, pid.error_rate, pid.integral, pid.terms, pid.output, pid.last_error)
+        for pid in pids
+    ]
+    samples = [getattr(manager.get(name), "sample", None) for name in CONTROLLERS]
+    handles = [(joint.position, joint.velocity) for joint in hardware.handles(JOINTS)]
+    columns = hardware.joints.columns(range(len(JOINTS)))
+    return [
+        *map(repr, (world.time, manager.time, states, samples, handles, columns)),
+        repr(sorted(hardware.efforts.items())),
+        repr((solver.bodies.tolist(), solver.joints.tolist())),
+    ]
+
+
+def drive(world, manager, strides):
+    """States after each of the commands, which are made in strides."""
+    found = []
+    for number, command in enumerate(COMMANDS):
+        for name, value in command.items():
+            manager.command(name, [value])
+        for stride in strides[number % len(strides)]:
+            world.step(stride)
+        found.append(everything(world, manager))
+    return found
+
+
+def never(self, *_):
+    """In place of PidSteps._add: more than PIDs has to be computed."""
+    return False
+
+
+def test_pids_in_the_solver_are_those_of_python(monkeypatch):
+    """Limits, saturation, antiwindup, half rotations, gains of gazebo_ros_control, efforts."""
+    with monkeypatch.context() as patch:
+        patch.setattr(module.PidSteps, "_add", never)
+        expected = drive(*world_with_controllers(), [[700]])
+    world, manager = world_with_controllers()
+    strides, step = [], module.PidSteps.step
+    monkeypatch.setattr(
+        module.PidSteps,
+        "step",
+        lambda self, engine, count: strides.append(count) or step(self, engine, count),
+    )
+    assert drive(world, manager, [[1, 699], [13, 1, 686], [350, 350]]) == expected
+    assert strides == [699, 13, 686, 350, 350]  # one step alone is Python's
+
+
+def test_a_saved_state_goes_on_with_the_same_bits():
+    world, manager = world_with_controllers()
+    drive(world, manager, [[300]])
+    state = world.save_state()
+    first = drive(world, manager, [[200]])
+    world.restore_state(state)
+    assert drive(world, manager, [[20] * 10]) == first
+
+
+def stop(manager):
+    """An emergency stop."""
+    manager.set_emergency_stop(True)
+
+
+def regulate_by_velocities(manager):
+    """A controller that computes velocities by a PID."""
+    kind = "velocity_controllers/JointPositionController"
+    manager.load("more", {"type": kind, "joint": "geared", "pid": {"p": 1.0}})
+    manager.switch(["more"], ["geared"])
+
+
+@pytest.mark.parametrize("change", [stop, regulate_by_velocities])
+def test_python_computes_what_is_more_than_pids(monkeypatch, change):
+    world, manager = world_with_controllers()
+    world.step(10)
+    change(manager)
+    monkeypatch.setattr(module.PidSteps, "step", None)
+    world.step(10)
+    assert world.step_count == 20
+
+
+@pytest.mark.parametrize("error", [math.nan, math.inf, -math.inf])
+def test_what_is_not_finite_gives_no_effort(error):
+    """In the compiled loop as in Pid.update()."""
+    joints, rows = np.zeros((1, J_SIZE)), np.zeros((1, compiled.P_SIZE))
+    pid = Pid(PidGains(1.0, 2.0, 0.5, -9.0, 9.0))
+    gains, bounds = (1.0, 2.0, 0.5, -9.0, 9.0, False), (1e9, -math.inf, math.inf, math.inf)
+    row = law.JointPid(0, 0, "velocity", 1.0, (math.nan, math.nan, False), gains, bounds)
+    goal = compiled.VELOCITY, row.target, *row.limits
+    rows[0] = (0, 0.0, 0.0, *goal, *gains, *bounds, *row.state)
+    for velocity in (0.2, 1.0 - error, 0.3):
+        joints[0, RATE], joints[0, EFFORT] = velocity, 0.0
+        compiled.apply_pids(1, 1e-3, rows, joints)
+        assert joints[0, EFFORT] == pid.update(1.0 - velocity, velocity, 1e-3)
