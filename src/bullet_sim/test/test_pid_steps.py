@@ -2,12 +2,8 @@
 
 import math
 
-import numpy as np
 import pytest
-from bullet_sim.controllers import law
-from bullet_sim.controllers.pid import Pid, PidGains
-from bullet_sim.engine.quickstep import pids as compiled
-from bullet_sim.engine.quickstep.layout import EFFORT, J_SIZE, RATE
+from bullet_sim.controllers.pid import PidGains
 from bullet_sim.models import pids as module
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
@@ -160,16 +156,20 @@ def test_python_computes_what_is_more_than_pids(monkeypatch, change):
     assert world.step_count == 20
 
 
-@pytest.mark.parametrize("error", [math.nan, math.inf, -math.inf])
-def test_what_is_not_finite_gives_no_effort(error):
-    """In the compiled loop as in Pid.update()."""
-    joints, rows = np.zeros((1, J_SIZE)), np.zeros((1, compiled.P_SIZE))
-    pid = Pid(PidGains(1.0, 2.0, 0.5, -9.0, 9.0))
-    gains, bounds = (1.0, 2.0, 0.5, -9.0, 9.0, False), (1e9, -math.inf, math.inf, math.inf)
-    row = law.JointPid(0, 0, "velocity", 1.0, (math.nan, math.nan, False), gains, bounds)
-    goal = compiled.VELOCITY, row.target, *row.limits
-    rows[0] = (0, 0.0, 0.0, *goal, *gains, *bounds, *row.state)
-    for velocity in (0.2, 1.0 - error, 0.3):
-        joints[0, RATE], joints[0, EFFORT] = velocity, 0.0
-        compiled.apply_pids(1, 1e-3, rows, joints)
-        assert joints[0, EFFORT] == pid.update(1.0 - velocity, velocity, 1e-3)
+@pytest.mark.parametrize("target", [math.nan, math.inf, -math.inf])
+def test_what_is_not_finite_gives_no_effort(monkeypatch, target):
+    """In the solver as in Pid.update(); what was before is not forgotten."""
+    found = []
+    for patched in (True, False):
+        if patched:
+            monkeypatch.setattr(module.PidSteps, "_add", never)
+        else:
+            monkeypatch.undo()
+        world, manager = world_with_controllers()
+        drive(world, manager, [[50]])
+        for name in ("wheel", "turret", "slider"):
+            manager.get(name).pids[0].target = target
+        world.step(20)
+        assert (manager.get("wheel").pids[0].output, world.step_count) == (0.0, 170)
+        found += [everything(world, manager), drive(world, manager, [[50]])]
+    assert found[:2] == found[2:]

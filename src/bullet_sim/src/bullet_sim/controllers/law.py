@@ -54,7 +54,7 @@ def position_error(
         target = lower
     elif target > upper:
         target = upper
-    if is_linear:
+    if is_linear or math.isinf(position - target):
         return target - position
     short = -math.remainder(position - target, TURN)
     if math.isnan(lower) or lower - TOLERANCE <= position + short <= upper + TOLERANCE:
