@@ -72,7 +72,7 @@ class Rig:
             set_sources=lambda _: None,
             take_failures=lambda: ["dark"],
             restart=lambda: self.camera_restarts.append(True),
-            flush=lambda _world: None,
+            flush=lambda *_: None,
         )
         self.robots = Robots(SimpleNamespace(call=self.call), self.world, cameras, seed=3)
 

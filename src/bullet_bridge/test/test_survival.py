@@ -65,7 +65,7 @@ def _world():
 
 
 def test_a_body_that_is_nowhere_stops_only_its_own_sensor(world, topics):
-    cameras = SimpleNamespace(set_sources=lambda _: None, flush=lambda _: None)
+    cameras = SimpleNamespace(set_sources=lambda _: None, flush=lambda *_: None)
     made = Robots(SimpleNamespace(call=lambda job: job()), world, cameras, seed=0)
     for number, name in enumerate(("lost", "well")):
         made.connect(
@@ -107,7 +107,7 @@ def test_a_controller_that_cannot_be_published_stops_no_other(world, topics, mon
             published.append(step)
 
     monkeypatch.setattr(robots, "RobotControl", Control)
-    cameras = SimpleNamespace(set_sources=lambda _: None, flush=lambda _: None)
+    cameras = SimpleNamespace(set_sources=lambda _: None, flush=lambda *_: None)
     made = Robots(SimpleNamespace(call=lambda job: job()), world, cameras, seed=0)
     for name in ("a", "b"):
         model = SimpleNamespace(
@@ -129,7 +129,7 @@ def test_a_controller_that_cannot_be_published_stops_no_other(world, topics, mon
 
 
 def test_errors_of_the_program_itself_are_not_hidden_and_cost_the_plugin_alone(world, topics):
-    cameras = SimpleNamespace(set_sources=lambda _: None, flush=lambda _: None)
+    cameras = SimpleNamespace(set_sources=lambda _: None, flush=lambda *_: None)
     made = Robots(SimpleNamespace(call=lambda job: job()), world, cameras, seed=0)
     made.connect(world.spawn_urdf("bot", IMU.format("/imu"), Pose(), str))
 

@@ -6,6 +6,7 @@ from typing import Any
 
 from bullet_sim.component import Stateful
 from bullet_sim.controllers import Controller
+from bullet_sim.controllers.law import MOST_NOTED
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.warnings import add_warning
 from bullet_sim.description.world import MIN_STEP, Scene, WorldDescription
@@ -18,11 +19,12 @@ from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.models.changes import Forces
 from bullet_sim.models.contacts import Contacts
 from bullet_sim.models.model import PERIOD, Model, Placed
-from bullet_sim.models.pids import PidSteps
+from bullet_sim.models.stride import Stride
 from bullet_sim.pose import PLACEABLE, Pose, Vec3
 from bullet_sim.snapshot import BodySource, Snapshot
 
-FEW_STEPS = 3  # up to which Python computes PIDs faster than the solver gets them
+FEW_STEPS = 3  # fewer take longer as a Stride
+NEXT_TRY = 4  # steps after which controllers that were no Stride are looked at again
 COLD = (
     "contacts start anew, as models were reloaded, deleted or pushed out of each other since: the "
     "last digits will differ from those that followed then"
@@ -278,7 +280,6 @@ class World:
 
     def step(self, count: int = 1) -> None:
         """Advance by `count` time steps; before each, periodic controllers and forces act."""
-        first = self.step_count
         controlled = [
             model
             for model in self.models.values()
@@ -291,14 +292,13 @@ class World:
         updates += [each.update for each in mimics]
         engine, forces, time_step = self.engine, self.forces, self.time_step
         contacts = None if self.contacts.is_idle else self.contacts
-        is_free = not (mimics or contacts or forces.active)
-        if engine.ode is not None and managers and is_free and count >= FEW_STEPS:
-            pids = PidSteps(controlled, time_step)
-            if pids.is_possible:
-                pids.step(engine, count)
-                self.step_count += count
-        end = first + count
+        may_stride = engine.ode is not None and managers and not (mimics or contacts)
+        end, next_try = self.step_count + count, self.step_count
         while self.step_count < end:
+            if may_stride and self.step_count >= next_try and not forces.active:
+                self._make_strides(controlled, end)
+                next_try = self.step_count + NEXT_TRY
+                continue
             stride = end - self.step_count
             if updates or forces.active:
                 stride = 1
@@ -319,6 +319,17 @@ class World:
         if self.time >= self._next_check:
             self._next_check = self.time + PERIOD
             self.contacts.check()
+
+    def _make_strides(self, controlled: "list[Model]", end: int) -> None:
+        """Make steps, up to the one with the number `end`, as long as controllers compute PIDs
+        alone before each."""
+        while end - self.step_count >= FEW_STEPS:
+            stride = Stride(controlled, self.time_step)
+            several = min(end - self.step_count, stride.most, MOST_NOTED)
+            if several < FEW_STEPS:
+                return
+            stride.make(self.engine, several)
+            self.step_count += several
 
     def reset(self, time: bool = True) -> None:
         """Reload every model at its initial pose into a cleared engine, as after a new start.

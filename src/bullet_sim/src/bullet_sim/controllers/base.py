@@ -21,6 +21,7 @@ INTERFACES = {
     "imu": "hardware_interface::ImuSensorInterface",
     "force_torque": "hardware_interface::ForceTorqueSensorInterface",
 }
+ENDLESS = 2**31  # steps
 MAX_COMMAND = 1e9  # larger commands [rad/s, m/s, rad, m, N m, N] are refused
 
 
@@ -273,6 +274,25 @@ class Controller(Component):
 
     def observe(self, time: float) -> None:
         """Update what is published to the joints' present state; nothing is commanded."""
+
+    def steady_steps(self, period: float) -> int:
+        """How many physics steps may be made until update() commands something else than its PIDs
+        compute; 0: unknown, update() has to be called before each.
+
+        Args:
+            period: physics step [s].
+        """
+        return 0
+
+    def catch_up(
+        self, times: Sequence[float], period: float, positions: Sequence[Sequence[float]]
+    ) -> None:
+        """What update() would have done before each of several steps, but for commands.
+
+        Args:
+            times: of the manager before each of them [s].
+            positions: of the joints then [rad, m]; PIDs have theirs.
+        """
 
 
 CONTROLLERS: Registry[type[Controller]] = Registry("controller type")

@@ -11,6 +11,7 @@ import numpy as np
 from bullet_sim.component import Stateful
 from bullet_sim.controllers.base import (
     CONTROLLERS,
+    ENDLESS,
     Controller,
     ControllerConfig,
     Settings,
@@ -398,25 +399,54 @@ class Drive(Controller):
     def update(self, time: float, period: float) -> None:
         """Odometry, then wheel speeds within the limits."""
         self.observe(time)
-        config = self.config
-        target = self._target if self._age <= config.timeout else (0.0, 0.0)
+        target = self._target if self._age <= self.config.timeout else (0.0, 0.0)
         self._age += period
-        now = tuple(
-            limiter.limit(value, last, before, period)
-            for limiter, value, last, before in zip(
-                (config.linear, config.angular), target, self.limited, self._before
-            )
-        )
+        now = self._limit(target, period)
         self._before, self.limited = self.limited, now
         self._write_once(self._outputs(*now))
 
+    def _limit(self, target: tuple[float, ...], period: float) -> tuple[float, ...]:
+        """A command within the limits."""
+        return tuple(
+            limiter.limit(value, last, before, period)
+            for limiter, value, last, before in zip(
+                (self.config.linear, self.config.angular), target, self.limited, self._before
+            )
+        )
+
+    def steady_steps(self, period: float) -> int:
+        """As Controller's: where the limits have let the whole command through, and what was
+        commanded last is what they let through."""
+        if type(self).update not in (Drive.update, DiffDrive.update):
+            return 0
+        if type(self).observe is not Drive.observe or getattr(self.config, "publish_wheels", False):
+            return 0
+        left = self.config.timeout - self._age
+        target = self._target if left >= 0.0 else (0.0, 0.0)
+        now = self._limit(target, period)
+        if not now == self.limited == self._before or self._outputs(*now) != self._written:
+            return 0
+        if left < 0.0 or target == (0.0, 0.0):
+            return ENDLESS
+        return int(left / period) - 1  # one less than until the time-out, for rounding
+
+    def catch_up(
+        self, times: Sequence[float], period: float, positions: Sequence[Sequence[float]]
+    ) -> None:
+        """As Controller's: odometry, and the age of the command."""
+        for time, row in zip(times, positions):
+            self._observe(time, tuple(row))
+            self._age += period
+
     def observe(self, time: float) -> None:
         """Update the odometry to the joints' state."""
+        self._observe(time, tuple(joint.position for joint in self.joints))
+
+    def _observe(self, time: float, positions: tuple[float, ...]) -> None:
         if self.config.open_loop:
             period = time - self._time
             distance, turn = (v * period for v in self._motion(*self.limited))
         else:
-            positions = tuple(joint.position for joint in self.joints)
             turned = [now - before for now, before in zip(positions, self._positions)]
             distance, turn = self._travelled(turned, positions)
             self._positions = positions

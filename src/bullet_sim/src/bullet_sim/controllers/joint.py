@@ -1,10 +1,12 @@
 """Controllers of joints: states and sensors reported, commands forwarded, or through a PID."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from bullet_sim.controllers.base import (
     CONTROLLERS,
+    ENDLESS,
     Controller,
     ControllerConfig,
     Settings,
@@ -256,10 +258,17 @@ class PidControl(JointCommand):
         for pid, value in zip(self.pids, values):
             pid.target = value
 
-    def note(self, time: float, period: float) -> None:
-        """The solver has computed the PIDs for a step."""
+    def steady_steps(self, period: float) -> int:
+        """Any number: PIDs are all that it computes, if a subclass does no more."""
+        is_one = type(self).update in (PositionPid.update, VelocityPid.update)
+        return ENDLESS if is_one and self.interface == "effort" else 0
+
+    def catch_up(
+        self, times: Sequence[float], period: float, positions: Sequence[Sequence[float]]
+    ) -> None:
+        """As Controller's; the PIDs have been computed."""
         pid = self.pids[-1]
-        self._last = time, period, *self._measure(pid), pid.output
+        self._last = times[-1], period, *self._measure(pid), pid.output
 
     def _measure(self, pid: Pid) -> tuple[float, float, float, float]:
         """Set point, process value, its rate and the error of a PID."""

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 TOLERANCE = 1e-9  # [rad] by which rounding may put an angle beyond a limit
 TURN = 2.0 * math.pi
+MOST_NOTED = 64  # steps in one call of a solver that notes what is before each
 
 
 @dataclass(slots=True)

@@ -1,19 +1,18 @@
 """Life cycles of a robot's controllers: load, start, stop, switch, unload, list."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from bullet_sim.component import Stateful
 from bullet_sim.controllers import CONTROLLERS, Controller, configure
+from bullet_sim.controllers.base import ENDLESS
 from bullet_sim.controllers.hardware import Hardware, RobotJoints
-from bullet_sim.controllers.joint import PidControl, PositionPid, VelocityPid
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ControllerError, SimError
 
 INITIALIZED, RUNNING, STOPPED = "initialized", "running", "stopped"
-_UPDATES = PositionPid.update, VelocityPid.update  # which compute PIDs and nothing else
 
 
 class Manager(Stateful):
@@ -268,30 +267,38 @@ class Manager(Stateful):
         self.time = time + period
         self._since += period
 
-    def pids_of_each_step(self, period: float) -> "list[PidControl] | None":
-        """Controllers whose PIDs, with those of joints with gains and constant efforts, are all
-        that update() would compute from now on; None: there is more.
+    def steady_steps(self, period: float) -> int:
+        """How many steps may be made in which nothing is commanded but efforts of PIDs and constant
+        ones, before update() has to be called; 0: it has to be now.
 
         Args:
             period: physics step [s].
         """
-        hardware, controllers = self.hardware, self._periodic
+        hardware = self.hardware
         if self._due or self._period - 1e-9 > min(self._since, period):
-            return None
+            return 0
         if hardware.is_stopped or hardware.tracked:
-            return None
-        for controller in controllers:
-            if type(controller).update not in _UPDATES or controller.interface != "effort":
-                return None
-        return controllers  # type: ignore[return-value]
+            return 0
+        return min((each.steady_steps(period) for each in self._periodic), default=ENDLESS)
 
-    def note_steps(self, count: int, period: float) -> None:
-        """Steps were made in which the solver has computed all that update() would have."""
+    @property
+    def steady(self) -> Sequence[Controller]:
+        """Controllers of which steady_steps() tells."""
+        return self._periodic
+
+    def catch_up(self, count: int, period: float, positions: Sequence[Sequence[Any]]) -> None:
+        """Such steps were made.
+
+        Args:
+            positions: of each of the `steady` controllers, see Controller.catch_up().
+        """
+        times = []
         for _ in range(count):
-            last, self.time = self.time, self.time + period
+            times.append(self.time)
+            self.time += period
         self._since = period
-        for controller in self._periodic:
-            controller.note(last, period)  # type: ignore[attr-defined]
+        for controller, rows in zip(self._periodic, positions):
+            controller.catch_up(times, period, rows)
 
     def observe(self) -> None:
         """Update odometry to the present, for publishing it."""

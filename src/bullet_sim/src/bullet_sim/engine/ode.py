@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pybullet as p
 
-from bullet_sim.controllers.law import JointPid, truncated
+from bullet_sim.controllers.law import MOST_NOTED, JointPid, truncated
 from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.model import Joint, Link, Shape, Surface
 from bullet_sim.description.world import OdeSettings
@@ -533,7 +533,8 @@ class OdeSolver:
             marks=np.zeros((4, max(most, count + 1, joints)), np.int64),
             result=self._result,
             pids=np.zeros((joints, P_SIZE)),
-            active=np.zeros(1, np.int64),
+            active=np.zeros(3, np.int64),
+            noted=np.zeros((MOST_NOTED, joints)),
         )
         self._table = state_table(self._state)
         self._others = list(self._known)
@@ -747,9 +748,13 @@ class OdeSolver:
         self._is_ahead = True
 
     @contextmanager
-    def pids(self, pids: Sequence[JointPid]) -> Iterator[None]:
-        """Compute PIDs before each of the steps that are made meanwhile; each has the state after
-        the last one then."""
+    def controlled(self, pids: Sequence[JointPid], notes: bool) -> Iterator[None]:
+        """Compute PIDs before each of the steps that are made meanwhile, at most MOST_NOTED; each
+        has the state after the last one then.
+
+        Args:
+            notes: note the joints' positions before each step, for noted().
+        """
         self.refresh()
         table, active = self._state.pids, self._state.active
         for k, pid in enumerate(pids):
@@ -759,13 +764,19 @@ class OdeSolver:
             table[k] = (
                 part.order[pid.joint], *limits, *goal, *pid.gains, *pid.bounds, *pid.state
             )  # fmt: skip
-        active[0] = len(pids)
+        active[:] = len(pids), notes, 0
         try:
             yield
         finally:
-            active[0] = 0
+            active[:2] = 0
         for state, pid in zip(table[: len(pids), P_STATE:].tolist(), pids):
             pid.state = state
+
+    def noted(self, body: int, joints: Iterable[int], count: int) -> list[list[float]]:
+        """Positions [rad, m] of some joints of a body before each of the last `count` steps."""
+        order = self._parts[body].order
+        rows: list[list[float]] = self._state.noted[:count, [order[k] for k in joints]].tolist()
+        return rows
 
     def _advance(self, count: int, given: int) -> int:
         step, iterations = self._engine.time_step, self.settings.iterations

@@ -46,13 +46,20 @@ _truncated = compiled(law.truncated)
 
 
 @compiled
-def apply_pids(count: int, period: float, pids: Array, joints: Array) -> None:
-    """Compute the first PIDs, and have their efforts act on the joints in the next step.
+def apply_pids(period: float, pids: Array, active: Array, noted: Array, joints: Array) -> None:
+    """Compute PIDs, and have their efforts act on the joints in the next step.
 
     Args:
         period: of a step [s].
+        active: (3,) how many of the PIDs, whether to note the positions of joints, and how often
+            that was done.
+        noted: (MOST_NOTED, j) positions [rad, m].
     """
-    for k in range(count):
+    if active[1] != 0 and active[2] < len(noted):
+        for j in range(len(joints)):
+            noted[active[2], j] = joints[j, ANGLE]
+        active[2] += 1
+    for k in range(active[0]):
         row, joint = pids[k], joints[int(pids[k, P_JOINT])]
         angle, velocity = joint[ANGLE], joint[RATE]
         if row[P_GOAL] != EFFORT_ALONE:

@@ -853,7 +853,7 @@ class State(NamedTuple):
         first_row: (c,) of each contact.
         marks: (4, k) numbers to work with.
         result: (1,) number of contacts of the last step.
-        pids: (j, P_SIZE) PIDs, of which `active` (1,) are computed in each step.
+        pids: (j, P_SIZE), active, noted: see apply_pids().
     """
 
     settings: Array
@@ -877,6 +877,7 @@ class State(NamedTuple):
     result: Array
     pids: Array
     active: Array
+    noted: Array
 
 
 _1, _2, _N1, _N2 = types.float64[::1], types.float64[:, ::1], types.int64[::1], types.int64[:, ::1]
@@ -892,7 +893,7 @@ _BLOCKS = types.NamedTuple((_N2, _1, _N1, _1), Blocks)
 _STATE = types.NamedTuple(
     (
         *(_1, _1, _2, _N1, _2, _N2, _N1, _N1, types.boolean[:, ::1], _SCENE, _2, _N2, _2, _N2, _N1),
-        *(_BLOCKS, _2, _N2, _N1, _2, _N1),
+        *(_BLOCKS, _2, _N2, _N1, _2, _N1, _2),
     ),
     State,
 )
@@ -923,11 +924,11 @@ def advance(
     """
     (settings, gravity, bodies, sequence, joints, types, starts, lists, below, scene, contacts,
      owners, rows, links, first_row, blocks, work, marks, result, pids, active,
-    ) = _state_at(table)  # fmt: skip
+        noted) = _state_at(table)  # fmt: skip
     for done in range(count):
         if watch and is_near(bodies, scene) and given < 0:
             return done
-        apply_pids(active[0], step, pids, joints)
+        apply_pids(step, pids, active, noted, joints)
         _impose(step, bodies, joints, types, below)
         _prepare(gravity, bodies, joints, types, work)
         place_solids(bodies, scene, work)

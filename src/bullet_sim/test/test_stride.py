@@ -1,10 +1,11 @@
-"""PIDs that the solver computes in each of several steps: the same bits as from Python."""
+"""Controllers whose work the solver does in each of several steps: the same bits as from Python."""
 
 import math
 
 import pytest
+from bullet_sim.controllers.manager import Manager
 from bullet_sim.controllers.pid import PidGains
-from bullet_sim.models import pids as module
+from bullet_sim.models.stride import Stride
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
@@ -104,25 +105,33 @@ def drive(world, manager, strides):
     return found
 
 
-def never(self, *_):
-    """In place of PidSteps._add: more than PIDs has to be computed."""
-    return False
+def never(self, period):
+    """In place of Manager.steady_steps: Python updates the controllers before each step."""
+    return 0
+
+
+def note_strides(monkeypatch):
+    """List that gets the number of steps of each stride."""
+    strides, make = [], Stride.make
+
+    def noted(self, engine, count):
+        strides.append(count)
+        make(self, engine, count)
+
+    monkeypatch.setattr(Stride, "make", noted)
+    return strides
 
 
 def test_pids_in_the_solver_are_those_of_python(monkeypatch):
     """Limits, saturation, antiwindup, half rotations, gains of gazebo_ros_control, efforts."""
     with monkeypatch.context() as patch:
-        patch.setattr(module.PidSteps, "_add", never)
+        patch.setattr(Manager, "steady_steps", never)
         expected = drive(*world_with_controllers(), [[700]])
     world, manager = world_with_controllers()
-    strides, step = [], module.PidSteps.step
-    monkeypatch.setattr(
-        module.PidSteps,
-        "step",
-        lambda self, engine, count: strides.append(count) or step(self, engine, count),
-    )
+    strides = note_strides(monkeypatch)
     assert drive(world, manager, [[1, 699], [13, 1, 686], [350, 350]]) == expected
-    assert strides == [699, 13, 686, 350, 350]  # one step alone is Python's
+    whole = [64] * 10 + [59, 13] + [64] * 10 + [46] + 2 * ([64] * 5 + [30])
+    assert strides == whole  # one step alone is Python's
 
 
 def test_a_saved_state_goes_on_with_the_same_bits():
@@ -151,7 +160,7 @@ def test_python_computes_what_is_more_than_pids(monkeypatch, change):
     world, manager = world_with_controllers()
     world.step(10)
     change(manager)
-    monkeypatch.setattr(module.PidSteps, "step", None)
+    monkeypatch.setattr(Stride, "make", None)
     world.step(10)
     assert world.step_count == 20
 
@@ -162,7 +171,7 @@ def test_what_is_not_finite_gives_no_effort(monkeypatch, target):
     found = []
     for patched in (True, False):
         if patched:
-            monkeypatch.setattr(module.PidSteps, "_add", never)
+            monkeypatch.setattr(Manager, "steady_steps", never)
         else:
             monkeypatch.undo()
         world, manager = world_with_controllers()
@@ -173,3 +182,50 @@ def test_what_is_not_finite_gives_no_effort(monkeypatch, target):
         assert (manager.get("wheel").pids[0].output, world.step_count) == (0.0, 170)
         found += [everything(world, manager), drive(world, manager, [[50]])]
     assert found[:2] == found[2:]
+
+
+BASES = {
+    "diff_drive_controller/DiffDriveController": dict(
+        left_wheel="wheel", right_wheel="geared", wheel_separation=0.5, wheel_radius=0.1
+    ),
+    "ackermann_steering_controller/AckermannSteeringController": dict(
+        rear_wheel="wheel", front_steer="lift", wheel_separation_h=0.5, wheel_radius=0.1
+    ),
+}
+LIMITS = {"x": dict(has_velocity_limits=True, max_velocity=0.6, has_acceleration_limits=True,
+                    max_acceleration=4.0, has_jerk_limits=True, max_jerk=400.0)}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", BASES)
+@pytest.mark.parametrize("more", [{}, {"linear": LIMITS}, {"open_loop": True}], ids=str)
+def test_bases_have_the_same_odometry(monkeypatch, kind, more):
+    """Also across the time-out of a command, in limits, and where its topic asks in between."""
+    config = dict(BASES[kind], type=kind, cmd_vel_timeout=0.25, **more)
+    robots = robot().replace("hardware_interface/Effort", "hardware_interface/Velocity")
+    found = []
+    for python in (True, False):
+        if python:
+            monkeypatch.setattr(Manager, "steady_steps", never)
+        else:
+            monkeypatch.undo()
+        strides = note_strides(monkeypatch)
+        world = World(solver="ode")
+        manager = world.spawn_urdf("bot", robots, Pose((0.0, 0.0, 2.0)), str).manager
+        manager.hardware.set_gains("geared", PidGains(0.3, 0.5, 0.001, -0.2, 0.2))
+        manager.hardware.restart()
+        manager.load("base", config)
+        manager.switch(["base"], [])
+        base, seen = manager.get("base"), []
+        for command in ((0.4, 0.3), (0.4, 0.3), (-0.9, 0.1), (0.0, 0.0)):
+            manager.command("base", command)
+            for count in (20, 180, 300):
+                world.step(count)
+                manager.observe()
+                state = {name: getattr(base, name) for name in base.STATE if name != "odometry"}
+                state |= {name: getattr(base.odometry, name) for name in base.odometry.STATE}
+                bits = world.engine.ode.bodies.tolist(), world.engine.ode.joints.tolist()
+                seen.append(repr((sorted(state.items(), key=str), manager.time, bits)))
+        found.append(seen)
+        assert bool(strides) != python
+    assert sum(strides) > 0.5 * world.step_count  # where limits act, Python does
+    assert found[0] == found[1]

@@ -1,0 +1,103 @@
+"""Several steps in one call of the solver 'ode', before which nothing but PIDs is computed."""
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from bullet_sim.controllers.base import ENDLESS
+from bullet_sim.controllers.law import JointPid
+
+if TYPE_CHECKING:
+    from bullet_sim.controllers.manager import Manager
+    from bullet_sim.controllers.pid import Pid
+    from bullet_sim.engine import Engine
+    from bullet_sim.models.joints import Joints
+    from bullet_sim.models.model import Model
+
+_NO_LIMITS, _NO_GAINS = (math.nan, math.nan, False), (0.0, 0.0, 0.0, 0.0, 0.0, False)
+
+
+class Stride:
+    """Steps of robots whose controllers command nothing but efforts of PIDs, and constant ones.
+
+    Args:
+        models: those with controllers that have to be updated before each step.
+        time_step: [s].
+
+    Attributes:
+        most: how many steps may be made before controllers have to be updated; 0: they have to be
+            now.
+    """
+
+    def __init__(self, models: "Sequence[Model]", time_step: float) -> None:
+        self._time_step, self.most = time_step, ENDLESS
+        self._robots: list[tuple[Model, Manager]] = []
+        self._pids: list[JointPid] = []
+        self._sources: list[tuple[Manager, str, Pid | None]] = []  # of each
+        for model in models:
+            manager = model.manager
+            assert manager is not None
+            is_own = manager.hardware.joints is model.joints  # not those of steer_bot
+            self.most = min(self.most, manager.steady_steps(time_step) if is_own else 0)
+            if self.most == 0:
+                return
+            self._robots.append((model, manager))
+
+    def _list_pids(self, model: "Model", manager: "Manager") -> None:
+        hardware, joints, body = manager.hardware, model.joints, model.body
+        named = set()
+        for controller in manager.steady:
+            for pid in controller.pids:
+                named.add(pid.joint.name)
+                self._add(manager, joints, body, pid, pid.target, joints.bounds(pid.joint.name))
+        for pid, target in hardware.followed():
+            named.add(pid.joint.name)
+            limit = pid.joint.limits.effort or math.inf
+            bounds = (limit, -math.inf, math.inf, math.inf)  # as Hardware.write()
+            self._add(manager, joints, body, pid, target, bounds)
+        for name, effort in hardware.efforts.items():
+            if name not in named:
+                limits = _NO_LIMITS, _NO_GAINS, joints.bounds(name)
+                alone = JointPid(body, joints.index(name), "", 0.0, *limits)
+                alone.state[6] = effort
+                self._pids.append(alone)
+                self._sources.append((manager, name, None))
+
+    def _add(
+        self,
+        manager: "Manager",
+        joints: "Joints",
+        body: int,
+        pid: "Pid",
+        target: float,
+        bounds: tuple[float, float, float, float],
+    ) -> None:
+        name = pid.joint.name
+        self._pids.append(pid.joint_pid(body, joints.index(name), target, bounds))
+        self._sources.append((manager, name, pid))
+
+    def make(self, engine: "Engine", count: int) -> None:
+        """Make steps, at most `most`."""
+        solver = engine.ode
+        assert solver is not None
+        for model, manager in self._robots:
+            self._list_pids(model, manager)
+        noted = any(not each.pids for _, manager in self._robots for each in manager.steady)
+        with solver.controlled(self._pids, noted):
+            solver.step(count - 1)
+            for _, manager in self._robots:
+                manager.hardware.read()  # as before the last of the steps
+            solver.step(1)
+        applied: dict[Manager, dict[str, float]] = {}
+        for row, (manager, name, source) in zip(self._pids, self._sources):
+            if source is not None:
+                source.note(row)
+                manager.hardware.efforts[name] = source.output
+            applied.setdefault(manager, {})[name] = row.state[7]
+        for model, manager in self._robots:
+            model.joints.note_efforts(applied.get(manager, {}))
+            positions: list[Sequence[Sequence[float]]] = []
+            for controller in manager.steady:
+                joints = map(model.joints.index, controller.config.joints)
+                positions.append(() if controller.pids else solver.noted(model.body, joints, count))
+            manager.catch_up(count, self._time_step, positions)
