@@ -311,6 +311,11 @@ class Odometry(Stateful):
 
         An arc that is NaN or longer than MAX_ARC, which no wheel can travel, is ignored.
         """
+        self.add(distance, turn, time)
+        self.average()
+
+    def add(self, distance: float, turn: float, time: float) -> None:
+        """As move(), but the velocities are left to a later average()."""
         if not (abs(distance) <= MAX_ARC and abs(turn) <= MAX_ARC):
             self._time = time
             return
@@ -328,8 +333,12 @@ class Odometry(Stateful):
             return
         self._time = time
         self._arcs.append((distance / period, turn / period))
-        self.linear = math.fsum(arc[0] for arc in self._arcs) / len(self._arcs)
-        self.angular = math.fsum(arc[1] for arc in self._arcs) / len(self._arcs)
+
+    def average(self) -> None:
+        """Compute the velocities."""
+        if self._arcs:
+            self.linear = math.fsum(arc[0] for arc in self._arcs) / len(self._arcs)
+            self.angular = math.fsum(arc[1] for arc in self._arcs) / len(self._arcs)
 
 
 class Drive(Controller):
@@ -435,14 +444,16 @@ class Drive(Controller):
     ) -> None:
         """As Controller's: odometry, and the age of the command."""
         for time, row in zip(times, positions):
-            self._observe(time, tuple(row))
+            self._add_motion(time, tuple(row))
             self._age += period
+        self.odometry.average()
 
     def observe(self, time: float) -> None:
         """Update the odometry to the joints' state."""
-        self._observe(time, tuple(joint.position for joint in self.joints))
+        self._add_motion(time, tuple(joint.position for joint in self.joints))
+        self.odometry.average()
 
-    def _observe(self, time: float, positions: tuple[float, ...]) -> None:
+    def _add_motion(self, time: float, positions: tuple[float, ...]) -> None:
         if self.config.open_loop:
             period = time - self._time
             distance, turn = (v * period for v in self._motion(*self.limited))
@@ -451,7 +462,7 @@ class Drive(Controller):
             distance, turn = self._travelled(turned, positions)
             self._positions = positions
         self._time = time
-        self.odometry.move(distance, turn, time)
+        self.odometry.add(distance, turn, time)
 
     @classmethod
     def _configure(cls, settings: Settings, description: ModelDescription | None) -> BaseConfig:
