@@ -176,61 +176,71 @@ class BiasedImuSensor(ImuSensor):
         ):
             self.service(f"{spec.topic}/{name}", SetBias, self._handler(set_bias))
 
-    def _handler(self, set_bias: Callable[[Array], None]) -> Callable[[Any], SetBiasResponse]:
+    def _handler(self, set_bias: Callable[[Vec3], None]) -> Callable[[Any], SetBiasResponse]:
         def handle(request: Any) -> SetBiasResponse:
-            bias = np.array((request.bias.x, request.bias.y, request.bias.z))
-            if not np.isfinite(bias).all():
-                raise rospy.ServiceException(f"bias is {bias.tolist()}, must be finite numbers")
+            bias = float(request.bias.x), float(request.bias.y), float(request.bias.z)
+            if not all(map(math.isfinite, bias)):
+                raise rospy.ServiceException(f"bias is {list(bias)}, must be finite numbers")
             self.call(lambda: set_bias(bias))
             return SetBiasResponse()
 
         return handle
 
-    def _set_force_bias(self, bias: Array) -> None:
+    def _set_force_bias(self, bias: Vec3) -> None:
         self._force_bias = bias
 
-    def _set_rate_bias(self, bias: Array) -> None:
+    def _set_rate_bias(self, bias: Vec3) -> None:
         self._rate_bias = bias
 
     def _on_calibrate(self, request: Any) -> EmptyResponse:
         """The gyroscopes lose their bias."""
-        self.call(lambda: self._set_rate_bias(np.zeros(3)))
+        self.call(lambda: self._set_rate_bias(_NO_BIAS))
         return super()._on_calibrate(request)
 
     def reset(self, time: float) -> None:
         """Without biases."""
-        self._rate_bias, self._force_bias, self._measured = np.zeros(3), np.zeros(3), time
+        self._rate_bias, self._force_bias, self._measured = _NO_BIAS, _NO_BIAS, time
         super().reset(time)
 
     def read(self, time: float) -> tuple[Quat, Vec3, Vec3]:
         """As an ImuSensor, with the biases, which also tilt the orientation."""
         spec, period = self.spec, time - self._measured
         self._measured = time
-        self._rate_bias = self._rate_bias * np.exp(-period * np.asarray(spec.gyro_frequency))
-        self._force_bias = self._force_bias * np.exp(-period * np.asarray(spec.accel_frequency))
+        self._rate_bias = _decayed(self._rate_bias, spec.gyro_frequency, period)
+        self._force_bias = _decayed(self._force_bias, spec.accel_frequency, period)
         orientation, rate, force = super().read(time)
-        gravity = float(np.linalg.norm(self.world.gravity))
+        gravity = math.hypot(*self.world.gravity)
         if gravity != self._gravity:
             self._gravity = gravity
             tilt = [v / gravity**2 if gravity > 0.0 else -1.0 for v in spec.accel_variances[:2]]
             self._sender.set_variances(
                 [*tilt, spec.heading_variance], spec.rate_variances, spec.accel_variances
             )
-        if gravity > 0.0 and self._force_bias.any():
+        if gravity > 0.0 and any(self._force_bias):
             orientation = inertial.tilt_error(orientation, self._force_bias, gravity)
         if self._bias_sender is not None:
             self._bias_sender.send(
                 time,
                 (0.0, 0.0, 0.0, 1.0),
-                self._rate_bias + np.asarray(spec.gyro_noise_mean),
-                self._force_bias + np.asarray(spec.accel_noise_mean),
+                np.add(self._rate_bias, spec.gyro_noise_mean),
+                np.add(self._force_bias, spec.accel_noise_mean),
             )
         return orientation, _sum(rate, self._rate_bias), _sum(force, self._force_bias)
 
 
-def _sum(values: Vec3, bias: Array) -> Vec3:
-    x, y, z = (values + bias).tolist()
+_NO_BIAS = (0.0, 0.0, 0.0)
+
+
+def _decayed(bias: Vec3, frequency: Vec3, period: float) -> Vec3:
+    """A bias after a time [s], along axes that decay at frequencies [1/s]."""
+    if not any(bias):
+        return bias
+    x, y, z = (each * math.exp(-period * rate) for each, rate in zip(bias, frequency))
     return x, y, z
+
+
+def _sum(values: Vec3, bias: Vec3) -> Vec3:
+    return values[0] + bias[0], values[1] + bias[1], values[2] + bias[2]
 
 
 @ros_side(GpsSpec)

@@ -18,7 +18,7 @@ _NO_LIMITS, _NO_GAINS = (math.nan, math.nan, False), (0.0, 0.0, 0.0, 0.0, 0.0, F
 
 
 class Stride:
-    """Steps of robots whose controllers command nothing but efforts of PIDs, and constant ones.
+    """Steps of robots whose controllers command nothing new but efforts of PIDs.
 
     Args:
         models: those with controllers that have to be updated before each step.
