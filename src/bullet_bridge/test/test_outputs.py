@@ -282,13 +282,29 @@ def test_rate_is_at_most_one_a_step(topics, world, bot, rate, first):
 
 
 @pytest.mark.parametrize(
-    "encoding, expected", [("rgb8", [200, 100, 50]), ("bgr8", [50, 100, 200]), ("mono8", [124])]
+    "encoding, expected",
+    [
+        ("rgb8", [200, 100, 50]),
+        ("bgr8", [50, 100, 200]),
+        ("mono8", [124]),
+        ("mono16", [31919]),  # 124.2 x 257
+        ("rgb16", [51400, 25700, 12850]),
+    ],
 )
 def test_encodings(encoding, expected):
     rgb = np.tile(np.array((200, 100, 50), np.uint8), (2, 3, 1))
     pixels = conversions.pixels(rgb, encoding)
     assert pixels.flags.c_contiguous and pixels.shape[:2] == (2, 3)
     assert pixels.reshape(6, -1).tolist() == [expected] * 6
+
+
+@pytest.mark.parametrize("order", ["rggb", "bggr", "gbrg", "grbg"])
+def test_a_bayer_pattern_has_one_color_a_pixel(order):
+    rgb = np.tile(np.array((200, 100, 50), np.uint8), (3, 5, 1))
+    values = [dict(r=200, g=100, b=50)[color] for color in order]
+    mosaic = conversions.pixels(rgb, f"bayer_{order}8")
+    assert mosaic.shape == (3, 5) and mosaic[:2, :2].ravel().tolist() == values
+    assert mosaic[2, 3] == values[1] and mosaic[1, 4] == values[2]
 
 
 def test_stereo_baseline():

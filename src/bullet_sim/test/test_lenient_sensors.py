@@ -48,6 +48,8 @@ CAMERAS = {
     "small letters": (picture("<format>r8g8b8</format>"), "encoding", "rgb8", ""),
     "BGR8": (picture("<format>BGR8</format>"), "encoding", "bgr8", ""),
     "mono8": (picture("<format>mono8</format>"), "encoding", "mono8", ""),
+    "16 bits": (picture("<format>L16</format>"), "encoding", "mono16", ""),
+    "Bayer": (picture("<format>BAYER_GBRG8</format>"), "encoding", "bayer_gbrg8", ""),
     "an unknown format": (picture("<format>PAL</format>"), "encoding", "rgb8", "'PAL'"),
     "a width of a fraction": (picture("<width>64.5</width>"), "width", 64, ""),
     "no width": (picture("<width>0</width>"), "width", 320, "<image/width> is 0"),

@@ -46,6 +46,14 @@ def test_colors_come_out_as_blue_green_red():
     four = np.dstack([values, np.full((4, 6), 255, np.uint8)])
     assert picture(image("rgba8", four))[0, 0].tolist() == [0, 0, 200]
     assert picture(image("mono8", values[:, :, 0]))[1, 1] == 200
+    assert picture(image("rgb16", values.astype(np.uint16) * 257))[0, 0].tolist() == [0, 0, 200]
+
+
+@pytest.mark.parametrize("order", ["rggb", "bggr", "gbrg", "grbg"])
+def test_a_bayer_pattern_becomes_a_color(order):
+    color = dict(r=200, g=100, b=50)
+    mosaic = np.tile(np.array([color[c] for c in order], np.uint8).reshape(2, 2), (4, 4))
+    assert picture(image(f"bayer_{order}8", mosaic))[4, 4].tolist() == [50, 100, 200]
 
 
 def test_distances_become_gray():

@@ -156,7 +156,7 @@ def make_world(solver: str) -> World:
         )
     if world.engine.ode is not None:
         if not world.engine.ode.is_compiled():
-            rospy.loginfo("the solver is being compiled, once; it takes some 20 s")
+            rospy.loginfo("the solver is being compiled, once; it takes a minute or two")
         world.engine.ode.compile()
     return world
 

@@ -30,6 +30,11 @@ CHANNELS = {  # encoding -> (type, channels, conversion to BGR)
     "mono8": (np.uint8, 1, None),
     "8UC1": (np.uint8, 1, None),
     "8UC3": (np.uint8, 3, None),
+    "rgb16": (np.uint16, 3, cv2.COLOR_RGB2BGR),
+    "bayer_rggb8": (np.uint8, 1, cv2.COLOR_BayerBG2BGR),  # OpenCV counts from the second pixel
+    "bayer_bggr8": (np.uint8, 1, cv2.COLOR_BayerRG2BGR),
+    "bayer_gbrg8": (np.uint8, 1, cv2.COLOR_BayerGR2BGR),
+    "bayer_grbg8": (np.uint8, 1, cv2.COLOR_BayerGB2BGR),
     "mono16": (np.uint16, 1, None),
     "16UC1": (np.uint16, 1, None),
     "32FC1": (np.float32, 1, None),
@@ -66,7 +71,9 @@ def picture(message: Any) -> Array:
         )
     rows = np.frombuffer(message.data, np.uint8, height * message.step).reshape(height, -1)
     pixels = np.ascontiguousarray(rows[:, :row]).view(dtype).reshape(height, width, channels)
-    if dtype.itemsize > 1:
+    if message.encoding == "rgb16":
+        pixels = (pixels >> 8).astype(np.uint8)
+    elif dtype.itemsize > 1:
         return stretched(pixels[:, :, 0])
     if conversion is not None:
         return cv2.cvtColor(pixels, conversion)

@@ -405,14 +405,15 @@ class PointClouds:
 
         Args:
             depth: (H, W) float32 [m], NaN: unknown.
-            colors: (H, W, 3) or (H, W) uint8; PCL takes the first of three for blue.
+            colors: (H, W, 3) or (H, W) uint8; PCL takes the first of three for blue. Of others
+                points are black, as upstream.
         """
         spec = self._spec
         if self._data.shape != depth.shape:
             self._data = np.zeros(depth.shape, _POINT)
         data = self._data
         camera.points(depth, self._k, data["xyz"])
-        data["color"] = colors.reshape(*depth.shape, -1)
+        data["color"] = colors.reshape(*depth.shape, -1) if colors.dtype == np.uint8 else 0
         if not spec.organized:
             data = data.reshape(1, -1)
         header = conversions.header(time, spec.frame_id)

@@ -293,7 +293,10 @@ class Relay:
             with self._lock:
                 connection = self._connections.pop(number, None)
             if connection is not None:
-                connection.close()
+                try:
+                    connection.close()
+                except TypeError:  # rospy has closed its topic meanwhile, which has no list then
+                    pass
         self._fail("has exited")
 
     def close(self) -> None:

@@ -78,7 +78,7 @@ class CameraSpec:
         topic, info_topic: resolved topic names.
         frame_id: frame written into the headers.
         noise_stddev, noise_mean: of Gaussian noise on intensities in 0..1.
-        encoding: of the messages: rgb8, bgr8 or mono8.
+        encoding: of the messages, one of those of ENCODINGS.
         baseline: of a stereo pair's right camera [m], as <hackBaseline> gives it.
         distortion: of its image; None: a pinhole.
         coefficients: (k1, k2, p1, p2, k3) of camera_info's plumb_bob; (): zeros.
@@ -176,11 +176,19 @@ ENCODINGS = {
     "L8": "mono8",
     "MONO8": "mono8",
     "L_INT8": "mono8",
+    "L16": "mono16",
+    "L_INT16": "mono16",
+    "R16G16B16": "rgb16",
+    "RGB_INT16": "rgb16",
+    "BAYER_RGGB8": "bayer_rggb8",
+    "BAYER_BGGR8": "bayer_bggr8",
+    "BAYER_GBRG8": "bayer_gbrg8",
+    "BAYER_GRBG8": "bayer_grbg8",
 }
 
 
 def encoding(camera: Values, model: ModelDescription) -> str:
-    """Encoding of a camera's messages: rgb8, bgr8 or mono8."""
+    """Encoding of a camera's messages, as gazebo_ros_camera_utils chooses it."""
     image_format = camera.text("image/format", "R8G8B8")
     known = ENCODINGS.get(image_format.upper())
     if known is None:
