@@ -5,7 +5,7 @@
     ./run exec python bench/states_beside_gazebo.py FOLDER --record   reads what run.sh has left
 
 The record has numbers alone: where the base of each robot of gazebo_states.py is every 100 steps.
-They end before rounding has grown to a micrometre by the chaos of contacts.
+They end before rounding has grown to a micrometer by the chaos of contacts.
 """
 
 import argparse

@@ -1,4 +1,4 @@
-"""A step with ten times the triangles outside the car's neighbourhood; no ROS."""
+"""A step with ten times the triangles outside the car's neighborhood; no ROS."""
 
 import os
 import pathlib

@@ -41,7 +41,7 @@ CAN = "<cylinder><radius>0.05</radius><length>0.1</length></cylinder>", 0.2, 2e-
 
 
 def ring(world, count, shape, awake):
-    """Things on circles around the car, at least half a metre from it and from each other."""
+    """Things on circles around the car, at least half a meter from it and from each other."""
     for number in range(count):
         radius, angle = 1.5 + number // 16, 2.0 * math.pi * (number % 16) / 16
         at = (radius * math.cos(angle), radius * math.sin(angle))
@@ -97,11 +97,11 @@ def scanning(world):
     """Function of a round of scans of a level lidar above the car."""
     angles = np.linspace(-math.pi, math.pi, RAYS)
     rays = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(RAYS)])
-    centre, reach = np.array((0.0, 0.0, 0.15)), np.array((FAR, FAR, 0.0))
+    center, reach = np.array((0.0, 0.0, 0.15)), np.array((FAR, FAR, 0.0))
 
     def work():
-        box = centre - reach, centre + reach
-        world.engine.rays.sweep(centre, rays, box, 0.1, FAR)
+        box = center - reach, center + reach
+        world.engine.rays.sweep(center, rays, box, 0.1, FAR)
         return 1
 
     return lambda: rate_of_work(work, SECONDS)

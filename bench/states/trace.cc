@@ -4,7 +4,7 @@
 // TRACE_COMMANDS (file with lines "step joint KIND value motor's_effort"; KIND is velocity of the
 // joint's motor, position, effort, or imposed: a velocity that is set before each step; planar: the
 // joint's model moves along x with the value and turns with the last number before each step).
-// A printed step begins with "S number"; then each link has a line "L name", its centre's position
+// A printed step begins with "S number"; then each link has a line "L name", its center's position
 // [m], its quaternion (x, y, z, w), linear and angular velocity [m/s, rad/s].
 
 #include <cstdio>

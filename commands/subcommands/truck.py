@@ -5,7 +5,7 @@ screen. trailer:=false leaves the trailer out, rviz:=true opens rviz. Options of
 --screen, are handed on.
 
 With --back the truck backs its trailer along a SHAPE on a ROS master of its own, without a screen,
-and ends; out/ then holds back_SHAPE.png (path, outlines every metre, errors), .csv, .html (the
+and ends; out/ then holds back_SHAPE.png (path, outlines every meter, errors), .csv, .html (the
 drive in 3-D, for any browser) and .json. Exits 0 only if the trailer arrived. Launch arguments go
 to cybertruck/launch/back_demo.launch: size, speed, real_time_factor, odom_source, gui.
 DEMO_DEADLINE=SECONDS changes the overall limit (300).

@@ -59,7 +59,7 @@ def rms(values):
 
 
 def last(rows, length):
-    """Rows of the last metres."""
+    """Rows of the last meters."""
     return rows[rows[:, ARC] > rows[-1, ARC] - length]
 
 

@@ -22,10 +22,10 @@ LIMIT = 300.0  # wall time of one lap with its start and end [s]
 def open_route():
     """N x 6 of a course of 5 m with a bend each way, in DeepRacer's form, points repeated."""
     x = np.linspace(0.0, 4.8, 60)
-    centre = np.stack([x, 0.4 * np.sin(1.1 * x)], axis=1)
-    ahead = np.gradient(centre, axis=0)
+    center = np.stack([x, 0.4 * np.sin(1.1 * x)], axis=1)
+    ahead = np.gradient(center, axis=0)
     left = ahead[:, ::-1] * (-1.0, 1.0) / np.linalg.norm(ahead, axis=1)[:, None]
-    array = np.hstack([centre, centre + 0.35 * left, centre - 0.3 * left])
+    array = np.hstack([center, center + 0.35 * left, center - 0.3 * left])
     return np.repeat(array, 1 + (np.arange(60) % 7 == 0), axis=0)
 
 

@@ -113,10 +113,10 @@ class BackAction(unittest.TestCase):
         x, y, heading = self.trailer()
         goal = BackUpGoal(speed=0.5)
         goal.path.header.frame_id = "odom"
-        for metres in (0.0, 1.0, 2.0, 3.0):
+        for meters in (0.0, 1.0, 2.0, 3.0):
             item = PoseStamped()
-            item.pose.position.x = x - metres * math.cos(heading)
-            item.pose.position.y = y - metres * math.sin(heading)
+            item.pose.position.x = x - meters * math.cos(heading)
+            item.pose.position.y = y - meters * math.sin(heading)
             goal.path.poses.append(item)
         status, result = self.run_goal(goal)
         self.assertEqual(status, GoalStatus.SUCCEEDED)

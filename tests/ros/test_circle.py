@@ -1,4 +1,4 @@
-"""Steady circles in ackermann mode: the rear axle's centre follows the kinematic bicycle.
+"""Steady circles in ackermann mode: the rear axle's center follows the kinematic bicycle.
 
 Radius R = L / tan(steering) (kinematic bicycle without side slip at the rear axle).
 """
@@ -42,12 +42,12 @@ def fit_circle(points):
     """Fits a circle to points (N, 2) by linear least squares (Kasa 1976).
 
     Returns:
-        (centre (2,), radius), both [m].
+        (center (2,), radius), both [m].
     """
     matrix = np.column_stack([2.0 * points, np.ones(len(points))])
     solution = np.linalg.lstsq(matrix, (points**2).sum(axis=1), rcond=None)[0]
-    centre = solution[:2]
-    return centre, math.sqrt(solution[2] + centre @ centre)
+    center = solution[:2]
+    return center, math.sqrt(solution[2] + center @ center)
 
 
 def rear_axle_track(messages):
@@ -95,7 +95,7 @@ class Circle(unittest.TestCase):
         expected = WHEELBASE / math.tan(abs(steering))
         fits = self.laps(steering)
         drift = np.linalg.norm(fits[1][0] - fits[0][0]) / expected
-        for _centre, radius in fits:
+        for _center, radius in fits:
             print(
                 f"{degrees:+d} deg: radius {radius:.4f} m, expected {expected:.4f} m "
                 f"({100 * (radius / expected - 1):+.2f} %), drift {100 * drift:.3f} % a lap"

@@ -26,7 +26,7 @@ TURN = 0.1  # [deg] a minute
 class Rest(unittest.TestCase):
     """Watches the car without any command."""
 
-    def test_it_creeps_less_than_a_millimetre_a_minute(self):
+    def test_it_creeps_less_than_a_millimeter_a_minute(self):
         wait_for_car()
         sleep_sim(SETTLE)
         odometry = Recorder("/racecar/odom", Odometry)

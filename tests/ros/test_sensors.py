@@ -107,12 +107,12 @@ class Sensors(unittest.TestCase):
                 }
             ),
         ).reshape(120, 160)
-        centre = points[50, 80]
+        center = points[50, 80]
         focal = 80.0 / math.tan(0.6)
         np.testing.assert_allclose(
-            centre["xyz"], ((80 - 79.5) / focal * WALL, (50 - 59.5) / focal * WALL, WALL), atol=0.01
+            center["xyz"], ((80 - 79.5) / focal * WALL, (50 - 59.5) / focal * WALL, WALL), atol=0.01
         )
-        red, green, blue = (int(value) for value in centre["rgb"])
+        red, green, blue = (int(value) for value in center["rgb"])
         self.assertGreater(red, 2 * max(blue, green))
 
     def test_both_camera_infos_agree(self):

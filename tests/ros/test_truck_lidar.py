@@ -61,7 +61,7 @@ def expected(origin, angles, boxes):
 
 def clear_of_edges(origin, angles, boxes):
     """Returns for each beam (n,) whether it hits the same thing when it is 0.3 degrees off, within
-    the range by a margin; next to an edge a millimetre decides."""
+    the range by a margin; next to an edge a millimeter decides."""
     around = [expected(origin, angles + math.radians(off), boxes) for off in (-0.3, 0.0, 0.3)]
     hits = np.isfinite(around)
     with np.errstate(invalid="ignore"):

@@ -106,7 +106,7 @@ def test_circle(alone, degrees):
 # follow that, it folds to its stop.
 @pytest.mark.parametrize("degrees", [-10, 30])
 def test_circle_with_trailer(train, degrees):
-    """The hitch runs at hypot(R, L1) from the centre, the trailer's axle points there."""
+    """The hitch runs at hypot(R, L1) from the center, the trailer's axle points there."""
     check_circle(train, degrees, 4.0)
     shape = train.kinematics.geometry
     radius = shape.wheelbase / math.tan(math.radians(abs(degrees)))
@@ -172,7 +172,7 @@ def test_odometry_over_alternating_arcs(truck):
     check_odometry(truck, 10.0)
 
 
-def check_odometry(truck, metres):
+def check_odometry(truck, meters):
     """Arcs of radius 1 to 5 m, left and right in turn: the odometry stays near the truth."""
     odometry = WheelOdometry(truck.kinematics, (*truck.position[:2], truck.yaw))
     odometry.update(truck.measured())
@@ -186,14 +186,14 @@ def check_odometry(truck, metres):
         turned += abs(math.remainder(truck.yaw - heading, 2 * math.pi))
         last, heading = truck.position, truck.yaw
 
-    while way < metres:
+    while way < meters:
         radius, side = random.uniform(1.0, 5.0), -side
         steering = side * math.atan(truck.kinematics.geometry.wheelbase / radius)
         truck.drive(steering, 1.0, radius * random.uniform(0.5, 2.0), look)
     error = math.hypot(odometry.x - last[0], odometry.y - last[1])
     turn_error = abs(math.remainder(odometry.yaw - heading, 2 * math.pi))
     print(f"{way:.1f} m, {turned:.1f} rad: {error:.3f} m, {math.degrees(turn_error):.3f} deg")
-    assert turned > 0.3 * metres
+    assert turned > 0.3 * meters
     assert error < 0.02 * way
     assert turn_error < 0.03 * turned
     # The covariance is realistic: no error beyond three standard deviations.

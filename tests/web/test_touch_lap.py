@@ -93,7 +93,7 @@ def lap_text(browser):
 
 
 def track_length(track):
-    """Length of the centre line [m]."""
+    """Length of the center line [m]."""
     points = [*track.centreline, track.centreline[0]]
     return sum(math.dist(a, b) for a, b in zip(points, points[1:]))
 

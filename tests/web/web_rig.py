@@ -141,7 +141,7 @@ class Browser:
         )
 
     def box(self, element):
-        """Centre, width and height of an element [px], by its id."""
+        """Center, width and height of an element [px], by its id."""
         return self.run(
             "const b = document.getElementById(arguments[0]).getBoundingClientRect();"
             "return [b.left + b.width / 2, b.top + b.height / 2, b.width, b.height]",

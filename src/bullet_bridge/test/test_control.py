@@ -46,7 +46,7 @@ PARAMS = {
 
 
 class Bot(bot_rig.Bot):
-    """The robot with two joints, a metre up."""
+    """The robot with two joints, a meter up."""
 
     def __init__(self, monkeypatch):
         super().__init__(monkeypatch, URDF, PARAMS, Pose((0.0, 0.0, 1.0)))

@@ -75,19 +75,19 @@ def test_every_specification_has_a_plugin():
 DEPTH = np.array([[1.0, np.nan], [2.0, 3.5]], np.float32)
 
 
-def test_depth_in_metres():
+def test_depth_in_meters():
     message = depth_image(1.5, DepthCameraSpec("d", "l", frame_id="f"), DEPTH)
     assert (message.encoding, message.step, message.height) == ("32FC1", 8, 2)
     np.testing.assert_array_equal(np.frombuffer(message.data, "<f4").reshape(2, 2), DEPTH)
     assert message.header.stamp.to_sec() == 1.5 and message.header.frame_id == "f"
 
 
-def test_depth_in_millimetres():
-    message = depth_image(0.0, DepthCameraSpec("d", "l", millimetres=True), DEPTH)
+def test_depth_in_millimeters():
+    message = depth_image(0.0, DepthCameraSpec("d", "l", millimeters=True), DEPTH)
     assert (message.encoding, message.step) == ("16UC1", 4)
     assert np.frombuffer(message.data, "<u2").tolist() == [1000, 0, 2000, 3500]
     cut = np.array([[1.9999, 0.0006, np.inf, 1.0]], np.float32)
-    message = depth_image(0.0, DepthCameraSpec("d", "l", millimetres=True), cut)
+    message = depth_image(0.0, DepthCameraSpec("d", "l", millimeters=True), cut)
     assert np.frombuffer(message.data, "<u2").tolist() == [1999, 0, 0, 1000]
 
 

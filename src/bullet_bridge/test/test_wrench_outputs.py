@@ -178,7 +178,7 @@ def test_a_camera_that_a_realsense_lacks_is_a_warning():
     assert len(model.sensors) == 3 and "needs a camera sensor 'd435ired2'" in str(model.warnings)
 
 
-def test_depths_are_millimetres_within_the_range_and_points_within_the_cutoffs(topics, world):
+def test_depths_are_millimeters_within_the_range_and_points_within_the_cutoffs(topics, world):
     model = world.spawn_urdf("r", _realsense(), Pose(), str)
     output = plugin_of(world, model, model.description.sensors[-1], 1)
     assert output.request.depth

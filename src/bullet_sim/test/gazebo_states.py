@@ -35,12 +35,12 @@ GRAVITY = (0.0, 0.0, -9.8)  # [m/s^2] a world's in Gazebo that gives none
 CORNERS = {"fl": (0.2, 0.2), "fr": (0.2, -0.2), "rl": (-0.2, 0.2), "rr": (-0.2, -0.2)}
 
 
-def link(name, mass, inertia, shape="", rpy="0 0 0", centre="0 0 0"):
+def link(name, mass, inertia, shape="", rpy="0 0 0", center="0 0 0"):
     """A link; inertia: one number, or (ixx, iyy, izz)."""
     xx, yy, zz = (inertia,) * 3 if isinstance(inertia, float) else inertia
     collision = f'<collision><origin rpy="{rpy}"/><geometry>{shape}</geometry></collision>'
     return (
-        f'<link name="{name}"><inertial><origin xyz="{centre}"/><mass value="{mass}"/>'
+        f'<link name="{name}"><inertial><origin xyz="{center}"/><mass value="{mass}"/>'
         f'<inertia ixx="{xx}" iyy="{yy}" izz="{zz}" ixy="0" ixz="0" iyz="0"/></inertial>'
         f"{collision if shape else ''}</link>"
     )
@@ -71,7 +71,7 @@ def robot(*parts):
     return f'<robot name="bot">{"".join(parts)}</robot>'
 
 
-BASE = link("base", 8.0, 0.1, '<box size="0.4 0.3 0.08"/>', centre="0.03 0 0.02")
+BASE = link("base", 8.0, 0.1, '<box size="0.4 0.3 0.08"/>', center="0.03 0 0.02")
 BALLS = "".join(
     wheel(name, *place, shape='<sphere radius="0.1"/>') for name, place in CORNERS.items()
 )
@@ -83,7 +83,7 @@ ARM_ON_BASE = (
     link("upper", 0.3, 1e-3)
     + joint("shoulder", "revolute", "base", "upper", "0 0 0.17",
             more='<limit lower="0" upper="0.001" effort="10" velocity="1"/>')
-    + link("fore", 0.4, 2e-3, '<box size="0.3 0.04 0.04"/>', centre="0.1 0 0")
+    + link("fore", 0.4, 2e-3, '<box size="0.3 0.04 0.04"/>', center="0.1 0 0")
     + joint("elbow", "continuous", "upper", "fore", "-0.1 0.02 0")
     + tags("fore", selfCollide="true")
 )  # fmt: skip
@@ -210,7 +210,7 @@ BUMPERS = (0.28, 0.1, -0.02), (0.28, -0.1, -0.02), (0.28, 0, 0.02)
 ARM = '<limit lower="-1" upper="0.5" effort="10" velocity="3"/><dynamics friction="0.4"/>'
 ARM_ON_A_POST = (
     link("base", 20.0, 2.0, '<box size="1 1 2"/>')
-    + link("arm", 1.0, 0.01, centre="0.3 0 0")
+    + link("arm", 1.0, 0.01, center="0.3 0 0")
     + joint("hinge", "revolute", "base", "arm", more=ARM)
 )
 SENSOR = link("sensor", 0.1, 1e-4) + joint("held", "fixed", "base", "sensor", "0 0 0.1")
@@ -229,7 +229,7 @@ SMALL = (
 ROBOTS = {
     "sphere": (robot(link("base", 3.0, 0.02, '<sphere radius="0.2"/>')), 0.3, []),
     "box": (
-        robot(link("base", 3.0, 0.02, '<box size="0.4 0.4 0.3"/>', centre="0 0.02 0")),
+        robot(link("base", 3.0, 0.02, '<box size="0.4 0.4 0.3"/>', center="0 0.02 0")),
         0.3,
         [],
     ),
@@ -304,7 +304,7 @@ ROBOTS = {
             WHEELS,
             link("plate", 0.5, 0.01, '<box size="0.1 0.1 0.02"/>'),
             joint("g_mount", "fixed", "base", "plate", "0 0 0.1"),
-            link("arm", 0.4, 2e-3, centre="0.1 0 0.05"),
+            link("arm", 0.4, 2e-3, center="0.1 0 0.05"),
             joint("a_arm", "revolute", "plate", "arm", "0.02 0 0.03", more=ARM),
             tags("plate", maxVel=0.5, minDepth=0.001),
         ),
@@ -514,5 +514,5 @@ def crate(name):
 
 
 def recorded():
-    """Name -> {step: position [m] and quaternion of the base's centre of mass} in Gazebo."""
+    """Name -> {step: position [m] and quaternion of the base's center of mass} in Gazebo."""
     return json.loads(RECORD.read_text(encoding="utf-8"))

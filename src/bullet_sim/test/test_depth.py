@@ -49,7 +49,7 @@ def test_buffer_is_the_inverse_of_the_projection(near, far):
     for distance in np.geomspace(near, far, 7):
         clip = matrix @ (0.0, 0.0, -distance, 1.0)
         buffer = np.array([[(clip[2] / clip[3] + 1.0) / 2.0]])
-        assert camera.metres_from_buffer(buffer, near, far)[0, 0] == pytest.approx(distance)
+        assert camera.meters_from_buffer(buffer, near, far)[0, 0] == pytest.approx(distance)
 
 
 def test_points_of_a_picture():
@@ -150,7 +150,7 @@ def test_requests_of_specs():
 
 
 def test_noise_has_its_mean():
-    grey = np.full((50, 50, 3), 100, np.uint8)
-    assert (camera.add_noise(grey, 0.0, None, 0.1) == 126).all()
-    noisy = camera.add_noise(grey, 0.01, np.random.default_rng(0), 0.1)
+    gray = np.full((50, 50, 3), 100, np.uint8)
+    assert (camera.add_noise(gray, 0.0, None, 0.1) == 126).all()
+    noisy = camera.add_noise(gray, 0.01, np.random.default_rng(0), 0.1)
     assert noisy.mean() == pytest.approx(125.5, abs=0.2)

@@ -131,7 +131,7 @@ def car():
 
 
 def fit_circle(points):
-    """Centre (2,) and radius of the circle through points (n, 2), least squares."""
+    """Center (2,) and radius of the circle through points (n, 2), least squares."""
     rows = np.c_[2 * points, np.ones(len(points))]
     x, y, rest = np.linalg.lstsq(rows, (points**2).sum(axis=1), rcond=None)[0]
     return np.array([x, y]), math.sqrt(rest + x * x + y * y)

@@ -28,9 +28,9 @@ def _world():
     world.close()
 
 
-def body(world, pose=TURNED, centre=(0.0, 0.0, 0.0)):
+def body(world, pose=TURNED, center=(0.0, 0.0, 0.0)):
     """A free body with three different moments of inertia."""
-    link = Link("link", MASS, np.array(centre), np.diag(MOMENTS))
+    link = Link("link", MASS, np.array(center), np.diag(MOMENTS))
     link.collisions.append(Shape(Geometry("box", (0.1, 0.1, 0.1))))
     return world.spawn(ModelDescription("body", {"link": link}, root="link"), pose)
 
@@ -58,14 +58,14 @@ def test_span_of_what_is_no_time(start, duration):
 
 
 def test_impulse_of_a_force_is_force_times_duration(world):
-    model = body(world, centre=(0.05, 0.0, 0.0))
+    model = body(world, center=(0.05, 0.0, 0.0))
     world.forces.apply_wrench(
         model, "link", (3.0, -1.0, 2.0), (0, 0, 0), step_range(0, 0.001, 0.0, 0.1)
     )
     world.step(50)
     _, linear, angular = model.link_state("link")
     np.testing.assert_allclose(linear, np.array((3.0, -1.0, 2.0)) * 0.05 / MASS, rtol=1e-6)
-    np.testing.assert_allclose(angular, 0.0, atol=1e-9)  # at the centre of mass
+    np.testing.assert_allclose(angular, 0.0, atol=1e-9)  # at the center of mass
     world.step(200)
     np.testing.assert_allclose(
         model.link_state("link")[1], np.array((3.0, -1.0, 2.0)) * 0.1 / MASS, rtol=1e-6

@@ -11,7 +11,7 @@ TOLERANCE = 1e-6  # [m], of quaternions: 1; contacts let rounding grow
 
 
 def drive(world, model, commands, steps=gazebo_states.STEPS):
-    """Yield (step, pose of the base's centre) at each recorded step, with a robot's commands."""
+    """Yield (step, pose of the base's center) at each recorded step, with a robot's commands."""
     ode, efforts, planar = world.engine.ode, {}, None
     names = world.engine.joint_names(model.body)
     for step in range(steps):

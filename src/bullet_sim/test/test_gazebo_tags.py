@@ -185,7 +185,7 @@ def test_depth_camera_names_and_cutoffs():
     )
     assert (spec.depth_topic, spec.depth_info_topic) == ("/n/k/d/i", "/n/k/d/c")
     assert (spec.points_topic, spec.frame_id) == ("/cloud", "o")
-    assert (spec.cutoff, spec.cutoff_max, spec.millimetres) == (0.1, 8.0, True)
+    assert (spec.cutoff, spec.cutoff_max, spec.millimeters) == (0.1, 8.0, True)
 
 
 RAY = (

@@ -73,8 +73,8 @@ def test_known_colours_under_a_known_light(gl, color, finish, expected):
 
 def test_gazebos_sun_on_a_floor_and_on_a_wall(gl):
     """0.4 of ambient light, and 0.8 times the cosine between the sun and the normal."""
-    grey = replace(FLOOR, color=(0.5, 0.5, 0.5, 1.0))
-    picture = show(gl, Scene(), grey)
+    gray = replace(FLOOR, color=(0.5, 0.5, 0.5, 1.0))
+    picture = show(gl, Scene(), gray)
     assert abs(picture[100, 100, 0] - 255 * 0.5 * (0.4 + 0.8 * 0.870102)) <= 2.0
     wall = box((0.1, 20, 20), (2.05, 0, 0), (0.5, 0.5, 0.5, 1.0))
     picture = show(gl, Scene(), wall, request=view(AHEAD))  # its side away from the sun

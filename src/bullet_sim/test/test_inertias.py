@@ -9,10 +9,10 @@ from bullet_sim.description.lump import joint_inertias, lump
 from bullet_sim.formats.urdf import parse_urdf
 
 
-def link(name, mass, inertia, centre="0 0 0"):
+def link(name, mass, inertia, center="0 0 0"):
     """A <link> with the same inertia about all axes."""
     return (
-        f'<link name="{name}"><inertial><origin xyz="{centre}"/><mass value="{mass}"/><inertia '
+        f'<link name="{name}"><inertial><origin xyz="{center}"/><mass value="{mass}"/><inertia '
         f'ixx="{inertia}" iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/></inertial>'
         "</link>"
     )

@@ -1,4 +1,4 @@
-"""The speed limit of one joint is its own and not that of its neighbours."""
+"""The speed limit of one joint is its own and not that of its neighbors."""
 
 import pytest
 from bullet_sim.pose import Pose

@@ -153,7 +153,7 @@ VALUES = {
     "a joint in capitals": (hinged("", "Fixed"), lambda w: joint(w).kind, "fixed", ["'Fixed'"]),
     "no such frame": (
         f'<model name="m"><link name="a">{FRAME}{MASS}</link></model>',
-        lambda w: read(w).links["a"].centre.tolist(),
+        lambda w: read(w).links["a"].center.tolist(),
         [1, 0, 0],
         ["no frame 'nose'", "frames are a"],
     ),

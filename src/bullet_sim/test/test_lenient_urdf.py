@@ -134,7 +134,7 @@ VALUES = {
     "a negative mass": (inertial('value="-1"'), mass, 0, ["-1.0", "0 or more"]),
     "left by xacro": (inertial('value="${m}"'), mass, 0, ["'${m}'", "process the file"]),
     "an inertia that is NaN": (ODD_INERTIA, moments, [0, 2, 2.5], ["ixx is 'nan'"]),
-    "an origin with NaN": (ODD_ORIGIN, lambda m: link(m).centre.tolist(), [0, 0, 0], ODD_WORDS),
+    "an origin with NaN": (ODD_ORIGIN, lambda m: link(m).center.tolist(), [0, 0, 0], ODD_WORDS),
     "two numbers": (arm('<axis xyz="0 1"/>'), axis, (1, 0, 0), ["'0 1'"]),
     "four numbers": (arm('<axis xyz="0 1 0 5"/>'), axis, (0, 1, 0), ["'0 1 0 5'"]),
     "an axis of zero": (arm('<axis xyz="0 0 0"/>'), axis, (1, 0, 0), ["is zero", "1 0 0 is used"]),
@@ -260,7 +260,7 @@ def test_a_link_with_a_mass_but_no_inertia_loses_its_shapes_as_in_gazebo(inside,
     shapes = f"<visual>{box}</visual><collision>{box}</collision>"
     model = parse_urdf(robot(f'<link name="tip">{inertial}{shapes}</link>{hold()}'), str, "car")
     tip = model.links["tip"]
-    assert (tip.mass, tip.centre.tolist()) == (3.0, [0.0, 0.0, 1.0])
+    assert (tip.mass, tip.center.tolist()) == (3.0, [0.0, 0.0, 1.0])
     assert tip.visuals == [] and tip.collisions == []
     (warning,) = model.warnings
     for word in ("link 'tip'", "no <inertia>", "as in Gazebo", *words):

@@ -66,7 +66,7 @@ def test_marks_are_where_gazebos_formula_puts_them(gl, lens):
     rgb, depth = gl.render_with_depth(replace(asked, distortion=lens, depth=True))
     assert rgb.shape == (240, 320, 3)
     np.testing.assert_array_equal(depth, gl.render_with_depth(replace(asked, depth=True))[1])
-    count, _, _, centres = cv2.connectedComponentsWithStats((rgb[:, :, 0] > 100).astype(np.uint8))
+    count, _, _, centers = cv2.connectedComponentsWithStats((rgb[:, :, 0] > 100).astype(np.uint8))
     k = camera.intrinsics(*SIZE, FOV)
     straight = camera.project(marks() @ camera.OPTICAL_FROM_CAMERA.T, k)
     moved = np.array([brown(*((place + 0.5) / SIZE), lens) for place in straight])
@@ -77,7 +77,7 @@ def test_marks_are_where_gazebos_formula_puts_them(gl, lens):
     inside = ((expected > 8) & (expected < np.array(SIZE) - 9)).all(axis=1)
     inside &= ((straight > 8) & (straight < np.array(SIZE) - 9)).all(axis=1)
     assert inside.sum() >= 15 and count - 1 >= inside.sum()
-    gaps = np.linalg.norm(centres[1:, None] - expected[inside][None], axis=2).min(axis=0)
+    gaps = np.linalg.norm(centers[1:, None] - expected[inside][None], axis=2).min(axis=0)
     assert gaps.max() < 1.5 and np.median(gaps) < 0.8  # [px]; the map moves whole pixels
 
 
@@ -186,11 +186,11 @@ def test_a_wide_angle_lens_maps_angles_as_its_type_says(gl, kind):
     gl.apply(Snapshot(0.0, 0, ()))
     request = replace(CameraRequest.from_spec(found.sensors[0], 1, 0), near=0.1)
     rgb = gl.render(request)
-    _, _, _, centres = cv2.connectedComponentsWithStats((rgb[:, :, 0] > 100).astype(np.uint8))
+    _, _, _, centers = cv2.connectedComponentsWithStats((rgb[:, :, 0] > 100).astype(np.uint8))
     for (theta, phi), place in zip(angles, places):
         away = 150.0 * RADIUS[kind](theta)
         expected = 149.5 - away * np.array((math.cos(phi), math.sin(phi)))
-        gap = np.linalg.norm(centres[1:] - expected, axis=1).min()
+        gap = np.linalg.norm(centers[1:] - expected, axis=1).min()
         assert gap < 1.0, (theta, phi, place)
 
 

@@ -10,7 +10,7 @@ from bullet_sim.pose import Pose
 
 
 def box_link(name, mass, size):
-    """A solid box, centred on its link frame."""
+    """A solid box, centered on its link frame."""
     x, y, z = np.square(size)
     return Link(name, mass, inertia=mass / 12 * np.diag([y + z, x + z, x + y]))
 
@@ -33,7 +33,7 @@ def test_two_halves_make_the_whole_box():
     assert list(lumped.links) == ["left"] and lumped.joints == ()
     link = lumped.links["left"]
     assert link.mass == 6.0
-    np.testing.assert_allclose(link.centre, [0.5, 0, 0], atol=1e-15)
+    np.testing.assert_allclose(link.center, [0.5, 0, 0], atol=1e-15)
     np.testing.assert_allclose(link.inertia, whole.inertia, rtol=1e-12)
 
 
@@ -41,8 +41,8 @@ def test_turned_and_shifted_box_against_the_parallel_axis_theorem():
     first, second = box_link("a", 2.0, (0.4, 0.2, 0.1)), box_link("b", 1.0, (0.3, 0.1, 0.2))
     origin = Pose.from_xyz_rpy((0.3, 0.6, -0.9), (0, 0, math.pi / 2))
     link = lump(model_of([first, second], [Joint("j", "fixed", "a", "b", origin)])).links["a"]
-    np.testing.assert_allclose(link.centre, [0.1, 0.2, -0.3], atol=1e-15)
-    # About the common centre: arms (-0.1, -0.2, 0.3) and (0.2, 0.4, -0.6); reduced mass 2/3.
+    np.testing.assert_allclose(link.center, [0.1, 0.2, -0.3], atol=1e-15)
+    # About the common center: arms (-0.1, -0.2, 0.3) and (0.2, 0.4, -0.6); reduced mass 2/3.
     x, y, z = 0.3, 0.6, -0.9
     apart = (
         2
@@ -65,7 +65,7 @@ def test_description_stays_as_it_is():
         [Joint("j", "fixed", "a", "b", Pose((1, 0, 0)))],
     )
     lump(model)
-    assert model.links["a"].mass == 2.0 and not model.links["a"].centre.any()
+    assert model.links["a"].mass == 2.0 and not model.links["a"].center.any()
 
 
 def test_frames_of_lumped_links():

@@ -32,9 +32,9 @@ JOINT = (
 )
 
 
-def link(name, mass=1.0, centre="0 0 0", inertia=0.01, shape=""):
+def link(name, mass=1.0, center="0 0 0", inertia=0.01, shape=""):
     geometry = f"<collision><geometry>{shape}</geometry></collision>" if shape else ""
-    return LINK.format(name, mass, centre, inertia, geometry)
+    return LINK.format(name, mass, center, inertia, geometry)
 
 
 def joint(name, kind, parent, child, at="0 0 0", axis="0 1 0", more=""):
@@ -653,7 +653,7 @@ def test_joints_yield_by_their_cfm(world, count):
     """J v = error erp / h - cfm f: what hangs at rest has sunk by cfm f h / erp at each joint."""
     cfm, erp, mass = 2e-3, 0.2, 3.0
     world.engine.ode.configure(replace(world.engine.ode.settings, cfm=cfm, erp=erp))
-    links = "".join(link(f"l{i}", mass, centre="0 0 -0.3") for i in range(count))
+    links = "".join(link(f"l{i}", mass, center="0 0 -0.3") for i in range(count))
     joints = "".join(
         joint(f"j{i}", "continuous", f"l{i - 1}" if i else "world", f"l{i}", "0 0 -0.5")
         for i in range(count)

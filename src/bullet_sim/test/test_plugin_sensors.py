@@ -179,9 +179,9 @@ class Walls:
     def __init__(self):
         self.rays = self
 
-    def sweep(self, centre, directions, *_):
+    def sweep(self, center, directions, *_):
         with np.errstate(divide="ignore"):
-            there = np.stack([(x - centre[0]) / directions[:, 0] for x in (4.0, -2.0)])
+            there = np.stack([(x - center[0]) / directions[:, 0] for x in (4.0, -2.0)])
         return np.where(there >= 0.0, there, np.inf).min(axis=0)
 
 

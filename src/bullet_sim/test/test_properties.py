@@ -48,11 +48,11 @@ def speed_after_push(world, model, joint, effort=0.3, seconds=0.1):
 
 
 def test_link_properties(model):
-    mass, centre, inertia = changes.link_properties(model, "arm")
-    assert (mass, tuple(centre)) == (1.0, (0, 0, 0))
+    mass, center, inertia = changes.link_properties(model, "arm")
+    assert (mass, tuple(center)) == (1.0, (0, 0, 0))
     np.testing.assert_allclose(inertia, ARM)
-    mass, centre, inertia = changes.link_properties(model, "base")  # with the plate
-    assert (mass, tuple(centre)) == (200.0, (0.5, 0, 0))
+    mass, center, inertia = changes.link_properties(model, "base")  # with the plate
+    assert (mass, tuple(center)) == (200.0, (0.5, 0, 0))
     np.testing.assert_allclose(np.diag(inertia), (200, 250, 250))
     assert changes.link_properties(model, "plate")[0] == 100.0
     with pytest.raises(ModelError, match="no link 'nose'"):
@@ -73,8 +73,8 @@ def test_a_mass_for_a_fixed_base_does_not_release_it(world):
     )
     model = world.spawn_urdf("held", text, Pose((0, 0, 5)), str)
     root = next(iter(model.rigid_parts))
-    _, centre, inertia = changes.link_properties(model, root)
-    changes.set_link_properties(model, root, 2.0, centre, inertia, True)
+    _, center, inertia = changes.link_properties(model, root)
+    changes.set_link_properties(model, root, 2.0, center, inertia, True)
     world.engine.set_gravity((0.0, 0.0, -9.81))
     world.step(200)
     assert changes.link_properties(model, root)[0] == 2.0
@@ -94,11 +94,11 @@ def test_a_new_inertia_counts_and_survives_a_reset(world, model):
 
 
 @pytest.mark.parametrize(
-    "link, mass, centre, inertia, gravity, reason",
+    "link, mass, center, inertia, gravity, reason",
     [
         ("arm", 0.0, (0, 0, 0), ARM, True, "mass is 0.0"),
         ("arm", math.nan, (0, 0, 0), ARM, True, "mass is nan"),
-        ("arm", 1.0, (0.1, 0, 0), ARM, True, "centre of mass cannot move"),
+        ("arm", 1.0, (0.1, 0, 0), ARM, True, "center of mass cannot move"),
         ("arm", 1.0, (0, 0, 0), np.diag((1.0, 2.0, 3.0)), True, "other principal axes"),
         ("arm", 1.0, (0, 0, 0), -ARM, True, "not positive definite"),
         ("arm", 1.0, (0, 0, 0), ARM, False, "gravity_mode"),
@@ -106,9 +106,9 @@ def test_a_new_inertia_counts_and_survives_a_reset(world, model):
         ("nose", 1.0, (0, 0, 0), ARM, True, "no link 'nose'"),
     ],
 )
-def test_impossible_masses_change_nothing(model, link, mass, centre, inertia, gravity, reason):
+def test_impossible_masses_change_nothing(model, link, mass, center, inertia, gravity, reason):
     with pytest.raises(ModelError, match=reason):
-        changes.set_link_properties(model, link, mass, centre, inertia, gravity)
+        changes.set_link_properties(model, link, mass, center, inertia, gravity)
     assert changes.link_properties(model, "arm")[0] == 1.0
 
 

@@ -69,7 +69,7 @@ def box_at(in_camera):
 
 
 def check_outline(rgb, asked, in_camera):
-    """The red box covers just those pixels whose centres K puts inside its outline."""
+    """The red box covers just those pixels whose centers K puts inside its outline."""
     found = red_pixels(rgb)
     k = camera.intrinsics(asked.width, asked.height, asked.horizontal_fov)
     corners = in_camera + 0.05 * np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, -1).T

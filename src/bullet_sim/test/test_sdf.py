@@ -107,7 +107,7 @@ def test_root_link_off_the_models_frame():
         str,
     )
     link = model.links["a"]
-    assert link.centre.tolist() == [0, 0, 2]
+    assert link.center.tolist() == [0, 0, 2]
     assert link.collisions[0].pose.position == (0, 0, 2)
 
 

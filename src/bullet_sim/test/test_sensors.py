@@ -19,13 +19,13 @@ class Room:
     def __init__(self, half_x, half_y):
         self.half, self.rays = np.array([half_x, half_y]), self
 
-    def sweep(self, centre, directions, box, near, far, own=None, look_near=True):
+    def sweep(self, center, directions, box, near, far, own=None, look_near=True):
         way = directions[:, :2]
         with np.errstate(divide="ignore", invalid="ignore"):
-            wall = np.where(way == 0.0, np.inf, (np.sign(way) * self.half - centre[:2]) / way)
+            wall = np.where(way == 0.0, np.inf, (np.sign(way) * self.half - center[:2]) / way)
         first = wall.min(axis=1)
-        assert (centre + np.minimum(first, far)[:, None] * directions >= box[0] - 1e-9).all()
-        assert (centre + np.minimum(first, far)[:, None] * directions <= box[1] + 1e-9).all()
+        assert (center + np.minimum(first, far)[:, None] * directions >= box[0] - 1e-9).all()
+        assert (center + np.minimum(first, far)[:, None] * directions <= box[1] + 1e-9).all()
         first[first > far] = np.inf
         if look_near and own != 7:
             first[first < near] = -np.inf
@@ -118,16 +118,16 @@ def test_bad_cameras_are_named(values, word):
 
 
 def test_camera_noise_has_its_deviation_and_repeats():
-    grey = np.full((200, 300, 3), 128, np.uint8)
-    noisy = camera.add_noise(grey, 0.02, np.random.default_rng(3))
+    gray = np.full((200, 300, 3), 128, np.uint8)
+    noisy = camera.add_noise(gray, 0.02, np.random.default_rng(3))
     assert noisy.dtype == np.uint8
     assert noisy.std() == pytest.approx(0.02 * 255, rel=0.02)
     assert noisy.mean() == pytest.approx(128, abs=0.1)
     assert (noisy == noisy[:, :, :1]).all(), "as in Gazebo gray, whatever the color"
-    np.testing.assert_array_equal(noisy, camera.add_noise(grey, 0.02, np.random.default_rng(3)))
+    np.testing.assert_array_equal(noisy, camera.add_noise(gray, 0.02, np.random.default_rng(3)))
     white = camera.add_noise(np.full((9, 9, 3), 255, np.uint8), 0.02, np.random.default_rng(3))
     assert white.min() > 200  # cut off, not wrapped round
-    assert camera.add_noise(grey, 0.0, None) is grey
+    assert camera.add_noise(gray, 0.0, None) is gray
 
 
 def test_lidar_in_a_room_of_known_walls():

@@ -17,7 +17,7 @@ from bullet_sim.world import World
 HAS_WHEEL = platform.machine() == "x86_64"
 CASTERS = ("pybullet", "embree", "embree and ode") if HAS_WHEEL else ("pybullet",)
 NEAR, FAR = 0.2, 12.0
-CENTRE = np.array((0.3, -0.2, 0.4))
+CENTER = np.array((0.3, -0.2, 0.4))
 MASS = (
     "<inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy><izz>1</izz>"
     "<ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia></inertial>"
@@ -71,12 +71,12 @@ def directions(count=400, seed=0, flat=False):
 
 def everywhere(far=FAR):
     """The box of a sweep to all sides."""
-    return CENTRE - far, CENTRE + far
+    return CENTER - far, CENTER + far
 
 
 def cast(world, rays, start=NEAR, end=FAR):
     """Distances by PyBullet alone."""
-    fractions, bodies = world.engine.rays.cast(CENTRE + start * rays, CENTRE + end * rays)
+    fractions, bodies = world.engine.rays.cast(CENTER + start * rays, CENTER + end * rays)
     return np.where(bodies >= 0, start + fractions * (end - start), np.inf)
 
 
@@ -86,7 +86,7 @@ def assert_same(world, rays=None):
     PyBullet's cylinders have 32 sides, of 2 mm at these radii.
     """
     rays = directions() if rays is None else rays
-    ours = world.engine.rays.sweep(CENTRE, rays, everywhere(), NEAR, FAR, None, False)
+    ours = world.engine.rays.sweep(CENTER, rays, everywhere(), NEAR, FAR, None, False)
     expected = cast(world, rays)
     with np.errstate(invalid="ignore"):
         differ = ~((ours == expected) | (np.abs(ours - expected) < 5e-3))
@@ -184,21 +184,21 @@ def test_what_is_nearer_than_the_least_range(world):
     rays = directions(200, flat=True)
     box = everywhere()
     sweep = world.engine.rays.sweep
-    assert np.isposinf(sweep(CENTRE, rays, box, NEAR, FAR)).all()
+    assert np.isposinf(sweep(CENTER, rays, box, NEAR, FAR)).all()
     world.spawn_sdf("static", model([SHAPES["box"]]), Pose((0.65, -0.2, 0.4)), str)
     world.step()
-    ours = sweep(CENTRE, rays, box, NEAR, FAR)
+    ours = sweep(CENTER, rays, box, NEAR, FAR)
     expected = np.isfinite(cast(world, rays, 0.0, NEAR))
     assert expected.any() and (np.isneginf(ours) == expected).mean() > 0.98
     body = world.model("static").body
-    assert not np.isneginf(sweep(CENTRE, rays, box, NEAR, FAR, own=body)).any()
-    assert not np.isneginf(sweep(CENTRE, rays, box, NEAR, FAR, look_near=False)).any()
+    assert not np.isneginf(sweep(CENTER, rays, box, NEAR, FAR, own=body)).any()
+    assert not np.isneginf(sweep(CENTER, rays, box, NEAR, FAR, look_near=False)).any()
     world.delete("static")
     world.spawn_sdf("free", model([SHAPES["box"]], static=False), Pose((0.65, -0.2, 1.0)), str)
     world.step()
     body = world.model("free").body
-    assert np.isneginf(sweep(CENTRE, rays, box, NEAR, FAR)).any()
-    housed = sweep(CENTRE, rays, box, NEAR, FAR, own=body)
+    assert np.isneginf(sweep(CENTER, rays, box, NEAR, FAR)).any()
+    housed = sweep(CENTER, rays, box, NEAR, FAR, own=body)
     assert not np.isneginf(housed).any() and np.isfinite(housed).any()
 
 
@@ -220,8 +220,8 @@ def test_round_shapes_are_round(world, static):
     offset = np.array((0.0, 0.2))
     rays = np.array([(3.0, 0.0, 0.0), (3.0, 0.2, 0.0), (0.0, 3.0, 0.0), (0.2, 3.0, 0.0)])
     rays /= np.linalg.norm(rays, axis=1)[:, None]
-    found = world.engine.rays.sweep(CENTRE, rays, everywhere(), NEAR, FAR, None, False)
-    height = 0.7 - CENTRE[2]
+    found = world.engine.rays.sweep(CENTER, rays, everywhere(), NEAR, FAR, None, False)
+    height = 0.7 - CENTER[2]
     sine = offset / np.hypot(3.0, offset)
     cosine = 3.0 / np.hypot(3.0, offset)
     ball = 3.0 * cosine - np.sqrt(0.7**2 - height**2 - (3.0 * sine) ** 2)
@@ -239,8 +239,8 @@ world = World()
 for number, shape in enumerate(sys.argv[1:]):
     world.spawn_sdf(f"m{number}", shape, Pose((2.0 + number, 0.0, 0.5)), str)
 rays = np.array([(np.cos(a), np.sin(a), 0.0) for a in np.linspace(-0.3, 0.3, 61)])
-centre, reach = np.array((0.0, 0.0, 0.4)), np.full(3, 9.0)
-print(world.engine.rays.sweep(centre, rays, (centre - reach, centre + reach), 0.1, 9.0).tolist())
+center, reach = np.array((0.0, 0.0, 0.4)), np.full(3, 9.0)
+print(world.engine.rays.sweep(center, rays, (center - reach, center + reach), 0.1, 9.0).tolist())
 """
 
 
@@ -261,10 +261,10 @@ def test_the_same_far_from_the_origin(world):
     world.spawn_sdf("box", model([SHAPES["box"]]), Pose(tuple(away + (3.0, 0.0, 0.5))), str)
     world.step()
     rays = directions(200, flat=True)
-    centre = away + CENTRE
-    caster, box = world.engine.rays, (centre - FAR, centre + FAR)
-    ours = caster.sweep(centre, rays, box, NEAR, FAR, None, False)
-    fractions, bodies = caster.cast(centre + NEAR * rays, centre + FAR * rays)
+    center = away + CENTER
+    caster, box = world.engine.rays, (center - FAR, center + FAR)
+    ours = caster.sweep(center, rays, box, NEAR, FAR, None, False)
+    fractions, bodies = caster.cast(center + NEAR * rays, center + FAR * rays)
     expected = np.where(bodies >= 0, NEAR + fractions * (FAR - NEAR), np.inf)
     assert np.isfinite(expected).any()
     with np.errstate(invalid="ignore"):
@@ -298,7 +298,7 @@ def test_the_box_of_a_turned_lidar_holds_its_rays(world):
     for seed in range(5):
         quaternion = np.random.default_rng(seed).normal(size=4)
         quaternion /= np.linalg.norm(quaternion)
-        ranges = Lidar(spec).scan(world.engine, CENTRE, quaternion)
+        ranges = Lidar(spec).scan(world.engine, CENTER, quaternion)
         rays = Lidar(spec).directions @ rotation_matrix(quaternion).T
         np.testing.assert_allclose(ranges, cast(world, rays, 0.1, 20.0), atol=1e-3)
 

@@ -18,10 +18,10 @@ SDF = (
 @pytest.fixture(name="ramp")
 def _ramp(tmp_path):
     """An image that gets brighter to the right, and black in its top row."""
-    grey = np.tile(np.linspace(0, 255, 33).astype(np.uint8), (33, 1))
-    grey[0] = 0
+    gray = np.tile(np.linspace(0, 255, 33).astype(np.uint8), (33, 1))
+    gray[0] = 0
     path = tmp_path / "ramp.png"
-    Image.fromarray(grey).save(path)
+    Image.fromarray(gray).save(path)
     return str(path)
 
 

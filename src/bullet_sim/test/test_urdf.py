@@ -43,7 +43,7 @@ def test_encoding_declarations_are_accepted(text):
 
 def test_link_without_inertial_has_no_mass():
     link = parse_urdf(robot('<link name="base"/>'), str).links["base"]
-    assert link.mass == 0 and not link.inertia.any() and not link.centre.any()
+    assert link.mass == 0 and not link.inertia.any() and not link.center.any()
 
 
 def test_inertia_is_turned_into_the_link_frame():
@@ -52,7 +52,7 @@ def test_inertia_is_turned_into_the_link_frame():
         '<mass value="2"/><inertia ixx="1" iyy="2" izz="2.5"/></inertial></link>'
     )
     link = parse_urdf(robot(text), str).links["a"]
-    assert link.mass == 2 and link.centre.tolist() == [1, 2, 3]
+    assert link.mass == 2 and link.center.tolist() == [1, 2, 3]
     np.testing.assert_allclose(link.inertia, np.diag([2, 1, 2.5]), atol=1e-12)
 
 

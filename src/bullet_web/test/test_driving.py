@@ -89,7 +89,7 @@ def test_the_original_steers_right_with_positive_values_in_units_of_15_degrees()
     assert drive.unit == "rad/s"
 
 
-def test_a_car_in_metres_is_commanded_by_its_curvature():
+def test_a_car_in_meters_is_commanded_by_its_curvature():
     drive = drive_of("/cmd_vel", {"mode": "ackermann", "wheelbase": 0.164, "max_steering": 0.5236})
     linear, angular = drive.twist(0.5, -1.0)  # to the left
     assert angular / linear == pytest.approx(math.tan(0.5236) / 0.164)
@@ -108,7 +108,7 @@ def test_the_truck_turns_no_tighter_than_its_trailer_follows():
 @pytest.mark.parametrize(
     "parameters", [{}, {"wheelbase": "a"}, {"wheelbase": 0.0, "max_steering": 1.0}]
 )
-def test_any_other_base_takes_metres_and_radians_a_second(parameters):
+def test_any_other_base_takes_meters_and_radians_a_second(parameters):
     drive = drive_of("/base/cmd_vel", parameters)
     assert drive == Drive("/base/cmd_vel")
     assert drive.twist(1.0, 0.0) == (1.0, 0.0)

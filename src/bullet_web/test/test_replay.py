@@ -70,11 +70,11 @@ def test_time_that_goes_back_begins_another_part(recording, page_files):
 def test_curves_are_kept_and_thinned(recording, page_files, monkeypatch):
     monkeypatch.setattr(replay, "MAX_SAMPLES", 8)
     for index in range(30):
-        recording.add_value("to the centre line", "m", 0.01 * index, 0.1)
-    curve = data_of(recording.html(page_files))["curves"]["to the centre line"]
+        recording.add_value("to the center line", "m", 0.01 * index, 0.1)
+    curve = data_of(recording.html(page_files))["curves"]["to the center line"]
     assert curve["unit"] == "m" and 4 <= len(curve["points"]) <= 8
-    recording.add_value("to the centre line", "m", 0.0, 0.2)  # reset
-    curve = data_of(recording.html(page_files))["curves"]["to the centre line"]
+    recording.add_value("to the center line", "m", 0.0, 0.2)  # reset
+    curve = data_of(recording.html(page_files))["curves"]["to the center line"]
     assert curve["points"] == [[0.0, 0.2]]
 
 

@@ -148,7 +148,7 @@ class Live {
 
   setData(data) {
     this.extra = {};
-    if ("lateral_error" in data) this.extra["to the centre line"] = [data.lateral_error, "m"];
+    if ("lateral_error" in data) this.extra["to the center line"] = [data.lateral_error, "m"];
     this.goal = data.goal || null;
     this.world.showGoal(this.goal);
     byId("lap").textContent = data.lap || "";

@@ -11,7 +11,7 @@ class Truck:
     """Bicycle with a drive node's limits: steering rate, acceleration, full lock.
 
     Attributes:
-        x, y: Rear axle's centre [m].
+        x, y: Rear axle's center [m].
         heading: [rad].
         hitch: Trailer heading minus truck heading [rad].
     """

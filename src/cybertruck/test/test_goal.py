@@ -77,7 +77,7 @@ def test_shortest_length_equals_a_search(forward, left):
         (5.0, 0.0, 5.0),  # straight ahead
         (0.0, 2.0, math.pi),  # half a circle of radius 1
         (1.0, 1.0, math.pi / 2.0),  # a quarter
-        (1.0, -3.0, 0.5 * math.pi + 2.0),  # a quarter to the right, then two metres
+        (1.0, -3.0, 0.5 * math.pi + 2.0),  # a quarter to the right, then two meters
         (-1.0, 1.0, 1.5 * math.pi),
     ],
 )

@@ -143,7 +143,7 @@ def test_triggers_from_zero_to_one():
     [
         (["l2=1 r2=-1"], True),
         (["l2=0 r2=-1"], True),
-        (["l2=0 r2=0.9", "l2=0 r2=0.2"], False),  # a trigger that moves through its centre
+        (["l2=0 r2=0.9", "l2=0 r2=0.2"], False),  # a trigger that moves through its center
         (["l2=0 r2=0 y=-1"], False),
     ],
 )  # a stick that is let go of

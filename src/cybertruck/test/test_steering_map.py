@@ -18,18 +18,18 @@ ANGLES = np.radians(np.arange(-45.0, 46.0, 7.5))
 CURVATURES = np.tan(ANGLES) / 0.508 * 0.95 + 0.01
 
 
-def circle_points(radius, centre, turn, span, noise=0.0):
+def circle_points(radius, center, turn, span, noise=0.0):
     """Points of a circle in driving order, to the left for turn = 1, with seeded noise [m]."""
     angles = 0.4 + turn * np.linspace(0.0, span, 80)
-    points = np.array(centre) + radius * np.column_stack((np.cos(angles), np.sin(angles)))
+    points = np.array(center) + radius * np.column_stack((np.cos(angles), np.sin(angles)))
     return points + noise * np.random.default_rng(1).standard_normal(points.shape)
 
 
 @pytest.mark.parametrize("turn", (1, -1))
 @pytest.mark.parametrize("radius, span", ((0.5, 6.0), (4.0, 1.0), (60.0, 0.1)))
 def test_exact_circles(radius, span, turn):
-    centre, curvature, rms = fit_circle(circle_points(radius, (2.0, -1.0), turn, span))
-    np.testing.assert_allclose(centre, (2.0, -1.0), atol=1e-5 * radius)
+    center, curvature, rms = fit_circle(circle_points(radius, (2.0, -1.0), turn, span))
+    np.testing.assert_allclose(center, (2.0, -1.0), atol=1e-5 * radius)
     assert curvature == pytest.approx(turn / radius, rel=1e-5)
     assert rms < 1e-6
 

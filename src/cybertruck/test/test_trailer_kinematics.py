@@ -23,7 +23,7 @@ from vehiclemodels.vehicle_dynamics_kst import vehicle_dynamics_kst
 
 OFF_AXLE = Geometry()
 ON_AXLE = Geometry(hitch_offset=0.0)
-TIGHT = Geometry(max_steering=math.atan(0.508 / 0.8))  # Fmax = 1/0.8 per metre
+TIGHT = Geometry(max_steering=math.atan(0.508 / 0.8))  # Fmax = 1/0.8 per meter
 
 
 def rigid_body_rates(poses, speed, steering, geometry):

@@ -17,7 +17,7 @@ from cybertruck.trailer.steering import IdealSteering, MeasuredSteering
 from cybertruck.trailer.tracker import ARRIVED, FAILED, PULLING, CurvatureHold, Tracker, Tuning
 
 DEFAULT = Geometry()
-TIGHT = Geometry(max_steering=math.atan(0.508 / 0.8))  # Fmax = 1/0.8 per metre
+TIGHT = Geometry(max_steering=math.atan(0.508 / 0.8))  # Fmax = 1/0.8 per meter
 LINE = make_shape("line", (8.0,))
 
 

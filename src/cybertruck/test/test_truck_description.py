@@ -119,13 +119,13 @@ def test_mass_and_inertia_are_those_of_the_volume(robot, link, parts, density, o
             volumes / 20.0,
             np.einsum("nki,nkj->nij", triangles, triangles) + np.einsum("ni,nj->nij", sums, sums),
         )
-    centre = first / mass
-    second -= mass * np.outer(centre, centre)
+    center = first / mass
+    second -= mass * np.outer(center, center)
     inertia = np.trace(second) * np.eye(3) - second
     inertial = robot.find(f"link[@name='{link}']/inertial")
     stated = inertial.find("inertia")
     assert float(inertial.find("mass").get("value")) == pytest.approx(mass, rel=0.1)
-    assert numbers(inertial.find("origin").get("xyz")) == pytest.approx(centre, abs=0.03)
+    assert numbers(inertial.find("origin").get("xyz")) == pytest.approx(center, abs=0.03)
     assert [float(stated.get(key)) for key in ("ixx", "iyy", "izz")] == pytest.approx(
         np.diag(inertia), rel=0.2
     )

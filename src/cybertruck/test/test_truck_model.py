@@ -54,7 +54,7 @@ def test_twist(linear, angular, steering, speed):
 
 
 @pytest.mark.parametrize("degrees", [-45, -20, -1, 0, 5, 30, 45])
-def test_wheels_share_one_turning_centre(degrees):
+def test_wheels_share_one_turning_center(degrees):
     steering, speed = math.radians(degrees), 0.8
     wheels = MODEL.wheels(steering, speed)
     curvature = math.tan(steering) / SHAPE.wheelbase

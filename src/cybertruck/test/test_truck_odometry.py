@@ -76,7 +76,7 @@ def test_heading_stays_within_a_turn():
 
 
 def test_covariance_on_a_straight_line():
-    """After d metres: along sqrt(d) e, heading sqrt(d) f; across: sum of (d - s)^2 = d^3 / 3."""
+    """After d meters: along sqrt(d) e, heading sqrt(d) f; across: sum of (d - s)^2 = d^3 / 3."""
     errors = Errors(distance_error=0.01, heading_error=0.0, heading_drift=0.002)
     odometry = WheelOdometry(MODEL, (0.0, 0.0, 0.0), errors)
     still = np.diag(odometry.covariance).copy()

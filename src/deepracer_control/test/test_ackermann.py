@@ -10,7 +10,7 @@ L, HF, HR, R = 0.164, 0.079601, 0.08105, 0.03
 
 @pytest.mark.parametrize("degrees", [-30, -20, -5, 5, 10, 20, 30])
 @pytest.mark.parametrize("speed", [-0.5, 0.5, 2.0])
-def test_all_wheels_share_one_turning_centre(degrees, speed):
+def test_all_wheels_share_one_turning_center(degrees, speed):
     radius = L / math.tan(math.radians(degrees))  # signed, left positive [m]
     wheels = wheel_commands(speed, speed / radius)
     assert wheels.left_steering == pytest.approx(math.atan(L / (radius - HF)), abs=1e-5)

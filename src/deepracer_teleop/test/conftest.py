@@ -50,7 +50,7 @@ class WindowFixture:
         return sent
 
     def drag(self, slider, pixels, steps=10):
-        """Drags the slider's handle (at 0, in the centre) sideways."""
+        """Drags the slider's handle (at 0, in the center) sideways."""
         start = QPoint(slider.width() // 2, slider.height() // 3)
         QTest.mousePress(slider, Qt.LeftButton, pos=start)
         for index in range(1, steps + 1):

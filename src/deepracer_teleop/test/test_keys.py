@@ -220,7 +220,7 @@ def joy(teleop, *axes, buttons=(0, 0)):
 def test_the_stick_drives(teleop):
     teleop.build()
     joy(teleop, 0.0, 0.0)
-    joy(teleop, 0.05, -0.09)  # near its centre
+    joy(teleop, 0.05, -0.09)  # near its center
     assert teleop.take() == []
     joy(teleop, 0.0, 1.0)
     joy(teleop, -1.0, 0.55)
@@ -231,7 +231,7 @@ def test_the_stick_drives(teleop):
     assert teleop.take() == []
 
 
-def test_a_button_of_the_pad_stops_until_the_stick_was_in_its_centre(teleop):
+def test_a_button_of_the_pad_stops_until_the_stick_was_in_its_center(teleop):
     teleop.build()
     joy(teleop, 0.0, 1.0)
     teleop.take()

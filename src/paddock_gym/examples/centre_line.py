@@ -1,4 +1,4 @@
-"""Reward: stay near the centre line, drive fast, steer calmly."""
+"""Reward: stay near the center line, drive fast, steer calmly."""
 
 CALM = 15.0  # steering below which nothing is taken off [degrees]
 FAST = 2.0  # [m/s]

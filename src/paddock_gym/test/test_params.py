@@ -97,7 +97,7 @@ def test_a_route_keeps_the_points_of_its_file(tmp_path):
     track = load_track(str(path))
     waypoints = Waypoints(track, Projector(Course(track.lane)))
     assert len(waypoints.points) == 41
-    # the start frame: origin at the first point, x along the way; the centre is 2 m to the left
+    # the start frame: origin at the first point, x along the way; the center is 2 m to the left
     for number, (x, y) in enumerate(waypoints.points):
         turn = 2.0 * np.pi * number / 40
         assert (x, y) == pytest.approx((2.0 * np.sin(turn), 2.0 - 2.0 * np.cos(turn)), abs=0.01)

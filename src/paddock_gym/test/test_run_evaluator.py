@@ -66,7 +66,7 @@ def test_wheels_are_judged_as_the_referee_does(name):
         turn = np.array(((math.cos(yaw), -math.sin(yaw)), (math.sin(yaw), math.cos(yaw))))
         wheels = np.array(Car().wheels) @ turn.T + motion[:2]
         differ += np.count_nonzero(~course.contains(wheels) != evaluator.start(motion).wheels_off)
-    assert differ <= 4  # of 1600: wheels within millimetres of the edge
+    assert differ <= 4  # of 1600: wheels within millimeters of the edge
 
 
 def test_a_whole_round_is_a_lap(circuit):

@@ -15,7 +15,7 @@ LAP = 2.0 * np.pi * RADIUS
 
 
 def circle(extra=""):
-    """A track whose centreline is a circle driven counter-clockwise; its centre is (0, 2)."""
+    """A track whose centreline is a circle driven counter-clockwise; its center is (0, 2)."""
     at = 2.0 * np.pi * np.arange(36) / 36 - np.pi / 2
     points = np.round(RADIUS * np.transpose([np.cos(at), np.sin(at)]), 6).tolist()
     return track_file.parse(f"points: {points}\n{extra}", "circle.yaml")
@@ -27,7 +27,7 @@ def course():
 
 
 def pose_at(angle, offset=0.0):
-    """Pose at an angle past the start, offset [m] to the left (towards the centre)."""
+    """Pose at an angle past the start, offset [m] to the left (towards the center)."""
     r = RADIUS - offset
     return r * np.sin(angle), RADIUS - r * np.cos(angle), angle
 

@@ -11,7 +11,7 @@ from track_model import curves, geometry, region, source, spec, track
 
 
 def wavy(count, seed, closed=True, scale=3.0):
-    """Return centre (N, 2) and half widths (N,) of a random smooth course [m]."""
+    """Return center (N, 2) and half widths (N,) of a random smooth course [m]."""
     rng = np.random.default_rng(seed)
     at = np.linspace(0.0, 2.0 * np.pi if closed else 1.5 * np.pi, count, endpoint=not closed)
     radius = scale * np.ones(count)
@@ -21,11 +21,11 @@ def wavy(count, seed, closed=True, scale=3.0):
     return radius[:, None] * np.stack([np.cos(at), np.sin(at)], axis=1), half
 
 
-def deepracer(centre, half, clockwise=False):
+def deepracer(center, half, clockwise=False):
     """Return the N x 6 array of a counter-clockwise course, the inner edge on its left."""
-    ahead = np.gradient(centre, axis=0)
+    ahead = np.gradient(center, axis=0)
     left = ahead[:, ::-1] * (-1.0, 1.0) / np.linalg.norm(ahead, axis=1)[:, None]
-    array = np.hstack([centre, centre + half[:, None] * left, centre - half[:, None] * left])
+    array = np.hstack([center, center + half[:, None] * left, center - half[:, None] * left])
     return array[::-1] if clockwise else array
 
 
@@ -38,8 +38,8 @@ def npy(array):
 def community(number):
     """Ten route files as they occur: repeated points, the first again, open, other widths."""
     closed = number % 3 != 2
-    centre, half = wavy(60 + 17 * number, number, closed)
-    array = deepracer(centre, half, clockwise=number % 2 == 1)
+    center, half = wavy(60 + 17 * number, number, closed)
+    array = deepracer(center, half, clockwise=number % 2 == 1)
     if closed and number % 2 == 0:
         array = np.vstack([array, array[:1]])
     if number % 4 == 1:
@@ -73,22 +73,22 @@ def test_community_routes_become_tracks(number, tmp_path):
 
 
 def test_sides_follow_the_driving_direction():
-    centre, half = wavy(80, 1)
-    array = deepracer(centre, half)
-    array[:, 2:4] = centre + 0.5 * (array[:, 2:4] - centre)  # inner edge half as far away
+    center, half = wavy(80, 1)
+    array = deepracer(center, half)
+    array[:, 2:4] = center + 0.5 * (array[:, 2:4] - center)  # inner edge half as far away
     for content, left in ((array, True), (array[::-1], False)):
         sides = np.array(source.load("a.npy", npy(content)).sides)
         assert (sides[:, 0] < sides[:, 1]).all() == left
 
 
 def test_centreline_csv():
-    centre, half = wavy(100, 4, scale=20.0)
+    center, half = wavy(100, 4, scale=20.0)
     rows = ["# x_m, y_m, w_tr_right_m, w_tr_left_m"]
-    rows += ["{:.6f}, {:.6f}, {:.3f}, {:.3f}".format(*point, 1.1, 0.9) for point in centre]
+    rows += ["{:.6f}, {:.6f}, {:.3f}, {:.3f}".format(*point, 1.1, 0.9) for point in center]
     lane = geometry.lane(source.load("a.csv", "\n".join(rows).encode()))
     assert lane.closed
     assert lane.left == pytest.approx(0.9) and lane.right == pytest.approx(1.1)
-    assert lane.length == pytest.approx(curves.length(centre), rel=2e-3)
+    assert lane.length == pytest.approx(curves.length(center), rel=2e-3)
 
 
 def test_header_without_hash_and_semicolons():
@@ -178,14 +178,14 @@ def test_folded_inner_edge_stays_a_lane():
     at = np.linspace(0.0, np.pi, 40)
     bend = 0.3 * np.stack([np.sin(at), -np.cos(at)], axis=1)
     lead = np.linspace(-2.0, -0.05, 30)
-    centre = np.vstack(
+    center = np.vstack(
         [
             np.stack([lead, -0.3 * np.ones(30)], axis=1),
             bend,
             np.stack([lead[::-1], 0.3 * np.ones(30)], axis=1),
         ]
     )
-    lane = geometry.lane(source.load("a.npy", npy(deepracer(centre, 0.5 * np.ones(len(centre))))))
+    lane = geometry.lane(source.load("a.npy", npy(deepracer(center, 0.5 * np.ones(len(center))))))
     area = region.lane_area(lane)
     assert area.is_valid and area.geom_type == "Polygon" and not lane.closed
     assert region.Inside(area)(lane.curve[5:-5]).all()

@@ -1,4 +1,4 @@
-"""Follows the centreline: steers towards its point half a metre ahead (pure pursuit)."""
+"""Follows the centreline: steers towards its point half a meter ahead (pure pursuit)."""
 
 import math
 

@@ -18,7 +18,7 @@ Quat = tuple[float, float, float, float]
 Motion = tuple[Vec3, Quat, Vec3, Vec3]  # position, orientation, linear [m/s], angular [rad/s]
 
 MAX_POSITION = 1e9  # [m] bound of a placeable position
-QUATERNION_LENGTHS = (1e-6, 1e6)  # lengths that can be normalised
+QUATERNION_LENGTHS = (1e-6, 1e6)  # lengths that can be normalized
 PLACEABLE = (
     f"must be finite, at most {MAX_POSITION:g} m along each axis, the length of the "
     "quaternion {:g} to {:g}".format(*QUATERNION_LENGTHS)
@@ -107,14 +107,14 @@ def compose(
     ), multiply(orientation, rotation)
 
 
-def velocity_at(point: Vec3, centre: Vec3, linear: Vec3, angular: Vec3) -> Vec3:
+def velocity_at(point: Vec3, center: Vec3, linear: Vec3, angular: Vec3) -> Vec3:
     """Velocity [m/s] of a rigid body's material at a point [m].
 
     Args:
-        centre, linear, angular: a point of the body [m], its velocity, and the body's [rad/s].
+        center, linear, angular: a point of the body [m], its velocity, and the body's [rad/s].
     """
     (u, v, w), (a, b, c) = linear, angular
-    x, y, z = point[0] - centre[0], point[1] - centre[1], point[2] - centre[2]
+    x, y, z = point[0] - center[0], point[1] - center[1], point[2] - center[2]
     return u + b * z - c * y, v + c * x - a * z, w + a * y - b * x
 
 
@@ -162,7 +162,7 @@ class Pose:
             and QUATERNION_LENGTHS[0] <= length <= QUATERNION_LENGTHS[1]
         )
 
-    def normalised(self) -> "Pose":
+    def normalized(self) -> "Pose":
         """The same pose with a unit quaternion."""
         length = math.sqrt(sum(q * q for q in self.orientation))
         x, y, z, w = self.orientation

@@ -247,7 +247,7 @@ class World:
             )
         self._next_key += 1
         try:
-            model = Model(self.engine, self._next_key, description, pose.normalised(), folder)
+            model = Model(self.engine, self._next_key, description, pose.normalized(), folder)
         except OSError as error:  # the disk is full, or the folder was removed
             raise ModelError(
                 f"'{name}' cannot be prepared in {folder}: {error.strerror or error}"

@@ -211,7 +211,7 @@ def frames(bag: Any, choice: Choice, stage: Stage, recording: Recording) -> Iter
             continue
         time = (message.header.stamp or stamp).to_sec()
         if topic == "/referee/status":
-            recording.add_value("to the centre line", "m", time, message.lateral_error)
+            recording.add_value("to the center line", "m", time, message.lateral_error)
             continue
         if last <= time < last + 1.0 / RATE:
             continue

@@ -84,7 +84,7 @@ class Recorder:
     def _new_lap(self, message: Any) -> None:
         with self._lock:
             time = message.header.stamp.to_sec()
-            self._recording.add_value("to the centre line", "m", time, message.lateral_error)
+            self._recording.add_value("to the center line", "m", time, message.lateral_error)
             if message.laps:
                 self._recording.text = (
                     f"{message.laps} laps, best {message.best_lap_time:.2f} s, penalty "

@@ -1,6 +1,6 @@
 """Meshes of truck and trailer, generated.
 
-The truck's meshes in base_footprint: ground at z = 0, rear axle's centre at x = 0, in metres. A few
+The truck's meshes in base_footprint: ground at z = 0, rear axle's center at x = 0, in meters. A few
 planes only: one line from the nose to the roof's ridge, one from there to the tail, sides that lean
 in above a shoulder crease, trapezoid arches.
 """
@@ -16,7 +16,7 @@ NOSE, RIDGE, TAIL = 0.7302, 0.30, -0.235
 RADIUS, WIDTH = 0.1016, 0.0762  # of a wheel
 FLOOR, ARCH = 0.085, 0.222  # z of the underside, of the arches' tops
 HALF = 0.254  # half width at the shoulder crease
-LEAN = 0.73  # of the upper sides: inwards by this for each metre up
+LEAN = 0.73  # of the upper sides: inwards by this for each meter up
 
 
 def _at(x, table):
@@ -151,7 +151,7 @@ def glass():
 
 
 def _outward(points, thickness):
-    """Plate on a left-hand panel that grows away from the truck's centre."""
+    """Plate on a left-hand panel that grows away from the truck's center."""
     solid = plate(points, thickness)
     if np.asarray(solid[-1])[:, 1].mean() < np.asarray(points)[:, 1].mean():
         solid = plate(points[::-1], thickness)

@@ -15,8 +15,8 @@ class Geometry:
 
     Attributes:
         wheelbase: Rear axle to front axle [m].
-        front_half_track: Car's centre line to a steering hinge (and its wheel) [m].
-        rear_half_track: Car's centre line to a rear wheel's centre [m].
+        front_half_track: Car's center line to a steering hinge (and its wheel) [m].
+        rear_half_track: Car's center line to a rear wheel's center [m].
         wheel_radius: Radius of all four wheels [m].
         max_steering: Largest angle of the equivalent bicycle's front wheel [rad].
     """
@@ -34,7 +34,7 @@ class Geometry:
         if self.max_steering >= limit:
             raise ValueError(
                 f"max_steering is {self.max_steering!r} rad; it must be above 0 and below "
-                f"{limit:.4f} rad, where the turning centre would be under a wheel"
+                f"{limit:.4f} rad, where the turning center would be under a wheel"
             )
 
 
@@ -56,7 +56,7 @@ def bicycle_steering(speed, yaw_rate, geometry):
     tan(steering) = wheelbase * yaw_rate / speed (kinematic bicycle, no side slip at the rear axle).
 
     Args:
-        speed: Forward speed of the rear axle's centre [m/s]; negative is backwards.
+        speed: Forward speed of the rear axle's center [m/s]; negative is backwards.
         yaw_rate: Yaw rate of the body [rad/s], left positive.
 
     Returns:
@@ -70,15 +70,15 @@ def bicycle_steering(speed, yaw_rate, geometry):
 
 
 def wheel_commands(speed, yaw_rate, geometry=Geometry()) -> WheelCommands:
-    """Converts a body twist to hinge angles and wheel speeds with a common turning centre.
+    """Converts a body twist to hinge angles and wheel speeds with a common turning center.
 
-    With curvature k = tan(steering) / wheelbase the turning centre is on the rear axle's line at
+    With curvature k = tan(steering) / wheelbase the turning center is on the rear axle's line at
     y = 1/k. A hinge at y = h points across the line to it: tan(angle) = wheelbase k / (1 - k h).
-    A wheel's speed grows with its distance from the centre. If the steering limit is reached,
+    A wheel's speed grows with its distance from the center. If the steering limit is reached,
     the speed is unchanged and the car turns with the limit.
 
     Args:
-        speed: Forward speed of the rear axle's centre [m/s].
+        speed: Forward speed of the rear axle's center [m/s].
         yaw_rate: Yaw rate [rad/s], left positive (REP-103).
     """
     curvature = math.tan(bicycle_steering(speed, yaw_rate, geometry)) / geometry.wheelbase

@@ -125,7 +125,7 @@ class Keys(QObject):
 
 
 STEERING_AXIS, SPEED_AXIS = 0, 1  # left and up are positive
-DEAD_ZONE = 0.1  # fraction of the stick's range that counts as its centre
+DEAD_ZONE = 0.1  # fraction of the stick's range that counts as its center
 
 
 def deflection(value):
@@ -168,7 +168,7 @@ class Pad(QObject):
             self._subscriber = None
 
     def clear(self):
-        """Ignores the stick until it was in its centre. Emits nothing."""
+        """Ignores the stick until it was in its center. Emits nothing."""
         self._latched = self._latched or self._deflections != (0.0, 0.0)
         self._deflections = (0.0, 0.0)
 

@@ -83,12 +83,12 @@ def loft(sections: npt.ArrayLike, fans: bool = False) -> list[Any]:
 
     Args:
         sections: (S, P, 3) corners [m], all sections with the same number of points.
-        fans: Close the ends with triangles about their centre, for ends that are not convex.
+        fans: Close the ends with triangles about their center, for ends that are not convex.
     """
     sections = np.asarray(sections, dtype=float)
     faces = [face for pair in zip(sections[:-1], sections[1:]) for face in between(*pair)]
     for end in (sections[0][::-1], sections[-1]):
-        faces += fan_about_centre(end) if fans else [end]
+        faces += fan_about_center(end) if fans else [end]
     return faces
 
 
@@ -98,10 +98,10 @@ def between(a: npt.NDArray[Any], b: npt.NDArray[Any]) -> list[Any]:
     return [(a[i], a[(i + 1) % count], b[(i + 1) % count], b[i]) for i in range(count)]
 
 
-def fan_about_centre(ring: npt.NDArray[Any]) -> list[Any]:
+def fan_about_center(ring: npt.NDArray[Any]) -> list[Any]:
     """Triangles of a polygon (P, 3) about its corners' mean."""
-    centre = ring.mean(axis=0)
-    return [(centre, ring[i], ring[(i + 1) % len(ring)]) for i in range(len(ring))]
+    center = ring.mean(axis=0)
+    return [(center, ring[i], ring[(i + 1) % len(ring)]) for i in range(len(ring))]
 
 
 def box(low: Sequence[float], high: Sequence[float]) -> list[Any]:
@@ -129,7 +129,7 @@ def lathe(profile: Any, flats: int) -> list[Any]:
 
 
 def arch(
-    centre: tuple[float, float],
+    center: tuple[float, float],
     inner: float,
     outer: float,
     start: float,
@@ -141,7 +141,7 @@ def arch(
     """Wheel arch: part of a flat ring about an axis along y.
 
     Args:
-        centre: (x, z) of the wheel's axis [m].
+        center: (x, z) of the wheel's axis [m].
         inner, outer: Radii [m].
         start, stop: Angles from the x axis towards z [rad].
         y_inner, y_outer: Sideways extent [m].
@@ -154,7 +154,7 @@ def arch(
         (outer, y_outer - 0.004),
         (outer, y_inner),
     )
-    (x, z), angles = centre, np.linspace(start, stop, flats + 1)
+    (x, z), angles = center, np.linspace(start, stop, flats + 1)
     return loft(
         [[(x + r * np.cos(a), y, z + r * np.sin(a)) for r, y in profile] for a in angles], fans=True
     )

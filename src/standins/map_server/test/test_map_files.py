@@ -63,7 +63,7 @@ def test_negate_may_be_a_truth_value_and_windows_may_have_written_the_file(room)
         ({"resolution": "0"}, "resolution is 0 m, must be above 0"),
         ({"resolution": "fine"}, "resolution is 'fine', must be a number"),
         ({"origin": "[0, 0]"}, r"origin is \[0, 0\], must be \[x, y, yaw\]"),
-        ({"mode": "grey"}, "mode is 'grey', must be one of trinary, scale, raw"),
+        ({"mode": "gray"}, "mode is 'gray', must be one of trinary, scale, raw"),
         ({"image": "none.pgm"}, "none.pgm does not exist"),
         ({"image": "room.yaml"}, "room.yaml is not an image"),
         ({"free_thresh": ".nan"}, "free_thresh is nan, must be finite"),

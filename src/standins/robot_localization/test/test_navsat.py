@@ -28,7 +28,7 @@ def test_utm_on_the_central_meridian():
     assert grid.convergence(45.0, 9.0) == pytest.approx(0.0, abs=1e-6)
 
 
-def test_utm_in_the_south_counts_from_ten_thousand_kilometres():
+def test_utm_in_the_south_counts_from_ten_thousand_kilometers():
     grid = UtmGrid.at(-45.0, 9.0)
     assert not grid.north
     assert grid.forward(-45.0, 9.0)[1] == pytest.approx(1e7 - 0.9996 * 4984944.378, abs=0.01)
@@ -90,8 +90,8 @@ def aligned(pose, yaw, antenna=None, **options):
     return item
 
 
-def north_of(metres):
-    return 48.0 + math.degrees(metres / 6378137.0 * 1.0025)  # near enough; compared at 1 %
+def north_of(meters):
+    return 48.0 + math.degrees(meters / 6378137.0 * 1.0025)  # near enough; compared at 1 %
 
 
 def test_facing_east_at_the_origin_the_world_is_east_and_north():
@@ -117,8 +117,8 @@ def test_offset_and_declination_add_to_the_heading():
     assert item.to_world(north_of(100.0), 11.5, 500.0) == pytest.approx((100, 0, 0), abs=1.0)
 
 
-def test_an_antenna_off_the_centre():
-    """1 m behind the centre of a robot that looks north: the centre is 1 m further north."""
+def test_an_antenna_off_the_center():
+    """1 m behind the center of a robot that looks north: the center is 1 m further north."""
     item = aligned(world(0, 0, 0), math.pi / 2, np.array((-1.0, 0.0, 0.5)))
     assert item.to_world(48.0, 11.5, 500.0) == pytest.approx((-1.0, 0.0, 0.5), abs=1e-6)
 

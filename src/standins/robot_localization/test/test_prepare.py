@@ -92,7 +92,7 @@ def test_differential_poses_of_one_time_are_none():
 
 
 def test_a_pose_of_another_frame_on_the_robot():
-    """The pose of a camera 0.5 m ahead of the robot's centre, looking left."""
+    """The pose of a camera 0.5 m ahead of the robot's center, looking left."""
     robot_in_camera = pose(0.5, 0.0, QUARTER).inverse()
     camera = pose(2.0, 3.0, 1.0).of(pose(0.5, 0.0, QUARTER))
     values = PoseInput(ALL).process(0.0, camera, NOTHING, base=robot_in_camera)
@@ -131,8 +131,8 @@ def test_a_relative_imu_starts_at_zero():
     assert sensor.process_attitude(0.1, matrix(0, 0, 1.2), np.eye(3)).value[5] == pytest.approx(0.2)
 
 
-def test_a_speedometer_off_the_centre_of_a_turning_robot():
-    """1 m ahead, looking left: at 0.5 rad/s it moves 0.5 m/s sideways more than the centre."""
+def test_a_speedometer_off_the_center_of_a_turning_robot():
+    """1 m ahead, looking left: at 0.5 rad/s it moves 0.5 m/s sideways more than the center."""
     mount, rate, speed = pose(1.0, 0.0, QUARTER), 0.5, 2.0
     in_sensor = mount.rotation.T @ (speed, rate * 1.0, 0.0)
     values = twist(
@@ -148,12 +148,12 @@ def test_a_speedometer_off_the_centre_of_a_turning_robot():
     assert np.diagonal(values.covariance)[6:12] == pytest.approx((0.2, 0.1, 0.3, 0.5, 0.4, 0.6))
 
 
-def test_an_accelerometer_off_the_centre_of_a_turning_robot():
-    """At (x, y) it feels the centripetal -w^2 r and the tangential dw x r beside the centre's."""
+def test_an_accelerometer_off_the_center_of_a_turning_robot():
+    """At (x, y) it feels the centripetal -w^2 r and the tangential dw x r beside the center's."""
     mount, rate, change = pose(0.4, 0.2, QUARTER), 1.5, 0.7
-    centre = np.array((0.3, -0.1, 0.0))
+    center = np.array((0.3, -0.1, 0.0))
     arm = np.array((0.4, 0.2, 0.0))
-    felt = centre - rate**2 * arm + change * np.array((-0.2, 0.4, 0.0))
+    felt = center - rate**2 * arm + change * np.array((-0.2, 0.4, 0.0))
     values = acceleration(
         mount.rotation.T @ felt,
         np.diag((0.1, 0.2, 0.3)),
@@ -162,7 +162,7 @@ def test_an_accelerometer_off_the_centre_of_a_turning_robot():
         np.array((0.0, 0.0, rate)),
         np.array((0.0, 0.0, change)),
     )
-    assert values.value[12:15] == pytest.approx(centre)
+    assert values.value[12:15] == pytest.approx(center)
     assert values.used[12:15].tolist() == [False, True, False]
     assert np.diagonal(values.covariance)[12:15] == pytest.approx((0.2, 0.1, 0.3))
 

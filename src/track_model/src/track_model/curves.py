@@ -132,7 +132,7 @@ def first_crossing(curve: npt.NDArray[Any], closed: bool = True) -> Any:
     parts = left(a) != left(b)
     hits = parts & parts.T
     if closed:
-        hits[0, -1] = False  # neighbours
+        hits[0, -1] = False  # neighbors
     index = np.argwhere(np.triu(hits, 2))
     return None if len(index) == 0 else a[index[0][0]]
 

@@ -20,7 +20,7 @@ Columns = tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]
 def parse(content: bytes, path: str) -> TrackSpec:
     """Convert a route file to a TrackSpec; borders, colors and walls have a track file's defaults.
 
-    A .npy contains N x 6: centre, inner and outer edge points (DeepRacer's route files; the last
+    A .npy contains N x 6: center, inner and outer edge points (DeepRacer's route files; the last
     point may repeat the first, points may repeat, the route may be open). A .csv contains x, y,
     distance to the right edge, distance to the left edge (F1TENTH and TUM centrelines; '#' starts
     a comment; more columns are ignored).
@@ -41,7 +41,7 @@ def parse(content: bytes, path: str) -> TrackSpec:
             path,
             f"width near point {narrow}",
             f"{width:.3f} m",
-            f"at least {MIN_WIDTH:g} m, with the centre between the edges",
+            f"at least {MIN_WIDTH:g} m, with the center between the edges",
         )
     values = {
         key: value
@@ -84,7 +84,7 @@ def _read_npy(content: bytes, path: str) -> npt.NDArray[Any]:
             path,
             "array",
             "{} of {}".format(getattr(array, "shape", "?"), getattr(array, "dtype", type(array))),
-            "N x 6 numbers: centre x y, inner x y, outer x y",
+            "N x 6 numbers: center x y, inner x y, outer x y",
         )
     return _checked(array.astype(float), path)
 
@@ -146,14 +146,14 @@ def _checked(array: npt.NDArray[Any], path: str) -> npt.NDArray[Any]:
 
 def _deepracer(array: npt.NDArray[Any], path: str) -> Columns:
     """Return points and distances to the left and right edge."""
-    centre, inner, outer = array[:, 0:2], array[:, 2:4], array[:, 4:6]
-    to_inner, to_outer = (np.linalg.norm(edge - centre, axis=1) for edge in (inner, outer))
+    center, inner, outer = array[:, 0:2], array[:, 2:4], array[:, 4:6]
+    to_inner, to_outer = (np.linalg.norm(edge - center, axis=1) for edge in (inner, outer))
     if len(array) < 3:
         raise TrackError(path, "points", f"{len(array)} points", "at least 3 distinct")
-    ahead = np.gradient(centre, axis=0)
+    ahead = np.gradient(center, axis=0)
     across = inner - outer
     side = np.sum(ahead[:, 0] * across[:, 1] - ahead[:, 1] * across[:, 0])
-    return (centre, to_inner, to_outer) if side > 0 else (centre, to_outer, to_inner)
+    return (center, to_inner, to_outer) if side > 0 else (center, to_outer, to_inner)
 
 
 def _distinct(

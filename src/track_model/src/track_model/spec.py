@@ -36,7 +36,7 @@ class TrackError(ValueError):
 
 @dataclass(frozen=True)
 class WallSpec:
-    """Walls along both borders; lengths in metres, gap is border to wall."""
+    """Walls along both borders; lengths in meters, gap is border to wall."""
 
     enabled: bool
     height: float
@@ -46,7 +46,7 @@ class WallSpec:
 
 @dataclass(frozen=True)
 class TrackSpec:
-    """A checked track file; lengths in metres, colors RGB 0..255.
+    """A checked track file; lengths in meters, colors RGB 0..255.
 
     Attributes:
         points: Centreline points (x, y) in the file's frame, in driving direction.

@@ -79,7 +79,7 @@ def _points(path: str, data: Any, closed: bool) -> Points:
     for index, pair in enumerate(data):
         item = f"points[{index}]"
         if not isinstance(pair, list) or len(pair) != 2:
-            raise TrackError(path, item, _formatted(pair), "a pair [x, y] in metres")
+            raise TrackError(path, item, _formatted(pair), "a pair [x, y] in meters")
         point = _number(path, item, pair[0]), _number(path, item, pair[1])
         if max(abs(value) for value in point) > 50.0:
             raise TrackError(path, item, _formatted(pair), "coordinates of -50 to 50 m")
@@ -175,7 +175,7 @@ def parse(text: str | bytes, path: str) -> TrackSpec:
     widths = _width(path, data, points)
     if 2.0 * values["border_width"] + values["centre_line_width"] >= min(widths):
         raise TrackError(
-            path, "width", min(widths), "more than both borders and the centre line together"
+            path, "width", min(widths), "more than both borders and the center line together"
         )
     return TrackSpec(
         path=path,

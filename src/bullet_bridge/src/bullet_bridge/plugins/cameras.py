@@ -369,11 +369,11 @@ _FIELDS = [
 def depth_image(time: float, spec: Any, depth: Array) -> Image:
     """sensor_msgs/Image of depths (H, W) float32 [m], NaN: unknown.
 
-    32FC1 [m] or, with spec.millimetres, 16UC1 [mm] and 0 for unknown; as in Gazebo parts of a
+    32FC1 [m] or, with spec.millimeters, 16UC1 [mm] and 0 for unknown; as in Gazebo parts of a
     millimeter are cut off.
     """
     height, width = depth.shape
-    if spec.millimetres:
+    if spec.millimeters:
         data = np.nan_to_num(depth.astype(float) * 1000.0, nan=0.0, posinf=0.0, neginf=0.0)
         data, encoding, size = np.clip(data, 0, 65535).astype("<u2"), "16UC1", 2
     else:

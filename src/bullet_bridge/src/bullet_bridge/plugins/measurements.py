@@ -355,7 +355,7 @@ class LinkForceSensor(Sensor):
     def measure(self, time: float) -> WrenchStamped | None:
         part = self.model.description.links[self.spec.link]
         pose, linear, angular = self.model.link_state(self.spec.link)
-        speed = linear + np.cross(angular, pose.matrix @ part.centre)
+        speed = linear + np.cross(angular, pose.matrix @ part.center)
         before, self._before = self._before, (speed, angular, time)
         if before is None or not time > before[2]:
             return None
@@ -417,7 +417,7 @@ class ContactSensor(Sensor):
     def _state(self, mine: str, other: str, index: int, contacts: list[Any]) -> ContactState:
         engine, body = self.world.engine, self.model.body
         rotation = Pose(*self.model.frame_at(index)).matrix.T
-        center = engine.link_centre(body, index)
+        center = engine.link_center(body, index)
         state = ContactState(
             collision1_name=mine,
             collision2_name=other,

@@ -96,7 +96,7 @@ def changed(light: Light, request: Any) -> Light:
     if not math.isfinite(length):
         raise WorldError(f"direction of light '{light.name}' is {tuple(direction)}, must be finite")
     if length > 1e-9:
-        direction = pose.normalised().matrix @ (direction / length)
+        direction = pose.normalized().matrix @ (direction / length)
     x, y, z = direction.tolist()
     constant, linear, quadratic = (
         _not_negative(getattr(request, f"attenuation_{name}"), f"{name} attenuation", light)

@@ -106,7 +106,7 @@ class LinkServices:
                     f"pose for link '{state.link_name}' is {pose.position}, "
                     f"{pose.orientation}; {PLACEABLE}"
                 )
-            root = target.normalised() * offset.inverse()
+            root = target.normalized() * offset.inverse()
             arm = np.subtract(root.position, target.position)
             linear_of_root = frame.matrix @ linear + np.cross(angular_in_world, arm)
             model.set_state(root, linear_of_root, angular_in_world)

@@ -1,7 +1,7 @@
 """four_wheel_steering_controller: settings, geometry, commands and odometry.
 
 Geometry of a base whose four wheels are all driven and steered. The wheels stand at the corners of
-a rectangle, each `offset` outside its steering axis. All turn about one centre, so an axle's
+a rectangle, each `offset` outside its steering axis. All turn about one center, so an axle's
 virtual middle wheel at the angle d with the speed v along it moves as the body does: turn rate w =
 v cos(d) (tan(front) - tan(rear)) / wheel_base.
 """
@@ -156,7 +156,7 @@ def body_motion(
 def _axle_speed(
     config: FourWheelConfig, left: float, right: float, curvature: float, cosine: float
 ) -> float:
-    """Speed [m/s] along an axle's middle wheel: its wheels' distances from the centre are known."""
+    """Speed [m/s] along an axle's middle wheel: its wheels' distances from the center are known."""
     half, squares, total = config.track * curvature / 2.0, 0.0, 0.0
     for side, rim in ((-1.0, left), (1.0, right)):
         distance = math.sqrt(max(1.0 + 2.0 * side * half * cosine + half**2, 1e-12))

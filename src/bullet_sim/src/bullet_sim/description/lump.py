@@ -120,13 +120,13 @@ def as_printed(model: LumpedModel) -> LumpedModel:
 
     Gazebo loads the SDF that sdformat has made of the URDF, where a number has six digits, of a
     pose at most six after the point. A rim that touches the ground earlier than the other one by a
-    micrometre turns a robot elsewhere.
+    micrometer turns a robot elsewhere.
     """
     links = {
         name: replace(
             link,
             mass=_printed(link.mass),
-            centre=np.array(_printed_vector(link.centre)),
+            center=np.array(_printed_vector(link.center)),
             inertia=np.array([[_printed(value) for value in row] for row in link.inertia]),
             collisions=[_printed_shape(shape) for shape in link.collisions],
         )
@@ -197,7 +197,7 @@ def _is_stiff(joint: Joint) -> bool:
 def _copy(link: Link) -> Link:
     return replace(
         link,
-        centre=link.centre.copy(),
+        center=link.center.copy(),
         inertia=link.inertia.copy(),
         visuals=list(link.visuals),
         collisions=_collisions(link),
@@ -214,7 +214,7 @@ def moved(link: Link, pose: Pose) -> Link:
     """A copy of a link whose frame gets the given pose in the new one."""
     copy = _copy(link)
     if pose != Pose():
-        copy.centre = np.asarray(pose.position) + pose.matrix @ link.centre
+        copy.center = np.asarray(pose.position) + pose.matrix @ link.center
         copy.inertia = pose.matrix @ link.inertia @ pose.matrix.T
         copy.visuals = [shape.at(pose) for shape in link.visuals]
         copy.collisions = [shape.at(pose) for shape in copy.collisions]
@@ -232,19 +232,19 @@ def _rotated(surface: Surface, pose: Pose) -> Surface:
 
 
 def _merge(into: Link, link: Link, pose: Pose) -> None:
-    """Add a link at a pose to another: parallel-axis theorem about the common centre."""
+    """Add a link at a pose to another: parallel-axis theorem about the common center."""
     mass = into.mass + link.mass
     if link.mass > 0:
-        centre = np.asarray(pose.position) + pose.matrix @ link.centre
-        common = (into.mass * into.centre + link.mass * centre) / mass
+        center = np.asarray(pose.position) + pose.matrix @ link.center
+        common = (into.mass * into.center + link.mass * center) / mass
         rotated = pose.matrix @ link.inertia @ pose.matrix.T
         into.inertia = (
             into.inertia
-            + _shift(into.mass, into.centre - common)
+            + _shift(into.mass, into.center - common)
             + rotated
-            + _shift(link.mass, centre - common)
+            + _shift(link.mass, center - common)
         )
-        into.mass, into.centre = mass, common
+        into.mass, into.center = mass, common
     for source, target in ((link.visuals, into.visuals), (_collisions(link), into.collisions)):
         target.extend(shape.at(pose) for shape in source)
     into.self_collide |= link.self_collide
@@ -296,7 +296,7 @@ def _block(link: Link) -> Array:
             radius, length = shape.geometry.size
             size = np.array((radius, radius, length / 2.0))
         extent = np.abs(shape.pose.matrix) @ size
-        half = np.maximum(half, extent + np.abs(np.asarray(shape.pose.position) - link.centre))
+        half = np.maximum(half, extent + np.abs(np.asarray(shape.pose.position) - link.center))
     squares = half**2
     return np.diag(link.mass / 3.0 * (squares.sum() - squares))
 
@@ -352,7 +352,7 @@ def _about(link: Link, pose: Pose, joint: Joint, frame: Pose) -> float:
     if joint.kind == "prismatic":
         return link.mass
     axis = frame.matrix @ np.asarray(joint.axis)
-    arm = np.asarray(pose.position) + pose.matrix @ link.centre - np.asarray(frame.position)
+    arm = np.asarray(pose.position) + pose.matrix @ link.center - np.asarray(frame.position)
     across = np.cross(axis, arm)
     rotated = pose.matrix @ link.inertia @ pose.matrix.T
     return float(axis @ rotated @ axis + link.mass * (across @ across))

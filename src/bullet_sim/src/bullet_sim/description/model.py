@@ -182,7 +182,7 @@ INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 @dataclass
 class Link:
-    """A rigid link: mass [kg], centre of mass in the link frame, inertia (3, 3) about it.
+    """A rigid link: mass [kg], center of mass in the link frame, inertia (3, 3) about it.
 
     Attributes:
         gravity: False: the file disables gravity for it.
@@ -193,7 +193,7 @@ class Link:
 
     name: str
     mass: float = 0.0
-    centre: Array = field(default_factory=lambda: np.zeros(3))
+    center: Array = field(default_factory=lambda: np.zeros(3))
     inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
     visuals: list[Shape] = field(default_factory=list)
     collisions: list[Shape] = field(default_factory=list)
@@ -203,11 +203,11 @@ class Link:
     decay: tuple[float, float] = (0.0, 0.0)
 
     def set_inertia(self, pose: Pose, moments: Sequence[float]) -> None:
-        """Set centre and inertia, (ixx, ixy, ixz, iyy, iyz, izz) in a frame in the centre."""
+        """Set center and inertia, (ixx, ixy, ixz, iyy, iyz, izz) in a frame in the center."""
         xx, xy, xz, yy, yz, zz = moments
         local = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         self.inertia = pose.matrix @ local @ pose.matrix.T
-        self.centre = np.array(pose.position)
+        self.center = np.array(pose.position)
 
 
 @dataclass(frozen=True)

@@ -136,7 +136,7 @@ class Engine:
     def _configure(self) -> None:
         self.movable: dict[int, list[int]] = {}
         self.free: set[int] = set()
-        self._inertial: dict[int, tuple[Vec3, Quat]] = {}  # the root's centre in its frame
+        self._inertial: dict[int, tuple[Vec3, Quat]] = {}  # the root's center in its frame
         self._outward: dict[int, tuple[Vec3, Quat]] = {}  # ... and back
         self._friction: dict[tuple[int, int], float] = {}  # coefficients that were set
         self._scaled: set[tuple[int, int]] = set()  # links with anisotropic friction
@@ -387,7 +387,7 @@ class Engine:
     def set_base_velocity(self, body: int, linear: Vector, angular: Vector) -> None:
         """Set the velocity of the root link's frame origin [m/s, rad/s], world axes."""
         self.wake(body)
-        arm = np.subtract(self.link_centre(body, -1), self.base_pose(body)[0])
+        arm = np.subtract(self.link_center(body, -1), self.base_pose(body)[0])
         linear = np.asarray(linear, float) + np.cross(angular, arm)
         p.resetBaseVelocity(body, tuple(linear), tuple(angular), physicsClientId=self.client)
         self._read_later(body)
@@ -413,15 +413,15 @@ class Engine:
             position [m], quaternion, linear [m/s] of the frame's origin, angular [rad/s];
             velocities along world axes.
         """
-        centre, linear, angular, (position, orientation) = self.link_velocity(body, link)
+        center, linear, angular, (position, orientation) = self.link_velocity(body, link)
         if link < 0:
             position, orientation = compose(position, orientation, *self._outward[body])
         if offset is not None:
             position, orientation = compose(position, orientation, *offset)
-        return position, orientation, velocity_at(position, centre, linear, angular), angular
+        return position, orientation, velocity_at(position, center, linear, angular), angular
 
     def link_velocity(self, body: int, link: int) -> tuple[Vec3, Vec3, Vec3, tuple[Vec3, Quat]]:
-        """Centre of mass [m] of a link, its linear [m/s] and angular velocity [rad/s], world axes,
+        """Center of mass [m] of a link, its linear [m/s] and angular velocity [rad/s], world axes,
         and the pose of the frame that PyBullet keeps: of the root link that of its inertia, else
         the link's own."""
         if link < 0:
@@ -472,8 +472,8 @@ class Engine:
                 orientations.append(state[5])
         return np.array(positions), np.array(orientations)
 
-    def link_centre(self, body: int, link: int) -> Vec3:
-        """Centre of mass [m] of a link in the world."""
+    def link_center(self, body: int, link: int) -> Vec3:
+        """Center of mass [m] of a link in the world."""
         if link < 0:
             return p.getBasePositionAndOrientation(body, physicsClientId=self.client)[0]
         return p.getLinkState(body, link, computeForwardKinematics=1, physicsClientId=self.client)[
@@ -520,10 +520,10 @@ class Engine:
         """
         _, _, load, effort = p.getJointState(body, link, physicsClientId=self.client)
         force, torque = np.array(load[:3]), np.array(load[3:])
-        centre, axes = p.getDynamicsInfo(body, link, physicsClientId=self.client)[3:5]
+        center, axes = p.getDynamicsInfo(body, link, physicsClientId=self.client)[3:5]
         turn = np.array(p.getMatrixFromQuaternion(axes)).reshape(3, 3)
         force, torque = turn @ force, turn @ torque  # PyBullet: along the principal axes
-        return force, torque + np.cross(centre, force), effort
+        return force, torque + np.cross(center, force), effort
 
     # Motors keep their command from step to step, forces and efforts last one step.
 
@@ -638,9 +638,9 @@ class Engine:
         )
 
     def apply_wrench(self, body: int, link: int, force: Vector, torque: Vector) -> None:
-        """Apply a force (3,) [N] at a link's centre of mass and a torque (3,) [N m], along world
+        """Apply a force (3,) [N] at a link's center of mass and a torque (3,) [N m], along world
         axes, for the next step only; several add up."""
-        self.apply_force(body, link, tuple(force), self.link_centre(body, link))
+        self.apply_force(body, link, tuple(force), self.link_center(body, link))
         p.applyExternalTorque(body, link, tuple(torque), p.WORLD_FRAME, physicsClientId=self.client)
 
     def apply_force(self, body: int, link: int, force: Vector, point: Vector) -> None:
@@ -806,8 +806,8 @@ class Engine:
 
     def _point_velocity(self, body: int, link: int, point: Vec3) -> Vec3:
         """Velocity of the material of a link at a world point."""
-        centre, linear, angular, _ = self.link_velocity(body, link)
-        return velocity_at(point, centre, linear, angular)
+        center, linear, angular, _ = self.link_velocity(body, link)
+        return velocity_at(point, center, linear, angular)
 
     def contacts(self, body: int, link: int) -> list[Contact]:
         """Contact points of one link that press or touch as of the last step, in Bullet's order."""

@@ -306,8 +306,8 @@ class OdeSolver:
                 columns = np.array((q.ANGLE, q.RATE, q.MOTOR))[:, None]
                 places = columns + q.J_SIZE * np.array(part.order)
                 part.measured = itemgetter(*places.ravel().tolist())
-        self._inward = [  # from the centres of mass to the links' frames
-            tuple((-part.shapes.links[name].centre).tolist())
+        self._inward = [  # from the centers of mass to the links' frames
+            tuple((-part.shapes.links[name].center).tolist())
             for part in parts
             for name in part.names
         ]
@@ -397,7 +397,7 @@ class OdeSolver:
         solids, faces = np.zeros((count, q.B_COLUMNS)), np.zeros((count, q.P_COLUMNS))
         for i, s in enumerate(found):
             size = shapes[s][q.G_SIZE : q.G_SIZE + 3]
-            solids[i, : q.B_CENTRE] = tables.solid_size(int(self._kinds[s, 1]), size)
+            solids[i, : q.B_CENTER] = tables.solid_size(int(self._kinds[s, 1]), size)
             faces[i, q.P_MU :] = shapes[s][q.G_MU :]
         solid_of = np.full(len(shapes), -1, np.int64)
         solid_of[found] = first + np.arange(count)
@@ -565,27 +565,27 @@ class OdeSolver:
         return np.concatenate([pose.position - half, pose.position + half])
 
     def _vertices(self, shape: Shape, link: Link) -> Array:
-        """Vertices (n, 3) [m] of a mesh, from its link's centre of mass; none: unreadable."""
+        """Vertices (n, 3) [m] of a mesh, from its link's center of mass; none: unreadable."""
         geometry = shape.geometry
         key = geometry.path, geometry.submesh, geometry.scale
         if key not in self._files:
             corners = mesh_corners(geometry.path, shared=geometry.is_converted)
             self._files[key] = corners.astype(np.float32) * np.asarray(geometry.scale, np.float32)
-        return self._files[key] @ shape.pose.matrix.T + shape.pose.position - link.centre
+        return self._files[key] @ shape.pose.matrix.T + shape.pose.position - link.center
 
     def _joint_row(self, part: Part, joint: Joint) -> Array:
         row = np.zeros(q.J_SIZE)
         child = part.shapes.links[joint.child]
         axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
         frame = joint.origin
-        centre = part.shapes.links[joint.parent].centre
+        center = part.shapes.links[joint.parent].center
         if part.is_fixed and joint.parent == part.shapes.root:
-            frame, centre = Pose(*self._engine.base_pose(part.body)) * joint.origin, np.zeros(3)
-        anchor = np.array(frame.position) - centre
-        if joint.kind == "prismatic" or joint in part.shapes.welds:  # where the child's centre is
-            anchor += frame.matrix @ child.centre
+            frame, center = Pose(*self._engine.base_pose(part.body)) * joint.origin, np.zeros(3)
+        anchor = np.array(frame.position) - center
+        if joint.kind == "prismatic" or joint in part.shapes.welds:  # where the child's center is
+            anchor += frame.matrix @ child.center
         else:
-            row[q.ANCHOR1 : q.ANCHOR1 + 3] = -child.centre
+            row[q.ANCHOR1 : q.ANCHOR1 + 3] = -child.center
         row[q.ANCHOR2 : q.ANCHOR2 + 3] = anchor
         row[q.AXIS1 : q.AXIS1 + 3] = axis
         row[q.AXIS2 : q.AXIS2 + 3] = frame.matrix @ axis
@@ -648,7 +648,7 @@ class OdeSolver:
             motions[joint.child] = frame, velocity, np.add(spin, turned)
         for name, row in rows.items():
             pose, velocity, spin = motions[name]
-            arm = pose.matrix @ part.shapes.links[name].centre
+            arm = pose.matrix @ part.shapes.links[name].center
             row[q.POS : q.POS + 3] = np.add(pose.position, arm)
             row[q.QUAT : q.QUAT + 4] = pose.orientation
             row[q.VEL : q.VEL + 3] = np.add(velocity, np.cross(spin, arm))
@@ -672,9 +672,9 @@ class OdeSolver:
             if not part.is_fixed:
                 row = self.bodies[part.first]
                 orientation = row[q.QUAT : q.QUAT + 4].tolist()
-                centre = row[q.POS : q.POS + 3].tolist()
+                center = row[q.POS : q.POS + 3].tolist()
                 axes = engine.inertial_axes(body)
-                pose = compose(centre, orientation, (0.0, 0.0, 0.0), axes)
+                pose = compose(center, orientation, (0.0, 0.0, 0.0), axes)
                 p.resetBasePositionAndOrientation(body, *pose, physicsClientId=client)
                 p.resetBaseVelocity(
                     body,
@@ -991,8 +991,8 @@ class OdeSolver:
         turn = matrix_from_quaternion(self.bodies[row, q.QUAT : q.QUAT + 4]).T
         force = turn @ joint[q.WRENCH : q.WRENCH + 3]
         torque = turn @ joint[q.WRENCH + 3 : q.WRENCH + 6]
-        centre = self._parts[body].link(row).centre
-        return force, torque + np.cross(centre, force), joint[q.MOTOR]
+        center = self._parts[body].link(row).center
+        return force, torque + np.cross(center, force), joint[q.MOTOR]
 
     # bodies -------------------------------------------------------------------------------------
     def is_root_still(self, body: int) -> bool:
@@ -1000,7 +1000,7 @@ class OdeSolver:
         return body in self._still
 
     def link_motion(self, body: int, link: int) -> tuple[Vec3, Quat, Vec3, Vec3, Vec3] | None:
-        """Position [m] and quaternion of a link's frame, its centre of mass [m], linear [m/s] and
+        """Position [m] and quaternion of a link's frame, its center of mass [m], linear [m/s] and
         angular velocity [rad/s] of that; None: PyBullet has them."""
         if not self._is_built or body in self._unread or body not in self._parts:
             return None
@@ -1026,7 +1026,7 @@ class OdeSolver:
         self.bodies[row, q.FORCE + 3 : q.FORCE + 6] += np.add(torque, np.cross(arm, force))
 
     def set_velocities(self, body: int, linear: Vector, angular: Vector) -> bool:
-        """Give the centres of mass of all links of a body one velocity [m/s, rad/s].
+        """Give the centers of mass of all links of a body one velocity [m/s, rad/s].
 
         Returns:
             Whether the body moves.
@@ -1077,7 +1077,7 @@ class OdeSolver:
             link = part.shapes.links[name]
             for shape in link.collisions:
                 geometry, pose = shape.geometry, shape.pose
-                place, turn = np.subtract(pose.position, link.centre), pose.matrix
+                place, turn = np.subtract(pose.position, link.center), pose.matrix
                 kind = KINDS.get(geometry.kind, q.OTHER)
                 if kind == q.MESH:
                     traced = self._trace(geometry.path, geometry.scale)

@@ -86,7 +86,7 @@ class OdeEngine(Engine):
         return super().base_pose(body)
 
     def set_velocity(self, body: int, linear: Vector, angular: Vector) -> None:
-        """Set the velocity of a model [m/s, rad/s], world axes: that of the centres of mass of all
+        """Set the velocity of a model [m/s, rad/s], world axes: that of the centers of mass of all
         its links, as in Gazebo (Model::SetLinearVel)."""
         if not self.ode.set_velocities(body, linear, angular):
             self.set_base_velocity(body, linear, angular)
@@ -97,17 +97,17 @@ class OdeEngine(Engine):
         motion = self.ode.link_motion(body, link)
         if motion is None:
             return super().link_motion(body, link, offset)
-        position, orientation, centre, linear, angular = motion
+        position, orientation, center, linear, angular = motion
         if offset is not None:
             position, orientation = compose(position, orientation, *offset)
-        return position, orientation, velocity_at(position, centre, linear, angular), angular
+        return position, orientation, velocity_at(position, center, linear, angular), angular
 
     def link_motions(self, body: int, links: Sequence[int]) -> list[Motion]:
         return [self.link_motion(body, link) for link in links]
 
-    def link_centre(self, body: int, link: int) -> Vec3:
+    def link_center(self, body: int, link: int) -> Vec3:
         motion = self.ode.link_motion(body, link)
-        return super().link_centre(body, link) if motion is None else motion[2]
+        return super().link_center(body, link) if motion is None else motion[2]
 
     def joint_states(self, body: int) -> Sequence[tuple[float, float, Sequence[float], float]]:
         return self.ode.joint_states(body)
@@ -159,8 +159,8 @@ class OdeEngine(Engine):
             self.ode.add_effort(body, joint, effort)
 
     def apply_wrench(self, body: int, link: int, force: Vector, torque: Vector) -> None:
-        centre = self.link_centre(body, link)
-        self.ode.add_force(body, link, vector3(force), centre, vector3(torque))
+        center = self.link_center(body, link)
+        self.ode.add_force(body, link, vector3(force), center, vector3(torque))
 
     def apply_force(self, body: int, link: int, force: Vector, point: Vector) -> None:
         self.wake(body)

@@ -41,7 +41,7 @@ class Shapes:
         solid: (n,) whether a triangle is a side of a box, counter-clockwise seen from outside.
         planes: (point (3,) [m], normal (3,)) of each.
         rounds: spheres and cylinders.
-        spheres: (k, 4) centre and radius [m] around each other shape.
+        spheres: (k, 4) center and radius [m] around each other shape.
     """
 
     triangles: Array
@@ -166,13 +166,13 @@ class Triangles:
         TriangleMesh(self._scene, corners.astype(np.float32))
 
     def cast(
-        self, centre: Array, directions: Array, start: float, end: float
+        self, center: Array, directions: Array, start: float, end: float
     ) -> tuple[Array, Array, Array]:
-        """Distances (n,) [m] from the centre (3,), inf: none; triangles (n,), -1: none; and the
+        """Distances (n,) [m] from the center (3,), inf: none; triangles (n,), -1: none; and the
         directions (n,) along the triangles' normals."""
         vectors = directions.astype(np.float32)
         origins = np.empty_like(vectors)
-        origins[:] = centre
+        origins[:] = center
         if start > 0.0:
             origins += np.float32(start) * vectors
         limits = np.full(len(vectors), end - start, np.float32)
@@ -181,7 +181,7 @@ class Triangles:
         normals = self._normals[hit]
         along = np.einsum("ij,ij->i", normals, directions)
         with np.errstate(divide="ignore", invalid="ignore"):
-            distances = (self._offsets[hit] - normals @ centre) / along
+            distances = (self._offsets[hit] - normals @ center) / along
         np.clip(distances, start, end, out=distances)
         distances[hit < 0] = np.inf
         return distances, hit, along
@@ -195,7 +195,7 @@ class RayShape:
         body, row: PyBullet's number, the row of its link.
         kind: "box", "sphere", "cylinder" or "mesh".
         size: (3,) half the edges; radius; radius and half the length [m].
-        place, turn: in the link, from its centre of mass [m].
+        place, turn: in the link, from its center of mass [m].
         radius: of a sphere around it [m].
         triangles: of a mesh.
     """
@@ -236,7 +236,7 @@ class RayShapes:
         return len(self._shapes)
 
     def place(self, positions: Array, orientations: Array) -> None:
-        """Put the shapes where the links of all rows are: their centres of mass (m, 3) [m], their
+        """Put the shapes where the links of all rows are: their centers of mass (m, 3) [m], their
         quaternions (m, 4)."""
         x, y, z, w = orientations[self._rows].T
         turn = np.empty((len(self._rows), 3, 3))
@@ -244,12 +244,12 @@ class RayShapes:
         turn[:, 1] = np.stack([x * y + w * z, w * w + y * y - 0.5, y * z - w * x], 1)
         turn[:, 2] = np.stack([x * z - w * y, y * z + w * x, w * w + z * z - 0.5], 1)
         turn *= 2.0
-        self._centres = positions[self._rows] + (turn @ self._places)[:, :, 0]
+        self._centers = positions[self._rows] + (turn @ self._places)[:, :, 0]
         self._frames = turn @ self._turns
 
     def cast(
         self,
-        centre: Array,
+        center: Array,
         directions: Array,
         box: Box,
         near: float,
@@ -264,14 +264,14 @@ class RayShapes:
         ranges = np.full(len(directions), np.inf)
         starts = np.where((self._owners == own) | (not look_near), near, 0.0)
         rays.cast(
-            centre, np.ascontiguousarray(directions), *box, self._centres, self._frames,
+            center, np.ascontiguousarray(directions), *box, self._centers, self._frames,
             self._sizes, self._radii, self._kinds, starts, float(far), ranges,
         )  # fmt: skip
         for number in self._meshes:
             at, radius, triangles = (
-                self._centres[number], self._radii[number], self._shapes[number].triangles
+                self._centers[number], self._radii[number], self._shapes[number].triangles
             )  # fmt: skip
-            way = at - centre
+            way = at - center
             square = way @ way - radius * radius
             if triangles is None or (at + radius < box[0]).any() or (at - radius > box[1]).any():
                 continue
@@ -296,7 +296,7 @@ class Scenery:
     Attributes:
         planes: (point (3,) [m], normal (3,)) of each in the world.
         rounds: spheres and cylinders.
-        spheres: (k, 4) centre and radius [m] around what PyBullet has to cast at.
+        spheres: (k, 4) center and radius [m] around what PyBullet has to cast at.
     """
 
     def __init__(self, client: int) -> None:
@@ -367,8 +367,8 @@ class Scenery:
             turn = matrix_from_quaternion(orientation).T
             triangles.append(shapes.triangles @ turn + position)
             solid.append(shapes.solid)
-            centres = shapes.spheres[:, :3] @ turn + position
-            spheres.append(np.column_stack([centres, shapes.spheres[:, 3]]))
+            centers = shapes.spheres[:, :3] @ turn + position
+            spheres.append(np.column_stack([centers, shapes.spheres[:, 3]]))
             self.planes += [(at @ turn + position, normal @ turn) for at, normal in shapes.planes]
         self.rounds = RayShapes(rounds)
         poses = [
@@ -394,7 +394,7 @@ class Scenery:
 
     def cast(
         self,
-        centre: Array,
+        center: Array,
         directions: Array,
         box: Box,
         start: float,
@@ -403,18 +403,18 @@ class Scenery:
         """Cast rays at the triangles.
 
         Args:
-            centre: (3,) [m] from which all rays come.
+            center: (3,) [m] from which all rays come.
             directions: (n, 3) unit vectors.
             box: two corners (3,) [m] of a box that contains the rays.
-            start, end: distances from the centre between which they are cast [m].
+            start, end: distances from the center between which they are cast [m].
 
         Returns:
-            distances (n,) [m] from the centre, inf: none; numbers (m,) of rays that begin inside
+            distances (n,) [m] from the center, inf: none; numbers (m,) of rays that begin inside
             a box, which PyBullet does not see from there. Or None: nothing is near.
         """
         if self._scene is None or (box[0] > self._high).any() or (box[1] < self._low).any():
             return None
-        distances, hit, along = self._scene.cast(centre - self._middle, directions, start, end)
+        distances, hit, along = self._scene.cast(center - self._middle, directions, start, end)
         found = hit >= 0
         inside = np.flatnonzero(found & self._solid[hit] & (along > 0.0))
         return distances, inside
@@ -477,7 +477,7 @@ class RayCaster:
 
     def sweep(
         self,
-        centre: Array,
+        center: Array,
         directions: Array,
         box: Box,
         near: float,
@@ -488,7 +488,7 @@ class RayCaster:
         """Distances to what the rays of a lidar hit first.
 
         Args:
-            centre: (3,) [m] in the world, from which all come.
+            center: (3,) [m] in the world, from which all come.
             directions: (n, 3) unit vectors, world axes.
             box: two corners (3,) [m] of a box that contains the rays up to `far`.
             near, far: distances between which a hit is measured [m].
@@ -503,37 +503,37 @@ class RayCaster:
         look_near = look_near and near > 0.0
         is_housed = own in scenery  # then PyBullet tells its own body from the others
         start = 0.0 if look_near and not is_housed else near
-        ranges, again = self._cast_at_scenery(centre, directions, box, start, far)
+        ranges, again = self._cast_at_scenery(center, directions, box, start, far)
         rays = {_ALL: again, _MOVING: None}
         too_near = None if not (look_near and is_housed) else np.ones(len(directions), bool)
         moving = self.moving()
         for shapes in (scenery.rounds, moving):
             if shapes:
-                hits = shapes.cast(centre, directions, box, near, far, own, look_near)
+                hits = shapes.cast(center, directions, box, near, far, own, look_near)
                 ranges = np.minimum(ranges, hits)
         for low, high, mask, body in self._others(box, set() if moving is None else moving.bodies):
-            corner = np.maximum(np.subtract(high, centre), np.subtract(centre, low))
+            corner = np.maximum(np.subtract(high, center), np.subtract(center, low))
             if corner @ corner > near * near:
-                found = _towards(low, high, centre, directions, near, far)
+                found = _towards(low, high, center, directions, near, far)
                 rays[mask] = _either(rays[mask], found)
             if look_near and body != own:
-                found = _towards(low, high, centre, directions, 0.0, near)
+                found = _towards(low, high, center, directions, 0.0, near)
                 too_near = _either(too_near, found)
         for mask, wanted in rays.items():
             if wanted is not None:
-                distances, _ = self._distances(centre, directions[wanted], near, far, mask)
+                distances, _ = self._distances(center, directions[wanted], near, far, mask)
                 ranges[wanted] = np.minimum(ranges[wanted], distances)
         if look_near:
             ranges[ranges < near] = -np.inf
         if too_near is not None:
-            distances, bodies = self._distances(centre, directions[too_near], 0.0, near, _ALL)
+            distances, bodies = self._distances(center, directions[too_near], 0.0, near, _ALL)
             hit = np.isfinite(distances) & (bodies != own)
             ranges[np.flatnonzero(too_near)[hit]] = -np.inf
         return ranges
 
     def _cast_at_scenery(
         self,
-        centre: Array,
+        center: Array,
         directions: Array,
         box: Box,
         start: float,
@@ -541,7 +541,7 @@ class RayCaster:
     ) -> tuple[Array, Array | None]:
         """Distances (n,), and which rays (n,) PyBullet has to cast again, or None."""
         ranges, again = np.full(len(directions), np.inf), None
-        found = self.scenery.cast(centre, directions, box, start, far)
+        found = self.scenery.cast(center, directions, box, start, far)
         if found is not None:
             ranges, inside = found
             if len(inside):
@@ -549,7 +549,7 @@ class RayCaster:
                 again[inside], ranges[inside] = True, np.inf
         middle, half = np.add(*box) / 2.0, np.subtract(box[1], box[0]) / 2.0
         for point, normal in self.scenery.planes:
-            height = normal @ np.subtract(centre, point)
+            height = normal @ np.subtract(center, point)
             reach = np.abs(normal) @ half
             if abs(normal @ (middle - point)) > reach:  # the whole box is on one side
                 continue
@@ -574,14 +574,14 @@ class RayCaster:
                 fixed = link < 0 and body not in self._free
                 low, high = p.getAABB(body, link, physicsClientId=self._client)
                 yield low, high, _ALL if fixed else _MOVING, body
-        for *centre, radius in self.scenery.spheres:
-            yield np.subtract(centre, radius), np.add(centre, radius), _ALL, -1
+        for *center, radius in self.scenery.spheres:
+            yield np.subtract(center, radius), np.add(center, radius), _ALL, -1
 
     def _distances(
-        self, centre: Array, directions: Array, start: float, end: float, mask: int
+        self, center: Array, directions: Array, start: float, end: float, mask: int
     ) -> tuple[Array, Array]:
         """Distances (n,) [m] of the nearest hits, inf: none, and bodies (n,)."""
-        fractions, bodies = self.cast(centre + start * directions, centre + end * directions, mask)
+        fractions, bodies = self.cast(center + start * directions, center + end * directions, mask)
         distances = start + fractions * (end - start)
         return np.where(bodies >= 0, distances, np.inf), bodies
 
@@ -595,7 +595,7 @@ def _either(first: Array | None, second: Array | None) -> Array | None:
 def _towards(
     low: Vector,
     high: Vector,
-    centre: Array,
+    center: Array,
     directions: Array,
     near: float,
     far: float,
@@ -604,11 +604,11 @@ def _towards(
 
     Args:
         low, high: corners (3,) [m].
-        centre: (3,) [m] from which the rays come.
+        center: (3,) [m] from which the rays come.
         directions: (n, 3) unit vectors.
         near, far: [m].
     """
-    way = np.add(low, high) / 2.0 - centre
+    way = np.add(low, high) / 2.0 - center
     half = np.subtract(high, low) / 2.0 + _MARGIN
     outside = np.maximum(np.abs(way) - half, 0.0)
     if outside @ outside > far * far:

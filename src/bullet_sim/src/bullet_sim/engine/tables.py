@@ -45,20 +45,20 @@ def body_row(link: Link, max_speed: float) -> Array:
     row[q.MIN_DEPTH] = surface.min_depth
     for shape in link.collisions:
         radius = reach(shape.geometry.kind, shape.geometry.size)
-        distance = float(np.linalg.norm(np.subtract(shape.pose.position, link.centre)))
+        distance = float(np.linalg.norm(np.subtract(shape.pose.position, link.center)))
         row[q.RADIUS] = max(row[q.RADIUS], radius + distance)
     return row
 
 
 def extent(shape: Shape, link: Link, corners: Array) -> Array:
-    """Centre and half the edges (6,) [m] of a box around a shape, from its link's centre of mass
+    """Center and half the edges (6,) [m] of a box around a shape, from its link's center of mass
     and along the link's axes; corners: of a mesh."""
     if len(corners):
         low, high = corners.min(axis=0), corners.max(axis=0)
         return np.concatenate([0.5 * (low + high), 0.5 * (high - low)])
     half = half_size(shape.geometry.kind, shape.geometry.size)
     half = np.full(3, UNKNOWN) if half is None else np.abs(shape.pose.matrix) @ half
-    return np.concatenate([np.subtract(shape.pose.position, link.centre), half])
+    return np.concatenate([np.subtract(shape.pose.position, link.center), half])
 
 
 def solid_size(kind: int, size: Sequence[float] | Array) -> Array:
@@ -72,7 +72,7 @@ def solid_size(kind: int, size: Sequence[float] | Array) -> Array:
 
 
 def chunks(corners: Array) -> Array:
-    """Boxes (m, 6) around q.CHUNK of vertices (n, 3) each: centre and half the edges."""
+    """Boxes (m, 6) around q.CHUNK of vertices (n, 3) each: center and half the edges."""
     boxes = []
     for start in range(0, len(corners), q.CHUNK):
         low = corners[start : start + q.CHUNK].min(axis=0)
@@ -124,7 +124,7 @@ def shape_row(shape: Shape, link: Link) -> Array:
     size, pose = shape.geometry.size, shape.pose
     row = np.zeros(q.G_COLUMNS)
     row[q.G_SIZE : q.G_SIZE + min(3, len(size))] = size[:3]
-    row[q.G_OFFSET : q.G_OFFSET + 3] = np.subtract(pose.position, link.centre)
+    row[q.G_OFFSET : q.G_OFFSET + 3] = np.subtract(pose.position, link.center)
     row[q.G_ROTATION : q.G_ROTATION + 9] = pose.matrix.ravel()
     surface_columns(row[q.G_MU :], shape.surface or link.surface)
     return row

@@ -127,7 +127,7 @@ def _plane_rotation(shape: Node, label: str) -> Pose:
     x, y, z = x / length, y / length, z / length
     if z < -0.999999:
         return Pose(orientation=(1.0, 0.0, 0.0, 0.0))
-    return Pose(orientation=(-y, x, 0.0, 1.0 + z)).normalised()
+    return Pose(orientation=(-y, x, 0.0, 1.0 + z)).normalized()
 
 
 def _geometry(

@@ -202,7 +202,7 @@ def _inertial(element: Node, link: Link, label: str) -> bool:
     if inertia is not None:
         moments = [number_of(inertia, key, f"{label} inertia", 0.0) for key in INERTIA]
         link.set_inertia(pose, moments)
-    link.centre = np.array(pose.position)
+    link.center = np.array(pose.position)
     if mass is None or inertia is not None:
         return True
     macros = [f"<{child.tag}>" for child in inertial if child.tag not in ("origin", "mass")]

@@ -226,7 +226,7 @@ def convert(
 
 
 def _load(geometry: Geometry, errors: list[str] | None) -> list["trimesh.Trimesh"]:
-    """Trimeshes of a file in metres, transforms of its scene applied."""
+    """Trimeshes of a file in meters, transforms of its scene applied."""
     meshes = []
     for part, transform in read_parts(geometry, errors):
         mesh = part.copy()

@@ -28,17 +28,17 @@ def heightmap(path: str, size: Sequence[float]) -> tuple[Array, Array]:
     try:
         with opened(path) as image:
             deep = image.mode.startswith("I")
-            grey = np.asarray(image if deep else image.convert("L"), float)
+            gray = np.asarray(image if deep else image.convert("L"), float)
     except (OSError, ValueError, SyntaxError) as error:
         raise ModelError(f"heightmap '{path}' cannot be read: {error}") from None
-    if min(grey.shape) < 2:
-        raise ModelError(f"heightmap '{path}' has {grey.shape[1]} x {grey.shape[0]} pixels")
+    if min(gray.shape) < 2:
+        raise ModelError(f"heightmap '{path}' has {gray.shape[1]} x {gray.shape[0]} pixels")
     rows, columns = (
-        np.rint(np.linspace(0, side - 1, min(side, MAX_POINTS))).astype(int) for side in grey.shape
+        np.rint(np.linspace(0, side - 1, min(side, MAX_POINTS))).astype(int) for side in gray.shape
     )
-    heights = grey[np.ix_(rows, columns)] / (65535.0 if deep else 255.0)
-    y = (0.5 - rows / (grey.shape[0] - 1)) * size[1]
-    x = (columns / (grey.shape[1] - 1) - 0.5) * size[0]
+    heights = gray[np.ix_(rows, columns)] / (65535.0 if deep else 255.0)
+    y = (0.5 - rows / (gray.shape[0] - 1)) * size[1]
+    x = (columns / (gray.shape[1] - 1) - 0.5) * size[0]
     xs, ys = np.meshgrid(x, y)
     vertices = np.stack((xs, ys, heights * size[2]), -1).reshape(-1, 3)
     corners = np.arange(len(rows) * len(columns)).reshape(len(rows), len(columns))

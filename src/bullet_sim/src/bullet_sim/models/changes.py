@@ -67,7 +67,7 @@ class Forces(Stateful):
     def apply_wrench(
         self, model: "Model", link: str, force: Vector, torque: Vector, steps: tuple[int, float]
     ) -> None:
-        """Apply a force at the centre of mass of a link's rigid part, and a torque.
+        """Apply a force at the center of mass of a link's rigid part, and a torque.
 
         Args:
             force, torque: (3,) [N], [N m] along world axes; they do not rotate with the link.
@@ -161,24 +161,24 @@ def link_properties(model: "Model", link: str) -> tuple[float, Array, Array]:
     description; one that carries merged links has the sum, as in Gazebo.
 
     Returns:
-        mass [kg], centre of mass (3,) [m] in the link frame, inertia (3, 3) [kg m^2] about it.
+        mass [kg], center of mass (3,) [m] in the link frame, inertia (3, 3) [kg m^2] about it.
 
     Raises:
         ModelError: no such link.
     """
     model.link_in_body(link)
     part = model.rigid_parts.get(link) or model.description.links[link]
-    return part.mass, part.centre, part.inertia
+    return part.mass, part.center, part.inertia
 
 
 def set_link_properties(
-    model: "Model", link: str, mass: float, centre: Vector, inertia: Any, gravity: bool
+    model: "Model", link: str, mass: float, center: Vector, inertia: Any, gravity: bool
 ) -> None:
     """Change a link's mass and inertia; survives a reset of the world.
 
     Args:
         mass: [kg].
-        centre: (3,) [m], inertia: (3, 3) [kg m^2], as link_properties gives them.
+        center: (3,) [m], inertia: (3, 3) [kg m^2], as link_properties gives them.
         gravity: whether gravity acts on it; only True is possible.
 
     Raises:
@@ -202,8 +202,8 @@ def set_link_properties(
         )
     if not gravity:
         raise ModelError(f"{label}: gravity_mode cannot be switched off here")
-    if not np.allclose(centre, part.centre, rtol=0.0, atol=1e-6):
-        raise ModelError(f"{label}: the centre of mass cannot move, it is {part.centre.tolist()} m")
+    if not np.allclose(center, part.center, rtol=0.0, atol=1e-6):
+        raise ModelError(f"{label}: the center of mass cannot move, it is {part.center.tolist()} m")
     moments, before = _moments(model, index, inertia), part.inertia
     if moments is None:
         raise ModelError(

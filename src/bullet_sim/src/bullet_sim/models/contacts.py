@@ -291,13 +291,13 @@ class Weight(Stateful):
 
     def __init__(self, engine: "Engine") -> None:
         self._engine = engine
-        # (model, link name, mass [kg], centre (3,) in the link's frame)
+        # (model, link name, mass [kg], center (3,) in the link's frame)
         self._links: list[tuple[Model, str, float, Array]] = []
 
     def assign(self, models: Iterable[Model]) -> None:
         """Find the links of all models."""
         self._links = [
-            (model, link.name, link.mass, link.centre)
+            (model, link.name, link.mass, link.center)
             for model in models
             if not model.is_static
             for link in model.description.links.values()
@@ -312,11 +312,11 @@ class Weight(Stateful):
     def apply(self) -> None:
         """Apply the forces for the next step."""
         gravity = self._engine.gravity
-        for model, name, mass, centre in self._links:
+        for model, name, mass, center in self._links:
             index, offset = model.link_in_body(name)
             position, orientation, _, _ = self._engine.link_motion(model.body, index)
             frame = Pose(position, orientation) * offset
-            point = tuple(frame.position + frame.matrix @ centre)
+            point = tuple(frame.position + frame.matrix @ center)
             self._engine.apply_force(model.body, index, tuple(-mass * g for g in gravity), point)
 
 

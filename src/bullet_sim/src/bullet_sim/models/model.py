@@ -387,7 +387,7 @@ class Model:
                 f"pose for model '{self.name}' is {pose.position}, {pose.orientation}; {PLACEABLE}"
             )
         self._check_velocity(linear, angular)
-        pose = pose.normalised()
+        pose = pose.normalized()
         self.engine.set_base_pose(self.body, pose.position, pose.orientation)
         if not self.is_static:
             self.engine.set_velocity(self.body, linear, angular)

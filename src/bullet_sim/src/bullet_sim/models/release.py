@@ -1,7 +1,7 @@
 """What is spawned inside something else is pushed out gently.
 
 Bullet corrects an overlap within a few steps, which throws a robot that was spawned in the ground
-metres high. Gazebo bounds the speed of that correction. Here the links that overlap pass through
+meters high. Gazebo bounds the speed of that correction. Here the links that overlap pass through
 each other for the time being, and the model moves out at a bounded speed: upwards where it is
 in the ground or in a slab, else along the contact's normal, or away from the other model.
 """

@@ -15,7 +15,7 @@ DEFAULT_COLOR = (0.7, 0.7, 0.7, 1.0)
 # Wheels. A cylinder rolling on a plane touches with one of its two edges, which one depends on a
 # camber of arc minutes; a DeepRacer's wheels then scrub up to half a wheel width off the track that
 # Ackermann's wheel speeds assume, and the Coulomb friction spent on that lets the car drift out
-# (3 % wider circles). A tyre is crowned: a thin disc of the full radius in the centre, the
+# (3 % wider circles). A tyre is crowned: a thin disc of the full radius in the center, the
 # shoulders lower, by more than the 2 % at which Bullet keeps contact points that do not touch
 # (each costs time: with a drop of 1 % a step took twice as long). The outline, which lidar and
 # walls see, stays within CROWN_DROP of the description's; visuals are untouched.
@@ -129,7 +129,7 @@ def _inertial(element: ET.Element, link: Link, static: bool) -> None:
     else:
         moments, axes = principal_inertia(inertia)
         inertia = np.diag(moments)
-        x, y, z = link.centre.tolist()
+        x, y, z = link.center.tolist()
         _origin(inertial, Pose((x, y, z), axes))
     ET.SubElement(inertial, "mass", value=repr(float(mass)))
     ET.SubElement(

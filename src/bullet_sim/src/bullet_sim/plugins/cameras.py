@@ -135,7 +135,7 @@ class DepthCameraSpec(CameraSpec):
         depth_topic, depth_info_topic, points_topic: resolved topic names.
         cutoff, cutoff_max: depths outside are unknown: NaN [m].
         organized: whether the points have the rows and columns of the image, instead of one row.
-        millimetres: depth images are 16UC1 [mm] with 0 for unknown, instead of 32FC1 [m].
+        millimeters: depth images are 16UC1 [mm] with 0 for unknown, instead of 32FC1 [m].
     """
 
     depth_topic: str = "/camera/depth/image_raw"
@@ -143,7 +143,7 @@ class DepthCameraSpec(CameraSpec):
     points_topic: str = "/camera/points"
     cutoff: float = 0.4
     cutoff_max: float = 5.0
-    millimetres: bool = False
+    millimeters: bool = False
     organized: bool = True
 
 
@@ -417,7 +417,7 @@ def depth_camera(xml: SensorXml) -> DepthCameraSpec:
         cutoff=plugin.number("pointCloudCutoff", 0.4),
         cutoff_max=plugin.number("pointCloudCutoffMax", 5.0) if is_kinect else math.inf,
         organized=is_kinect,
-        millimetres=is_true(xml.text("useDepth16UC1Format")),
+        millimeters=is_true(xml.text("useDepth16UC1Format")),
     )
 
 
@@ -468,7 +468,7 @@ def realsense(xml: PluginXml) -> list[CameraSpec]:
             **values,
             depth_topic=topic,
             depth_info_topic=values["info_topic"],
-            millimetres=True,
+            millimeters=True,
             range_min=xml.number("rangeMinDepth"),
             range_max=xml.number("rangeMaxDepth", 65.535),
             points_topic=xml.names.topic(f"/{handle}/{points}")

@@ -90,15 +90,15 @@ class PyBulletRenderer(Renderer):
         view = camera.view_matrix(position, rotation)
         if request.depth and self._coarse and request.far > COARSE_RATIO * request.near:
             split = math.sqrt(request.near * request.far)
-            rgb, metres = self._render(request, view, split, request.far, rgb)
+            rgb, meters = self._render(request, view, split, request.far, rgb)
             close_rgb, close = self._render(request, view, request.near, split)
             is_close = close < split
-            rgb[is_close], metres[is_close] = close_rgb[is_close], close[is_close]
+            rgb[is_close], meters[is_close] = close_rgb[is_close], close[is_close]
         else:
-            rgb, metres = self._render(request, view, request.near, request.far, rgb)
-        if depth is None or metres is None:
-            return rgb, metres
-        depth[:] = metres
+            rgb, meters = self._render(request, view, request.near, request.far, rgb)
+        if depth is None or meters is None:
+            return rgb, meters
+        depth[:] = meters
         return rgb, depth
 
     def label_image(self, request: CameraRequest) -> Array:
@@ -131,8 +131,8 @@ class PyBulletRenderer(Renderer):
         """Colors and, if requested, distances [m] between two clip distances."""
         projection = self._projection(request, near, far)
         rgb, buffer = self._camera.render(request.width, request.height, view, projection, out=out)
-        metres = camera.metres_from_buffer(buffer, near, far) if request.depth else None
-        return paint_sky(rgb, buffer), metres
+        meters = camera.meters_from_buffer(buffer, near, far) if request.depth else None
+        return paint_sky(rgb, buffer), meters
 
     def _camera_pose(self, request: CameraRequest) -> tuple[Array, Array]:
         if request.key is None:

@@ -24,7 +24,7 @@ HORIZON = (205, 222, 240)
 
 
 def gradient(height: int) -> Array:
-    """Sky colors of one image column, (H, 1, 3) uint8: ZENITH on top, HORIZON from the centre
+    """Sky colors of one image column, (H, 1, 3) uint8: ZENITH on top, HORIZON from the center
     down (in image rows: it does not tilt with the camera)."""
     mix = np.minimum(np.arange(height) / max(height / 2.0, 1.0), 1.0)[:, None, None]
     return np.rint((1 - mix) * np.array(ZENITH) + mix * np.array(HORIZON)).astype(np.uint8)
@@ -110,7 +110,7 @@ class Renderer:
         raise NotImplementedError
 
     def labels(self, request: CameraRequest, out: Array | None = None) -> Array:
-        """A label image through the camera's lens; labels of neighbours are never mixed.
+        """A label image through the camera's lens; labels of neighbors are never mixed.
 
         Args:
             out: (H, W) int32 that takes the result; None: a new one.

@@ -45,7 +45,7 @@ def check_renderer(renderer: "Renderer") -> None:
         renderer: without bodies; it has none afterwards either.
 
     Raises:
-        RenderError: the centre of the image is not red.
+        RenderError: the center of the image is not red.
     """
     with _has_files:
         folder = OwnFolder()

@@ -3,8 +3,8 @@
 Frames: the camera frame is Gazebo's (x along the view, y left, z up); the optical frame is
 REP 103's (x right, y down, z along the view). Both have the same origin.
 
-Pixels: integer coordinates are pixel centres, (0, 0) is the centre of the top left pixel, as
-in OpenCV and image_geometry. OpenGL puts the optical axis at the centre of the image, which
+Pixels: integer coordinates are pixel centers, (0, 0) is the center of the top left pixel, as
+in OpenCV and image_geometry. OpenGL puts the optical axis at the center of the image, which
 is ((width - 1) / 2, (height - 1) / 2) in these coordinates. Gazebo Classic writes
 (width + 1) / 2 in its camera_info, one pixel off its image; we do not follow it.
 """
@@ -147,7 +147,7 @@ def projection_matrix(
     )
 
 
-def metres_from_buffer(buffer: Array, near: float, far: float) -> Array:
+def meters_from_buffer(buffer: Array, near: float, far: float) -> Array:
     """Distances along the optical axis of an OpenGL depth buffer.
 
     The inverse of projection_matrix: d = (1/near - 1/z) / (1/near - 1/far).
@@ -196,7 +196,7 @@ def add_noise(rgb: Array, stddev: float, rng: Any, mean: float = 0.0) -> Array:
 
     Args:
         rgb: (H, W, 3) uint8.
-        stddev: of the full scale, 0.007 is 1.8 grey levels (Gazebo's unit); 0 = no noise.
+        stddev: of the full scale, 0.007 is 1.8 gray levels (Gazebo's unit); 0 = no noise.
         rng: numpy.random.Generator, or None when stddev is 0.
         mean: of the noise, of the full scale.
 

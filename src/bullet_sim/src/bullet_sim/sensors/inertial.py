@@ -128,7 +128,7 @@ FLATTENING = 1.0 / 298.257223563  # WGS 84
 
 
 def radii(latitude: float) -> tuple[float, float]:
-    """Metres per radian of latitude and of longitude, on the ellipsoid.
+    """Meters per radian of latitude and of longitude, on the ellipsoid.
 
     Args:
         latitude: [degrees].
@@ -226,8 +226,8 @@ def net_wrench(
 
     Args:
         mass: [kg].
-        inertia: (3, 3) [kg m^2] about its centre, world axes.
-        before, after: (velocity of the centre (3,), angular velocity (3,)), world axes.
+        inertia: (3, 3) [kg m^2] about its center, world axes.
+        before, after: (velocity of the center (3,), angular velocity (3,)), world axes.
         period: [s].
 
     Returns:

@@ -63,7 +63,7 @@ class Lidar:
         """Rotate the directions into the link's frame, and compute their bounding box."""
         self._rays = self.directions @ matrix_from_rpy(self.spec.pose[1]).T
         low, high = np.minimum(self._rays.min(axis=0), 0.0), np.maximum(self._rays.max(axis=0), 0.0)
-        self._centre, self._half = (low + high) / 2.0, (high - low) / 2.0
+        self._center, self._half = (low + high) / 2.0, (high - low) / 2.0
 
     def scan(
         self,
@@ -118,9 +118,9 @@ class Lidar:
 
     def _box(self, position: Array, rotation: Array) -> tuple[Array, Array]:
         """Two corners (3,) [m] of a box in the world that contains all rays."""
-        centre, half = rotation @ self._centre, np.abs(rotation) @ self._half
+        center, half = rotation @ self._center, np.abs(rotation) @ self._half
         range_max = self.spec.range_max
-        return position + range_max * (centre - half), position + range_max * (centre + half)
+        return position + range_max * (center - half), position + range_max * (center + half)
 
 
 class LayeredLidar(Lidar):

@@ -70,7 +70,7 @@ class Driver:
         return self._publisher.get_num_connections()
 
 
-MAX_START_DISTANCE = 3.0  # from the trailer's axle to the path's first metres [m]
+MAX_START_DISTANCE = 3.0  # from the trailer's axle to the path's first meters [m]
 MAX_START_HEADING = math.radians(75.0)  # between trailer and path at the start [rad]
 
 

@@ -21,8 +21,8 @@ class TruckState:
 
     Attributes:
         stamp: Of the odometry [s].
-        x, y, heading: Rear axle's centre and θ1 in the odometry frame [m, m, rad].
-        speed: Of the rear axle's centre [m/s].
+        x, y, heading: Rear axle's center and θ1 in the odometry frame [m, m, rad].
+        speed: Of the rear axle's center [m/s].
         hitch_angle: ψ [rad], 0 without a hitch.
     """
 
@@ -46,7 +46,7 @@ class StateSource:
     """Subscribes to odometry and, if a joint is named, joint states.
 
     Args:
-        odom_topic: nav_msgs/Odometry of the rear axle's centre, twist in the child frame.
+        odom_topic: nav_msgs/Odometry of the rear axle's center, twist in the child frame.
         hitch_joint: Name of the hitch in /joint_states, or None without a trailer.
 
     Attributes:

@@ -28,7 +28,7 @@ def fit_circle(points):
         points: (n, 2) in driving order, n >= 3 [m].
 
     Returns:
-        (centre (2,) [m], signed curvature, positive for a left turn [1/m], rms distance of the
+        (center (2,) [m], signed curvature, positive for a left turn [1/m], rms distance of the
         points from the circle [m]).
 
     Raises:
@@ -37,8 +37,8 @@ def fit_circle(points):
     points = np.asarray(points, dtype=float)
     if points.ndim != 2 or points.shape[1:] != (2,) or len(points) < 3:
         raise TrailerError(f"circle: points of shape {points.shape}; it must be (n, 2), n >= 3")
-    centre = points.mean(axis=0)
-    local = points - centre
+    center = points.mean(axis=0)
+    local = points - center
     matrix = np.column_stack((2.0 * local, np.ones(len(local))))
     solution, _, rank, _ = np.linalg.lstsq(matrix, (local**2).sum(axis=1), rcond=1e-10)
     if rank < 3:
@@ -53,7 +53,7 @@ def fit_circle(points):
     arms = local - fit.x[:2]
     signed_area = np.sum(arms[:-1, 0] * arms[1:, 1] - arms[:-1, 1] * arms[1:, 0])
     return (
-        centre + fit.x[:2],
+        center + fit.x[:2],
         float(np.sign(signed_area) / radius),
         float(np.sqrt(np.mean(fit.fun**2))),
     )

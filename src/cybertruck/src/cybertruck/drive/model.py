@@ -2,7 +2,7 @@
 
 CyberModel: from the bicycle's steering angle and speed to four wheels, and back. No ROS. Frames
 follow REP-103: x forward, y left, angles positive to the left. Curvature is that of the rear axle's
-centre; the centre of rotation lies on the rear axle's line at y = 1 / curvature.
+center; the center of rotation lies on the rear axle's line at y = 1 / curvature.
 """
 
 import math
@@ -17,13 +17,13 @@ class TruckGeometry:
 
     Attributes:
         wheelbase: rear axle to front axle [m].
-        track_width: between the centres of left and right wheel [m].
+        track_width: between the centers of left and right wheel [m].
         wheel_radius: of all wheels [m].
         wheel_width: of all wheels [m].
         hitch_offset: L1, rear axle back to the hitch [m].
         tongue_length: L2, hitch back to the trailer's axle [m].
         max_steering: maximum angle of the bicycle's front wheel [rad].
-        max_speed: of the rear axle's centre, forward and backward [m/s].
+        max_speed: of the rear axle's center, forward and backward [m/s].
         max_steering_rate: of the bicycle's angle [rad/s].
         max_acceleration: speeding up and braking [m/s^2].
     """
@@ -45,7 +45,7 @@ class TruckGeometry:
         if self.max_steering >= limit:
             raise ValueError(
                 f"max_steering is {self.max_steering!r}; it must be below {limit:.4f} "
-                "rad, where the centre of rotation would lie under a rear wheel"
+                "rad, where the center of rotation would lie under a rear wheel"
             )
 
 
@@ -119,7 +119,7 @@ class CyberModel:
         """Steering angle and speed for a twist: curvature = angular / linear.
 
         Args:
-            linear: forward speed of the rear axle's centre [m/s].
+            linear: forward speed of the rear axle's center [m/s].
             angular: yaw rate [rad/s], left positive.
 
         Returns:
@@ -133,19 +133,19 @@ class CyberModel:
         return self.limit(math.atan2(across, abs(linear)), linear)
 
     def rear_curvature(self, steering):
-        """Curvature of the rear axle's centre, tan(steering) / wheelbase [1/m]."""
+        """Curvature of the rear axle's center, tan(steering) / wheelbase [1/m]."""
         return math.tan(steering) / self.geometry.wheelbase
 
     def wheels(self, steering, speed) -> WheelTargets:
         """Hinge angles and wheel speeds for a bicycle's steering angle and speed.
 
-        A hinge at (wheelbase, y) is perpendicular to the line to the centre of rotation:
+        A hinge at (wheelbase, y) is perpendicular to the line to the center of rotation:
         tan(angle) = wheelbase / (1 / curvature - y). A wheel's speed is proportional to its
-        distance from the centre.
+        distance from the center.
 
         Args:
             steering: bicycle's angle [rad], within the limits.
-            speed: of the rear axle's centre [m/s].
+            speed: of the rear axle's center [m/s].
         """
         shape = self.geometry
         curvature = self.rear_curvature(steering)

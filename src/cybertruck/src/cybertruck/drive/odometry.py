@@ -15,14 +15,14 @@ STILL = (1e-6, 1e-6)  # variances of a truck at its start [m^2], [rad^2]
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors of wheel odometry, as standard deviations after the first metre or radian.
+    """Errors of wheel odometry, as standard deviations after the first meter or radian.
 
     They grow with the square root of the distance, as sums of independent errors do.
 
     Attributes:
-        distance_error: of the distance [m], per root of the metres driven.
+        distance_error: of the distance [m], per root of the meters driven.
         heading_error: of the heading [rad], per root of the radians rotated.
-        heading_drift: of the heading [rad], per root of the metres driven.
+        heading_drift: of the heading [rad], per root of the meters driven.
     """
 
     distance_error: float = number(0.005, min=0.0)
@@ -52,7 +52,7 @@ class Measured:
 
 
 class WheelOdometry:
-    """Dead reckoning of the rear axle's centre: distance from wheels, curvature from hinges.
+    """Dead reckoning of the rear axle's center: distance from wheels, curvature from hinges.
 
     It works with wheel angles, not speeds, so a dropped measurement loses no distance. The
     covariance grows as that of a unicycle driven by distance and rotation with independent errors.

@@ -16,10 +16,10 @@ AWAY_SPEED = 0.4  # maximum speed while driving away from a goal inside the turn
 
 
 def circle_distance(forward, left, radius, side):
-    """Returns the distance of a point from the centre of a turning circle [m].
+    """Returns the distance of a point from the center of a turning circle [m].
 
     Args:
-        forward, left: Of the point along the heading, from the rear axle's centre [m].
+        forward, left: Of the point along the heading, from the rear axle's center [m].
         radius: Of the circle [m].
         side: 1: the circle to the left; -1: to the right.
     """
@@ -166,7 +166,7 @@ def turn_and_line(forward, left, radius):
     """Returns the length [m] of a turn to the left and its tangent to a point outside."""
     distance = circle_distance(forward, left, radius, 1)
     line = math.sqrt(max(distance * distance - radius * radius, 0.0))
-    # the angle of the point as seen from the centre, less the one between point and tangent point
+    # the angle of the point as seen from the center, less the one between point and tangent point
     seen = math.atan2(left - radius, forward) + math.pi / 2.0
     turn = (seen - math.atan2(line, radius)) % (2.0 * math.pi)
     if 2.0 * math.pi - turn < 1e-9:  # straight ahead
@@ -177,7 +177,7 @@ def turn_and_line(forward, left, radius):
 def turn_and_turn(forward, left, radius):
     """Returns the length of a turn to the right and one to the left, to a point inside the left
     circle [m]."""
-    # Turned right by a, the left circle's centre is c + 2 r (sin a, cos a) with c = (0, -r). The
+    # Turned right by a, the left circle's center is c + 2 r (sin a, cos a) with c = (0, -r). The
     # point lies on that circle: with (dx, dy) = point - c, 4 r² + d² - 4 r (dx sin a + dy cos a) =
     # r².
     dx, dy = forward, left + radius
@@ -189,8 +189,8 @@ def turn_and_turn(forward, left, radius):
     lengths = []
     for away in (phase - swing, phase + swing):
         away %= 2.0 * math.pi
-        centre = (2.0 * radius * math.sin(away), 2.0 * radius * math.cos(away) - radius)
-        to_point = math.atan2(left - centre[1], forward - centre[0])
+        center = (2.0 * radius * math.sin(away), 2.0 * radius * math.cos(away) - radius)
+        to_point = math.atan2(left - center[1], forward - center[0])
         to_start = math.atan2(math.cos(away), math.sin(away)) + math.pi
         lengths.append(radius * (away + (to_point - to_start) % (2.0 * math.pi)))
     return min(lengths)
@@ -255,7 +255,7 @@ class GoalController:
         """Updates with a pose and returns the next command.
 
         Args:
-            x, y: Rear axle's centre in the odometry's frame [m].
+            x, y: Rear axle's center in the odometry's frame [m].
             heading: [rad], left positive.
             time: Stamp of the pose [s].
 

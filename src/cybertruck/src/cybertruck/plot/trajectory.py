@@ -134,7 +134,7 @@ def _plot_path(axes, trajectory):
 
 def _plot_goals(axes, trajectory):
     xs = [row[1] for row in trajectory.rows]
-    centre = 0.5 * (min(xs) + max(xs))
+    center = 0.5 * (min(xs) + max(xs))
     for index, (_, goal_x, goal_y) in enumerate(trajectory.goals, 1):
         axes.plot(
             goal_x,
@@ -149,10 +149,10 @@ def _plot_goals(axes, trajectory):
         axes.annotate(
             f"goal {index} ({goal_x:g}, {goal_y:g})",
             (goal_x, goal_y),
-            xytext=(-14, -4) if goal_x > centre else (14, -18),
+            xytext=(-14, -4) if goal_x > center else (14, -18),
             color=GOAL,
             textcoords="offset points",
-            horizontalalignment="right" if goal_x > centre else "left",
+            horizontalalignment="right" if goal_x > center else "left",
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 1.0},
         )
 

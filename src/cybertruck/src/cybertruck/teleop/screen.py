@@ -101,7 +101,7 @@ class View:
 
 
 def bar(value, maximum):
-    """Draws a number as a bar that grows to the right or to the left of the centre."""
+    """Draws a number as a bar that grows to the right or to the left of the center."""
     length = min(BAR, round(abs(value) / maximum * BAR)) if maximum > 0.0 else 0
     if value and not length:
         length = 1

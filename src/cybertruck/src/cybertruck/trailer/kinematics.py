@@ -1,7 +1,7 @@
 """Kinematics of truck and trailer, and drives by them.
 
 Motion of a truck with one trailer; every function takes numbers or arrays of one shape. Symbols: C
-rear axle's centre, H hitch (L1 behind C), Q trailer axle's centre (L2 behind H); θ1, θ2 headings of
+rear axle's center, H hitch (L1 behind C), Q trailer axle's center (L2 behind H); θ1, θ2 headings of
 truck and trailer, ψ = θ2 - θ1 hitch angle, F the truck's curvature, v the speed of C, negative when
 backing. The derivation is in docs/trailer.md.
 """
@@ -25,7 +25,7 @@ def trailer_axle(x, y, truck_heading, hitch_angle, geometry):
     """Returns the trailer axle's pose from the truck's.
 
     Args:
-        x, y, truck_heading: Rear axle's centre and θ1 [m], [rad].
+        x, y, truck_heading: Rear axle's center and θ1 [m], [rad].
         hitch_angle: ψ [rad].
 
     Returns:

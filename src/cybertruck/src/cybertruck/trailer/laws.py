@@ -31,7 +31,7 @@ def curvature_law(target_curvature, hitch_angle, geometry):
 def hitch_law(target_angle, hitch_angle, decay_length, geometry):
     """Returns the truck's curvature that makes the hitch angle decay to a target when backing.
 
-    Per metre driven backwards dψ/ds = sin ψ / L2 + (L1/L2 cos ψ + 1) F; the law makes that
+    Per meter driven backwards dψ/ds = sin ψ / L2 + (L1/L2 cos ψ + 1) F; the law makes that
     -(ψ - ψd) / decay_length. It works for on-axle hitches, too.
 
     Args:

@@ -123,7 +123,7 @@ def plot_truck(axes, trailer, hitch_angle, geometry, alpha=1.0):
 
 
 def _plot_overview(above, rows, path, geometry, title):
-    """Plots the path, and truck and trailer every metre."""
+    """Plots the path, and truck and trailer every meter."""
     above.plot(*path.points.T, color="0.6", linewidth=4.0, label="path")
     above.plot(
         column(rows, "trailer_x"),
@@ -142,8 +142,8 @@ def _plot_overview(above, rows, path, geometry, title):
     )
     steps = np.hypot(*np.diff(rows[:, [5, 6]], axis=0).T)
     driven = np.concatenate(([0.0], np.cumsum(steps)))
-    for metre in np.arange(0.0, driven[-1], 1.0):
-        row = rows[np.searchsorted(driven, metre)]
+    for meter in np.arange(0.0, driven[-1], 1.0):
+        row = rows[np.searchsorted(driven, meter)]
         plot_truck(above, row[5:8], row[4], geometry, 0.55)
     plot_truck(above, rows[-1, 5:8], rows[-1, 4], geometry)
     above.plot(*path.points[0], "o", color="0.3")
@@ -155,7 +155,7 @@ def _plot_overview(above, rows, path, geometry, title):
 
 
 def write_figure(file, rows, path, geometry, title):
-    """Plots the path, truck and trailer every metre, and the errors over arc length, into a PNG."""
+    """Plots the path, truck and trailer every meter, and the errors over arc length, into a PNG."""
     import matplotlib
 
     matplotlib.use("Agg")

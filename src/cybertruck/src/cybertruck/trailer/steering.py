@@ -90,9 +90,9 @@ class MeasuredSteering:
         low = np.full(curvature.shape, self.lowest)
         high = np.full(curvature.shape, self.highest)
         for _ in range(BISECTIONS):
-            centre = 0.5 * (low + high)
-            below = self.curvature(centre) < curvature
-            low, high = np.where(below, centre, low), np.where(below, high, centre)
+            center = 0.5 * (low + high)
+            below = self.curvature(center) < curvature
+            low, high = np.where(below, center, low), np.where(below, high, center)
         return 0.5 * (low + high)
 
 

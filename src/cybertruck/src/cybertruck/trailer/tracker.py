@@ -20,7 +20,7 @@ from cybertruck.trailer.geometry import (
 )
 from cybertruck.trailer.laws import backing_law, hold_law
 
-START_WINDOW = 3.0  # a trailer starts on the first metres of its path [m]
+START_WINDOW = 3.0  # a trailer starts on the first meters of its path [m]
 TOP_SPEED = 0.7  # backing and pulling forward stay below [m/s]
 STEEP = math.radians(80.0)  # approach and hitch angles are smaller [rad]
 BACKING, PULLING, ARRIVED, FAILED = range(4)
@@ -137,9 +137,9 @@ class Tracker:
         """Finds the trucks' arc lengths on the path.
 
         Args:
-            x, y: Trailer axles' centres, of the tracker's shape [m].
+            x, y: Trailer axles' centers, of the tracker's shape [m].
             arc: Arc lengths to search from [m]; None: the nearest point on the path's
-                first metres.
+                first meters.
         """
         x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
         if arc is None:

@@ -1,4 +1,4 @@
-"""The node `follow_line`: follows the dashed centre line with the camera alone."""
+"""The node `follow_line`: follows the dashed center line with the camera alone."""
 
 import math
 

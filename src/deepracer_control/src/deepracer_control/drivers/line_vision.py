@@ -1,4 +1,4 @@
-"""Detects the dashed centre line in a camera image and projects it onto the ground.
+"""Detects the dashed center line in a camera image and projects it onto the ground.
 
 In a hairpin the line leaves the image; its position is then computed from the lane's white
 border, half a lane away.
@@ -22,7 +22,7 @@ WHITE_LOW, WHITE_HIGH = np.array((0, 0, 170), np.uint8), np.array((180, 50, 255)
 
 @dataclass(frozen=True)
 class Mount:
-    """Pose of the camera, from the ground under the rear axle's centre; x ahead.
+    """Pose of the camera, from the ground under the rear axle's center; x ahead.
 
     Attributes:
         ahead, height: [m].
@@ -39,7 +39,7 @@ class Mount:
 
 
 def ground_points(width, height, matrix, mount: Mount, scale=1):
-    """Projects pixel centres onto the ground.
+    """Projects pixel centers onto the ground.
 
     Args:
         width, height: Size of the image [px].

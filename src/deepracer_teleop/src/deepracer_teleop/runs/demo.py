@@ -134,7 +134,7 @@ class Demo:
         self.car.mouse.toggle_cruise()
 
     def follow_track(self):
-        """Drives along the centre line with the slider, steering 10 times a second."""
+        """Drives along the center line with the slider, steering 10 times a second."""
         initial = self.car.last
         start = self.path.nearest(initial.x, initial.y)
         worst, converged = 0.0, initial.t + 2.0
@@ -158,7 +158,7 @@ class Demo:
         driven = self.path.arc_length(start, self.path.nearest(end.x, end.y))
         distance = self.speed * (end.t - initial.t)
         self.checks.add(
-            "Track: distance along the centre line", driven, 0.85 * distance, 1.1 * distance, "m"
+            "Track: distance along the center line", driven, 0.85 * distance, 1.1 * distance, "m"
         )
         self.checks.add("Track: maximum distance from it", worst, 0.0, self.track.width / 2.0, "m")
 

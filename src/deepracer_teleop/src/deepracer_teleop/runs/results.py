@@ -95,7 +95,7 @@ FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
 class View:
-    """Maps metres to pixels: x to the right, y upwards."""
+    """Maps meters to pixels: x to the right, y upwards."""
 
     def __init__(self, extent, width=1200):
         """Fits an extent (xmin, xmax, ymin, ymax) [m] into a width [px]."""
@@ -104,7 +104,7 @@ class View:
         self.shape = (round((self.ymax - self.ymin) * self.scale) + 2 * MARGIN, width, 3)
 
     def pixels(self, points):
-        """Returns (N, 2) int32 pixels of (N, 2) metres."""
+        """Returns (N, 2) int32 pixels of (N, 2) meters."""
         points = np.asarray(points, dtype=float).reshape(-1, 2)
         return np.round(
             np.column_stack(
@@ -117,7 +117,7 @@ class View:
 
 
 def render(track, samples, width=1200, names=("buttons", "cruise + slider")):
-    """Renders track, path, start, axes in metres and a scale bar.
+    """Renders track, path, start, axes in meters and a scale bar.
 
     Args:
         track: track_model.track.Track: centreline, inner, outer, extent and texture.
@@ -161,15 +161,15 @@ def _draw_ground(image, view, track):
 def _draw_axes(image, view):
     (left, top), (right, bottom) = view.pixels([(view.xmin, view.ymax), (view.xmax, view.ymin)])
     cv2.rectangle(image, (int(left), int(top)), (int(right), int(bottom)), (60, 60, 60), 1)
-    for metre in range(int(np.ceil(view.xmin)), int(view.xmax) + 1):
-        x = int(view.pixels([(metre, 0)])[0, 0])
+    for meter in range(int(np.ceil(view.xmin)), int(view.xmax) + 1):
+        x = int(view.pixels([(meter, 0)])[0, 0])
         cv2.line(image, (x, bottom), (x, bottom + 6), (60, 60, 60), 1)
-        _write(image, f"{metre}", (x, bottom + 22), centred=True)
-    for metre in range(int(np.ceil(view.ymin)), int(view.ymax) + 1):
-        y = int(view.pixels([(0, metre)])[0, 1])
+        _write(image, f"{meter}", (x, bottom + 22), centered=True)
+    for meter in range(int(np.ceil(view.ymin)), int(view.ymax) + 1):
+        y = int(view.pixels([(0, meter)])[0, 1])
         cv2.line(image, (left - 6, y), (left, y), (60, 60, 60), 1)
-        _write(image, f"{metre}", (left - 22, y + 5), centred=True)
-    _write(image, "x [m]", ((left + right) // 2, bottom + 46), centred=True)
+        _write(image, f"{meter}", (left - 22, y + 5), centered=True)
+    _write(image, "x [m]", ((left + right) // 2, bottom + 46), centered=True)
     _write(image, "y [m]", (left - 40, top - 14))
 
 
@@ -205,9 +205,9 @@ def _draw_legend(image, view, names):
     _write(image, "1 m", (start - 42, top + 13))
 
 
-def _write(image, text, position, centred=False):
+def _write(image, text, position, centered=False):
     (width, _), _ = cv2.getTextSize(text, FONT, 0.5, 1)
-    x = int(position[0]) - (width // 2 if centred else 0)
+    x = int(position[0]) - (width // 2 if centered else 0)
     cv2.putText(image, text, (x, int(position[1])), FONT, 0.5, (40, 40, 40), 1, cv2.LINE_AA)
 
 

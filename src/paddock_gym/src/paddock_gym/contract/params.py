@@ -80,7 +80,7 @@ def params(
     width: float,
     objects: Sequence[TrackObject] = (),
 ) -> dict[str, Any]:
-    """All parameters of a reward function; angles in degrees, lengths in metres.
+    """All parameters of a reward function; angles in degrees, lengths in meters.
 
     Args:
         command: (speed [m/s], steering [rad]) of the action.

@@ -2,11 +2,11 @@
 
 from paddock_gym.course import LAP, RUNNING, RunState
 
-PER_METRE = 1.0
+PER_METER = 1.0
 FAILURE = -3.0  # for a run that ended before its lap
 
 
 def progress(state: RunState) -> float:
-    """Metres along the course since the last action, and a penalty for a run that failed."""
+    """Meters along the course since the last action, and a penalty for a run that failed."""
     failed = state.end not in (RUNNING, LAP)
-    return PER_METRE * state.gain + (FAILURE if failed else 0.0)
+    return PER_METER * state.gain + (FAILURE if failed else 0.0)

@@ -29,7 +29,7 @@ def write(figure, path):
 
 
 def draw_ground(axes, track):
-    """Plot a track's image as the ground, axes in metres."""
+    """Plot a track's image as the ground, axes in meters."""
     left, right, low, high = track.extent
     image = cv2.imread(track.texture)
     if image is not None:

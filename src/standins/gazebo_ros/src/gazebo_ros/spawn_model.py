@@ -32,7 +32,7 @@ def parse_options(argv, default_robot_namespace="/"):
     _add_model(parser)
     _add_names(parser, default_robot_namespace)
     _add_pose(parser)
-    _add_behaviour(parser)
+    _add_behavior(parser)
     options = parser.parse_args(argv)
     try:
         options.joints = [(name, float(position)) for name, position in options.joints]
@@ -104,7 +104,7 @@ def _add_pose(parser):
     )
 
 
-def _add_behaviour(parser):
+def _add_behavior(parser):
     """What happens before and after."""
     parser.add_argument("-unpause", action="store_true", help="unpause physics afterwards")
     parser.add_argument("-wait", metavar="MODEL", help="first wait until this model exists")

@@ -20,7 +20,7 @@ class Scale:
     """One direction.
 
     Attributes:
-        factor: Speed for each metre or radian that the marker was dragged [1/s].
+        factor: Speed for each meter or radian that the marker was dragged [1/s].
         lowest: Smallest speed, below 0 [m/s or rad/s].
         highest: Largest speed [m/s or rad/s].
     """

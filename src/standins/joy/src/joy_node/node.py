@@ -68,7 +68,7 @@ class PadState:
     a trigger: like upstream, an axis is 0 until it is first moved, unless default_trigger is set.
 
     Args:
-        deadzone: fraction of an axis' range around its centre that counts as 0; the rest is scaled.
+        deadzone: fraction of an axis' range around its center that counts as 0; the rest is scaled.
         default_trigger: report an axis unchanged from the start.
         sticky_buttons: a press toggles a button, a release does nothing.
     """

@@ -136,7 +136,7 @@ class LocalPlane:
 
 
 def _to_earth(phi, lam, height):
-    """Earth-centred (x, y, z) [m] of latitude and longitude [rad] and height [m]."""
+    """Earth-centered (x, y, z) [m] of latitude and longitude [rad] and height [m]."""
     normal = SEMI_MAJOR / math.sqrt(1.0 - ECCENTRICITY_2 * math.sin(phi) ** 2)
     out = (normal + height) * math.cos(phi)
     up = (normal * (1.0 - ECCENTRICITY_2) + height) * math.sin(phi)
@@ -144,7 +144,7 @@ def _to_earth(phi, lam, height):
 
 
 def _from_earth(x, y, z):
-    """Latitude, longitude [rad] and height [m]; fixed-point iteration, to micrometres."""
+    """Latitude, longitude [rad] and height [m]; fixed-point iteration, to micrometers."""
     out = math.hypot(x, y)
     phi = math.atan2(z, out * (1.0 - ECCENTRICITY_2))
     for _ in range(10):

@@ -177,7 +177,7 @@ def twist(linear, angular, covariance, used, mount=IDENTITY, rates=None):
         covariance: (6, 6).
         used: Six truth values.
         mount: Transform: the sensor in the robot.
-        rates: (3,) angular rates of the robot, for a sensor off its centre [rad/s];
+        rates: (3,) angular rates of the robot, for a sensor off its center [rad/s];
             None: `angular`.
     """
     return StateValues().set(
@@ -213,12 +213,12 @@ def acceleration(measured, covariance, used, mount, rates, rates_change):
     return StateValues().set(
         ACCELERATION,
         rotated(rotation, used),
-        at_centre(measured, mount, rates, rates_change),
+        at_center(measured, mount, rates, rates_change),
         rotation @ np.asarray(covariance, float) @ rotation.T,
     )
 
 
-def at_centre(measured, mount, rates, rates_change):
+def at_center(measured, mount, rates, rates_change):
     """The values alone of acceleration(): three numbers."""
     if mount is IDENTITY:
         return tuple(measured)

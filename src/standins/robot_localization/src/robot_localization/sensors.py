@@ -26,7 +26,7 @@ from robot_localization.prepare import (
     PoseInput,
     Selection,
     acceleration,
-    at_centre,
+    at_center,
     attitude_of,
     gravity_of,
     twist,
@@ -418,7 +418,7 @@ class Reader:
             covariance = _square(messages.covariance(data), 3)
             return acceleration(measured, covariance, used, mount, rates, change)
 
-        numbers, stamp = at_centre(measured, mount, rates, change), reading.header.stamp
+        numbers, stamp = at_center(measured, mount, rates, change), reading.header.stamp
         return self._measurement(sensor, ACCELERATION, stamp, numbers, (mount, data), values)
 
 

@@ -53,9 +53,9 @@ class Turbo:
         self.backward = speeds("linear_backward", self.forward)
         self.lateral = speeds("linear_lateral", one)
         self.angular = speeds("angular", one)
-        centre = (self.steps + 1) // 2
-        first = parameters.get("init_step", centre)
-        self._first = int(first) if 1 <= first <= self.steps else centre
+        center = (self.steps + 1) // 2
+        first = parameters.get("init_step", center)
+        self._first = int(first) if 1 <= first <= self.steps else center
         self.reset()
 
     def reset(self):

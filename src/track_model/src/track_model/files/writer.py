@@ -73,7 +73,7 @@ def _fill(
     area: Extent,
     color: tuple[int, ...],
 ) -> None:
-    # OpenCV's integer corner positions are pixel centres, hence the half.
+    # OpenCV's integer corner positions are pixel centers, hence the half.
     corners = [
         np.round((to_pixels(points, area) - 0.5) * (1 << SHIFT)).astype(np.int32)
         for points in polygons
@@ -88,7 +88,7 @@ def _strip(
 
 
 def dashes(lane: Lane, spec: TrackSpec) -> Iterator[npt.NDArray[Any]]:
-    """Yield the centre line's dashes as (M, 2) parts of the curve, evenly distributed."""
+    """Yield the center line's dashes as (M, 2) parts of the curve, evenly distributed."""
     length = lane.length
     period = spec.dash_length + spec.dash_gap
     count = max(1, int(round(length / period)))
@@ -184,7 +184,7 @@ WORLD = """<?xml version="1.0"?>
 
 
 def ground_obj(area: Extent) -> str:
-    """Return the OBJ text of the ground: the image in the centre, eight plain tiles around it.
+    """Return the OBJ text of the ground: the image in the center, eight plain tiles around it.
 
     Args:
         area: (xmin, xmax, ymin, ymax) of the image [m]; v = 0 is its lower edge (ymin).
@@ -203,7 +203,7 @@ def ground_obj(area: Extent) -> str:
             )
             first = 4 * len(faces) // 2 + 1
             lines += ["v {:.5f} {:.5f} 0".format(*corner) for corner in corners]
-            # Only the centre tile has the image; the others repeat its grass corner.
+            # Only the center tile has the image; the others repeat its grass corner.
             uv = (2, 3, 4, 5) if i == j == 1 else (1, 1, 1, 1)
             faces += [
                 "f " + " ".join(f"{first + k}/{uv[k]}/1" for k in order)

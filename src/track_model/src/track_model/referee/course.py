@@ -51,13 +51,13 @@ class Course:
             pick = np.arange(len(chords))
         else:
             count = int(WINDOW / lengths[0]) + 1
-            centre = int(
+            center = int(
                 np.searchsorted(
                     self.along,
                     near % self.length if self.closed else np.clip(near, 0, self.length),
                 )
             )
-            pick = np.arange(centre - count, centre + count)
+            pick = np.arange(center - count, center + count)
             pick = (
                 pick % len(chords) if self.closed else np.unique(np.clip(pick, 0, len(chords) - 1))
             )
@@ -229,11 +229,11 @@ class Projector:
                 else (0, self._count)
             )
         if self.closed:
-            centre = int(np.searchsorted(self._along, near % self.length))
-            return centre, centre + 2 * self._window_count
-        centre = int(np.searchsorted(self._along, min(max(near, 0.0), self.length)))
-        return max(0, centre - self._window_count), max(
-            1, min(self._count, centre + self._window_count)
+            center = int(np.searchsorted(self._along, near % self.length))
+            return center, center + 2 * self._window_count
+        center = int(np.searchsorted(self._along, min(max(near, 0.0), self.length)))
+        return max(0, center - self._window_count), max(
+            1, min(self._count, center + self._window_count)
         )
 
     def sides(self, s: Any) -> Any:

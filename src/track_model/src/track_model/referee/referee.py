@@ -51,7 +51,7 @@ class Car:
 
     Attributes:
         front, rear: x of the axles.
-        front_half_track, rear_half_track: y of the wheels' centres.
+        front_half_track, rear_half_track: y of the wheels' centers.
         nose, tail: x of the outline's ends.
         half_width: half the width of the outline.
     """

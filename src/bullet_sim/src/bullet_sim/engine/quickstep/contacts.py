@@ -4,7 +4,7 @@ import math
 
 from bullet_sim.engine.quickstep.compiled import compiled, temporary
 from bullet_sim.engine.quickstep.layout import (
-    B_CENTRE,
+    B_CENTER,
     B_ROTATION,
     BOX,
     C_CFM,
@@ -166,7 +166,7 @@ def _box_contacts(
     s: int,
     p: int,
     below: float,
-    centre: Array,
+    center: Array,
     body: int,
     bodies: Array,
     shapes: Array,
@@ -175,17 +175,17 @@ def _box_contacts(
     owners: Array,
     work: Array,
 ) -> int:
-    """Contacts of a box with a plane: the deepest corner, its neighbours along the two sides that
+    """Contacts of a box with a plane: the deepest corner, its neighbors along the two sides that
     are the least inclined, and the corner opposite to it; the number of all contacts then.
 
     Args:
-        below: depth of its centre [m].
+        below: depth of its center [m].
     """
     sides, edge, corner, point = temporary(3, 3), temporary(3), temporary(3), temporary(3)
     rise = temporary(3)
     depth = below
     for k in range(3):
-        corner[k] = centre[k]
+        corner[k] = center[k]
     for i in range(3):  # sides that point up from the deepest corner
         for k in range(3):
             edge[k] = shapes[s, G_ROTATION + 3 * k + i]
@@ -243,7 +243,7 @@ def _axis_of(s: int, body: int, shapes: Array, plane: Array, work: Array, axis: 
 
 @compiled
 def _lowest_line(
-    s: int, centre: Array, axis: Array, along: float, shapes: Array, plane: Array, ends: Array
+    s: int, center: Array, axis: Array, along: float, shapes: Array, plane: Array, ends: Array
 ) -> None:
     """The line of a cylinder that is deepest below a plane, (2, 3); axis, along: _axis_of()."""
     rim = temporary(3)
@@ -252,8 +252,8 @@ def _lowest_line(
     length = math.sqrt(rim[0] ** 2 + rim[1] ** 2 + rim[2] ** 2)
     radius, half = shapes[s, G_SIZE], 0.5 * shapes[s, G_SIZE + 1]
     for k in range(3):
-        ends[0, k] = centre[k] + half * axis[k] + rim[k] * (radius / length)
-        ends[1, k] = centre[k] - half * axis[k] + rim[k] * (radius / length)
+        ends[0, k] = center[k] + half * axis[k] + rim[k] * (radius / length)
+        ends[1, k] = center[k] - half * axis[k] + rim[k] * (radius / length)
 
 
 @compiled
@@ -262,7 +262,7 @@ def _cylinder_contacts(
     n: int,
     s: int,
     p: int,
-    centre: Array,
+    center: Array,
     body: int,
     bodies: Array,
     shapes: Array,
@@ -280,7 +280,7 @@ def _cylinder_contacts(
     if abs(abs(along) - 1.0) < PARALLEL:
         sign = -1.0 if along > 0.0 else 1.0
         for k in range(3):
-            point[k] = centre[k] + sign * half * axis[k]
+            point[k] = center[k] + sign * half * axis[k]
         if d - (a * point[0] + b * point[1] + c * point[2]) < 0.0:
             return n
         for k in range(3):
@@ -295,7 +295,7 @@ def _cylinder_contacts(
             for k in range(3):
                 reach = other[k] if corner < 2 else rim[k]
                 reach = reach if corner % 2 == 0 else -reach
-                point[k] = centre[k] + sign * half * axis[k] + reach
+                point[k] = center[k] + sign * half * axis[k] + reach
             depth = d - (a * point[0] + b * point[1] + c * point[2])
             if depth > 0.0:
                 _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, point,
@@ -303,7 +303,7 @@ def _cylinder_contacts(
                 n += 1
         return n
     ends = temporary(2, 3)
-    _lowest_line(s, centre, axis, along, shapes, planes[p], ends)
+    _lowest_line(s, center, axis, along, shapes, planes[p], ends)
     for end in (1, 0):
         depth = d - (a * ends[end, 0] + b * ends[end, 1] + c * ends[end, 2])
         if depth >= 0.0:
@@ -435,11 +435,11 @@ def place_solids(bodies: Array, scene: Scene, work: Array) -> None:
             continue
         body, shape = scene.kinds[s, 0], scene.shapes[s]
         turn, solid = work[body, W_R : W_R + 9], scene.solids[b]
-        rotate(turn, shape[G_OFFSET : G_OFFSET + 3], solid[B_CENTRE : B_CENTRE + 3])
+        rotate(turn, shape[G_OFFSET : G_OFFSET + 3], solid[B_CENTER : B_CENTER + 3])
         rotate(shape[G_ROTATION : G_ROTATION + 9], shape[G_FDIR : G_FDIR + 3], across)
         rotate(turn, across, scene.faces[b, P_FDIR : P_FDIR + 3])
         for i in range(3):
-            solid[B_CENTRE + i] += bodies[body, POS + i]
+            solid[B_CENTER + i] += bodies[body, POS + i]
             for j in range(3):
                 total = 0.0
                 for k in range(3):
@@ -462,29 +462,29 @@ def _plane_contacts(
 ) -> int:
     """Contacts of a shape of a body with a plane; the number of all then."""
     shapes, kind, planes = scene.shapes, scene.kinds[s, 1], scene.planes
-    centre, point = temporary(3), temporary(3)
-    centre[:] = 0.0
+    center, point = temporary(3), temporary(3)
+    center[:] = 0.0
     if kind != MESH:
-        rotate(work[body, W_R : W_R + 9], shapes[s, G_OFFSET : G_OFFSET + 3], centre)
+        rotate(work[body, W_R : W_R + 9], shapes[s, G_OFFSET : G_OFFSET + 3], center)
     below = planes[p, P_PLANE + 3]
     for k in range(3):
-        centre[k] += bodies[body, POS + k]
-        below -= planes[p, k] * centre[k]
+        center[k] += bodies[body, POS + k]
+        below -= planes[p, k] * center[k]
     if below + bodies[body, RADIUS] < 0.0:
         return n
     if kind == MESH:
         return _vertex_contacts(step, n, s, p, below, body, bodies, scene, contacts, owners, work)
     if kind == CYLINDER:
-        return _cylinder_contacts(step, n, s, p, centre, body, bodies, shapes, planes, contacts,
+        return _cylinder_contacts(step, n, s, p, center, body, bodies, shapes, planes, contacts,
                                   owners, work)  # fmt: skip
     if kind == BOX:
-        return _box_contacts(step, n, s, p, below, centre, body, bodies, shapes, planes, contacts,
+        return _box_contacts(step, n, s, p, below, center, body, bodies, shapes, planes, contacts,
                              owners, work)  # fmt: skip
     depth = below + shapes[s, G_SIZE]
     if depth < 0.0:
         return n
     for k in range(3):
-        point[k] = centre[k] - planes[p, k] * shapes[s, G_SIZE]
+        point[k] = center[k] - planes[p, k] * shapes[s, G_SIZE]
     _add_contact(step, n, contacts, owners, bodies, shapes, s, planes, p, body, point, depth,
                 work)  # fmt: skip
     return n + 1

@@ -9,7 +9,7 @@ from bullet_sim.pose import Array
 
 HINGE, SLIDER, FIXED = 0, 1, 2  # types of joints
 SPHERE, CYLINDER, BOX, MESH, OTHER = range(5)  # types of shapes; of OTHER the caller finds contacts
-# bodies: centre of mass, quaternion, linear and angular velocity, its place in the last step's
+# bodies: center of mass, quaternion, linear and angular velocity, its place in the last step's
 # order, time and steps for which it has to rest until it sleeps, whether it sleeps, mass, inertia
 # and its inverse in the body's axes, whether gravity acts, bound of the push out of contacts, depth
 # that is left, radius of a sphere around the shapes, whether it may sleep, external force and
@@ -17,7 +17,7 @@ SPHERE, CYLINDER, BOX, MESH, OTHER = range(5)  # types of shapes; of OTHER the c
 POS, QUAT, VEL, PLACE, REST, REST_STEPS, ASLEEP = 0, 3, 7, 13, 14, 15, 16
 MASS, INERTIA, INVERSE, GRAVITY = 17, 18, 27, 36
 MAX_VEL, MIN_DEPTH, RADIUS, MAY_SLEEP, FORCE, DECAY, B_SIZE = 37, 38, 39, 40, 41, 47, 49
-# joints: anchor in both bodies (from their centres; of the world: its coordinates), axis in both,
+# joints: anchor in both bodies (from their centers; of the world: its coordinates), axis in both,
 # quaternion of the first in the second at 0, limits, damping, the motor's effort and velocity,
 # effort of the next step, position, velocity, commanded position and where it is by now, its
 # speed, last impulses of both solutions, the motor's last effort, force and torque on the first
@@ -28,7 +28,7 @@ ANCHOR1, ANCHOR2, AXIS1, AXIS2, QREL, LOWER, UPPER, DAMPING = 0, 3, 6, 9, 12, 16
 FMAX, SPEED, EFFORT, ANGLE, RATE, TARGET, REACHED, MAX_SPEED = 19, 20, 21, 22, 23, 24, 25, 26
 WARM, WARM2, MOTOR, WRENCH, IMPLICIT, IMPOSED = 27, 34, 41, 42, 48, 49
 STOP_ERP, STOP_CFM, STOP_PUSH, STIFFNESS, AT_REST, J_SIZE = 50, 51, 52, 53, 54, 55
-# shapes: size, centre in the body (from its centre of mass), rotation, mu, mu2, fdir1, kp, kd,
+# shapes: size, center in the body (from its center of mass), rotation, mu, mu2, fdir1, kp, kd,
 # slip1, slip2
 G_SIZE, G_OFFSET, G_ROTATION, G_MU, G_FDIR, G_KP, G_KD = 0, 3, 6, 15, 17, 20, 21
 G_SLIP, G_COLUMNS = 22, 24
@@ -73,8 +73,8 @@ COVERED = 32  # boxes that one cover contains
 CHUNK = 32  # vertices of a mesh that follow each other
 ROUNDING = 1e-9  # [m] by which two ways to compute a depth may differ
 APART, FOUND, LEFT = range(3)  # contacts of two bodies: none, found here, found by the caller
-# solids: half the edges, or radius and half the length; centre; rotation
-B_HALF, B_CENTRE, B_ROTATION, B_COLUMNS = 0, 3, 6, 15
+# solids: half the edges, or radius and half the length; center; rotation
+B_HALF, B_CENTER, B_ROTATION, B_COLUMNS = 0, 3, 6, 15
 # contacts of a mesh that are looked for: point, normal, depth, weight of the normal
 F_NORMAL, F_DEPTH, F_WEIGHT, F_COLUMNS = 3, 6, 7, 8
 NO_CHILD = -(2**40)  # of a node with a single triangle
@@ -85,7 +85,7 @@ class Trees(NamedTuple):
 
     Attributes:
         corners: (t, 9) triangles [m], those of a mesh in the order of its tree.
-        nodes: (k, 6) centre and half the edges of boxes [m].
+        nodes: (k, 6) center and half the edges of boxes [m].
         children: (k, 2) numbers of nodes, or -1 - the number of a triangle; NO_CHILD: none.
         depth: (1,) of the deepest tree.
         todo: (w, 3) room for what is still to be looked at, for 4 times that depth and 8.
@@ -107,9 +107,9 @@ class Scene(NamedTuple):
         shapes: (s, G_COLUMNS).
         kinds: (s, 5) body, type, first vertex and the one after the last, first row of chunks.
         firsts: (n + 1,) first shape of each body; those of a body follow each other.
-        points: (v, 3) vertices of meshes, from their bodies' centres of mass.
-        chunks: (c, 6) centre and half the edges of boxes around CHUNK vertices each of a mesh.
-        extents: (s, 6) centre and half the edges of a box around each shape, in its body.
+        points: (v, 3) vertices of meshes, from their bodies' centers of mass.
+        chunks: (c, 6) center and half the edges of boxes around CHUNK vertices each of a mesh.
+        extents: (s, 6) center and half the edges of a box around each shape, in its body.
         models: (n,) number of each body's model.
         around: (s, 6) lower and upper corners of boxes around the shapes where they are.
         meet: (n, n) whether two bodies may touch: APART, FOUND (here), or LEFT to the caller.

@@ -4,7 +4,7 @@ from bullet_sim.engine.quickstep.compiled import compiled, inlined, temporary
 from bullet_sim.engine.quickstep.layout import (
     APART,
     ASLEEP,
-    B_CENTRE,
+    B_CENTER,
     B_COLUMNS,
     B_HALF,
     B_ROTATION,
@@ -42,9 +42,9 @@ def _solid_around(s: int, body: Array, scene: Scene, solid: Array) -> None:
     """The box around a shape, turned with its body, as a row of solids."""
     turn = solid[B_ROTATION : B_ROTATION + 9]
     matrix(body[QUAT : QUAT + 4], turn)
-    rotate(turn, scene.extents[s, :3], solid[B_CENTRE : B_CENTRE + 3])
+    rotate(turn, scene.extents[s, :3], solid[B_CENTER : B_CENTER + 3])
     for k in range(3):
-        solid[B_CENTRE + k] += body[POS + k]
+        solid[B_CENTER + k] += body[POS + k]
         solid[B_HALF + k] = scene.extents[s, 3 + k]
 
 

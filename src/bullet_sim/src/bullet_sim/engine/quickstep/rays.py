@@ -16,11 +16,11 @@ except ImportError:  # another solver was chosen, and PyBullet casts at what mov
 
 
 @compiled
-def _slab(centre: float, along: float, half: float, enter: float, leave: float) -> Any:
+def _slab(center: float, along: float, half: float, enter: float, leave: float) -> Any:
     """Shorten the part of a ray between two distances to that in a slab |x| <= half."""
     if along == 0.0:
-        return (enter, leave) if abs(centre) <= half else (math.inf, -math.inf)
-    one, two = (-half - centre) / along, (half - centre) / along
+        return (enter, leave) if abs(center) <= half else (math.inf, -math.inf)
+    one, two = (-half - center) / along, (half - center) / along
     return max(enter, min(one, two)), min(leave, max(one, two))
 
 
@@ -53,11 +53,11 @@ def _part(kind: int, c: Any, v: Any, size: Array) -> Any:
 
 @compiled
 def cast(
-    centre: Array,
+    center: Array,
     directions: Array,
     low: Array,
     high: Array,
-    centres: Array,
+    centers: Array,
     frames: Array,
     sizes: Array,
     radii: Array,
@@ -69,10 +69,10 @@ def cast(
     """Shorten distances (n,) [m] to those of the nearest hit; what begins in a shape misses it.
 
     Args:
-        centre: (3,) [m].
+        center: (3,) [m].
         directions: (n, 3) unit vectors.
         low, high: (3,) corners of a box that contains the rays [m].
-        centres, frames: (s, 3) [m] and (s, 3, 3) of the shapes in the world.
+        centers, frames: (s, 3) [m] and (s, 3, 3) of the shapes in the world.
         sizes: (s, 3) half the edges; radius; radius and half the length [m].
         radii: (s,) of spheres around them [m].
         kinds: (s,) BOX, SPHERE or CYLINDER; others are left out.
@@ -83,13 +83,13 @@ def cast(
         kind = kinds[s]
         if kind != BOX and kind != SPHERE and kind != CYLINDER:
             continue
-        x, y, z = centres[s, 0], centres[s, 1], centres[s, 2]
+        x, y, z = centers[s, 0], centers[s, 1], centers[s, 2]
         r, f = radii[s], frames[s]
         if x + r < low[0] or y + r < low[1] or z + r < low[2]:
             continue
         if x - r > high[0] or y - r > high[1] or z - r > high[2]:
             continue
-        x, y, z = x - centre[0], y - centre[1], z - centre[2]
+        x, y, z = x - center[0], y - center[1], z - center[2]
         square = x * x + y * y + z * z - r * r
         tangent = math.sqrt(square) if square > 0.0 else -math.inf  # of a cone around the sphere
         c = (

@@ -4,7 +4,7 @@ import math
 
 from bullet_sim.engine.quickstep.compiled import compiled, temporary
 from bullet_sim.engine.quickstep.layout import (
-    B_CENTRE,
+    B_CENTER,
     B_COLUMNS,
     B_HALF,
     B_ROTATION,
@@ -36,7 +36,7 @@ def try_axis(
     """Whether a cylinder and the hull of points overlap along a direction.
 
     Args:
-        hull: (count, 3) from the cylinder's centre [m].
+        hull: (count, 3) from the cylinder's center [m].
         cylinder: (5,) its axis, radius and half its length.
         best: (6,) the least overlap so far [m], half the extents of the cylinder and of the hull
             along its direction, and that, from the cylinder towards the hull.
@@ -104,7 +104,7 @@ def try_rims(start: Array, end: Array, hull: Array, count: int, cylinder: Array,
 
 @compiled
 def side_line(best: Array, cylinder: Array, ends: Array) -> bool:
-    """The line of a cylinder's side, (2, 3) from its centre, closest to the hull; whether it is."""
+    """The line of a cylinder's side, (2, 3) from its center, closest to the hull; whether it is."""
     cosine, length, across = 0.0, 0.0, temporary(3)
     for k in range(3):
         cosine += cylinder[k] * best[3 + k]
@@ -127,7 +127,7 @@ def disc_points(
     """Points of a polygon below a disc of a cylinder, which counts as an octagon; their number.
 
     Args:
-        polygon: (16, 3) corners from the cylinder's centre; gets the points.
+        polygon: (16, 3) corners from the cylinder's center; gets the points.
         turn: (9,) the cylinder's rotation.
         other: (16, 3) numbers to work with.
     """
@@ -153,16 +153,16 @@ def disc_points(
 
 @compiled
 def hull_points(
-    hull: Array, count: int, is_line: bool, centre: Array, best: Array, points: Array
+    hull: Array, count: int, is_line: bool, center: Array, best: Array, points: Array
 ) -> int:
-    """Of contacts of a cylinder at `hull` (count, 3) from its centre: their points and depths in
+    """Of contacts of a cylinder at `hull` (count, 3) from its center: their points and depths in
     (16, 4); their number."""
     n = 0
     for i in range(count):
         along = 0.0
         for k in range(3):
             along += best[3 + k] * hull[i, k]
-            points[n, k] = centre[k] + hull[i, k]
+            points[n, k] = center[k] + hull[i, k]
         depth = max(0.0, best[0] - best[1] + along) if is_line else best[1] - abs(along)
         points[n, 3] = depth
         if depth > 0.0 or is_line:
@@ -174,12 +174,12 @@ def hull_points(
 def cylinder_with_box(round_: Array, solid: Array, points: Array, normal: Array) -> int:
     """Contacts of a cylinder with a box, as cylinder_on_triangle(): points (16, 4) and the normal
     towards the cylinder; their number."""
-    centre, turn = round_[B_CENTRE : B_CENTRE + 3], round_[B_ROTATION : B_ROTATION + 9]
+    center, turn = round_[B_CENTER : B_CENTER + 3], round_[B_ROTATION : B_ROTATION + 9]
     cylinder, best, ends = temporary(5), temporary(6), temporary(2, 3)
     hull, middle, axis, local = temporary(16, 3), temporary(3), temporary(3), temporary(3)
     for k in range(3):
         cylinder[k] = turn[3 * k + 2]
-        middle[k] = solid[B_CENTRE + k] - centre[k]
+        middle[k] = solid[B_CENTER + k] - center[k]
     cylinder[3], cylinder[4] = round_[B_HALF], round_[B_HALF + 1]
     for i in range(8):
         for k in range(3):
@@ -213,7 +213,7 @@ def cylinder_with_box(round_: Array, solid: Array, points: Array, normal: Array)
     if abs(cosine) >= STANDING:
         count = _face_of(solid, middle, best, hull)
         count = disc_points(hull, count, turn, cylinder, best, temporary(16, 3))
-        return hull_points(hull, count, False, centre, best, points)
+        return hull_points(hull, count, False, center, best, points)
     if not side_line(best, cylinder, ends):
         return 0
     for side in range(2):
@@ -224,7 +224,7 @@ def cylinder_with_box(round_: Array, solid: Array, points: Array, normal: Array)
             distance = solid[B_HALF + j] + sign * local[j]
             if not clip_line(-axis[0], -axis[1], -axis[2], distance, ends):
                 return 0
-    return hull_points(ends, 2, True, centre, best, points)
+    return hull_points(ends, 2, True, center, best, points)
 
 
 @compiled
@@ -276,12 +276,12 @@ def _face_of(solid: Array, middle: Array, best: Array, hull: Array) -> int:
 @compiled
 def sphere_with_box(ball: Array, solid: Array, points: Array, normal: Array) -> int:
     """Contact of a sphere with a box, as cylinder_with_box()."""
-    centre, radius, local = ball[B_CENTRE : B_CENTRE + 3], ball[B_HALF], temporary(3)
+    center, radius, local = ball[B_CENTER : B_CENTER + 3], ball[B_HALF], temporary(3)
     is_outside, least, face = False, INFINITE, 0
     for j in range(3):
         local[j] = 0.0
         for k in range(3):
-            local[j] += (centre[k] - solid[B_CENTRE + k]) * solid[B_ROTATION + 3 * k + j]
+            local[j] += (center[k] - solid[B_CENTER + k]) * solid[B_ROTATION + 3 * k + j]
         half = solid[B_HALF + j]
         if half - abs(local[j]) < least:
             least, face = half - abs(local[j]), j
@@ -291,10 +291,10 @@ def sphere_with_box(ball: Array, solid: Array, points: Array, normal: Array) -> 
     if is_outside:
         distance = 0.0
         for k in range(3):
-            points[0, k] = solid[B_CENTRE + k]
+            points[0, k] = solid[B_CENTER + k]
             for j in range(3):
                 points[0, k] += solid[B_ROTATION + 3 * k + j] * local[j]
-            normal[k] = centre[k] - points[0, k]
+            normal[k] = center[k] - points[0, k]
             distance += normal[k] * normal[k]
         distance = math.sqrt(distance)
         points[0, 3] = radius - distance
@@ -305,7 +305,7 @@ def sphere_with_box(ball: Array, solid: Array, points: Array, normal: Array) -> 
     else:
         points[0, 3] = least + radius
         for k in range(3):
-            points[0, k] = centre[k]
+            points[0, k] = center[k]
             side = solid[B_ROTATION + 3 * k + face]
             normal[k] = side if local[face] > 0.0 else -side
     return 1
@@ -316,7 +316,7 @@ def sphere_with_sphere(one: Array, two: Array, points: Array, normal: Array) -> 
     """Contact of two spheres, halfway between their surfaces, as cylinder_with_box()."""
     distance = 0.0
     for k in range(3):
-        normal[k] = one[B_CENTRE + k] - two[B_CENTRE + k]
+        normal[k] = one[B_CENTER + k] - two[B_CENTER + k]
         distance += normal[k] * normal[k]
     distance = math.sqrt(distance)
     points[0, 3] = one[B_HALF] + two[B_HALF] - distance
@@ -326,7 +326,7 @@ def sphere_with_sphere(one: Array, two: Array, points: Array, normal: Array) -> 
         normal[0], distance = 1.0, 1.0
     for k in range(3):
         normal[k] /= distance
-        points[0, k] = one[B_CENTRE + k]
+        points[0, k] = one[B_CENTER + k]
         points[0, k] += normal[k] * 0.5 * (two[B_HALF] - one[B_HALF] - distance)
     return 1
 
@@ -336,12 +336,12 @@ def cylinder_with_sphere(round_: Array, ball: Array, points: Array, normal: Arra
     """Contact of a cylinder with a sphere: on its side, a disc or a rim."""
     radius, length, reach = round_[B_HALF], 2.0 * round_[B_HALF + 1], ball[B_HALF]
     axis, across = temporary(3), temporary(3)
-    along, away = 0.5 * length, 0.0  # of the sphere's centre: from the first disc, from the axis
+    along, away = 0.5 * length, 0.0  # of the sphere's center: from the first disc, from the axis
     for k in range(3):
         axis[k] = round_[B_ROTATION + 3 * k + 2]
-        along += (ball[B_CENTRE + k] - round_[B_CENTRE + k]) * axis[k]
+        along += (ball[B_CENTER + k] - round_[B_CENTER + k]) * axis[k]
     for k in range(3):
-        across[k] = round_[B_CENTRE + k] + (along - 0.5 * length) * axis[k] - ball[B_CENTRE + k]
+        across[k] = round_[B_CENTER + k] + (along - 0.5 * length) * axis[k] - ball[B_CENTER + k]
         away += across[k] * across[k]
     away = math.sqrt(away)
     if along < -reach or along > length + reach or away > radius + reach:
@@ -353,16 +353,16 @@ def cylinder_with_sphere(round_: Array, ball: Array, points: Array, normal: Arra
         if points[0, 3] < 0.0:
             return 0
         for k in range(3):
-            points[0, k] = round_[B_CENTRE + k] - across[k] / away * radius
+            points[0, k] = round_[B_CENTER + k] - across[k] / away * radius
             points[0, k] += axis[k] * (-0.5 * length if along <= 0.0 else 0.5 * length)
-            normal[k] = (points[0, k] - ball[B_CENTRE + k]) / distance
+            normal[k] = (points[0, k] - ball[B_CENTER + k]) / distance
         return 1
     if radius - away <= along and radius - away <= length - along:
         points[0, 3] = reach + radius - away
         for k in range(3):
             normal[k] = across[k] / away
             way = normal[k] * reach if away > reach + PARALLEL else across[k]
-            points[0, k] = ball[B_CENTRE + k] + way
+            points[0, k] = ball[B_CENTER + k] + way
         return 1
     sign = 1.0 if along <= 0.5 * length else -1.0
     points[0, 3] = reach + (along if sign > 0.0 else length - along)
@@ -370,7 +370,7 @@ def cylinder_with_sphere(round_: Array, ball: Array, points: Array, normal: Arra
         return 0
     for k in range(3):
         normal[k] = sign * axis[k]
-        points[0, k] = ball[B_CENTRE + k] + normal[k] * reach
+        points[0, k] = ball[B_CENTER + k] + normal[k] * reach
     return 1
 
 
@@ -395,7 +395,7 @@ def _support(one: Array, two: Array, direction: Array, vertex: Array) -> None:
         z = -z if local[2] < 0.0 else z
         for k in range(3):
             row = B_ROTATION + 3 * k
-            vertex[3 + 3 * i + k] = body[B_CENTRE + k]
+            vertex[3 + 3 * i + k] = body[B_CENTER + k]
             vertex[3 + 3 * i + k] += body[row] * x + body[row + 1] * y + body[row + 2] * z
     for k in range(3):
         vertex[k] = vertex[3 + k] - vertex[6 + k]
@@ -443,8 +443,8 @@ def _find_portal(one: Array, two: Array, portal: Array) -> int:
     """
     direction, first, second = temporary(3), temporary(3), temporary(3)
     for k in range(3):
-        portal[0, 3 + k], portal[0, 6 + k] = one[B_CENTRE + k], two[B_CENTRE + k]
-        portal[0, k] = one[B_CENTRE + k] - two[B_CENTRE + k]
+        portal[0, 3 + k], portal[0, 6 + k] = one[B_CENTER + k], two[B_CENTER + k]
+        portal[0, k] = one[B_CENTER + k] - two[B_CENTER + k]
     if abs(portal[0, 0]) + abs(portal[0, 1]) + abs(portal[0, 2]) < EPSILON:
         portal[0, 0] += 10.0 * EPSILON
     for k in range(3):
@@ -557,10 +557,10 @@ def _portal_weights(portal: Array, direction: Array, weights: Array) -> None:
 def relative(one: Array, two: Array, out: Array) -> None:
     """The frame of a second solid in that of a first, as a row of solids."""
     for i in range(3):
-        out[B_CENTRE + i] = 0.0
+        out[B_CENTER + i] = 0.0
         for k in range(3):
-            away = two[B_CENTRE + k] - one[B_CENTRE + k]
-            out[B_CENTRE + i] += one[B_ROTATION + 3 * k + i] * away
+            away = two[B_CENTER + k] - one[B_CENTER + k]
+            out[B_CENTER + i] += one[B_ROTATION + 3 * k + i] * away
         for j in range(3):
             cosine = 0.0
             for k in range(3):
@@ -585,7 +585,7 @@ def box_overlap(one: Array, two: Array, margin: float, found: Array) -> int:
     frame, q, axis = temporary(B_COLUMNS), temporary(3, 3), temporary(3)
     most, code, sign = -INFINITE, -1, 1.0
     relative(one, two, frame)
-    gap, r = frame[B_CENTRE : B_CENTRE + 3], frame[B_ROTATION:].reshape((3, 3))
+    gap, r = frame[B_CENTER : B_CENTER + 3], frame[B_ROTATION:].reshape((3, 3))
     for i in range(3):
         for j in range(3):
             q[i, j] = abs(r[i, j]) + margin
@@ -598,7 +598,7 @@ def box_overlap(one: Array, two: Array, margin: float, found: Array) -> int:
     for j in range(3):
         along = 0.0
         for k in range(3):
-            away = two[B_CENTRE + k] - one[B_CENTRE + k]
+            away = two[B_CENTER + k] - one[B_CENTER + k]
             along += two[B_ROTATION + 3 * k + j] * away
         over = abs(along) - two[j] - one[0] * q[0, j] - one[1] * q[1, j] - one[2] * q[2, j]
         if over > 0.0:
@@ -639,7 +639,7 @@ def _edge_point(one: Array, two: Array, code: int, found: Array, points: Array) 
     i, j = (code - 6) // 3, (code - 6) % 3
     cosine = first = second = 0.0
     for k in range(3):
-        a[k], b[k] = one[B_CENTRE + k], two[B_CENTRE + k]
+        a[k], b[k] = one[B_CENTER + k], two[B_CENTER + k]
     for side in range(3):
         along = across = 0.0
         for k in range(3):
@@ -714,7 +714,7 @@ def _face_points(one: Array, two: Array, found: Array, face: int, points: Array)
             most, other, sign = abs(along), j, 1.0 if along < 0.0 else -1.0
     a1, a2 = 1 if other == 0 else 0, 1 if other == 2 else 2
     for k in range(3):
-        middle[k] = two[B_CENTRE + k] - one[B_CENTRE + k]
+        middle[k] = two[B_CENTER + k] - one[B_CENTER + k]
         middle[k] += sign * two[other] * two[B_ROTATION + 3 * k + other]
     for i in range(2):
         reach[i] = one[sides[i]]
@@ -739,7 +739,7 @@ def _face_points(one: Array, two: Array, found: Array, face: int, points: Array)
             row = B_ROTATION + 3 * k
             points[n, k] = middle[k] + first * two[row + a1] + second * two[row + a2]
             depth -= found[k] * points[n, k]
-            points[n, k] += one[B_CENTRE + k]
+            points[n, k] += one[B_CENTER + k]
         points[n, 3] = depth
         if depth >= 0.0:
             n += 1

@@ -1,6 +1,6 @@
 """Contacts of meshes, which are trees of boxes around triangles, as ODE finds them with OPCODE.
 
-A mesh is a solid of the kind MESH: a frame (centre and rotation) and the root of a tree, whose
+A mesh is a solid of the kind MESH: a frame (center and rotation) and the root of a tree, whose
 triangles and boxes are in this frame, so that all that have the same file share one tree. The
 triangles are in the order of OPCODE's tree: of more contacts than a pair may have the first count.
 """
@@ -11,7 +11,7 @@ import numpy as np
 
 from bullet_sim.engine.quickstep.compiled import allocating, compiled, temporary
 from bullet_sim.engine.quickstep.layout import (
-    B_CENTRE,
+    B_CENTER,
     B_COLUMNS,
     B_HALF,
     B_ROTATION,
@@ -98,7 +98,7 @@ def build_tree(corners: Array, order: Array, nodes: Array, children: Array) -> i
 
     Args:
         order: (n,) gets the numbers of the triangles in the tree's order.
-        nodes: (max(1, n - 1), 6) get boxes: centre and half the edges [m].
+        nodes: (max(1, n - 1), 6) get boxes: center and half the edges [m].
         children: (max(1, n - 1), 2) get the numbers of nodes, or -1 - the place of a triangle in
             the order; NO_CHILD: none.
     """
@@ -142,7 +142,7 @@ def _place_triangle(local: Array, mesh: Array, out: Array) -> None:
     """A triangle of a mesh in the world."""
     for i in range(3):
         for k in range(3):
-            at = mesh[B_CENTRE + k]
+            at = mesh[B_CENTER + k]
             for j in range(3):
                 at += mesh[B_ROTATION + 3 * k + j] * local[3 * i + j]
             out[3 * i + k] = at
@@ -259,11 +259,11 @@ def _leave_most(found: Array, n: int, merge: bool) -> int:
 
 @compiled
 def _box_in_frame(solid: Array, kind: int, mesh: Array, box: Array) -> None:
-    """The box around a solid along the axes of a mesh's frame: centre and half the edges."""
+    """The box around a solid along the axes of a mesh's frame: center and half the edges."""
     frame = temporary(B_COLUMNS)
     relative(mesh, solid, frame)
     for i in range(3):
-        box[i], box[3 + i] = frame[B_CENTRE + i], 0.0
+        box[i], box[3 + i] = frame[B_CENTER + i], 0.0
         if kind == SPHERE:
             box[3 + i] = solid[B_HALF]
             continue
@@ -276,7 +276,7 @@ def _box_in_frame(solid: Array, kind: int, mesh: Array, box: Array) -> None:
 
 @compiled
 def _apart(box: Array, other: Array) -> bool:
-    """Whether two boxes along the same axes, centres and half the edges, are apart."""
+    """Whether two boxes along the same axes, centers and half the edges, are apart."""
     for k in range(3):
         if abs(box[k] - other[k]) > box[3 + k] + other[3 + k]:
             return True
@@ -333,7 +333,7 @@ def mesh_with_solid(
         for k in range(3):
             plane[k] /= length
             plane[3] += plane[k] * corners[k]
-            height += plane[k] * solid[B_CENTRE + k]
+            height += plane[k] * solid[B_CENTER + k]
         if height - plane[3] < 0.0:
             continue
         if kind == SPHERE:
@@ -359,13 +359,13 @@ def _boxes_overlap(boxes: Array, a: int, b: int, f: Array, s: Array) -> bool:
     a0, a1, a2 = boxes[a, 3], boxes[a, 4], boxes[a, 5]
     b0, b1, b2 = boxes[b, 3], boxes[b, 4], boxes[b, 5]
     x, y, z = boxes[b, 0], boxes[b, 1], boxes[b, 2]
-    t0 = f[B_CENTRE] - boxes[a, 0] + f[r] * x + f[r + 1] * y + f[r + 2] * z
+    t0 = f[B_CENTER] - boxes[a, 0] + f[r] * x + f[r + 1] * y + f[r + 2] * z
     if abs(t0) > a0 + b0 * s[0] + b1 * s[1] + b2 * s[2]:
         return False
-    t1 = f[B_CENTRE + 1] - boxes[a, 1] + f[r + 3] * x + f[r + 4] * y + f[r + 5] * z
+    t1 = f[B_CENTER + 1] - boxes[a, 1] + f[r + 3] * x + f[r + 4] * y + f[r + 5] * z
     if abs(t1) > a1 + b0 * s[3] + b1 * s[4] + b2 * s[5]:
         return False
-    t2 = f[B_CENTRE + 2] - boxes[a, 2] + f[r + 6] * x + f[r + 7] * y + f[r + 8] * z
+    t2 = f[B_CENTER + 2] - boxes[a, 2] + f[r + 6] * x + f[r + 7] * y + f[r + 8] * z
     if abs(t2) > a2 + b0 * s[6] + b1 * s[7] + b2 * s[8]:
         return False
     for j in range(3):

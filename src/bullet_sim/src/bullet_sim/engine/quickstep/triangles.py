@@ -8,7 +8,7 @@ import math
 
 from bullet_sim.engine.quickstep.compiled import compiled, temporary
 from bullet_sim.engine.quickstep.layout import (
-    B_CENTRE,
+    B_CENTER,
     B_HALF,
     B_ROTATION,
     COPLANAR,
@@ -39,11 +39,11 @@ def sphere_on_triangle(
         ball: row of solids.
         plane: (4,) normal of the triangle and its distance from the origin.
     """
-    centre, radius, point = ball[B_CENTRE : B_CENTRE + 3], ball[B_HALF], temporary(3)
-    closest(centre, corners, point)
+    center, radius, point = ball[B_CENTER : B_CENTER + 3], ball[B_HALF], temporary(3)
+    closest(center, corners, point)
     distance = along = 0.0
     for k in range(3):
-        gap = centre[k] - point[k]
+        gap = center[k] - point[k]
         distance += gap * gap
         along += gap * plane[k]
         normal[k] = plane[k]
@@ -64,13 +64,13 @@ def cylinder_on_triangle(
     The direction of the least overlap is the normal; points are those of the cylinder's line, or of
     the triangle below its disc.
     """
-    centre, turn = round_[B_CENTRE : B_CENTRE + 3], round_[B_ROTATION : B_ROTATION + 9]
+    center, turn = round_[B_CENTER : B_CENTER + 3], round_[B_ROTATION : B_ROTATION + 9]
     cylinder, best, ends = temporary(5), temporary(6), temporary(2, 3)
     hull, edges, axis = temporary(16, 3), temporary(3, 3), temporary(3)
     for k in range(3):
         cylinder[k] = turn[3 * k + 2]
         for i in range(3):
-            hull[i, k] = corners[3 * i + k] - centre[k]
+            hull[i, k] = corners[3 * i + k] - center[k]
     cylinder[3], cylinder[4] = round_[B_HALF], round_[B_HALF + 1]
     best[0] = INFINITE
     if not try_axis(-plane[0], -plane[1], -plane[2], hull, 3, cylinder, best):
@@ -96,7 +96,7 @@ def cylinder_on_triangle(
         normal[k] = -best[3 + k]
     if abs(cosine) >= STANDING:
         count = disc_points(hull, 3, turn, cylinder, best, temporary(16, 3))
-        return hull_points(hull, count, False, centre, best, points)
+        return hull_points(hull, count, False, center, best, points)
     if not side_line(best, cylinder, ends):
         return 0
     distance = 0.0
@@ -111,7 +111,7 @@ def cylinder_on_triangle(
             distance -= axis[k] * hull[i, k]
         if not clip_line(axis[0], axis[1], axis[2], distance, ends):
             return 0
-    return hull_points(ends, 2, True, centre, best, points)
+    return hull_points(ends, 2, True, center, best, points)
 
 
 @compiled
@@ -146,7 +146,7 @@ def _overlap_with_box(box: Array, corners: Array, edges: Array, face: Array, bes
     gap, axes, across = temporary(3), temporary(3, 3), temporary(3)
     height, reach = 0.0, 0.0
     for k in range(3):
-        gap[k] = corners[k] - box[B_CENTRE + k]
+        gap[k] = corners[k] - box[B_CENTER + k]
         height += face[k] * gap[k]
     for i in range(3):
         for k in range(3):
@@ -190,7 +190,7 @@ def _crossing(box: Array, corners: Array, edges: Array, best: Array, points: Arr
     length = math.sqrt(dot(edge, edge))
     first = 0 if code % 3 == 0 else 6 if code % 3 == 1 else 3  # a corner on the edge
     for k in range(3):
-        a[k] = box[B_CENTRE + k]
+        a[k] = box[B_CENTER + k]
         b[k], to[k] = corners[first + k], edge[k] / length
         along[k] = box[B_ROTATION + 3 * k + code // 3]
     for i in range(3):
@@ -232,7 +232,7 @@ def _on_face_of_triangle(
     u, v = (1, 2) if first == 0 else (0, 2) if first == 1 else (0, 1)
     for k in range(3):
         side = box[B_HALF + first] * box[B_ROTATION + 3 * k + first]
-        middle = box[B_CENTRE + k] - corners[k] + (-side if local[first] > 0.0 else side)
+        middle = box[B_CENTER + k] - corners[k] + (-side if local[first] > 0.0 else side)
         du = box[B_HALF + u] * box[B_ROTATION + 3 * k + u]
         dv = box[B_HALF + v] * box[B_ROTATION + 3 * k + v]
         one[0, k], one[1, k] = middle + du - dv, middle - du - dv
@@ -269,7 +269,7 @@ def _on_face_of_box(box: Array, corners: Array, best: Array, points: Array) -> i
     first, one, two = int(best[4]) - 2, temporary(16, 3), temporary(16, 3)
     for i in range(3):
         for k in range(3):
-            one[i, k] = corners[3 * i + k] - box[B_CENTRE + k]
+            one[i, k] = corners[3 * i + k] - box[B_CENTER + k]
     count = clip_polygon(-best[1], -best[2], -best[3], box[B_HALF + first], one, 3, two)
     for i in range(3):
         if i == first:
@@ -281,7 +281,7 @@ def _on_face_of_box(box: Array, corners: Array, best: Array, points: Array) -> i
         depth = box[B_HALF + first]
         for k in range(3):
             depth -= best[1 + k] * two[i, k]
-            points[i, k] = two[i, k] + box[B_CENTRE + k]
+            points[i, k] = two[i, k] + box[B_CENTER + k]
         points[i, 3] = max(0.0, depth)
     return count
 
@@ -521,7 +521,7 @@ def _beyond(p: float, q: float, r: float, reach: float) -> bool:
 
 @compiled
 def triangle_meets_box(t: Array, boxes: Array, b: int) -> bool:
-    """Whether a triangle meets a box along the axes: a row of centre and half the edges.
+    """Whether a triangle meets a box along the axes: a row of center and half the edges.
 
     T. Akenine-Moeller, "Fast 3D Triangle-Box Overlap Testing" (2001).
     """

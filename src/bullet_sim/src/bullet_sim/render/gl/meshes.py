@@ -35,7 +35,7 @@ def crease_normals(vertices: Array, faces: Array) -> Array:
     """
     corners = vertices[faces]
     areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    units = _normalised(areas, (0.0, 0.0, 1.0))
+    units = _normalized(areas, (0.0, 0.0, 1.0))
     _, point = np.unique(vertices[faces.ravel()], axis=0, return_inverse=True)
     order = np.argsort(point, kind="stable")
     counts = np.bincount(point)
@@ -51,10 +51,10 @@ def crease_normals(vertices: Array, faces: Array) -> Array:
         sums[:, axis] = np.bincount(
             order[one[near]], areas[face_of_other[near], axis], minlength=len(order)
         )
-    return _normalised(sums, np.repeat(units, 3, axis=0))
+    return _normalized(sums, np.repeat(units, 3, axis=0))
 
 
-def _normalised(vectors: Array, otherwise: Any) -> Array:
+def _normalized(vectors: Array, otherwise: Any) -> Array:
     """Vectors (n, 3) with length 1; `otherwise` where they have none."""
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.where(lengths > 0.0, vectors / np.where(lengths > 0.0, lengths, 1.0), otherwise)
@@ -196,7 +196,7 @@ def _part(mesh: Any, transform: Array, path: str) -> Part:
         faces = faces[:, ::-1]
     if given is not None and np.isfinite(given).all():
         rotation = np.linalg.inv(transform[:3, :3]).T
-        normals = _normalised(np.asarray(given, float) @ rotation.T, 0.0)
+        normals = _normalized(np.asarray(given, float) @ rotation.T, 0.0)
         rows, triangles = _rows(vertices, normals, uv), faces
     else:
         normals = crease_normals(vertices, faces)
@@ -234,7 +234,7 @@ class Mesh:
 
     Attributes:
         vertices, indices: moderngl Buffers; corners as Part.corners.
-        centre (3,), radius: of a sphere around it [m].
+        center (3,), radius: of a sphere around it [m].
         low, high: (3,) of a box around it [m].
         mapped: whether it has texture coordinates.
     """
@@ -244,8 +244,8 @@ class Mesh:
         self.indices = gl.buffer(np.ascontiguousarray(triangles).tobytes())
         points = corners[:, :3].astype(float)
         self.low, self.high = points.min(axis=0), points.max(axis=0)
-        self.centre = (self.low + self.high) / 2.0
-        self.radius = float(np.linalg.norm(points - self.centre, axis=1).max())
+        self.center = (self.low + self.high) / 2.0
+        self.radius = float(np.linalg.norm(points - self.center, axis=1).max())
         self.mapped = bool(corners[:, 6:].any())
 
 

@@ -58,22 +58,22 @@ def view_planes(clip: Array) -> Array:
     return planes / np.linalg.norm(planes[:, :3], axis=1, keepdims=True)
 
 
-def in_view(planes: Array, centres: Array, radii: Array, ends: Array | None = None) -> Array:
+def in_view(planes: Array, centers: Array, radii: Array, ends: Array | None = None) -> Array:
     """Which spheres touch a view, (n,) bool.
 
     Args:
         planes: as view_planes returns them.
-        centres: (n, 3) [m].
+        centers: (n, 3) [m].
         radii: (n,) [m].
         ends: (n, 3) to which they are swept, or None.
     """
-    distances = centres @ planes[:, :3].T + planes[:, 3]
+    distances = centers @ planes[:, :3].T + planes[:, 3]
     if ends is not None:
         distances = np.maximum(distances, ends @ planes[:, :3].T + planes[:, 3])
     return (distances > -radii[:, None]).all(axis=1)
 
 
-def metres(buffer: Array, near: float, far: float, out: Array | None = None) -> Array:
+def meters(buffer: Array, near: float, far: float, out: Array | None = None) -> Array:
     """Distances along the optical axis of a reversed depth buffer.
 
     Args:
@@ -228,7 +228,7 @@ class GlRenderer(Renderer):
         aspect = request.width / request.height
         clip = projection(request.horizontal_fov, aspect, request.near, request.far) @ eye
         planes = view_planes(clip)
-        visible = in_view(planes, instances.centres - instances.origin, instances.radii)
+        visible = in_view(planes, instances.centers - instances.origin, instances.radii)
         return View(position, rotation, clip, planes, visible)
 
     def image(
@@ -241,9 +241,9 @@ class GlRenderer(Renderer):
         target = self._targets.get(request.width, request.height, samples)
         if lighting.shadow_sun is not None:
             away = np.array(lighting.shadow_sun.direction)
-            centres = instances.centres - instances.origin
-            ends = centres + instances.shadow_lengths(away)[:, None] * away
-            casts = instances.casts & in_view(view.planes, centres, instances.radii, ends)
+            centers = instances.centers - instances.origin
+            ends = centers + instances.shadow_lengths(away)[:, None] * away
+            casts = instances.casts & in_view(view.planes, centers, instances.radii, ends)
             focal = request.width / (2.0 * np.tan(request.horizontal_fov / 2.0))
             self._shadows.update(instances, casts, -away, position, focal)
         self._frame.write(
@@ -268,7 +268,7 @@ class GlRenderer(Renderer):
         rgb = target.colors(rgb)
         if request.depth:
             self._fill_holes(view, target)
-            depth = metres(target.depth(), request.near, request.far, depth)
+            depth = meters(target.depth(), request.near, request.far, depth)
         return rgb, depth
 
     def _fill_holes(self, view: View, target: Target) -> None:
@@ -293,7 +293,7 @@ class GlRenderer(Renderer):
         if transparent:
             if not batches:
                 return
-            away = np.linalg.norm(instances.centres - view.position, axis=1)
+            away = np.linalg.norm(instances.centers - view.position, axis=1)
             batches.sort(key=lambda batch: -away[batch.first])
             gl.depth_func = ">"
         shadowed = 0

@@ -214,7 +214,7 @@ class Instances:
         batches: the transparent ones last.
         table: (n, WIDTH) float32 as the graphics memory has it, poses relative to `origin`.
         origin: (3,) [m] in the world.
-        centres (n, 3), radii (n,): spheres around the instances in the world [m].
+        centers (n, 3), radii (n,): spheres around the instances in the world [m].
         casts, fixed: (n,) bool: casts shadows on something else, never moves.
         moving_version, fixed_version: count the changes of poses: of any, of those that never
             move.
@@ -287,7 +287,7 @@ class Instances:
         self.table = np.zeros((len(ordered), WIDTH), np.float32)
         self._rows = np.array([instance.row for instance in ordered], int)
         self._locals = np.array([instance.local for instance in ordered]).reshape(-1, 4, 4)
-        self._centres = np.array([(*mesh.centre, 1.0) for mesh in meshes]).reshape(-1, 4)
+        self._centers = np.array([(*mesh.center, 1.0) for mesh in meshes]).reshape(-1, 4)
         self._halves = np.array([(mesh.high - mesh.low) / 2.0 for mesh in meshes]).reshape(-1, 3)
         self.radii = np.array([instance.radius for instance in ordered])
         self._may_cast = np.array([instance.casts for instance in ordered], bool)
@@ -297,7 +297,7 @@ class Instances:
             self.table[:, ROWS:] = [instance.colors for instance in ordered]
         self._poses = np.zeros((len(ordered), 4, 4))
         self._low, self._high = np.zeros((2, len(ordered)))  # of their lowest points [m]
-        self.centres = np.zeros((len(ordered), 3))
+        self.centers = np.zeros((len(ordered), 3))
         self._move(np.arange(len(ordered)))
 
     def apply(self, snapshot: Snapshot) -> None:
@@ -312,10 +312,10 @@ class Instances:
             return
         poses = self.kinematics.poses[self._rows[chosen]] @ self._locals[chosen]
         self._poses[chosen] = poses
-        self.centres[chosen] = (poses @ self._centres[chosen, :, None])[:, :3, 0]
+        self.centers[chosen] = (poses @ self._centers[chosen, :, None])[:, :3, 0]
         half = (np.abs(poses[:, 2, :3]) * self._halves[chosen]).sum(axis=1)
-        self._low[chosen] = self.centres[chosen, 2] - half
-        self._high[chosen] = self.centres[chosen, 2] + half
+        self._low[chosen] = self.centers[chosen, 2] - half
+        self._high[chosen] = self.centers[chosen, 2] + half
         self.casts = self._may_cast & (self._high > self._lowest_others() + SUNK)
         self._write(chosen, poses)
         self.moving_version += 1
@@ -338,7 +338,7 @@ class Instances:
         """
         if not len(self._low):
             return np.zeros(0)
-        drop = self.centres[:, 2] - self._low.min()
+        drop = self.centers[:, 2] - self._low.min()
         return np.minimum(drop / max(-away[2], 1e-3), LONGEST_SHADOW)
 
     def set_origin(self, origin: Array) -> None:

@@ -83,12 +83,12 @@ class Map:
         size = int(min(max(size, MIN_TEXTURE), self._max_edge))
         self._choose(size)
         texel = edge / size
-        centre = np.round((low + high)[:2] / 2.0 / texel) * texel
+        center = np.round((low + high)[:2] / 2.0 / texel) * texel
         depth = max(high[2] - low[2], 1e-3) * 1.02 + 4.0 * texel
         start = (low[2] + high[2]) / 2.0 - depth / 2.0
         clip = np.eye(4)
         clip[:3, :3] = axes
-        clip[:3, 3] = axes @ origin - (*centre, start)
+        clip[:3, 3] = axes @ origin - (*center, start)
         self.clip = np.diag([2.0 / edge, 2.0 / edge, 1.0 / depth, 1.0]) @ clip
         self.offset = OFFSET * texel
 
@@ -159,18 +159,18 @@ class Shadows:
         name: str,
         texel: float,
     ) -> None:
-        centres, radii = instances.centres @ axes.T, instances.radii[:, None]
-        low, high = centres - radii, centres + radii
-        centre = np.array(part) * CELL
-        near = (low[:, :2] < centre + WIDEST / 2).all(axis=1)
-        casts = casts & near & (high[:, :2] > centre - WIDEST / 2).all(axis=1)
+        centers, radii = instances.centers @ axes.T, instances.radii[:, None]
+        low, high = centers - radii, centers + radii
+        center = np.array(part) * CELL
+        near = (low[:, :2] < center + WIDEST / 2).all(axis=1)
+        casts = casts & near & (high[:, :2] > center - WIDEST / 2).all(axis=1)
         if not casts.any():
             shadow.fit(axes, np.zeros(3), np.ones(3), instances.origin)
             self._clear(shadow)
             return
         low, high = low[casts].min(axis=0), high[casts].max(axis=0)
-        low[:2] = np.maximum(low[:2], centre - WIDEST / 2)
-        high[:2] = np.minimum(high[:2], centre + WIDEST / 2)
+        low[:2] = np.maximum(low[:2], center - WIDEST / 2)
+        high[:2] = np.minimum(high[:2], center + WIDEST / 2)
         shadow.fit(axes, low, high, instances.origin, texel)
         self._clear(shadow)
         self._program["clip"].write(shadow.clip.T.astype(np.float32).tobytes())

@@ -44,7 +44,7 @@ SIDES = np.array(
 )
 
 VERTEX = """
-uniform mat3 corner;   // columns: towards the image's centre, its right edge, its upper edge
+uniform mat3 corner;   // columns: towards the image's center, its right edge, its upper edge
 in vec2 in_corner;
 out vec3 v_direction;
 void main() {
