@@ -1,7 +1,8 @@
 """Steps of the solver 'ode' over those of 'bullet' in the same scene, and scans of a lidar; no ROS.
 
 The scenes are what has made worlds slow: things at rest and awake, links that collide with each
-other, static meshes, a lidar among many bodies.
+other, static meshes, a lidar among many bodies. Two more rows are steps with controllers, in calls
+of many over calls of one, before each of which Python updates them.
 """
 
 import math
@@ -83,11 +84,42 @@ def made(solver, scene, folder):
     return world
 
 
-def stepping(world):
-    """Function of a round of steps."""
+CONTROL = '<gazebo><plugin name="control" filename="libgazebo_ros_control.so"/></gazebo></robot>'
+PIDS = {"p": 0.05, "i": 0.1, "i_clamp": 0.01}
+
+
+def controllers(kind, names):
+    """Configurations of controllers of the car's wheels, by their names."""
+    if kind == "four PIDs":
+        by_effort = "effort_controllers/JointVelocityController"
+        return {name: {"type": by_effort, "joint": name, "pid": PIDS} for name in names}
+    sides = {"left_wheel": list(names[::2]), "right_wheel": list(names[1::2])}
+    sizes = {"wheel_separation": 0.3, "wheel_radius": 0.03, "cmd_vel_timeout": 1e9}
+    return {"base": {"type": "diff_drive_controller/DiffDriveController", **sides, **sizes}}
+
+
+def controlled(kind):
+    """A world of the solver 'ode' in which controllers drive the car."""
+    world = World(solver="ode")
+    world.spawn_sdf("ground", GROUND, Pose(), str)
+    text = car().replace("</robot>", CONTROL)
+    manager = world.spawn_urdf("car", text, Pose((0.0, 0.0, 0.03)), str).manager
+    found = controllers(kind, manager.hardware.names)
+    for name, config in found.items():
+        manager.load(name, config)
+    manager.switch(list(found), [])
+    for name in found:
+        manager.command(name, [0.2, 0.3] if name == "base" else [SPEED])
+    world.step(STEPS)
+    return world
+
+
+def stepping(world, count=STEPS):
+    """Function of a round of steps, of which a call makes a number."""
 
     def work():
-        world.step(STEPS)
+        for _ in range(STEPS // count):
+            world.step(count)
         return STEPS
 
     return lambda: rate_of_work(work, SECONDS)
@@ -124,6 +156,13 @@ def measure(quick, _log):
             finally:
                 for world in worlds:
                     world.close()
+    for kind in ("four PIDs", "diff_drive_controller"):
+        world = controlled(kind)
+        pairs = alternate(
+            stepping(world, 1), {"many": stepping(world)}, pairs_of(quick), monitor
+        )  # fmt: skip
+        found[f"many steps a call, {kind}"] = pairs["many"].figures()
+        world.close()
     return {"rows": found}
 
 
@@ -131,4 +170,5 @@ def rows(figures):
     """The ratios."""
     for name, row in figures["rows"].items():
         unit = "scans per s" if name.startswith("scans") else "steps per s"
-        yield ratio_row(f"ode, {name}", row, "the solver bullet's", unit)
+        over = "one step a call" if name.startswith("many") else "the solver bullet's"
+        yield ratio_row(f"ode, {name}", row, over, unit)
