@@ -31,3 +31,11 @@ def test_the_package_alone_imports_nothing():
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert (done.stdout, done.stderr) == ("bullet_sim bullet_sim.pose\n", "")
+
+
+@pytest.mark.parametrize("solver", ["bullet", "ode"])
+def test_former_names(solver):
+    world = bullet_sim.World(solver=solver)
+    body = world.spawn(bullet_sim.ground_plane()).body
+    assert world.engine.link_centre(body, -1) == world.engine.link_center(body, -1)
+    assert bullet_sim.Pose.normalised is bullet_sim.Pose.normalized

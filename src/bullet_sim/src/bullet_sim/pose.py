@@ -168,6 +168,8 @@ class Pose:
         x, y, z, w = self.orientation
         return Pose(self.position, (x / length, y / length, z / length, w / length))
 
+    normalised = normalized  # the former name
+
 
 def rows_from_quaternion(quaternion: Vector) -> tuple[Vec3, Vec3, Vec3]:
     """Rotation matrix of a quaternion as three tuples: numpy is several times as slow.

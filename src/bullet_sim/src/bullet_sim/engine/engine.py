@@ -480,6 +480,10 @@ class Engine:
             0
         ]
 
+    def link_centre(self, body: int, link: int) -> Vec3:
+        """Former name of link_center()."""
+        return self.link_center(body, link)
+
     def joint_states(self, body: int) -> Sequence[tuple[float, float, Sequence[float], float]]:
         """(position, velocity, reaction forces, motor effort) of each movable joint."""
         joints = self.movable[body]
