@@ -177,6 +177,7 @@ class Referee:
         off = bool(wheels.all() if self.rules.off_track == "all" else wheels.any())
         crashed = self._touches(np.array(self.car.corners) @ rotation.T + (x, y))
         old = self.status
+        off &= self.course.closed or not old.laps  # behind the finish of an open course none is
         penalty = old.penalty
         for name, now, was, cost in (
             ("off_track", off, old.off_track, self.rules.off_track_penalty),
