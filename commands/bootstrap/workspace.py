@@ -166,8 +166,8 @@ def prepare():
 def _is_compiled():
     """Returns whether numba has compiled the solver since its sources changed; without it: True."""
     compiled = glob.glob(f"{SOLVER}/__pycache__/solver.advance-*.nbi")
-    sources = [*glob.glob(f"{SOLVER}/*.py"), LAW]
-    changed = max(os.stat(path).st_mtime for path in sources)
+    sources = [*glob.glob(f"{SOLVER}/*.py"), *glob.glob(LAW)]
+    changed = max((os.stat(path).st_mtime for path in sources), default=0.0)
     if any(os.stat(path).st_mtime >= changed for path in compiled):
         return True
     return not glob.glob(f"{VENV}/lib/python3*/site-packages/numba")

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from math import inf, isfinite
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -48,7 +49,7 @@ class Joints(Stateful):
             for name, joint in by_name.items()
         }
         self._handles: Sequence[JointHandle] = ()  # of the last read()
-        self._in_order: list[JointHandle] = []  # the same, in the engine's order
+        self._in_order: list[Any] = []  # the same, in the engine's order
         self._applied: dict[str, float] = {}
         self._tracked: list[str] = []
         self._indices: list[int] = []  # the joints of the last track()
@@ -65,8 +66,10 @@ class Joints(Stateful):
         """
         if handles is not self._handles:
             self._handles = handles
-            by_index = dict(zip(self._permutation, handles))
-            self._in_order = [by_index[index] for index in range(len(by_index))]
+            by_index: dict[int, Any] = dict(zip(self._permutation, handles))
+            nobody = SimpleNamespace()  # for joints without a handle
+            count = len(self._engine_order)
+            self._in_order = [by_index.get(index, nobody) for index in range(count)]
         self._engine.read_joints(self._body, self._in_order)
 
     def arrays(self) -> tuple[Array, ...]:
