@@ -119,3 +119,30 @@ def test_the_net_force_is_mass_times_acceleration():
 def test_a_joint_that_does_not_exist_is_a_warning():
     model = parse_urdf(_arm(STIFF[0]).replace(">j<", ">none<"), str, "r")
     assert not model.sensors and "jointName 'none'" in str(model.warnings)
+
+
+@pytest.mark.parametrize("solver", ["bullet", "ode"])
+@pytest.mark.parametrize("count", [1, 20])
+def test_controllers_of_joints_beyond_a_measured_one(solver, count):
+    """A fixed joint that is measured is one of the engine's, and none of the controllers'."""
+    pushed = (
+        LINK.format("c", "0 0 0", 1, "") + '<joint name="k" type="continuous"><parent link="b"/>'
+        '<child link="c"/><axis xyz="1 0 0"/><limit effort="5" velocity="90"/></joint>'
+        '<gazebo><plugin name="g" filename="libgazebo_ros_control.so"/></gazebo>'
+    )
+    world = World(solver=solver)
+    model = world.spawn_urdf("r", _arm('type="fixed">', extra=pushed), Pose(), str)
+    manager = model.manager
+    gains = {"p": 0.2, "i": 0.0, "d": 0.0}
+    kind = "effort_controllers/JointVelocityController"
+    manager.load("c", {"type": kind, "joint": "k", "pid": gains})
+    manager.switch(["c"], [])
+    manager.command("c", [3.0])
+    for _ in range(400 // count):
+        world.step(count)
+    assert model.joints.names == ("k",)
+    assert model.joints.state()[1]["k"] == pytest.approx(3.0, abs=0.05)
+    manager.hardware.read()
+    (joint,) = manager.hardware.handles(("k",))
+    assert (joint.position, joint.velocity) == tuple(values["k"] for values in model.joints.state())
+    world.close()
