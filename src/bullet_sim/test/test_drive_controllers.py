@@ -31,18 +31,22 @@ def _joint(name, kind, xyz, parent="axle"):
     )
 
 
-# The wheels are on separate links, so their positions follow only from the whole chain.
-DESCRIPTION = parse_urdf(
-    '<robot name="bot"><link name="base"/><link name="axle"/><joint name="f" type="fixed">'
-    '<origin xyz="-0.2 0 0"/><parent link="base"/><child link="axle"/></joint>'
-    + _joint("left", "continuous", "0 0.2 0")
-    + _joint("right", "continuous", "0 -0.2 0")
-    + _joint("bare", "revolute", "0 0 0")
-    + _joint("steer", "revolute", "0.3 0 0", "base")
-    + "</robot>",
-    str,
-    "bot",
-)
+def _description(axle, wheels):
+    """A robot whose wheels are at `wheels` on an axle that is at `axle`: x [m]."""
+    return parse_urdf(
+        '<robot name="bot"><link name="base"/><link name="axle"/><joint name="f" type="fixed">'
+        f'<origin xyz="{axle} 0 0"/><parent link="base"/><child link="axle"/></joint>'
+        + _joint("left", "continuous", f"{wheels} 0.2 0")
+        + _joint("right", "continuous", f"{wheels} -0.2 0")
+        + _joint("bare", "revolute", "0 0 0")
+        + _joint("steer", "revolute", "0.3 0 0", "base")
+        + "</robot>",
+        str,
+        "bot",
+    )
+
+
+DESCRIPTION = _description(0.0, -0.2)
 NAMES = ("left", "right", "bare", "steer")
 
 
@@ -223,6 +227,13 @@ def test_sizes_come_from_the_description_and_multipliers_apply():
     )
     assert drive.separation == pytest.approx(WHEELBASE)
     assert drive.radii == pytest.approx((1.1 * RADIUS, RADIUS))
+
+
+def test_sizes_are_between_the_joints_own_origins():
+    """As upstream, which asks for no more than <origin>: not where an axle in between puts them."""
+    on_axle = _description(-0.15, -0.05)
+    facts = {"type": ACKERMANN, "rear_wheel": "left", "front_steer": "steer"}
+    assert configure("b", facts, NAMES, on_axle)[1].separation == pytest.approx(0.35)
 
 
 def test_claims():

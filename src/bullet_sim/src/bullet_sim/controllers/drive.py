@@ -50,6 +50,16 @@ def joint_position(description: ModelDescription | None, name: str) -> Vec3:
     return pose.position
 
 
+def joint_origin(description: ModelDescription | None, name: str) -> Vec3:
+    """Position (3,) [m] of a joint in its parent link's frame, between two of which
+    diff_drive_controller and ackermann_steering_controller measure, whatever their parents.
+
+    Raises:
+        ControllerError: no such joint.
+    """
+    return _with_joint(description, name).joints[name].origin.position
+
+
 ROUND = ("cylinder", "sphere")
 
 
@@ -256,7 +266,7 @@ def size(settings: Settings, key: str, measure: Callable[[], float]) -> float:
 
 
 def _distance(description: ModelDescription | None, first: str, second: str) -> float:
-    a, b = joint_position(description, first), joint_position(description, second)
+    a, b = joint_origin(description, first), joint_origin(description, second)
     distance = sum((p - q) ** 2 for p, q in zip(a, b)) ** 0.5
     if not distance > 0:
         raise ControllerError(f"joints '{first}' and '{second}' are at the same position")
@@ -654,9 +664,7 @@ class Ackermann(Drive):
         separation = size(
             settings,
             "wheel_separation_h",
-            lambda: abs(
-                joint_position(description, front)[0] - joint_position(description, rear)[0]
-            ),
+            lambda: abs(joint_origin(description, front)[0] - joint_origin(description, rear)[0]),
         )
         config = DriveConfig(
             (rear,),
