@@ -158,10 +158,9 @@ def measure(quick, _log):
                     world.close()
     for kind in ("four PIDs", "diff_drive_controller"):
         world = controlled(kind)
-        pairs = alternate(
-            stepping(world, 1), {"many": stepping(world)}, pairs_of(quick), monitor
-        )  # fmt: skip
-        found[f"many steps a call, {kind}"] = pairs["many"].figures()
+        many = {"many": stepping(world)}
+        pairs = alternate(stepping(world, 1), many, pairs_of(quick), monitor)["many"]
+        found[f"many steps a call, {kind}"] = pairs.figures()
         world.close()
     return {"rows": found}
 

@@ -63,11 +63,15 @@ def drawn(cameras, world, camera, waits=False):
     cameras.flush(world, waits)
 
 
-@pytest.fixture(name="cameras")
-def _cameras(monkeypatch, request):
+@pytest.fixture(autouse=True)
+def _no_renderer_and_no_ros(monkeypatch):
     monkeypatch.setattr(module, "RenderClient", Client)
     monkeypatch.setattr(module.rospy, "is_shutdown", lambda: False)
     monkeypatch.setattr(module.rospy, "loginfo", lambda *_: None)
+
+
+@pytest.fixture(name="cameras")
+def _cameras(request):
     cameras = Cameras("tiny", getattr(request, "param", False))
     cameras.restart()  # before the first camera there is nothing to forget
     Client.may_start.set()
@@ -76,11 +80,8 @@ def _cameras(monkeypatch, request):
     return cameras
 
 
-def test_nothing_waits_for_a_worker_that_starts(monkeypatch):
+def test_nothing_waits_for_a_worker_that_starts():
     """Of what is published meanwhile only the images are missing."""
-    monkeypatch.setattr(module, "RenderClient", Client)
-    monkeypatch.setattr(module.rospy, "is_shutdown", lambda: False)
-    monkeypatch.setattr(module.rospy, "loginfo", lambda *_: None)
     cameras, camera = Cameras("gl", False), Camera("a")
     Client.may_start.clear()
     cameras.start()
@@ -95,11 +96,8 @@ def test_nothing_waits_for_a_worker_that_starts(monkeypatch):
     assert (cameras._client.sources, camera.times) == (["a body"], [2.0])
 
 
-def test_steps_on_request_wait_for_a_worker_that_starts(monkeypatch):
+def test_steps_on_request_wait_for_a_worker_that_starts():
     """A driver that is stepped saw nothing for the first seconds on a busy machine."""
-    monkeypatch.setattr(module, "RenderClient", Client)
-    monkeypatch.setattr(module.rospy, "is_shutdown", lambda: False)
-    monkeypatch.setattr(module.rospy, "loginfo", lambda *_: None)
     cameras, camera = Cameras("gl", False), Camera("a")
     Client.may_start.clear()
     cameras.add(camera)

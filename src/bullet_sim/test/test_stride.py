@@ -110,6 +110,14 @@ def never(self, period):
     return 0
 
 
+def ways(monkeypatch):
+    """Whether Python updates the controllers before each step: once it does, once strides do."""
+    with monkeypatch.context() as patch:
+        patch.setattr(Manager, "steady_steps", never)
+        yield True
+    yield False
+
+
 def note_strides(monkeypatch):
     """List that gets the number of steps of each stride."""
     strides, make = [], Stride.make
@@ -169,11 +177,7 @@ def test_python_computes_what_is_more_than_pids(monkeypatch, change):
 def test_what_is_not_finite_gives_no_effort(monkeypatch, target):
     """In the solver as in Pid.update(); what was before is not forgotten."""
     found = []
-    for patched in (True, False):
-        if patched:
-            monkeypatch.setattr(Manager, "steady_steps", never)
-        else:
-            monkeypatch.undo()
+    for _ in ways(monkeypatch):
         world, manager = world_with_controllers()
         drive(world, manager, [[50]])
         for name in ("wheel", "turret", "slider"):
@@ -203,11 +207,7 @@ def test_bases_have_the_same_odometry(monkeypatch, kind, more):
     config = dict(BASES[kind], type=kind, cmd_vel_timeout=0.25, **more)
     robots = robot().replace("hardware_interface/Effort", "hardware_interface/Velocity")
     found = []
-    for python in (True, False):
-        if python:
-            monkeypatch.setattr(Manager, "steady_steps", never)
-        else:
-            monkeypatch.undo()
+    for python in ways(monkeypatch):
         strides = note_strides(monkeypatch)
         world = World(solver="ode")
         manager = world.spawn_urdf("bot", robots, Pose((0.0, 0.0, 2.0)), str).manager

@@ -418,11 +418,16 @@ class Drive(Controller):
     def update(self, time: float, period: float) -> None:
         """Odometry, then wheel speeds within the limits."""
         self.observe(time)
-        target = self._target if self._age <= self.config.timeout else (0.0, 0.0)
+        target = self._wanted()
         self._age += period
         now = self._limit(target, period)
         self._before, self.limited = self.limited, now
         self._write_once(self._outputs(*now))
+
+    def _wanted(self) -> tuple[float, ...]:
+        """The command, or zeros after its time-out."""
+        is_new = self._age <= self.config.timeout
+        return self._target if is_new else (0.0,) * len(self._target)
 
     def _limit(self, target: tuple[float, ...], period: float) -> tuple[float, ...]:
         """A command within the limits."""
@@ -440,13 +445,13 @@ class Drive(Controller):
             return 0
         if type(self).observe is not Drive.observe or getattr(self.config, "publish_wheels", False):
             return 0
-        left = self.config.timeout - self._age
-        target = self._target if left >= 0.0 else (0.0, 0.0)
+        target = self._wanted()
         now = self._limit(target, period)
         if not now == self.limited == self._before or self._outputs(*now) != self._written:
             return 0
-        if left < 0.0 or target == (0.0, 0.0):
+        if not any(target):  # so it is after the time-out, too
             return ENDLESS
+        left = self.config.timeout - self._age
         return int(left / period) - 1  # one less than until the time-out, for rounding
 
     def catch_up(

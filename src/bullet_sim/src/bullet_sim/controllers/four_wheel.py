@@ -282,7 +282,7 @@ class FourWheel(Drive):
         """Odometry, then wheels and steering within the limits."""
         self.observe(time)
         config = self.config
-        target = self._target if self._age <= config.timeout else (0.0,) * len(self._target)
+        target = self._wanted()
         self._age += period
         forward = config.linear.limit(target[0], self.limited[0], self._before[0], period)
         turn = self.limited[1]

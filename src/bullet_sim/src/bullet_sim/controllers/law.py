@@ -37,6 +37,16 @@ class JointPid:
     bounds: tuple[float, float, float, float]
     state: list[float] = field(default_factory=lambda: [math.nan] + [0.0] * 7)
 
+    @property
+    def output(self) -> float:
+        """The last output."""
+        return self.state[6]
+
+    @property
+    def applied(self) -> float:
+        """What of it was within the bounds."""
+        return self.state[7]
+
 
 def position_error(
     position: float, target: float, lower: float, upper: float, is_linear: bool

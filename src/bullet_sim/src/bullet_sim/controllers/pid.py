@@ -32,12 +32,17 @@ def shortest_distance(start: float, end: float) -> float:
     return -remainder(start - end, law.TURN)
 
 
-def position_error(joint: Joint, position: float, target: float) -> float:
-    """Error [rad, m] of a joint's position, see law.position_error()."""
+def limits_of(joint: Joint) -> tuple[float, float, bool]:
+    """What law.position_error() has to know of a joint: its limits, whether it is prismatic."""
     lower, upper = joint.lower, joint.upper
     if lower is None or upper is None:
         lower = upper = nan
-    return law.position_error(position, target, lower, upper, joint.kind == "prismatic")
+    return lower, upper, joint.kind == "prismatic"
+
+
+def position_error(joint: Joint, position: float, target: float) -> float:
+    """Error [rad, m] of a joint's position, see law.position_error()."""
+    return law.position_error(position, target, *limits_of(joint))
 
 
 NUMBERS = ("p", "i", "d", "i_clamp", "i_clamp_max", "i_clamp_min")
@@ -231,16 +236,13 @@ class Pid(Stateful):
             target: what it follows.
             bounds: of the effort, see JointPid.
         """
-        gains, limits = self.gains, self.joint.limits
-        lower, upper = limits.lower, limits.upper
-        if lower is None or upper is None:
-            lower = upper = nan
+        gains = self.gains
         return law.JointPid(
             body,
             joint,
             self.goal,
             target,
-            (lower, upper, limits.kind == "prismatic"),
+            limits_of(self.joint.limits),
             (gains.p, gains.i, gains.d, gains.i_clamp_min, gains.i_clamp_max, gains.antiwindup),
             bounds,
             [
@@ -252,7 +254,7 @@ class Pid(Stateful):
     def note(self, pid: law.JointPid) -> None:
         """The solver has computed it for several steps."""
         last, self.integral, self.error_rate, by_error, by_integral, by_rate = pid.state[:6]
-        self.terms, self.output = (by_error, by_integral, by_rate), pid.state[6]
+        self.terms, self.output = (by_error, by_integral, by_rate), pid.output
         if not math.isnan(last):
             self.error = self.last_error = last
 

@@ -206,9 +206,9 @@ class Joints(Stateful):
         lower, upper = (-inf, inf) if limits.lower is None else (limits.lower, limits.upper)
         return limit, lower, upper, speed
 
-    def note_efforts(self, efforts: Mapping[str, float]) -> None:
-        """The solver has applied efforts (mapping name -> effort [N m, N]) in the last step."""
-        self._applied.update(efforts)
+    def note_effort(self, name: str, effort: float) -> None:
+        """The solver has applied an effort [N m, N] to a joint in the last step."""
+        self._applied[name] = effort
 
     def apply_efforts(self, efforts: Mapping[str, float]) -> None:
         """Apply efforts (mapping name -> effort [N m, N]) during the next step."""

@@ -8,6 +8,7 @@ from bullet_sim.controllers.base import ENDLESS
 from bullet_sim.controllers.law import JointPid
 
 if TYPE_CHECKING:
+    from bullet_sim.controllers.hardware import Hardware
     from bullet_sim.controllers.manager import Manager
     from bullet_sim.controllers.pid import Pid
     from bullet_sim.engine import Engine
@@ -33,7 +34,7 @@ class Stride:
         self._time_step, self.most = time_step, ENDLESS
         self._robots: list[tuple[Model, Manager]] = []
         self._pids: list[JointPid] = []
-        self._sources: list[tuple[Manager, str, Pid | None]] = []  # of each
+        self._sources: list[tuple[Hardware, Joints, str, Pid | None]] = []  # of each
         for model in models:
             manager = model.manager
             assert manager is not None
@@ -44,37 +45,23 @@ class Stride:
             self._robots.append((model, manager))
 
     def _list_pids(self, model: "Model", manager: "Manager") -> None:
-        hardware, joints, body = manager.hardware, model.joints, model.body
-        named = set()
+        hardware, joints, found = manager.hardware, model.joints, []
         for controller in manager.steady:
-            for pid in controller.pids:
-                named.add(pid.joint.name)
-                self._add(manager, joints, body, pid, pid.target, joints.bounds(pid.joint.name))
+            found += [(pid, pid.target, joints.bounds(pid.joint.name)) for pid in controller.pids]
         for pid, target in hardware.followed():
-            named.add(pid.joint.name)
             limit = pid.joint.limits.effort or math.inf
-            bounds = (limit, -math.inf, math.inf, math.inf)  # as Hardware.write()
-            self._add(manager, joints, body, pid, target, bounds)
+            found.append((pid, target, (limit, -math.inf, math.inf, math.inf)))  # as write() there
+        for pid, target, bounds in found:
+            row = pid.joint_pid(model.body, joints.index(pid.joint.name), target, bounds)
+            self._pids.append(row)
+            self._sources.append((hardware, joints, pid.joint.name, pid))
+        regulated = {pid.joint.name for pid, _, _ in found}
         for name, effort in hardware.efforts.items():
-            if name not in named:
+            if name not in regulated:
                 limits = _NO_LIMITS, _NO_GAINS, joints.bounds(name)
-                alone = JointPid(body, joints.index(name), "", 0.0, *limits)
-                alone.state[6] = effort
-                self._pids.append(alone)
-                self._sources.append((manager, name, None))
-
-    def _add(
-        self,
-        manager: "Manager",
-        joints: "Joints",
-        body: int,
-        pid: "Pid",
-        target: float,
-        bounds: tuple[float, float, float, float],
-    ) -> None:
-        name = pid.joint.name
-        self._pids.append(pid.joint_pid(body, joints.index(name), target, bounds))
-        self._sources.append((manager, name, pid))
+                state = [math.nan, *[0.0] * 5, effort, 0.0]
+                self._pids.append(JointPid(model.body, joints.index(name), "", 0.0, *limits, state))
+                self._sources.append((hardware, joints, name, None))
 
     def make(self, engine: "Engine", count: int) -> None:
         """Make steps, at most `most`."""
@@ -88,16 +75,14 @@ class Stride:
             for _, manager in self._robots:
                 manager.hardware.read()  # as before the last of the steps
             solver.step(1)
-        applied: dict[Manager, dict[str, float]] = {}
-        for row, (manager, name, source) in zip(self._pids, self._sources):
-            if source is not None:
-                source.note(row)
-                manager.hardware.efforts[name] = source.output
-            applied.setdefault(manager, {})[name] = row.state[7]
+        for row, (hardware, joints, name, pid) in zip(self._pids, self._sources):
+            if pid is not None:
+                pid.note(row)
+                hardware.efforts[name] = pid.output
+            joints.note_effort(name, row.applied)
         for model, manager in self._robots:
-            model.joints.note_efforts(applied.get(manager, {}))
             positions: list[Sequence[Sequence[float]]] = []
             for controller in manager.steady:
-                joints = map(model.joints.index, controller.config.joints)
-                positions.append(() if controller.pids else solver.noted(model.body, joints, count))
+                order = map(model.joints.index, controller.config.joints)
+                positions.append(() if controller.pids else solver.noted(model.body, order, count))
             manager.catch_up(count, self._time_step, positions)
