@@ -3,6 +3,7 @@
 import glob
 import os
 import re
+import signal
 import subprocess
 import tempfile
 import unittest
@@ -192,7 +193,12 @@ class Driving(unittest.TestCase):
             self.assertGreater(sum(1 for _ in container.decode(stream)), 8)
 
     def test_the_window_comes_back_where_it_was(self):
-        self.window.place(23, 31, 611, 503)
+        self.window.process.send_signal(signal.SIGSTOP)  # its move and its end come at once
+        try:
+            self.window.place(23, 31, 611, 503)
+            self.window.process.terminate()
+        finally:
+            self.window.process.send_signal(signal.SIGCONT)
         self.assertEqual(self.window.close(), 0)
         type(self).window = Window(self.server, self.folder)
         wait_until(lambda: self.window.geometry() == (23, 31, 611, 503), "the window in its place")

@@ -80,9 +80,12 @@ def test_a_silent_topic_is_no_figure():
 
 
 def test_a_graph_that_works_while_it_is_paused_is_no_figure():
-    assert efficiency._paused([bare(cpu=0.02)]) == 0.02
+    figures = {"paused_graph": efficiency._paused([bare(cpu=0.02)])}
+    assert figures == {"paused_graph": 0.02}
+    assert efficiency._beside_a_resting_graph(figures) == figures
+    figures = {"paused_graph": efficiency._paused([bare(cpu=0.5)])}
     with pytest.raises(BenchError, match="paused graph took 0.50"):
-        efficiency._paused([bare(cpu=0.5)])
+        efficiency._beside_a_resting_graph(figures)
 
 
 def test_own_time_counts_the_processor_time_of_both_threads():

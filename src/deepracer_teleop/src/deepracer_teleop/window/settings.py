@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from paddock_common.settings import check, choice, number, text
 from PyQt5.QtCore import QByteArray, QSettings
+from PyQt5.QtGui import QGuiApplication
 
 DEFAULT_SPEED = 10.0
 DEFAULT_ANGULAR_SPEED = 5.0
@@ -77,6 +78,10 @@ class WindowGeometry:
         return isinstance(geometry, QByteArray) and window.restoreGeometry(geometry)
 
     def save(self, window):
-        """Stores position and size of a window."""
+        """Stores position and size of a window, as the window system has them by now.
+
+        Qt learns of a move by an event. One that is still under way is waited for.
+        """
+        QGuiApplication.sync()
         self._settings.setValue(KEY, window.saveGeometry())
         self._settings.sync()

@@ -238,9 +238,10 @@ class InterfaceWindow(Layout):
 
     def closeEvent(self, event):
         """Stops the car when the window closes."""
-        if self._geometry is not None:
-            self._geometry.save(self)
         self.finish()
+        if self._geometry is not None:
+            self.setEnabled(False)  # saving processes events: none of the user's may drive the car
+            self._geometry.save(self)
         super().closeEvent(event)
 
     def finish(self):
