@@ -166,7 +166,7 @@ def _xml(sources):
 VALUES = {
     "a number": ("<a>1.5</a>", lambda xml: xml.number("a", 2.0), 1.5),
     "no number": ("", lambda xml: xml.number("a", 2.0), 2.0),
-    "an empty tag": ("<a> </a>", lambda xml: xml.number("a", 2.0), 2.0),
+    "an empty tag": ("<a> </a>", lambda xml: xml.number("a", 2.0), 0.0),
     "a whole number": ("<a>7</a>", lambda xml: xml.whole("a", 1), 7),
     "three numbers": ("<a>1 2 3</a>", lambda xml: xml.vector("a", 3), (1.0, 2.0, 3.0)),
     "two numbers": ("<a>1 2</a>", lambda xml: xml.vector("a", 2), (1.0, 2.0)),

@@ -13,6 +13,7 @@ PLUGINS = {
     "camera": "libgazebo_ros_camera.so",
     "wideanglecamera": "libgazebo_ros_camera.so",
     "ray": "libgazebo_ros_laser.so",
+    "depth": "libgazebo_ros_openni_kinect.so",
     "imu": "libgazebo_ros_imu_sensor.so",
 }
 
@@ -143,6 +144,15 @@ def test_plugins_with_bad_values():
     assert model.sensors[0].offset[0] == (0, 0, 0) and "'1 2'" in model.warnings[0]
     model = plugin("gazebo_ros_control", "<controlPeriod>often</controlPeriod>")
     assert model.control_period == 0 and "'often'" in model.warnings[0]
+
+
+@pytest.mark.parametrize("text", ["strong", "", " ", "nan", "inf", "-"])
+def test_a_number_of_a_plugin_that_is_none_is_0_as_sdformat_reads_it(text):
+    model = plugin("gazebo_ros_diff_drive", f"<wheelTorque>{text}</wheelTorque>")
+    assert model.sensors[0].torque == 0 and len(model.warnings) == bool(text.strip())
+    assert all(f"'{text}'" in words and "0 is used" in words for words in model.warnings)
+    model = sensor("", "depth", f"<pointCloudCutoff>{text}</pointCloudCutoff>")
+    assert {each.cutoff for each in model.sensors if hasattr(each, "cutoff")} == {0}
 
 
 @pytest.mark.parametrize(

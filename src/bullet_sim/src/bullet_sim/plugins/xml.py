@@ -190,7 +190,18 @@ class Values:
         return values.number("mean"), abs(values.number("stddev"))
 
 
-class PluginXml(Values):
+class PluginValues(Values):
+    """Values in the children of a <plugin>."""
+
+    def number(self, path: str, default: float = 0.0) -> float:
+        """A finite number; the default where the tag is missing.
+
+        As sdformat reads it, any other text than a number and an empty tag are 0.
+        """
+        return super().number(path, default if self.element.find(path) is None else 0.0)
+
+
+class PluginXml(PluginValues):
     """A <plugin> of a model.
 
     Attributes:
@@ -298,9 +309,9 @@ class SensorXml(PluginXml):
         other.sensor = copy.deepcopy(self.sensor)
         return other
 
-    def plugin(self, sensor_name: str) -> Values:
+    def plugin(self, sensor_name: str) -> PluginValues:
         """The plugin's values; in messages it is e.g. "camera 'front'"."""
-        return Values(self.element, f"{sensor_name} '{self.name}'")
+        return PluginValues(self.element, f"{sensor_name} '{self.name}'")
 
     def part(self, tag: str, sensor_name: str) -> Values:
         """The element with the sensor's numbers, e.g. <ray>; without it they are in the <sensor>.
