@@ -129,3 +129,49 @@ def test_a_tree_of_equal_triangles_is_split_in_halves(world, tmp_path):
     leaves = trees.children[trees.children < 0]
     assert sorted(-1 - leaves) == list(range(1024))
     assert trees.depth[0] == 10
+
+
+def height_of_a_comb(folder, teeth, spike):
+    """Where a mesh of teeth, 1 cm in the ground, and of a spike [m] after them is a step later."""
+    facets = []
+    for tooth in range(teeth):
+        x, y = 0.01 * (tooth % 20), 0.01 * (tooth // 20)
+        facets.append([(x, y, 0), (x + 0.004, y, 1), (x, y + 0.004, 1)])
+    facets.append([(0.1, 0.1, -spike), (0.101, 0.1, 1), (0.1, 0.101, 1)])
+    loops = "".join(
+        "facet normal 0 0 1\nouter loop\n"
+        + "".join(f"vertex {x} {y} {z}\n" for x, y, z in facet)
+        + "endloop\nendfacet\n"
+        for facet in facets
+    )
+    path = folder / f"comb_{teeth}_{spike}.stl"
+    path.write_text(f"solid comb\n{loops}endsolid comb\n")
+    world = World(solver="ode")
+    ground = "<geometry><plane><normal>0 0 1</normal></plane></geometry>"
+    world.spawn_sdf(
+        "ground",
+        '<sdf version="1.6"><model name="ground"><static>1</static><link name="l">'
+        f'<collision name="c">{ground}</collision></link></model></sdf>',
+        Pose(),
+        str,
+    )
+    bot = world.spawn_urdf(
+        "comb",
+        '<robot name="comb"><link name="base"><inertial><mass value="1"/><inertia ixx="1" iyy="1" '
+        'izz="1" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><mesh '
+        f'filename="{path}"/></geometry></collision></link></robot>',
+        Pose((0.0, 0.0, -0.01)),
+        str,
+    )
+    world.engine.step()
+    height = world.engine.ode.save()["bodies"][bot.body][0, 2]
+    world.close()
+    return height
+
+
+def test_of_a_mesh_in_the_ground_the_first_250_vertices_count(tmp_path):
+    heights = {
+        teeth: [height_of_a_comb(tmp_path, teeth, spike) for spike in (0.0, 0.2)]
+        for teeth in (200, 300)
+    }
+    assert heights[200][0] != heights[200][1] and heights[300][0] == heights[300][1]

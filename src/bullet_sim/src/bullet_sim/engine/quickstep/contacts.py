@@ -32,6 +32,7 @@ from bullet_sim.engine.quickstep.layout import (
     MESH,
     MESH_CONTACTS,
     MIN_DEPTH,
+    MOST_FOUND,
     P_FDIR,
     P_KD,
     P_KP,
@@ -121,9 +122,10 @@ def _vertex_contacts(
     """Contacts of the vertices of a mesh with a plane; the number of all contacts then.
 
     The first ten below the plane; if there are more, the deepest of the rest in place of the tenth.
+    Only the first MOST_FOUND count.
     """
     offset, at, local = temporary(3), temporary(3), temporary(3)
-    found, deepest, last = 0, 0.0, n
+    found, seen, deepest, last = 0, 0, 0.0, n
     planes = scene.planes
     a, b, c = planes[p, 0], planes[p, 1], planes[p, 2]
     for k in range(3):  # the plane's normal in the body
@@ -145,7 +147,12 @@ def _vertex_contacts(
                 continue
             rotate(work[body, W_R : W_R + 9], point, offset)
             depth = below - (a * offset[0] + b * offset[1] + c * offset[2])
-            if depth <= 0.0 or found >= MESH_CONTACTS and depth <= deepest:
+            if depth <= 0.0:
+                continue
+            seen += 1
+            if seen > MOST_FOUND:
+                return n
+            if found >= MESH_CONTACTS and depth <= deepest:
                 continue
             for k in range(3):
                 at[k] = bodies[body, POS + k] + offset[k]
