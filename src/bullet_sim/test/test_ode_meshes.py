@@ -175,3 +175,43 @@ def test_of_a_mesh_in_the_ground_the_first_250_vertices_count(tmp_path):
         for teeth in (200, 300)
     }
     assert heights[200][0] != heights[200][1] and heights[300][0] == heights[300][1]
+
+
+def test_the_planes_of_few_large_triangles_leave_out_no_contact(world, tmp_path):
+    """Wheels at random places of a ground with steps: the same contacts as of all boxes."""
+    from bullet_sim.engine.quickstep.layout import B_CENTER, B_COLUMNS, B_ROTATION
+    from bullet_sim.engine.quickstep.trees import mesh_with_mesh
+
+    generator = np.random.default_rng(4711)
+    heights = [0.0, 0.0, 0.01, 0.01, 0.0, 0.3, 0.3]
+    strips = [
+        [[x, -2, a], [x + 0.4, -2, b], [x + 0.4, 2, b], [x, -2, a], [x + 0.4, 2, b], [x, 2, a]]
+        for x, a, b in zip(np.arange(-1.2, 1.2, 0.4), heights[:-1], heights[1:], strict=True)
+    ]
+    trimesh.Trimesh(
+        np.reshape(strips, (-1, 3)), np.arange(36).reshape(-1, 3), process=False
+    ).export(tmp_path / "ground.stl")
+    trimesh.creation.cylinder(0.08, 0.05, sections=48).subdivide().export(tmp_path / "wheel.stl")
+    for name in ("ground", "wheel"):
+        world.spawn_sdf(name, static(name, tmp_path), Pose(), lambda uri: uri[7:])
+    spawn(world, "ball", bot(SHAPES["sphere"]), (0, 0, 9), tmp_path)
+    world.step()
+    scene = world.engine.ode._scene
+    ground, wheel = scene.roots[:2]
+    assert min(ground, wheel) >= 0 and ground != wheel
+    plain = scene.trees._replace(near=np.zeros(0, np.int64))  # no room: all boxes are compared
+    still, one = np.zeros(B_COLUMNS), np.zeros(B_COLUMNS)
+    still[B_ROTATION:] = np.eye(3).ravel()
+    touching = 0
+    for _ in range(400):
+        one[B_CENTER : B_CENTER + 3] = generator.uniform((-1.1, -1.5, 0.0), (1.1, 1.5, 0.35))
+        one[B_ROTATION:] = trimesh.transformations.random_rotation_matrix(generator.random(3))[
+            :3, :3
+        ].ravel()
+        for pair in ((still, ground, one, wheel), (one, wheel, still, ground)):
+            found, others = np.zeros_like(plain.found), np.zeros_like(plain.found)
+            count = mesh_with_mesh(*pair, scene.trees, found)
+            assert count == mesh_with_mesh(*pair, plain, others)
+            np.testing.assert_array_equal(found, others)
+            touching += count > 0
+    assert 100 < touching < 700

@@ -497,13 +497,22 @@ class OdeSolver:
             [-1 if tree is None else firsts[id(tree)][0] for tree in used], np.int64
         )
         depth = max((tree.depth[0] for tree in distinct), default=1)
+        all_children = np.concatenate(children)
+        parents = np.full(triangles + nodes, -1, np.int64)
+        for column in all_children.T:
+            is_there = column != q.NO_CHILD
+            parents[triangles + column[is_there]] = triangles + np.flatnonzero(is_there)
         ground["trees"] = q.Trees(
             np.concatenate([np.zeros((0, 9)), *(tree.corners for tree in distinct)]),
             np.concatenate([np.zeros((0, 6)), *(tree.nodes for tree in distinct)]),
-            np.concatenate(children),
+            all_children,
             np.array([depth], np.int64),
             np.zeros((4 * depth + 8, 3), np.int64),
             np.zeros((q.MOST_FOUND, q.F_COLUMNS)),
+            parents,
+            np.zeros((triangles + nodes, 2), np.int64),
+            np.zeros(1, np.int64),
+            np.zeros(q.NEAR_BOXES, np.int64),
         )
 
     def _build_state(self, most: int) -> None:

@@ -115,7 +115,8 @@ def make_tree(triangles: Array, scale: Vec3) -> q.Trees:
     children = np.full((max(1, count - 1), 2), q.NO_CHILD, np.int64)
     depth = build_tree(corners, order, nodes, children)
     placed = corners[order].reshape(-1, 9).astype(float)
-    no_room = np.zeros((0, 3), np.int64), np.zeros((0, q.F_COLUMNS))
+    none, pairs = np.zeros(0, np.int64), np.zeros((0, 3), np.int64)
+    no_room = pairs, np.zeros((0, q.F_COLUMNS)), none, pairs[:, :2], none, none
     return q.Trees(placed, nodes, children, np.array([depth]), *no_room)
 
 

@@ -77,6 +77,7 @@ APART, FOUND, LEFT = range(3)  # contacts of two bodies: none, found here, found
 B_HALF, B_CENTER, B_ROTATION, B_COLUMNS = 0, 3, 6, 15
 # contacts of a mesh that are looked for: point, normal, depth, weight of the normal
 F_NORMAL, F_DEPTH, F_WEIGHT, F_COLUMNS = 3, 6, 7, 8
+NEAR_BOXES = 64  # up to which the triangles of a mesh are compared with another mesh one by one
 NO_CHILD = -(2**40)  # of a node with a single triangle
 
 
@@ -90,6 +91,12 @@ class Trees(NamedTuple):
         depth: (1,) of the deepest tree.
         todo: (w, 3) room for what is still to be looked at, for 4 times that depth and 8.
         found: (MOST_FOUND, F_COLUMNS) room for contacts of a pair.
+        parents: (t + k,) of each triangle, the last first, and of each box: t and the number of the
+            box that it is in, or -1.
+        marks: (t + k, 2) of these: the last call that had to look at them, in its first tree and in
+            its second.
+        calls: (1,) number of calls that marked.
+        near: (NEAR_BOXES,) room for numbers of boxes.
     """
 
     corners: Array
@@ -98,6 +105,10 @@ class Trees(NamedTuple):
     depth: Array
     todo: Array
     found: Array
+    parents: Array
+    marks: Array
+    calls: Array
+    near: Array
 
 
 class Scene(NamedTuple):

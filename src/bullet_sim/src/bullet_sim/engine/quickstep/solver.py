@@ -881,7 +881,7 @@ class State(NamedTuple):
 
 
 _1, _2, _N1, _N2 = types.float64[::1], types.float64[:, ::1], types.int64[::1], types.int64[:, ::1]
-_TREES = types.NamedTuple((_2, _2, _N2, _N1, _N2, _2), Trees)
+_TREES = types.NamedTuple((_2, _2, _N2, _N1, _N2, _2, _N1, _N2, _N1, _N1), Trees)
 _SCENE = types.NamedTuple(
     (
         *(_2, _N2, _N1, _2, _2, _2, _N1, _2, _N2, _N2, _N1, _N2, _2, _N1, _2, _2, _N1, _N1, _N1),

@@ -16,6 +16,7 @@ from bullet_sim.engine.quickstep.layout import (
     B_HALF,
     B_ROTATION,
     BOX,
+    COPLANAR,
     CYLINDER,
     EPSILON,
     F_DEPTH,
@@ -43,6 +44,7 @@ from bullet_sim.pose import Array
 _CELLS = 1e4  # [1/m] in each of which contacts of two meshes are one
 _AS_DEEP = 1e-5  # [m]
 _LOOSE = 1e-6  # by which cosines between boxes of two trees count as larger
+_SINGLE = 1e-6  # of a size, above what single precision rounds
 # pairs of two trees; of the last two the triangle of the first, or of the second, was there first
 _BOXES, _TRIANGLE_BOX, _BOX_TRIANGLE, _TRIANGLES, _TRIANGLES_OF_BOX = range(5)
 
@@ -348,7 +350,7 @@ def mesh_with_solid(
 
 
 @compiled
-def _boxes_overlap(boxes: Array, a: int, b: int, f: Array, s: Array) -> bool:
+def _boxes_overlap(a: Array, b: Array, f: Array, s: Array) -> bool:
     """Whether boxes of two trees overlap, as in Gottschalk et al., "OBBTree" (1996).
 
     Args:
@@ -356,16 +358,16 @@ def _boxes_overlap(boxes: Array, a: int, b: int, f: Array, s: Array) -> bool:
         s: (9,) absolute values of its rotation, a little larger.
     """
     r = B_ROTATION
-    a0, a1, a2 = boxes[a, 3], boxes[a, 4], boxes[a, 5]
-    b0, b1, b2 = boxes[b, 3], boxes[b, 4], boxes[b, 5]
-    x, y, z = boxes[b, 0], boxes[b, 1], boxes[b, 2]
-    t0 = f[B_CENTER] - boxes[a, 0] + f[r] * x + f[r + 1] * y + f[r + 2] * z
+    a0, a1, a2 = a[3], a[4], a[5]
+    b0, b1, b2 = b[3], b[4], b[5]
+    x, y, z = b[0], b[1], b[2]
+    t0 = f[B_CENTER] - a[0] + f[r] * x + f[r + 1] * y + f[r + 2] * z
     if abs(t0) > a0 + b0 * s[0] + b1 * s[1] + b2 * s[2]:
         return False
-    t1 = f[B_CENTER + 1] - boxes[a, 1] + f[r + 3] * x + f[r + 4] * y + f[r + 5] * z
+    t1 = f[B_CENTER + 1] - a[1] + f[r + 3] * x + f[r + 4] * y + f[r + 5] * z
     if abs(t1) > a1 + b0 * s[3] + b1 * s[4] + b2 * s[5]:
         return False
-    t2 = f[B_CENTER + 2] - boxes[a, 2] + f[r + 6] * x + f[r + 7] * y + f[r + 8] * z
+    t2 = f[B_CENTER + 2] - a[2] + f[r + 6] * x + f[r + 7] * y + f[r + 8] * z
     if abs(t2) > a2 + b0 * s[6] + b1 * s[7] + b2 * s[8]:
         return False
     for j in range(3):
@@ -388,6 +390,119 @@ def _boxes_overlap(boxes: Array, a: int, b: int, f: Array, s: Array) -> bool:
 
 
 @compiled
+def _mark_path(row: int, side: int, call: int, trees: Trees) -> None:
+    """Mark a triangle or a box, and all boxes that it is in, as what a call has to look at."""
+    while row >= 0 and trees.marks[row, side] != call:
+        trees.marks[row, side] = call
+        row = trees.parents[row]
+
+
+@compiled
+def _boxes_of_triangles(
+    root: int, other: int, f: Array, s: Array, slack: float, trees: Trees
+) -> int:
+    """List boxes with triangles of their own that the box around another tree overlaps, into
+    trees.near; their number, or -1: they are more than it has room for."""
+    count, waiting, todo, large = 0, 1, trees.todo[:, 0], temporary(6)
+    todo[0] = root
+    for k in range(6):
+        large[k] = trees.nodes[other, k] + (slack if k > 2 else 0.0)
+    while waiting > 0:
+        waiting -= 1
+        i, has_triangle = todo[waiting], False
+        if not _boxes_overlap(trees.nodes[i], large, f, s):
+            continue
+        for p in range(2):
+            child = trees.children[i, p]
+            if child >= 0:
+                todo[waiting] = child
+                waiting += 1
+            elif child != NO_CHILD:
+                has_triangle = True
+        if has_triangle:
+            if count == len(trees.near):
+                return -1
+            trees.near[count] = i
+            count += 1
+    return count
+
+
+@compiled
+def _mark_cut(
+    i: int, child: int, root: int, side: int, call: int, f: Array, g: Array, s: Array,
+    slack: float, trees: Trees,
+) -> None:  # fmt: skip
+    """Mark triangles of a tree that the plane of another's triangle may cut, and this one.
+
+    Args:
+        i: box of a triangle `child`.
+        side: 0 or 1: which of both trees the triangle is of.
+    """
+    t, box, first, cut = temporary(9), temporary(6), len(trees.corners), False
+    _place_triangle(trees.corners[-1 - child], g, t)
+    u, v, w = t[3] - t[0], t[4] - t[1], t[5] - t[2]
+    p, q, r = t[6] - t[0], t[7] - t[1], t[8] - t[2]
+    x, y, z = v * r - w * q, w * p - u * r, u * q - v * p
+    at = x * t[0] + y * t[1] + z * t[2]
+    near = (abs(x) + abs(y) + abs(z)) * slack + 2.0 * COPLANAR
+    for k in range(6):
+        box[k] = trees.nodes[i, k] + (slack if k > 2 else 0.0)
+    waiting, todo = 1, trees.todo[:, 0]
+    todo[0] = root
+    while waiting > 0:
+        waiting -= 1
+        j = todo[waiting]
+        node = trees.nodes[j]
+        reach = abs(x) * node[3] + abs(y) * node[4] + abs(z) * node[5] + near
+        if abs(x * node[0] + y * node[1] + z * node[2] - at) > reach:
+            continue
+        if not _boxes_overlap(box, node, f, s):
+            continue
+        for k in range(2):
+            other = trees.children[j, k]
+            if other >= 0:
+                todo[waiting] = other
+                waiting += 1
+            elif other != NO_CHILD:
+                c = trees.corners[-1 - other]
+                d0 = x * c[0] + y * c[1] + z * c[2] - at
+                d1 = x * c[3] + y * c[4] + z * c[5] - at
+                d2 = x * c[6] + y * c[7] + z * c[8] - at
+                if min(d0, d1, d2) <= near and max(d0, d1, d2) >= -near:
+                    _mark_path(other + first, 1 - side, call, trees)
+                    cut = True
+    if cut:
+        _mark_path(child + first, side, call, trees)
+
+
+@compiled
+def _mark(root: int, other: int, side: int, call: int, f: Array, g: Array, trees: Trees) -> bool:
+    """Mark in two trees at least all that leads to triangles that overlap, if the first has few
+    triangles near the second; whether it has.
+
+    Between large triangles and a finer mesh boxes tell little, and planes much.
+
+    Args:
+        side: 0 or 1: which of both trees `root` is of.
+        f, g: the frames of the second in the first, and the other way round.
+    """
+    spread, size = temporary(9), 0.0
+    for k in range(9):
+        spread[k] = abs(f[B_ROTATION + k]) + _LOOSE
+    for k in range(3):
+        for box in (trees.nodes[root], trees.nodes[other]):
+            size = max(size, abs(box[k]) + box[3 + k])
+    slack = _SINGLE * size
+    count = _boxes_of_triangles(root, other, f, spread, slack, trees)
+    for at in range(count):
+        i = trees.near[at]
+        for p in range(2):
+            if trees.children[i, p] < 0 and trees.children[i, p] != NO_CHILD:
+                _mark_cut(i, trees.children[i, p], other, side, call, f, g, spread, slack, trees)
+    return count >= 0
+
+
+@compiled
 def mesh_with_mesh(
     one: Array, root: int, two: Array, other: int, trees: Trees, found: Array
 ) -> int:
@@ -404,13 +519,17 @@ def mesh_with_mesh(
     relative(two, one, back)
     for i in range(9):
         spread[i] = abs(forth[B_ROTATION + i]) + _LOOSE
+    trees.calls[0] += 1
+    call, row, marks = trees.calls[0], len(trees.corners), trees.marks
+    few = _mark(root, other, 0, call, forth, back, trees)
+    few = few or _mark(other, root, 1, call, back, forth, trees)
     todo[0, 0], todo[0, 1], todo[0, 2] = _BOXES, root, other
     waiting, n, held = 1, 0, 0  # held: triangle in the frame of the other mesh, and of which it is
     while waiting > 0:
         waiting -= 1
         kind, i, j = todo[waiting, 0], todo[waiting, 1], todo[waiting, 2]
         if kind == _BOXES:
-            if not _boxes_overlap(nodes, i, j, forth, spread):
+            if not _boxes_overlap(nodes[i], nodes[j], forth, spread):
                 continue
         elif kind == _TRIANGLE_BOX or kind == _TRIANGLES:
             if held != 2 * i:
@@ -434,9 +553,13 @@ def mesh_with_mesh(
             continue
         for p in range(1 if i >= 0 else 0, -1, -1):  # the last is the first that is looked at
             first = children[i, p] if i >= 0 else i
+            if few and first != NO_CHILD and marks[row + first, 0] != call:
+                continue
             for q in range(1 if j >= 0 else 0, -1, -1):
                 second = children[j, q] if j >= 0 else j
                 if first == NO_CHILD or second == NO_CHILD:
+                    continue
+                if few and marks[row + second, 1] != call:
                     continue
                 if first >= 0:
                     next_ = _BOXES if second >= 0 else _BOX_TRIANGLE
