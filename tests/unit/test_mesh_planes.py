@@ -1,26 +1,15 @@
 """Solver 'ode': the search for contacts of two meshes by planes of large triangles."""
 
+import gazebo_states
 import numpy as np
 import trimesh
 from bullet_sim.engine.quickstep.layout import B_CENTER, B_COLUMNS, B_ROTATION
 from bullet_sim.engine.quickstep.trees import mesh_with_mesh
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from sdf_texts import static_mesh, write_triangles
 
-BALL = (
-    '<robot name="ball"><link name="base"><inertial><mass value="1"/><inertia ixx="0.01" '
-    'iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry>'
-    '<sphere radius="0.05"/></geometry></collision></link></robot>'
-)
-
-
-def static(name, folder):
-    """SDF of a static model of a mesh file."""
-    return (
-        f'<sdf version="1.6"><model name="{name}"><static>1</static><link name="l"><collision '
-        f'name="c"><geometry><mesh><uri>file://{folder}/{name}.stl</uri></mesh></geometry>'
-        "</collision></link></model></sdf>"
-    )
+BALL = gazebo_states.robot(gazebo_states.link("base", 1.0, 0.01, '<sphere radius="0.05"/>'))
 
 
 def test_the_planes_of_few_large_triangles_leave_out_no_contact(tmp_path):
@@ -32,12 +21,10 @@ def test_the_planes_of_few_large_triangles_leave_out_no_contact(tmp_path):
         [[x, -2, a], [x + 0.4, -2, b], [x + 0.4, 2, b], [x, -2, a], [x + 0.4, 2, b], [x, 2, a]]
         for x, a, b in zip(np.arange(-1.2, 1.2, 0.4), heights[:-1], heights[1:], strict=True)
     ]
-    trimesh.Trimesh(
-        np.reshape(strips, (-1, 3)), np.arange(36).reshape(-1, 3), process=False
-    ).export(tmp_path / "ground.stl")
+    write_triangles(tmp_path / "ground.stl", strips)
     trimesh.creation.cylinder(0.08, 0.05, sections=48).subdivide().export(tmp_path / "wheel.stl")
     for name in ("ground", "wheel"):
-        world.spawn_sdf(name, static(name, tmp_path), Pose(), lambda uri: uri[7:])
+        world.spawn_sdf(name, static_mesh(name, tmp_path), Pose(), lambda uri: uri[7:])
     world.spawn_urdf("ball", BALL, Pose((0, 0, 9)), str)
     world.step()
     scene = world.engine.ode._scene
@@ -59,3 +46,4 @@ def test_the_planes_of_few_large_triangles_leave_out_no_contact(tmp_path):
             np.testing.assert_array_equal(found, others)
             touching += count > 0
     assert 100 < touching < 700
+    world.close()

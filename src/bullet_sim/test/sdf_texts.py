@@ -1,8 +1,9 @@
-"""SDF texts for tests: a world of a floor, a sound model and odd ones."""
+"""SDF texts for tests: a world of a floor, a sound model and odd ones; static meshes."""
 
 import math
 
 import numpy as np
+import trimesh
 from bullet_sim.description.warnings import grouped
 from bullet_sim.formats.sdf.world import parse_world
 from bullet_sim.world import World
@@ -55,3 +56,19 @@ def fallen(text):
         return world.models["sound"].pose.position[2]
     finally:
         world.close()
+
+
+def static_mesh(name, folder):
+    """SDF of a static model of the file NAME.stl."""
+    return (
+        f'<sdf version="1.6"><model name="{name}"><static>1</static><link name="l"><collision '
+        f'name="c"><geometry><mesh><uri>file://{folder}/{name}.stl</uri></mesh></geometry>'
+        "</collision></link></model></sdf>"
+    )
+
+
+def write_triangles(path, triangles):
+    """Writes a mesh of triangles (n, 3, 3) [m] as they are."""
+    vertices = np.asarray(triangles, float).reshape(-1, 3)
+    faces = np.arange(len(vertices)).reshape(-1, 3)
+    trimesh.Trimesh(vertices, faces, process=False).export(path)

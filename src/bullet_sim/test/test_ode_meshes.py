@@ -4,8 +4,10 @@ import gazebo_states
 import numpy as np
 import pytest
 import trimesh
+from bullet_sim.formats.sdf.world import ground_plane
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from sdf_texts import static_mesh, write_triangles
 
 SHAPES = {
     "sphere": '<sphere radius="0.05"/>',
@@ -31,21 +33,10 @@ def spawn(world, name, text, place, folder):
     return world.spawn_urdf(name, text, Pose(place), lambda uri: uri[7:])
 
 
-def static(name, folder):
-    """SDF of a static model of a mesh file."""
-    return (
-        f'<sdf version="1.6"><model name="{name}"><static>1</static><link name="l"><collision '
-        f'name="c"><geometry><mesh><uri>file://{folder}/{name}.stl</uri></mesh></geometry>'
-        "</collision></link></model></sdf>"
-    )
-
-
 def tree_of(world, folder, triangles):
     """The trees of a world with one mesh, whose root is 0."""
-    vertices = np.asarray(triangles, float).reshape(-1, 3)
-    faces = np.arange(len(vertices)).reshape(-1, 3)
-    trimesh.Trimesh(vertices, faces, process=False).export(folder / "mesh.stl")
-    world.spawn_sdf("mesh", static("mesh", folder), Pose(), lambda uri: uri[7:])
+    write_triangles(folder / "mesh.stl", triangles)
+    world.spawn_sdf("mesh", static_mesh("mesh", folder), Pose(), lambda uri: uri[7:])
     spawn(world, "ball", bot(SHAPES["sphere"]), (0, 0, 9), folder)
     world.step()
     scene = world.engine.ode._scene
@@ -89,10 +80,10 @@ def test_meshes_of_one_triangle_and_without_area_are_safe(world, tmp_path, shape
     }
     things = []
     for i, (name, triangles) in enumerate(grounds.items()):
-        vertices = np.array(triangles, float).reshape(-1, 3)
-        faces = np.arange(len(vertices)).reshape(-1, 3)
-        trimesh.Trimesh(vertices, faces, process=False).export(tmp_path / f"{name}.stl")
-        world.spawn_sdf(name, static(name, tmp_path), Pose((5.0 * i, 0, 0)), lambda uri: uri[7:])
+        write_triangles(tmp_path / f"{name}.stl", triangles)
+        world.spawn_sdf(
+            name, static_mesh(name, tmp_path), Pose((5.0 * i, 0, 0)), lambda uri: uri[7:]
+        )
         things.append(spawn(world, f"on_{name}", bot(SHAPES[shape]), (5.0 * i, 0, 0.06), tmp_path))
     world.step(500)
     for thing in things:
@@ -133,38 +124,19 @@ def test_a_tree_of_equal_triangles_is_split_in_halves(world, tmp_path):
 
 def height_of_a_comb(folder, teeth, spike):
     """Where a mesh of teeth, 1 cm in the ground, and of a spike [m] after them is a step later."""
-    facets = []
+    triangles = []
     for tooth in range(teeth):
         x, y = 0.01 * (tooth % 20), 0.01 * (tooth // 20)
-        facets.append([(x, y, 0), (x + 0.004, y, 1), (x, y + 0.004, 1)])
-    facets.append([(0.1, 0.1, -spike), (0.101, 0.1, 1), (0.1, 0.101, 1)])
-    loops = "".join(
-        "facet normal 0 0 1\nouter loop\n"
-        + "".join(f"vertex {x} {y} {z}\n" for x, y, z in facet)
-        + "endloop\nendfacet\n"
-        for facet in facets
-    )
-    path = folder / f"comb_{teeth}_{spike}.stl"
-    path.write_text(f"solid comb\n{loops}endsolid comb\n")
+        triangles.append([(x, y, 0), (x + 0.004, y, 1), (x, y + 0.004, 1)])
+    triangles.append([(0.1, 0.1, -spike), (0.101, 0.1, 1), (0.1, 0.101, 1)])
+    name = f"comb_{teeth}_{spike}"
+    write_triangles(folder / f"{name}.stl", triangles)
     world = World(solver="ode")
-    ground = "<geometry><plane><normal>0 0 1</normal></plane></geometry>"
-    world.spawn_sdf(
-        "ground",
-        '<sdf version="1.6"><model name="ground"><static>1</static><link name="l">'
-        f'<collision name="c">{ground}</collision></link></model></sdf>',
-        Pose(),
-        str,
-    )
-    bot = world.spawn_urdf(
-        "comb",
-        '<robot name="comb"><link name="base"><inertial><mass value="1"/><inertia ixx="1" iyy="1" '
-        'izz="1" ixy="0" ixz="0" iyz="0"/></inertial><collision><geometry><mesh '
-        f'filename="{path}"/></geometry></collision></link></robot>',
-        Pose((0.0, 0.0, -0.01)),
-        str,
-    )
+    world.spawn(ground_plane())
+    shape = f'<mesh filename="file://{folder}/{name}.stl"/>'
+    comb = spawn(world, "comb", bot(shape), (0.0, 0.0, -0.01), folder)
     world.engine.step()
-    height = world.engine.ode.save()["bodies"][bot.body][0, 2]
+    height = world.engine.ode.save()["bodies"][comb.body][0, 2]
     world.close()
     return height
 

@@ -130,7 +130,7 @@ class OdeSolver:
         self.configure(OdeSettings())
         self._is_ahead = False  # PyBullet's bodies are where they were
         self._files: dict[tuple[Any, ...], Array] = {}  # vertices of meshes
-        self._trees: dict[tuple[Any, ...], q.Trees | None] = {}
+        self._trees: dict[tuple[Any, ...], q.Tree | None] = {}
         self._traced: dict[tuple[Any, ...], tuple[Triangles, Array, float]] = {}
         self.clear()
 
@@ -259,7 +259,7 @@ class OdeSolver:
         joints: list[Array] = []
         types: list[tuple[int, int, int]] = []
         shapes: list[Array] = []
-        moving: list[q.Trees | None] = []  # of each shape that is a solid
+        moving: list[q.Tree | None] = []  # of each shape that is a solid
         kinds: list[tuple[int, ...]] = []  # as in Scene
         chunks: list[Array] = [np.zeros((0, 6))]
         vertices: list[Array] = [np.zeros((0, 3))]
@@ -419,7 +419,7 @@ class OdeSolver:
         boxes: list[Array] = []
         contents: list[int] = []
         hosts: list[tuple[int, int]] = []
-        self._solid_trees: list[q.Trees | None] = []  # of those that never move
+        self._solid_trees: list[q.Tree | None] = []  # of those that never move
         self._known: list[tuple[int, int]] = []  # bodies whose contacts quickstep finds
         self._plane_of: list[tuple[int, int]] = []
         for still in self._still.values():
@@ -477,11 +477,11 @@ class OdeSolver:
             ),
         }
 
-    def _add_trees(self, ground: dict[str, Any], moving: list[q.Trees | None]) -> None:
+    def _add_trees(self, ground: dict[str, Any], moving: list[q.Tree | None]) -> None:
         """The meshes of all solids, each once, and the roots of the solids' trees."""
         used = [*self._solid_trees, *moving]
         firsts: dict[int, tuple[int, int]] = {}  # number of the first node and triangle
-        distinct: list[q.Trees] = []
+        distinct: list[q.Tree] = []
         nodes = triangles = 0
         for tree in used:
             if tree is not None and id(tree) not in firsts:
@@ -496,7 +496,7 @@ class OdeSolver:
         ground["roots"] = np.array(
             [-1 if tree is None else firsts[id(tree)][0] for tree in used], np.int64
         )
-        depth = max((tree.depth[0] for tree in distinct), default=1)
+        depth = max((tree.depth for tree in distinct), default=1)
         all_children = np.concatenate(children)
         parents = np.full(triangles + nodes, -1, np.int64)
         for column in all_children.T:
@@ -548,7 +548,7 @@ class OdeSolver:
         self._table = state_table(self._state)
         self._others = list(self._known)
 
-    def _tree(self, shape: Shape) -> q.Trees | None:
+    def _tree(self, shape: Shape) -> q.Tree | None:
         """The tree of a mesh; None: it is none, or cannot be read."""
         geometry = shape.geometry
         if geometry.kind != "mesh":
@@ -561,7 +561,7 @@ class OdeSolver:
             )
         return self._trees[key]
 
-    def _box_around(self, shape: Shape, frame: Pose, body: int, tree: q.Trees | None) -> Array:
+    def _box_around(self, shape: Shape, frame: Pose, body: int, tree: q.Tree | None) -> Array:
         """Box (6,) around a shape of what never moves."""
         pose, geometry = frame * shape.pose, shape.geometry
         if tree is not None:

@@ -106,7 +106,7 @@ def around(boxes: Array) -> Array:
     return np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
 
 
-def make_tree(triangles: Array, scale: Vec3) -> q.Trees:
+def make_tree(triangles: Array, scale: Vec3) -> q.Tree:
     """The tree of triangles (n, 3, 3) [m], which are scaled; single precision, as in Gazebo."""
     corners = triangles.astype(np.float32) * np.asarray(scale, np.float32)
     count = len(corners)
@@ -115,9 +115,7 @@ def make_tree(triangles: Array, scale: Vec3) -> q.Trees:
     children = np.full((max(1, count - 1), 2), q.NO_CHILD, np.int64)
     depth = build_tree(corners, order, nodes, children)
     placed = corners[order].reshape(-1, 9).astype(float)
-    none, pairs = np.zeros(0, np.int64), np.zeros((0, 3), np.int64)
-    no_room = pairs, np.zeros((0, q.F_COLUMNS)), none, pairs[:, :2], none, none
-    return q.Trees(placed, nodes, children, np.array([depth]), *no_room)
+    return q.Tree(placed, nodes, children, depth)
 
 
 def shape_row(shape: Shape, link: Link) -> Array:

@@ -81,21 +81,35 @@ NEAR_BOXES = 64  # up to which the triangles of a mesh are compared with another
 NO_CHILD = -(2**40)  # of a node with a single triangle
 
 
-class Trees(NamedTuple):
-    """Meshes, each in its own frame, scaled.
+class Tree(NamedTuple):
+    """A mesh in its own frame, scaled.
 
     Attributes:
-        corners: (t, 9) triangles [m], those of a mesh in the order of its tree.
+        corners: (t, 9) triangles [m] in the order of the tree.
         nodes: (k, 6) center and half the edges of boxes [m].
         children: (k, 2) numbers of nodes, or -1 - the number of a triangle; NO_CHILD: none.
-        depth: (1,) of the deepest tree.
+        depth: how deep it is.
+    """
+
+    corners: Array
+    nodes: Array
+    children: Array
+    depth: int
+
+
+class Trees(NamedTuple):
+    """The trees of all meshes after each other, and room to work with.
+
+    Attributes:
+        corners, nodes, children: as those of a Tree.
+        depth: (1,) of the deepest.
         todo: (w, 3) room for what is still to be looked at, for 4 times that depth and 8.
         found: (MOST_FOUND, F_COLUMNS) room for contacts of a pair.
         parents: (t + k,) of each triangle, the last first, and of each box: t and the number of the
             box that it is in, or -1.
         marks: (t + k, 2) of these: the last call that had to look at them, in its first tree and in
             its second.
-        calls: (1,) number of calls that marked.
+        calls: (1,) number of the call that marks.
         near: (NEAR_BOXES,) room for numbers of boxes.
     """
 

@@ -390,23 +390,34 @@ def _boxes_overlap(a: Array, b: Array, f: Array, s: Array) -> bool:
 
 
 @compiled
-def _mark_path(row: int, side: int, call: int, trees: Trees) -> None:
-    """Mark a triangle or a box, and all boxes that it is in, as what a call has to look at."""
+def _spread_of(frame: Array, out: Array) -> None:
+    """What _boxes_overlap() takes as s."""
+    for i in range(9):
+        out[i] = abs(frame[B_ROTATION + i]) + _LOOSE
+
+
+@compiled
+def _grow(box: Array, slack: float, out: Array) -> None:
+    """A box of a tree with larger edges."""
+    for k in range(3):
+        out[k], out[3 + k] = box[k], box[3 + k] + slack
+
+
+@compiled
+def _mark_path(number: int, side: int, trees: Trees) -> None:
+    """Mark a triangle, as in trees.children, and all boxes that it is in."""
+    row, call = number + len(trees.corners), trees.calls[0]
     while row >= 0 and trees.marks[row, side] != call:
         trees.marks[row, side] = call
         row = trees.parents[row]
 
 
 @compiled
-def _boxes_of_triangles(
-    root: int, other: int, f: Array, s: Array, slack: float, trees: Trees
-) -> int:
-    """List boxes with triangles of their own that the box around another tree overlaps, into
+def _boxes_of_triangles(root: int, large: Array, f: Array, s: Array, trees: Trees) -> int:
+    """List boxes of a tree that have triangles of their own and overlap another box, into
     trees.near; their number, or -1: they are more than it has room for."""
-    count, waiting, todo, large = 0, 1, trees.todo[:, 0], temporary(6)
+    count, waiting, todo = 0, 1, trees.todo[:, 0]
     todo[0] = root
-    for k in range(6):
-        large[k] = trees.nodes[other, k] + (slack if k > 2 else 0.0)
     while waiting > 0:
         waiting -= 1
         i, has_triangle = todo[waiting], False
@@ -429,25 +440,21 @@ def _boxes_of_triangles(
 
 @compiled
 def _mark_cut(
-    i: int, child: int, root: int, side: int, call: int, f: Array, g: Array, s: Array,
-    slack: float, trees: Trees,
-) -> None:  # fmt: skip
-    """Mark triangles of a tree that the plane of another's triangle may cut, and this one.
+    t: Array, box: Array, root: int, side: int, f: Array, s: Array, slack: float, trees: Trees
+) -> bool:
+    """Mark triangles of a tree that the plane of another's triangle may cut; whether there are any.
 
     Args:
-        i: box of a triangle `child`.
-        side: 0 or 1: which of both trees the triangle is of.
+        t: the triangle, in the tree's frame.
+        box: around it, in the frame of the other tree.
+        side: 0 or 1: which of both the tree is.
     """
-    t, box, first, cut = temporary(9), temporary(6), len(trees.corners), False
-    _place_triangle(trees.corners[-1 - child], g, t)
     u, v, w = t[3] - t[0], t[4] - t[1], t[5] - t[2]
     p, q, r = t[6] - t[0], t[7] - t[1], t[8] - t[2]
     x, y, z = v * r - w * q, w * p - u * r, u * q - v * p
     at = x * t[0] + y * t[1] + z * t[2]
     near = (abs(x) + abs(y) + abs(z)) * slack + 2.0 * COPLANAR
-    for k in range(6):
-        box[k] = trees.nodes[i, k] + (slack if k > 2 else 0.0)
-    waiting, todo = 1, trees.todo[:, 0]
+    waiting, todo, cut = 1, trees.todo[:, 0], False
     todo[0] = root
     while waiting > 0:
         waiting -= 1
@@ -459,24 +466,23 @@ def _mark_cut(
         if not _boxes_overlap(box, node, f, s):
             continue
         for k in range(2):
-            other = trees.children[j, k]
-            if other >= 0:
-                todo[waiting] = other
+            child = trees.children[j, k]
+            if child >= 0:
+                todo[waiting] = child
                 waiting += 1
-            elif other != NO_CHILD:
-                c = trees.corners[-1 - other]
+            elif child != NO_CHILD:
+                c = trees.corners[-1 - child]
                 d0 = x * c[0] + y * c[1] + z * c[2] - at
                 d1 = x * c[3] + y * c[4] + z * c[5] - at
                 d2 = x * c[6] + y * c[7] + z * c[8] - at
                 if min(d0, d1, d2) <= near and max(d0, d1, d2) >= -near:
-                    _mark_path(other + first, 1 - side, call, trees)
+                    _mark_path(child, side, trees)
                     cut = True
-    if cut:
-        _mark_path(child + first, side, call, trees)
+    return cut
 
 
 @compiled
-def _mark(root: int, other: int, side: int, call: int, f: Array, g: Array, trees: Trees) -> bool:
+def _mark(root: int, other: int, side: int, f: Array, g: Array, trees: Trees) -> bool:
     """Mark in two trees at least all that leads to triangles that overlap, if the first has few
     triangles near the second; whether it has.
 
@@ -486,19 +492,23 @@ def _mark(root: int, other: int, side: int, call: int, f: Array, g: Array, trees
         side: 0 or 1: which of both trees `root` is of.
         f, g: the frames of the second in the first, and the other way round.
     """
-    spread, size = temporary(9), 0.0
-    for k in range(9):
-        spread[k] = abs(f[B_ROTATION + k]) + _LOOSE
+    spread, box, t, size = temporary(9), temporary(6), temporary(9), 0.0
+    _spread_of(f, spread)
     for k in range(3):
-        for box in (trees.nodes[root], trees.nodes[other]):
-            size = max(size, abs(box[k]) + box[3 + k])
+        for around in (trees.nodes[root], trees.nodes[other]):
+            size = max(size, abs(around[k]) + around[3 + k])
     slack = _SINGLE * size
-    count = _boxes_of_triangles(root, other, f, spread, slack, trees)
+    _grow(trees.nodes[other], slack, box)
+    count = _boxes_of_triangles(root, box, f, spread, trees)
     for at in range(count):
         i = trees.near[at]
+        _grow(trees.nodes[i], slack, box)
         for p in range(2):
-            if trees.children[i, p] < 0 and trees.children[i, p] != NO_CHILD:
-                _mark_cut(i, trees.children[i, p], other, side, call, f, g, spread, slack, trees)
+            child = trees.children[i, p]
+            if child < 0 and child != NO_CHILD:
+                _place_triangle(trees.corners[-1 - child], g, t)
+                if _mark_cut(t, box, other, 1 - side, f, spread, slack, trees):
+                    _mark_path(child, side, trees)
     return count >= 0
 
 
@@ -517,12 +527,10 @@ def mesh_with_mesh(
     nodes, children, todo = trees.nodes, trees.children, trees.todo
     relative(one, two, forth)
     relative(two, one, back)
-    for i in range(9):
-        spread[i] = abs(forth[B_ROTATION + i]) + _LOOSE
+    _spread_of(forth, spread)
     trees.calls[0] += 1
     call, row, marks = trees.calls[0], len(trees.corners), trees.marks
-    few = _mark(root, other, 0, call, forth, back, trees)
-    few = few or _mark(other, root, 1, call, back, forth, trees)
+    few = _mark(root, other, 0, forth, back, trees) or _mark(other, root, 1, back, forth, trees)
     todo[0, 0], todo[0, 1], todo[0, 2] = _BOXES, root, other
     waiting, n, held = 1, 0, 0  # held: triangle in the frame of the other mesh, and of which it is
     while waiting > 0:
