@@ -33,7 +33,8 @@ from observers import graph
 STEPS_A_CALL = 100
 CAR = {"model": "racecar", "description": "/robot_description", "namespace": "/racecar", "x": 0.0}
 UP_TO_SPEED = 1.0  # [s] simulated time until the cars drive steadily
-QUIET = 0.2  # [s] after a pause, until what was under way has arrived
+QUIET = 0.2  # [s] without a message after a pause: what was under way has arrived
+MOST_LOOKS = 25  # for that, if something is sent during a pause, too
 SETTLE = 0.3  # [s] after going on, until the window begins
 
 
@@ -111,26 +112,41 @@ class FreeRounds:
             graph.start_circle(graph.publishers(car["namespace"]))
         self._simulation.wait(UP_TO_SPEED)
         self._simulation.pause()
+        self._settled_counts()
         self.world = bare_world(cars)
         self.world.step(round(UP_TO_SPEED / self.world.time_step))
         self.monitor = None
 
     def bridge(self, seconds):
-        """A window of the bridge: pace, simulated time, messages, speed, who had the CPU."""
+        """A window of the bridge: pace, speed, who had the CPU; and from going on to the pause the
+        simulated time and its messages, however late they come."""
+        before, first = self._counts(), self._simulation.time()
         self._simulation.unpause()
         time.sleep(SETTLE)
-        before = {topic: len(found) for topic, found in self._received.items()}
         reading = self.monitor.read()
-        pace, sim = self._simulation.pace(seconds)
+        pace, _ = self._simulation.pace(seconds)
         spent = between(reading, self.monitor.read())
-        counts = {topic: len(found) - before[topic] for topic, found in self._received.items()}
         speeds = [graph.car_speed(car["model"]) for car in self._cars]
         self._simulation.pause()
+        sim, after = self._simulation.time() - first, self._settled_counts()
+        counts = {topic: count - before[topic] for topic, count in after.items()}
         return {"pace": pace, "sim": sim, "received": counts, "speeds": speeds, "spent": spent}
+
+    def _counts(self):
+        return {topic: len(found) for topic, found in self._received.items()}
+
+    def _settled_counts(self):
+        """Messages of each topic once what was under way has arrived; the simulation is paused."""
+        counts = self._counts()
+        for _ in range(MOST_LOOKS):
+            time.sleep(QUIET)
+            before, counts = counts, self._counts()
+            if counts == before:
+                break
+        return counts
 
     def bare(self, seconds):
         """A window of bare stepping: pace, speed, who had the CPU meanwhile."""
-        time.sleep(QUIET)
         reading = self.monitor.read()
         pace = pace_of(self.world, seconds)
         spent = between(reading, self.monitor.read())

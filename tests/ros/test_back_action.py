@@ -28,7 +28,7 @@ LAUNCH = """<launch>
   </include>
   <include file="$(find paddock_tests)/ros/pacer.launch">
     <arg name="topics" value="[/odom, /cmd_cyberdrive]"/>
-    <arg name="settle" value="0.5"/>
+    <arg name="settle" value="0.2"/>  <!-- below state_timeout -->
   </include>
 </launch>
 """
