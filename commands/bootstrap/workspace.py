@@ -32,7 +32,7 @@ LEFT_OUT = (
 )
 SOLVER = os.path.join(SOURCES, "bullet_sim/src/bullet_sim/engine/quickstep")
 LAW = os.path.join(SOURCES, "bullet_sim/src/bullet_sim/controllers/law.py")  # compiled with it
-COMPILE = "from bullet_sim.engine import make_engine; make_engine('ode').ode.compile()"
+COMPILE = "bullet_sim.engine.quickstep.entries"
 COMPILERS = ("CC", "CXX", "CFLAGS", "CXXFLAGS", "LDFLAGS")
 
 
@@ -164,8 +164,8 @@ def prepare():
 
 
 def _is_compiled():
-    """Returns whether numba has compiled the solver since its sources changed; without it: True."""
-    compiled = glob.glob(f"{SOLVER}/__pycache__/solver.advance-*.nbi")
+    """Returns whether the solver was compiled since its sources changed; without numba: True."""
+    compiled = glob.glob(f"{SOLVER}/__pycache__/sources.built")
     sources = [*glob.glob(f"{SOLVER}/*.py"), *glob.glob(LAW)]
     changed = max((os.stat(path).st_mtime for path in sources), default=0.0)
     if any(os.stat(path).st_mtime >= changed for path in compiled):
@@ -176,7 +176,8 @@ def _is_compiled():
 def _compile(step):
     """Compiles the solver of the simulator, which else does so at its start."""
     environ = {"PATH": SYSTEM_PATH, "PYTHONPATH": f"{SOURCES}/bullet_sim/src"}
-    step.execute([VENV_PYTHON, "-c", COMPILE], environ)
+    step.execute([VENV_PYTHON, "-m", COMPILE], environ)
+    write(f"{SOLVER}/__pycache__/sources.built", "")  # with its library, or for want of a linker
 
 
 def _build(step):

@@ -38,11 +38,16 @@ if TYPE_CHECKING:
 try:
     from bullet_sim.engine import tables
     from bullet_sim.engine.quickstep import layout as q
-    from bullet_sim.engine.quickstep.blocks import ROWS_MOST, make_blocks
-    from bullet_sim.engine.quickstep.compiled import is_compiled
-    from bullet_sim.engine.quickstep.contacts import softness
-    from bullet_sim.engine.quickstep.pids import GOALS, P_SIZE, P_STATE
-    from bullet_sim.engine.quickstep.solver import State, advance, state_table
+    from bullet_sim.engine.quickstep.library import advance, compile_once, is_compiled
+    from bullet_sim.engine.quickstep.state import (
+        GOALS,
+        P_SIZE,
+        P_STATE,
+        ROWS_MOST,
+        State,
+        make_blocks,
+        make_table,
+    )
 except ImportError as error:  # numba is needed by this solver alone
     raise ModelError(
         f"solver 'ode' needs the Python package numba ({error}); the other solver is 'bullet'"
@@ -149,6 +154,7 @@ class OdeSolver:
 
     def compile(self) -> None:
         """Compile the solver, unless that was done; else the first step does."""
+        compile_once()
         self._advance(0, -1)
         nowhere = np.zeros(3)
         self.moving_shapes().cast(
@@ -545,7 +551,7 @@ class OdeSolver:
             active=np.zeros(3, np.int64),
             noted=np.zeros((MOST_NOTED, joints)),
         )
-        self._table = state_table(self._state)
+        self._table = make_table(self._state)
         self._others = list(self._known)
 
     def _tree(self, shape: Shape) -> q.Tree | None:
@@ -890,7 +896,7 @@ class OdeSolver:
             mine, its = self._surface(one), self._surface(two)
             row = np.zeros(q.C_SIZE)
             row[q.C_MU : q.C_MU + 2] = np.minimum(tables.friction(mine), tables.friction(its))
-            row[q.C_ERP], row[q.C_CFM] = softness(
+            row[q.C_ERP], row[q.C_CFM] = q.softness(
                 self._engine.time_step,
                 *(tables.stiffness(mine), tables.damping(mine)),
                 *(tables.stiffness(its), tables.damping(its)),

@@ -259,11 +259,14 @@ class RayShapes:
     ) -> Array:
         """As RayCaster.sweep; a ray that begins inside a shape does not meet it, but a mesh, which
         is a surface."""
-        from bullet_sim.engine.quickstep import rays  # numba takes a while
+        try:
+            from bullet_sim.engine.quickstep.library import cast
+        except ImportError:  # neither library nor numba
+            from bullet_sim.engine.quickstep.rays import cast
 
         ranges = np.full(len(directions), np.inf)
         starts = np.where((self._owners == own) | (not look_near), near, 0.0)
-        rays.cast(
+        cast(
             center, np.ascontiguousarray(directions), *box, self._centers, self._frames,
             self._sizes, self._radii, self._kinds, starts, float(far), ranges,
         )  # fmt: skip

@@ -14,10 +14,6 @@ Source: Y. Saad, "Iterative Methods for Sparse Linear Systems" (2003), section 4
 Gauss-Seidel).
 """
 
-from typing import NamedTuple
-
-import numpy as np
-
 from bullet_sim.engine.quickstep.compiled import compiled, temporary
 from bullet_sim.engine.quickstep.lanes import (
     first_two,
@@ -39,58 +35,37 @@ from bullet_sim.engine.quickstep.layout import (
     R_LOW,
     R_M,
     R_RHS,
-    SMOOTHING,
     UNILATERAL,
     W_A,
     W_SIZE,
 )
+from bullet_sim.engine.quickstep.state import (
+    B_AT,
+    B_BOTH,
+    B_NORMAL,
+    B_ONE,
+    B_PAIR,
+    B_TWO,
+    C_CFM,
+    C_COUPLING,
+    C_HIGH,
+    C_L,
+    C_LOW,
+    C_M,
+    C_RHS,
+    C_SIZE,
+    J_CFM,
+    J_HIGH,
+    J_L,
+    J_LOW,
+    J_M,
+    J_RHS,
+    J_SIZE,
+    ROWS,
+    WEIGHTS,
+    Blocks,
+)
 from bullet_sim.pose import Array
-
-# blocks: where their numbers are, of the accelerations of both bodies, and of the impulses of the
-# normal that bounds a friction (-1: none), whether there are a second body and a second row (of a
-# contact) or a CFM (of a joint)
-B_AT, B_ONE, B_TWO, B_NORMAL, B_BOTH, B_PAIR, B_COLUMNS = 0, 1, 2, 3, 4, 5, 6
-# numbers of a joint's block: six rows, each of the first five without bounds. Two rows in four
-# lanes: of each of 12 columns the Jacobian, so three times; for each row 12 times inverse mass
-# times it (twice, for both solutions); right sides, impulses; bounds of the last two; for each row
-# what its impulse changes by its CFM, in all rows
-J_M, J_RHS, J_L, J_LOW, J_HIGH, J_CFM, J_SIZE = 144, 288, 300, 312, 316, 320, 392
-# numbers of a contact's block: two rows
-C_M, C_RHS, C_L, C_CFM, C_LOW, C_HIGH, C_COUPLING, C_SIZE = 48, 96, 100, 104, 108, 112, 116, 120
-WEIGHTS = 8  # numbers before the first block: of new and old impulses of contacts
-ROWS, ROWS_MOST = 6, 7  # of a joint's block; of a joint
-
-
-class Blocks(NamedTuple):
-    """Blocks in the order in which they are solved: joints, normals, friction.
-
-    Attributes:
-        places: (b, B_COLUMNS).
-        numbers: (n,) of all blocks.
-        ends: (3,) number of blocks up to the joints' last, the normals' last and the last.
-        work: (n W_SIZE,) working values of all bodies.
-    """
-
-    places: Array
-    numbers: Array
-    ends: Array
-    work: Array
-
-
-def make_blocks(joints: int, contacts: int, work: Array) -> Blocks:
-    """Room for the blocks of a number of joints and contacts, between bodies with working values.
-
-    Args:
-        work: (n, W_SIZE); the last row is of no body.
-    """
-    most = ROWS_MOST * joints + 2 * contacts  # joints' rows one by one; a normal and its friction
-    size = WEIGHTS + ROWS_MOST * joints * J_SIZE + 2 * contacts * C_SIZE
-    raw = np.zeros(size + 8)
-    begin = -raw.ctypes.data // 8 % 8  # at a multiple of 64 bytes, which a processor loads at once
-    numbers = raw[begin : begin + size]
-    numbers[:WEIGHTS] = (1.0 - SMOOTHING, 1.0) * 2 + (SMOOTHING, 0.0) * 2
-    places = np.zeros((most, B_COLUMNS), np.int64)
-    return Blocks(places, numbers, np.zeros(3, np.int64), work.reshape(-1))
 
 
 @compiled

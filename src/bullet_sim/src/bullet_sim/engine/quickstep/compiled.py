@@ -5,51 +5,37 @@ calls has. So what was kept is deleted here, before the other files are imported
 has changed, or controllers/law.py, which pids.py has compiled.
 """
 
-import hashlib
 import math
 import os
-from pathlib import Path
 from typing import Any
 
-import numba
-import numpy as np
 from llvmlite import ir
 from numba import njit, types
 from numba.core import cgutils
 from numba.extending import intrinsic
 from numba.np.arrayobj import populate_array
 
-_FOLDER = Path(__file__).parent
-SOURCES = sorted((*_FOLDER.glob("*.py"), _FOLDER.parents[1] / "controllers" / "law.py"))
-_CACHE = _FOLDER / "__pycache__"
+from bullet_sim.engine.quickstep.sources import CACHE, sources_hash
+from bullet_sim.engine.quickstep.state import KINDS
 
 
 def _forget_older() -> None:
     """Delete what was compiled from other sources."""
-    sources = hashlib.sha256()
-    for path in SOURCES:
-        sources.update(path.read_bytes())
-    stamp = _CACHE / "sources.sha256"
+    sources, stamp = sources_hash(), CACHE / "sources.sha256"
     try:
-        if stamp.is_file() and stamp.read_text() == sources.hexdigest():
+        if stamp.is_file() and stamp.read_text() == sources:
             return
-        _CACHE.mkdir(exist_ok=True)
-        for kept in _CACHE.glob("*.nb[ic]"):
+        CACHE.mkdir(exist_ok=True)
+        for kept in CACHE.glob("*.nb[ic]"):
             kept.unlink(missing_ok=True)
         written = stamp.with_suffix(f".{os.getpid()}")
-        written.write_text(sources.hexdigest())
+        written.write_text(sources)
         written.replace(stamp)
     except OSError:  # a folder that cannot be written to has nothing, either
         return
 
 
-def is_compiled() -> bool:
-    """Whether numba has compiled the solver of this version."""
-    return any(_CACHE.glob("solver.advance-*.nbi"))
-
-
 _forget_older()
-allocating = njit(cache=True, _nrt=True)  # for functions that make arrays of any size
 # Without counting references to arrays, which costs more than the arithmetic: slices are free.
 compiled = njit(cache=True, _nrt=False)
 # As part of each function that calls it: a call passes each array of a tuple as nine numbers.
@@ -81,6 +67,17 @@ def temporary(typing: Any, *shape: Any) -> Any:
         return array._getvalue()
 
     return kind(types.StarArgTuple(shape)), generate
+
+
+_NUMBERS = {"f8": types.float64, "f4": types.float32, "i8": types.int64, "b1": types.boolean}
+
+
+def numba_type(kind: Any) -> Any:
+    """numba's type of one of state.KINDS, or of what is in it."""
+    if isinstance(kind, str):
+        number, _, dimensions = kind.partition(".")
+        return types.Array(_NUMBERS[number], int(dimensions), "C")
+    return types.NamedTuple([numba_type(each) for each in KINDS[kind]], kind)
 
 
 def arrays_at(kind: Any) -> Any:
@@ -117,22 +114,3 @@ def arrays_at(kind: Any) -> Any:
         return kind(table), generate
 
     return read
-
-
-def make_table(arrays: Any, kind: Any) -> Any:
-    """Table (int64) of a tuple's arrays, which have to outlive it; kind: its type in numba.
-
-    Raises:
-        TypeError: an array has another type, which is named.
-    """
-    numbers: list[int] = []
-    names = getattr(arrays, "_fields", range(len(arrays)))
-    for name, each, wanted in zip(names, arrays, kind.types, strict=True):
-        if isinstance(each, tuple):
-            numbers += make_table(each, wanted).tolist()
-            continue
-        found = numba.typeof(each)
-        if found != wanted:
-            raise TypeError(f"{name} is {found}, must be {wanted}")
-        numbers += each.ctypes.data, *each.shape
-    return np.array(numbers, np.int64)

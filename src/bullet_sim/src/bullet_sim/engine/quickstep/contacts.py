@@ -46,6 +46,7 @@ from bullet_sim.engine.quickstep.layout import (
     SPHERE,
     W_R,
     Scene,
+    softness,
 )
 from bullet_sim.engine.quickstep.near import list_pairs
 from bullet_sim.engine.quickstep.solids import (
@@ -60,13 +61,7 @@ from bullet_sim.engine.quickstep.trees import mesh_with_mesh, mesh_with_solid
 from bullet_sim.engine.quickstep.vectors import copy, cross, rotate
 from bullet_sim.pose import Array
 
-
-@compiled
-def softness(step: float, kp1: float, kd1: float, kp2: float, kd2: float) -> tuple[float, float]:
-    """ERP and CFM of a contact of two surfaces: their springs kp [N/m] in series, kd [N s/m]."""
-    kp = 1.0 / (1.0 / kp1 + 1.0 / kp2)
-    kd = kd1 + kd2
-    return step * kp / (step * kp + kd), 1.0 / (step * kp + kd)
+_softness = compiled(softness)
 
 
 @compiled
@@ -95,7 +90,7 @@ def _add_contact(
     for k in range(2):
         row[C_MU + k] = min(shape[G_MU + k], plane[P_MU + k])
         row[C_SLIP + k] = shape[G_SLIP + k] + plane[P_SLIP + k]
-    row[C_ERP], row[C_CFM] = softness(step, shape[G_KP], shape[G_KD], plane[P_KP], plane[P_KD])
+    row[C_ERP], row[C_CFM] = _softness(step, shape[G_KP], shape[G_KD], plane[P_KP], plane[P_KD])
     row[C_MAX] = bodies[body, MAX_VEL]
     if shape[G_FDIR] != 0.0 or shape[G_FDIR + 1] != 0.0 or shape[G_FDIR + 2] != 0.0:
         across = temporary(3)

@@ -184,3 +184,10 @@ class Scene(NamedTuple):
     hosts: Array
     bits: Array
     covers: Array
+
+
+def softness(step: float, kp1: float, kd1: float, kp2: float, kd2: float) -> tuple[float, float]:
+    """ERP and CFM of a contact of two surfaces: their springs kp [N/m] in series, kd [N s/m]."""
+    kp = 1.0 / (1.0 / kp1 + 1.0 / kp2)
+    kd = kd1 + kd2
+    return step * kp / (step * kp + kd), 1.0 / (step * kp + kd)

@@ -12,18 +12,37 @@ from numba.extending import overload
 from bullet_sim.controllers import law
 from bullet_sim.engine.quickstep.compiled import compiled
 from bullet_sim.engine.quickstep.layout import ANGLE, EFFORT, RATE
+from bullet_sim.engine.quickstep.state import (
+    EFFORT_ALONE,
+    P_ANTIWINDUP,
+    P_APPLIED,
+    P_BY_ERROR,
+    P_BY_INTEGRAL,
+    P_BY_RATE,
+    P_D,
+    P_GOAL,
+    P_HIGH,
+    P_I,
+    P_INTEGRAL,
+    P_JOINT,
+    P_LAST,
+    P_LIMIT,
+    P_LINEAR,
+    P_LOW,
+    P_LOWER,
+    P_MAX,
+    P_MIN,
+    P_OUTPUT,
+    P_P,
+    P_RATE,
+    P_SPEED,
+    P_TARGET,
+    P_TOP_EFFORT,
+    P_TOP_SPEED,
+    P_UPPER,
+    POSITION,
+)
 from bullet_sim.pose import Array
-
-POSITION, VELOCITY, EFFORT_ALONE = range(3)  # what the errors are of; no PID, a constant effort
-GOALS = {"position": POSITION, "velocity": VELOCITY, "": EFFORT_ALONE}
-# rows of PIDs: number of the joint, limits of its velocity and effort in Gazebo, and the attributes
-# of law.JointPid in their order
-P_JOINT, P_TOP_SPEED, P_TOP_EFFORT, P_GOAL, P_TARGET, P_LOWER, P_UPPER, P_LINEAR = range(8)
-P_P, P_I, P_D, P_LOW, P_HIGH, P_ANTIWINDUP = range(8, 14)
-P_LIMIT, P_MIN, P_MAX, P_SPEED = range(14, 18)
-P_STATE = 18
-P_LAST, P_INTEGRAL, P_RATE, P_BY_ERROR, P_BY_INTEGRAL, P_BY_RATE = range(18, 24)
-P_OUTPUT, P_APPLIED, P_SIZE = 24, 25, 26
 
 _remainder = types.ExternalFunction("remainder", types.float64(types.float64, types.float64))
 

@@ -582,12 +582,13 @@ def box_overlap(one: Array, two: Array, margin: float, found: Array) -> int:
     Returns:
         0 to 2 for a face of the first, 3 to 5 of the second, 6 + 3 i + j for the edges i and j.
     """
-    frame, q, axis = temporary(B_COLUMNS), temporary(3, 3), temporary(3)
+    frame, r, q, axis = temporary(B_COLUMNS), temporary(3, 3), temporary(3, 3), temporary(3)
     most, code, sign = -INFINITE, -1, 1.0
     relative(one, two, frame)
-    gap, r = frame[B_CENTER : B_CENTER + 3], frame[B_ROTATION:].reshape((3, 3))
+    gap = frame[B_CENTER : B_CENTER + 3]
     for i in range(3):
         for j in range(3):
+            r[i, j] = frame[B_ROTATION + 3 * i + j]
             q[i, j] = abs(r[i, j]) + margin
     for i in range(3):
         over = abs(gap[i]) - one[i] - two[0] * q[i, 0] - two[1] * q[i, 1] - two[2] * q[i, 2]

@@ -18,12 +18,9 @@ the same on all processors.
 """
 
 import math
-from typing import NamedTuple
 
-from numba import types
-
-from bullet_sim.engine.quickstep.blocks import Blocks, iterate, pack, unpack
-from bullet_sim.engine.quickstep.compiled import arrays_at, compiled, make_table, temporary
+from bullet_sim.engine.quickstep.blocks import iterate, pack, unpack
+from bullet_sim.engine.quickstep.compiled import arrays_at, compiled, numba_type, temporary
 from bullet_sim.engine.quickstep.contacts import find_contacts, place_solids
 from bullet_sim.engine.quickstep.layout import (
     ANCHOR1,
@@ -111,11 +108,10 @@ from bullet_sim.engine.quickstep.layout import (
     WARM2,
     WARM_START,
     WRENCH,
-    Scene,
-    Trees,
 )
 from bullet_sim.engine.quickstep.near import is_near
 from bullet_sim.engine.quickstep.pids import apply_pids
+from bullet_sim.engine.quickstep.state import State
 from bullet_sim.engine.quickstep.vectors import (
     copy,
     cross,
@@ -838,72 +834,7 @@ def measure_joints(bodies: Array, joints: Array, types: Array) -> None:
         joint[RATE] = rate
 
 
-class State(NamedTuple):
-    """Everything that a step reads and writes.
-
-    Attributes:
-        gravity: (3,).
-        sequence: (n,) the bodies in the order of the last step, which the contacts follow.
-        types: (j, 3) type, first and second body (-1: the world) of each joint.
-        starts: (n + 1,) first place in `lists` of each body's joints.
-        below: (j, n) whether a body is below a joint.
-        owners: (c, 4) bodies, shape and plane, or -1 and the number of what never moves.
-        links: (m, 6) of each row the bodies, BILATERAL, UNILATERAL or the normal's row, the joint,
-            which row of it, and where its impulses are in the blocks.
-        first_row: (c,) of each contact.
-        marks: (4, k) numbers to work with.
-        result: (1,) number of contacts of the last step.
-        pids: (j, P_SIZE), active, noted: see apply_pids().
-    """
-
-    settings: Array
-    gravity: Array
-    bodies: Array
-    sequence: Array
-    joints: Array
-    types: Array
-    starts: Array
-    lists: Array
-    below: Array
-    scene: Scene
-    contacts: Array
-    owners: Array
-    rows: Array
-    links: Array
-    first_row: Array
-    blocks: Blocks
-    work: Array
-    marks: Array
-    result: Array
-    pids: Array
-    active: Array
-    noted: Array
-
-
-_1, _2, _N1, _N2 = types.float64[::1], types.float64[:, ::1], types.int64[::1], types.int64[:, ::1]
-_TREES = types.NamedTuple((_2, _2, _N2, _N1, _N2, _2, _N1, _N2, _N1, _N1), Trees)
-_SCENE = types.NamedTuple(
-    (
-        *(_2, _N2, _N1, _2, _2, _2, _N1, _2, _N2, _N2, _N1, _N2, _2, _N1, _2, _2, _N1, _N1, _N1),
-        *(_N1, _TREES, _2, _N1, _N2, _N1, _2),
-    ),
-    Scene,
-)
-_BLOCKS = types.NamedTuple((_N2, _1, _N1, _1), Blocks)
-_STATE = types.NamedTuple(
-    (
-        *(_1, _1, _2, _N1, _2, _N2, _N1, _N1, types.boolean[:, ::1], _SCENE, _2, _N2, _2, _N2, _N1),
-        *(_BLOCKS, _2, _N2, _N1, _2, _N1, _2),
-    ),
-    State,
-)
-_state_at = arrays_at(_STATE)
-
-
-def state_table(state: State) -> Array:
-    """What advance() needs of a state, which has to outlive it."""
-    table: Array = make_table(state, _STATE)
-    return table
+_state_at = arrays_at(numba_type(State))
 
 
 @compiled
@@ -917,7 +848,7 @@ def advance(
             -1: none were looked for, and it stops before a step for which they are needed.
         watch: whether there is something of which the caller finds the contacts.
         sleepy: whether there are bodies that may sleep.
-        table: state_table() of what is moved.
+        table: state.make_table() of the State that is moved.
 
     Returns:
         Number of steps made; it also stops after a step in which a body has fallen asleep.

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from bullet_sim.engine.quickstep.compiled import allocating, compiled, temporary
+from bullet_sim.engine.quickstep.compiled import compiled, temporary
 from bullet_sim.engine.quickstep.layout import (
     B_CENTER,
     B_COLUMNS,
@@ -49,13 +49,14 @@ _SINGLE = 1e-6  # of a size, above what single precision rounds
 _BOXES, _TRIANGLE_BOX, _BOX_TRIANGLE, _TRIANGLES, _TRIANGLES_OF_BOX = range(5)
 
 
-@allocating
-def _split(corners: Array, order: Array, start: int, end: int) -> int:
+@compiled
+def _split(corners: Array, order: Array, start: int, end: int, means: Array) -> int:
     """Put triangles beyond the middle of their corners, along the axis on which they are spread
-    most, first; their number. All in single precision, as in OPCODE."""
+    most, first; their number. All in single precision, as in OPCODE; means: (7,) to work with."""
     count = end - start
     third, one = np.float32(1.0) / np.float32(3.0), np.float32(1.0)
-    mean, spread = np.zeros(3, np.float32), np.zeros(3, np.float32)
+    means[:] = np.float32(0.0)
+    mean, spread, middle = means[:3], means[3:6], means[6:]
     for k in range(3):
         for i in range(start, end):
             t = corners[order[i]]
@@ -71,7 +72,6 @@ def _split(corners: Array, order: Array, start: int, end: int) -> int:
         axis = 1
     if spread[2] > spread[axis]:
         axis = 2
-    middle = np.zeros(1, np.float32)
     for i in range(start, end):
         t = corners[order[i]]
         middle[0] += t[0, axis]
@@ -94,8 +94,10 @@ def _push(todo: Array, at: int, start: int, end: int, parent: int, which: int, d
     )  # fmt: skip
 
 
-@allocating
-def build_tree(corners: Array, order: Array, nodes: Array, children: Array) -> int:
+@compiled
+def build_tree(
+    corners: Array, order: Array, nodes: Array, children: Array, todo: Array, means: Array
+) -> int:
     """Build the tree of triangles (n, 3, 3), single precision [m]; how deep it is.
 
     Args:
@@ -103,9 +105,10 @@ def build_tree(corners: Array, order: Array, nodes: Array, children: Array) -> i
         nodes: (max(1, n - 1), 6) get boxes: center and half the edges [m].
         children: (max(1, n - 1), 2) get the numbers of nodes, or -1 - the place of a triangle in
             the order; NO_CHILD: none.
+        todo: (n + 1, 5) to work with: start, end, parent, which child, depth.
+        means: (7,) to work with, single precision.
     """
     count, made, deepest = len(corners), 0, 1
-    todo = np.empty((count + 1, 5), np.int64)  # start, end, parent, which child, depth
     for i in range(count):
         order[i] = i
     _push(todo, 0, 0, count, -1, 0, 1)
@@ -132,7 +135,7 @@ def build_tree(corners: Array, order: Array, nodes: Array, children: Array) -> i
         if end - start == 1:
             children[node, 0], children[node, 1] = -1 - start, NO_CHILD
             continue
-        first = start + _split(corners, order, start, end)
+        first = start + _split(corners, order, start, end, means)
         _push(todo, waiting, first, end, node, 1, depth + 1)
         _push(todo, waiting + 1, start, first, node, 0, depth + 1)
         waiting += 2

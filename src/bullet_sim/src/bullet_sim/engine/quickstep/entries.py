@@ -1,0 +1,142 @@
+"""The functions of quickstep that Python calls, and the library that is made of them.
+
+python -m bullet_sim.engine.quickstep.entries        makes the library; numba takes a minute
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import llvmlite.binding as llvm
+from llvmlite import ir
+from numba import types
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
+from numba.np.arrayobj import populate_array
+
+from bullet_sim.engine.quickstep import rays, solver, trees
+from bullet_sim.engine.quickstep.compiled import arrays_at, compiled, numba_type
+from bullet_sim.engine.quickstep.sources import CACHE, library_path
+from bullet_sim.engine.quickstep.state import Building, Casting
+
+_casting_at = arrays_at(numba_type(Casting))
+_building_at = arrays_at(numba_type(Building))
+_TABLE = types.int64[::1]
+_COMPILERS = ("cc", "gcc", "clang", "g++")
+
+
+@compiled
+def _cast(far: float, table: Any) -> int:
+    (center, directions, low, high, centers, frames, sizes, radii, kinds, starts,
+     ranges) = _casting_at(table)  # fmt: skip
+    rays.cast(
+        center, directions, low, high, centers, frames, sizes, radii, kinds, starts, far, ranges
+    )
+    return 0
+
+
+@compiled
+def _build_tree(table: Any) -> int:
+    corners, order, nodes, children, todo, means = _building_at(table)
+    return trees.build_tree(corners, order, nodes, children, todo, means)
+
+
+FUNCTIONS = {"advance": solver.advance, "cast": _cast, "build_tree": _build_tree}
+_ARGUMENTS = {
+    "advance": (*(types.int64,) * 2, types.float64, types.int64, *(types.boolean,) * 2, _TABLE),
+    "cast": (types.float64, _TABLE),
+    "build_tree": (_TABLE,),
+}
+
+
+def is_compiled() -> bool:
+    """Whether numba has compiled the solver of this version."""
+    return any(CACHE.glob("solver.advance-*.nbi"))
+
+
+class BuildError(RuntimeError):
+    """The library cannot be made."""
+
+
+def _add(library: Any, name: str) -> None:
+    """Compile a function, and add one to a library that C can call: numbers, then the table's
+    address and length. It returns -1 where numba's would raise an error."""
+    context, arguments = cpu_target.target_context, _ARGUMENTS[name]
+    FUNCTIONS[name].compile(arguments)
+    found = FUNCTIONS[name].overloads[arguments]
+    library.add_linking_library(found.library)
+    module = library.create_ir_module(f"quickstep_{name}")
+    integer, double = ir.IntType(64), ir.DoubleType()
+    given = [double if kind is types.float64 else integer for kind in arguments[:-1]]
+    called = ir.FunctionType(integer, [*given, integer.as_pointer(), integer])
+    function = ir.Function(module, called, f"quickstep_{name}")
+    builder = ir.IRBuilder(function.append_basic_block())
+    *numbers, address, length = function.args
+    values = [
+        builder.trunc(value, ir.IntType(1)) if kind is types.boolean else value
+        for kind, value in zip(arguments, numbers)
+    ]
+    table = context.make_array(_TABLE)(context, builder)
+    populate_array(table, address, [length], [integer(8)], integer(8), meminfo=None)
+    inner = context.declare_function(module, found.fndesc)
+    status, result = context.call_conv.call_function(
+        builder, inner, types.int64, arguments, [*values, table._getvalue()]
+    )
+    builder.ret(builder.select(status.is_error, integer(-1), result))
+    library.add_ir_module(module)
+
+
+@global_compiler_lock
+def make_library(path: Path) -> None:
+    """Write the library.
+
+    Raises:
+        BuildError: There is no C compiler, or the linker fails.
+    """
+    linker = next(filter(None, map(shutil.which, _COMPILERS)), None)
+    if linker is None:
+        raise BuildError(f"none of {', '.join(_COMPILERS)} is installed, one is needed to link")
+    codegen = cpu_target.target_context.codegen()
+    library = codegen.create_library("quickstep")
+    for name in FUNCTIONS:
+        _add(library, name)
+    library.finalize()
+    target = llvm.Target.from_triple(llvm.get_process_triple())
+    machine = target.create_target_machine(
+        cpu=codegen._get_host_cpu_name(),
+        features=codegen._get_host_cpu_features(),
+        opt=3,
+        reloc="pic",
+        codemodel="default",
+    )
+    path.parent.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=path.parent) as folder:
+        compiled_file, linked = Path(folder, "quickstep.o"), Path(folder, "quickstep.so")
+        module = llvm.parse_bitcode(library._final_module.as_bitcode())
+        compiled_file.write_bytes(machine.emit_object(module))
+        options = "-shared", "-Wl,-z,defs,-z,noexecstack"
+        words = [linker, *options, "-o", str(linked), str(compiled_file), "-lm"]
+        done = subprocess.run(words, text=True, capture_output=True, check=False)
+        if done.returncode != 0:
+            raise BuildError(f"{linker} failed: {done.stderr.strip()}")
+        linked.chmod(0o644)  # it is no program
+        os.replace(linked, path)
+    for other in path.parent.glob("quickstep-*.so"):
+        if other != path:
+            other.unlink(missing_ok=True)
+
+
+def main() -> None:
+    """Make the library, or say why there is none; then numba's functions are used."""
+    try:
+        make_library(library_path())
+    except (BuildError, OSError) as error:
+        print(f"there is no library of the solver, starts take longer: {error}", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()
