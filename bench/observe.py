@@ -4,10 +4,13 @@ import importlib
 import os
 import sys
 
+from observers import graph
+
 if __name__ == "__main__":
-    sys.stdout = os.fdopen(os.dup(1), "w")  # answers only: renderers print on descriptor 1
+    answers = os.fdopen(os.dup(1), "w")  # answers only: renderers and rospy print on stdout
     os.dup2(2, 1)
+    graph.answer_on(answers)
     module, _, function = sys.argv[1].partition(".")
     getattr(importlib.import_module(f"observers.{module}"), function)(*sys.argv[2:])
-    sys.stdout.flush()
+    answers.flush()
     os._exit(0)  # without rospy's farewell to a master that may be gone

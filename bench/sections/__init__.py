@@ -29,6 +29,7 @@ SECTIONS = {
     "scenery": "images of 100 models with 500,000 triangles",
     "meshes": "a step with ten times the triangles far away",
     "solver": "steps and scans with the solver ode over bullet's, in worlds that were slow",
+    "beside_gazebo": "worlds with one cause of slowness each, beside Gazebo's recorded pace",
     "web": "the page in a browser: pace with one page over none, its node's processor time",
 }
 

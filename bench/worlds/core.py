@@ -41,11 +41,15 @@ def car():
     return f'<robot name="car">{"".join(parts)}</robot>'
 
 
-def hills(path, cells):
-    """Write an OBJ of 2 cells^2 triangles, 40 m square, and return its path."""
+def hills(path, cells, height=1.0):
+    """Write an OBJ of 2 cells^2 triangles, 40 m square, and return its path.
+
+    Args:
+        height: of the hills above and below 1 m [m].
+    """
     at = np.linspace(-20.0, 20.0, cells + 1)
     x, y = np.meshgrid(at, at)
-    z = 1.0 + np.sin(x) * np.cos(1.3 * y)
+    z = 1.0 + height * np.sin(x) * np.cos(1.3 * y)
     lines = [
         f"v {a:.4f} {b:.4f} {c:.4f}" for a, b, c in zip(*map(np.ravel, (x, y, z)), strict=True)
     ]

@@ -1,0 +1,88 @@
+"""The bench's worlds beside Gazebo: one is measured, and its robot's path is recorded."""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+BENCH = Path(__file__).resolve().parents[2] / "bench"
+sys.path.insert(0, str(BENCH))
+
+import paths_beside_gazebo  # noqa: E402
+from launching import Launch  # noqa: E402
+from sections import beside_gazebo  # noqa: E402
+from worlds import causes  # noqa: E402
+
+RECORD = BENCH / "paths" / "record.py"
+LIMIT = 300.0  # wall time of a recording [s]
+CIRCLE = {"linear": {"x": 0.4}, "angular": {"z": 0.8}}
+DRIVES = {
+    "model": "robot",
+    "plan": [["turn", 2.0, [["/cmd_vel", "geometry_msgs/Twist", CIRCLE]]], ["after", 0.5, []]],
+}
+
+
+class Causes(unittest.TestCase):
+    """One launch: the robot with a lidar among posts, at four times real time."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = cls.enterClassContext(tempfile.TemporaryDirectory())
+        file = causes.write(cls.folder, "lidar")
+        log = cls.enterClassContext(open(os.path.join(cls.folder, "log"), "w"))
+        arguments = [f"world_name:={file}", "gui:=false", "real_time_factor:=4"]
+        launched = "gazebo_ros", "empty_world.launch"
+        cls.launch = cls.enterClassContext(Launch(log, arguments, launched))
+
+    def record(self, plan):
+        """Runs record.py with a plan; the process and its output file."""
+        path, output = (Path(self.folder, name) for name in ("plan.json", "robot.paddock.json"))
+        path.write_text(json.dumps(plan))
+        done = subprocess.run(
+            [sys.executable, RECORD, path, output],
+            env=self.launch.environment,
+            text=True,
+            capture_output=True,
+            timeout=LIMIT,
+            check=False,
+        )
+        return done, output
+
+    def test_1_a_world_is_measured(self):
+        observer = self.launch.observer("paces.world", "lidar")
+        figures = beside_gazebo.measure_world(observer, 0.5, 2)
+        observer.close()
+        self.assertEqual(figures["pairs"], 2)
+        self.assertGreater(figures["ratio"]["least"], 0.0)
+        self.assertEqual(set(figures["messages_over_bare"]), {"/odom", "/tf", "/scan"})
+        self.assertAlmostEqual(figures["speed_m_s"], causes.SPEED, delta=0.02)
+
+    def test_2_a_path_is_recorded(self):
+        subprocess.run(
+            ["rosservice", "call", "/gazebo/unpause_physics"],  # which the observer has paused
+            env=self.launch.environment,
+            timeout=LIMIT,
+            check=True,
+            stdout=subprocess.DEVNULL,
+        )
+        done, output = self.record(DRIVES)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        paths = json.loads(output.read_text())["paths"]
+        self.assertEqual(list(paths), ["turn", "after"])
+        rows = paths["turn"]
+        self.assertAlmostEqual(rows[-1][0] - rows[0][0], 2.0, delta=0.5)
+        motion = paths_beside_gazebo.motion_of(rows)
+        self.assertAlmostEqual(motion.speed, 0.4, delta=0.02)
+        self.assertAlmostEqual(motion.rate, 0.8, delta=0.08)
+
+    def test_3_what_is_wrong_is_named(self):
+        for plan, text in (
+            (dict(DRIVES, plan=[["x", 1.0, [["/t", "no_such/Kind", {}]]]]), "'no_such/Kind' of"),
+            (dict(DRIVES, plan=[["x", 1.0, [["/t", "std_msgs/Empty", {}]]]]), "subscribes to /t"),
+        ):
+            done, _ = self.record(dict(plan, patience=1.0))
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(text, done.stderr)

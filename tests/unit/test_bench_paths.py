@@ -1,0 +1,113 @@
+"""bench/paths_beside_gazebo.py: figures of paths, the record, the page, bad input."""
+
+import json
+import math
+import sys
+from pathlib import Path
+
+import cv2
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "bench"))
+
+import paths_beside_gazebo as command  # noqa: E402
+from paths_beside_gazebo import Motion  # noqa: E402
+
+
+def circle(speed=0.5, rate=0.8, seconds=4.0, period=0.02):
+    """Rows of a circle."""
+    rows = []
+    for step in range(round(seconds / period) + 1):
+        t = step * period
+        yaw = rate * t
+        x, y = speed / rate * math.sin(yaw), speed / rate * (1 - math.cos(yaw))
+        rows.append([10 + t, x, y, (yaw + math.pi) % (2 * math.pi) - math.pi])
+    return rows
+
+
+def test_speed_and_yaw_rate_of_a_circle():
+    motion = command.motion_of(circle())
+    assert (motion.speed, motion.rate) == pytest.approx((0.5, 0.8), rel=1e-3)
+    assert motion.way == pytest.approx(2.0, rel=1e-3)
+
+
+def test_thinned_rows_keep_the_figures_and_the_ends():
+    rows = circle()
+    kept = command.widened(command.thinned(rows))
+    assert len(kept) == 21 and kept[0] == pytest.approx(rows[0]) and kept[-1][0] == rows[-1][0]
+    before, after = command.motion_of(rows), command.motion_of(kept)
+    assert (after.speed, after.rate) == pytest.approx((before.speed, before.rate), rel=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("phase", "one", "other", "alike"),
+    [
+        ("turn", Motion(2, 0.5, 0.8), Motion(2, 0.52, 0.77), True),
+        ("turn", Motion(2, 0.5, 0.8), Motion(2, 0.53, 0.8), False),
+        ("turn", Motion(2, 0.5, 0.8), Motion(2, 0.5, 0.75), False),
+        ("turn", Motion(2, 0.05, 0.1), Motion(2, 0.059, 0.114), True),
+        ("rest", Motion(0.0005, 0.0, 0.0), Motion(0.0029, 0.0, 0.0), True),
+        ("rest", Motion(0.0005, 0.0, 0.0), Motion(0.0031, 0.0, 0.0), False),
+        ("idle", Motion(0.01, 0.0, 0.0), Motion(0.0149, 0.0, 0.0), True),
+    ],
+)
+def test_what_is_alike(phase, one, other, alike):
+    assert command.is_alike(phase, one, other) == alike
+
+
+def write(folder, name, **sides):
+    """Recordings of a package."""
+    for side, paths in sides.items():
+        (folder / f"{name}.{side}.json").write_text(json.dumps({"paths": paths}))
+
+
+def test_a_recording_is_taken_and_drawn(tmp_path, monkeypatch):
+    for name, value in (("RECORD", "r.json"), ("PAGE", "docs/beside-gazebo.md"), ("ROOT", "")):
+        monkeypatch.setattr(command, name, tmp_path / value)
+    (tmp_path / "docs" / "images").mkdir(parents=True)
+    drives = {"turn": circle(), "stop": circle(speed=0.1)}
+    write(tmp_path, "bot", gazebo=drives, paddock=dict(drives, turn=circle(speed=0.6)))
+    write(tmp_path, "car", gazebo=drives, paddock=drives)
+    assert command.main(["--update", str(tmp_path)]) == 0
+    text = (tmp_path / "docs" / "beside-gazebo.md").read_text()
+    assert "1 of 2 are. Why" in text.replace("\n", " ")
+    assert "| bot | turn | 0.499, 0.800 | 0.599, 0.800 | no |" in text
+    assert "| car | turn | 0.499, 0.800 | 0.499, 0.800 | yes |" in text
+    for kind in ("paths", "speeds", "yaw_rates"):
+        image = cv2.imread(str(tmp_path / "docs" / "images" / f"beside_gazebo_{kind}.png"))
+        blue = (abs(image.astype(int) - (143, 111, 47)).max(axis=2) < 40).sum()
+        orange = (abs(image.astype(int) - (30, 84, 179)).max(axis=2) < 40).sum()
+        assert blue > 100 and orange > 100
+    # a package that a folder does not have stays
+    (tmp_path / "more").mkdir()
+    write(tmp_path / "more", "bot", gazebo=drives, paddock=drives)
+    assert command.main(["--update", str(tmp_path / "more")]) == 0
+    assert set(command.recorded()) == {"bot", "car"}
+
+
+def test_wrong_recordings_are_named(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(command, "RECORD", tmp_path / "r.json")
+
+    def told():
+        assert command.main(["--update", str(tmp_path)]) == 2
+        return capsys.readouterr().err
+
+    assert "has no file NAME.gazebo.json" in told()
+    write(tmp_path, "bot", gazebo={"turn": circle()})
+    assert "bot.paddock.json' is missing" in told()
+    write(tmp_path, "bot", paddock={})
+    assert 'bot.paddock.json\' has no "paths"' in told()
+    write(tmp_path, "bot", paddock={"straight": circle()})
+    assert "phases of 'bot' are turn in Gazebo, straight in Paddock" in told()
+    write(tmp_path, "bot", paddock={"turn": circle()[:1]})
+    assert "phase 'turn' of" in (text := told()) and "second half has no two states" in text
+    assert not (tmp_path / "r.json").exists()
+
+
+def test_the_page_is_that_of_the_record():
+    cases = command.recorded()
+    assert command.PAGE.read_text(encoding="utf-8") == command.page(command.compare(cases))
+    assert {"own-car", "own-truck", "husky-melodic-playpen"} <= set(cases) and len(cases) >= 20
+    for kind in ("paths", "speeds", "yaw_rates"):
+        assert (ROOT / "docs" / "images" / f"beside_gazebo_{kind}.png").is_file()
