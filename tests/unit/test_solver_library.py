@@ -87,11 +87,31 @@ def test_a_library_that_is_none_is_left_alone(tmp_path):
 
 
 def test_a_library_is_made_and_takes_the_place_of_older_ones(tmp_path):
-    older, mine = tmp_path / "quickstep-0.so", tmp_path / "quickstep-1.so"
-    older.touch()
+    older, mine, elsewhere = (tmp_path / f"quickstep-{k}.so" for k in range(3))
+    for path in (older, elsewhere):
+        path.touch()
+    os.utime(older, (1e9, 1e9))  # of sources that have changed since; the other, of a processor
     entries.make_library(mine)
-    assert [path.name for path in tmp_path.iterdir()] == ["quickstep-1.so"]
+    assert sorted(tmp_path.iterdir()) == [mine, elsewhere]
     assert set(library._open(mine)) == set(entries.FUNCTIONS) == set(library._CALLS)
+
+
+def test_another_processor_compiles_once(tmp_path, monkeypatch):
+    """Its library is made where there are only others', though numba has compiled for one."""
+    monkeypatch.setattr(entries, "CACHE", tmp_path)
+    monkeypatch.setattr(library, "CACHE", tmp_path)
+    monkeypatch.setattr(library, "_library", None)
+    monkeypatch.setattr(library, "entries", entries, raising=False)
+    made = []
+    monkeypatch.setattr(entries, "make_library", made.append)
+    (tmp_path / "solver.advance-1.nbi").touch()
+    assert library.is_compiled()
+    library.compile_once()
+    assert not made
+    (tmp_path / "quickstep-0.so").touch()
+    assert not library.is_compiled()
+    library.compile_once()
+    assert made == [sources.library_path()]
 
 
 def test_without_a_linker_it_is_said(tmp_path, monkeypatch, capsys):

@@ -20,7 +20,7 @@ from numba.np.arrayobj import populate_array
 
 from bullet_sim.engine.quickstep import rays, solver, trees
 from bullet_sim.engine.quickstep.compiled import arrays_at, compiled, numba_type
-from bullet_sim.engine.quickstep.sources import CACHE, library_path
+from bullet_sim.engine.quickstep.sources import CACHE, SOURCES, library_path
 from bullet_sim.engine.quickstep.state import Building, Casting
 
 _casting_at = arrays_at(numba_type(Casting))
@@ -54,8 +54,9 @@ _ARGUMENTS = {
 
 
 def is_compiled() -> bool:
-    """Whether numba has compiled the solver of this version."""
-    return any(CACHE.glob("solver.advance-*.nbi"))
+    """Whether numba has compiled the solver of this version; if there are libraries, but none for
+    this processor, it was another one."""
+    return any(CACHE.glob("solver.advance-*.nbi")) and not any(CACHE.glob("quickstep-*.so"))
 
 
 class BuildError(RuntimeError):
@@ -125,8 +126,9 @@ def make_library(path: Path) -> None:
             raise BuildError(f"{linker} failed: {done.stderr.strip()}")
         linked.chmod(0o644)  # it is no program
         os.replace(linked, path)
-    for other in path.parent.glob("quickstep-*.so"):
-        if other != path:
+    changed = max(source.stat().st_mtime for source in SOURCES)
+    for other in path.parent.glob("quickstep-*.so"):  # newer ones may be for other processors
+        if other.stat().st_mtime < changed:
             other.unlink(missing_ok=True)
 
 

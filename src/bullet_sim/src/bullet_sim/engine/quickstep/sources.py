@@ -26,7 +26,7 @@ def _processor() -> bytes:
             first = stream.read(_START).partition(b"\n\n")[0]
     except OSError:
         return platform.processor().encode()
-    wanted = b"model name", b"flags", b"Features", b"CPU part"
+    wanted = b"flags", b"Features"
     return b"\n".join(line for line in first.splitlines() if line.startswith(wanted))
 
 
