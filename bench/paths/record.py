@@ -20,7 +20,7 @@ import rospy
 from gazebo_msgs.srv import GetModelState
 
 PERIOD, SAMPLE = 0.04, 0.015  # wall time between two commands, two samples [s]
-PATIENCE = 120.0
+PATIENCE = 120.0  # [s]
 SLOWEST = 10.0  # wall time that a simulated second may take [s]
 
 
