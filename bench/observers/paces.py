@@ -74,13 +74,25 @@ class Rounds:
         self._simulation, self._bare = graph.Simulation(), BareCar()
         self._output = rospy.Publisher(causes.COMMANDS, Twist, queue_size=1)
         self._wait(self._output.get_num_connections, f"a subscriber of {causes.COMMANDS}")
-        command = Twist()
-        command.linear.x, command.angular.z = causes.SPEED, causes.TURN
-        self._output.publish(command)
+        self._state = rospy.ServiceProxy("/gazebo/get_model_state", GetModelState)
+        self._wait(self._drives, f"a robot that drives by {causes.COMMANDS}")
         self._simulation.wait(UP_TO_SPEED)
         for topic, found in self._received.items():
             self._wait(lambda found=found: found, f"a message on {topic}")
         self._simulation.pause()
+
+    def _drives(self):
+        """Sends the command, again until the robot drives: a connection that has just been made may
+        lose a message."""
+        command = Twist()
+        command.linear.x, command.angular.z = causes.SPEED, causes.TURN
+        self._output.publish(command)
+        return self._speed() > 0.5 * causes.SPEED
+
+    def _speed(self):
+        """Of the robot over the ground [m/s]."""
+        linear = self._state("robot", "").twist.linear
+        return (linear.x**2 + linear.y**2) ** 0.5
 
     @staticmethod
     def _wait(condition, name):
@@ -97,10 +109,9 @@ class Rounds:
         before, begin = self._counts(), time.monotonic()
         pace, _ = self._simulation.pace(seconds)
         after, wall = self._counts(), time.monotonic() - begin
-        twist = rospy.ServiceProxy("/gazebo/get_model_state", GetModelState)("robot", "").twist
+        speed = self._speed()
         self._simulation.pause()
         received = {topic: (count - before[topic]) / wall for topic, count in after.items()}
-        speed = (twist.linear.x**2 + twist.linear.y**2) ** 0.5
         return {"pace": pace, "received": received, "speed": speed}
 
     def _counts(self):
