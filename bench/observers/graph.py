@@ -96,6 +96,18 @@ def record(topic, offset=None):
     return found
 
 
+def counts(received):
+    """Number of messages of each topic; received: topic -> list of record()."""
+    return {topic: len(found) for topic, found in received.items()}
+
+
+def serve(kinds):
+    """Answers each line "KIND SECONDS" by what kinds[KIND] gives for them, until bench.py goes."""
+    while True:
+        kind, seconds = receive()
+        say(**kinds[kind](float(seconds)))
+
+
 def running_controllers(namespace="/racecar"):
     """How many controllers run; 0 while the manager is not there."""
     try:

@@ -9,7 +9,6 @@ import time
 
 import pybullet
 import rospy
-from gazebo_msgs.srv import GetModelState
 from geometry_msgs.msg import Twist
 from pairs import rate_of_work
 from worlds import causes, core
@@ -74,7 +73,6 @@ class Rounds:
         self._simulation, self._bare = graph.Simulation(), BareCar()
         self._output = rospy.Publisher(causes.COMMANDS, Twist, queue_size=1)
         self._wait(self._output.get_num_connections, f"a subscriber of {causes.COMMANDS}")
-        self._state = rospy.ServiceProxy("/gazebo/get_model_state", GetModelState)
         self._wait(self._drives, f"a robot that drives by {causes.COMMANDS}")
         self._simulation.wait(UP_TO_SPEED)
         for topic, found in self._received.items():
@@ -87,12 +85,7 @@ class Rounds:
         command = Twist()
         command.linear.x, command.angular.z = causes.SPEED, causes.TURN
         self._output.publish(command)
-        return self._speed() > 0.5 * causes.SPEED
-
-    def _speed(self):
-        """Of the robot over the ground [m/s]."""
-        linear = self._state("robot", "").twist.linear
-        return (linear.x**2 + linear.y**2) ** 0.5
+        return graph.car_speed("robot") > 0.5 * causes.SPEED
 
     @staticmethod
     def _wait(condition, name):
@@ -106,16 +99,13 @@ class Rounds:
         """A window of the world: pace, messages per wall second by topic, the robot's speed."""
         self._simulation.unpause()
         time.sleep(SETTLE)
-        before, begin = self._counts(), time.monotonic()
+        before, begin = graph.counts(self._received), time.monotonic()
         pace, _ = self._simulation.pace(seconds)
-        after, wall = self._counts(), time.monotonic() - begin
-        speed = self._speed()
+        after, wall = graph.counts(self._received), time.monotonic() - begin
+        speed = graph.car_speed("robot")
         self._simulation.pause()
         received = {topic: (count - before[topic]) / wall for topic, count in after.items()}
         return {"pace": pace, "received": received, "speed": speed}
-
-    def _counts(self):
-        return {topic: len(found) for topic, found in self._received.items()}
 
     def bare(self, seconds):
         """A window of the bare car: pace."""
@@ -128,7 +118,4 @@ def world(name):
     graph.join()
     rounds = Rounds((causes.ODOMETRY, "/tf", *causes.CAUSES[name].topics))
     graph.say(world=name)
-    kinds = {"world": rounds.world, "bare": rounds.bare}
-    while True:
-        kind, seconds = graph.receive()
-        graph.say(**kinds[kind](float(seconds)))
+    graph.serve({"world": rounds.world, "bare": rounds.bare})

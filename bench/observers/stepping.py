@@ -120,7 +120,7 @@ class FreeRounds:
     def bridge(self, seconds):
         """A window of the bridge: pace, speed, who had the CPU; and from going on to the pause the
         simulated time and its messages, however late they come."""
-        before, first = self._counts(), self._simulation.time()
+        before, first = graph.counts(self._received), self._simulation.time()
         self._simulation.unpause()
         time.sleep(SETTLE)
         reading = self.monitor.read()
@@ -132,15 +132,12 @@ class FreeRounds:
         counts = {topic: count - before[topic] for topic, count in after.items()}
         return {"pace": pace, "sim": sim, "received": counts, "speeds": speeds, "spent": spent}
 
-    def _counts(self):
-        return {topic: len(found) for topic, found in self._received.items()}
-
     def _settled_counts(self):
         """Messages of each topic once what was under way has arrived; the simulation is paused."""
-        counts = self._counts()
+        counts = graph.counts(self._received)
         for _ in range(MOST_LOOKS):
             time.sleep(QUIET)
-            before, counts = counts, self._counts()
+            before, counts = counts, graph.counts(self._received)
             if counts == before:
                 break
         return counts
@@ -162,10 +159,7 @@ def free(options):
     graph.say(pid=os.getpid(), step=rounds.world.time_step)
     tracked = graph.receive_json()
     rounds.monitor = Monitor(tracked["roles"], tracked["threads"])
-    kinds = {"bridge": rounds.bridge, "bare": rounds.bare}
-    while True:
-        kind, seconds = graph.receive()
-        graph.say(**kinds[kind](float(seconds)))
+    graph.serve({"bridge": rounds.bridge, "bare": rounds.bare})
 
 
 def add(number):

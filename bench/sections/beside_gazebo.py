@@ -94,11 +94,10 @@ def rows(figures):
             text += f"; in Gazebo {its.text()}: {ratio.median / its.median:.1f} times its pace"
             pictures = causes.CAUSES[name].pictures
             if pictures:
-                both = (
+                mine, other = (
                     sum(one["messages_over_bare"][topic] for topic in pictures)
                     for one in (row, theirs[name])
                 )
-                mine, other = both
                 text += f", {mine / other:.1f} times its images per second"
         yield Row(f"beside Gazebo, {name}", text, ratio)
 

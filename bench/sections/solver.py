@@ -16,23 +16,19 @@ from bullet_sim.world import World
 from pairs import alternate, pairs_of, rate_of_work
 from report import ratio_row
 from usage import Monitor
-from worlds.core import GROUND, car, hills
+from worlds.core import GROUND, INERTIAL, car, hills
 
 SECONDS, STEPS = 0.4, 50  # of a round, of a call
 SETTLE = 2.5  # [s] until things sleep
 SPEED = 8.0  # [rad/s] of the car's wheels
 RAYS, FAR = 720, 10.0  # of the lidar, [m]
-MASS = (
-    "<inertial><mass>{0}</mass><inertia><ixx>{1}</ixx><iyy>{1}</iyy><izz>{1}</izz><ixy>0</ixy>"
-    "<ixz>0</ixz><iyz>0</iyz></inertia></inertial>"
-)
 
 
 def thing(shape, mass, moment, awake):
     """SDF of a loose thing."""
     return (
         '<sdf version="1.6"><model name="thing"><allow_auto_disable>'
-        f'{int(not awake)}</allow_auto_disable><link name="link">{MASS.format(mass, moment)}'
+        f'{int(not awake)}</allow_auto_disable><link name="link">{INERTIAL.format(mass, moment)}'
         f'<collision name="c"><geometry>{shape}</geometry></collision></link></model></sdf>'
     )
 

@@ -8,14 +8,10 @@ import pathlib
 from dataclasses import dataclass
 
 import numpy as np
-from worlds.core import hills
+from worlds.core import INERTIAL, hills
 
 SPEED, TURN = 0.3, 0.5  # of the robot [m/s], [rad/s]
 COMMANDS, ODOMETRY = "/cmd_vel", "/odom"
-INERTIAL = (
-    "<inertial><mass>{0}</mass><inertia><ixx>{1}</ixx><iyy>{1}</iyy><izz>{1}</izz><ixy>0</ixy>"
-    "<ixz>0</ixz><iyz>0</iyz></inertia></inertial>"
-)
 WORLD = """<sdf version="1.6"><world name="default">
 <physics type="ode"><max_step_size>0.001</max_step_size><real_time_factor>1</real_time_factor>
 <real_time_update_rate>0</real_time_update_rate></physics>

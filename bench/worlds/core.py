@@ -16,6 +16,10 @@ LINK = (
     'izz="{i}" ixy="0" ixz="0" iyz="0"/></inertial><collision>{origin}<geometry>{shape}'
     "</geometry></collision></link>"
 )
+INERTIAL = (  # SDF of a mass [kg] and a moment of inertia about all axes [kg m^2]
+    "<inertial><mass>{0}</mass><inertia><ixx>{1}</ixx><iyy>{1}</iyy><izz>{1}</izz><ixy>0</ixy>"
+    "<ixz>0</ixz><iyz>0</iyz></inertia></inertial>"
+)
 WHEEL = (
     '<joint name="{name}_joint" type="continuous"><parent link="body"/><child link="{name}"/>'
     '<origin xyz="{x} {y} 0"/><axis xyz="0 1 0"/></joint>'

@@ -165,10 +165,10 @@ def prepare():
 
 def _is_compiled():
     """Returns whether the solver was compiled since its sources changed; without numba: True."""
-    compiled = glob.glob(f"{SOLVER}/__pycache__/sources.built")
     sources = [*glob.glob(f"{SOLVER}/*.py"), *glob.glob(LAW)]
     changed = max((os.stat(path).st_mtime for path in sources), default=0.0)
-    if any(os.stat(path).st_mtime >= changed for path in compiled):
+    built = f"{SOLVER}/__pycache__/sources.built"
+    if os.path.exists(built) and os.stat(built).st_mtime >= changed:
         return True
     return not glob.glob(f"{VENV}/lib/python3*/site-packages/numba")
 

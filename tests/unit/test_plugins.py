@@ -56,10 +56,8 @@ class Project:
         self.root.mkdir()
         (self.root / "pytest.ini").write_text(INI)
         shutil.copytree(ROOT / "tests" / "plugins", self.root / "tests" / "plugins")
-        isolation = self.root / "tests" / "plugins" / "isolation.py"
-        text = isolation.read_text()  # importing ROS beforehand pays where many files need it
-        start, end = text.index("PRELOADED = ["), text.index("class Group")
-        isolation.write_text(f'{text[:start]}PRELOADED = ["pytest"]\n\n\n{text[end:]}')
+        with open(self.root / "tests" / "plugins" / "isolation.py", "a") as stream:
+            stream.write('PRELOADED[:] = ["pytest"]\n')  # ROS pays where many files need it
         (self.root / "commands").mkdir()
         for name in ("__init__.py", "procfs.py"):
             shutil.copy(ROOT / "commands" / name, self.root / "commands")

@@ -93,7 +93,7 @@ def test_a_library_is_made_and_takes_the_place_of_older_ones(tmp_path):
     os.utime(older, (1e9, 1e9))  # of sources that have changed since; the other, of a processor
     entries.make_library(mine)
     assert sorted(tmp_path.iterdir()) == [mine, elsewhere]
-    assert set(library._open(mine)) == set(entries.FUNCTIONS) == set(library._CALLS)
+    assert set(library._open(mine)) == set(entries.FUNCTIONS) == set(state.CALLS)
 
 
 def test_another_processor_compiles_once(tmp_path, monkeypatch):

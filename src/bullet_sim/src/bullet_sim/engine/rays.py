@@ -20,6 +20,7 @@ import numpy as np
 import pybullet as p
 
 from bullet_sim.engine.quickstep import layout as q
+from bullet_sim.engine.quickstep.state import Casting
 from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, matrix_from_quaternion
 
 Box = tuple[Array, Array]  # lower and upper corner (3,) [m]
@@ -213,6 +214,17 @@ class RayShape:
 KINDS = {"sphere": q.SPHERE, "cylinder": q.CYLINDER, "box": q.BOX, "mesh": q.MESH}
 
 
+@functools.cache
+def _caster() -> Callable[[float, Casting], Any]:
+    """The function that casts at what moves; imported once it is needed, since numba takes a
+    while."""
+    try:
+        from bullet_sim.engine.quickstep.library import cast
+    except ImportError:  # neither library nor numba
+        from bullet_sim.engine.quickstep.rays import cast
+    return cast
+
+
 class RayShapes:
     """All shapes of bodies, by PyBullet's numbers, at which no ray of PyBullet needs to be cast.
 
@@ -259,17 +271,13 @@ class RayShapes:
     ) -> Array:
         """As RayCaster.sweep; a ray that begins inside a shape does not meet it, but a mesh, which
         is a surface."""
-        try:
-            from bullet_sim.engine.quickstep.library import cast
-        except ImportError:  # neither library nor numba
-            from bullet_sim.engine.quickstep.rays import cast
-
         ranges = np.full(len(directions), np.inf)
         starts = np.where((self._owners == own) | (not look_near), near, 0.0)
-        cast(
+        casting = Casting(
             center, np.ascontiguousarray(directions), *box, self._centers, self._frames,
-            self._sizes, self._radii, self._kinds, starts, float(far), ranges,
+            self._sizes, self._radii, self._kinds, starts, ranges,
         )  # fmt: skip
+        _caster()(float(far), casting)
         for number in self._meshes:
             at, radius, triangles = (
                 self._centers[number], self._radii[number], self._shapes[number].triangles

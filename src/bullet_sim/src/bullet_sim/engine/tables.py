@@ -9,6 +9,7 @@ import numpy as np
 from bullet_sim.description.model import Link, Shape, Surface
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.engine.quickstep.library import build_tree
+from bullet_sim.engine.quickstep.state import Building
 from bullet_sim.pose import Array, Vec3
 
 STIFFNESS, DAMPING = 1e12, 1.0  # kp, kd of a contact where a file gives none, as in sdformat
@@ -114,7 +115,7 @@ def make_tree(triangles: Array, scale: Vec3) -> q.Tree:
     nodes = np.empty((max(1, count - 1), 6))
     children = np.full((max(1, count - 1), 2), q.NO_CHILD, np.int64)
     todo, means = np.empty((count + 1, 5), np.int64), np.empty(7, np.float32)
-    depth = build_tree(corners, order, nodes, children, todo, means)
+    depth = build_tree(Building(corners, order, nodes, children, todo, means))
     placed = corners[order].reshape(-1, 9).astype(float)
     return q.Tree(placed, nodes, children, depth)
 

@@ -70,13 +70,14 @@ def temporary(typing: Any, *shape: Any) -> Any:
 
 
 _NUMBERS = {"f8": types.float64, "f4": types.float32, "i8": types.int64, "b1": types.boolean}
+number_type = _NUMBERS.__getitem__  # numba's type of a kind of numbers
 
 
 def numba_type(kind: Any) -> Any:
     """numba's type of one of state.KINDS, or of what is in it."""
     if isinstance(kind, str):
         number, _, dimensions = kind.partition(".")
-        return types.Array(_NUMBERS[number], int(dimensions), "C")
+        return types.Array(number_type(number), int(dimensions), "C")
     return types.NamedTuple([numba_type(each) for each in KINDS[kind]], kind)
 
 

@@ -19,9 +19,9 @@ from numba.core.registry import cpu_target
 from numba.np.arrayobj import populate_array
 
 from bullet_sim.engine.quickstep import rays, solver, trees
-from bullet_sim.engine.quickstep.compiled import arrays_at, compiled, numba_type
+from bullet_sim.engine.quickstep.compiled import arrays_at, compiled, numba_type, number_type
 from bullet_sim.engine.quickstep.sources import CACHE, SOURCES, library_path
-from bullet_sim.engine.quickstep.state import Building, Casting
+from bullet_sim.engine.quickstep.state import CALLS, Building, Casting
 
 _casting_at = arrays_at(numba_type(Casting))
 _building_at = arrays_at(numba_type(Building))
@@ -31,26 +31,15 @@ _COMPILERS = ("cc", "gcc", "clang", "g++")
 
 @compiled
 def _cast(far: float, table: Any) -> int:
-    (center, directions, low, high, centers, frames, sizes, radii, kinds, starts,
-     ranges) = _casting_at(table)  # fmt: skip
-    rays.cast(
-        center, directions, low, high, centers, frames, sizes, radii, kinds, starts, far, ranges
-    )
-    return 0
+    return rays.cast(far, _casting_at(table))
 
 
 @compiled
 def _build_tree(table: Any) -> int:
-    corners, order, nodes, children, todo, means = _building_at(table)
-    return trees.build_tree(corners, order, nodes, children, todo, means)
+    return trees.build_tree(_building_at(table))
 
 
 FUNCTIONS = {"advance": solver.advance, "cast": _cast, "build_tree": _build_tree}
-_ARGUMENTS = {
-    "advance": (*(types.int64,) * 2, types.float64, types.int64, *(types.boolean,) * 2, _TABLE),
-    "cast": (types.float64, _TABLE),
-    "build_tree": (_TABLE,),
-}
 
 
 def is_compiled() -> bool:
@@ -66,7 +55,7 @@ class BuildError(RuntimeError):
 def _add(library: Any, name: str) -> None:
     """Compile a function, and add one to a library that C can call: numbers, then the table's
     address and length. It returns -1 where numba's would raise an error."""
-    context, arguments = cpu_target.target_context, _ARGUMENTS[name]
+    context, arguments = cpu_target.target_context, (*map(number_type, CALLS[name]), _TABLE)
     FUNCTIONS[name].compile(arguments)
     found = FUNCTIONS[name].overloads[arguments]
     library.add_linking_library(found.library)

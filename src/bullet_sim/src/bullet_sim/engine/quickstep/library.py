@@ -13,14 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from bullet_sim.engine.quickstep.sources import CACHE, library_path
-from bullet_sim.engine.quickstep.state import Building, Casting, make_table
+from bullet_sim.engine.quickstep.state import CALLS, Building, Casting, make_table
 from bullet_sim.pose import Array
-
-_CALLS: dict[str, tuple[Any, ...]] = {  # name -> types of its arguments before the table
-    "advance": (*(ctypes.c_int64,) * 2, ctypes.c_double, *(ctypes.c_int64,) * 3),
-    "cast": (ctypes.c_double,),
-    "build_tree": (),
-}
 
 
 def _open(path: Path) -> dict[str, Callable[..., int]] | None:
@@ -29,12 +23,13 @@ def _open(path: Path) -> dict[str, Callable[..., int]] | None:
         return None
     try:
         library = ctypes.PyDLL(str(path))
-        found = {name: getattr(library, f"quickstep_{name}") for name in _CALLS}
+        found = {name: getattr(library, f"quickstep_{name}") for name in CALLS}
     except (OSError, AttributeError):
         return None
     for name, function in found.items():
         function.restype = ctypes.c_int64
-        function.argtypes = (*_CALLS[name], ctypes.c_void_p, ctypes.c_int64)
+        numbers = (ctypes.c_double if kind == "f8" else ctypes.c_int64 for kind in CALLS[name])
+        function.argtypes = (*numbers, ctypes.c_void_p, ctypes.c_int64)
     return found
 
 
@@ -77,27 +72,11 @@ def advance(
     return _call("advance", count, given, step, iterations, watch, sleepy, table)
 
 
-def cast(
-    center: Array,
-    directions: Array,
-    low: Array,
-    high: Array,
-    centers: Array,
-    frames: Array,
-    sizes: Array,
-    radii: Array,
-    kinds: Array,
-    starts: Array,
-    far: float,
-    ranges: Array,
-) -> None:
+def cast(far: float, casting: Casting) -> None:
     """Shorten distances to those of the nearest hit, see rays.cast()."""
-    arrays = center, directions, low, high, centers, frames, sizes, radii, kinds, starts, ranges
-    _call("cast", far, make_table(Casting(*arrays)))
+    _call("cast", far, make_table(casting))
 
 
-def build_tree(
-    corners: Array, order: Array, nodes: Array, children: Array, todo: Array, means: Array
-) -> int:
-    """Build the tree of triangles; how deep it is. See trees.build_tree()."""
-    return _call("build_tree", make_table(Building(corners, order, nodes, children, todo, means)))
+def build_tree(building: Building) -> int:
+    """Build the tree of triangles; how deep it is."""
+    return _call("build_tree", make_table(building))

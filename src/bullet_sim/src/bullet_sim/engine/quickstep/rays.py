@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from bullet_sim.engine.quickstep.layout import BOX, CYLINDER, SPHERE
+from bullet_sim.engine.quickstep.state import Casting
 from bullet_sim.pose import Array
 
 try:
@@ -52,33 +53,11 @@ def _part(kind: int, c: Any, v: Any, size: Array) -> Any:
 
 
 @compiled
-def cast(
-    center: Array,
-    directions: Array,
-    low: Array,
-    high: Array,
-    centers: Array,
-    frames: Array,
-    sizes: Array,
-    radii: Array,
-    kinds: Array,
-    starts: Array,
-    far: float,
-    ranges: Array,
-) -> None:
-    """Shorten distances (n,) [m] to those of the nearest hit; what begins in a shape misses it.
-
-    Args:
-        center: (3,) [m].
-        directions: (n, 3) unit vectors.
-        low, high: (3,) corners of a box that contains the rays [m].
-        centers, frames: (s, 3) [m] and (s, 3, 3) of the shapes in the world.
-        sizes: (s, 3) half the edges; radius; radius and half the length [m].
-        radii: (s,) of spheres around them [m].
-        kinds: (s,) BOX, SPHERE or CYLINDER; others are left out.
-        starts: (s,) distance from which on a hit counts [m].
-        far: ... and up to which [m].
-    """
+def cast(far: float, casting: Casting) -> int:
+    """Shorten distances to those of the nearest hit up to `far` [m]; what begins in a shape misses
+    it."""
+    (center, directions, low, high, centers, frames, sizes, radii, kinds, starts,
+     ranges) = casting  # fmt: skip
     for s in range(len(kinds)):
         kind = kinds[s]
         if kind != BOX and kind != SPHERE and kind != CYLINDER:
@@ -109,3 +88,4 @@ def cast(
             enter, leave = _part(kind, c, ray, sizes[s])
             if enter <= leave and starts[s] <= enter <= far and enter < ranges[i]:
                 ranges[i] = enter
+    return 0

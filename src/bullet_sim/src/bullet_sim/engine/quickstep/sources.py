@@ -1,5 +1,6 @@
 """What compiled code is made of: sources, a processor, numba."""
 
+import functools
 import hashlib
 import importlib.util
 import platform
@@ -11,6 +12,7 @@ CACHE = _FOLDER / "__pycache__"
 _START = 1 << 14  # bytes of /proc/cpuinfo that have the first processor
 
 
+@functools.cache
 def sources_hash() -> str:
     """Hash of all sources of what is compiled."""
     sources = hashlib.sha256()

@@ -111,7 +111,19 @@ class State(NamedTuple):
 
 
 class Casting(NamedTuple):
-    """Arguments of rays.cast()."""
+    """What rays.cast() reads, and `ranges`, which it shortens.
+
+    Attributes:
+        center: (3,) [m].
+        directions: (n, 3) unit vectors.
+        low, high: (3,) corners of a box that contains the rays [m].
+        centers, frames: (s, 3) [m] and (s, 3, 3) of the shapes in the world.
+        sizes: (s, 3) half the edges; radius; radius and half the length [m].
+        radii: (s,) of spheres around them [m].
+        kinds: (s,) BOX, SPHERE or CYLINDER; others are left out.
+        starts: (s,) distance from which on a hit counts [m].
+        ranges: (n,) distances [m].
+    """
 
     center: Array
     directions: Array
@@ -127,7 +139,17 @@ class Casting(NamedTuple):
 
 
 class Building(NamedTuple):
-    """Arguments of trees.build_tree()."""
+    """What trees.build_tree() reads and writes.
+
+    Attributes:
+        corners: (n, 3, 3) of triangles, single precision [m].
+        order: (n,) gets the numbers of the triangles in the tree's order.
+        nodes: (max(1, n - 1), 6) get boxes: center and half the edges [m].
+        children: (max(1, n - 1), 2) get the numbers of nodes, or -1 - the place of a triangle in
+            the order; NO_CHILD: none.
+        todo: (n + 1, 5) to work with: start, end, parent, which child, depth.
+        means: (7,) to work with, single precision.
+    """
 
     corners: Array
     order: Array
@@ -152,6 +174,8 @@ KINDS: dict[Any, tuple[Any, ...]] = {
     Casting: (_1, _2, _1, _1, _2, _3, _2, _1, _N1, _1, _1),
     Building: ("f4.3", _N1, _2, _N2, _N2, "f4.1"),
 }
+# functions that Python calls -> kinds of numbers that they are given before their table
+CALLS = {"advance": ("i8", "i8", "f8", "i8", "b1", "b1"), "cast": ("f8",), "build_tree": ()}
 
 
 def make_table(arrays: Any) -> Array:

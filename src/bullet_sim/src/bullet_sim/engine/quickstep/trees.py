@@ -30,6 +30,7 @@ from bullet_sim.engine.quickstep.layout import (
     Trees,
 )
 from bullet_sim.engine.quickstep.solids import relative
+from bullet_sim.engine.quickstep.state import Building
 from bullet_sim.engine.quickstep.triangles import (
     box_on_triangle,
     cylinder_on_triangle,
@@ -95,19 +96,9 @@ def _push(todo: Array, at: int, start: int, end: int, parent: int, which: int, d
 
 
 @compiled
-def build_tree(
-    corners: Array, order: Array, nodes: Array, children: Array, todo: Array, means: Array
-) -> int:
-    """Build the tree of triangles (n, 3, 3), single precision [m]; how deep it is.
-
-    Args:
-        order: (n,) gets the numbers of the triangles in the tree's order.
-        nodes: (max(1, n - 1), 6) get boxes: center and half the edges [m].
-        children: (max(1, n - 1), 2) get the numbers of nodes, or -1 - the place of a triangle in
-            the order; NO_CHILD: none.
-        todo: (n + 1, 5) to work with: start, end, parent, which child, depth.
-        means: (7,) to work with, single precision.
-    """
+def build_tree(building: Building) -> int:
+    """Build the tree of triangles; how deep it is."""
+    corners, order, nodes, children, todo, means = building
     count, made, deepest = len(corners), 0, 1
     for i in range(count):
         order[i] = i
