@@ -265,6 +265,35 @@ def test_planar_move(topics, world, cart, monkeypatch):
     output.close()
 
 
+@pytest.mark.parametrize(
+    "spec",
+    [
+        PlanarMoveSpec("p", "base", rate=20.0),
+        WheelDriveSpec("d", "base", ("left",), ("right",), separation=0.3, diameter=0.2, rate=20.0),
+    ],
+    ids=["planar_move", "diff_drive"],
+)
+def test_a_command_before_the_first_update_counts(topics, world, cart, spec):
+    received = FakeReceivedCounts()
+    output = made(spec, world, cart, received)
+    output.prepare()
+    command = Twist()
+    command.linear.x = 0.3
+    received.take(command)
+    assert output.schedule.check_subscribers(world.step_count), "the first look starts it"
+    for _ in range(500):
+        output.update(world.time, 0.0)
+        world.step(1)
+    assert cart.link_state("base")[1][0] == pytest.approx(0.3, abs=0.03)
+    output.reset(world.time)
+    output.prepare()
+    for _ in range(500):
+        output.update(world.time, 0.0)
+        world.step(1)
+    assert cart.link_state("base")[1][0] == pytest.approx(0.0, abs=0.01), "a reset drops it"
+    output.close()
+
+
 def test_diff_drive_tells_of_its_wheels(topics, world, cart):
     spec = WheelDriveSpec("d", "base", ("left",), ("right",), separation=0.3, diameter=0.2,
                           wheel_states_topic="/joint_states", wheel_transforms=True)  # fmt: skip

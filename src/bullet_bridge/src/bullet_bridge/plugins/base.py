@@ -69,6 +69,7 @@ def make_plugin(
     with all_or_none():
         plugin = plugin_class(context)
         plugin.reset(context.world.time)
+        plugin.listen()
     return plugin
 
 
@@ -194,6 +195,9 @@ class ModelPlugin(RosPart, Component):
         Raises:
             SimError: names the error and what would be valid; the plugin is skipped.
         """
+
+    def listen(self) -> None:
+        """Subscribe to commands, once, after the first reset, which would drop them."""
 
     def message_type(self) -> str:
         """Type of what it publishes first, e.g. 'sensor_msgs/Imu'; '' if it publishes nothing."""

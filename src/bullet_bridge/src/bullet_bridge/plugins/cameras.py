@@ -322,6 +322,9 @@ class TriggeredCameraSensor(CameraSensor):
         self._pending = 0
         self._counting = threading.Lock()
         super().__init__(context)
+
+    def listen(self) -> None:
+        """Subscribe to the triggers."""
         for topic in self.spec.trigger_topics:
             self.subscribe(topic, Empty, self._on_trigger)
 

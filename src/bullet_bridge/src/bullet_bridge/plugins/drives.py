@@ -45,7 +45,8 @@ class JointStatesSensor(Sensor):
 class WheelDrivePlugin(ModelPlugin):
     """Drives the wheels by geometry_msgs/Twist, publishes nav_msgs/Odometry and its transform.
 
-    A command acts from the next update until the next command, as in Gazebo's plugins.
+    A command acts from the next update until the next command, as in Gazebo's plugins. One that
+    comes before the first update (the world is paused, other plugins are being loaded) counts.
     """
 
     STATE = ("_command", "_before", "_drive")
@@ -66,13 +67,20 @@ class WheelDrivePlugin(ModelPlugin):
         self._wheel_states = self.publisher(topic, JointState) if topic else None
         self._wheel_frames = tf if spec.wheel_transforms else None
         self._wheel_names = [*spec.right, *spec.left]  # in upstream's order
-        self.subscribe(spec.command_topic, Twist, self._on_command)
+
+    def listen(self) -> None:
+        """Subscribe to the velocity commands."""
+        self.subscribe(self.spec.command_topic, Twist, self._on_command)
 
     def start(self, time: float) -> None:
-        """At rest, odometry at zero."""
-        self._command: tuple[float, ...] = (0.0, 0.0)
+        """Odometry at zero."""
         self._before: float | None = None
         self._drive.restart()
+
+    def reset(self, time: float) -> None:
+        """At rest, without a command."""
+        super().reset(time)
+        self._command: tuple[float, ...] = (0.0, 0.0)
 
     def prepare(self) -> None:
         """The wheels are braked until the first update."""
@@ -158,14 +166,21 @@ class PlanarMovePlugin(ModelPlugin):
         self._transform = self.publisher("/tf", TFMessage)
         frames = self.spec.frame_id, self.spec.child_frame_id
         self._sender = PackedBase(self._odometry, self._transform, self.spec, frames)
+
+    def listen(self) -> None:
+        """Subscribe to the velocity commands."""
         self.subscribe(self.spec.command_topic, Twist, self._on_command)
 
     def start(self, time: float) -> None:
+        """Messages from now on."""
+        self._due.restart(self.world.step_count)
+
+    def reset(self, time: float) -> None:
         """Without a command."""
+        super().reset(time)
         self._command: tuple[float, ...] = (0.0, 0.0, 0.0)
         self._since: float | None = None
         self._new = False
-        self._due.restart(self.world.step_count)
 
     def _on_command(self, message: Any) -> None:
         command = command_of(
@@ -273,6 +288,9 @@ class JointPosesPlugin(ModelPlugin):
         super().__init__(context)
         self._points: list[tuple[dict[str, float], float]] = []
         self._next = 0.0
+
+    def listen(self) -> None:
+        """Subscribe to the trajectories."""
         self.subscribe(self.spec.topic, JointTrajectory, self._on_trajectory)
 
     def reset(self, time: float) -> None:
