@@ -5,6 +5,10 @@ that has ended, or is another user's, reads as nothing.
 """
 
 import os
+import time
+
+STARTING = 0.1  # [s] longest wait for a process that is being started
+POLL = 0.002  # [s]
 
 
 def pids():
@@ -19,14 +23,36 @@ def arguments(pid):
 
 def environment(pid):
     """Returns the variables that a process was started with, as a dict."""
-    pairs = (os.fsdecode(entry).partition("=") for entry in _read(pid, "environ"))
+    pairs = (os.fsdecode(entry).partition("=") for entry in _environment(pid))
     return {name: value for name, _, value in pairs}
 
 
 def marked(variable, value):
     """Lists the pids of this user's processes whose environment has a variable with a value."""
     entry = f"{variable}={value}".encode()
-    return [pid for pid in pids() if entry in _read(pid, "environ")]
+    return [pid for pid in pids() if entry in _environment(pid)]
+
+
+def _environment(pid):
+    """The variables of a process; of one that is being started once it has them.
+
+    The kernel closes what is closed on exec, so that subprocess.Popen returns, before the new
+    program's variables can be read: meanwhile there are none.
+    """
+    deadline = time.monotonic() + STARTING
+    while not (found := _read(pid, "environ")) and _has_program(pid):
+        if time.monotonic() > deadline:  # it was started without variables
+            break
+        time.sleep(POLL)
+    return found
+
+
+def _has_program(pid):
+    """Whether it is a process of this user that runs a program: not a zombie, no kernel thread."""
+    try:
+        return bool(os.readlink(f"/proc/{pid}/exe"))
+    except OSError:
+        return False
 
 
 def program(words):

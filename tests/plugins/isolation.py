@@ -41,6 +41,7 @@ START_LIMIT = 180.0  # wall time for a master to come up [s]
 END_GRACE = float(os.environ.get("PADDOCK_TEST_GRACE", "60"))
 POLL = 0.1  # wall time between two looks [s]
 LOG_LINES = 60  # of a launch, shown with a failed test
+TOPICS = re.compile(r" \[topics: [^]]*\]")  # in each line of rosout.log
 PRELOADED = [
     *("pytest", "unittest", "psutil", "yaml", "numpy", "rospy", "actionlib", "roslaunch"),
     *("roslaunch.parent", "roslaunch.pmon", "roslaunch.server", "roslaunch.nodeprocess", "tf2_ros"),
@@ -187,6 +188,15 @@ class Group:
         with self.launch_log.open(errors="replace") as stream:
             stream.seek(start)
             return "".join(stream.readlines()[-LOG_LINES:])
+
+    def node_errors(self):
+        """Last warnings and errors that nodes of this file have logged, without their topics."""
+        log = self.folder / "log" / "latest" / "rosout.log"
+        if not log.exists():
+            return ""
+        with log.open(errors="replace") as stream:
+            lines = [line for line in stream if re.match(r"\S+ (WARN|ERROR|FATAL) ", line)]
+        return "".join(TOPICS.sub("", line) for line in lines[-LOG_LINES:])
 
 
 def run_launch(arguments, environment, log):
@@ -340,6 +350,8 @@ class Isolation:
         for report in reports:
             if report.failed and (log := self._group.log_since(start)):
                 report.sections.append((f"launch, see {self._group.launch_log}", log))
+            if report.failed and (errors := self._group.node_errors()):
+                report.sections.append(("warnings and errors of nodes", errors))
         if following is None:
             group, self._group = self._group, None
             if problems := group.close():

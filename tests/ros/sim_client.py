@@ -7,6 +7,7 @@ import math
 import threading
 import time
 
+import rosgraph
 import rospy
 from controller_manager_msgs.srv import ListControllers
 from rosgraph_msgs.msg import Clock
@@ -159,7 +160,11 @@ def wait_running(namespace, count, limit=START_LIMIT):
         limit: Longest wait in wall time [s].
     """
     name = f"{namespace}/controller_manager/list_controllers"
-    rospy.wait_for_service(name, timeout=limit)
+    try:
+        rospy.wait_for_service(name, timeout=limit)
+    except rospy.ROSException as error:
+        _, _, (_, _, services) = rosgraph.Master(rospy.get_name()).getSystemState()
+        raise AssertionError(f"{error}; services: {sorted(services)}") from None
     states = rospy.ServiceProxy(name, ListControllers)
     wait_until(
         lambda: [item.state for item in states().controller] == ["running"] * count,

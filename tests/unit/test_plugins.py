@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -202,11 +203,15 @@ def test_it():
 """
 FAILS_BESIDE_LAUNCH = """
 import time
+import rospy
 
 LAUNCH = "<launch><node name='n' pkg='rospy_tutorials_of_nobody' type='talker'/></launch>"
 
 def test_it():
-    time.sleep(3)
+    rospy.init_node("motor")
+    for _ in range(30):
+        rospy.logwarn("the motor is hot")
+        time.sleep(0.1)
     assert 6 * 7 == 41
 """
 LEAVES_CHILD = """
@@ -304,6 +309,8 @@ def test_a_failure_shows_what_the_launch_printed_during_the_test(groups):
     assert "rospy_tutorials_of_nobody" in groups.output
     log = groups.root / "test-results" / "ros" / "beside" / "launch.log"
     assert "rospy_tutorials_of_nobody" in log.read_text()
+    [first, *_] = re.findall(r".*the motor is hot", groups.output.split("errors of nodes")[1])
+    assert " WARN /motor " in first and "[topics:" not in first
 
 
 def test_a_process_that_dies_fails_its_tests_and_no_others(groups):
@@ -385,3 +392,14 @@ def test_wall_times_are_kept(project):
     project.run("src")
     [file] = (project.root / ".pytest_cache").rglob("paddock/seconds")
     assert list(json.loads(file.read_text())) == [SKID]
+
+
+def test_a_process_is_found_as_soon_as_it_is_started():
+    for number in range(200):
+        value = f"{os.getpid()}_{number}"
+        with subprocess.Popen(
+            ["sleep", "600"], start_new_session=True, env={**os.environ, "FOUND": value}
+        ) as child:
+            found = procfs.marked("FOUND", value)
+            child.kill()
+        assert found == [child.pid]
