@@ -17,7 +17,7 @@ class Client:
 
     def __init__(self, on_frame, on_error, zero_copy, quality):
         self.on_frame, self.on_error, self.epoch, self.waiting = on_frame, on_error, 0, []
-        self.sources = None
+        self.sources, self.busy = None, ()
 
     def start(self, _kind):
         """Works as soon as a test lets it."""
@@ -26,6 +26,9 @@ class Client:
 
     def set_sources(self, sources, _scene):
         self.sources = sources
+
+    def worth(self, requests):
+        return [request for request in requests if request.name not in self.busy]
 
     def submit(self, snapshot, requests):
         self.waiting += [(snapshot, request, self.epoch) for request in requests]
@@ -120,6 +123,17 @@ def test_images_of_before_a_reset_do_not_come_after_it(cameras):
     drawn(cameras, world, camera)
     cameras._client.finish()
     assert camera.times == [1.0, 2.0, 0.1]
+
+
+def test_a_snapshot_is_made_only_for_what_will_be_rendered(cameras):
+    made = []
+    world = SimpleNamespace(snapshot=lambda: made.append(1) or 1.0)
+    cameras._client.busy = ("a",)
+    drawn(cameras, world, Camera("a"))
+    assert not made
+    cameras.request(SimpleNamespace(name="b"))
+    drawn(cameras, world, Camera("a"))
+    assert len(made) == 1 and [request.name for _, request, _ in cameras._client.waiting] == ["b"]
 
 
 def test_removing_leaves_a_later_namesake(cameras):

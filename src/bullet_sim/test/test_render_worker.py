@@ -215,6 +215,25 @@ def test_forgotten_pictures_do_not_come(shared, inbox):
     assert [(frame.step, frame.epoch - before) for frame in inbox.frames] == [(1, 0), (3, 1)]
 
 
+def test_a_request_that_is_queued_is_not_replaced_at_once(client, monkeypatch):
+    os.kill(client._worker.process.pid, signal.SIGSTOP)
+    try:
+        for step in range(module.AHEAD):
+            client.submit(snapshot(step=step), [request()])
+            deadline = time.monotonic() + DEADLINE
+            while client._pending and time.monotonic() < deadline:
+                time.sleep(0.005)  # until the worker has it
+        assert client.worth([request(), request("left")]) == [request(), request("left")]
+        monkeypatch.setattr(module, "REFRESH", 100.0)
+        client.submit(snapshot(step=9), [request()])
+        assert client.worth([request(), request("left")]) == [request("left")]
+        assert client.dropped == {"eye": 1}
+        monkeypatch.setattr(module, "REFRESH", 0.0)
+        assert client.worth([request()]) == [request()]
+    finally:
+        os.kill(client._worker.process.pid, signal.SIGCONT)
+
+
 def test_the_next_picture_is_drawn_while_the_last_is_handed_on(sources):
     seen = []
 

@@ -170,7 +170,7 @@ class Server:
         """Loop until the node shuts down."""
         if self._niceness < 0:
             raise_priority(self._niceness)
-        sys.setswitchinterval(0.0005)  # other threads release the GIL sooner
+        sys.setswitchinterval(0.0002)  # other threads release the GIL sooner
         gc.collect()
         gc.freeze()  # later collections skip these objects: shorter pauses
         self._clock.publish(self._world.time)

@@ -161,7 +161,9 @@ class Cameras:
             self._failures = ["there is no renderer, images are missing"]
             return
         if not self._wait:
-            self._client.submit(world.snapshot(), requests)
+            requests = self._client.worth(requests)
+            if requests:
+                self._client.submit(world.snapshot(), requests)
             return
         try:
             for frame in self._client.render_sync(world.snapshot(), requests):

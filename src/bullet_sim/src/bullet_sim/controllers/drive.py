@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-import numpy as np
-
 from bullet_sim.component import Stateful
 from bullet_sim.controllers.base import (
     CONTROLLERS,
@@ -23,7 +21,7 @@ from bullet_sim.controllers.hardware import Hardware
 from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.errors import ControllerError
 from bullet_sim.plugins.drives import WheelDriveSpec
-from bullet_sim.pose import Array, Pose, Vec3
+from bullet_sim.pose import Pose, Vec3
 
 Claims = tuple[tuple[str, tuple[str, ...]], ...]
 
@@ -715,10 +713,10 @@ class WheelDrive(Stateful):
 
     def restart(self) -> None:
         """Restart at rest, odometry at zero."""
-        self._speeds = np.zeros(2)  # of the rims, left and right [m/s]
-        self._angles: Array | None = None
-        self._pose2d = np.zeros(3)  # x, y [m], yaw [rad]
-        self._twist = np.zeros(2)  # forward [m/s], yaw rate [rad/s]
+        self._speeds = (0.0, 0.0)  # of the rims, left and right [m/s]
+        self._angles: tuple[float, float] | None = None
+        self._pose2d = (0.0, 0.0, 0.0)  # x, y [m], yaw [rad]
+        self._twist = (0.0, 0.0)  # forward [m/s], yaw rate [rad/s]
 
     def wheel_speeds(self, forward: float, turn: float, elapsed: float) -> tuple[float, float]:
         """Speeds [rad/s] of the left and the right wheels.
@@ -729,34 +727,42 @@ class WheelDrive(Stateful):
             elapsed: simulated time since the last call [s], for the acceleration limit.
         """
         half = turn * self._spec.separation / 2.0
-        target = np.array((forward - half, forward + half))
+        left, right = forward - half, forward + half
         if self._spec.acceleration > 0.0:
-            max_change = self._spec.acceleration * elapsed
-            target = self._speeds + np.clip(target - self._speeds, -max_change, max_change)
-        self._speeds = target
-        left, right = (target / (self._spec.diameter / 2.0)).tolist()
-        return left, right
+            most = self._spec.acceleration * elapsed
+            before, other = self._speeds
+            left = before + min(max(left - before, -most), most)
+            right = other + min(max(right - other, -most), most)
+        self._speeds = left, right
+        radius = self._spec.diameter / 2.0
+        return left / radius, right / radius
 
     def measure(self, left: float, right: float, elapsed: float) -> None:
         """Update with the angles [rad] of a left and a right wheel, `elapsed` s after the last."""
-        angles = np.array((left, right))
         if self._angles is not None and elapsed > 0.0:
-            distances = (angles - self._angles) * self._spec.diameter / 2.0
-            forward, turned = (
-                distances.mean(),
-                (distances[1] - distances[0]) / self._spec.separation,
+            diameter, (before, other) = self._spec.diameter, self._angles
+            by_left = (left - before) * diameter / 2.0
+            by_right = (right - other) * diameter / 2.0
+            forward = (by_left + by_right) / 2.0
+            turned = (by_right - by_left) / self._spec.separation
+            x, y, yaw = self._pose2d
+            mean_yaw = yaw + turned / 2.0
+            self._pose2d = (
+                x + forward * math.cos(mean_yaw),
+                y + forward * math.sin(mean_yaw),
+                yaw + turned,
             )
-            mean_yaw = self._pose2d[2] + turned / 2.0
-            self._pose2d += (forward * math.cos(mean_yaw), forward * math.sin(mean_yaw), turned)
-            self._twist = np.array((forward, turned)) / elapsed
-        self._angles = angles
+            self._twist = forward / elapsed, turned / elapsed
+        self._angles = left, right
 
     @property
     def pose(self) -> Pose:
         """Pose in the odometry frame by the wheels."""
-        return Pose.from_xyz_rpy((self._pose2d[0], self._pose2d[1], 0.0), (0, 0, self._pose2d[2]))
+        x, y, yaw = self._pose2d
+        return Pose((x, y, 0.0), (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)))
 
     @property
-    def twist(self) -> tuple[Array, Array]:
+    def twist(self) -> tuple[Vec3, Vec3]:
         """Linear (3,) [m/s] and angular (3,) [rad/s] velocity by the wheels, base's axes."""
-        return (np.array((self._twist[0], 0.0, 0.0)), np.array((0.0, 0.0, self._twist[1])))
+        forward, turn = self._twist
+        return (forward, 0.0, 0.0), (0.0, 0.0, turn)

@@ -92,6 +92,7 @@ class RenderJob:
 MAX_RESTARTS = 3  # within ...
 WINDOW = 60.0  # [s] ... of wall time: a worker that dies again and again is given up
 SYNC_TIMEOUT = 60.0  # [s] of wall time; a renderer that hangs is noticed much sooner
+REFRESH = 0.005  # [s] of wall time; a queued request is not replaced sooner: that costs a snapshot
 
 
 class RenderClient:
@@ -135,8 +136,8 @@ class RenderClient:
         self._last_restarts: list[float] = []  # their times [s]
         self._changed = threading.Condition()  # guards what follows
         self._closing, self._failed = False, ""  # why there will be no images any more, or ''
-        # camera name -> (snapshot, request), oldest camera first
-        self._pending: dict[str, tuple[Snapshot, CameraRequest]] = {}
+        # camera name -> (snapshot, request, time [s] at which it was queued), oldest camera first
+        self._pending: dict[str, tuple[Snapshot, CameraRequest, float]] = {}
         self._blocking: BlockingRequest | None = None
         self._sources: Sources | None = None
         self._scene: Scene | None = None
@@ -186,15 +187,27 @@ class RenderClient:
             self._sources = (tuple(sources), self._scene)
             self._sources_sent = False
 
+    def worth(self, requests: list[CameraRequest]) -> list[CameraRequest]:
+        """Those requests that are worth a snapshot: not where one was queued REFRESH ago or less.
+
+        In a world that runs free a camera is due many times while the worker renders one image.
+        """
+        latest = time.monotonic() - REFRESH
+        with self._changed:
+            fresh = {name for name, (_, _, queued) in self._pending.items() if queued > latest}
+            self.dropped.update(request.name for request in requests if request.name in fresh)
+        return [request for request in requests if request.name not in fresh]
+
     def submit(self, snapshot: Snapshot, requests: Iterable[CameraRequest]) -> None:
         """Request images from the cameras that are due; returns immediately."""
+        now = time.monotonic()
         with self._changed:
             stopped = self._failed or self._closing
             for request in requests:
                 if request.name in self._pending or stopped:
                     self.dropped[request.name] += 1
                 if not stopped:
-                    self._pending[request.name] = (snapshot, request)
+                    self._pending[request.name] = (snapshot, request, now)
             self._changed.notify()
 
     def discard(self) -> None:
@@ -314,7 +327,7 @@ class RenderClient:
                 snapshot, requests = blocking.snapshot, blocking.requests
             elif self._pending:
                 snapshot = next(iter(self._pending.values()))[0]
-                names = [name for name, (other, _) in self._pending.items() if other is snapshot]
+                names = [name for name, (other, *_) in self._pending.items() if other is snapshot]
                 requests = [self._pending.pop(name)[1] for name in names]
             else:
                 return None
