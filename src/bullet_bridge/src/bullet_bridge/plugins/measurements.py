@@ -34,7 +34,7 @@ from std_srvs.srv import EmptyResponse
 
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
 from bullet_bridge.transport import conversions
-from bullet_bridge.transport.packed import PackedImu, PackedOdometry
+from bullet_bridge.transport.packed import PackedFix, PackedImu, PackedOdometry, PackedVector
 
 if TYPE_CHECKING:
     from bullet_sim.description.model import Shape
@@ -258,7 +258,10 @@ class GpsSensor(Sensor):
         spec = self.spec
         # latitude, longitude [degrees], altitude [m] of the world's origin, heading of its x axis
         self._reference = (spec.latitude, spec.longitude, spec.altitude, spec.heading)
-        self._velocity = self.publisher(spec.velocity_topic, Vector3Stamped)
+        variances = [stddev**2 for stddev in spec.noise_stddev]
+        self._sender = PackedFix(self.pub, spec.frame_id, spec.status, spec.service, variances)
+        velocities = self.publisher(spec.velocity_topic, Vector3Stamped)
+        self._velocity_sender = PackedVector(velocities, spec.frame_id)
         name = f"{spec.topic}/set_reference_geopose"
         self.service(name, SetReferenceGeoPose, self._on_reference)
 
@@ -274,25 +277,22 @@ class GpsSensor(Sensor):
         self.call(lambda: setattr(self, "_reference", reference))
         return SetReferenceGeoPoseResponse()
 
-    def measure(self, time: float) -> NavSatFix:
+    def update(self, time: float, period: float) -> None:
         spec = self.spec
-        pose, linear, _ = self.sensor_state()
-        noise = self.rng.normal(0.0, 1.0, 6)
-        position = np.asarray(pose.position) + spec.offset + noise[:3] * spec.noise_stddev
-        velocity = np.asarray(linear) + noise[3:] * spec.velocity_noise_stddev
-        message = NavSatFix(header=conversions.header(time, spec.frame_id))
-        message.status.status, message.status.service = spec.status, spec.service
-        message.latitude, message.longitude, message.altitude = inertial.fix(
-            position, *self._reference
+        position, _, linear, _ = self.sensor_motion()
+        noise = self.rng.standard_normal(6).tolist()
+        x, y, z = (
+            value + offset + random * stddev
+            for value, offset, random, stddev in zip(
+                position, spec.offset, noise, spec.noise_stddev
+            )
         )
-        message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
-        for axis in range(3):
-            message.position_covariance[4 * axis] = spec.noise_stddev[axis] ** 2
-        speed = Vector3Stamped(header=message.header)
-        north, west = inertial.to_north_west(self._reference[3], velocity[0], velocity[1])
-        speed.vector = Vector3(north, west, velocity[2])
-        self._velocity.publish(speed)
-        return message
+        u, v, w = (
+            value + random * stddev
+            for value, random, stddev in zip(linear, noise[3:], spec.velocity_noise_stddev)
+        )
+        self._sender.send(time, *inertial.fix((x, y, z), *self._reference))
+        self._velocity_sender.send(time, *inertial.to_north_west(self._reference[3], u, v), w)
 
 
 @ros_side(MagneticSpec)
