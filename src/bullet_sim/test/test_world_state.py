@@ -300,3 +300,33 @@ def test_saving_needs_no_disk(tmp_path, monkeypatch):
     assert difference(trace(world, push), expected) is None
     assert list(tmp_path.iterdir()) == []
     world.close()
+
+
+@pytest.mark.parametrize("solver", ["bullet", "ode"])
+def test_snapshots_have_what_is_static_where_it_is(solver):
+    world = World(solver=solver)
+    for name, static in (("wall", True), ("box", False)):
+        box = sdf_box(name, (0.2, 0.2, 0.2), static=static)
+        world.spawn(box, Pose((0.0, 2.0 * static, 0.5)))
+    wall = world.models["wall"]
+
+    def places():
+        return {name: state.position for name, state in zip(world.models, world.snapshot().bodies)}
+
+    world.step(10)
+    first, state = places(), world.save_state()
+    world.step(10)
+    second = places()
+    assert second["wall"] == first["wall"] and second["box"] != first["box"]
+    assert world.snapshot().bodies[0] is world.snapshot().bodies[0], "it is read once"
+    wall.set_state(Pose((5.0, 0.0, 0.5)))
+    assert places()["wall"] == pytest.approx((5.0, 0.0, 0.5))
+    moved = world.save_state()
+    world.restore_state(state)
+    for name, place in places().items():
+        assert place == pytest.approx(first[name]), name
+    world.restore_state(moved)
+    assert places()["wall"] == pytest.approx((5.0, 0.0, 0.5))
+    world.reset()
+    assert places()["wall"] == pytest.approx((0.0, 2.0, 0.5))
+    world.close()

@@ -89,9 +89,11 @@ class Engine:
         rays: casts rays at the bodies; a new one after clear(), as `states`.
         states: saves and restores what the bodies do.
         ode: what moves the bodies of an OdeEngine; else None.
+        placements: how often bodies were put somewhere; what is static stays in between.
     """
 
     position_gain = 0.1
+    placements = 0
     ode: "OdeSolver | None" = None
 
     def __init__(
@@ -213,6 +215,7 @@ class Engine:
 
     def restore_state(self, number: int) -> None:
         """Restore a copy of save_state, as long as the bodies are the same; motors stay."""
+        self.placements += 1
         self.rays.scenery.check_poses()
         with self.states.fitted_bounds():
             p.restoreState(stateId=number, physicsClientId=self.client)
@@ -379,6 +382,7 @@ class Engine:
 
     def put(self, body: int, position: Vector, orientation: Vector) -> None:
         """Move the root link's principal axes to a world pose; nothing wakes."""
+        self.placements += 1
         p.resetBasePositionAndOrientation(body, position, orientation, physicsClientId=self.client)
         self._read_later(body)
         if not self.moves(body):  # else Bullet looks for its contacts with what sleeps, too

@@ -97,6 +97,8 @@ class Model:
         self.initial_pose = pose
         self.engine = engine
         self._key = key
+        self._state: BodyState | None = None  # of what is static ...
+        self._placements = -1  # ... as of these of the engine
         self._changes: dict[tuple[str, str], Callable[[], None]] = {}
         self.is_ghost = False
         self.on_moved: Callable[[Model], None] = lambda model: None  # called after set_state
@@ -414,9 +416,14 @@ class Model:
 
     def state(self) -> BodyState:
         """BodyState for a snapshot."""
-        position, orientation = self.engine.base_pose(self.body)
-        joints = () if self.is_static else self.engine.joint_positions(self.body)
-        return BodyState(self._key, position, orientation, joints)
+        engine = self.engine
+        if not self.is_static:
+            joints = engine.joint_positions(self.body)
+            return BodyState(self._key, *engine.base_pose(self.body), joints)
+        if self._state is None or self._placements != engine.placements:
+            self._placements = engine.placements
+            self._state = BodyState(self._key, *engine.base_pose(self.body), ())
+        return self._state
 
     def remove(self) -> None:
         """Remove it from the engine and delete its file."""
