@@ -724,17 +724,21 @@ class Engine:
         return self._friction[body, link]
 
     def set_bitmask(self, body: int, link: int, bits: int) -> None:
-        """Let a link touch only what shares a bit (of 16) with it; the others have all bits."""
+        """Let a link touch only what shares a bit (of 16) with it; the others have all bits.
+
+        Rays hit it all the same, as in Gazebo, but for one that moves by Bullet's steps and has no
+        bit at all.
+        """
         own = bits << _SHIFT
         self._set_filter(body, link, own, own | (_COMMON if bits else 0))
 
     def set_ghost(self, body: int, link: int) -> None:
         """Let a link touch only what never moves; rays go through it."""
+        self.rays.scenery.discard(body)
         self._set_filter(body, link, _GHOST, _STATIC)
 
     def _set_filter(self, body: int, link: int, group: int, mask: int) -> None:
         self.wake_all()
-        self.rays.scenery.discard(body)  # rays may go through it
         p.setCollisionFilterGroupMask(body, link, group, mask, physicsClientId=self.client)
         self.states.note_layout("mask", body, link)
 

@@ -1070,15 +1070,14 @@ class OdeSolver:
 
     # rays ---------------------------------------------------------------------------------------
     def moving_shapes(self) -> RayShapes:
-        """Shapes of what moves, where it is now, for rays; not of bodies that rays may pass, and
-        of those with a fixed root."""
+        """Shapes of what moves, where it is now, for rays; not of ghosts, which rays pass, and of
+        bodies with a fixed root."""
         self.refresh()
         if self._moving is None:
             found: dict[int, list[RayShape]] = {}
             for part in self._parts.values():
-                keys = [(part.body, part.links[name]) for name in part.names]
-                passed = part.body in self._ghosts or any(key in self._filtered for key in keys)
-                shapes = None if part.is_fixed or passed else self._shapes_of(part)
+                passed = part.is_fixed or part.body in self._ghosts
+                shapes = None if passed else self._shapes_of(part)
                 if shapes is not None:
                     found[part.body] = shapes
             self._moving = RayShapes(found)

@@ -282,14 +282,17 @@ class RayShapes:
             at, radius, triangles = (
                 self._centers[number], self._radii[number], self._shapes[number].triangles
             )  # fmt: skip
-            way = at - center
-            square = way @ way - radius * radius
+            way, start = at - center, float(starts[number])
+            away = math.hypot(*way)
             if triangles is None or (at + radius < box[0]).any() or (at - radius > box[1]).any():
                 continue
+            if away + radius < start:  # the housing of the lidar
+                continue
+            square = away * away - radius * radius
             tangent = math.sqrt(square) if square > 0.0 else -np.inf
             ray = np.flatnonzero(directions @ way >= tangent)
             if len(ray):
-                frame, start = self._frames[number], float(starts[number])
+                frame = self._frames[number]
                 hits = triangles.cast(-way @ frame, directions[ray] @ frame, start, far)
                 ranges[ray] = np.minimum(ranges[ray], hits[0])
         if look_near:
