@@ -293,6 +293,14 @@ def test_ground_truth():
     assert spec.offset[0] == (1, 2, 3) and not spec.twist_in_child
 
 
+def test_ground_truth_of_a_merged_link_names_the_link_that_remains():
+    spec = one(
+        '<gazebo><plugin filename="libgazebo_ros_p3d.so"><bodyName>head</bodyName></plugin>'
+        "</gazebo>"
+    )
+    assert (spec.link, spec.child_frame_id) == ("head", "base")
+
+
 @pytest.mark.parametrize(
     "gazebo, words",
     [

@@ -122,6 +122,26 @@ def test_an_impossible_inertia_becomes_that_of_a_block_of_its_size(inertia):
     assert len(model.warnings) == 1 and "a block of its size" in model.warnings[0]
 
 
+@pytest.mark.parametrize(
+    "inertia, unit",
+    [
+        (np.zeros((3, 3)), True),
+        (0.01 * (np.eye(3) + [[0, 1, 0], [1, 0, 1], [0, 1, 0]]), True),
+        (0.01 * np.eye(3), False),
+        (np.full((3, 3), math.nan), False),
+    ],
+    ids=["none", "not positive definite", "possible", "no number"],
+)
+def test_an_inertia_that_is_not_positive_definite_is_one_for_the_solver_ode(inertia, unit):
+    """A rosbot of Husarion has the second one: in Gazebo it turns as with 1 kg m^2."""
+    link = Link("body", 2.0, inertia=inertia)
+    link.collisions.append(Shape(Geometry("box", (0.5, 1.0, 0.2))))
+    model = model_of([link], [])
+    found = lump(model, as_in_gazebo=True).links["body"].inertia
+    assert (found == np.eye(3)).all() == unit
+    assert any("like 1 kg m^2 about each axis" in text for text in model.warnings) == unit
+
+
 def test_link_without_mass_on_a_fixed_joint_needs_none():
     model = model_of(
         [box_link("a", 1.0, (1, 1, 1)), Link("b")], [Joint("j", "fixed", "a", "b", Pose((5, 0, 0)))]

@@ -42,8 +42,9 @@ def lump(model: ModelDescription, as_in_gazebo: bool = False) -> LumpedModel:
     """Merge all fixed joints (of a static model: all joints, at their zero position).
 
     Args:
-        as_in_gazebo: links in the order in which Gazebo creates them; False: those next to the root
-            first, in the order of the file.
+        as_in_gazebo: links in the order in which Gazebo creates them, and its reading of inertias
+            that are not positive definite; False: those next to the root first, in the order of
+            the file.
     """
     frames = {model.root: (model.root, Pose())}
     links = {model.root: _copy(model.links[model.root])}
@@ -73,7 +74,7 @@ def lump(model: ModelDescription, as_in_gazebo: bool = False) -> LumpedModel:
         for link in links.values():
             if model.fixed_base and link.name == model.root and link.mass <= 0:
                 link.mass, link.inertia = MIN_MASS, np.eye(3) * MIN_MASS  # fixed to the world
-            _repair_inertia(link, model)
+            _repair_inertia(link, model, as_in_gazebo)
     order = list(model.joints)
     joints.sort(key=lambda joint: order.index(joint.name))
     return LumpedModel(links, tuple(joints), model.root, frames, tuple(welds))
@@ -257,7 +258,8 @@ def _shift(mass: float, arm: Array) -> Array:
     return mass * (float(arm @ arm) * np.eye(3) - np.outer(arm, arm))
 
 
-def _repair_inertia(link: Link, model: ModelDescription) -> None:
+def _repair_inertia(link: Link, model: ModelDescription, as_in_gazebo: bool) -> None:
+    given = link.mass > 0 and np.isfinite(link.inertia).all()
     if link.mass <= 0:
         model.warn(
             f"link '{link.name}' moves but has no mass; it gets {MIN_MASS} kg",
@@ -268,7 +270,15 @@ def _repair_inertia(link: Link, model: ModelDescription) -> None:
     if not np.isfinite(link.inertia).all():  # sums of numbers that are too large
         link.inertia = np.zeros((3, 3))
     moments = np.linalg.eigvalsh(link.inertia)
-    if moments[0] <= link.mass * TINY_RADIUS**2:
+    if as_in_gazebo and given and moments[0] <= 0.0:
+        link.inertia = np.eye(3)  # ODE (dBodySetMass) takes the identity for its inverse
+        model.warn(
+            f"link '{link.name}' has an inertia that is not positive definite (smallest moment "
+            f"{moments[0]:.3g} kg m^2); it turns like 1 kg m^2 about each axis, as in Gazebo",
+            "links have an inertia that is not positive definite and turn like 1 kg m^2",
+            f"'{link.name}' of '{model.name}'",
+        )
+    elif moments[0] <= link.mass * TINY_RADIUS**2:
         link.inertia = _block(link)
         diagonal = " ".join(f"{moment:.3g}" for moment in np.diag(link.inertia))
         model.warn(

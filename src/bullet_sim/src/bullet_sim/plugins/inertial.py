@@ -183,7 +183,7 @@ def ground_truth(xml: PluginXml) -> GroundTruthSpec:
         reference=reference,
         rate=xml.number("updateRate"),
         twist_in_child=xml.text("twistFrame", "world") == "child",
-        child_frame_id=link,
+        child_frame_id=xml.merged(link),
         noise_stddev=abs(xml.number("gaussianNoise")),
         offset=_offset(xml),
     )
