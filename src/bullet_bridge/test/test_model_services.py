@@ -12,6 +12,7 @@ from bullet_bridge.services.lights import LightServices
 from bullet_bridge.services.links import JointServices, LinkServices
 from bullet_bridge.services.models import ModelServices
 from bullet_bridge.services.physics import PhysicsProperties, PhysicsServices
+from bullet_sim.errors import WorldError
 from bullet_sim.world import World
 from gazebo_msgs import srv
 from gazebo_msgs.msg import LinkState, ModelState
@@ -60,7 +61,12 @@ class Desk:
         )
         self.world, self.jobs, self.robots = World(), JobQueue(), FakeRobots()
         self.changes = 0  # jobs that did not say that they only read
-        ModelServices("/gazebo", self.world, self.jobs, self.robots, str)
+        self.holds = []  # what is connected when the simulation is held and goes on again
+        server = SimpleNamespace(
+            hold=lambda: self.holds.append(list(self.robots.names)),
+            release=lambda: self.holds.append(list(self.robots.names)),
+        )
+        ModelServices("/gazebo", self.world, self.jobs, self.robots, str, server)
         LinkServices("/gazebo", self.world, self.jobs, self.robots)
         JointServices("/gazebo", self.world, self.jobs)
         LightServices("/gazebo", self.world, self.jobs, lambda: None)
@@ -99,6 +105,15 @@ def _desk(monkeypatch):
     made = Desk(monkeypatch)
     yield made
     made.world.close()
+
+
+def test_no_step_is_made_until_a_new_model_has_its_plugins(desk):
+    assert desk.spawn().success and desk.holds == [[], ["bot"]]
+    assert not desk.spawn().success, "there is one of this name"
+    assert desk.holds == [[], ["bot"]]
+    desk.robots.fault = WorldError("a plugin does not start")
+    assert not desk.spawn("other").success
+    assert len(desk.holds) == 4 and desk.holds[-1] == ["bot"], "released after it was removed"
 
 
 def test_spawn_ask_and_delete(desk):

@@ -8,7 +8,7 @@ import rospy
 from bullet_bridge.loop import clock as clock_module
 from bullet_bridge.loop.clock import CLOCK_STRIDE, Schedule, SimClock
 from bullet_bridge.loop.jobs import JobQueue
-from bullet_bridge.loop.server import Server
+from bullet_bridge.loop.server import HOLD_LIMIT, Server
 from bullet_bridge.node import Config
 from bullet_sim.errors import WorldError
 
@@ -136,6 +136,38 @@ def test_the_real_time_factor_is_kept(factor):
     statistics = rig.server.statistics()
     assert statistics["real_time_factor"] == pytest.approx(factor, rel=0.01)
     assert 0 <= statistics["lateness_p50"] <= statistics["lateness_max"] < 0.002
+
+
+@pytest.mark.parametrize("factor", [0.0, 1.0])
+def test_a_held_world_makes_no_step_for_a_while(factor):
+    rig = Rig(real_time_factor=factor)
+    rig.run(0.5)
+    rig.server.hold()
+    rig.server.hold()
+    before = rig.world.step_count
+    rig.run(1.0)
+    rig.server.release()
+    rig.run(1.0)
+    assert rig.world.step_count == before
+    rig.server.release()
+    rig.run(0.5)
+    done = rig.world.step_count - before
+    assert done == pytest.approx(500, abs=60) if factor else done > 500, "nothing is caught up"
+    rig.server.hold()
+    before = rig.world.step_count
+    rig.run(HOLD_LIMIT + 0.5)
+    assert rig.world.step_count > before, "whoever has held it does not respond"
+
+
+def test_steps_on_request_wait_while_a_world_is_held():
+    rig = Rig(paused=True)
+    rig.server.hold()
+    steps = rig.server.begin_steps(5)
+    rig.run(0.5)
+    assert rig.world.step_count == 0
+    rig.server.release()
+    rig.run_steps(steps)
+    assert rig.world.step_count == 5
 
 
 def test_running_free_it_runs_as_fast_as_the_steps_allow():

@@ -71,6 +71,7 @@ class Steps:
 PACED_BATCH = 0.001  # [s] wall time of one batch of steps at a given real time factor
 FREE_BATCH = 0.02  # [s] simulated time of the longest batch when running free
 IDLE_WAIT = 0.05  # [s] longest wait for jobs, after which a shutdown is noticed
+HOLD_LIMIT = 3.0  # [s] wall time for which hold() stops the simulation at most
 
 
 class Server:
@@ -95,6 +96,7 @@ class Server:
         self.paused, self.lockstep = config.paused, config.lockstep
         self._monotonic, self._niceness = config.monotonic_clock, config.niceness
         self._relay = relay
+        self._now, self._holds, self._held_until = now, 0, 0.0
         self._rtf_monitor = RealTimeFactorMonitor(now=now)
         self._pace = Pace(config.real_time_factor, now, self._measured)
         self._clock = clock or SimClock(config.clock_rate, world.time_step)
@@ -188,10 +190,11 @@ class Server:
         """One iteration of the loop: jobs, then one batch, or a wait until one is due."""
         if self._jobs.run_pending():
             self._robots.refresh()
-        if self._steps is not None:
+        held = self._holds > 0 and self._now() < self._held_until
+        if self._steps is not None and not held:
             self._make_steps(self._steps)
             return
-        if self.paused:
+        if self.paused or held:
             wait = IDLE_WAIT
             self._anchor()
         else:
@@ -201,6 +204,19 @@ class Server:
                 return
         if self._jobs.run_pending(wait=wait):
             self._robots.refresh()
+
+    def hold(self) -> None:
+        """Make no step until as many calls of release(), or HOLD_LIMIT (simulation thread).
+
+        A model's plugins then start at the step at which it is there, as in Gazebo, which loads
+        them between two steps.
+        """
+        self._holds += 1
+        self._held_until = self._now() + HOLD_LIMIT
+
+    def release(self) -> None:
+        """Go on after a hold() (simulation thread)."""
+        self._holds -= 1
 
     def advance(self, limit: int, throttle: bool = False) -> None:
         """Commands in, physics steps until something is due or `limit` is reached, results out.

@@ -37,7 +37,7 @@ class GazeboServices:
     ) -> None:
         server.add_reporter(StateTopics(prefix, world, states_rate))
         server.add_reporter(PerformanceTopic(prefix, world, robots.sensor_counts))
-        ModelServices(prefix, world, jobs, robots, resolve)
+        ModelServices(prefix, world, jobs, robots, resolve, server)
         LinkServices(prefix, world, jobs, robots.received)
         JointServices(prefix, world, jobs)
         properties = PhysicsProperties(world, server)

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from bullet_sim.world import Resolve, World
 
     from bullet_bridge.loop.jobs import JobQueue
+    from bullet_bridge.loop.server import Server
 
 
 def with_robot_namespace(text: Any, namespace: str) -> Any:
@@ -62,8 +63,10 @@ class ModelServices:
         jobs: "JobQueue",
         robots: ConnectedModels,
         resolve: "Resolve",
+        server: "Server",
     ) -> None:
         self._world, self._jobs, self._robots, self._resolve = world, jobs, robots, resolve
+        self._server = server
         self._requests: dict[str, int] = {}
         for name, service, work in (
             ("spawn_urdf_model", srv.SpawnModel, lambda r: self._spawn(r, world.spawn_urdf)),
@@ -85,12 +88,14 @@ class ModelServices:
         text = with_robot_namespace(request.model_xml, request.robot_namespace)
 
         def work() -> "Model":
-            return spawn(
+            model = spawn(
                 request.model_name,
                 text,
                 find_frame(self._world, request.reference_frame).pose * pose,
                 self._resolve,
             )
+            self._server.hold()
+            return model
 
         model = self._jobs.call(work)
         try:
@@ -98,6 +103,8 @@ class ModelServices:
         except Exception:
             self._remove(model.name)  # so that no part of it remains
             raise
+        finally:
+            self._jobs.call(self._server.release)
         return srv.SpawnModelResponse(status_message=f"spawned '{model.name}'")
 
     def _remove(self, name: str) -> None:
