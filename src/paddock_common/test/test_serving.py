@@ -1,9 +1,15 @@
-"""A node's XML-RPC thread stops with the node, whose socket it polls."""
+"""A node's threads that serve others: they stop with it, nothing stays of it at the master, and
+what is not ROS does not stop them."""
 
+import socket
+import subprocess
+import sys
 import time
+from urllib.parse import urlsplit
 
 import pytest
-from paddock_common.testing import wait_for
+from paddock_common.master import proxy
+from paddock_common.testing import ros_master, wait_for
 from rosgraph.xmlrpc import XmlRpcHandler, XmlRpcNode
 
 from paddock_common import nodes
@@ -38,3 +44,44 @@ def test_thread_does_not_poll_closed_socket(node, monkeypatch):
 def test_shutdown_before_start():
     """A node that has not served yet can be shut down."""
     nodes._shutdown(XmlRpcNode(0, XmlRpcHandler()), "test")
+
+
+SERVES = """
+import rospy
+from std_srvs.srv import Empty, EmptyResponse
+from paddock_common import nodes
+nodes.init_interruptible("server")
+rospy.logwarn("for /rosout")
+rospy.Service("serve", Empty, lambda _: EmptyResponse())
+rospy.spin()
+"""
+CALLS = """
+import rospy
+from std_srvs.srv import Empty
+rospy.wait_for_service("/serve", 20.0)
+rospy.ServiceProxy("/serve", Empty)()
+"""
+
+
+def call(environment, name, *arguments):
+    with proxy(environment["ROS_MASTER_URI"], LIMIT) as master:
+        code, _, value = getattr(master, name)("/test", *arguments)
+    return value if code == 1 else None
+
+
+def test_a_node_that_has_ended_is_forgotten_and_post_does_not_stop_one():
+    """The master asks the old address of a node that it still knows to shut down, by HTTP.
+
+    Whoever has that port by then waits for the rest of a header of 1.4 GB.
+    """
+    with ros_master() as environment:
+        run = {"env": environment, "stdin": subprocess.DEVNULL}
+        with subprocess.Popen([sys.executable, "-c", SERVES], **run) as server:
+            address = wait_for(lambda: call(environment, "lookupService", "/serve"), "the service")
+            parts = urlsplit(address)
+            with socket.create_connection((parts.hostname, parts.port)) as other:
+                other.sendall(b"POST /RPC2 HTTP/1.1\r\nHost: here\r\n\r\n")
+                subprocess.run([sys.executable, "-c", CALLS], timeout=60.0, check=True, **run)
+            assert call(environment, "lookupNode", "/server")
+            server.terminate()
+        assert call(environment, "lookupNode", "/server") is None
