@@ -80,8 +80,7 @@ class Rounds:
         self._simulation.pause()
 
     def _drives(self):
-        """Sends the command, again until the robot drives: a connection that has just been made may
-        lose a message."""
+        """Sends the command; whether the robot drives by it."""
         command = Twist()
         command.linear.x, command.angular.z = causes.SPEED, causes.TURN
         self._output.publish(command)

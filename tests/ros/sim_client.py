@@ -149,6 +149,17 @@ class Recorder:
         self._subscriber.unregister()
 
 
+def _list_of(namespace, limit):
+    """The service list_controllers of a controller manager; a failure says which services exist."""
+    name = f"{namespace}/controller_manager/list_controllers"
+    try:
+        rospy.wait_for_service(name, timeout=limit)
+    except rospy.ROSException as error:
+        _, _, (_, _, services) = rosgraph.Master(rospy.get_name()).getSystemState()
+        raise AssertionError(f"{error}; services: {sorted(services)}") from None
+    return rospy.ServiceProxy(name, ListControllers)
+
+
 def wait_running(namespace, count, limit=START_LIMIT):
     """Waits until a controller manager has so many controllers, all of them running.
 
@@ -159,13 +170,7 @@ def wait_running(namespace, count, limit=START_LIMIT):
         namespace: Of the controller manager, such as /bot.
         limit: Longest wait in wall time [s].
     """
-    name = f"{namespace}/controller_manager/list_controllers"
-    try:
-        rospy.wait_for_service(name, timeout=limit)
-    except rospy.ROSException as error:
-        _, _, (_, _, services) = rosgraph.Master(rospy.get_name()).getSystemState()
-        raise AssertionError(f"{error}; services: {sorted(services)}") from None
-    states = rospy.ServiceProxy(name, ListControllers)
+    states = _list_of(namespace, limit)
     wait_until(
         lambda: [item.state for item in states().controller] == ["running"] * count,
         f"{count} controllers of {namespace} running",
@@ -182,9 +187,7 @@ def wait_for_car(limit=START_LIMIT):
     clock = Recorder("/clock", Clock)
     clock.wait_count(2, limit)
     clock.close()
-    name = "/racecar/controller_manager/list_controllers"
-    rospy.wait_for_service(name, timeout=limit)
-    service = rospy.ServiceProxy(name, ListControllers)
+    service = _list_of("/racecar", limit)
     states = {}
 
     def running():

@@ -8,8 +8,7 @@ import time
 from urllib.parse import urlsplit
 
 import pytest
-from paddock_common.master import proxy
-from paddock_common.testing import ros_master, wait_for
+from paddock_common.testing import call, ros_master, running, wait_for
 from rosgraph.xmlrpc import XmlRpcHandler, XmlRpcNode
 
 from paddock_common import nodes
@@ -63,25 +62,22 @@ rospy.ServiceProxy("/serve", Empty)()
 """
 
 
-def call(environment, name, *arguments):
-    with proxy(environment["ROS_MASTER_URI"], LIMIT) as master:
-        code, _, value = getattr(master, name)("/test", *arguments)
-    return value if code == 1 else None
-
-
 def test_a_node_that_has_ended_is_forgotten_and_post_does_not_stop_one():
     """The master asks the old address of a node that it still knows to shut down, by HTTP.
 
     Whoever has that port by then waits for the rest of a header of 1.4 GB.
     """
-    with ros_master() as environment:
-        run = {"env": environment, "stdin": subprocess.DEVNULL}
-        with subprocess.Popen([sys.executable, "-c", SERVES], **run) as server:
-            address = wait_for(lambda: call(environment, "lookupService", "/serve"), "the service")
-            parts = urlsplit(address)
-            with socket.create_connection((parts.hostname, parts.port)) as other:
-                other.sendall(b"POST /RPC2 HTTP/1.1\r\nHost: here\r\n\r\n")
-                subprocess.run([sys.executable, "-c", CALLS], timeout=60.0, check=True, **run)
-            assert call(environment, "lookupNode", "/server")
-            server.terminate()
-        assert call(environment, "lookupNode", "/server") is None
+    with (
+        ros_master() as environment,
+        running(environment, [sys.executable, "-c", SERVES]) as server,
+    ):
+        master = environment["ROS_MASTER_URI"]
+        address = urlsplit(wait_for(lambda: call(master, "lookupService", "/serve"), "the service"))
+        with socket.create_connection((address.hostname, address.port)) as other:
+            other.sendall(b"POST /RPC2 HTTP/1.1\r\nHost: here\r\n\r\n")
+            client = [sys.executable, "-c", CALLS]
+            subprocess.run(client, env=environment, timeout=60.0, check=True)
+        assert call(master, "lookupNode", "/server")
+        server.terminate()
+        server.communicate(timeout=60.0)
+        assert call(master, "getPid") and call(master, "lookupNode", "/server") is None

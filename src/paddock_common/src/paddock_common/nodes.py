@@ -138,14 +138,6 @@ def ignore_shutdown_of_others() -> None:
     ROSHandler.shutdown = _shutdown_if_addressed
 
 
-# What rospy's functions raise because of a shutdown.
-INTERRUPTIONS = (rospy.ROSException, rospy.ServiceException, rospy.exceptions.TransportException)
-_log = logging.getLogger("rospy.closing")  # has no console handler
-_publish = _PublisherImpl.publish
-_invoke = _SubscriberImpl._invoke_callback
-_service_failed = ServiceImpl.error_handler
-
-
 _cleanup = RegManager.cleanup
 
 
@@ -197,6 +189,14 @@ def _accept_header(self: Any, sock: socket.socket, client_addr: Any) -> None:
 def accept_headers_only() -> None:
     """Makes the node of this process close connections that do not begin with a header."""
     TCPROSServer._tcp_server_callback = _accept_header
+
+
+# What rospy's functions raise because of a shutdown.
+INTERRUPTIONS = (rospy.ROSException, rospy.ServiceException, rospy.exceptions.TransportException)
+_log = logging.getLogger("rospy.closing")  # has no console handler
+_publish = _PublisherImpl.publish
+_invoke = _SubscriberImpl._invoke_callback
+_service_failed = ServiceImpl.error_handler
 
 
 def suppress_shutdown_errors() -> None:

@@ -215,7 +215,6 @@ class Engine:
 
     def restore_state(self, number: int) -> None:
         """Restore a copy of save_state, as long as the bodies are the same; motors stay."""
-        self.placements += 1
         self.rays.scenery.check_poses()
         with self.states.fitted_bounds():
             p.restoreState(stateId=number, physicsClientId=self.client)

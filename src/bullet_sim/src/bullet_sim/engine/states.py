@@ -126,7 +126,6 @@ class BodyStates:
         return sorted(point[1:] for point in p.getContactPoints(physicsClientId=self._client))
 
     def _restore_data(self, data: bytes) -> None:
-        self._engine.placements += 1
         self._engine.rays.scenery.check_poses()
         # Bullet leaves contacts that its copy does not have: put all bodies where there are none.
         for number, body in enumerate(sorted(self._engine.free)):
