@@ -10,7 +10,7 @@ from truck_client import TRUTH, Driver, wait_for_truck, way
 
 LAUNCH = """<launch>
   <include file="$(find cybertruck)/launch/truck.launch">
-    <arg name="world" value="$(find gazebo_ros)/worlds/empty.world"/>
+    <arg name="world" value="$(find cybertruck)/worlds/plane.world"/>
     <arg name="headless" value="true"/>
     <arg name="lockstep" value="true"/>
     <arg name="odom_source" value="ground_truth"/>

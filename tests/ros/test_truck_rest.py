@@ -10,7 +10,7 @@ from truck_client import TRUTH, pose_of, wait_for_truck
 
 LAUNCH = """<launch>
   <include file="$(find cybertruck)/launch/truck.launch">
-    <arg name="world" value="$(find gazebo_ros)/worlds/empty.world"/>
+    <arg name="world" value="$(find cybertruck)/worlds/plane.world"/>
     <arg name="headless" value="true"/>
     <arg name="lidar" value="false"/>
     <arg name="real_time_factor" value="0"/>

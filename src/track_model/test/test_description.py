@@ -120,7 +120,7 @@ def test_every_link_but_the_root_has_mass(robot):
 def test_wheel(robot, name):
     collision = link(robot, name).find("collision")
     cylinder = collision.find("geometry/cylinder")
-    assert (cylinder.get("radius"), cylinder.get("length")) == ("0.03", "0.025")
+    assert (cylinder.get("radius"), cylinder.get("length")) == ("0.03", "0.004")
     assert numbers(collision.find("origin").get("rpy")) == pytest.approx((math.pi / 2, 0, 0))
     element = joint(robot, name + "_joint")
     assert element.get("type") == "continuous"
@@ -128,6 +128,7 @@ def test_wheel(robot, name):
     assert [element.find("limit").get(key) for key in ("effort", "velocity")] == ["10", "100"]
     contact = robot.find(f"gazebo[@reference='{name}']")
     assert [float(contact.find(key).text) for key in ("mu1", "mu2")] == [0.5, 0.5]
+    assert [float(contact.find(key).text) for key in ("kp", "kd")] == [1e6, 100.0]
 
 
 @pytest.mark.parametrize("name", HINGES)

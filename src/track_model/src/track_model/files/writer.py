@@ -176,6 +176,9 @@ WORLD = """<?xml version="1.0"?>
       <max_step_size>0.001</max_step_size>
       <real_time_factor>1.0</real_time_factor>
       <real_time_update_rate>1000</real_time_update_rate>
+      <ode>
+        <solver><type>quick</type><iters>100</iters><sor>1.3</sor></solver>
+      </ode>
     </physics>
     <include><uri>model://sun</uri></include>
 {model}  </world>

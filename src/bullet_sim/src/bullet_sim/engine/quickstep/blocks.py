@@ -10,6 +10,10 @@ that follow each other on the same bodies have bounds both; the second is correc
 first has changed. Both solutions (the one that moves the bodies, and the one whose push is bounded)
 are computed side by side in four lanes, two rows each.
 
+Blocks of different bodies do not depend on each other. So joints, normals and friction are each
+sorted by how many blocks have to be solved before one: what is solved next has other bodies, as
+far as there are any, and a processor works on several at once. The result is the same, to the bit.
+
 Source: Y. Saad, "Iterative Methods for Sparse Linear Systems" (2003), section 4.1 (block
 Gauss-Seidel).
 """
@@ -42,6 +46,8 @@ from bullet_sim.engine.quickstep.layout import (
 from bullet_sim.engine.quickstep.state import (
     B_AT,
     B_BOTH,
+    B_COLUMNS,
+    B_LEVEL,
     B_NORMAL,
     B_ONE,
     B_PAIR,
@@ -155,6 +161,40 @@ def _place(block: Array, at: int, row: int, pair: bool, links: Array, nobody: in
 
 
 @compiled
+def _sort(first: int, last: int, blocks: Blocks) -> None:
+    """Blocks from `first` to before `last`, sorted by their levels."""
+    places, unsorted, levels, counts = (
+        blocks.places, blocks.unsorted, blocks.levels, blocks.counts,
+    )  # fmt: skip
+    for body in range(len(levels)):
+        levels[body] = 0
+    deepest = 0
+    for i in range(first, last):
+        block = unsorted[i]
+        for k in range(B_COLUMNS):
+            block[k] = places[i, k]
+        one, two = block[B_ONE] // W_SIZE, block[B_TWO] // W_SIZE
+        level = levels[one]
+        if block[B_BOTH]:
+            level = max(level, levels[two])
+            levels[two] = level + 1
+        levels[one] = level + 1
+        block[B_LEVEL] = level
+        deepest = max(deepest, level)
+    for level in range(deepest + 2):
+        counts[level] = 0
+    for i in range(first, last):
+        counts[unsorted[i, B_LEVEL] + 1] += 1
+    for level in range(deepest):
+        counts[level + 1] += counts[level]
+    for i in range(first, last):
+        level = unsorted[i, B_LEVEL]
+        for k in range(B_COLUMNS):
+            places[first + counts[level], k] = unsorted[i, k]
+        counts[level] += 1
+
+
+@compiled
 def pack(m: int, rows: Array, links: Array, blocks: Blocks) -> None:
     """Blocks of m rows.
 
@@ -180,6 +220,7 @@ def pack(m: int, rows: Array, links: Array, blocks: Blocks) -> None:
         _place(places[n], at, i, soft, links, nobody)
         n, at, i = n + 1, at + J_SIZE, i + count
     ends[0] = n
+    _sort(0, n, blocks)
     for friction in range(2):
         waiting = -1  # a row that makes a block with the next one, if that is of the same bodies
         for turn in range(m + 1):
@@ -196,6 +237,7 @@ def pack(m: int, rows: Array, links: Array, blocks: Blocks) -> None:
             _place(places[n], at, waiting, pair, links, nobody)
             n, at = n + 1, at + C_SIZE
             waiting = -1 if pair else i
+        _sort(ends[friction], n, blocks)
         ends[1 + friction] = n
 
 

@@ -13,8 +13,8 @@ from bullet_sim.pose import Array
 
 # blocks: where their numbers are, of the accelerations of both bodies, and of the impulses of the
 # normal that bounds a friction (-1: none), whether there are a second body and a second row (of a
-# contact) or a CFM (of a joint)
-B_AT, B_ONE, B_TWO, B_NORMAL, B_BOTH, B_PAIR, B_COLUMNS = 0, 1, 2, 3, 4, 5, 6
+# contact) or a CFM (of a joint), how many blocks before it have to be solved one after the other
+B_AT, B_ONE, B_TWO, B_NORMAL, B_BOTH, B_PAIR, B_LEVEL, B_COLUMNS = 0, 1, 2, 3, 4, 5, 6, 7
 # numbers of a joint's block: six rows, each of the first five without bounds. Two rows in four
 # lanes: of each of 12 columns the Jacobian, so three times; for each row 12 times inverse mass
 # times it (twice, for both solutions); right sides, impulses; bounds of the last two; for each row
@@ -44,12 +44,16 @@ class Blocks(NamedTuple):
         numbers: (n,) of all blocks.
         ends: (3,) number of blocks up to the joints' last, the normals' last and the last.
         work: (n W_SIZE,) working values of all bodies.
+        unsorted: (b, B_COLUMNS), levels: (n,) and counts: (b + 1,) to sort blocks with.
     """
 
     places: Array
     numbers: Array
     ends: Array
     work: Array
+    unsorted: Array
+    levels: Array
+    counts: Array
 
 
 def make_blocks(joints: int, contacts: int, work: Array) -> Blocks:
@@ -64,8 +68,9 @@ def make_blocks(joints: int, contacts: int, work: Array) -> Blocks:
     begin = -raw.ctypes.data // 8 % 8  # at a multiple of 64 bytes, which a processor loads at once
     numbers = raw[begin : begin + size]
     numbers[:WEIGHTS] = (1.0 - SMOOTHING, 1.0) * 2 + (SMOOTHING, 0.0) * 2
-    places = np.zeros((most, B_COLUMNS), np.int64)
-    return Blocks(places, numbers, np.zeros(3, np.int64), work.reshape(-1))
+    places, unsorted = np.zeros((2, most, B_COLUMNS), np.int64)
+    ends, levels, counts = (np.zeros(n, np.int64) for n in (3, len(work), most + 1))
+    return Blocks(places, numbers, ends, work.reshape(-1), unsorted, levels, counts)
 
 
 class State(NamedTuple):
@@ -166,7 +171,7 @@ KINDS: dict[Any, tuple[Any, ...]] = {
         *(_2, _N2, _N1, _2, _2, _2, _N1, _2, _N2, _N2, _N1, _N2, _2, _N1, _2, _2, _N1, _N1, _N1),
         *(_N1, Trees, _2, _N1, _N2, _N1, _2),
     ),
-    Blocks: (_N2, _1, _N1, _1),
+    Blocks: (_N2, _1, _N1, _1, _N2, _N1, _N1),
     State: (
         *(_1, _1, _2, _N1, _2, _N2, _N1, _N1, "b1.2", Scene, _2, _N2, _2, _N2, _N1),
         *(Blocks, _2, _N2, _N1, _2, _N1, _2),
