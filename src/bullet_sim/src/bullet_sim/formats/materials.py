@@ -11,8 +11,16 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
-from bullet_sim.description.model import RGB, RGBA, Finish, ModelDescription, Shape
+from bullet_sim.description.model import (
+    RGB,
+    RGBA,
+    Finish,
+    ModelDescription,
+    Shape,
+    TextureMapping,
+)
 from bullet_sim.files import MAX_TEXT, read_file
+from bullet_sim.formats.images.cache import image_of
 from bullet_sim.formats.ogre import Section, complete, look, read_script
 from bullet_sim.xml_reader import (
     Node,
@@ -58,7 +66,7 @@ class Material:
     Attributes:
         color: diffuse RGBA.
         texture: path of its image; '': none.
-        tint: mean color of an image that is not there, which stands for it.
+        tint: mean color of an image that can be neither found nor drawn, which stands for it.
     """
 
     color: RGBA = (*WHITE, 1.0)
@@ -111,7 +119,8 @@ _PLAIN: dict[str, tuple[RGB, RGB, float | None, float]] = {
     "Pioneer2Body": ((0.481193, 0.000123, 0.000123), (0.681193, 0.000923, 0.000923), 0.5, 12.5),
     "Editor": (WHITE, WHITE, 0.1, 128.0),
 }
-# Ambient and diffuse gray, specular gray, shininess, its image in Gazebo's media, that one's mean.
+# Ambient and diffuse gray, specular gray, shininess, its image in Gazebo's media, that one's mean,
+# which the drawn one has, too.
 _PICTURED: dict[str, tuple[float, float, float, float, str, RGB]] = {
     "WoodFloor": (0.5, 1.0, 0.0, 0.0, "hardwood_floor.jpg", (0.54, 0.251, 0.05)),
     "CeilingTiled": (0.5, 1.0, 0.0, 0.0, "ceiling_tiled.jpg", (0.919, 0.919, 0.919)),
@@ -127,8 +136,8 @@ _PICTURED: dict[str, tuple[float, float, float, float, str, RGB]] = {
     "Primary": (0.1, 0.8, 0.01, 2.0, "primary.jpg", (0.413, 0.411, 0.404)),
     "Secondary": (0.1, 0.8, 0.01, 2.0, "secondary.jpg", (0.484, 0.458, 0.418)),
     "Steps": (0.1, 0.8, 0.01, 2.0, "steps.jpeg", (0.47, 0.47, 0.47)),
-    "BuildingFrame": (1.0, 1.0, 0.2, 12.5, "building_frame.png", (0.635, 0.635, 0.635)),
-    "Runway": (0.5, 1.0, 0.0, 0.0, "runway.png", (0.405, 0.405, 0.389)),
+    "BuildingFrame": (1.0, 1.0, 0.2, 12.5, "building_frame.png", (0.64, 0.64, 0.64)),
+    "Runway": (0.5, 1.0, 0.0, 0.0, "runway.png", (0.403, 0.403, 0.388)),
     "Grass": (0.5, 1.0, 0.0, 0.0, "grass.jpg", (0.247, 0.481, 0.054)),
     "CoM": (0.5, 1.0, 0.0, 0.0, "com.png", (0.5, 0.5, 0.5)),
 }
@@ -171,6 +180,7 @@ _LAMPS: dict[str, RGB] = {
     "RedGlow": (1.0, 0.0, 0.0),
 }
 _GLOWS = ("White", "Green", "Blue", "Yellow", "Purple", "Turquoise")
+GRASS = TextureMapping((50.0, 0.0, -24.5, 0.0, 50.0, -24.5), anisotropy=16)  # its scale is 0.02
 MEDIA = "file://media/materials/textures"  # where Gazebo has its images
 
 
@@ -179,8 +189,7 @@ def standard(name: str, resolve: Resolve | None = None) -> Material | None:
 
     Args:
         name: 'Gazebo/Orange' or 'Orange'.
-        resolve: finds Gazebo's images, if they are installed; else their mean colors stand for
-            them.
+        resolve: finds Gazebo's images, if they are installed; else drawn ones stand for them.
     """
     plain = name.strip().rsplit("/", 1)[-1]
     plain = _SAME.get(plain, plain)
@@ -213,15 +222,15 @@ def _finish(ambient: RGB, specular: RGB, shininess: float, **others: Any) -> Fin
 
 def _pictured(name: str, resolve: Resolve | None) -> Material:
     ambient, diffuse, gray, shininess, image, mean = _PICTURED[name]
-    finish = _finish((ambient,) * 3, (gray,) * 3, shininess)
+    mapping = GRASS if name == "Grass" else TextureMapping()
+    finish = _finish((ambient,) * 3, (gray,) * 3, shininess, mapping=mapping)
     try:
         path = os.path.join(resolve(MEDIA), image) if resolve is not None else ""
     except ValueError:
         path = ""
-    there = os.path.isfile(path)
-    return Material(
-        (diffuse, diffuse, diffuse, 1.0), path if there else "", finish, None if there else mean
-    )
+    if not os.path.isfile(path):
+        path = image_of(name, mean)
+    return Material((diffuse, diffuse, diffuse, 1.0), path, finish, None if path else mean)
 
 
 NOTHING = Material(finish=_finish(WHITE, (0.1, 0.1, 0.1), 128.0))  # Gazebo/White, of no material

@@ -15,6 +15,7 @@ import hashlib
 import json
 import os
 import re
+import shutil
 import struct
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -295,8 +296,23 @@ def _write(
         file.write("\n".join(lines) + "\n")
 
 
-def _library(path: str, color: RGBA, image: "Image.Image | None" = None) -> list[str]:
-    """Write the material library of an OBJ, and its image; returns the lines that refer to it."""
+def _copy(source: str, path: str) -> None:
+    """Copy an image file as _save writes it; a PNG that can stay as it is is not written anew."""
+    with opened(source) as header:
+        stays = header.format == "PNG" and header.mode == "RGB"
+    image = open_image(source)  # which fails if it is damaged
+    if stays and max(image.size) <= MAX_IMAGE_SIDE and not any(side % 4 for side in image.size):
+        shutil.copyfile(source, path)
+    else:
+        _save(image, path)
+
+
+def _library(path: str, color: RGBA, image: "Image.Image | str | None" = None) -> list[str]:
+    """Write the material library of an OBJ, and its image; returns the lines that refer to it.
+
+    Args:
+        image: Pillow's, or the path of a file.
+    """
     base = os.path.splitext(os.path.basename(path))[0]
     folder = os.path.dirname(path)
     lines = [
@@ -306,7 +322,7 @@ def _library(path: str, color: RGBA, image: "Image.Image | None" = None) -> list
         f"d {color[3]:g}",
     ]
     if image is not None:
-        _save(image, os.path.join(folder, f"{base}.png"))
+        (_copy if isinstance(image, str) else _save)(image, os.path.join(folder, f"{base}.png"))
         lines.append(f"map_Kd {base}.png")
     with open(os.path.join(folder, f"{base}.mtl"), "w", encoding="utf-8") as file:
         file.write("\n".join(lines) + "\n")
@@ -316,7 +332,7 @@ def _library(path: str, color: RGBA, image: "Image.Image | None" = None) -> list
 def write_box(size: Sequence[float], texture: str, folder: str) -> list[Part]:
     """Write a box of a size [m] with an image on each side; returns parts as convert does."""
     path = os.path.join(folder, "part_0.obj")
-    lines = _library(path, WHITE, open_image(texture))
+    lines = _library(path, WHITE, texture)
     lines += ["vt 0 0", "vt 1 0", "vt 1 1", "vt 0 1"]
     half = np.asarray(size, float) / 2.0
     for index, (normal, corners) in enumerate(box_sides()):
