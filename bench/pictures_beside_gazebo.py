@@ -1,6 +1,7 @@
 """Images of cameras in Gazebo and in Paddock side by side, with figures, as a page.
 
     ./run exec python bench/pictures_beside_gazebo.py [CASES] [--gazebo FILE.npz] [--page PAGE.html]
+        [--sheet FILE.png]
 
 Without arguments: a world with one place for each feature of cameras is rendered here and compared
 with what is recorded of Gazebo 11.1. CASES is a folder with images of public packages, named
@@ -172,6 +173,29 @@ def _image(rgb):
     return f"<img src='data:image/png;base64,{base64.b64encode(data).decode()}'>"
 
 
+def sheet(pairs, columns=2):
+    """RGB image of the pairs that have both images, Gazebo's on the left.
+
+    Raises:
+        InputError: there is none.
+    """
+    both = {name: pair[1:] for name, pair in pairs.items() if pair[1] is not None}
+    if not both:
+        raise InputError("--sheet needs images of Gazebo: CASES or --gazebo FILE")
+    height, width = 240, 320
+    tiles = []
+    for name, images in both.items():
+        tile = np.full((height + 34, 2 * width + 16, 3), 255, np.uint8)
+        for place, image in enumerate(images):
+            small = cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)
+            tile[24 : 24 + height, place * (width + 4) : place * (width + 4) + width] = small
+        cv2.putText(tile, name.replace("_", " "), (2, 17), 0, 0.5, (0, 0, 0), 1, cv2.LINE_AA)
+        tiles.append(tile)
+    tiles += [np.full_like(tiles[0], 255)] * (-len(tiles) % columns)
+    rows = [np.hstack(tiles[at : at + columns]) for at in range(0, len(tiles), columns)]
+    return np.vstack(rows)
+
+
 def main(arguments=None):
     """Compare; returns the exit code."""
     parser = argparse.ArgumentParser(
@@ -183,6 +207,7 @@ def main(arguments=None):
     )
     parser.add_argument("--update", action="store_true", help="take it as what is recorded")
     parser.add_argument("--page", metavar="FILE", help="write the pairs as HTML")
+    parser.add_argument("--sheet", metavar="FILE", help="write both images of each pair as PNG")
     parser.add_argument("--world", metavar="FOLDER", help="write the world there, nothing else")
     parser.add_argument(
         "--only", metavar="NAMES", help="places of it, separated by commas; default: all"
@@ -201,6 +226,9 @@ def main(arguments=None):
             places = {name: likeness.record_of(seen) for name, seen in gazebo.items()}
             likeness.RECORDED.write_text(json.dumps({"places": places}) + "\n")
         parts["World of features"] = feature_pairs(gazebo)
+        if chosen.sheet:
+            every = {name: pair for pairs in parts.values() for name, pair in pairs.items()}
+            cv2.imwrite(chosen.sheet, cv2.cvtColor(sheet(every), cv2.COLOR_RGB2BGR))
     except (InputError, OSError) as error:
         print(f"pictures_beside_gazebo: {error}", file=sys.stderr)
         return 2

@@ -84,12 +84,14 @@ def test_public_pairs_and_their_page(tmp_path, capsys):
     save(tmp_path / "van.gazebo_camera.png", one)
     save(tmp_path / "van.paddock_camera.png", one[::-1])
     page = tmp_path / "page.html"
-    assert command.main([str(tmp_path), "--page", str(page)]) == 1
+    sheet = tmp_path / "sheet.png"
+    assert command.main([str(tmp_path), "--page", str(page), "--sheet", str(sheet)]) == 1
     out = capsys.readouterr().out
     assert "alike  car camera: similarity 1.000" in out and "differ van camera" in out
     assert "Public packages: 1 of 2 alike" in out
     assert f"World of features: {len(features.PLACES)} of {len(features.PLACES)} alike" in out
     assert page.read_text().count("data:image/png") == 4 + len(features.PLACES)
+    assert cv2.imread(str(sheet)).shape == (274, 2 * 656, 3)
 
 
 @pytest.mark.parametrize(
@@ -99,6 +101,7 @@ def test_public_pairs_and_their_page(tmp_path, capsys):
         (["{folder}"], "has no pair"),
         (["--gazebo", "{folder}/none.npz"], "none.npz' is no recording"),
         (["--update"], "--update needs --gazebo"),
+        (["--sheet", "{folder}/sheet.png"], "--sheet needs images of Gazebo"),
         (["--world", "{folder}/w", "--only", "road,nowhere"], "'nowhere', the places are solids"),
     ],
 )
