@@ -1,9 +1,9 @@
 """The compiled functions of quickstep as Python calls them.
 
 ./run setup has a shared library made of what numba compiles (entries.py). It is loaded here, which
-spares each start importing numba: half a second of processor time and 100 MB. Where there is none
-of these sources, for what this processor can do and of this numba, numba's own functions are called,
-which it has compiled before or compiles now. Both have the same bits. It is installed, too.
+spares each start importing numba: half a second of processor time and 100 MB; it is installed, too.
+Where there is none of these sources, for what this processor can do and of this numba, numba's own
+functions are called, which it has compiled before or compiles now. Both have the same bits.
 """
 
 import ctypes
