@@ -1,10 +1,11 @@
 """Due steps: exact mean rate, no drift."""
 
 import math
+import operator
 
 import numpy as np
 import pytest
-from bullet_bridge.loop.clock import Schedule, SimClock
+from bullet_bridge.loop.clock import Schedule, SimClock, whole_rate
 
 
 def due_steps(schedule, first, last):
@@ -63,3 +64,27 @@ def test_the_clock_publishes_at_most_once_per_step():
     assert clock.next == 1
     clock.set_time_step(0.001, 30)
     assert clock.next == 35
+
+
+@pytest.mark.parametrize(
+    "rate, step, passed, expected",
+    [
+        (
+            30.0,
+            0.001,
+            operator.ge,
+            1000 / 34,
+        ),  # recorded in Gazebo: 29.39 Hz (libgazebo_ros_p3d.so)
+        (50.0, 0.001, operator.ge, 50.0),
+        (125.0, 0.001, operator.ge, 125.0),
+        (1000.0, 0.001, operator.ge, 1000.0),
+        (0.3, 0.001, operator.ge, 1000 / 3334),
+        (100.0, 0.001, operator.gt, 1000 / 11),  # 90.8 Hz there (libgazebo_ros_planar_move.so)
+        (20.0, 0.004, operator.gt, 250 / 13),
+        (15.0, 0.004, operator.gt, 250 / 17),
+    ],
+)
+def test_whole_periods_count_from_the_message_before(rate, step, passed, expected):
+    found = whole_rate(rate, step, passed)
+    assert found == pytest.approx(expected, rel=1e-9)
+    Schedule(found, step)

@@ -2,6 +2,7 @@
 
 import collections
 import math
+import operator
 import time as wall
 from collections.abc import Callable
 from typing import Any, ClassVar
@@ -50,6 +51,29 @@ class ClockThrottle:
 
 
 NEVER: Any = math.inf  # a physics step that is not reached
+
+
+def whole_rate(
+    rate: float, time_step: float, passed: Callable[[float, float], bool] = operator.ge
+) -> float:
+    """Rate [Hz] of messages that count each period from the step of the message before.
+
+    So do some of Gazebo's plugins: 30 Hz become 29.4 Hz with steps of 1 ms, 34 each.
+
+    Args:
+        rate: [Hz]; time_step: [s].
+        passed: compares the time since the message before with the period.
+    """
+    nanoseconds, steps = round(1e9 * time_step), max(1, int(1.0 / (rate * time_step)) - 1)
+    while not passed(_seconds(steps * nanoseconds), 1.0 / rate):
+        steps += 1
+    return 1.0 / (steps * time_step)
+
+
+def _seconds(nanoseconds: int) -> float:
+    """As Gazebo's common::Time rounds it."""
+    whole, rest = divmod(nanoseconds, 10**9)
+    return whole + rest * 1e-9
 
 
 class Schedule(Stateful):

@@ -9,7 +9,7 @@ import rospy
 from bullet_sim.component import Component
 from bullet_sim.pose import Array, Pose, Quat, Vec3, compose, cross, velocity_at
 
-from bullet_bridge.loop.clock import SubscribedSchedule
+from bullet_bridge.loop.clock import SubscribedSchedule, whole_rate
 from bullet_bridge.transport.publishing import all_or_none, note_endpoint, publisher
 from bullet_bridge.transport.reconfigure import ValuesServer
 
@@ -158,6 +158,7 @@ class ModelPlugin(RosPart, Component):
         rng: generator of its noise, seeded.
         updated: time of the last update, or of the reset [s].
         every_step: update() is called after every physics step, not at the rate of the spec.
+        whole_periods: each period counts from the step of the update before, as upstream.
         always: it is updated without subscribers, too.
         reports: it publishes periodically, so that its rate can be measured.
     """
@@ -165,6 +166,7 @@ class ModelPlugin(RosPart, Component):
     STATE: ClassVar[tuple[str, ...]] = ("schedule", "rng", "updated")
     CACHE: ClassVar[tuple[str, ...]] = ("_endpoints",)
     every_step: ClassVar[bool] = False
+    whole_periods: ClassVar[bool] = False
     always: ClassVar[bool] = True
     reports: ClassVar[bool] = False
 
@@ -175,6 +177,8 @@ class ModelPlugin(RosPart, Component):
         self.rng = np.random.default_rng(context.seed)
         fastest = 1.0 / self.world.time_step  # as in Gazebo: at most one message per step
         rate = fastest if self.every_step else min(self.spec.rate or fastest, fastest)
+        if self.whole_periods:
+            rate = whole_rate(rate, self.world.time_step)
         self.schedule = SubscribedSchedule(
             rate,
             self.world.time_step,

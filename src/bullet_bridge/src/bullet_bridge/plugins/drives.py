@@ -1,6 +1,7 @@
 """Drive plugins, planar move, hand of god, joint poses, forces on links."""
 
 import math
+import operator
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory
 
-from bullet_bridge.loop.clock import Schedule
+from bullet_bridge.loop.clock import Schedule, whole_rate
 from bullet_bridge.plugins.base import ModelPlugin, PluginContext, Sensor, ros_side
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedBase, PackedJointState
@@ -160,8 +161,9 @@ class PlanarMovePlugin(ModelPlugin):
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
-        rate = min(self.spec.rate, 1.0 / self.world.time_step)
-        self._due = Schedule(rate, self.world.time_step, self.world.step_count)
+        step = self.world.time_step
+        rate = whole_rate(min(self.spec.rate, 1.0 / step), step, operator.gt)
+        self._due = Schedule(rate, step, self.world.step_count)
         self._odometry = self.publisher(self.spec.topic, Odometry)
         self._transform = self.publisher("/tf", TFMessage)
         frames = self.spec.frame_id, self.spec.child_frame_id

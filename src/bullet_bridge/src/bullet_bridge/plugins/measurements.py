@@ -46,6 +46,7 @@ class GroundTruthSensor(Sensor):
     """nav_msgs/Odometry without error, in the world or relative to a link."""
 
     message = Odometry
+    whole_periods = True
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
@@ -141,6 +142,8 @@ class ModelImuSensor(ImuSensor):
     That plugin turns rates and accelerations from the world's axes by the orientation instead of by
     its inverse. So they are in the sensor's axes only while these are parallel to the world's.
     """
+
+    whole_periods = True
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
@@ -333,6 +336,7 @@ class ForceTorqueSensor(Sensor):
     """geometry_msgs/WrenchStamped of a joint: its child link on its parent, child's axes."""
 
     message = WrenchStamped
+    whole_periods = True
 
     def measure(self, time: float) -> WrenchStamped:
         wrench: Any = joint_wrench(self.model, self.spec.joint)
