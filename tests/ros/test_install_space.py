@@ -8,6 +8,7 @@ import subprocess
 import unittest
 from pathlib import Path
 
+from bullet_sim.engine.quickstep.sources import library_path
 from drop_in_workspace import Launched
 from install_contents import (
     data_files,
@@ -96,6 +97,12 @@ class InstalledFiles(unittest.TestCase):
         installed = {path for path in modules(place) if path.parts[0] in ours}
         self.assertIn(Path("bullet_sim/world.py"), asked)
         self.assertEqual(sorted(map(str, installed ^ asked)), [], "in one of the two only")
+
+    def test_the_compiled_solver_is_installed(self):
+        """Without it the first start compiles it for a minute, in which spawners give up."""
+        (place,) = self.prefix.glob("lib/python3*/*-packages")
+        folder = place / library_path().parent.relative_to(ROOT / "src" / "bullet_sim" / "src")
+        self.assertTrue((folder / library_path().name).is_file(), folder)
 
     def test_what_files_name_is_there(self):
         count = 0
