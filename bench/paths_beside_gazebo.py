@@ -222,8 +222,10 @@ path that depends on the step of a command differs from run to run in both. A ph
 when the speed and the yaw rate of its second half agree within 5 %, or within 0.01 m/s and 0.015
 rad/s; at rest, when the way is at most 3 mm, or half as much again as Gazebo's. {alike} of {total}
 are. Why the others differ, as far as it is known, is in
-[compared with Gazebo](gazebo-comparison.md#motion-with-gazebos-steps). What cameras see in both, in a world
-with a place for each of their features (Gazebo's image on the left):
+[compared with Gazebo](gazebo-comparison.md#motion-with-gazebos-steps).
+
+What cameras see in both, in a world with a place for each of their features (Gazebo's image on the
+left):
 
 ![Images](images/pictures_beside_gazebo.png)
 

@@ -74,7 +74,7 @@ def test_gravity_and_iterations_survive_a_reset(properties):
         ({"max_update_rate": -1.0}, "max_update_rate is -1.0"),
         ({"max_update_rate": math.inf}, "max_update_rate is inf"),
         ({"iterations": 5000}, "sor_pgs_iters is 5000"),
-        ({"time_step": 0.002, "gravity": (0.0, 0.0, 0.0)}, "time_step cannot change.*car"),
+        ({"time_step": 2.0, "gravity": (0.0, 0.0, 0.0)}, "time_step is 2.0"),
     ],
 )
 def test_impossible_values_change_nothing(properties, requested, reason):

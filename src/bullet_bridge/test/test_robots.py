@@ -43,6 +43,9 @@ class Part:
     def prepare(self):
         self.prepared.append(self.world.step_count)
 
+    def on_time_step(self):
+        self.schedule.set_step(self.world.time_step, self.spec.rate, self.world.step_count)
+
     def reset(self, _time):
         self.restarts += 1
         self.updated = 0.0
@@ -265,6 +268,8 @@ class Control:
 
     def refresh(self):
         """Nothing to update."""
+
+    on_time_step = refresh
 
     def next_due(self, check=True):
         return math.inf

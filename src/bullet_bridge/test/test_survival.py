@@ -97,6 +97,8 @@ def test_a_controller_that_cannot_be_published_stops_no_other(world, topics, mon
         def refresh(self):
             """Nothing to update."""
 
+        on_time_step = refresh
+
         def next_due(self, check=True):
             """Every 10 steps."""
             return 10 * (1 + (published[-1] // 10 if published else 0))

@@ -514,6 +514,21 @@ def test_flags_and_colours():
     assert shape.color == (0, 1, 0, 1) and shape.finish.ambient == (1, 0, 0)
 
 
+def test_a_material_of_a_script_that_gazebo_finds_by_itself(tmp_path):
+    """As where a launch file names its package in GAZEBO_RESOURCE_PATH."""
+    script = "material Mine/Plaid\n{\ntechnique\n{\npass\n{\ndiffuse 0 1 0 1\n}\n}\n}\n"
+    (tmp_path / "mine.material").write_text(script)
+
+    def resolve(uri):
+        if uri != "file://media/materials/scripts":
+            raise ValueError("nowhere")
+        return str(tmp_path)
+
+    named = '<gazebo reference="base"><material>Mine/Plaid</material></gazebo>'
+    model = parse_urdf(f'<robot name="r">{LINKS}{named}</robot>', resolve, "car")
+    assert model.links["base"].visuals[0].color == (0, 1, 0, 1) and model.warnings == []
+
+
 @pytest.mark.parametrize(
     "name",
     [

@@ -225,6 +225,42 @@ def test_a_pendulum_swings_with_its_period(world):
     assert bot.joints.positions_of(("pivot",))[0] == pytest.approx(-0.05, rel=0.01)
 
 
+def test_what_is_balanced_on_two_wheels_stands_as_in_gazebo(world):
+    """Until something pushes it: nothing turns it by a rounding, which grows tenfold in 0.4 s."""
+
+    def part(name, mass, inertia, origin):
+        numbers = " ".join(f'i{axis}="{value}"' for axis, value in inertia.items())
+        return (
+            f'<link name="{name}"><inertial><origin rpy="{origin} 0 0"/><mass value="{mass}"/>'
+            f'<inertia {numbers} ixy="0" ixz="0" iyz="0"/></inertial><collision>'
+            f'<origin rpy="{origin} 0 0"/><geometry>SHAPE</geometry></collision></link>'
+        )
+
+    box, rod, tyre = (
+        '<box size="0.04 0.15 0.2"/>',
+        '<cylinder radius="0.012" length="0.07"/>',
+        '<cylinder radius="0.033" length="0.027"/>',
+    )
+    base = {"xx": 0.0010416666666666667, "yy": 0.0006933333333333335, "zz": 0.0004016666666666667}
+    text = part("base", 0.2, base, 0).replace("SHAPE", box)
+    battery = part("battery", 0.15, {"xx": 0.0001125, "yy": 3.125e-5, "zz": 0.00012125}, 0)
+    text += battery.replace("SHAPE", box) + joint("tray", "fixed", "base", "battery", "0 0 0.115")
+    for side, y in (("left", 0.04), ("right", -0.04)):
+        motor = part(f"{side}_motor", 0.1, {"xx": 4.6e-5, "yy": 4.6e-5, "zz": 7.8e-6}, 1.57075)
+        wheel = part(side, 0.05, {"xx": 2.1e-5, "yy": 2.1e-5, "zz": 2.6e-5}, 1.57075)
+        text += motor.replace("SHAPE", rod) + wheel.replace("SHAPE", tyre)
+        text += joint(f"{side}_mount", "fixed", "base", f"{side}_motor", f"0 {y} -0.1125")
+        text += joint(f"{side}_joint", "continuous", f"{side}_motor", side, f"0 {1.25 * y} 0")
+    bot = spawn(world, f'<robot name="bot">{text}</robot>', Pose((0, 0, 0.146)), ground=True)
+    world.step(100)
+    bot.joints.drive_velocities(("left_joint", "right_joint"), (0.0, 0.0))
+    world.step(15000)
+    assert bot.pose.position[2] == pytest.approx(0.1455, abs=1e-3)
+    world.engine.set_base_velocity(bot.body, (0.0, 0.0, 0.0), (0.0, 1e-9, 0.0))
+    world.step(8000)
+    assert bot.pose.position[2] < 0.1
+
+
 def test_damping_limits_the_speed_that_an_effort_gives(world):
     text = robot(
         '<link name="world"/>', joint("held", "fixed", "world", "base"), link("base"), link("arm"),

@@ -157,12 +157,21 @@ def test_another_time_step(world):
         world.set_time_step(0.001)
 
 
-def test_the_time_step_stays_while_controllers_count_steps(world):
+@pytest.mark.parametrize("solver", ["bullet", "ode"])
+def test_the_time_step_changes_while_a_controlled_joint_turns(solver):
+    """Simulated time goes on to a multiple of the new step; the joint keeps its speed."""
+    world = World(solver=solver)
     plugin = '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>'
-    world.spawn_urdf("car", URDF.replace("</robot>", plugin), Pose(), str)
-    with pytest.raises(WorldError, match="cannot change while.*: car"):
-        world.set_time_step(0.002)
-    assert world.time_step == 0.001
+    car = world.spawn_urdf("car", URDF.replace("</robot>", plugin), Pose(), str)
+    car.joints.drive_velocities(("axle",), (2.0,))
+    world.step(501)
+    before = car.joints.positions_of(("axle",))[0]
+    world.set_time_step(0.002)
+    assert world.time == pytest.approx(0.502)
+    world.step(250)
+    turned = car.joints.positions_of(("axle",))[0] - before
+    assert turned == pytest.approx(1.0, rel=0.01)
+    world.close()
 
 
 def test_what_never_moves_is_none_of_pybullets_multibodies(world):

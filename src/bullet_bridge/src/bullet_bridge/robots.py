@@ -65,6 +65,14 @@ class Robots:
         self._all_plugins: tuple[ModelPlugin, ...] = ()
         self._next, self._next_check = 0, 0.0
 
+    def on_time_step(self) -> None:
+        """Continue after a change of the physics step (simulation thread)."""
+        for plugin in self._all_plugins:
+            plugin.on_time_step()
+        for control in self._all_controls:
+            control.on_time_step()
+        self.refresh()
+
     # connecting, outside the simulation thread ------------------------------------------------
     def connect(self, model: "Model", namespace: str = "") -> None:
         """Create a model's services and topics; called outside the simulation thread."""
@@ -93,11 +101,12 @@ class Robots:
         def register() -> bool:
             if self._world.models.get(model.name) is not model:
                 return False
-            for plugin in parts:  # steps were made since they were created
-                plugin.schedule.restart(self._world.step_count)
+            for plugin in parts:  # steps were made since they were created, perhaps of another size
+                plugin.on_time_step()
                 plugin.prepare()
             self._plugins[model.name] = parts
             for control in controls:
+                control.on_time_step()
                 self._controls[model.name] = control
             self._cameras.set_sources(self._world.sources())
             self.refresh()

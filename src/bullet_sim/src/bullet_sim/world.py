@@ -1,5 +1,6 @@
 """The world: models in an engine, simulated time, and states to go back to."""
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -168,28 +169,20 @@ class World:
         return self.step_count * self.engine.time_step
 
     def set_time_step(self, time_step: float) -> None:
-        """Change the physics step [s] between two steps; simulated time stays.
+        """Change the physics step [s] between two steps.
+
+        Simulated time stays, or goes on to the next multiple of the new step.
 
         Raises:
-            WorldError: out of bounds, or a period is counted in steps of the present length.
+            WorldError: out of bounds, or a wrench or an effort is applied for a time.
         """
         if not MIN_STEP <= time_step < 1:
             raise WorldError(f"time_step is {time_step} s, must be from {MIN_STEP:g} to below 1")
-        busy = [
-            name
-            for name, model in self.models.items()
-            if model.manager is not None or model.description.sensors
-        ]
-        if busy:
-            raise WorldError(
-                f"time_step cannot change while models with controllers or sensors "
-                f"exist, their periods count in steps: {', '.join(busy)}"
-            )
         if self.forces.active:
             raise WorldError(
                 "time_step cannot change while a wrench or an effort is applied; clear it first"
             )
-        self.step_count = round(self.time / time_step)
+        self.step_count = math.ceil(self.time / time_step - 1e-6)
         self.engine.set_time_step(time_step)
 
     def close(self) -> None:

@@ -132,6 +132,11 @@ class RobotControl:
         for topics in self._publishing.values():
             topics.publish(step, time)
 
+    def on_time_step(self) -> None:
+        """Continue after a change of the physics step."""
+        for topics in self._topics.values():
+            topics.on_time_step()
+
     def restart(self) -> None:
         """Drop commands and restart the schedules after a reset."""
         with self._lock:

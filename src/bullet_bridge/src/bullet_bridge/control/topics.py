@@ -132,6 +132,7 @@ class Topics(RosPart):
         super().__init__(robot.received)
         self._robot, self.controller, self.config = robot, controller, controller.config
         self.schedules: list[SubscribedSchedule] = []
+        self._asked: dict[SubscribedSchedule, float] = {}  # their rates [Hz]
 
     def _every(self, rate: float, *publishers: Any) -> SubscribedSchedule:
         """A SubscribedSchedule [Hz] for publishers, at most once per physics step."""
@@ -149,6 +150,7 @@ class Topics(RosPart):
             has_subscribers,
         )
         self.schedules.append(schedule)
+        self._asked[schedule] = rate
         return schedule
 
     @property
@@ -161,6 +163,12 @@ class Topics(RosPart):
 
     def publish(self, step: int, time: float) -> None:
         """Publish what is due; called only while the controller runs."""
+
+    def on_time_step(self) -> None:
+        """Continue after a change of the physics step."""
+        world = self._robot.world
+        for schedule, rate in self._asked.items():
+            schedule.set_step(world.time_step, min(rate, 1.0 / world.time_step), world.step_count)
 
     def restart(self, step: int) -> None:
         """Restart the schedules at a step, after a reset or a start."""
@@ -374,6 +382,7 @@ class DiffDrive(Drive):
         """Change the parameters (simulation thread)."""
         world = self._robot.world
         self.controller.tune(multipliers, publish_rate, publish_tf)
+        self._asked[self._schedule] = publish_rate or _NEVER
         rate = min(publish_rate or _NEVER, 1.0 / world.time_step)
         self._schedule.set_rate(rate, world.step_count)
 

@@ -112,6 +112,15 @@ class Schedule(Stateful):
         self._ratio = 1.0 / (rate * time_step)
         self.restart(step)
 
+    def set_step(self, time_step: float, rate: float, step: int) -> None:
+        """Continue after a step with another physics step [s], at a rate [Hz].
+
+        Raises:
+            ValueError: as of the class.
+        """
+        self._time_step = time_step
+        self.set_rate(rate, step)
+
     def restart(self, step: int) -> None:
         """Count on from a step: the first due step after it that is k periods from 0."""
         self._count = math.floor(step / self._ratio + 1e-9) + 1

@@ -45,6 +45,9 @@ class ModelOutputs(Reporter, Protocol):
     def refresh(self) -> None:
         """Update what is published, after jobs."""
 
+    def on_time_step(self) -> None:
+        """Continue after a change of the physics step."""
+
     def take_failures(self) -> list[str]:
         """Messages about what could not be published since the last call."""
 
@@ -158,6 +161,7 @@ class Server:
             self._clock.set_time_step(before, self._world.step_count)
             raise
         self._clock.restart(self._world.step_count)
+        self._robots.on_time_step()
         for reporter in self._reporters:
             reporter.restart()
         self._set_batches()

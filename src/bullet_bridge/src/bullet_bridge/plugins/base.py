@@ -175,12 +175,9 @@ class ModelPlugin(RosPart, Component):
         self.context, self.updated = context, 0.0
         self.world, self.model, self.spec = context.world, context.model, context.spec
         self.rng = np.random.default_rng(context.seed)
-        fastest = 1.0 / self.world.time_step  # as in Gazebo: at most one message per step
-        rate = fastest if self.every_step else min(self.spec.rate or fastest, fastest)
-        if self.whole_periods:
-            rate = whole_rate(rate, self.world.time_step)
+        self._asked: float = getattr(self.spec, "rate", 0.0)  # [Hz], 0: every step
         self.schedule = SubscribedSchedule(
-            rate,
+            self._rate(),
             self.world.time_step,
             self.world.step_count,
             self.needs_update,
@@ -189,6 +186,18 @@ class ModelPlugin(RosPart, Component):
         offset = Pose.from_xyz_rpy(*getattr(self.spec, "pose", ((0, 0, 0), (0, 0, 0))))
         self._offset = None if offset == Pose() else offset
         self.configure(getattr(self.spec, "xml", None))
+
+    def _rate(self) -> float:
+        """Of updates [Hz]; at most one a physics step, as in Gazebo."""
+        fastest = 1.0 / self.world.time_step
+        if self.every_step:
+            return fastest
+        rate = min(self._asked or fastest, fastest)
+        return whole_rate(rate, self.world.time_step) if self.whole_periods else rate
+
+    def on_time_step(self) -> None:
+        """Continue after a change of the physics step, or of the rate (simulation thread)."""
+        self.schedule.set_step(self.world.time_step, self._rate(), self.world.step_count)
 
     def configure(self, sdf: Any) -> None:
         """Read the plugin's element and make its topics; for users' classes.
@@ -213,8 +222,8 @@ class ModelPlugin(RosPart, Component):
 
     def set_rate(self, rate: float) -> None:
         """Change the rate of the updates [Hz]; 0: every physics step (simulation thread)."""
-        fastest = 1.0 / self.world.time_step
-        self.schedule.set_rate(min(rate or fastest, fastest), self.world.step_count)
+        self._asked = rate
+        self.on_time_step()
 
     def needs_update(self) -> bool:
         """Whether it is to be updated: always, or while a topic of it has subscribers."""

@@ -161,13 +161,20 @@ class PlanarMovePlugin(ModelPlugin):
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
-        step = self.world.time_step
-        rate = whole_rate(min(self.spec.rate, 1.0 / step), step, operator.gt)
-        self._due = Schedule(rate, step, self.world.step_count)
+        self._due = Schedule(self._odometry_rate(), self.world.time_step, self.world.step_count)
         self._odometry = self.publisher(self.spec.topic, Odometry)
         self._transform = self.publisher("/tf", TFMessage)
         frames = self.spec.frame_id, self.spec.child_frame_id
         self._sender = PackedBase(self._odometry, self._transform, self.spec, frames)
+
+    def _odometry_rate(self) -> float:
+        step = self.world.time_step
+        return whole_rate(min(self.spec.rate, 1.0 / step), step, operator.gt)
+
+    def on_time_step(self) -> None:
+        """As ModelPlugin; and the odometry's."""
+        super().on_time_step()
+        self._due.set_step(self.world.time_step, self._odometry_rate(), self.world.step_count)
 
     def listen(self) -> None:
         """Subscribe to the velocity commands."""

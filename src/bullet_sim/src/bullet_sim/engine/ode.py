@@ -57,6 +57,7 @@ _SOLIDS = (q.BOX, q.SPHERE, q.CYLINDER, q.MESH)
 _MOST_POINTS = 10  # of a pair of shapes
 _ALL_BITS = 0xFFFF  # collide_bitmask of what has none
 _MOST_CLOSE = 32  # bodies to one
+_ROUNDING = 1e-15  # [m] and of a quaternion: what PyBullet leaves of 0 between two frames
 _UNTURNED = (0.0, 0.0, 0.0, 1.0)
 _CLOSE = 0.002  # [m] between a contact that Bullet finds and the shape that it is with
 
@@ -64,6 +65,11 @@ _CLOSE = 0.002  # [m] between a contact that Bullet finds and the shape that it 
 # Body, link, other body, its link, point [m], normal towards the first, depth [m], force (3,) [N]
 # on the first; world axes.
 _Contact = tuple[int, int, int, int, Vec3, Vec3, float, Array]
+
+
+def _without_rounding(values: Vector) -> Any:
+    """Values with exact zeros: in Gazebo a robot that is balanced on two wheels stands by them."""
+    return tuple(0.0 if abs(value) < _ROUNDING else value for value in values)
 
 
 def _limits_in_gazebo(joint: Joint) -> tuple[float, float]:
@@ -643,7 +649,8 @@ class OdeSolver:
         """Links where the base and the joints' positions have them: PyBullet's own links are as
         precise as single precision."""
         position, orientation, linear, angular = self._engine.link_motion(part.body, -1)
-        root: tuple[Pose, Any, Any] = (Pose(position, orientation), linear, angular)
+        pose = Pose(_without_rounding(position), _without_rounding(orientation))
+        root: tuple[Pose, Any, Any] = (pose, linear, angular)
         motions = {part.shapes.root: root}
         rows = dict(zip(part.names, self._rows(part)))
         for joint, state in zip(part.joints, self._joint_rows(part)):

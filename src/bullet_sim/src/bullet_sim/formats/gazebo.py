@@ -6,7 +6,7 @@ from typing import Any
 
 from bullet_sim.description.model import EVERYTHING, Link, ModelDescription, Surface
 from bullet_sim.errors import ModelError
-from bullet_sim.formats.materials import Material, Resolve, material_of, standard
+from bullet_sim.formats.materials import Material, Resolve, material_of, named_material
 from bullet_sim.plugins import parse_plugin, parse_sensor
 from bullet_sim.plugins.xml import merged_links
 from bullet_sim.xml_reader import Node, child_number, child_text, floats, is_true
@@ -326,14 +326,14 @@ def _link_flags(
 def _material(
     element: Node, model: ModelDescription, label: str, resolve: Resolve
 ) -> Material | None:
-    """<material> of a standard one, or the <material> of a <visual>."""
+    """<material> by its name, or the <material> of a <visual>."""
     name, material = child_text(element, "material"), None
     if name is not None:
-        material = standard(name, resolve)
+        material = named_material(name, element, resolve, label, model)
         if material is None:
             model.warn(
-                f"{label}: material '{name}' is none of Gazebo's standard colors; it is ignored",
-                "materials are none of Gazebo's standard colors and are ignored",
+                f"{label}: material '{name}' is none of Gazebo's and in no script; it is ignored",
+                "materials are none of Gazebo's and in no script, and are ignored",
                 f"'{name}'",
             )
     else:

@@ -251,8 +251,31 @@ def script_material(
     """
     name = child_text(element, "name", "")
     known = standard(name, resolve) if name.startswith("Gazebo/") else None
-    if known is not None:
-        return known
+    found = known or _scripted(name, element, resolve, label, model)
+    if found is None:
+        model.warn(
+            f"{label}: material '{name}' is not in its scripts; it stays white",
+            "materials are not in their scripts and stay white",
+            f"'{name}'",
+        )
+    return found
+
+
+def named_material(
+    name: str, element: Node, resolve: Resolve, label: str, model: ModelDescription
+) -> Material | None:
+    """Material of a name alone: a standard one, or of a script that Gazebo finds by itself.
+
+    Args:
+        element: that names it.
+    """
+    return standard(name, resolve) or _scripted(name, element, resolve, label, model)
+
+
+def _scripted(
+    name: str, element: Node, resolve: Resolve, label: str, model: ModelDescription
+) -> Material | None:
+    """Material of the scripts of an element's <uri>s, or of DEFAULT_SCRIPTS without any."""
     paths = _paths(element, resolve)
     folders = _folders(paths)
     sections: dict[str, Section] = {}
@@ -261,11 +284,6 @@ def script_material(
             sections.setdefault(material.name, material)
     section = complete(name, sections)
     if section is None:
-        model.warn(
-            f"{label}: material '{name}' is not in its scripts; it stays white",
-            "materials are not in their scripts and stay white",
-            f"'{name}'",
-        )
         return None
     found = look(section)
 
