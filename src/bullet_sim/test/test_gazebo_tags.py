@@ -106,6 +106,14 @@ def test_the_slower_rate_counts(inside, tags, rate):
     assert one(sensor("camera", "libgazebo_ros_camera.so", tags, inside)).rate == rate
 
 
+@pytest.mark.parametrize("library", ["depth_camera", "openni_kinect"])
+@pytest.mark.parametrize("inside, rate", [("<update_rate>20</update_rate>", 20), ("", 7)])
+def test_a_depth_camera_has_the_rate_of_its_sensor(library, inside, rate):
+    """The plugin's limits camera_info alone (Robotnik's rb1: 20 images per second in Gazebo)."""
+    tags = "<updateRate>7</updateRate>"
+    assert one(sensor("depth", f"libgazebo_ros_{library}.so", tags, inside)).rate == rate
+
+
 def test_no_rate_at_all_is_said():
     model = read(sensor("camera", "libgazebo_ros_camera.so"))
     assert model.sensors[0].rate == 30 and "sensor 'eye'" in model.warnings[0]

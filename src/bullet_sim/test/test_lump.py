@@ -152,10 +152,11 @@ def test_link_without_mass_on_a_fixed_joint_needs_none():
 
 @pytest.mark.parametrize(
     "written, read",
-    [  # urdfdom_headers takes a pitch within 0.26 degrees of 90 as 90, then six digits are printed
-        ((0.0, 1.5707, 1.5707), (0.0, 1.5708, 1.5707)),
-        ((0.3, 1.57, 0.0), (0.0, 1.5708, -0.300235)),
-        ((0.0, -1.568, 0.2), (0.0, -1.5708, 0.2)),
+    [  # as `gz sdf -p` prints them: urdfdom_headers takes a pitch within 0.26 degrees of 90 as 90,
+        # ignition-math prints a yaw of 0 there
+        ((0.0, 1.5707, 1.5707), (-1.5707, 1.5708, 0.0)),
+        ((0.3, 1.57, 0.0), (0.300235, 1.5708, 0.0)),
+        ((0.0, -1.568, 0.2), (0.2, -1.5708, 0.0)),
         ((0.0, 1.56, 0.2), (0.0, 1.56, 0.2)),
         ((1.5707, 0.0, 0.123456789), (1.5707, 0.0, 0.123457)),
     ],

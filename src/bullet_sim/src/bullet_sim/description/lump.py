@@ -186,7 +186,8 @@ def _snapped_rpy(quaternion: Quat) -> Vec3:
 
 def _printed_shape(shape: Shape) -> Shape:
     geometry = replace(shape.geometry, size=tuple(map(_printed, shape.geometry.size)))
-    pose = _printed_pose(shape.pose, _snapped_rpy(shape.pose.orientation))
+    snapped = Pose.from_xyz_rpy((0.0, 0.0, 0.0), _snapped_rpy(shape.pose.orientation))
+    pose = _printed_pose(shape.pose, _upright_rpy(snapped.orientation))
     return replace(shape, geometry=geometry, pose=pose)
 
 

@@ -406,11 +406,17 @@ def triggered_multicamera(xml: SensorXml) -> list[CameraSpec]:
     types=("camera", "depth", "depth_camera"),
 )
 def depth_camera(xml: SensorXml) -> DepthCameraSpec:
-    """DepthCameraSpec; as in Gazebo only openni_kinect has a pointCloudCutoffMax."""
+    """DepthCameraSpec; as in Gazebo only openni_kinect has a pointCloudCutoffMax.
+
+    Upstream the plugin's updateRate limits camera_info alone; it is used where the sensor has none.
+    """
     plugin, group = xml.plugin("depth camera"), xml.text("cameraName")
     is_kinect = library(xml.element) == "gazebo_ros_openni_kinect"
+    values, rate = _camera_values(xml), xml.rate(None)
+    if rate:
+        values |= dict(rate=rate, plugin_rate=0.0)
     return DepthCameraSpec(
-        **dict(_camera_values(xml), noise_mean=0.0, noise_stddev=0.0),
+        **dict(values, noise_mean=0.0, noise_stddev=0.0),
         depth_topic=xml.topic("depthImageTopicName", "depth/image_raw", group),
         depth_info_topic=xml.topic("depthImageCameraInfoTopicName", "depth/camera_info", group),
         points_topic=xml.topic("pointCloudTopicName", "points", group),
