@@ -91,7 +91,7 @@ class Schedule(Stateful):
         ValueError: the rate is not above 0 or higher than the step rate.
     """
 
-    STATE: ClassVar[tuple[str, ...]] = ("_count", "next", "_ratio")
+    STATE: ClassVar[tuple[str, ...]] = ("_count", "next", "_ratio", "_time_step")
 
     def __init__(self, rate: float, time_step: float, start: int = 0) -> None:
         self._time_step = time_step

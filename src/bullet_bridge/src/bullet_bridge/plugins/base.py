@@ -163,7 +163,7 @@ class ModelPlugin(RosPart, Component):
         reports: it publishes periodically, so that its rate can be measured.
     """
 
-    STATE: ClassVar[tuple[str, ...]] = ("schedule", "rng", "updated")
+    STATE: ClassVar[tuple[str, ...]] = ("schedule", "rng", "updated", "_asked")
     CACHE: ClassVar[tuple[str, ...]] = ("_endpoints",)
     every_step: ClassVar[bool] = False
     whole_periods: ClassVar[bool] = False
