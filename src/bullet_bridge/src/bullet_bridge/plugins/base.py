@@ -190,9 +190,9 @@ class ModelPlugin(RosPart, Component):
     def _rate(self) -> float:
         """Of updates [Hz]; at most one a physics step, as in Gazebo."""
         fastest = 1.0 / self.world.time_step
-        if self.every_step:
+        if self.every_step or not self._asked:
             return fastest
-        rate = min(self._asked or fastest, fastest)
+        rate = min(self._asked, fastest)
         return whole_rate(rate, self.world.time_step) if self.whole_periods else rate
 
     def on_time_step(self) -> None:
