@@ -110,6 +110,16 @@ def wheel_angles(steering, wheelbase, half_track):
     return [math.atan2(wheelbase * curvature, 1 - curvature * y) for y in (half_track, -half_track)]
 
 
+def our_car(world, heading=0.0):
+    """The car on a plane with the iterations of its world; (it, wheels, hinges)."""
+    world.engine.ode.configure(settings_of(SOURCES / "track_model" / "worlds" / "track.world"))
+    world.spawn(sdf.ground_plane())
+    start = Pose((0.0, 0.0, 0.05), (0.0, 0.0, math.sin(heading / 2), math.cos(heading / 2)))
+    car = world.spawn_urdf("racecar", published(CAR), start, resolve)
+    wheels = [name for name in car.joints.names if "wheel" in name]
+    return car, wheels, ["left_steering_hinge_joint", "right_steering_hinge_joint"]
+
+
 # Recorded on 2026-11-26 with 0.3 m/s and 0.25 m/s of the rear axle: steering [rad], yaw rate
 # [rad/s] in Gazebo; in Paddock the same but for 1e-4.
 CAR_TURNS = ((0.15, 0.2766), (0.3, 0.5675), (0.5, 1.0042))
@@ -118,11 +128,7 @@ TRUCK_TURNS = ((0.15, 0.0744), (0.3, 0.1523), (0.5, 0.2691))
 
 def test_our_car_drives_as_in_gazebo_and_as_it_steers(world):
     """With the iterations of its world. Gazebo: 0.3 mm in the first 30 s, 0.2 mm in the last."""
-    settings = settings_of(SOURCES / "track_model" / "worlds" / "track.world")
-    world.engine.ode.configure(settings)
-    world.spawn(sdf.ground_plane())
-    car = world.spawn_urdf("racecar", published(CAR), Pose((0.0, 0.0, 0.05)), resolve)
-    hinges = ["left_steering_hinge_joint", "right_steering_hinge_joint"]
+    car, wheels, hinges = our_car(world)
     world.step(2000)
     assert drive(world, car, 20.0)[0] < 0.0005
     assert car.pose.position[2] == pytest.approx(-0.007, abs=1e-4)
@@ -143,7 +149,6 @@ def test_our_car_drives_as_in_gazebo_and_as_it_steers(world):
         assert rate == pytest.approx(speed * curvature, rel=0.005, abs=5e-4)
         middle = math.hypot(1.0, curvature * 0.081663)  # base_link is ahead of the rear axle
         assert way / 4.0 == pytest.approx(speed * middle, rel=0.01)
-    wheels = [name for name in car.joints.names if "wheel" in name]
     car.joints.drive_velocities(wheels, [0.0] * 4)
     car.joints.drive_positions(hinges, [0.0, 0.0])
     drive(world, car, 2.0)
@@ -153,12 +158,7 @@ def test_our_car_drives_as_in_gazebo_and_as_it_steers(world):
 @pytest.mark.parametrize("heading", [0.0, 0.4, 0.8])
 def test_our_car_with_one_speed_for_all_wheels_turns_as_in_gazebo(world, heading):
     """As the original teleoperator drives it: the wheels slip; Gazebo was recorded at heading 0."""
-    world.engine.ode.configure(settings_of(SOURCES / "track_model" / "worlds" / "track.world"))
-    world.spawn(sdf.ground_plane())
-    start = Pose((0.0, 0.0, 0.05), (0.0, 0.0, math.sin(heading / 2), math.cos(heading / 2)))
-    car = world.spawn_urdf("racecar", published(CAR), start, resolve)
-    wheels = [name for name in car.joints.names if "wheel" in name]
-    hinges = ["left_steering_hinge_joint", "right_steering_hinge_joint"]
+    car, wheels, hinges = our_car(world, heading)
     world.step(1000)
     car.joints.drive_velocities(wheels, [20.0] * 4)
     car.joints.drive_positions(hinges, [0.0, 0.0])

@@ -166,9 +166,13 @@ class Topics(RosPart):
 
     def on_time_step(self) -> None:
         """Continue after a change of the physics step."""
-        world = self._robot.world
-        for schedule, rate in self._asked.items():
-            schedule.set_step(world.time_step, min(rate, 1.0 / world.time_step), world.step_count)
+        for schedule in self.schedules:
+            self._adjust(schedule)
+
+    def _adjust(self, schedule: SubscribedSchedule) -> None:
+        """Continue at the rate that is asked for, at most once per physics step."""
+        world, rate = self._robot.world, self._asked[schedule]
+        schedule.set_step(world.time_step, min(rate, 1.0 / world.time_step), world.step_count)
 
     def restart(self, step: int) -> None:
         """Restart the schedules at a step, after a reset or a start."""
@@ -380,11 +384,9 @@ class DiffDrive(Drive):
         self, multipliers: tuple[float, float, float], publish_rate: float, publish_tf: bool
     ) -> None:
         """Change the parameters (simulation thread)."""
-        world = self._robot.world
         self.controller.tune(multipliers, publish_rate, publish_tf)
         self._asked[self._schedule] = publish_rate or _NEVER
-        rate = min(publish_rate or _NEVER, 1.0 / world.time_step)
-        self._schedule.set_rate(rate, world.step_count)
+        self._adjust(self._schedule)
 
     def publish(self, step: int, time: float) -> None:
         """As a Drive; and the wheels of the last update."""

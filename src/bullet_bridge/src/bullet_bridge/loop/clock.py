@@ -94,8 +94,7 @@ class Schedule(Stateful):
     STATE: ClassVar[tuple[str, ...]] = ("_count", "next", "_ratio", "_time_step")
 
     def __init__(self, rate: float, time_step: float, start: int = 0) -> None:
-        self._time_step = time_step
-        self.set_rate(rate, start)
+        self.set_step(time_step, rate, start)
 
     def set_rate(self, rate: float, step: int) -> None:
         """Continue after a step with another rate [Hz].
@@ -295,7 +294,7 @@ class SimClock(Schedule):
 
     def set_time_step(self, time_step: float, step: int) -> None:
         """Continue after a step with another physics step [s]; at most one message per step."""
-        super().__init__(min(self._rate, 1.0 / time_step), time_step, step)
+        self.set_step(time_step, min(self._rate, 1.0 / time_step), step)
 
     def publish_due(self, step: int, time: float) -> bool:
         """Publish the time [s] if it is due at this step; returns whether it was."""
