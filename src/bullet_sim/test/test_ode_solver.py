@@ -511,6 +511,15 @@ def test_a_car_drives_on_a_mesh_as_in_gazebo(world, tmp_path):
     assert math.radians(turn) / 4.0 == pytest.approx(0.809, rel=0.04)
 
 
+def test_a_joint_is_put_to_a_position_before_the_first_step(world):
+    """As steer_bot_hardware_gazebo does when its robot is spawned."""
+    text = robot(link("base"), link("arm"), joint("hinge", "revolute", "base", "arm"))
+    bot = world.spawn_urdf("bot", text, Pose((0.0, 0.0, 1.0)), str)
+    world.engine.impose_position(bot.body, 0, 0.3, 10.0, 10.0)
+    world.step(1)
+    assert world.engine.joint_positions(bot.body)[0] == pytest.approx(0.3, abs=1e-3)
+
+
 def test_a_wheel_rolls_onto_a_low_box_and_not_onto_a_high_one(world):
     """The rim meets the box's edge; what is found there pushes it up or back, never through."""
     shape = '<cylinder radius="0.1" length="0.3"/>'

@@ -951,6 +951,8 @@ class OdeSolver:
 
     def impose_position(self, body: int, joint: int, position: float) -> None:
         """As set_position, at once; nothing but its friction holds the joint in between."""
+        if not self._is_built:
+            self._build()
         self.set_position(body, joint, position, self._parts[body].joint(joint).friction, math.inf)
 
     def release(self, body: int, joint: int) -> None:
