@@ -183,7 +183,8 @@ class Triangles:
         along = np.einsum("ij,ij->i", normals, directions)
         with np.errstate(divide="ignore", invalid="ignore"):
             distances = (self._offsets[hit] - normals @ center) / along
-        np.clip(distances, start, end, out=distances)
+        np.maximum(distances, start, out=distances)
+        np.minimum(distances, end, out=distances)
         distances[hit < 0] = np.inf
         return distances, hit, along
 
@@ -215,14 +216,16 @@ KINDS = {"sphere": q.SPHERE, "cylinder": q.CYLINDER, "box": q.BOX, "mesh": q.MES
 
 
 @functools.cache
-def _caster() -> Callable[[float, Casting], Any]:
-    """The function that casts at what moves; imported once it is needed, since numba takes a
+def _caster() -> Callable[[Casting], Callable[[float], Any]]:
+    """Makes the function that casts at what moves; imported once it is needed, since numba takes a
     while."""
     try:
-        from bullet_sim.engine.quickstep.library import cast
+        from bullet_sim.engine.quickstep.library import caster
     except ImportError:  # neither library nor numba
         from bullet_sim.engine.quickstep.rays import cast
-    return cast
+
+        return lambda casting: lambda far: cast(far, casting)
+    return caster
 
 
 class RayShapes:
@@ -241,8 +244,12 @@ class RayShapes:
         self._radii = np.array([shape.radius for shape in shapes], float)
         self._sizes = np.reshape([shape.size for shape in shapes], (-1, 3))
         self._kinds = np.array([KINDS[shape.kind] for shape in shapes], np.int64)
-        self._meshes = np.flatnonzero(self._kinds == q.MESH).tolist()
+        traced = [shape.kind == "mesh" and shape.triangles is not None for shape in shapes]
+        self._meshes = np.flatnonzero(traced)
         self._owners = np.array([shape.body for shape in shapes], int)
+        self._turned = np.empty((len(shapes), 3, 3))  # where their links are
+        self._centers, self._frames = np.empty((len(shapes), 3)), np.empty((len(shapes), 3, 3))
+        self._castings: dict[int, tuple[Casting, Callable[[float], Any]]] = {}  # of so many rays
 
     def __len__(self) -> int:
         return len(self._shapes)
@@ -251,13 +258,25 @@ class RayShapes:
         """Put the shapes where the links of all rows are: their centers of mass (m, 3) [m], their
         quaternions (m, 4)."""
         x, y, z, w = orientations[self._rows].T
-        turn = np.empty((len(self._rows), 3, 3))
-        turn[:, 0] = np.stack([w * w + x * x - 0.5, x * y - w * z, x * z + w * y], 1)
-        turn[:, 1] = np.stack([x * y + w * z, w * w + y * y - 0.5, y * z - w * x], 1)
-        turn[:, 2] = np.stack([x * z - w * y, y * z + w * x, w * w + z * z - 0.5], 1)
+        ww, xy, xz, yz, wx, wy, wz = w * w, x * y, x * z, y * z, w * x, w * y, w * z
+        turn = self._turned
+        turn[:, 0, 0], turn[:, 0, 1], turn[:, 0, 2] = ww + x * x - 0.5, xy - wz, xz + wy
+        turn[:, 1, 0], turn[:, 1, 1], turn[:, 1, 2] = xy + wz, ww + y * y - 0.5, yz - wx
+        turn[:, 2, 0], turn[:, 2, 1], turn[:, 2, 2] = xz - wy, yz + wx, ww + z * z - 0.5
         turn *= 2.0
-        self._centers = positions[self._rows] + (turn @ self._places)[:, :, 0]
-        self._frames = turn @ self._turns
+        np.add(positions[self._rows], (turn @ self._places)[:, :, 0], out=self._centers)
+        np.matmul(turn, self._turns, out=self._frames)
+
+    def _casting(self, rays: int) -> tuple[Casting, Callable[[float], Any]]:
+        """Arrays of a number of rays, which stay where they are, and the function that casts."""
+        if rays not in self._castings:
+            point, low, high = np.empty((3, 3))
+            casting = Casting(
+                point, np.empty((rays, 3)), low, high, self._centers, self._frames,
+                self._sizes, self._radii, self._kinds, np.empty(len(self)), np.empty(rays),
+            )  # fmt: skip
+            self._castings[rays] = casting, _caster()(casting)
+        return self._castings[rays]
 
     def cast(
         self,
@@ -271,33 +290,42 @@ class RayShapes:
     ) -> Array:
         """As RayCaster.sweep; a ray that begins inside a shape does not meet it, but a mesh, which
         is a surface."""
-        ranges = np.full(len(directions), np.inf)
-        starts = np.where((self._owners == own) | (not look_near), near, 0.0)
-        casting = Casting(
-            center, np.ascontiguousarray(directions), *box, self._centers, self._frames,
-            self._sizes, self._radii, self._kinds, starts, ranges,
-        )  # fmt: skip
-        _caster()(float(far), casting)
-        for number in self._meshes:
-            at, radius, triangles = (
-                self._centers[number], self._radii[number], self._shapes[number].triangles
-            )  # fmt: skip
-            way, start = at - center, float(starts[number])
+        casting, cast = self._casting(len(directions))
+        casting.center[:], casting.directions[:] = center, directions
+        casting.low[:], casting.high[:] = box
+        starts = casting.starts
+        starts[:] = near
+        if look_near:
+            starts[self._owners != own] = 0.0
+        casting.ranges[:] = np.inf
+        cast(float(far))
+        ranges = casting.ranges.copy()
+        for number in self._near_meshes(center, box, starts):
+            triangles: Any = self._shapes[number].triangles
+            way, radius = self._centers[number] - center, self._radii[number]
             away = math.hypot(*way)
-            if triangles is None or (at + radius < box[0]).any() or (at - radius > box[1]).any():
-                continue
-            if away + radius < start:  # the housing of the lidar
-                continue
             square = away * away - radius * radius
             tangent = math.sqrt(square) if square > 0.0 else -np.inf
-            ray = np.flatnonzero(directions @ way >= tangent)
+            ray = (directions @ way >= tangent).nonzero()[0]
             if len(ray):
-                frame = self._frames[number]
+                frame, start = self._frames[number], float(starts[number])
                 hits = triangles.cast(-way @ frame, directions[ray] @ frame, start, far)
                 ranges[ray] = np.minimum(ranges[ray], hits[0])
         if look_near:
             ranges[ranges < near] = -np.inf
         return ranges
+
+    def _near_meshes(self, center: Array, box: Box, starts: Array) -> list[int]:
+        """Numbers of the meshes whose spheres reach into a box, and beyond where hits count."""
+        numbers = self._meshes
+        if not len(numbers):
+            return []
+        at, radii = self._centers[numbers], self._radii[numbers]
+        wide, way = radii[:, None], at - center
+        outside = ((at + wide < box[0]) | (at - wide > box[1])).any(1)
+        outside |= np.sqrt((way * way).sum(1)) + radii < starts[numbers]  # the lidar's housing
+        found: list[int] = numbers[~outside].tolist()
+        return found
 
 
 MOST_MOVES = 3  # a body that is put elsewhere more often is not taken for scenery any more
@@ -430,7 +458,7 @@ class Scenery:
             return None
         distances, hit, along = self._scene.cast(center - self._middle, directions, start, end)
         found = hit >= 0
-        inside = np.flatnonzero(found & self._solid[hit] & (along > 0.0))
+        inside = (found & self._solid[hit] & (along > 0.0)).nonzero()[0]
         return distances, inside
 
 

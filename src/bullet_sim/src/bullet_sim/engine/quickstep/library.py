@@ -72,9 +72,14 @@ def advance(
     return _call("advance", count, given, step, iterations, watch, sleepy, table)
 
 
-def cast(far: float, casting: Casting) -> None:
-    """Shorten distances to those of the nearest hit, see rays.cast()."""
-    _call("cast", far, make_table(casting))
+def caster(casting: Casting) -> Callable[[float], int]:
+    """A function of the farthest distance [m] that shortens distances, see rays.cast().
+
+    Args:
+        casting: arrays that outlive it and stay where they are.
+    """
+    table = make_table(casting)
+    return lambda far: _call("cast", far, table)
 
 
 def build_tree(building: Building) -> int:
