@@ -10,13 +10,18 @@ no part of that.
 
 A chain may send a command within each lag and fall behind all the same, with its commands in a
 queue. So every ~settle of simulated time the pacer waits until the loop is quiet: all that was sent
-has been answered.
+has been answered. Topics of a node that repeats its commands by itself, as the window does, do not
+tell that; it is one of ~nodes, and quiet when all its threads have slept for longer than its timers
+take. Time in which it has something to do, but no processor, is no part of that.
 
-Parameters: ~topics (list of names), ~lag [s], ~period [s], ~patience [s], ~settle [s].
+Parameters: ~topics, ~nodes (lists of names), ~lag [s], ~period [s], ~patience [s], ~settle [s].
 """
 
+import os
 import time
+import xmlrpc.client
 
+import rosgraph
 import rospy
 from gazebo_msgs.srv import GetPhysicsProperties
 from std_srvs.srv import Empty
@@ -28,6 +33,8 @@ NAP = 0.0005  # between two looks [s]
 LONGEST_NAP = 0.01  # longer ones were not ours [s]
 QUIET = 0.015  # without a message: the loop has settled [s]
 LONGEST_SETTLING = 0.2  # of loops that are never quiet [s]
+ASLEEP = 0.045  # of all threads of the nodes, two periods of their timers [s]
+LONGEST_WAKE = 10.0  # of nodes that never sleep [s]
 
 
 class Topic:
@@ -46,6 +53,31 @@ class Topic:
         self.messages += 1
 
 
+class Node:
+    """A process of the loop, by the name of its node."""
+
+    def __init__(self, name):
+        self._name, self._process = rospy.resolve_name(name), None
+
+    def is_asleep(self):
+        """Whether each of its threads waits for something else than a processor; True while it is
+        not there."""
+        try:
+            if self._process is None:
+                uri = rosgraph.Master(rospy.get_name()).lookupNode(self._name)
+                self._process = xmlrpc.client.ServerProxy(uri).getPid(rospy.get_name())[2]
+            return all(map(self._sleeps, os.listdir(f"/proc/{self._process}/task")))
+        except (OSError, rosgraph.MasterException, xmlrpc.client.Error):
+            return True
+
+    def _sleeps(self, thread):
+        try:
+            with open(f"/proc/{self._process}/task/{thread}/stat", encoding="latin-1") as stream:
+                return stream.read().rpartition(")")[2].split()[0] == "S"
+        except OSError:  # it has ended
+            return True
+
+
 class Pacer:
     """Makes periods for as long as the world is there."""
 
@@ -56,6 +88,7 @@ class Pacer:
         self._settle = max(1, round(rospy.get_param("~settle", 0.1) / self._period))
         self._patience = rospy.get_param("~patience", 3.0)
         self._topics = [Topic(name, lambda: self._made) for name in rospy.get_param("~topics")]
+        self._nodes = [Node(name) for name in rospy.get_param("~nodes", [])]
         for name in ("pause_physics", "step", "get_physics_properties"):
             rospy.wait_for_service("/gazebo/" + name, START_LIMIT)
         physics = rospy.ServiceProxy("/gazebo/get_physics_properties", GetPhysicsProperties)
@@ -70,6 +103,7 @@ class Pacer:
             self._wait()
             if self._made % self._settle == 0:
                 self._calm_down()
+                self._await_sleep()
             answer = self._step(self._steps, [], [])
             if not answer.success:  # somebody let the world run
                 rospy.logwarn(answer.status_message)
@@ -95,6 +129,15 @@ class Pacer:
             napped = nap()
             waited += napped
             quiet, before = quiet + napped if heard == before else 0.0, heard
+
+    def _await_sleep(self):
+        """Waits until the nodes have nothing to do."""
+        waited = asleep = 0.0
+        while self._nodes and asleep < ASLEEP and waited < LONGEST_WAKE:
+            napped = nap()
+            waited += napped
+            if all(node.is_asleep() for node in self._nodes):
+                asleep += napped
 
     def _is_late(self, topic):
         seen = topic.seen

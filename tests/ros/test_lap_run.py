@@ -13,7 +13,7 @@ class LapRun(LapCase):
     def test_slider(self):
         result = lap(
             self.folder,
-            paced(*LOOP, lag=0.2),
+            paced(*LOOP, lag=0.2, nodes=("/slider_driver", "/control")),
             driver="slider",
             track=self.small_track(),
             camera_rate=5,
