@@ -68,6 +68,22 @@ def test_every_subscriber_gets_its_messages_in_order(relay, transports):
     assert connections[0].endpoint_id == "/far"
 
 
+def test_what_is_read_at_once_arrives_complete_and_in_order(relay, transports):
+    first, second = transports(), transports()
+    connections = [relay.add_subscriber(each, 10) for each in (first, second)]
+    relay.begin_batch()
+    for number in range(200):
+        for connection, size in zip(connections, (100, 50)):
+            connection.write_data(message(number, size))
+    relay.end_batch()
+    for transport, size in ((first, 100), (second, 50)):
+        assert transport.read(200 * size) == b"".join(message(n, size) for n in range(200))
+    second.far.close()
+    for number in range(100):  # the end of one is no end of the other
+        connections[0].write_data(message(number, 100))
+    assert first.read(10000) == b"".join(message(n, 100) for n in range(100))
+
+
 def test_after_drain_all_messages_are_sent(relay, transports):
     transport = transports()
     connection = relay.add_subscriber(transport, 10)

@@ -9,6 +9,9 @@ It reads records from a Unix stream socket; each starts with a header `type, sub
     POLL        length 1: poll the socket for records; 0: block until one arrives
     DRAIN       reply 0 when all earlier messages are sent or queued for a slow subscriber
 It writes back the number (uint32, from 1) of each subscriber whose socket has failed, and 0.
+
+Messages of one subscriber that it has read at once it sends at once: it has read several where it
+is behind, and then has the least to do.
 """
 
 import collections
@@ -22,9 +25,10 @@ import time
 HEAD = struct.Struct("<BII")
 NUMBER = struct.Struct("<I")
 MESSAGE, ADD, REMOVE, POLL, DRAIN = range(5)
-READ_SIZE = 1 << 18  # [bytes] largest read
+READ_SIZE = 1 << 14  # [bytes] read at once; topics may be behind each other by as much ...
+LARGEST_READ = 1 << 18  # [bytes] ... and this of the rest of a message
 MAX_DESCRIPTORS = 64  # largest number of file descriptors in one read
-POLL_PERIOD = 0.0002  # [s] between two reads while polling ...
+POLL_PERIOD = 0.0005  # [s] between two reads while polling ...
 POLL_TIMEOUT = 0.05  # [s] ... and time without a record after which it blocks
 
 
@@ -48,8 +52,8 @@ class Subscriber:
         self.socket, self._limit = sock, limit
         self.queue: Queue = collections.deque()  # a memoryview at the head is the rest of a message
 
-    def send(self, data: memoryview) -> bool:
-        """Send without blocking; what the kernel does not accept is queued.
+    def send(self, messages: list[memoryview]) -> bool:
+        """Send messages without blocking; what the kernel does not accept is queued.
 
         Returns:
             Whether the queue is empty.
@@ -57,14 +61,23 @@ class Subscriber:
         Raises:
             OSError: the connection has failed.
         """
-        if self.queue:
-            enqueue(self.queue, bytes(data), self._limit)
-            return False
-        sent = self._send_part(data)
-        if sent < len(data):
-            rest = bytes(data)  # a copy: the read buffer is freed
-            self.queue.append(memoryview(rest)[sent:] if sent else rest)
-        return sent == len(data)
+        sent = 0
+        if not self.queue:
+            data = messages[0] if len(messages) == 1 else b"".join(messages)
+            sent = self._send_part(data)
+            if sent == len(data):
+                return True
+        for message in messages:
+            if sent >= len(message):
+                sent -= len(message)
+                continue
+            rest = bytes(message)  # a copy: the read buffer is freed
+            if sent:
+                self.queue.append(memoryview(rest)[sent:])
+            else:
+                enqueue(self.queue, rest, self._limit)
+            sent = 0
+        return False
 
     def _send_part(self, data: bytes | memoryview) -> int:
         try:
@@ -133,7 +146,8 @@ class Relay:
     def _read(self) -> bytes | None:
         """Bytes; b'' at the end of the stream; None when there is nothing to read."""
         try:
-            data, descriptors, _, _ = socket.recv_fds(self._channel, READ_SIZE, MAX_DESCRIPTORS)
+            size = max(READ_SIZE, min(self._missing, LARGEST_READ))
+            data, descriptors, _, _ = socket.recv_fds(self._channel, size, MAX_DESCRIPTORS)
         except BlockingIOError:
             return None
         except ConnectionError:
@@ -150,19 +164,22 @@ class Relay:
                 return
             data = b"".join(self._parts)
         view, start, size = memoryview(data), 0, len(data)
+        messages: dict[int, list[memoryview]] = {}  # by subscriber
         while size - start >= HEAD.size:
             record, number, length = HEAD.unpack_from(data, start)
             begin = start + HEAD.size
             if record != MESSAGE:
+                self._send_all(messages)
                 self._command(record, number, length)
                 start = begin
             elif size - begin >= length:
-                self._send(number, view[begin : begin + length])
+                messages.setdefault(number, []).append(view[begin : begin + length])
                 start = begin + length
             else:
                 break
         else:
             length = 0
+        self._send_all(messages)
         left = data[start:]
         self._parts = [left] if left else []
         self._missing = HEAD.size + length - len(left) if left else 0
@@ -179,13 +196,19 @@ class Relay:
             self._slow.pop(number, None)
             self._subscribers.pop(number).socket.close()
 
-    def _send(self, number: int, data: memoryview | None) -> None:
-        """Send a message to a subscriber or, None, flush its queue."""
+    def _send_all(self, messages: dict[int, list[memoryview]]) -> None:
+        """Send the messages of each subscriber, and forget them."""
+        for number, of_one in messages.items():
+            self._send(number, of_one)
+        messages.clear()
+
+    def _send(self, number: int, messages: list[memoryview] | None) -> None:
+        """Send messages to a subscriber or, None, flush its queue."""
         subscriber = self._subscribers.get(number)
         if subscriber is None:
             return
         try:
-            done = subscriber.flush() if data is None else subscriber.send(data)
+            done = subscriber.flush() if messages is None else subscriber.send(messages)
         except OSError:
             self._command(REMOVE, number, 0)
             self._reply(number)
