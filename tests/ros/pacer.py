@@ -17,13 +17,12 @@ take. Time in which it has something to do, but no processor, is no part of that
 Parameters: ~topics, ~nodes (lists of names), ~lag [s], ~period [s], ~patience [s], ~settle [s].
 """
 
-import os
 import time
-import xmlrpc.client
 
 import rosgraph
 import rospy
 from gazebo_msgs.srv import GetPhysicsProperties
+from paddock_common.testing import call, is_asleep
 from std_srvs.srv import Empty
 
 from bullet_bridge.srv import Step
@@ -57,25 +56,14 @@ class Node:
     """A process of the loop, by the name of its node."""
 
     def __init__(self, name):
-        self._name, self._process = rospy.resolve_name(name), None
+        self._name, self._pid = rospy.resolve_name(name), None
 
     def is_asleep(self):
-        """Whether each of its threads waits for something else than a processor; True while it is
-        not there."""
-        try:
-            if self._process is None:
-                uri = rosgraph.Master(rospy.get_name()).lookupNode(self._name)
-                self._process = xmlrpc.client.ServerProxy(uri).getPid(rospy.get_name())[2]
-            return all(map(self._sleeps, os.listdir(f"/proc/{self._process}/task")))
-        except (OSError, rosgraph.MasterException, xmlrpc.client.Error):
-            return True
-
-    def _sleeps(self, thread):
-        try:
-            with open(f"/proc/{self._process}/task/{thread}/stat", encoding="latin-1") as stream:
-                return stream.read().rpartition(")")[2].split()[0] == "S"
-        except OSError:  # it has ended
-            return True
+        """Whether it has nothing to do; True while it is not there."""
+        if self._pid is None:
+            uri = call(rosgraph.get_master_uri(), "lookupNode", self._name)
+            self._pid = uri and call(uri, "getPid")
+        return self._pid is None or is_asleep(self._pid)
 
 
 class Pacer:

@@ -90,11 +90,26 @@ def start_x_server(size: str) -> tuple[subprocess.Popen[bytes], str]:
 
 def is_running(pid: int) -> bool:
     """Returns whether a process runs; a zombie does not."""
+    return _state(f"/proc/{pid}/stat") not in ("", "Z")
+
+
+def is_asleep(pid: int) -> bool:
+    """Returns whether each thread of a process waits for something else than a processor; True
+    where it has ended."""
     try:
-        with open(f"/proc/{pid}/stat", encoding="ascii", errors="replace") as file:
-            return file.read().rpartition(")")[2].split()[0] != "Z"
+        threads = os.listdir(f"/proc/{pid}/task")
     except OSError:
-        return False
+        return True
+    return all(_state(f"/proc/{pid}/task/{thread}/stat") in ("", "S") for thread in threads)
+
+
+def _state(path: str) -> str:
+    """Returns the state letter in the stat file of a process or thread; "" where it has ended."""
+    try:
+        with open(path, encoding="ascii", errors="replace") as file:
+            return file.read().rpartition(")")[2].split()[0]
+    except OSError:
+        return ""
 
 
 def wait_ended(pid: int, limit: float) -> None:

@@ -921,16 +921,18 @@ class OdeSolver:
         return self._surfaces[key]
 
     # joints -------------------------------------------------------------------------------------
-    def _joint(self, body: int, joint: int) -> Array:
+    def _ready(self, body: int) -> Part:
+        """A moving model, with rows of its own."""
         if not self._is_built:
             self._build()
-        return self.joints[self._parts[body].order[joint]]
+        return self._parts[body]
+
+    def _joint(self, body: int, joint: int) -> Array:
+        return self.joints[self._ready(body).order[joint]]
 
     def set_velocity(self, body: int, joint: int, velocity: float, effort: float) -> None:
         """A joint's motor tracks a velocity with at most an effort."""
-        if not self._is_built:
-            self._build()
-        numbers, row = self._numbers_of_joints, q.J_SIZE * self._parts[body].order[joint]
+        row, numbers = q.J_SIZE * self._ready(body).order[joint], self._numbers_of_joints
         numbers[row + q.SPEED], numbers[row + q.FMAX] = velocity, effort
         numbers[row + q.TARGET] = numbers[row + q.IMPOSED] = math.nan
 
@@ -951,9 +953,7 @@ class OdeSolver:
 
     def impose_position(self, body: int, joint: int, position: float) -> None:
         """As set_position, at once; nothing but its friction holds the joint in between."""
-        if not self._is_built:
-            self._build()
-        self.set_position(body, joint, position, self._parts[body].joint(joint).friction, math.inf)
+        self.set_position(body, joint, position, self._ready(body).joint(joint).friction, math.inf)
 
     def release(self, body: int, joint: int) -> None:
         """A joint moves freely, but for its friction."""
@@ -967,9 +967,7 @@ class OdeSolver:
 
     def add_effort(self, body: int, joint: int, effort: float) -> None:
         """An effort acts on a joint in the next step, as far as law.truncated() lets it."""
-        if not self._is_built:
-            self._build()
-        part, numbers = self._parts[body], self._numbers_of_joints
+        part, numbers = self._ready(body), self._numbers_of_joints
         row, limits = q.J_SIZE * part.order[joint], part.joint(joint)
         speed, most = _limits_in_gazebo(limits)
         numbers[row + q.EFFORT] += truncated(effort, numbers[row + q.RATE], speed, most)
