@@ -928,7 +928,8 @@ class OdeSolver:
         return self._parts[body]
 
     def _joint(self, body: int, joint: int) -> Array:
-        return self.joints[self._ready(body).order[joint]]
+        row = self._ready(body).order[joint]
+        return self.joints[row]
 
     def set_velocity(self, body: int, joint: int, velocity: float, effort: float) -> None:
         """A joint's motor tracks a velocity with at most an effort."""
