@@ -105,7 +105,9 @@ def test_standard_materials(gl, name):
     found = pictured(gl, BOX, GAZEBO.format(name, "</material>"))
     if name in ("CeilingTiled", "Residential", "Grass"):  # drawn, with another grain
         found = found.mean(axis=0)
-    assert np.abs(found - NAMED[name]).max() <= 4
+    # Grass, which repeats 50 times, shows its smallest images: darker than the image with the Mesa
+    # that Gazebo's were measured with
+    assert np.abs(found - NAMED[name]).max() <= (7 if name == "Grass" else 4)
 
 
 def scripted(folder, text, name="Own/It"):
