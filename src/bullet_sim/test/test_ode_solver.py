@@ -520,6 +520,62 @@ def test_a_joint_is_put_to_a_position_before_the_first_step(world):
     assert world.engine.joint_positions(bot.body)[0] == pytest.approx(0.3, abs=1e-3)
 
 
+HINGED = robot(link("base"), link("arm"), joint("hinge", "continuous", "base", "arm"))
+
+
+@pytest.mark.parametrize(
+    "command, ends",
+    [
+        ("drive_velocity", (3.0, 10.0)),
+        ("drive_position", (0.3, 10.0, 10.0)),
+        ("impose_velocity", (3.0, 10.0)),
+        ("impose_position", (0.3, 10.0, 10.0)),
+    ],
+)
+@pytest.mark.parametrize("steps", [0, 5])
+def test_what_a_joint_is_told_outlasts_models_that_come(world, steps, command, ends):
+    """Before the first step and after one, beside a model that moves and one that does not."""
+    world.engine.set_gravity((0.0, 0.0, 0.0))
+    one = world.spawn_urdf("one", HINGED, Pose((0.0, 0.0, 1.0)), str)
+    world.step(steps)
+    getattr(world.engine, command)(one.body, 0, *ends)
+    two = world.spawn_urdf("two", HINGED, Pose((5.0, 0.0, 1.0)), str)
+    getattr(world.engine, command)(two.body, 0, *ends)
+    world.spawn_sdf("post", static("<box><size>1 1 1</size></box>"), Pose((9.0, 0.0, 1.0)), str)
+    world.step(50)
+    for bot in (one, two):
+        (position, rate, *_) = world.engine.joint_states(bot.body)[0]
+        found = rate if command.endswith("velocity") else position
+        assert found == pytest.approx(ends[0], rel=0.02), bot.name
+
+
+def test_what_a_joint_is_told_outlasts_a_move_of_its_model(world):
+    world.engine.set_gravity((0.0, 0.0, 0.0))
+    bot = world.spawn_urdf("bot", HINGED, Pose((0.0, 0.0, 1.0)), str)
+    post = world.spawn_sdf("post", static("<box><size>1 1 1</size></box>"), Pose(), str)
+    world.engine.drive_position(bot.body, 0, 0.3, 10.0, 10.0)
+    world.step(50)
+    world.engine.set_base_pose(bot.body, (1.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0))
+    world.engine.set_base_pose(post.body, (9.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    for _ in range(50):
+        world.engine.drive_efforts(bot.body, [0], [1.0])  # which the motor withstands
+        world.step(1)
+    assert world.engine.joint_positions(bot.body)[0] == pytest.approx(0.3, abs=1e-3)
+
+
+def test_a_joint_is_released_while_a_model_comes(world):
+    world.engine.set_gravity((0.0, 0.0, 0.0))
+    bot = world.spawn_urdf("bot", HINGED, Pose((0.0, 0.0, 1.0)), str)
+    world.step(1)
+    world.engine.drive_velocity(bot.body, 0, 3.0, 10.0)
+    world.step(5)
+    world.spawn_urdf("two", HINGED, Pose((5.0, 0.0, 1.0)), str)
+    world.engine.release(bot.body, 0)
+    world.engine.drive_efforts(bot.body, [0], [-0.1])
+    world.step(1)
+    assert world.engine.joint_states(bot.body)[0][1] < 2.999  # no motor holds it
+
+
 def test_a_wheel_rolls_onto_a_low_box_and_not_onto_a_high_one(world):
     """The rim meets the box's edge; what is found there pushes it up or back, never through."""
     shape = '<cylinder radius="0.1" length="0.3"/>'

@@ -225,6 +225,7 @@ class OdeSolver:
         self._parts.pop(body, None)
         self._still.pop(body, None)
         self._unread.discard(body)
+        self._built.discard(body)  # another body may get its number
         self._ghosts.discard(body)
         self._filtered = {key: bits for key, bits in self._filtered.items() if key[0] != body}
 
@@ -245,11 +246,11 @@ class OdeSolver:
         self._is_built = False
 
     def _build(self) -> None:
-        """Arrays of what is there now; states are kept."""
+        """Arrays of what is there now; states and what joints are told are kept."""
         kept = {
             part.body: (self._rows(part).copy(), self._joint_rows(part).copy())
             for part in self._parts.values()
-            if part.body not in self._unread and part.first >= 0 and part.body in self._built
+            if part.body in self._built
         }
         self._build_arrays(list(self._parts.values()))
         for body, (bodies, joints) in kept.items():
@@ -958,11 +959,10 @@ class OdeSolver:
 
     def release(self, body: int, joint: int) -> None:
         """A joint moves freely, but for its friction."""
-        part = self._parts.get(body)
-        if part is None or not self._is_built:
+        if body not in self._built:
             return  # as it is loaded
-        place = part.order[joint]
-        row = self.joints[place]
+        part = self._parts[body]
+        row = self.joints[part.order[joint]]
         row[q.SPEED], row[q.TARGET], row[q.IMPOSED] = 0.0, math.nan, math.nan
         row[q.FMAX] = part.joint(joint).friction
 
