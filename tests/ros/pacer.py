@@ -11,8 +11,9 @@ no part of that.
 A chain may send a command within each lag and fall behind all the same, with its commands in a
 queue. So every ~settle of simulated time the pacer waits until the loop is quiet: all that was sent
 has been answered. Topics of a node that repeats its commands by itself, as the window does, do not
-tell that; it is one of ~nodes, and quiet when all its threads have slept for longer than its timers
-take. Time in which it has something to do, but no processor, is no part of that.
+tell that; it is one of ~nodes, and quiet when all its threads were asleep at looks that make up
+longer than two periods of its timers. Time in which it has something to do, but no processor, is no
+part of that, nor is time in which the pacer itself had none.
 
 Parameters: ~topics, ~nodes (lists of names), ~lag [s], ~period [s], ~patience [s], ~settle [s].
 """
@@ -32,7 +33,7 @@ NAP = 0.0005  # between two looks [s]
 LONGEST_NAP = 0.01  # longer ones were not ours [s]
 QUIET = 0.015  # without a message: the loop has settled [s]
 LONGEST_SETTLING = 0.2  # of loops that are never quiet [s]
-ASLEEP = 0.045  # of all threads of the nodes, two periods of their timers [s]
+ASLEEP = 0.045  # that all threads of the nodes sleep, in all: two periods of their timers [s]
 LONGEST_WAKE = 10.0  # of nodes that never sleep [s]
 
 
@@ -125,7 +126,7 @@ class Pacer:
             napped = nap()
             waited += napped
             if all(node.is_asleep() for node in self._nodes):
-                asleep += napped
+                asleep += min(napped, 2.0 * NAP)
 
     def _is_late(self, topic):
         seen = topic.seen

@@ -1,7 +1,10 @@
 """The relay: order, slow and failing subscribers, and the end of either process."""
 
 import os
+import random
 import signal
+import socket
+import struct
 import textwrap
 import threading
 import time
@@ -12,11 +15,13 @@ from bullet_bridge.transport import publishing
 from bullet_bridge.transport import relay as module
 from bullet_bridge.transport.publishing import DirectConnection
 from bullet_bridge.transport.relay import Relay, RelayedConnection
+from bullet_bridge.transport.relay_process import Subscriber
 from paddock_common.testing import pid_from_killed, wait_ended, wait_for
 from rospy.exceptions import TransportTerminated
 from test_direct import SIZE, Impl, Transport, message
 
 DEADLINE = 90.0  # [s]
+NUMBERED = struct.Struct("<II")  # number of a message, bytes that follow
 
 
 @pytest.fixture(name="failures")
@@ -78,10 +83,61 @@ def test_what_is_read_at_once_arrives_complete_and_in_order(relay, transports):
     relay.end_batch()
     for transport, size in ((first, 100), (second, 50)):
         assert transport.read(200 * size) == b"".join(message(n, size) for n in range(200))
-    second.far.close()
-    for number in range(100):  # the end of one is no end of the other
-        connections[0].write_data(message(number, 100))
-    assert first.read(10000) == b"".join(message(n, 100) for n in range(100))
+
+
+def test_the_end_of_one_subscriber_is_no_end_of_others_that_are_sent_at_once(relay, transports):
+    ended, other = transports(), transports()
+    connections = [relay.add_subscriber(each, 10) for each in (ended, other)]
+    ended.far.close()
+    relay.begin_batch()
+    for number in range(100):
+        for connection in connections:
+            connection.write_data(message(number, 100))
+    relay.end_batch()
+    assert other.read(10000) == b"".join(message(n, 100) for n in range(100))
+
+
+@pytest.mark.parametrize("limit", [1, 2, 6])
+@pytest.mark.parametrize("seed", range(12))
+def test_what_is_sent_in_parts_arrives_whole_and_in_order(seed, limit):
+    """A subscriber that reads now and then loses messages, but no part of one, and has the last."""
+    chance, count, got = random.Random(seed), 0, b""
+    near, far = socket.socketpair()
+    with near, far:
+        near.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 4096)
+        far.setblocking(False)
+        subscriber = Subscriber(near, limit)
+        for _ in range(chance.randint(5, 60)):
+            messages = []
+            for _ in range(chance.randint(1, 8)):
+                size = chance.choice([12, 50, 700, 3000, 9000])
+                messages.append(memoryview(NUMBERED.pack(count, size) + bytes([count % 251]) * size))
+                count += 1
+            assert subscriber.send(messages) == (not subscriber.queue)
+            if chance.random() < 0.5:
+                got += received(far, chance.choice([10, 1000, 100000]))
+            if chance.random() < 0.4:
+                subscriber.flush()
+        while not subscriber.flush():
+            got += received(far)
+        while more := received(far):
+            got += more
+    start, numbers = 0, []
+    while start < len(got):
+        number, size = NUMBERED.unpack_from(got, start)
+        start += NUMBERED.size + size
+        assert got[start - size : start] == bytes([number % 251]) * size
+        numbers.append(number)
+    assert numbers == sorted(set(numbers))
+    assert numbers[-min(limit, count) :] == list(range(count))[-limit:]
+
+
+def received(sock, size=1 << 20):
+    """What a socket has; nothing is b""."""
+    try:
+        return sock.recv(size)
+    except BlockingIOError:
+        return b""
 
 
 def test_after_drain_all_messages_are_sent(relay, transports):

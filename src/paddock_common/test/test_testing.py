@@ -9,10 +9,12 @@ import sys
 import pytest
 from paddock_common.testing import (
     free_port,
+    is_asleep,
     is_running,
     pid_from_killed,
     stop_session,
     wait_ended,
+    wait_for,
 )
 
 LIMIT = 60.0  # [s]
@@ -43,6 +45,32 @@ def test_a_zombie_does_not_run():
     wait_ended(process.pid, LIMIT)  # it has not been waited for yet
     process.wait()
     assert not is_running(process.pid)
+
+
+def test_a_process_is_asleep_while_none_of_its_threads_has_something_to_do():
+    code = """
+import threading, time
+print(1, flush=True)
+input()
+threading.Thread(target=lambda: [None for _ in iter(int, 1)], daemon=True).start()
+time.sleep(600)"""
+    process = subprocess.Popen(
+        [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
+    process.stdout.readline()
+    wait_for(lambda: is_asleep(process.pid), "its sleep")
+    process.stdin.write("\n")
+    process.stdin.flush()
+    wait_for(lambda: not is_asleep(process.pid), "its work")
+    process.send_signal(signal.SIGSTOP)
+    wait_for(lambda: is_asleep(process.pid), "its sleep")
+    process.kill()
+    wait_ended(process.pid, LIMIT)
+    assert is_asleep(process.pid)  # it has not been waited for yet
+    process.wait()
+    process.stdin.close()
+    process.stdout.close()
+    assert is_asleep(process.pid)
 
 
 def test_what_a_killed_process_leaves_behind():

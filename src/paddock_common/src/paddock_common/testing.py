@@ -94,13 +94,13 @@ def is_running(pid: int) -> bool:
 
 
 def is_asleep(pid: int) -> bool:
-    """Returns whether each thread of a process waits for something else than a processor; True
-    where it has ended."""
+    """Returns whether no thread of a process runs or waits for a processor or a disk; True where it
+    has ended, a zombie too, or is stopped."""
     try:
         threads = os.listdir(f"/proc/{pid}/task")
     except OSError:
         return True
-    return all(_state(f"/proc/{pid}/task/{thread}/stat") in ("", "S") for thread in threads)
+    return not any(_state(f"/proc/{pid}/task/{thread}/stat") in ("R", "D") for thread in threads)
 
 
 def _state(path: str) -> str:
