@@ -15,12 +15,15 @@ import sys
 import time
 from urllib.parse import urlsplit
 
-import rospkg
-import rospy
-from controller_manager_msgs.srv import ListControllers
-from gazebo_msgs.srv import GetModelState, GetPhysicsProperties
-from rosgraph_msgs.msg import Clock
-from std_srvs.srv import Empty, Trigger
+if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # until main(): imports would say where they were
+
+import rospkg  # noqa: E402
+import rospy  # noqa: E402
+from controller_manager_msgs.srv import ListControllers  # noqa: E402
+from gazebo_msgs.srv import GetModelState, GetPhysicsProperties  # noqa: E402
+from rosgraph_msgs.msg import Clock  # noqa: E402
+from std_srvs.srv import Empty, Trigger  # noqa: E402
 
 if __name__ == "__main__":
     del sys.path[0]  # this folder: what is in it are modules of commands
@@ -415,7 +418,8 @@ def _against(folder, files):
 
 
 def main(result, log, port, seconds, *launch_words):
-    """Runs it all; the result is written even if the launch fails."""
+    """Runs it all; the result is written even if the launch fails, or Ctrl-C ends the check."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     with open(log, "w", encoding="utf-8") as stream:
         launch = subprocess.Popen(
             [sys.executable, ROSLAUNCH, "-p", port, *launch_words],
@@ -465,4 +469,7 @@ def stop(launch):
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    try:
+        sys.exit(main(*sys.argv[1:]))
+    except KeyboardInterrupt:
+        sys.exit(128 + signal.SIGINT)

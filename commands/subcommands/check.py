@@ -171,7 +171,8 @@ def _findings(found):
         _add_models(found, add)
     for name, code, program in found["died"]:
         if not needs_screen(program):
-            add([f"node {name} ({program}) died with exit code {code}"], f"node {name}")
+            text = f"node {name} ({program}) died with exit code {code}{_reason(found, program)}"
+            add([text], f"node {name}")
     return said
 
 
@@ -180,8 +181,7 @@ def _add_models(found, add):
     if not robots(found):
         add(["no robot was spawned"], None)
     for text in losses(found):
-        libraries = LIBRARY.findall(text)
-        add([_lost(found, text)], f"plugin {libraries[0]}" if libraries else text)
+        add([_lost(found, text)], _subject(text))
     for model in robots(found):
         some_run = any(state == "running" for _, _, state in model.get("controllers") or ())
         for sentence in _controllers(model):
@@ -258,6 +258,23 @@ def losses(found):
 
 
 LIBRARY = re.compile(r"lib[\w.+-]+\.so")
+NAMED = re.compile(r"(controller|world file) '([^']+)'")
+LOGGED = re.compile(r"\[?(?:ERROR|FATAL)\]?:? (?:\[[^]]*\]: )?(.*)")  # a line of a node's log
+
+
+def _subject(text):
+    """What is missing, of a sentence that says that it is."""
+    libraries, named = LIBRARY.findall(text), NAMED.match(text)
+    if libraries:
+        return f"plugin {libraries[0]}"
+    return " ".join(named.groups()) if named else text
+
+
+def _reason(found, program):
+    """What a program has said of its end: the last error that begins with its name, or ""."""
+    texts = [LOGGED.fullmatch(line) for line in found.get("errors", ())]
+    said = [text.group(1) for text in texts if text and text.group(1).startswith(program)]
+    return f": {said[-1]}" if said else ""
 
 
 def _lost(found, text):
@@ -392,7 +409,8 @@ def page(found, seconds):
 
 def _robot(model):
     after = model.get("after")
-    place = "" if after is None else " at ({:.2f}, {:.2f}, {:.2f})".format(*after["position"])
+    where = [round(value, 2) + 0.0 for value in after["position"]] if after else []  # no -0.00
+    place = " at ({:.2f}, {:.2f}, {:.2f})".format(*where) if after else ""
     lines = ["", f"robot {model['name']}{place}"]
     for name, kind, state in model.get("controllers") or ():
         lines.append(f"  {state:11} {name:40} {kind}")

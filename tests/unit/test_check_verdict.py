@@ -118,6 +118,21 @@ MISSING = {"cannot": [["tools", "merge"], ["gone", "node"]],
            "builders": {"merge": ["laser_tools", True], "node": ["gone", False]}}  # fmt: skip
 
 
+@pytest.mark.parametrize(
+    "line, reason",
+    [
+        ("[FATAL] [17.5, 0.940000]: spawn_model car: parameter /x is not set", True),
+        ("[ERROR] [17.5]: spawn_model car: parameter /x is not set", True),
+        ("[ERROR] [17.5]: another: parameter /x is not set", False),
+    ],
+)
+def test_a_node_that_died_has_its_reason(line, reason):
+    found = changed(died=[["spawn", 1, "spawn_model"]], errors=["[ERROR] [1.0]: x", line])
+    (said,) = check.problems(found)
+    text = "node spawn (spawn_model) died with exit code 1"
+    assert said == (f"{text}: spawn_model car: parameter /x is not set" if reason else text)
+
+
 def test_problems_come_in_the_order_of_mending():
     sensors = [{"topic": "/t", "rate": 30.0, "count": 0, "measured": None}]
     found = changed(
@@ -135,6 +150,16 @@ def test_problems_come_in_the_order_of_mending():
         (changed(**MISSING), "works without node gone/node, node tools/merge"),
         (changed(car_lost=["plugin 'libx.so' is ignored"]), "works without plugin libx.so"),
         (changed(died=[["mux", 1, "mux.py"]]), "works without node mux"),
+        (
+            changed(car_lost=["controller 'base' has no parameters: /base is not there"]),
+            "works without controller base",
+        ),
+        (
+            changed(
+                lost=["world file 'a.world' is in none of /b; the empty world takes its place"]
+            ),
+            "works without world file a.world",
+        ),
         (
             changed(car_controllers=[["arm", "x", "stopped"], ["wheels", "y", "running"]]),
             "works without controller arm in /car",

@@ -116,6 +116,7 @@ def test_command_topics_have_the_type_of_the_controller(bot):
 def test_what_cannot_be_loaded_is_refused_with_the_reason(bot, name, reason):
     assert bot.load(name) is False
     assert any(reason in text for text in bot.log)
+    assert reason in bot.control.refused[name]  # which ./run check tells
     assert bot.states() == {}
 
 

@@ -5,6 +5,7 @@ import logging
 import pytest
 from bullet_bridge.resolve import GAZEBO_WORLDS, Resolver, load_world, log_warnings
 from bullet_sim.description.model import ModelDescription
+from bullet_sim.description.warnings import is_loss
 from bullet_sim.world import World
 
 from bullet_bridge import resolve
@@ -63,6 +64,7 @@ def test_a_world_that_cannot_be_had_is_the_empty_one(tmp_path, world, logged, na
     (error,) = logged[1]
     for word in [*words, "empty world takes its place"]:
         assert word in error
+    assert described.warnings == [error] and is_loss(described.warnings[0])
     assert logged[0] == []
 
 

@@ -111,7 +111,9 @@ def test_what_is_sent_in_parts_arrives_whole_and_in_order(seed, limit):
             messages = []
             for _ in range(chance.randint(1, 8)):
                 size = chance.choice([12, 50, 700, 3000, 9000])
-                messages.append(memoryview(NUMBERED.pack(count, size) + bytes([count % 251]) * size))
+                messages.append(
+                    memoryview(NUMBERED.pack(count, size) + bytes([count % 251]) * size)
+                )
                 count += 1
             assert subscriber.send(messages) == (not subscriber.queue)
             if chance.random() < 0.5:

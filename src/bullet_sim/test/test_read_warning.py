@@ -59,6 +59,7 @@ def test_plain_sentences_are_grouped_too():
         ("plugins are left out", True),
         ("plugins name a link that does not exist and are left out", True),
         ("sensors are left out", True),
+        ("world files cannot be had", True),
         ("sensors have a type that is not known here and are left out", True),
         ("sensors refer to a link that does not exist and are left out", False),
         ("sensors have no ROS plugin and so no topic and are left out", False),

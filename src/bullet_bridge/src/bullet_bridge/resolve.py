@@ -292,19 +292,25 @@ def load_world(world: "World", path: str, resolve: Resolver) -> WorldDescription
     """
     if not path:
         return None
-    described = _described(path, resolve)
+    try:
+        described, problem = _described(path, resolve), ""
+    except ValueError as error:
+        described, problem = empty_world(), _without_world(path, str(error))
     log_warnings(world.load(described))
+    if problem:  # is in the log
+        described.warn(problem, "world files cannot be had", path)
     return described
 
 
 def _described(path: str, resolve: Resolver) -> WorldDescription:
-    try:
-        file = resolve.world(path)
-        text = read_file(file, "world file", MAX_TEXT)
-        resolve.set_world(file)
-        return parse_world(text, resolve, file)
-    except ValueError as error:
-        problem = error
+    file = resolve.world(path)
+    text = read_file(file, "world file", MAX_TEXT)
+    resolve.set_world(file)
+    return parse_world(text, resolve, file)
+
+
+def _without_world(path: str, problem: str) -> str:
+    """Log that there is no such world; what has been logged, or nothing for one of Gazebo's."""
     name, ending = os.path.splitext(os.path.basename(path))
     is_gazebos = not os.path.isabs(path) or "/gazebo_plugins/test/test_worlds/" in path
     if name in GAZEBO_WORLDS and ending == ".world" and is_gazebos:
@@ -313,6 +319,7 @@ def _described(path: str, resolve: Resolver) -> WorldDescription:
             "world takes its place",
             path,
         )
-    else:
-        rospy.logerr("%s; the empty world takes its place", problem)
-    return empty_world()
+        return ""
+    text = f"{problem}; the empty world takes its place"
+    rospy.logerr("%s", text)
+    return text

@@ -54,6 +54,7 @@ class RobotControl:
         self.world, self.model = world, model
         self.manager = cast("Manager", model.manager)  # a model without one has no RobotControl
         self.namespace = "/" + namespace.strip("/") if namespace.strip("/") else ""
+        self._label = self.namespace or "/"
         self.received = received or ReceivedCounts()
         self._commands: dict[str, Any] = {}
         self._emergency_stop: bool | None = None  # the last message; None: it has been applied
@@ -122,7 +123,7 @@ class RobotControl:
         """A controller has raised an exception and is stopped."""
         rospy.logerr(
             "%s: controller '%s' is stopped, since it has raised an exception:\n%s",
-            self.namespace,
+            self._label,
             name,
             "".join(traceback.format_exception(error)).rstrip(),
         )
@@ -169,13 +170,11 @@ class RobotControl:
     def _load(self, name: str) -> bool:
         config = rospy.get_param(f"{self.namespace}/{name}", None)
         if config is None:
-            rospy.logerr(
-                "%s: controller '%s' has no parameters: %s/%s is not on the parameter server",
-                self.namespace,
-                name,
-                self.namespace,
-                name,
+            self.refused[name] = (
+                f"controller '{name}' has no parameters: {self.namespace}/{name} is not on the "
+                "parameter server"
             )
+            rospy.logerr("%s: %s", self._label, self.refused[name])
             return False
         controller = self._run_job(lambda: self._load_checked(name, config))
         if controller is None:
@@ -195,7 +194,7 @@ class RobotControl:
             self._tune(controller)
         except (rospy.ROSException, rospy.ServiceException, OSError, ValueError) as error:
             rospy.logerr(
-                "%s: topics of controller '%s' cannot be made: %s", self.namespace, name, error
+                "%s: topics of controller '%s' cannot be made: %s", self._label, name, error
             )
             self._unload(name)
             return False
@@ -232,16 +231,17 @@ class RobotControl:
         controller, limit = self.manager.get(name), 1 / self.world.time_step
         if controller.limits_rate and config.publish_rate > 1.0001 * limit:
             self.manager.unload(name)
-            raise ControllerError(
+            self.refused[name] = (
                 f"controller '{name}' publish_rate is {config.publish_rate}, must be at most "
                 f"{limit:g} Hz, one per physics step"
             )
+            raise ControllerError(self.refused[name])
         return controller
 
     def _log_once(self, log: Callable[..., None], key: str, text: str) -> None:
         if key not in self._logged:
             self._logged.add(key)
-            log("%s: %s", self.namespace, text)
+            log("%s: %s", self._label, text)
 
     def _unload(self, name: str) -> bool:
         def work() -> tuple[Topics | None, list[PidServer]]:
@@ -271,7 +271,7 @@ class RobotControl:
         except QueueClosed:
             return None  # while the simulation shuts down no reason is logged
         except (SimError, TimeoutError) as error:
-            rospy.logerr("%s: %s", self.namespace, error)
+            rospy.logerr("%s: %s", self._label, error)
             return None
 
     def close(self) -> None:

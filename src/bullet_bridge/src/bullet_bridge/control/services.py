@@ -71,7 +71,7 @@ class ControllerServices:
         if skipped is None:
             return srv.SwitchControllerResponse(ok=False)
         for reason in skipped:
-            rospy.logwarn("%s: %s", self._namespace, reason)
+            rospy.logwarn("%s: %s", self._namespace or "/", reason)
         return srv.SwitchControllerResponse(ok=True)
 
     def _list(self, _: Any) -> srv.ListControllersResponse:
@@ -108,7 +108,7 @@ class ControllerServices:
             rospy.logerr(
                 "%s: controllers are loaded (%s); reload_controller_libraries needs "
                 "force_kill to unload them",
-                self._namespace,
+                self._namespace or "/",
                 ", ".join(config.name for _, config, _ in loaded),
             )
             return srv.ReloadControllerLibrariesResponse(ok=False)

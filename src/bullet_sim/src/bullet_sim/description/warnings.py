@@ -8,6 +8,7 @@ LISTED = 3  # items that a line names; with more it names the first and counts t
 _LOSS = re.compile(
     r"(world plugins|plugins|plugins of sensors) .*(ignored|left out)"
     r"|sensors (have a type that is not known here and )?are left out"
+    r"|world files cannot be had"
 )
 _QUOTED = re.compile(r"'[^']*'|\"[^\"]*\"")
 
@@ -37,7 +38,8 @@ def add_warning(warnings: list["ReadWarning"], text: str, cause: str = "", item:
 
 
 def is_loss(warning: str) -> bool:
-    """Whether a warning reports that a plugin or sensor of the file is missing, with its topics."""
+    """Whether a warning reports that a plugin or sensor of the file is missing, with its topics, or
+    the world."""
     return _LOSS.fullmatch(getattr(warning, "cause", "")) is not None
 
 
