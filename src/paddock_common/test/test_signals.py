@@ -132,3 +132,26 @@ def test_a_master_shuts_down_only_the_node_that_it_means():
         register_as("/one", "http://127.0.0.1:9")
         assert node.wait(LIMIT) == 0
         assert node.stdout.read().count("shutdown request") == 1
+
+
+# Its thread is again and again within OpenCV: Python's own end aborts such a process.
+WITHIN = """
+import atexit, sys, threading, time
+import cv2, numpy as np
+from paddock_common import nodes
+def draw():
+    image = np.zeros((60, 60, 3), np.uint8)
+    while True:
+        cv2.medianBlur(image, 5)
+atexit.register(lambda: print("unregistered"))
+threading.Thread(target=draw, daemon=True).start()
+time.sleep(0.2)
+nodes.leave(3)
+"""
+
+
+def test_a_process_whose_thread_is_within_opencv_leaves_well():
+    done = subprocess.run(
+        [sys.executable, "-c", WITHIN], capture_output=True, text=True, timeout=LIMIT, check=False
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (3, "unregistered\n", "")

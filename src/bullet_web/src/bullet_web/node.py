@@ -9,7 +9,6 @@ import json
 import math
 import os
 import socket
-import sys
 import threading
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -41,7 +40,6 @@ SAME = 1e-6  # [m] between two goals that are one
 QUEUE = 20  # actions that may wait
 END_LIMIT = 2.0  # [s] for the last command
 WINDOW_LIMIT = 30.0  # [s] for a browser that was started to open the page
-THREAD_LIMIT = 10.0  # [s] that the node waits at its end for a scene that is being made
 
 
 @dataclass(frozen=True)
@@ -148,10 +146,8 @@ class WebNode:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
         self._server.stop()
-        # A thread of Python's that is within OpenCV when the interpreter ends aborts the process.
         self._sensors.close()
         self._simulator.close()
-        self._simulator.join(THREAD_LIMIT)
 
     def _end(self) -> None:
         """Send the last zero before ROS closes the topics; runs in the thread of the shutdown."""
@@ -461,7 +457,7 @@ class WebNode:
 
 
 def main() -> int:
-    """Run the node `web`; returns its exit code."""
+    """Run the node `web`; returns its exit code, for nodes.leave(): a scene may still be made."""
 
     def make() -> tuple[WebNode, socket.socket]:
         settings = read(Settings, rospy.get_param)
@@ -473,7 +469,3 @@ def main() -> int:
     node, listening = nodes.start("web", make, (ValueError, OSError), disable_rostime=True)
     loop.run_until_complete(node.run(listening))
     return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
