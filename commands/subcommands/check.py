@@ -264,9 +264,9 @@ LOGGED = re.compile(r"\[?(?:ERROR|FATAL)\]?:? (?:\[[^]]*\]: )?(.*)")  # a line o
 
 def _subject(text):
     """What is missing, of a sentence that says that it is."""
-    libraries, named = LIBRARY.findall(text), NAMED.match(text)
-    if libraries:
-        return f"plugin {libraries[0]}"
+    library, named = LIBRARY.search(text), NAMED.match(text)
+    if library:
+        return f"plugin {library.group()}"
     return " ".join(named.groups()) if named else text
 
 

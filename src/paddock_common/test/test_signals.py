@@ -136,7 +136,7 @@ def test_a_master_shuts_down_only_the_node_that_it_means():
 
 # Its thread is again and again within OpenCV: Python's own end aborts such a process.
 WITHIN = """
-import atexit, sys, threading, time
+import atexit, threading, time
 import cv2, numpy as np
 from paddock_common import nodes
 def draw():

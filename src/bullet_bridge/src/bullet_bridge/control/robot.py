@@ -169,13 +169,6 @@ class RobotControl:
 
     def _load(self, name: str) -> bool:
         config = rospy.get_param(f"{self.namespace}/{name}", None)
-        if config is None:
-            self.refused[name] = (
-                f"controller '{name}' has no parameters: {self.namespace}/{name} is not on the "
-                "parameter server"
-            )
-            rospy.logerr("%s: %s", self._label, self.refused[name])
-            return False
         controller = self._run_job(lambda: self._load_checked(name, config))
         if controller is None:
             return False
@@ -221,21 +214,29 @@ class RobotControl:
                 )
 
     def _load_checked(self, name: str, values: Any) -> "Controller":
-        """Load a controller, unless its publish_rate is above one per physics step."""
+        """Load a controller, or note why it is refused (simulation thread)."""
         try:
-            config = self.manager.load(name, values)
+            return self._load_values(name, values)
         except ControllerError as error:
             if name not in (each.config.name for each in self.manager.controllers()):
                 self.refused[name] = str(error)
             raise
+
+    def _load_values(self, name: str, values: Any) -> "Controller":
+        """Load a controller, unless its publish_rate is above one per physics step."""
+        if values is None:
+            raise ControllerError(
+                f"controller '{name}' has no parameters: {self.namespace}/{name} is not on the "
+                "parameter server"
+            )
+        config = self.manager.load(name, values)
         controller, limit = self.manager.get(name), 1 / self.world.time_step
         if controller.limits_rate and config.publish_rate > 1.0001 * limit:
             self.manager.unload(name)
-            self.refused[name] = (
+            raise ControllerError(
                 f"controller '{name}' publish_rate is {config.publish_rate}, must be at most "
                 f"{limit:g} Hz, one per physics step"
             )
-            raise ControllerError(self.refused[name])
         return controller
 
     def _log_once(self, log: Callable[..., None], key: str, text: str) -> None:

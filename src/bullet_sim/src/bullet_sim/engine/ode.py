@@ -929,7 +929,7 @@ class OdeSolver:
         return self._parts[body]
 
     def _joint(self, body: int, joint: int) -> Array:
-        row = self._ready(body).order[joint]
+        row = self._ready(body).order[joint]  # first: it may make another array
         return self.joints[row]
 
     def set_velocity(self, body: int, joint: int, velocity: float, effort: float) -> None:
