@@ -2,6 +2,7 @@
 
 import glob
 import json
+import math
 import os
 import shutil
 import socket
@@ -20,6 +21,7 @@ ROSLAUNCH = os.path.join(os.path.dirname(os.path.abspath(__file__)), "roslaunch"
 UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}  # [s]
 PADS = "/dev/input/js*"
 MASTER_TIMEOUT = 5.0  # for a master's response [s]
+BOOLEANS = ("true", "false", "1", "0")  # as roslaunch reads if and unless, in any case
 
 
 def track_names():
@@ -129,7 +131,8 @@ class LaunchFile:
             What to hand to roslaunch; tracks are resolved.
 
         Raises:
-            UsageError: There is no such argument or track, or it is no launch argument at all.
+            UsageError: There is no such argument or track, a value is no number or boolean where
+                the default is one, or it is no launch argument at all.
         """
         checked, known, after_option = [], None, False
         for argument in arguments:
@@ -140,7 +143,10 @@ class LaunchFile:
                     raise UsageError(
                         f"{self.name} has no argument {name!r}; there are {', '.join(known)}"
                     )
-                argument = f"track:={resolve_track(value)}" if name == "track" else argument
+                if name == "track":
+                    argument = f"track:={resolve_track(value)}"
+                elif "$(" not in value:  # roslaunch puts in what that means
+                    _check_value(name, value, *known[name])
             elif not self._options or not (argument.startswith("-") or after_option):
                 raise UsageError(
                     f"unknown argument {argument!r}; launch arguments have the form NAME:=VALUE"
@@ -180,20 +186,57 @@ class LaunchFile:
                     self._collect(child, found, comment)
 
 
-def run(name, launch, environ, arguments, deadline, out):
+def _check_value(name, value, default, description):
+    """Checks a launch argument's value by the type of its default.
+
+    Raises:
+        UsageError: The default is a number or a boolean, and the value is not.
+    """
+    if _number(default) is not None:
+        least, valid = -math.inf, "a number"
+        if name == "real_time_factor":
+            least, valid = 0.0, "a number of at least 0"
+        if (number := _number(value)) is None or number < least:
+            raise UsageError(f"{name} is {value!r}; it must be {valid}")
+    elif default in BOOLEANS[:2] and "auto" not in description and value.lower() not in BOOLEANS:
+        raise UsageError(f"{name} is {value!r}; it must be true or false")
+
+
+def _number(text):
+    """Reads a finite number; returns None where a text, or None, is none."""
+    try:
+        number = float(text)
+    except (TypeError, ValueError):
+        return None
+    return number if math.isfinite(number) else None
+
+
+def run(name, launch, environ, arguments, deadline, out, results):
     """Runs a launch that leaves result.json, and tells how it went.
 
     Args:
         name: The command, for messages and the folder of its logs.
         launch: LaunchFile with an argument out_dir.
         environ: The activated environment; changed in place.
-        arguments: NAME:=VALUE arguments, without out_dir.
+        arguments: NAME:=VALUE arguments, without out_dir, checked.
         deadline: Longest run [s] as text, of deadline_from().
+        out: The folder for the results.
+        results: Names of what an earlier run has left there, which is removed; None: all.
 
     Raises:
-        CommandError: It failed, came to no result, or to one that is not ok.
+        CommandError: The track is not valid (nothing is removed then), or the launch failed, came
+            to no result, or to one that is not ok.
         Interrupted: A signal ended it.
     """
+    for argument in arguments:
+        argument_name, _, value = argument.partition(":=")
+        if argument_name == "track" and os.path.isabs(value):  # a file, no shipped track
+            _build_track(value, environ)
+    if results is None:
+        shutil.rmtree(out, ignore_errors=True)
+    for path in (os.path.join(out, name) for name in results or ()):
+        if os.path.lexists(path):
+            os.remove(path)
     os.makedirs(out, exist_ok=True)
     environ["ROS_LOG_DIR"] = os.path.join(CACHE, f"ros-{name}")
     environ["QT_QPA_PLATFORM"] = environ.get("QT_QPA_PLATFORM") or "offscreen"
@@ -213,6 +256,25 @@ def run(name, launch, environ, arguments, deadline, out):
         problem = "ended without result.json" if ok is None else "was not content"
         raise CommandError(f"the {name} {problem}", where_to_look(environ))
     say(f"{name}: ok")
+
+
+def _build_track(track, environ):
+    """Builds a track from its file into the cache, where the launch will find it.
+
+    Args:
+        track: The file's path.
+        environ: The activated environment.
+
+    Raises:
+        CommandError: The file holds no valid track.
+    """
+    script = os.path.join(SOURCES, "track_model", "scripts", "make_track")
+    done = subprocess.run(
+        [ros.python(), script, track], env=environ, capture_output=True, text=True, errors="replace"
+    )
+    if done.returncode:
+        *_, sentence = done.stderr.strip().splitlines() or [f"exit status {done.returncode}"]
+        raise CommandError(sentence.removeprefix("make_track: "))
 
 
 def start(launch, environ, arguments, deadline):

@@ -6,8 +6,6 @@ path, the path as CSV, and result.json. Exits 0 only if the car moved as command
 master of its own on a free port. DEMO_DEADLINE=SECONDS changes the overall limit (300).
 """
 
-import os
-
 from commands import environment, launching
 from commands.launching import LaunchFile
 from commands.paths import OUT
@@ -22,7 +20,4 @@ def run(_options, rest):
     arguments = LAUNCH.check(rest)
     deadline = launching.deadline_from("DEMO_DEADLINE", 300)
     environ = environment.ready()
-    for name in RESULTS:
-        if os.path.lexists(os.path.join(OUT, name)):
-            os.remove(os.path.join(OUT, name))
-    launching.run("demo", LAUNCH, environ, arguments, deadline, OUT)
+    launching.run("demo", LAUNCH, environ, arguments, deadline, OUT, RESULTS)

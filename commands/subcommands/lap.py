@@ -2,15 +2,14 @@
 
 Leaves in out/lap/: lap.mp4 (the camera with the window's overlay), lap.png, path.png (the path over
 the track), path.csv, referee.csv, replay.html (the lap in 3-D, for any browser) and result.json;
-out/lap/ is emptied first. With --starts above 1 each start is at a random pose around the line.
-Launch arguments go to lap.launch, for example real_time_factor:=2 camera_width:=320 rviz:=true, or
-speed:=0.8 (line and pursuit only).
+out/lap/ is emptied first, unless a track file is not valid. With --starts above 1 each start is at
+a random pose around the line. Launch arguments go to lap.launch, for example real_time_factor:=2
+camera_width:=320 rviz:=true, or speed:=0.8 (line and pursuit only).
 With a camera policy the camera has the 160x120 pixels that it has learned from.
 LAP_DEADLINE=SECONDS changes the overall limit (300 and 300 a start).
 """
 
 import os
-import shutil
 
 from commands import environment, launching
 from commands.errors import UsageError
@@ -59,10 +58,9 @@ def run(options, rest):
     arguments = [*policy_arguments(options), *LAUNCH.check(rest)]
     deadline = launching.deadline_from("LAP_DEADLINE", 300 + 300 * options.starts)
     environ = environment.ready()
-    out = os.path.join(OUT, "lap")
-    shutil.rmtree(out, ignore_errors=True)
     given = [f"{name}:={getattr(options, name)}" for name in ("track", "driver", "starts")]
-    launching.run("lap", LAUNCH, environ, [*given, *arguments], deadline, out)
+    out = os.path.join(OUT, "lap")
+    launching.run("lap", LAUNCH, environ, [*given, *arguments], deadline, out, results=None)
 
 
 def policy_arguments(options):

@@ -83,6 +83,26 @@ def test_arguments_of_groups_and_descriptions(tmp_path):
     assert launch.arguments() == {"a": ("1", "first"), "b": (None, ""), "d": ("4", "fourth")}
 
 
+@pytest.mark.parametrize("given, problem", [
+    ("real_time_factor:=abc", "real_time_factor is 'abc'; it must be a number of at least 0"),
+    ("real_time_factor:=-1", "real_time_factor is '-1'; it must be a number of at least 0"),
+    ("real_time_factor:=nan", "real_time_factor is 'nan'; it must be a number of at least 0"),
+    ("camera_width:=", "camera_width is ''; it must be a number"),
+    ("x:=one", "x is 'one'; it must be a number"),
+    ("gui:=yes", "gui is 'yes'; it must be true or false"),
+])  # fmt: skip
+def test_values_of_the_wrong_type(given, problem):
+    with pytest.raises(UsageError) as caught:
+        LaunchFile("track_model", "world.launch").check([given])
+    assert str(caught.value) == problem
+
+
+def test_values_that_roslaunch_reads():
+    given = ["real_time_factor:=0", "x:=-1e-1", "gui:=True", "paused:=1", "shadows:=auto",
+             "state_publisher:=bridge", "camera_rate:=$(eval 15 * 2)", "solver:=none"]  # fmt: skip
+    assert LaunchFile("track_model", "world.launch").check(given) == given
+
+
 def test_a_launch_file_that_is_not_xml(tmp_path):
     launch = LaunchFile("track_model", "world.launch")
     launch.path = str(tmp_path / "probe.launch")
@@ -133,10 +153,10 @@ def launched(tmp_path):
     (tmp_path / "roslaunch").chmod(0o755)
     out = tmp_path / "out"
 
-    def call(probe, deadline="0"):
-        environ = {"PATH": f"{tmp_path}:{os.environ['PATH']}", "PROBE": probe}
+    def call(probe, deadline="0", arguments=("gui:=false",), results=None):
+        environ = {**os.environ, "PATH": f"{tmp_path}:{os.environ['PATH']}", "PROBE": probe}
         launch = LaunchFile("track_model", "world.launch")
-        launching.run("probe", launch, environ, ["gui:=false"], deadline, str(out))
+        launching.run("probe", launch, environ, arguments, deadline, str(out), results)
         return out
 
     return call
@@ -168,6 +188,28 @@ def test_a_result_that_is_not(launched, probe, sentence):
         launched(probe)
     assert str(caught.value) == sentence
     assert caught.value.advice == ("Its own words are above; logs in .cache/ros-probe/",)
+
+
+@pytest.mark.parametrize("results, stay", [(None, []), (["old.csv", "none"], ["notes.txt"])])
+def test_what_an_earlier_run_left_goes(launched, tmp_path, results, stay):
+    (tmp_path / "out").mkdir()
+    for name in ("old.csv", "notes.txt"):
+        (tmp_path / "out" / name).touch()
+    out = launched(result('{"ok": true}'), results=results)
+    left = {path.name for path in out.iterdir()}
+    assert left == {"called.json", "result.json", *stay}
+
+
+@pytest.mark.parametrize("results", [None, ["old.csv"]])
+def test_a_track_that_is_not_valid_is_told_before_anything_goes(launched, tmp_path, results):
+    track = tmp_path / "bent.yaml"
+    track.write_text("points: [[0, 0], [1, one], [2, 2]]\n")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "old.csv").touch()
+    with pytest.raises(CommandError) as caught:
+        launched("pass", arguments=["track:=default", f"track:={track}"], results=results)
+    assert str(caught.value) == f"{track}: points[1] is 'one'; valid: a number"
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["old.csv"]
 
 
 def test_a_deadline_ends_it_with_sigint(launched, tmp_path):

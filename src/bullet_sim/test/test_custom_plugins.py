@@ -67,6 +67,19 @@ def test_without_a_source_they_are_not_known():
     ]
 
 
+@pytest.mark.parametrize("library, meant", [
+    ("libgazebo_ros_diff_drve.so", "libgazebo_ros_diff_drive.so"),
+    ("gazebo_ros_contol", "libgazebo_ros_control.so"),
+    ("/opt/libgazebo_ros_planarmove.so", "libgazebo_ros_planar_move.so"),
+    ("libgazebo_ros_template.so", None),  # another plugin
+    ("libgazebo_ros_f4.so", None),
+])  # fmt: skip
+def test_a_misspelled_library_is_told_which_one_is_near(library, meant):
+    (warning,) = read(f'<gazebo><plugin name="it" filename="{library}"/></gazebo>').warnings
+    text = f"plugin '{library}' is not known here and is ignored"
+    assert warning == (f"{text}; did you mean '{meant}'?" if meant else text)
+
+
 @pytest.mark.parametrize(
     "tags, name, expected",
     [

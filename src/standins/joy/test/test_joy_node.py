@@ -33,6 +33,7 @@ class Bench:
             PublishTimer(**sending),
             lambda axes, buttons: self.sent.append((list(axes), list(buttons))),
             self.logged.append,
+            lambda text: self.logged.append(f"WARN {text}"),
             lambda: self.time,
             "the joystick js0",
         )
@@ -155,7 +156,7 @@ def test_unplugged_sends_zeros_once_and_looks_again():
     assert bench.run(2.0) > 10 and bench.sent[-1] == ([0.0] * 5, [0, 0])
     assert bench.logged == [
         "joystick 'fake pad'",
-        "joystick 'fake pad' is disconnected; sent zeros; waiting for the joystick js0, "
+        "WARN joystick 'fake pad' is disconnected; sent zeros; waiting for the joystick js0, "
         "checking every 1 s",
         "joystick 'fake pad'",
     ]
@@ -164,7 +165,7 @@ def test_unplugged_sends_zeros_once_and_looks_again():
 def test_a_missing_pad_is_logged_once_and_checked_for_each_second():
     bench = Bench(None)
     assert bench.run(5.0) == 0
-    assert bench.logged == ["waiting for the joystick js0, checking every 1 s"]
+    assert bench.logged == ["WARN waiting for the joystick js0, checking every 1 s"]
     assert bench.attempts == 5
     bench.pad = FakePad()
     assert bench.run(1.5) == 1

@@ -1,5 +1,6 @@
 """<sensor> and <plugin> elements: their specifications and readers."""
 
+from difflib import get_close_matches
 from typing import Any
 from xml.etree.ElementTree import Element
 
@@ -26,6 +27,9 @@ __all__ = [
 SENSOR_TYPES = ("camera", "multicamera", "wideanglecamera", "depth", "depth_camera",
                 "ray", "gpu_ray", "imu", "contact")  # fmt: skip
 
+PREFIX = "gazebo_ros_"  # of most plugins; what follows tells them apart
+SIMILAR = 0.8  # of two names, by difflib's ratio: one wrong letter of five
+
 
 def parse_plugin(element: Element, model: ModelDescription) -> None:
     """Read one model plugin into the model description; an unknown one is a warning."""
@@ -33,7 +37,7 @@ def parse_plugin(element: Element, model: ModelDescription) -> None:
     if reader is None:
         name = element.get("filename")
         model.warn(
-            f"plugin '{name}' is not known here and is ignored",
+            f"plugin '{name}' is not known here and is ignored{_nearest(library(element))}",
             "plugins are not known here and are ignored",
             f"'{name}'",
         )
@@ -100,6 +104,13 @@ def _find(registry: Registry[Any], name: str) -> Any:
         return registry.find(name)
     except KeyError:
         return None
+
+
+def _nearest(name: str) -> str:
+    """A question after the plugin that a library's misspelled name may mean, or ""."""
+    own = {known.removeprefix(PREFIX): known for known in PLUGINS.names()}
+    found = get_close_matches(name.removeprefix(PREFIX), own, 1, SIMILAR)
+    return f"; did you mean 'lib{own[found[0]]}.so'?" if found else ""
 
 
 def _sensor_reader(name: str, sensor_type: str | None) -> SensorReader | None:

@@ -143,14 +143,17 @@ class Driver:
         open_pad: function -> pad or None. A pad has name, attached(), read() -> (axes, buttons,
             hats) for PadState.update, and close().
         send: function (axes, buttons).
+        log, warn: functions (text): a pad that was found, one that is missing.
         clock: function -> wall time [s].
         label: name of the pad for the log.
     """
 
-    def __init__(self, open_pad, state, timer, send, log, clock=time.monotonic, label="a joystick"):
+    def __init__(
+        self, open_pad, state, timer, send, log, warn, clock=time.monotonic, label="a joystick"
+    ):
         self._label = label
         self._open_pad, self._state, self._timer = open_pad, state, timer
-        self._send, self._log, self._clock = send, log, clock
+        self._send, self._log, self._warn, self._clock = send, log, warn, clock
         self._pad, self._next_check, self._logged = None, float("-inf"), False
 
     def spin_once(self):
@@ -173,7 +176,7 @@ class Driver:
         self._pad = self._open_pad()
         if self._pad is None:
             if not self._logged:
-                self._log(f"waiting for {self._label}, checking every {RETRY_PERIOD:g} s")
+                self._warn(f"waiting for {self._label}, checking every {RETRY_PERIOD:g} s")
             self._logged = True
             return False
         self._logged = False
@@ -184,7 +187,7 @@ class Driver:
 
     def _disconnect(self, now):
         """Send zeros once: a client must not continue with the last values."""
-        self._log(
+        self._warn(
             f"joystick '{self._pad.name}' is disconnected; sent zeros; waiting for {self._label}, "
             f"checking every {RETRY_PERIOD:g} s"
         )
@@ -230,7 +233,8 @@ def make_driver():
         message.header.frame_id = device
         publisher.publish(message)
 
-    return pads, Driver(pads.open, state, timer, send, rospy.loginfo, label=pads.label)
+    log = rospy.loginfo, rospy.logwarn  # a warning comes on the terminal also by output="log"
+    return pads, Driver(pads.open, state, timer, send, *log, label=pads.label)
 
 
 def main():
