@@ -134,24 +134,33 @@ def test_a_master_shuts_down_only_the_node_that_it_means():
         assert node.stdout.read().count("shutdown request") == 1
 
 
-# Its thread is again and again within OpenCV: Python's own end aborts such a process.
+# A thread is again and again within OpenCV: Python's own end aborts such a process.
 WITHIN = """
 import atexit, threading, time
 import cv2, numpy as np
+import rospy
 from paddock_common import nodes
 def draw():
     image = np.zeros((60, 60, 3), np.uint8)
     while True:
         cv2.medianBlur(image, 5)
-atexit.register(lambda: print("unregistered"))
 threading.Thread(target=draw, daemon=True).start()
-time.sleep(0.2)
-nodes.leave(3)
 """
+LEAVES = WITHIN + "atexit.register(lambda: print('closed'))\ntime.sleep(0.2)\nnodes.leave(3)\n"
+RUNS = WITHIN + "nodes.run('one', lambda: rospy.on_shutdown(lambda: print('closed')))\n"
 
 
 def test_a_process_whose_thread_is_within_opencv_leaves_well():
     done = subprocess.run(
-        [sys.executable, "-c", WITHIN], capture_output=True, text=True, timeout=LIMIT, check=False
+        [sys.executable, "-c", LEAVES], capture_output=True, text=True, timeout=LIMIT, check=False
     )
-    assert (done.returncode, done.stdout, done.stderr) == (3, "unregistered\n", "")
+    assert (done.returncode, done.stdout, done.stderr) == (3, "closed\n", "")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_node_whose_thread_is_within_opencv_ends_well(number):
+    with ros_master() as environment, running(environment, [sys.executable, "-c", RUNS]) as node:
+        wait_for(lambda: call(environment["ROS_MASTER_URI"], "lookupNode", "/one"), "the node")
+        time.sleep(0.2)
+        node.send_signal(number)
+        assert (node.wait(LIMIT), node.stdout.read()) == (0, "closed\n")

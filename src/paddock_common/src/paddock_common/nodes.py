@@ -396,8 +396,10 @@ def start(name: str, make: Callable[[], T], errors: Errors = ValueError, **optio
         sys.exit(1)
 
 
-def run(name: str, make: Callable[[], T], errors: Errors = ValueError, **options: Any) -> T:
-    """Starts a node and waits until ROS shuts down; arguments as those of start."""
-    node = start(name, make, errors, **options)
+def run(
+    name: str, make: Callable[[], object], errors: Errors = ValueError, **options: Any
+) -> NoReturn:
+    """Starts a node, waits until ROS shuts down and leaves; arguments as those of start."""
+    _node = start(name, make, errors, **options)  # kept: it may hold its subscribers
     rospy.spin()
-    return node
+    leave(0)

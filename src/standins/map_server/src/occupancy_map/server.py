@@ -109,4 +109,3 @@ def main():
         print(USAGE, file=sys.stderr)
         return 2
     nodes.run("map_server", lambda: MapServer(_read(arguments)), anonymous=True)
-    return 0
