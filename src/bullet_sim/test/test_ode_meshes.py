@@ -39,7 +39,7 @@ def tree_of(world, folder, triangles):
     world.spawn_sdf("mesh", static_mesh("mesh", folder), Pose(), lambda uri: uri[7:])
     spawn(world, "ball", bot(SHAPES["sphere"]), (0, 0, 9), folder)
     world.step()
-    scene = world.engine.ode._scene
+    scene = world.engine.ode._state.scene
     assert scene.roots[0] == 0
     return scene.trees
 

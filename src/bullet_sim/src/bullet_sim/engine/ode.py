@@ -6,28 +6,18 @@ such as meshes that cannot be read.
 """
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pybullet as p
 
-from bullet_sim.controllers.law import MOST_NOTED, JointPid, truncated
+from bullet_sim.controllers.law import JointPid, truncated
 from bullet_sim.description.lump import LumpedModel
-from bullet_sim.description.model import Joint, Link, Shape, Surface
+from bullet_sim.description.model import Joint, Surface
 from bullet_sim.description.world import OdeSettings
-from bullet_sim.engine.rays import (
-    KINDS,
-    RayShape,
-    RayShapes,
-    Triangles,
-    has_embree,
-    mesh_corners,
-    mesh_triangles,
-)
+from bullet_sim.engine.rays import RayShape, RayShapes
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, compose, matrix_from_quaternion
 
@@ -37,26 +27,23 @@ if TYPE_CHECKING:
 
 try:
     from bullet_sim.engine import tables
+    from bullet_sim.engine.ode_arrays import (
+        MOST_POINTS,
+        ArrayBuilder,
+        BodyLink,
+        Models,
+        Part,
+        Still,
+    )
+    from bullet_sim.engine.ode_shapes import ShapeCache
     from bullet_sim.engine.quickstep import layout as q
     from bullet_sim.engine.quickstep.library import advance, compile_once, is_compiled
-    from bullet_sim.engine.quickstep.state import (
-        GOALS,
-        P_SIZE,
-        P_STATE,
-        ROWS_MOST,
-        State,
-        make_blocks,
-        make_table,
-    )
+    from bullet_sim.engine.quickstep.state import GOALS, P_STATE
 except ImportError as error:  # numba is needed by this solver alone
     raise ModelError(
         f"solver 'ode' needs the Python package numba ({error}); the other solver is 'bullet'"
     ) from error
 
-_SOLIDS = (q.BOX, q.SPHERE, q.CYLINDER, q.MESH)
-_MOST_POINTS = 10  # of a pair of shapes
-_ALL_BITS = 0xFFFF  # collide_bitmask of what has none
-_MOST_CLOSE = 32  # bodies to one
 _ROUNDING = 1e-15  # [m] and of a quaternion: what PyBullet leaves of 0 between two frames
 _UNTURNED = (0.0, 0.0, 0.0, 1.0)
 _CLOSE = 0.002  # [m] between a contact that Bullet finds and the shape that it is with
@@ -80,51 +67,6 @@ def _limits_in_gazebo(joint: Joint) -> tuple[float, float]:
     )
 
 
-@dataclass
-class Part:
-    """A moving model.
-
-    Attributes:
-        names: of its links that move, in the order in which Gazebo creates them.
-        joints: of these links, in the same order.
-        links: name -> PyBullet's index.
-        may_sleep: it may sleep while it rests, as what has no joints does in Gazebo.
-        touching: pairs of its links that collide with each other.
-        first, first_joint: its first rows of bodies and of joints.
-        order: row of each of the engine's joints.
-        measured: gives their positions, velocities and motors' efforts of the flat table of joints.
-    """
-
-    body: int
-    names: list[str]
-    joints: list[Joint]
-    links: Mapping[str, int]
-    shapes: LumpedModel
-    is_fixed: bool
-    may_sleep: bool
-    touching: Sequence[tuple[str, str]]
-    first: int = 0
-    first_joint: int = 0
-    order: list[int] = field(default_factory=list)
-    measured: Callable[[Any], tuple[float, ...]] = tuple
-
-    def link(self, row: int) -> Link:
-        """The link of a row of bodies."""
-        return self.shapes.links[self.names[row - self.first]]
-
-    def joint(self, number: int) -> Joint:
-        """The joint of a number of the engine's."""
-        return self.joints[self.order[number] - self.first_joint]
-
-
-@dataclass
-class Still:
-    """A model that never moves: PyBullet's number, its link."""
-
-    body: int
-    link: Link
-
-
 class OdeSolver:
     """Moves an engine's bodies.
 
@@ -140,9 +82,7 @@ class OdeSolver:
         self._numbers, self._gravity = np.zeros(q.S_SIZE), np.zeros(3)
         self.configure(OdeSettings())
         self._is_ahead = False  # PyBullet's bodies are where they were
-        self._files: dict[tuple[Any, ...], Array] = {}  # vertices of meshes
-        self._trees: dict[tuple[Any, ...], q.Tree | None] = {}
-        self._traced: dict[tuple[Any, ...], tuple[Triangles, Array, float]] = {}
+        self._shapes = ShapeCache(client)
         self.clear()
 
     def configure(self, settings: OdeSettings) -> None:
@@ -170,17 +110,13 @@ class OdeSolver:
     def clear(self) -> None:
         """All bodies are gone."""
         self._is_ahead = False
-        self._parts: dict[int, Part] = {}
-        self._still: dict[int, Still] = {}
+        self._models = Models()
+        self._parts = self._models.moving
         self._unread: set[int] = set()  # bodies whose state PyBullet has
         self._is_built = False
-        self._pairs: dict[tuple[int, int], int] = {}  # (body, link) -> row of bodies
-        self._filtered: dict[tuple[int, int], int] = {}  # (body, link) -> collide_bitmask
-        self._ghosts: set[int] = set()
-        self._sleepers: dict[tuple[int, int], list[_Contact]] = {}  # their contacts
-        self._noted = b""  # rows of these
+        self._sleepers: dict[BodyLink, list[_Contact]] = {}  # their contacts
         self._resting: set[int] = set()  # bodies that sleep where PyBullet has them
-        self._build_arrays([])
+        self._build_arrays()
 
     # models -------------------------------------------------------------------------------------
     def add(
@@ -205,7 +141,7 @@ class OdeSolver:
         """
         self._is_built = False
         if static:
-            self._still[body] = Still(body, model.links[model.root])
+            self._models.still[body] = Still(body, model.links[model.root])
             return
         joints = {joint.child: joint for joint in (*model.joints, *model.welds)}
         names = list(model.links)
@@ -215,7 +151,7 @@ class OdeSolver:
             body, moving, moved, links, model, fixed, may_sleep and not joints, touching
         )
         if fixed:
-            self._still[body] = Still(body, model.links[model.root])
+            self._models.still[body] = Still(body, model.links[model.root])
         self._unread.add(body)
 
     def remove(self, body: int) -> None:
@@ -223,26 +159,28 @@ class OdeSolver:
         self.wake()
         self._is_built = False
         self._parts.pop(body, None)
-        self._still.pop(body, None)
+        self._models.still.pop(body, None)
         self._unread.discard(body)
-        self._built.discard(body)  # another body may get its number
-        self._ghosts.discard(body)
-        self._filtered = {key: bits for key, bits in self._filtered.items() if key[0] != body}
+        self._arrays.models.discard(body)  # another body may get its number
+        self._models.ghosts.discard(body)
+        self._models.filtered = {
+            key: bits for key, bits in self._models.filtered.items() if key[0] != body
+        }
 
     def read_later(self, body: int) -> None:
         """PyBullet was told where a body is or how it moves."""
         self._unread.add(body)
-        if body in self._still:
+        if body in self._models.still:
             self.wake()
             self._is_built = False  # planes and boxes
 
     def set_bitmask(self, body: int, link: int, bits: int) -> None:
         """A link touches only what shares a bit."""
-        self._filtered[body, link], self._is_built = bits, False
+        self._models.filtered[body, link], self._is_built = bits, False
 
     def set_ghost(self, body: int) -> None:
         """A body touches only what never moves."""
-        self._ghosts.add(body)
+        self._models.ghosts.add(body)
         self._is_built = False
 
     def _build(self) -> None:
@@ -250,9 +188,9 @@ class OdeSolver:
         kept = {
             part.body: (self._rows(part).copy(), self._joint_rows(part).copy())
             for part in self._parts.values()
-            if part.body in self._built
+            if part.body in self._arrays.models
         }
-        self._build_arrays(list(self._parts.values()))
+        self._build_arrays()
         for body, (bodies, joints) in kept.items():
             part = self._parts[body]
             state = slice(0, q.MASS)
@@ -263,366 +201,21 @@ class OdeSolver:
         self._sort()
         self._is_built = True
 
+    def _build_arrays(self) -> None:
+        builder = ArrayBuilder(self._engine, self._shapes, self.settings, self._models)
+        self._arrays = arrays = builder.build(self._numbers, self._gravity)
+        self._state, self.bodies, self.joints = arrays.state, arrays.bodies, arrays.joints
+        # A few numbers of it are read and written faster so, and without giving up Python's lock.
+        self._numbers_of_joints = arrays.numbers_of_joints
+        self._others = list(arrays.known)  # (body, link) that contacts name by their place here
+        self._surfaces: dict[Any, tuple[Array, int | None, Array]] = {}  # of pairs of links
+        self._moving: RayShapes | None = None
+        self._noted = b""  # rows of what sleeps
+        self._sort()
+
     def _sort(self) -> None:
         """Bodies in the order of the last step."""
         self._state.sequence[:] = np.argsort(self.bodies[:, q.PLACE], kind="stable")
-
-    def _build_arrays(self, parts: list[Part]) -> None:
-        bodies: list[Array] = []
-        joints: list[Array] = []
-        types: list[tuple[int, int, int]] = []
-        shapes: list[Array] = []
-        moving: list[q.Tree | None] = []  # of each shape that is a solid
-        kinds: list[tuple[int, ...]] = []  # as in Scene
-        chunks: list[Array] = [np.zeros((0, 6))]
-        vertices: list[Array] = [np.zeros((0, 3))]
-        extents: list[Array] = []
-        owner: list[tuple[int, int]] = []  # (body, link) of each row
-        self._built = {part.body for part in parts}
-        for part in parts:
-            part.first, part.first_joint = len(bodies), len(joints)
-            rows = {name: part.first + i for i, name in enumerate(part.names)}
-            for name in part.names:
-                link = part.shapes.links[name]
-                key = part.body, part.links[name]
-                owner.append(key)
-                bodies.append(tables.body_row(link, self.settings.max_speed))
-                bodies[-1][q.MAY_SLEEP] = float(part.may_sleep)
-                for shape in link.collisions:
-                    kind, start = KINDS.get(shape.geometry.kind, q.OTHER), sum(map(len, vertices))
-                    corners, tree = np.zeros((0, 3)), self._tree(shape)
-                    if kind == q.MESH:
-                        corners = self._vertices(shape, link)
-                        vertices.append(corners)
-                        kind = kind if len(corners) and tree else q.OTHER
-                        reach = np.linalg.norm(corners, axis=1).max(initial=0.0)
-                        bodies[-1][q.RADIUS] = max(bodies[-1][q.RADIUS], reach)
-                    if kind == q.OTHER:
-                        bodies[-1][q.RADIUS] = max(bodies[-1][q.RADIUS], tables.UNKNOWN)
-                    span = start, sum(map(len, vertices)), sum(map(len, chunks))
-                    kinds.append((rows[name], kind, *span))
-                    chunks.append(tables.chunks(corners))
-                    shapes.append(tables.shape_row(shape, link))
-                    if kind != q.OTHER:
-                        moving.append(tree)
-                    extents.append(tables.extent(shape, link, corners))
-            for joint in part.joints:
-                joints.append(self._joint_row(part, joint))
-                kind = {"prismatic": q.SLIDER}.get(joint.kind, q.HINGE)
-                if joint in part.shapes.welds:
-                    kind = q.FIXED
-                types.append((kind, rows[joint.child], rows.get(joint.parent, -1)))
-            order = self._engine.joint_names(part.body)
-            place = {joint.name: part.first_joint + i for i, joint in enumerate(part.joints)}
-            part.order = [place[name] for name in order]
-            if order:
-                columns = np.array((q.ANGLE, q.RATE, q.MOTOR))[:, None]
-                places = columns + q.J_SIZE * np.array(part.order)
-                part.measured = itemgetter(*places.ravel().tolist())
-        self._inward = [  # from the centers of mass to the links' frames
-            tuple((-part.shapes.links[name].center).tolist())
-            for part in parts
-            for name in part.names
-        ]
-        self._owner, self._pairs = owner, {key: row for row, key in enumerate(owner)}
-        self._sleepy = any(part.may_sleep for part in parts)
-        self.bodies = tables.table(bodies, q.B_SIZE)
-        self.joints = tables.table(joints, q.J_SIZE)
-        # A few numbers of it are read and written faster so, and without giving up Python's lock.
-        self._numbers_of_joints: Any = memoryview(self.joints.reshape(-1))
-        self._types = tables.table(types, 3, np.int64)
-        self._kinds = tables.table(kinds, 5, np.int64)
-        self._bits = np.array([self._bits_of(key) for key in owner], np.int64)
-        self._build_topology()
-        meet = self._build_meet(parts)
-        ground = self._build_surroundings(bool(meet.any()))
-        self._add_moving_solids(ground, shapes)
-        self._add_trees(ground, moving)
-        most = _MOST_POINTS * (max(1, len(shapes)) * (len(ground["planes"]) + 2) + 128)
-        self._scene = q.Scene(
-            shapes=tables.table(shapes, q.G_COLUMNS),
-            kinds=self._kinds,
-            firsts=np.searchsorted(self._kinds[:, 0], np.arange(len(bodies) + 1)),
-            points=np.concatenate(vertices),
-            chunks=np.concatenate(chunks),
-            extents=tables.table(extents, 6),
-            models=np.array([body for body, _ in owner], np.int64),
-            around=np.zeros((len(shapes), 6)),
-            meet=meet,
-            close=np.zeros((_MOST_CLOSE * len(bodies), 2), np.int64),
-            pairs=np.zeros((4 * most, 3), np.int64),
-            counts=np.array([0, (ground["contents"] < 0).sum()], np.int64),
-            **ground,
-        )
-        self._moving: RayShapes | None = None
-        self._noted = b""
-        self._surfaces: dict[Any, tuple[Array, int | None, Array]] = {}  # of pairs of links
-        self._build_state(most)
-        self._sort()
-
-    def _build_topology(self) -> None:
-        count = len(self.bodies)
-        lists: list[list[int]] = [[] for _ in range(count)]
-        below = np.zeros((len(self.joints), count), np.bool_)
-        for j, (_, one, two) in enumerate(self._types.tolist()):
-            lists[one].insert(0, j)
-            if two >= 0:
-                lists[two].insert(0, j)
-        for j in range(len(self.joints) - 1, -1, -1):  # children come after their parents
-            one = self._types[j, 1]
-            below[j, one] = True
-            for k in np.flatnonzero(self._types[:, 2] == one):
-                below[j] |= below[k]
-        self._topology = {
-            "starts": np.cumsum([0, *map(len, lists)]).astype(np.int64),
-            "lists": np.array([j for each in lists for j in each], np.int64),
-            "below": below,
-        }
-
-    def _bits_of(self, key: tuple[int, int]) -> int:
-        """Of a body and link, which touches only what shares one."""
-        return self._filtered.get(key, _ALL_BITS)
-
-    def _build_meet(self, parts: list[Part]) -> Array:
-        """Whether bodies (n, n) may touch each other, and who finds it."""
-        body = np.array([body for body, _ in self._owner], np.int64)
-        ghost = np.isin(body, list(self._ghosts))
-        shaped = np.isin(np.arange(len(body)), self._kinds[:, 0])
-        meet = (body[:, None] != body) & ~(ghost[:, None] | ghost)
-        for part in parts:
-            rows = {name: part.first + i for i, name in enumerate(part.names)}
-            for pair in part.touching:
-                if pair[0] in rows and pair[1] in rows:
-                    one, two = rows[pair[0]], rows[pair[1]]
-                    meet[one, two] = meet[two, one] = True
-        shared: Array = (self._bits[:, None] & self._bits) != 0
-        others = self._kinds[~np.isin(self._kinds[:, 1], _SOLIDS), 0]
-        plain = ~np.isin(np.arange(len(body)), others)
-        known = plain[:, None] & plain
-        meet &= shared & shaped[:, None] & shaped
-        found: Array = np.where(meet, np.where(known, q.FOUND, q.LEFT), q.APART)
-        return found
-
-    def _add_moving_solids(self, ground: dict[str, Any], shapes: list[Array]) -> None:
-        """Rows of solids for the shapes of bodies, after those that never move."""
-        found = np.flatnonzero(np.isin(self._kinds[:, 1], _SOLIDS))
-        first, count = len(ground["solids"]), len(found)
-        solids, faces = np.zeros((count, q.B_COLUMNS)), np.zeros((count, q.P_COLUMNS))
-        for i, s in enumerate(found):
-            size = shapes[s][q.G_SIZE : q.G_SIZE + 3]
-            solids[i, : q.B_CENTER] = tables.solid_size(int(self._kinds[s, 1]), size)
-            faces[i, q.P_MU :] = shapes[s][q.G_MU :]
-        solid_of = np.full(len(shapes), -1, np.int64)
-        solid_of[found] = first + np.arange(count)
-        ground["solids"] = np.concatenate([ground["solids"], solids])
-        ground["faces"] = np.concatenate([ground["faces"], faces])
-        ground["owners"] = np.concatenate([ground["owners"], np.full(count, -1)])
-        ground["solid_kinds"] = np.concatenate([ground["solid_kinds"], self._kinds[found, 1]])
-        ground["solid_of"] = solid_of
-
-    def _build_surroundings(self, several: bool) -> dict[str, Any]:
-        """What never moves: planes, solids, and boxes around all but planes.
-
-        Args:
-            several: whether bodies may touch each other.
-        """
-        planes, plane_bits, faces, owners = [], [], [], []
-        solids: list[list[float]] = []
-        kinds: list[int] = []
-        boxes: list[Array] = []
-        contents: list[int] = []
-        hosts: list[tuple[int, int]] = []
-        self._solid_trees: list[q.Tree | None] = []  # of those that never move
-        self._known: list[tuple[int, int]] = []  # bodies whose contacts quickstep finds
-        self._plane_of: list[tuple[int, int]] = []
-        for still in self._still.values():
-            body, link = still.body, still.link
-            others = [shape for shape in link.collisions if shape.geometry.kind != "plane"]
-            frame, bits = Pose(*self._engine.base_pose(body)), self._bits_of((body, -1))
-            trees = [self._tree(shape) for shape in others]
-            is_known = all(
-                tree is not None or KINDS.get(shape.geometry.kind, q.MESH) != q.MESH
-                for shape, tree in zip(others, trees)
-            )
-            for shape, tree in zip(others, trees):
-                hosts.append((body, bits))
-                boxes.append(self._box_around(shape, frame, body, tree if is_known else None))
-                contents.append(len(solids) if is_known else -1)
-                if not is_known:
-                    continue
-                pose, code = frame * shape.pose, KINDS[shape.geometry.kind]
-                half = tables.solid_size(code, shape.geometry.size)
-                solids.append([*half, *pose.position, *pose.matrix.ravel()])
-                kinds.append(code)
-                faces.append(tables.plane_row(np.zeros(3), 0.0, shape.surface or link.surface))
-                owners.append(len(self._known))
-                self._solid_trees.append(tree)
-            if is_known:
-                self._known.append((body, -1))
-            for shape in link.collisions:
-                if shape.geometry.kind == "plane":
-                    pose = frame * shape.pose
-                    normal = pose.matrix[:, 2]
-                    surface = shape.surface or link.surface
-                    planes.append(tables.plane_row(normal, float(normal @ pose.position), surface))
-                    plane_bits.append(bits)
-                    self._plane_of.append((body, -1))
-        around = tables.table(boxes, 6)
-        self._watch = bool(len(around) or several)
-        self._always = bool((self._kinds[:, 1] == q.OTHER).any() and planes)
-        return {
-            "planes": tables.table(planes, q.P_COLUMNS),
-            "plane_bits": np.array(plane_bits, np.int64),
-            "solids": tables.table(solids, q.B_COLUMNS),
-            "faces": tables.table(faces, q.P_COLUMNS),
-            "owners": np.array(owners, np.int64),
-            "solid_kinds": np.array(kinds, np.int64),
-            "boxes": around,
-            "contents": np.array(contents, np.int64),
-            "hosts": tables.table(hosts, 2, np.int64),
-            "bits": self._bits[self._kinds[:, 0]],
-            "covers": tables.table(
-                [
-                    tables.around(around[i : i + q.COVERED])
-                    for i in range(0, len(around), q.COVERED)
-                ],
-                6,
-            ),
-        }
-
-    def _add_trees(self, ground: dict[str, Any], moving: list[q.Tree | None]) -> None:
-        """The meshes of all solids, each once, and the roots of the solids' trees."""
-        used = [*self._solid_trees, *moving]
-        firsts: dict[int, tuple[int, int]] = {}  # number of the first node and triangle
-        distinct: list[q.Tree] = []
-        nodes = triangles = 0
-        for tree in used:
-            if tree is not None and id(tree) not in firsts:
-                firsts[id(tree)] = nodes, triangles
-                distinct.append(tree)
-                nodes, triangles = nodes + len(tree.nodes), triangles + len(tree.corners)
-        children = [np.zeros((0, 2), np.int64)]
-        for tree in distinct:
-            node, triangle = firsts[id(tree)]
-            moved = np.where(tree.children >= 0, tree.children + node, tree.children - triangle)
-            children.append(np.where(tree.children == q.NO_CHILD, q.NO_CHILD, moved))
-        ground["roots"] = np.array(
-            [-1 if tree is None else firsts[id(tree)][0] for tree in used], np.int64
-        )
-        depth = max((tree.depth for tree in distinct), default=1)
-        all_children = np.concatenate(children)
-        parents = np.full(triangles + nodes, -1, np.int64)
-        for column in all_children.T:
-            is_there = column != q.NO_CHILD
-            parents[triangles + column[is_there]] = triangles + np.flatnonzero(is_there)
-        ground["trees"] = q.Trees(
-            np.concatenate([np.zeros((0, 9)), *(tree.corners for tree in distinct)]),
-            np.concatenate([np.zeros((0, 6)), *(tree.nodes for tree in distinct)]),
-            all_children,
-            np.array([depth], np.int64),
-            np.zeros((4 * depth + 8, 3), np.int64),
-            np.zeros((q.MOST_FOUND, q.F_COLUMNS)),
-            parents,
-            np.zeros((triangles + nodes, 2), np.int64),
-            np.zeros(1, np.int64),
-            np.zeros(q.NEAR_BOXES, np.int64),
-        )
-
-    def _build_state(self, most: int) -> None:
-        """What steps work with, with room for a number of contacts."""
-        count, joints = len(self.bodies), len(self.joints)
-        rows = 3 * most + ROWS_MOST * joints
-        work = np.zeros((count + 1, q.W_SIZE))  # the last is nobody's
-        self._contacts = np.zeros((most, q.C_SIZE))
-        self._owners = np.full((most, 4), -1, np.int64)
-        self._result = np.zeros(1, np.int64)
-        self._state = State(
-            settings=self._numbers,
-            gravity=self._gravity,
-            bodies=self.bodies,
-            sequence=np.zeros(count, np.int64),
-            joints=self.joints,
-            types=self._types,
-            **self._topology,
-            scene=self._scene,
-            contacts=self._contacts,
-            owners=self._owners,
-            rows=np.zeros((rows, q.R_SIZE)),
-            links=np.zeros((rows, 6), np.int64),
-            first_row=np.zeros(most, np.int64),
-            blocks=make_blocks(joints, most, work),
-            work=work,
-            marks=np.zeros((4, max(most, count + 1, joints)), np.int64),
-            result=self._result,
-            pids=np.zeros((joints, P_SIZE)),
-            active=np.zeros(3, np.int64),
-            noted=np.zeros((MOST_NOTED, joints)),
-        )
-        self._table = make_table(self._state)
-        self._others = list(self._known)
-
-    def _tree(self, shape: Shape) -> q.Tree | None:
-        """The tree of a mesh; None: it is none, or cannot be read."""
-        geometry = shape.geometry
-        if geometry.kind != "mesh":
-            return None
-        key = geometry.path, geometry.scale
-        if key not in self._trees:  # each model that is spawned asks again
-            triangles = mesh_triangles(geometry.path)
-            self._trees[key] = (
-                None if triangles is None else tables.make_tree(triangles, geometry.scale)
-            )
-        return self._trees[key]
-
-    def _box_around(self, shape: Shape, frame: Pose, body: int, tree: q.Tree | None) -> Array:
-        """Box (6,) around a shape of what never moves."""
-        pose, geometry = frame * shape.pose, shape.geometry
-        if tree is not None:
-            corners = tree.corners.reshape(-1, 3) @ pose.matrix.T + pose.position
-            return np.concatenate([corners.min(axis=0), corners.max(axis=0)])
-        half = tables.half_size(geometry.kind, geometry.size)
-        if half is None:
-            return np.concatenate(p.getAABB(body, -1, physicsClientId=self._client))
-        half = np.abs(pose.matrix) @ half
-        return np.concatenate([pose.position - half, pose.position + half])
-
-    def _vertices(self, shape: Shape, link: Link) -> Array:
-        """Vertices (n, 3) [m] of a mesh, from its link's center of mass; none: unreadable."""
-        geometry = shape.geometry
-        key = geometry.path, geometry.submesh, geometry.scale
-        if key not in self._files:
-            corners = mesh_corners(geometry.path, shared=geometry.is_converted)
-            self._files[key] = corners.astype(np.float32) * np.asarray(geometry.scale, np.float32)
-        return self._files[key] @ shape.pose.matrix.T + shape.pose.position - link.center
-
-    def _joint_row(self, part: Part, joint: Joint) -> Array:
-        row = np.zeros(q.J_SIZE)
-        child = part.shapes.links[joint.child]
-        axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
-        frame = joint.origin
-        center = part.shapes.links[joint.parent].center
-        if part.is_fixed and joint.parent == part.shapes.root:
-            frame, center = Pose(*self._engine.base_pose(part.body)) * joint.origin, np.zeros(3)
-        anchor = np.array(frame.position) - center
-        if joint.kind == "prismatic" or joint in part.shapes.welds:  # where the child's center is
-            anchor += frame.matrix @ child.center
-        else:
-            row[q.ANCHOR1 : q.ANCHOR1 + 3] = -child.center
-        row[q.ANCHOR2 : q.ANCHOR2 + 3] = anchor
-        row[q.AXIS1 : q.AXIS1 + 3] = axis
-        row[q.AXIS2 : q.AXIS2 + 3] = frame.matrix @ axis
-        row[q.QREL : q.QREL + 4] = frame.orientation
-        lower, upper = joint.lower, joint.upper
-        row[q.LOWER], row[q.UPPER] = (1.0, -1.0) if lower is None else (lower, upper)
-        row[q.DAMPING], row[q.FMAX], row[q.TARGET] = joint.damping, joint.friction, math.nan
-        row[q.IMPOSED] = math.nan
-        row[q.IMPLICIT] = float(joint.implicit_damping)
-        row[q.STIFFNESS], row[q.AT_REST] = joint.stiffness, joint.rest
-        erp, cfm = joint.stop_erp, joint.stop_cfm
-        row[q.STOP_ERP] = self.settings.erp if erp is None else erp
-        row[q.STOP_CFM] = self.settings.cfm if cfm is None else cfm
-        row[q.STOP_PUSH] = joint.stop_push
-        return row
 
     def _rows(self, part: Part) -> Array:
         return self.bodies[part.first : part.first + len(part.names)]
@@ -753,7 +346,7 @@ class OdeSolver:
         self._unread.clear()
         self._sleepers, self._noted = state["sleepers"], b""
         self._resting.clear()
-        self._result[0] = 0
+        self._state.result[0] = 0
         self._is_ahead = True
 
     # steps --------------------------------------------------------------------------------------
@@ -764,9 +357,9 @@ class OdeSolver:
             return
         self._gravity[:] = self._engine.gravity
         while count > 0:
-            given = self._find() if self._always else -1
+            given = self._find() if self._arrays.always else -1
             count -= self._advance(1 if given >= 0 else count, given)
-            if count > 0 and self._watch and not self._always:
+            if count > 0 and self._arrays.watch and not self._arrays.always:
                 count -= self._advance(1, self._find())
         self._is_ahead = True
 
@@ -803,8 +396,11 @@ class OdeSolver:
 
     def _advance(self, count: int, given: int) -> int:
         step, iterations = self._engine.time_step, self.settings.iterations
-        done: int = advance(count, given, step, iterations, self._watch, self._sleepy, self._table)
-        if self._sleepy:
+        arrays = self._arrays
+        done: int = advance(
+            count, given, step, iterations, arrays.watch, arrays.sleepy, arrays.table
+        )
+        if arrays.sleepy:
             self._note_sleepers()
         return done
 
@@ -814,7 +410,7 @@ class OdeSolver:
         if len(rows) == len(self._sleepers) and rows.tobytes() == self._noted:
             return
         self._noted = rows.tobytes()
-        asleep = {self._owner[row] for row in rows}
+        asleep = {self._arrays.owner[row] for row in rows}
         if asleep == self._sleepers.keys():
             return
         found = self._found_contacts()
@@ -828,7 +424,7 @@ class OdeSolver:
     def wake(self, body: int | None = None) -> None:
         """Let a body, or all, be awake."""
         for part in self._parts.values() if body is None else [self._parts.get(body)]:
-            if part is not None and part.may_sleep and part.body in self._built:
+            if part is not None and part.may_sleep and part.body in self._arrays.models:
                 self._rows(part)[:, q.REST : q.ASLEEP + 1] = q.REST_TIME, q.REST_COUNT, 0.0
 
     def is_asleep(self, body: int) -> bool:
@@ -841,39 +437,40 @@ class OdeSolver:
         """Contacts that PyBullet finds, into the first rows; their number."""
         self._copy_to_bullet()
         p.performCollisionDetection(physicsClientId=self._client)
-        self._others = list(self._known)
+        rows, known = self._arrays.rows, self._arrays.known
+        self._others = list(known)
         n = 0
         for point in p.getContactPoints(physicsClientId=self._client) or ():
             _, one, two, link_one, link_two, _, at, normal, distance = point[:9]
             if distance > 0.0:
                 continue
-            first, second = self._pairs.get((one, link_one)), self._pairs.get((two, link_two))
+            first, second = rows.get((one, link_one)), rows.get((two, link_two))
             if first is None:
                 if second is None:
                     continue
                 one, link_one, two, link_two = two, link_two, one, link_one
                 first, second, normal = second, None, tuple(-x for x in normal)
-            if second is None and (two, link_two) in self._known and self._is_known(first, at):
+            if second is None and (two, link_two) in known and self._is_known(first, at):
                 continue  # found by quickstep
-            if second is not None and self._scene.meet[first, second] == q.FOUND:
+            if second is not None and self._state.scene.meet[first, second] == q.FOUND:
                 continue
-            if n >= 64 * _MOST_POINTS:
+            if n >= 64 * MOST_POINTS:
                 break
-            row = self._contacts[n]
+            row = self._state.contacts[n]
             row[:], turning, direction = self._surface_of_pair((one, link_one), (two, link_two))
             row[q.C_POINT : q.C_POINT + 3], row[q.C_NORMAL : q.C_NORMAL + 3] = at, normal
             if turning is not None:
                 orientation: Any = self.bodies[turning, q.QUAT : q.QUAT + 4]
                 row[q.C_FDIR : q.C_FDIR + 3] = matrix_from_quaternion(orientation) @ direction
             row[q.C_DEPTH] -= distance
-            self._owners[n] = first, -1 if second is None else second, -1, len(self._others)
+            self._state.owners[n] = first, -1 if second is None else second, -1, len(self._others)
             self._others.append((two, link_two))
             n += 1
         return n
 
     def _is_known(self, row: int, point: Vec3) -> bool:
         """Whether quickstep finds a body's contact with what never moves."""
-        scene, body = self._scene, self.bodies[row]
+        scene, body = self._state.scene, self.bodies[row]
         own = slice(scene.firsts[row], scene.firsts[row + 1])
         known = scene.kinds[own, 1] != q.OTHER
         if known.all() or not known.any():
@@ -883,15 +480,13 @@ class OdeSolver:
         middle, half = scene.extents[own, :3], scene.extents[own, 3:]
         return bool((known & (np.abs(local - middle) < half + _CLOSE).all(axis=1)).any())
 
-    def _surface(self, key: tuple[int, int]) -> Surface:
+    def _surface(self, key: BodyLink) -> Surface:
         body, link = key
-        if body in self._parts and key in self._pairs:
-            return self._parts[body].link(self._pairs[key]).surface
-        return self._still[body].link.surface if body in self._still else Surface()
+        if body in self._parts and key in self._arrays.rows:
+            return self._parts[body].link(self._arrays.rows[key]).surface
+        return self._models.still[body].link.surface if body in self._models.still else Surface()
 
-    def _surface_of_pair(
-        self, one: tuple[int, int], two: tuple[int, int]
-    ) -> tuple[Array, int | None, Array]:
+    def _surface_of_pair(self, one: BodyLink, two: BodyLink) -> tuple[Array, int | None, Array]:
         """A contact's row of all that does not depend on where it is, the body with which its
         direction of friction turns, and this direction; None: it has none.
 
@@ -900,7 +495,7 @@ class OdeSolver:
         """
         key = one, two, self._engine.time_step
         if key not in self._surfaces:
-            first, second = self._pairs[one], self._pairs.get(two)
+            first, second = self._arrays.rows[one], self._arrays.rows.get(two)
             mine, its = self._surface(one), self._surface(two)
             row = np.zeros(q.C_SIZE)
             row[q.C_MU : q.C_MU + 2] = np.minimum(tables.friction(mine), tables.friction(its))
@@ -959,7 +554,7 @@ class OdeSolver:
 
     def release(self, body: int, joint: int) -> None:
         """A joint moves freely, but for its friction."""
-        if body not in self._built:
+        if body not in self._arrays.models:
             return  # as it is loaded
         part = self._parts[body]
         row = self.joints[part.order[joint]]
@@ -1009,8 +604,8 @@ class OdeSolver:
     def joint_load(self, body: int, link: int) -> tuple[Array, Array, float]:
         """As Engine.joint_load, of the joint above a link."""
         self.refresh()
-        row = self._pairs[body, link]
-        joint = self.joints[int(np.flatnonzero(self._types[:, 1] == row)[0])]
+        row = self._arrays.rows[body, link]
+        joint = self.joints[int(np.flatnonzero(self._arrays.types[:, 1] == row)[0])]
         turn = matrix_from_quaternion(self.bodies[row, q.QUAT : q.QUAT + 4]).T
         force = turn @ joint[q.WRENCH : q.WRENCH + 3]
         torque = turn @ joint[q.WRENCH + 3 : q.WRENCH + 6]
@@ -1020,27 +615,27 @@ class OdeSolver:
     # bodies -------------------------------------------------------------------------------------
     def is_root_still(self, body: int) -> bool:
         """Whether the root link of a body never moves, so that PyBullet always has its pose."""
-        return body in self._still
+        return body in self._models.still
 
     def link_motion(self, body: int, link: int) -> tuple[Vec3, Quat, Vec3, Vec3, Vec3] | None:
         """Position [m] and quaternion of a link's frame, its center of mass [m], linear [m/s] and
         angular velocity [rad/s] of that; None: PyBullet has them."""
         if not self._is_built or body in self._unread or body not in self._parts:
             return None
-        row = self._pairs.get((body, link))
+        row = self._arrays.rows.get((body, link))
         if row is None:
             return None
         numbers = self.bodies[row, : q.PLACE].tolist()
         if not math.isfinite(sum(numbers)):
             return None
         x, y, z, *orientation = numbers[: q.VEL]
-        position, turned = compose((x, y, z), orientation, self._inward[row], _UNTURNED)
+        position, turned = compose((x, y, z), orientation, self._arrays.inward[row], _UNTURNED)
         return position, turned, (x, y, z), tuple(numbers[q.VEL : q.VEL + 3]), tuple(numbers[-3:])
 
     def add_force(self, body: int, link: int, force: Vec3, point: Vec3, torque: Vec3) -> None:
         """A force at a world point and a torque act on a link in the next step."""
         self.refresh()
-        row = self._pairs.get((body, link))
+        row = self._arrays.rows.get((body, link))
         if row is None:  # it is fixed to the world
             return
         self.wake(body)
@@ -1067,7 +662,7 @@ class OdeSolver:
     def set_mass(self, body: int, link: int, mass: float, moments: Sequence[float]) -> None:
         """Change a link's mass and moments of inertia along its principal axes."""
         self.refresh()
-        row = self._pairs.get((body, link))
+        row = self._arrays.rows.get((body, link))
         if row is None:
             return
         axes = matrix_from_quaternion(self._engine.principal_axes(body, link))
@@ -1084,54 +679,14 @@ class OdeSolver:
         if self._moving is None:
             found: dict[int, list[RayShape]] = {}
             for part in self._parts.values():
-                passed = part.is_fixed or part.body in self._ghosts
-                shapes = None if passed else self._shapes_of(part)
+                passed = part.is_fixed or part.body in self._models.ghosts
+                links = enumerate((part.shapes.links[name] for name in part.names), part.first)
+                shapes = None if passed else self._shapes.ray_shapes(part.body, links)
                 if shapes is not None:
                     found[part.body] = shapes
             self._moving = RayShapes(found)
         self._moving.place(self.bodies[:, q.POS : q.POS + 3], self.bodies[:, q.QUAT : q.QUAT + 4])
         return self._moving
-
-    def _shapes_of(self, part: Part) -> list[RayShape] | None:
-        """All shapes of a body; None if there is one that is not known."""
-        shapes = []
-        for row, name in enumerate(part.names, part.first):
-            link = part.shapes.links[name]
-            for shape in link.collisions:
-                geometry, pose = shape.geometry, shape.pose
-                place, turn = np.subtract(pose.position, link.center), pose.matrix
-                kind = KINDS.get(geometry.kind, q.OTHER)
-                if kind == q.MESH:
-                    traced = self._trace(geometry.path, geometry.scale)
-                    if traced is None:
-                        return None
-                    triangles, middle, radius = traced
-                    size, place = np.zeros(3), place + turn @ middle
-                elif kind == q.OTHER:
-                    return None
-                else:
-                    triangles, radius = None, tables.reach(geometry.kind, geometry.size)
-                    size = tables.solid_size(kind, geometry.size)
-                shapes.append(
-                    RayShape(part.body, row, geometry.kind, size, place, turn, radius, triangles)
-                )
-        return shapes
-
-    def _trace(self, path: str, scale: Vec3) -> tuple[Triangles, Array, float] | None:
-        """A mesh's triangles, around the middle (3,) [m] of a sphere of a radius [m]."""
-        if not has_embree():
-            return None
-        key = path, scale
-        if key not in self._traced:
-            corners = mesh_triangles(path)
-            if corners is None:
-                return None
-            corners = corners * np.asarray(scale)
-            middle = 0.5 * (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1)))
-            corners = corners - middle
-            radius = float(np.linalg.norm(corners, axis=2).max())
-            self._traced[key] = Triangles(corners), middle, radius
-        return self._traced[key]
 
     # contacts -----------------------------------------------------------------------------------
     def contacts(self) -> list[_Contact]:
@@ -1141,14 +696,15 @@ class OdeSolver:
 
     def _found_contacts(self) -> list[_Contact]:
         found = []
+        state, owner, count = self._state, self._arrays.owner, self._state.result[0]
         for row, (one, two, shape, other) in zip(
-            self._contacts[: self._result[0]], self._owners[: self._result[0]].tolist()
+            state.contacts[:count], state.owners[:count].tolist()
         ):
-            body, link = self._owner[one]
+            body, link = owner[one]
             if shape >= 0:
-                partner = self._plane_of[other]
+                partner = self._arrays.planes[other]
             else:
-                partner = self._owner[two] if two >= 0 else self._others[other]
+                partner = owner[two] if two >= 0 else self._others[other]
             point, normal = row[q.C_POINT : q.C_POINT + 3], row[q.C_NORMAL : q.C_NORMAL + 3]
             force = row[q.C_FORCE : q.C_FORCE + 3].copy()
             found.append((body, link, *partner, tuple(point), tuple(normal), row[q.C_DEPTH], force))
