@@ -29,7 +29,7 @@ if __name__ == "__main__":
     del sys.path[0]  # this folder: what is in it are modules of commands
     sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
 
-from commands import procfs  # noqa: E402
+from commands import check_remedies, procfs  # noqa: E402
 
 ROSLAUNCH = str(pathlib.Path(__file__).with_name("check_roslaunch.py"))
 START_LIMIT = 60.0  # wall time until the simulator answers [s]
@@ -41,7 +41,7 @@ STOP_LIMIT = 20.0  # wall time for the launch to end [s]
 REPLAY = "paddock_check_replay"  # its node
 REPLAY_RATE = 10.0  # frames of the replay a second of wall time
 REPLAY_LIMIT = 60.0  # wall time for the replay's first frame, and for it to be written [s]
-ERRORS = 50  # lines of errors that are kept
+ERRORS = 50  # lines of errors that are kept, the last ones
 REFUSED_LINES = 2  # lines of roslaunch's own error that are kept
 _COLORS = re.compile(r"\x1b(\[[0-9;]*m|\][^\x07]*\x07)")
 _DIED = re.compile(
@@ -317,7 +317,7 @@ def read_launch_log(path):
         "cannot": sorted(set(_CANNOT.findall(text))),
         "unable": sorted(set(_UNABLE.findall(text))),
         "interpreters": missing_interpreters(_NOT_FOUND.findall(text)),
-        "errors": [line for line in lines if re.match(r"\[?(ERROR|FATAL)\b", line)][:ERRORS],
+        "errors": [line for line in lines if re.match(r"\[?(ERROR|FATAL)\b", line)][-ERRORS:],
         "refused": _refused(text),
     }
 
@@ -367,7 +367,7 @@ def builders(found):
     for text in found.get("lost", []) + [
         text for model in found.get("models", ()) for text in model["lost"]
     ]:
-        wanted.update(_LIBRARY.findall(text))
+        wanted.update(_LIBRARY.findall(check_remedies.without_suggestion(text)))
     for package, kind in found["cannot"]:
         if package not in rospack.list():
             answer[kind] = (package, False, "")

@@ -81,6 +81,11 @@ def for_package(name, existing=deps.existing):
     return GENERIC
 
 
+def without_suggestion(text):
+    """A sentence about a plugin, without the question whether another one is meant."""
+    return text.partition("; did you mean ")[0]
+
+
 def for_plugin(library):
     """A sentence's end: what takes the place of a plugin's library (libNAME.so)."""
     name = library.removeprefix("lib").partition(".so")[0]

@@ -2,8 +2,8 @@
 
 import glob
 import json
-import math
 import os
+import re
 import shutil
 import socket
 import subprocess
@@ -21,6 +21,7 @@ ROSLAUNCH = os.path.join(os.path.dirname(os.path.abspath(__file__)), "roslaunch"
 UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}  # [s]
 PADS = "/dev/input/js*"
 MASTER_TIMEOUT = 5.0  # for a master's response [s]
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)")  # 5e-1 is a text for roslaunch
 BOOLEANS = ("true", "false", "1", "0")  # as roslaunch reads if and unless, in any case
 
 
@@ -193,22 +194,18 @@ def _check_value(name, value, default, description):
         UsageError: The default is a number or a boolean, and the value is not.
     """
     if _number(default) is not None:
-        least, valid = -math.inf, "a number"
-        if name == "real_time_factor":
-            least, valid = 0.0, "a number of at least 0"
-        if (number := _number(value)) is None or number < least:
+        number, is_pace = _number(value), name == "real_time_factor"
+        if number is None or is_pace and number < 0.0:
+            valid = "a number of at least 0" if is_pace else "a number"
             raise UsageError(f"{name} is {value!r}; it must be {valid}")
     elif default in BOOLEANS[:2] and "auto" not in description and value.lower() not in BOOLEANS:
         raise UsageError(f"{name} is {value!r}; it must be true or false")
 
 
 def _number(text):
-    """Reads a finite number; returns None where a text, or None, is none."""
-    try:
-        number = float(text)
-    except (TypeError, ValueError):
-        return None
-    return number if math.isfinite(number) else None
+    """Reads a number that roslaunch takes for one, too; returns None where a text, or None, is
+    none."""
+    return float(text) if text and NUMBER.fullmatch(text) else None
 
 
 def run(name, launch, environ, arguments, deadline, out, results):

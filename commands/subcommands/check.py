@@ -171,8 +171,8 @@ def _findings(found):
         _add_models(found, add)
     for name, code, program in found["died"]:
         if not needs_screen(program):
-            text = f"node {name} ({program}) died with exit code {code}{_reason(found, program)}"
-            add([text], f"node {name}")
+            text = f"node {name} ({program}) died with exit code {code}"
+            add([text + _reason(found, name, program)], f"node {name}")
     return said
 
 
@@ -258,28 +258,36 @@ def losses(found):
 
 
 LIBRARY = re.compile(r"lib[\w.+-]+\.so")
-NAMED = re.compile(r"(controller|world file) '([^']+)'")
+NAMED = re.compile(r"(controller|world file|plugin) '([^']+)'")
 LOGGED = re.compile(r"\[?(?:ERROR|FATAL)\]?:? (?:\[[^]]*\]: )?(.*)")  # a line of a node's log
 
 
 def _subject(text):
     """What is missing, of a sentence that says that it is."""
+    text = check_remedies.without_suggestion(text)
     library, named = LIBRARY.search(text), NAMED.match(text)
     if library:
         return f"plugin {library.group()}"
     return " ".join(named.groups()) if named else text
 
 
-def _reason(found, program):
-    """What a program has said of its end: the last error that begins with its name, or ""."""
+def _reason(found, name, program):
+    """What a program has said of its end: the last error that begins with its name, or "".
+
+    Where several of it have died, each has one, or none has.
+    """
+    begins = re.compile(rf"{re.escape(program)}[: ]")
     texts = [LOGGED.fullmatch(line) for line in found.get("errors", ())]
-    said = [text.group(1) for text in texts if text and text.group(1).startswith(program)]
-    return f": {said[-1]}" if said else ""
+    said = [text.group(1) for text in texts if text and begins.match(text.group(1))]
+    died = [node[0] for node in found["died"] if node[2] == program]
+    if len(died) == 1:
+        return f": {said[-1]}" if said else ""
+    return f": {said[died.index(name)]}" if len(said) == len(died) else ""
 
 
 def _lost(found, text):
     library = LIBRARY.search(text)
-    if library is None:
+    if library is None or check_remedies.without_suggestion(text) != text:
         return text
     remedy = check_remedies.for_plugin(library.group())
     for name, (package, *_) in found.get("builders", {}).items():

@@ -133,6 +133,41 @@ def test_a_node_that_died_has_its_reason(line, reason):
     assert said == (f"{text}: spawn_model car: parameter /x is not set" if reason else text)
 
 
+@pytest.mark.parametrize(
+    "lines, reasons",
+    [
+        (
+            ["spawn_model a: no x", "spawn_model: no y"],
+            [": spawn_model a: no x", ": spawn_model: no y"],
+        ),
+        (["spawn_model a: no x", "spawn_models: no"], ["", ""]),  # whose is it?
+    ],
+)
+def test_nodes_of_one_program_have_each_its_own_reason(lines, reasons):
+    died = [["a", 1, "spawn_model"], ["b", 1, "spawn_model"]]
+    found = changed(died=died, errors=[f"[ERROR] [1.0]: {line}" for line in lines])
+    text = "node {} (spawn_model) died with exit code 1"
+    assert check.problems(found) == [text.format(n) + r for n, r in zip("ab", reasons)]
+
+
+MEANT = "plugin '{}' is not known here and is ignored; did you mean 'libgazebo_ros_control.so'?"
+
+
+@pytest.mark.parametrize("library", ["libgazebo_ros_contol.so", "gazebo_ros_contol"])
+def test_a_plugin_that_is_misspelled(library, monkeypatch):
+    found = changed(
+        car_lost=[MEANT.format(library)], builders={"gazebo_ros_control": ["x_control", True]}
+    )
+    assert check.problems(found) == [MEANT.format(library)]
+    assert check.verdict(found) == f"works without plugin {library}"
+    sought = set()
+    monkeypatch.setattr(
+        check_observer, "_found_in_sources", lambda _, names: sought.update(names) or {}
+    )
+    check_observer.builders(found)
+    assert "gazebo_ros_control" not in sought
+
+
 def test_problems_come_in_the_order_of_mending():
     sensors = [{"topic": "/t", "rate": 30.0, "count": 0, "measured": None}]
     found = changed(

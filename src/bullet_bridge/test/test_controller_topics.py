@@ -302,7 +302,8 @@ def test_a_controller_whose_topics_fail_is_unloaded(bot, monkeypatch, error):
     assert not bot.ask("load_controller", name="arm").ok
     assert bot.ask("list_controllers").controller == []
     assert bot.endpoints["/bot/arm/command"].closed and bot.endpoints["/bot/arm/state"].closed
-    assert any(f"controller 'arm' cannot be made: {error}" in text for text in bot.log)
+    reason = f"topics of controller 'arm' cannot be made: {error}"
+    assert any(reason in text for text in bot.log) and bot.control.refused == {"arm": reason}
 
 
 def test_a_controller_whose_publisher_fails_leaves_no_subscription(bot, monkeypatch):

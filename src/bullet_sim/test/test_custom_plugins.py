@@ -71,7 +71,12 @@ def test_without_a_source_they_are_not_known():
     ("libgazebo_ros_diff_drve.so", "libgazebo_ros_diff_drive.so"),
     ("gazebo_ros_contol", "libgazebo_ros_control.so"),
     ("/opt/libgazebo_ros_planarmove.so", "libgazebo_ros_planar_move.so"),
-    ("libgazebo_ros_template.so", None),  # another plugin
+    ("hector_gazebo_ros_magnetc", "libhector_gazebo_ros_magnetic.so"),
+    ("libgazebo_ros_template.so", None),  # other plugins
+    ("libgazebo_ros_steer_drive.so", None),
+    ("libhector_gazebo_ros_baro.so", None),
+    ("libhector_gazebo_ros_sonar.so", None),  # is known, in a <sensor>
+    ("libcontroller.so", None),
     ("libgazebo_ros_f4.so", None),
 ])  # fmt: skip
 def test_a_misspelled_library_is_told_which_one_is_near(library, meant):

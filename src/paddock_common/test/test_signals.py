@@ -147,6 +147,20 @@ def draw():
 threading.Thread(target=draw, daemon=True).start()
 """
 LEAVES = WITHIN + "atexit.register(lambda: print('closed'))\ntime.sleep(0.2)\nnodes.leave(3)\n"
+# The main thread leaves as soon as a shutdown is requested, before its hooks are over.
+HURRIES = """
+import threading, time
+import rospy
+from std_msgs.msg import Empty
+from paddock_common import nodes
+asked = threading.Event()
+nodes.start("one", lambda: rospy.Subscriber("topic", Empty, print))
+rospy.on_shutdown(asked.set)
+rospy.core.add_preshutdown_hook(lambda reason: time.sleep(0.5))
+rospy.core.add_shutdown_hook(lambda reason: print("closed"))
+asked.wait()
+nodes.leave(0)
+"""
 RUNS = WITHIN + "nodes.run('one', lambda: rospy.on_shutdown(lambda: print('closed')))\n"
 
 
@@ -164,3 +178,20 @@ def test_a_node_whose_thread_is_within_opencv_ends_well(number):
         time.sleep(0.2)
         node.send_signal(number)
         assert (node.wait(LIMIT), node.stdout.read()) == (0, "closed\n")
+
+
+def test_a_node_that_the_master_ends_is_unregistered_before_it_leaves():
+    with ros_master() as environment:
+        master = environment["ROS_MASTER_URI"]
+        with running(environment, [sys.executable, "-c", HURRIES]) as node:
+            address = wait_for(lambda: call(master, "lookupNode", "/one"), "the node")
+            call(address, "shutdown", "user request")  # as rosnode kill; the answer may be lost
+            assert node.wait(LIMIT) == 0 and node.stdout.read().endswith("request\nclosed\n")
+        assert "/one" not in str(call(master, "getSystemState"))
+
+
+def test_a_node_without_output_leaves_well():
+    done = subprocess.run(
+        ["sh", "-c", '"$0" -c "$1" >&- 2>&-', sys.executable, LEAVES], timeout=LIMIT, check=False
+    )
+    assert done.returncode == 3

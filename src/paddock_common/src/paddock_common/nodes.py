@@ -55,6 +55,7 @@ import rospy.exceptions
 import rospy.impl.init
 from rosgraph.roslogging import RosStreamHandler
 from rosgraph.xmlrpc import XmlRpcNode
+from rospy.core import _shutdown_lock as shutdown_lock
 from rospy.core import is_shutdown_requested
 from rospy.impl.masterslave import ROSHandler
 from rospy.impl.paramserver import get_param_server_cache
@@ -357,6 +358,8 @@ def handle_signals() -> None:
     def finish() -> None:
         if stop.requested():
             done.wait(SHUTDOWN_TIMEOUT)
+        elif is_shutdown_requested() and shutdown_lock.acquire(timeout=SHUTDOWN_TIMEOUT):
+            shutdown_lock.release()  # the hooks of a shutdown that the master requested are over
 
     _thread.start_new_thread(shut_down, ())
     atexit.register(finish)
@@ -368,7 +371,7 @@ def leave(status: int) -> NoReturn:
     Python's own end stops threads where they are, and one within OpenCV then aborts the process.
     """
     atexit._run_exitfuncs()
-    for stream in (sys.stdout, sys.stderr):
+    for stream in filter(None, (sys.stdout, sys.stderr)):  # None: closed before the start
         with contextlib.suppress(OSError, ValueError):  # closed, or nobody reads
             stream.flush()
     os._exit(status)

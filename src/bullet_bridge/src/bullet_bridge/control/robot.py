@@ -93,7 +93,7 @@ class RobotControl:
             try:
                 self.manager.command(name, values)
             except SimError as error:
-                rospy.logerr_throttle(1.0, f"{self.namespace}: {error}")
+                rospy.logerr_throttle(1.0, f"{self._label}: {error}")
 
     def refresh(self) -> None:
         """Update which controllers run and publish, after jobs."""
@@ -186,9 +186,8 @@ class RobotControl:
                 return False
             self._tune(controller)
         except (rospy.ROSException, rospy.ServiceException, OSError, ValueError) as error:
-            rospy.logerr(
-                "%s: topics of controller '%s' cannot be made: %s", self._label, name, error
-            )
+            self.refused[name] = f"topics of controller '{name}' cannot be made: {error}"
+            rospy.logerr(f"{self._label}: {self.refused[name]}")
             self._unload(name)
             return False
         if self.closed:

@@ -27,8 +27,7 @@ __all__ = [
 SENSOR_TYPES = ("camera", "multicamera", "wideanglecamera", "depth", "depth_camera",
                 "ray", "gpu_ray", "imu", "contact")  # fmt: skip
 
-PREFIX = "gazebo_ros_"  # of most plugins; what follows tells them apart
-SIMILAR = 0.8  # of two names, by difflib's ratio: one wrong letter of five
+SIMILAR = 0.85  # of two names, by difflib's ratio: one letter of six is wrong or missing
 
 
 def parse_plugin(element: Element, model: ModelDescription) -> None:
@@ -108,8 +107,10 @@ def _find(registry: Registry[Any], name: str) -> Any:
 
 def _nearest(name: str) -> str:
     """A question after the plugin that a library's misspelled name may mean, or ""."""
-    own = {known.removeprefix(PREFIX): known for known in PLUGINS.names()}
-    found = get_close_matches(name.removeprefix(PREFIX), own, 1, SIMILAR)
+    if _find(SENSOR_PLUGINS, name):  # it is spelled well, but belongs into a <sensor>
+        return ""
+    own = {known.rpartition("gazebo_ros_")[2]: known for known in reversed(PLUGINS.names())}
+    found = get_close_matches(name.rpartition("gazebo_ros_")[2], own, 1, SIMILAR)
     return f"; did you mean 'lib{own[found[0]]}.so'?" if found else ""
 
 
