@@ -9,7 +9,7 @@ import sys
 import time
 
 import pytest
-from paddock_common.testing import web_page
+from paddock_common.testing import ros_master, web_page
 from roslaunch import arg_dump
 from run_rig import PATIENCE, ROOT, usual_signals
 
@@ -275,6 +275,27 @@ def test_roslaunch_ends_while_it_starts(tmp_path):
             assert process.wait(PATIENCE) == -signal.SIGINT
         finally:
             process.kill()
+
+
+@pytest.mark.parametrize("status, words, others", [
+    (0, "[it-1] process has finished cleanly; shutting down", "REQUIRED"),
+    (3, "REQUIRED process [it-1] has died!\nprocess has died [pid ", "cleanly"),
+])  # fmt: skip
+def test_a_required_node_that_finishes_is_no_error(tmp_path, status, words, others):
+    (tmp_path / "package.xml").write_text(
+        "<package><name>ends</name><version>0.1.0</version><description>a</description>"
+        '<maintainer email="a@example.org">a</maintainer><license>MIT</license></package>'
+    )
+    (tmp_path / "node").write_text(f"#!/bin/sh\nexit {status}\n")
+    (tmp_path / "node").chmod(0o755)
+    launch = tmp_path / "it.launch"
+    launch.write_text('<launch><node name="it" pkg="ends" type="node" required="true"/></launch>')
+    with ros_master() as environment:
+        environment["ROS_PACKAGE_PATH"] = f"{tmp_path}:{environment['ROS_PACKAGE_PATH']}"
+        command = [sys.executable, launching.ROSLAUNCH, str(launch)]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=90)
+    said = done.stdout + done.stderr
+    assert words in said and others not in said
 
 
 # Runs a child that waits for SIGINT, and tells the exit status that ./run would have.
