@@ -1,8 +1,8 @@
 """Steps of an engine made as Gazebo's ODE makes them; PyBullet has the shapes.
 
-What moves is numbers in arrays here (see quickstep/), which are copied into PyBullet when somebody
-asks it. PyBullet loads the bodies, and finds the contacts of shapes that quickstep does not know,
-such as meshes that cannot be read.
+What moves is numbers in arrays here (see quickstep/ and ode_arrays.py), which are copied into
+PyBullet when somebody asks it. PyBullet loads the bodies, and finds the contacts of shapes that
+quickstep does not know, such as meshes that cannot be read (ode_contacts.py).
 """
 
 import math
@@ -15,7 +15,7 @@ import pybullet as p
 
 from bullet_sim.controllers.law import JointPid, truncated
 from bullet_sim.description.lump import LumpedModel
-from bullet_sim.description.model import Joint, Surface
+from bullet_sim.description.model import Joint
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine.rays import RayShape, RayShapes
 from bullet_sim.errors import ModelError
@@ -27,14 +27,8 @@ if TYPE_CHECKING:
 
 try:
     from bullet_sim.engine import tables
-    from bullet_sim.engine.ode_arrays import (
-        MOST_POINTS,
-        ArrayBuilder,
-        BodyLink,
-        Models,
-        Part,
-        Still,
-    )
+    from bullet_sim.engine.ode_arrays import ArrayBuilder, Models, Part, Still
+    from bullet_sim.engine.ode_contacts import Contact, Contacts
     from bullet_sim.engine.ode_shapes import ShapeCache
     from bullet_sim.engine.quickstep import layout as q
     from bullet_sim.engine.quickstep.library import advance, compile_once, is_compiled
@@ -46,12 +40,6 @@ except ImportError as error:  # numba is needed by this solver alone
 
 _ROUNDING = 1e-15  # [m] and of a quaternion: what PyBullet leaves of 0 between two frames
 _UNTURNED = (0.0, 0.0, 0.0, 1.0)
-_CLOSE = 0.002  # [m] between a contact that Bullet finds and the shape that it is with
-
-
-# Body, link, other body, its link, point [m], normal towards the first, depth [m], force (3,) [N]
-# on the first; world axes.
-_Contact = tuple[int, int, int, int, Vec3, Vec3, float, Array]
 
 
 def _without_rounding(values: Vector) -> Any:
@@ -114,7 +102,7 @@ class OdeSolver:
         self._parts = self._models.moving
         self._unread: set[int] = set()  # bodies whose state PyBullet has
         self._is_built = False
-        self._sleepers: dict[BodyLink, list[_Contact]] = {}  # their contacts
+        self._contacts = Contacts(self._engine, self._client, self._models)
         self._resting: set[int] = set()  # bodies that sleep where PyBullet has them
         self._build_arrays()
 
@@ -207,10 +195,8 @@ class OdeSolver:
         self._state, self.bodies, self.joints = arrays.state, arrays.bodies, arrays.joints
         # A few numbers of it are read and written faster so, and without giving up Python's lock.
         self._numbers_of_joints = arrays.numbers_of_joints
-        self._others = list(arrays.known)  # (body, link) that contacts name by their place here
-        self._surfaces: dict[Any, tuple[Array, int | None, Array]] = {}  # of pairs of links
+        self._contacts.use(arrays)
         self._moving: RayShapes | None = None
-        self._noted = b""  # rows of what sleeps
         self._sort()
 
     def _sort(self) -> None:
@@ -331,7 +317,7 @@ class OdeSolver:
         return {
             "bodies": {b: self._rows(part).copy() for b, part in self._parts.items()},
             "joints": {b: self._joint_rows(part).copy() for b, part in self._parts.items()},
-            "sleepers": self._sleepers,
+            "sleepers": self._contacts.sleepers,
         }
 
     def restore(self, state: dict[str, Any]) -> None:
@@ -344,9 +330,8 @@ class OdeSolver:
             self._joint_rows(part)[:, moving] = state["joints"][body][:, moving]
         self._sort()
         self._unread.clear()
-        self._sleepers, self._noted = state["sleepers"], b""
+        self._contacts.restore(state["sleepers"])
         self._resting.clear()
-        self._state.result[0] = 0
         self._is_ahead = True
 
     # steps --------------------------------------------------------------------------------------
@@ -401,25 +386,8 @@ class OdeSolver:
             count, given, step, iterations, arrays.watch, arrays.sleepy, arrays.table
         )
         if arrays.sleepy:
-            self._note_sleepers()
+            self._contacts.note_sleepers()
         return done
-
-    def _note_sleepers(self) -> None:
-        """Retain the contacts of bodies that have fallen asleep, drop those of what woke."""
-        rows = np.flatnonzero(self.bodies[:, q.ASLEEP])
-        if len(rows) == len(self._sleepers) and rows.tobytes() == self._noted:
-            return
-        self._noted = rows.tobytes()
-        asleep = {self._arrays.owner[row] for row in rows}
-        if asleep == self._sleepers.keys():
-            return
-        found = self._found_contacts()
-        self._sleepers = {
-            key: self._sleepers[key]
-            if key in self._sleepers
-            else [c for c in found if c[:2] == key]
-            for key in asleep
-        }
 
     def wake(self, body: int | None = None) -> None:
         """Let a body, or all, be awake."""
@@ -434,87 +402,8 @@ class OdeSolver:
         return part is not None and part.may_sleep and bool(self._rows(part)[0, q.ASLEEP])
 
     def _find(self) -> int:
-        """Contacts that PyBullet finds, into the first rows; their number."""
         self._copy_to_bullet()
-        p.performCollisionDetection(physicsClientId=self._client)
-        rows, known = self._arrays.rows, self._arrays.known
-        self._others = list(known)
-        n = 0
-        for point in p.getContactPoints(physicsClientId=self._client) or ():
-            _, one, two, link_one, link_two, _, at, normal, distance = point[:9]
-            if distance > 0.0:
-                continue
-            first, second = rows.get((one, link_one)), rows.get((two, link_two))
-            if first is None:
-                if second is None:
-                    continue
-                one, link_one, two, link_two = two, link_two, one, link_one
-                first, second, normal = second, None, tuple(-x for x in normal)
-            if second is None and (two, link_two) in known and self._is_known(first, at):
-                continue  # found by quickstep
-            if second is not None and self._state.scene.meet[first, second] == q.FOUND:
-                continue
-            if n >= 64 * MOST_POINTS:
-                break
-            row = self._state.contacts[n]
-            row[:], turning, direction = self._surface_of_pair((one, link_one), (two, link_two))
-            row[q.C_POINT : q.C_POINT + 3], row[q.C_NORMAL : q.C_NORMAL + 3] = at, normal
-            if turning is not None:
-                orientation: Any = self.bodies[turning, q.QUAT : q.QUAT + 4]
-                row[q.C_FDIR : q.C_FDIR + 3] = matrix_from_quaternion(orientation) @ direction
-            row[q.C_DEPTH] -= distance
-            self._state.owners[n] = first, -1 if second is None else second, -1, len(self._others)
-            self._others.append((two, link_two))
-            n += 1
-        return n
-
-    def _is_known(self, row: int, point: Vec3) -> bool:
-        """Whether quickstep finds a body's contact with what never moves."""
-        scene, body = self._state.scene, self.bodies[row]
-        own = slice(scene.firsts[row], scene.firsts[row + 1])
-        known = scene.kinds[own, 1] != q.OTHER
-        if known.all() or not known.any():
-            return bool(known.all())
-        orientation: Any = body[q.QUAT : q.QUAT + 4]
-        local = matrix_from_quaternion(orientation).T @ (np.asarray(point) - body[: q.QUAT])
-        middle, half = scene.extents[own, :3], scene.extents[own, 3:]
-        return bool((known & (np.abs(local - middle) < half + _CLOSE).all(axis=1)).any())
-
-    def _surface(self, key: BodyLink) -> Surface:
-        body, link = key
-        if body in self._parts and key in self._arrays.rows:
-            return self._parts[body].link(self._arrays.rows[key]).surface
-        return self._models.still[body].link.surface if body in self._models.still else Surface()
-
-    def _surface_of_pair(self, one: BodyLink, two: BodyLink) -> tuple[Array, int | None, Array]:
-        """A contact's row of all that does not depend on where it is, the body with which its
-        direction of friction turns, and this direction; None: it has none.
-
-        Args:
-            one, two: (body, link); the first moves.
-        """
-        key = one, two, self._engine.time_step
-        if key not in self._surfaces:
-            first, second = self._arrays.rows[one], self._arrays.rows.get(two)
-            mine, its = self._surface(one), self._surface(two)
-            row = np.zeros(q.C_SIZE)
-            row[q.C_MU : q.C_MU + 2] = np.minimum(tables.friction(mine), tables.friction(its))
-            row[q.C_ERP], row[q.C_CFM] = q.softness(
-                self._engine.time_step,
-                *(tables.stiffness(mine), tables.damping(mine)),
-                *(tables.stiffness(its), tables.damping(its)),
-            )
-            row[q.C_SLIP] = mine.slip1 + its.slip1
-            row[q.C_SLIP + 1] = mine.slip2 + its.slip2
-            rows = [first] if second is None else [first, second]
-            row[q.C_MAX] = self.bodies[rows, q.MAX_VEL].min()
-            row[q.C_DEPTH] = -self.bodies[rows, q.MIN_DEPTH].min()
-            turning, direction = None, np.zeros(3)
-            for surface, index in ((its, second), (mine, first)):
-                if surface.direction is not None and index is not None:
-                    turning, direction = index, np.asarray(surface.direction)
-            self._surfaces[key] = row, turning, direction
-        return self._surfaces[key]
+        return self._contacts.find()
 
     # joints -------------------------------------------------------------------------------------
     def _ready(self, body: int) -> Part:
@@ -671,6 +560,10 @@ class OdeSolver:
         described.mass, described.inertia = mass, inertia
         tables.set_inertia(self.bodies[row], mass, inertia)
 
+    def contacts(self) -> list[Contact]:
+        """Contacts of the last step; of what sleeps those with which it fell asleep."""
+        return self._contacts.last()
+
     # rays ---------------------------------------------------------------------------------------
     def moving_shapes(self) -> RayShapes:
         """Shapes of what moves, where it is now, for rays; not of ghosts, which rays pass, and of
@@ -687,25 +580,3 @@ class OdeSolver:
             self._moving = RayShapes(found)
         self._moving.place(self.bodies[:, q.POS : q.POS + 3], self.bodies[:, q.QUAT : q.QUAT + 4])
         return self._moving
-
-    # contacts -----------------------------------------------------------------------------------
-    def contacts(self) -> list[_Contact]:
-        """Contacts of the last step; of what sleeps those with which it fell asleep."""
-        sleeping = [contact for kept in self._sleepers.values() for contact in kept]
-        return [c for c in self._found_contacts() if c[:2] not in self._sleepers] + sleeping
-
-    def _found_contacts(self) -> list[_Contact]:
-        found = []
-        state, owner, count = self._state, self._arrays.owner, self._state.result[0]
-        for row, (one, two, shape, other) in zip(
-            state.contacts[:count], state.owners[:count].tolist()
-        ):
-            body, link = owner[one]
-            if shape >= 0:
-                partner = self._arrays.planes[other]
-            else:
-                partner = owner[two] if two >= 0 else self._others[other]
-            point, normal = row[q.C_POINT : q.C_POINT + 3], row[q.C_NORMAL : q.C_NORMAL + 3]
-            force = row[q.C_FORCE : q.C_FORCE + 3].copy()
-            found.append((body, link, *partner, tuple(point), tuple(normal), row[q.C_DEPTH], force))
-        return found
