@@ -5,7 +5,8 @@ import math
 import pytest
 from bullet_sim.controllers import CONTROLLERS
 from bullet_sim.controllers.gripper import GripperControl, GripperGoal
-from bullet_sim.controllers.trajectory import Command, Goal, Point, TrajectoryControl
+from bullet_sim.controllers.segments import Command, Goal, Point
+from bullet_sim.controllers.trajectory import TrajectoryControl
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import pytest
 from bullet_sim.controllers import configure
-from bullet_sim.controllers.drive import Odometry, SpeedLimiter
+from bullet_sim.controllers.drive import Odometry
+from bullet_sim.controllers.drive_settings import SpeedLimiter
 from bullet_sim.controllers.manager import Manager
 from bullet_sim.description.model import Geometry
 from bullet_sim.errors import ControllerError

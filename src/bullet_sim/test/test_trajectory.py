@@ -4,7 +4,7 @@ import math
 
 import pytest
 from bullet_sim.controllers.manager import Manager
-from bullet_sim.controllers.trajectory import (
+from bullet_sim.controllers.segments import (
     Command,
     End,
     Goal,

@@ -202,7 +202,7 @@ def test_forces_that_act_for_a_time_go_on():
 
 
 def test_a_motion_goes_on_and_the_goal_of_the_present_is_cancelled():
-    from bullet_sim.controllers.trajectory import Command, Goal, Point
+    from bullet_sim.controllers.segments import Command, Goal, Point
 
     world, ends = World(), []
     manager = world.spawn_urdf("bot", URDF, Pose(), str).manager

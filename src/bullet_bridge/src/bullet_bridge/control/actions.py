@@ -13,15 +13,8 @@ from typing import TYPE_CHECKING, Any
 import actionlib
 import rospy
 from bullet_sim.controllers.gripper import GripperControl, GripperGoal, check_goal
-from bullet_sim.controllers.trajectory import (
-    Command,
-    Goal,
-    JointsError,
-    Motion,
-    Point,
-    Tolerance,
-    TrajectoryControl,
-)
+from bullet_sim.controllers.segments import Command, Goal, JointsError, Motion, Point, Tolerance
+from bullet_sim.controllers.trajectory import TrajectoryControl
 from bullet_sim.errors import ControllerError, SimError
 from control_msgs.msg import (
     FollowJointTrajectoryAction,

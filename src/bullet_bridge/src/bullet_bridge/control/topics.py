@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import rospy
 from bullet_sim.controllers import Controller, drive, four_wheel, joint
+from bullet_sim.controllers.drive_settings import DriveConfig
 from control_msgs.msg import JointControllerState, JointTrajectoryControllerState, PidState
 from four_wheel_steering_msgs.msg import FourWheelSteering, FourWheelSteeringStamped
 from geometry_msgs.msg import Twist, TwistStamped
@@ -400,7 +401,7 @@ class DiffDrive(Drive):
 
 def wheel_state(
     time: float,
-    config: drive.DriveConfig,
+    config: DriveConfig,
     wheels: drive.WheelMotion,
     positions: Sequence[float],
     efforts: Sequence[float],

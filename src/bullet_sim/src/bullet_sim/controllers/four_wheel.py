@@ -13,11 +13,9 @@ from dataclasses import dataclass
 
 from bullet_sim.component import Stateful
 from bullet_sim.controllers.base import CONTROLLERS, Settings
-from bullet_sim.controllers.drive import (
-    MAX_ARC,
-    MIN_PERIOD,
+from bullet_sim.controllers.drive import MAX_ARC, MIN_PERIOD, Drive
+from bullet_sim.controllers.drive_settings import (
     BaseConfig,
-    Drive,
     common,
     joint_position,
     size,

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from bullet_sim.controllers.base import Settings
-from bullet_sim.controllers.drive import joint_position
+from bullet_sim.controllers.drive_settings import joint_position
 from bullet_sim.controllers.hardware import JointHandle, RobotJoints
 from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.errors import ControllerError

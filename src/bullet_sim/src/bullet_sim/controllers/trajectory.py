@@ -1,82 +1,31 @@
-"""joint_trajectory_controller: settings, splines, tolerances, goals."""
+"""joint_trajectory_controller: settings, and the base of controllers with an action."""
 
-import copy
-import math
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import astuple, dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bullet_sim.component import Stateful
 from bullet_sim.controllers.base import CONTROLLERS, Controller, Settings
 from bullet_sim.controllers.hardware import Hardware
 from bullet_sim.controllers.pid import Pid, PidConfig, parse_pid, shortest_distance
+from bullet_sim.controllers.segments import (
+    GOAL_VIOLATED,
+    PATH_VIOLATED,
+    SUCCESSFUL,
+    Command,
+    Goal,
+    Motion,
+    Segment,
+    Tolerance,
+    Tolerances,
+    active,
+    check,
+    hold,
+    join,
+    motion_at,
+    stop,
+)
 from bullet_sim.description.model import ModelDescription
-from bullet_sim.errors import CommandError, ControllerError
-
-
-@dataclass(frozen=True)
-class Tolerance:
-    """Bounds of a joint's errors [rad, m, and per s, s^2]; 0: none."""
-
-    position: float = 0.0
-    velocity: float = 0.0
-    acceleration: float = 0.0
-
-    def holds(self, position: float, velocity: float) -> bool:
-        """Whether errors of position and velocity are within; accelerations are not measured."""
-        return not (abs(position) > self.position > 0.0 or abs(velocity) > self.velocity > 0.0)
-
-    def updated(self, other: "Tolerance") -> "Tolerance":
-        """With another's bounds: above 0 they replace, below 0 they remove, 0 leaves these."""
-        return Tolerance(
-            *(
-                theirs if theirs > 0.0 else 0.0 if theirs < 0.0 else own
-                for own, theirs in zip(astuple(self), astuple(other))
-            )
-        )
-
-
-NO_TOLERANCE = Tolerance()
-NamedTolerances = Iterable[tuple[str, Tolerance]]  # by joint name
-
-
-@dataclass(frozen=True)
-class Tolerances:
-    """Tolerances of a full trajectory.
-
-    Attributes:
-        path, arrival: a Tolerance of each joint along the path and at the end.
-        goal_time_tolerance: time after the end to get within `arrival` [s].
-    """
-
-    path: tuple[Tolerance, ...]
-    arrival: tuple[Tolerance, ...]
-    goal_time_tolerance: float = 0.0
-
-    def updated(
-        self,
-        joints: Sequence[str],
-        path: NamedTolerances,
-        arrival: NamedTolerances,
-        goal_time_tolerance: float,
-    ) -> "Tolerances":
-        """With those of a goal.
-
-        Args:
-            path, arrival: (joint name, Tolerance) pairs.
-            goal_time_tolerance: above 0 it replaces, below 0 it is 0, 0 leaves the present one [s].
-        """
-        changed = []
-        for own, pairs in ((self.path, path), (self.arrival, arrival)):
-            mine = dict(zip(joints, own))
-            for name, tolerance in pairs:
-                if name in mine:
-                    mine[name] = mine[name].updated(tolerance)
-            changed.append(tuple(mine.values()))
-        wait = (
-            self.goal_time_tolerance if goal_time_tolerance == 0 else max(0.0, goal_time_tolerance)
-        )
-        return replace(self, path=changed[0], arrival=changed[1], goal_time_tolerance=wait)
+from bullet_sim.errors import ControllerError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,324 +45,6 @@ class TrajectoryConfig(PidConfig):
     monitor_rate: float = 20.0
     partial: bool = False
     feedforward: tuple[float, ...] = ()
-
-
-@dataclass(frozen=True)
-class End:
-    """An end of a segment: position [rad, m], velocity and acceleration, None where not given."""
-
-    position: float
-    velocity: float | None = None
-    acceleration: float | None = None
-
-
-class Segment:
-    """A polynomial of time between two ends.
-
-    Linear where one end has no velocity, cubic where both have one, of the fifth degree where both
-    have accelerations, too: the lowest degree that has these values at its ends. A segment without
-    duration is at its first end.
-
-    Args:
-        start, end: times [s].
-        goal: that it belongs to; None: no goal.
-        from_start: time of the first end since the start of its trajectory [s].
-        path, arrival: Tolerances along it and of its end.
-        goal_time_tolerance: time after its end to get within `arrival` [s].
-    """
-
-    def __init__(
-        self,
-        start: float,
-        first: End,
-        end: float,
-        last: End,
-        goal: "Goal | None" = None,
-        from_start: float = 0.0,
-        path: Tolerance = NO_TOLERANCE,
-        arrival: Tolerance = NO_TOLERANCE,
-        goal_time_tolerance: float = 0.0,
-    ) -> None:
-        self.start, self.end = start, end
-        self.goal, self.from_start = goal, from_start
-        self.path, self.arrival, self.goal_time_tolerance = path, arrival, goal_time_tolerance
-        self._coefficients = _coefficients(first, last, end - start)
-
-    def sample(self, time: float) -> tuple[float, float, float]:
-        """Position, velocity and acceleration at a time; at rest before and after it."""
-        duration = self.end - self.start
-        t = min(max(time - self.start, 0.0), duration)
-        position = velocity = acceleration = 0.0
-        for c in reversed(self._coefficients):
-            acceleration = acceleration * t + 2.0 * velocity
-            velocity = velocity * t + position
-            position = position * t + c
-        if not 0.0 <= time - self.start <= duration:
-            return position, 0.0, 0.0
-        return position, velocity, acceleration
-
-
-def _coefficients(first: End, last: End, duration: float) -> tuple[float, ...]:
-    """Of 1, t, t^2 ... for a segment's ends."""
-    p, distance = first.position, last.position - first.position
-    if duration <= 0.0:
-        return (p,)
-    if first.velocity is None or last.velocity is None:
-        return p, distance / duration
-    # in units of the duration: what is left beyond the start's motion
-    u, v = first.velocity * duration, last.velocity * duration
-    if first.acceleration is None or last.acceleration is None:
-        scaled: tuple[float, ...] = (p, u, 3.0 * distance - 2.0 * u - v, u + v - 2.0 * distance)
-    else:
-        a, b = first.acceleration * duration**2 / 2.0, last.acceleration * duration**2 / 2.0
-        scaled = (
-            p,
-            u,
-            a,
-            10.0 * distance - 6.0 * u - 4.0 * v - 3.0 * a + b,
-            -15.0 * distance + 8.0 * u + 7.0 * v + 3.0 * a - 2.0 * b,
-            6.0 * distance - 3.0 * u - 3.0 * v - a + b,
-        )
-    return tuple(c / duration**n for n, c in enumerate(scaled))
-
-
-def active(segments: Sequence[Segment], time: float) -> Segment:
-    """The segment that acts at a time: the last that has started, or the first."""
-    for segment in reversed(segments):
-        if segment.start <= time:
-            return segment
-    return segments[0]
-
-
-@dataclass(frozen=True)
-class Point:
-    """A point of a trajectory: a value a joint, velocities and accelerations maybe missing.
-
-    Attributes:
-        time: since the trajectory's start [s].
-    """
-
-    time: float
-    positions: tuple[float, ...]
-    velocities: tuple[float, ...] = ()
-    accelerations: tuple[float, ...] = ()
-
-    def end(self, index: int, offset: float = 0.0) -> End:
-        """End of a segment: the values of one joint."""
-        return End(
-            self.positions[index] + offset,
-            self.velocities[index] if self.velocities else None,
-            self.accelerations[index] if self.accelerations else None,
-        )
-
-
-@dataclass(frozen=True)
-class Command:
-    """A trajectory as commanded.
-
-    Attributes:
-        joints: names, in the order of the points' values.
-        points: Points; none: stop where the joints are.
-        stamp: ROS time of its start [s]; 0: immediately.
-    """
-
-    joints: tuple[str, ...]
-    points: tuple[Point, ...]
-    stamp: float = 0.0
-
-
-def check(command: Command, joints: Sequence[str], partial: bool) -> None:
-    """Check a command.
-
-    Args:
-        partial: whether some of them may be missing.
-
-    A point may have more values than there are names, as upstream; they are not used.
-
-    Raises:
-        JointsError: other joints.
-        CommandError: times that do not increase, or the wrong count of values.
-    """
-    known, named = set(joints), set(command.joints)
-    if not named or not named <= known or len(named) != len(command.joints):
-        raise JointsError(
-            f"trajectory is for joints {', '.join(command.joints) or '(none)'}, must be for "
-            f"{', '.join(joints)}, each once"
-        )
-    if named != known and not partial:
-        raise JointsError(
-            f"trajectory has no joint {', '.join(name for name in joints if name not in named)}, "
-            "which only allow_partial_joints_goal permits"
-        )
-    count, before = len(command.joints), -math.inf
-    for index, point in enumerate(command.points):
-        given = len(point.positions)
-        if given < count:
-            raise CommandError(
-                f"trajectory point #{index} has {given} positions, must have at least {count}"
-            )
-        for quantity in ("positions", "velocities", "accelerations"):
-            values = getattr(point, quantity)
-            if values and len(values) != given:
-                raise CommandError(
-                    f"trajectory point #{index} has {len(values)} {quantity}, must have {given} as "
-                    "it has positions"
-                )
-            if not all(math.isfinite(value) for value in values):
-                raise CommandError(
-                    f"trajectory point #{index} has {quantity} {values}, must be finite numbers"
-                )
-        if not point.time > before:
-            raise CommandError(
-                f"trajectory point #{index} is at {point.time} s, must be after {before} s"
-            )
-        before = point.time
-
-
-class JointsError(CommandError):
-    """A trajectory names other joints than its controller has."""
-
-
-def join(
-    current: Sequence[list[Segment]],
-    command: Command,
-    joints: Sequence[str],
-    now: float,
-    ahead: float,
-    continuous: Sequence[bool],
-    goal: "Goal | None" = None,
-    tolerances: Tolerances | None = None,
-) -> list[list[Segment]]:
-    """Each joint's segments from now on: what it does until the command starts, then the command.
-
-    Args:
-        now: controllers' time of the next update [s].
-        ahead: time from now to the command's start [s], negative for a start in the past.
-        continuous: whether each joint rotates without limits, and takes the shorter direction.
-
-    Raises:
-        CommandError: all points are in the past.
-    """
-    start = now + ahead
-    points = [point for point in command.points if start + point.time > now]
-    if not points:
-        late = -(ahead + command.points[-1].time)
-        raise CommandError(
-            f"all {len(command.points)} points of the trajectory are in the past, "
-            f"the last by {late:.3g} s"
-        )
-    leave = max(start, now)
-    result: list[list[Segment]] = []
-    for index, name in enumerate(joints):
-        segments = current[index]
-        if name not in command.joints:
-            left = [segment for segment in segments if segment.end >= now] or segments[-1:]
-            result.append([_for_goal(segment, goal) for segment in left])
-            continue
-        column = command.joints.index(name)
-        values: tuple[Any, ...] = (
-            (tolerances.path[index], tolerances.arrival[index], tolerances.goal_time_tolerance)
-            if tolerances is not None
-            else ()
-        )
-        remaining = [s for s in segments if s is active(segments, now) or now < s.start <= leave]
-        here = End(*active(segments, leave).sample(leave))
-        offset = _offset(here.position, points[0].end(column).position) * continuous[index]
-        made, before, since = [], here, 0.0
-        time = leave
-        for point in points:
-            after = point.end(column, offset)
-            end = start + point.time
-            made.append(Segment(time, before, end, after, goal, since, *values))
-            time, before, since = end, after, point.time
-        result.append(remaining + made)
-    return result
-
-
-HALF_TURN = 1e-9  # [rad] from pi up to which both directions count as equally long
-
-
-def _offset(here: float, there: float) -> float:
-    """Full rotations [rad] that bring an angle closest to another.
-
-    Of two directions of pi each it is that in which the numbers grow or fall, as in
-    joint_trajectory_segment.h.
-    """
-    distance = shortest_distance(here, there)
-    if abs(abs(distance) - math.pi) < HALF_TURN:
-        distance = math.copysign(distance, there - here)
-    return here + distance - there
-
-
-def _for_goal(segment: Segment, goal: "Goal | None") -> Segment:
-    """A segment that counts for another goal from now on, without tolerances."""
-    copied = copy.copy(segment)
-    copied.goal = goal
-    return copied
-
-
-def hold(positions: Iterable[float], now: float, goal: "Goal | None" = None) -> list[list[Segment]]:
-    """Segments that hold positions [rad, m] from a time on."""
-    return [[Segment(now, End(p), now, End(p), goal)] for p in positions]
-
-
-def stop(
-    positions: Iterable[float],
-    velocities: Iterable[float],
-    now: float,
-    duration: float,
-    goal: "Goal | None" = None,
-) -> list[list[Segment]]:
-    """Segments that come to rest within a duration [s].
-
-    Each is the first half of the symmetric motion that would return with the opposite velocity.
-    """
-    result = []
-    for position, velocity in zip(positions, velocities):
-        start = End(position, velocity, 0.0)
-        back = Segment(now, start, now + 2.0 * duration, End(position, -velocity, 0.0))
-        rest = End(*back.sample(now + duration))
-        result.append([Segment(now, start, now + duration, rest, goal)])
-    return result
-
-
-SUCCESSFUL, PATH_VIOLATED, GOAL_VIOLATED = 0, -4, -5  # of control_msgs/FollowJointTrajectoryResult
-
-
-@dataclass(eq=False)
-class Goal(Stateful):
-    """A goal of the action.
-
-    Attributes:
-        path, arrival: (joint name, Tolerance) pairs that differ from the configuration.
-        goal_time_tolerance: of the action's goal [s], see Tolerances.updated.
-        finished: called once with (outcome, code, text): "succeeded", "aborted" or "canceled".
-        arrived: joints that were within their tolerance at the end.
-    """
-
-    STATE = ("arrived",)
-
-    finished: Callable[[str, int, str], object]
-    path: tuple[tuple[str, Tolerance], ...] = ()
-    arrival: tuple[tuple[str, Tolerance], ...] = ()
-    goal_time_tolerance: float = 0.0
-    arrived: set[str] = field(default_factory=set)
-
-
-@dataclass
-class Motion:
-    """Positions, velocities, accelerations of all joints, and the time since a segment's start."""
-
-    positions: list[float]
-    velocities: list[float]
-    accelerations: Sequence[float] = ()
-    from_start: float = 0.0
-
-
-def _desired(segments: Iterable[Segment], time: float) -> Motion:
-    """The motion along a segment of each joint."""
-    positions, velocities, accelerations = zip(*(segment.sample(time) for segment in segments))
-    return Motion(list(positions), list(velocities), list(accelerations))
 
 
 class ActionControl(Controller):
@@ -618,14 +249,14 @@ class TrajectoryControl(ActionControl):
             raise ControllerError(
                 f"controller '{self.config.name}' has no trajectory for a time before its start"
             )
-        return _desired([active(of_joint, time) for of_joint in self._segments], time)
+        return motion_at([active(of_joint, time) for of_joint in self._segments], time)
 
     # every period -----------------------------------------------------------------------------
     def update(self, time: float, period: float) -> None:
         """Compare with the trajectory, evaluate the goal, command the joints."""
         self.time, self._next = time, time + period
         segments = [active(of_joint, time) for of_joint in self._segments]
-        self.desired = desired = _desired(segments, time)
+        self.desired = desired = motion_at(segments, time)
         self.actual = actual = Motion(
             [joint.position for joint in self.joints], [joint.velocity for joint in self.joints]
         )
