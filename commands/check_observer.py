@@ -41,11 +41,12 @@ STOP_LIMIT = 20.0  # wall time for the launch to end [s]
 REPLAY = "paddock_check_replay"  # its node
 REPLAY_RATE = 10.0  # frames of the replay a second of wall time
 REPLAY_LIMIT = 60.0  # wall time for the replay's first frame, and for it to be written [s]
-ERRORS = 50  # lines of errors that are kept, the last ones
+ERRORS = 50  # lines of errors that are kept, of the first and of the last
 REFUSED_LINES = 2  # lines of roslaunch's own error that are kept
 _COLORS = re.compile(r"\x1b(\[[0-9;]*m|\][^\x07]*\x07)")
 _DIED = re.compile(
-    r"\[([\w/.-]+?)(?:-\d+)?\] process has died \[pid \d+, exit code (-?\d+), cmd (\S+)"
+    r"\[([\w/.-]+?)(?:-\d+)?\](?: has died!\n| )process has died "
+    r"\[pid \d+, exit code (-?\d+), cmd (\S+)"
 )
 _CANNOT = re.compile(r"cannot launch node of type \[([\w.-]+)/([\w./-]+)\]")
 _UNABLE = re.compile(r"Unable to launch \[([\w/.-]+?)(?:-\d+)?\]")
@@ -307,7 +308,8 @@ def read_launch_log(path):
     """
     with open(path, encoding="utf-8", errors="replace") as stream:
         text = _COLORS.sub("", stream.read())
-    lines = (line.strip() for line in text.splitlines())
+    lines = [line.strip() for line in text.splitlines()]
+    errors = [line for line in lines if re.match(r"\[?(ERROR|FATAL)\b", line)]
     return {
         "died": [
             (name, int(code), os.path.basename(program))
@@ -317,7 +319,7 @@ def read_launch_log(path):
         "cannot": sorted(set(_CANNOT.findall(text))),
         "unable": sorted(set(_UNABLE.findall(text))),
         "interpreters": missing_interpreters(_NOT_FOUND.findall(text)),
-        "errors": [line for line in lines if re.match(r"\[?(ERROR|FATAL)\b", line)][-ERRORS:],
+        "errors": errors[:ERRORS] + errors[ERRORS:][-ERRORS:],
         "refused": _refused(text),
     }
 
@@ -367,7 +369,7 @@ def builders(found):
     for text in found.get("lost", []) + [
         text for model in found.get("models", ()) for text in model["lost"]
     ]:
-        wanted.update(_LIBRARY.findall(check_remedies.without_suggestion(text)))
+        wanted.update(_LIBRARY.findall(check_remedies.finding(text)))
     for package, kind in found["cannot"]:
         if package not in rospack.list():
             answer[kind] = (package, False, "")

@@ -81,9 +81,9 @@ def for_package(name, existing=deps.existing):
     return GENERIC
 
 
-def without_suggestion(text):
-    """A sentence about a plugin, without the question whether another one is meant."""
-    return text.partition("; did you mean ")[0]
+def finding(text):
+    """What a sentence says is missing, without the ones that there are or may be meant."""
+    return text.partition("; ")[0]
 
 
 def for_plugin(library):

@@ -21,7 +21,7 @@ ROSLAUNCH = os.path.join(os.path.dirname(os.path.abspath(__file__)), "roslaunch"
 UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}  # [s]
 PADS = "/dev/input/js*"
 MASTER_TIMEOUT = 5.0  # for a master's response [s]
-NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)")  # 5e-1 is a text for roslaunch
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 BOOLEANS = ("true", "false", "1", "0")  # as roslaunch reads if and unless, in any case
 
 
@@ -203,8 +203,7 @@ def _check_value(name, value, default, description):
 
 
 def _number(text):
-    """Reads a number that roslaunch takes for one, too; returns None where a text, or None, is
-    none."""
+    """Reads a finite number; returns None where a text, or None, is none."""
     return float(text) if text and NUMBER.fullmatch(text) else None
 
 

@@ -172,7 +172,7 @@ def _findings(found):
     for name, code, program in found["died"]:
         if not needs_screen(program):
             text = f"node {name} ({program}) died with exit code {code}"
-            add([text + _reason(found, name, program)], f"node {name}")
+            add([text + _reason(found, program)], f"node {name}")
     return said
 
 
@@ -264,36 +264,35 @@ LOGGED = re.compile(r"\[?(?:ERROR|FATAL)\]?:? (?:\[[^]]*\]: )?(.*)")  # a line o
 
 def _subject(text):
     """What is missing, of a sentence that says that it is."""
-    text = check_remedies.without_suggestion(text)
-    library, named = LIBRARY.search(text), NAMED.match(text)
+    said = check_remedies.finding(text)
+    library, named = LIBRARY.search(said), NAMED.match(said)
     if library:
         return f"plugin {library.group()}"
     return " ".join(named.groups()) if named else text
 
 
-def _reason(found, name, program):
+def _reason(found, program):
     """What a program has said of its end: the last error that begins with its name, or "".
 
-    Where several of it have died, each has one, or none has.
+    Where several nodes of it have died, all that they have said: whose it was is not logged.
     """
     begins = re.compile(rf"{re.escape(program)}[: ]")
     texts = [LOGGED.fullmatch(line) for line in found.get("errors", ())]
     said = [text.group(1) for text in texts if text and begins.match(text.group(1))]
-    died = [node[0] for node in found["died"] if node[2] == program]
-    if len(died) == 1:
-        return f": {said[-1]}" if said else ""
-    return f": {said[died.index(name)]}" if len(said) == len(died) else ""
+    if len({name for name, _, other in found["died"] if other == program}) == 1:
+        said = said[-1:]
+    return f": {' | '.join(dict.fromkeys(said))}" if said else ""
 
 
 def _lost(found, text):
-    library = LIBRARY.search(text)
-    if library is None or check_remedies.without_suggestion(text) != text:
+    library = LIBRARY.search(check_remedies.finding(text))
+    if library is None:
         return text
     remedy = check_remedies.for_plugin(library.group())
     for name, (package, *_) in found.get("builders", {}).items():
-        if f"lib{name}.so" in text:
+        if f"lib{name}.so" == library.group():
             return f"{text}: it is C++ of package {package}; {remedy}"
-    return f"{text}; {remedy}"
+    return text if "did you mean" in text else f"{text}; {remedy}"
 
 
 def _refused(found):

@@ -134,23 +134,54 @@ def test_a_node_that_died_has_its_reason(line, reason):
 
 
 @pytest.mark.parametrize(
-    "lines, reasons",
+    "lines, reason",
     [
         (
-            ["spawn_model a: no x", "spawn_model: no y"],
-            [": spawn_model a: no x", ": spawn_model: no y"],
+            ["spawn_model a: no x", "spawn_models: no", "spawn_model: no y", "spawn_model: no y"],
+            ": spawn_model a: no x | spawn_model: no y",
         ),
-        (["spawn_model a: no x", "spawn_models: no"], ["", ""]),  # whose is it?
+        (["spawn_models: no"], ""),
     ],
 )
-def test_nodes_of_one_program_have_each_its_own_reason(lines, reasons):
+def test_nodes_of_one_program_have_all_that_it_said(lines, reason):
     died = [["a", 1, "spawn_model"], ["b", 1, "spawn_model"]]
     found = changed(died=died, errors=[f"[ERROR] [1.0]: {line}" for line in lines])
     text = "node {} (spawn_model) died with exit code 1"
-    assert check.problems(found) == [text.format(n) + r for n, r in zip("ab", reasons)]
+    assert check.problems(found) == [text.format(n) + reason for n in "ab"]
+
+
+def test_a_node_that_is_started_again_has_its_last_reason():
+    died = [["a", 1, "spawn_model"]] * 3
+    found = changed(died=died, errors=["[ERROR] [1.0]: spawn_model: x"] * 2)
+    text = "node a (spawn_model) died with exit code 1: spawn_model: x"
+    assert set(check.problems(found)) == {text}
+
+
+@pytest.mark.parametrize("begin", ["[base-2] ", "====REQUIRED process [base-2] has died!\n"])
+def test_nodes_that_died_are_read_from_the_log(begin, tmp_path):
+    (tmp_path / "log").write_text(
+        f"{begin}process has died [pid 12, exit code 1, cmd /ws/devel/lib/car/driver __name:=base]."
+        "\nlog file: /tmp/base-2*.log\n"
+    )
+    assert check_observer.read_launch_log(str(tmp_path / "log"))["died"] == [("base", 1, "driver")]
 
 
 MEANT = "plugin '{}' is not known here and is ignored; did you mean 'libgazebo_ros_control.so'?"
+
+
+def test_a_plugin_of_ones_own_with_a_name_that_is_nearly_known():
+    text = MEANT.format("libgazebo_ros_control2.so")
+    found = changed(car_lost=[text], builders={"gazebo_ros_control2": ["x_control", True]})
+    (said,) = check.problems(found)
+    assert said.startswith(f"{text}: it is C++ of package x_control; ")
+
+
+def test_a_sensors_plugin_is_told_by_its_own_name():
+    text = (
+        "plugin 'gazebo_ros_camra' of sensor 'eye' is not known here and is ignored; a sensor of "
+        "type camera takes libgazebo_ros_camera.so"
+    )
+    assert check.verdict(changed(car_lost=[text])) == "works without plugin gazebo_ros_camra"
 
 
 @pytest.mark.parametrize("library", ["libgazebo_ros_contol.so", "gazebo_ros_contol"])

@@ -3,6 +3,7 @@
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import pytest
@@ -155,9 +156,14 @@ from std_msgs.msg import Empty
 from paddock_common import nodes
 asked = threading.Event()
 nodes.start("one", lambda: rospy.Subscriber("topic", Empty, print))
-rospy.on_shutdown(asked.set)
+def ask():
+    print("closing", flush=True)
+    time.sleep(0.5)
+    asked.set()
+rospy.on_shutdown(ask)
 rospy.core.add_preshutdown_hook(lambda reason: time.sleep(0.5))
 rospy.core.add_shutdown_hook(lambda reason: print("closed"))
+print("ready", flush=True)
 asked.wait()
 nodes.leave(0)
 """
@@ -180,13 +186,19 @@ def test_a_node_whose_thread_is_within_opencv_ends_well(number):
         assert (node.wait(LIMIT), node.stdout.read()) == (0, "closed\n")
 
 
-def test_a_node_that_the_master_ends_is_unregistered_before_it_leaves():
+@pytest.mark.parametrize("number", [None, signal.SIGTERM])
+def test_a_node_that_the_master_ends_is_unregistered_before_it_leaves(number):
+    """Also where a signal comes meanwhile."""
     with ros_master() as environment:
         master = environment["ROS_MASTER_URI"]
         with running(environment, [sys.executable, "-c", HURRIES]) as node:
-            address = wait_for(lambda: call(master, "lookupNode", "/one"), "the node")
-            call(address, "shutdown", "user request")  # as rosnode kill; the answer may be lost
-            assert node.wait(LIMIT) == 0 and node.stdout.read().endswith("request\nclosed\n")
+            assert node.stdout.readline() == "ready\n"
+            request = call(master, "lookupNode", "/one"), "shutdown", "user request"  # rosnode kill
+            threading.Thread(target=call, args=request).start()
+            assert [node.stdout.readline() for _ in range(2)][1] == "closing\n"
+            if number is not None:
+                node.send_signal(number)
+            assert (node.wait(LIMIT), node.stdout.read()) == (0, "closed\n")
         assert "/one" not in str(call(master, "getSystemState"))
 
 

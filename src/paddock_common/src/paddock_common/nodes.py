@@ -358,8 +358,8 @@ def handle_signals() -> None:
     def finish() -> None:
         if stop.requested():
             done.wait(SHUTDOWN_TIMEOUT)
-        elif is_shutdown_requested() and shutdown_lock.acquire(timeout=SHUTDOWN_TIMEOUT):
-            shutdown_lock.release()  # the hooks of a shutdown that the master requested are over
+        if is_shutdown_requested() and shutdown_lock.acquire(timeout=SHUTDOWN_TIMEOUT):
+            shutdown_lock.release()  # the hooks are over, also of a shutdown that the master wants
 
     _thread.start_new_thread(shut_down, ())
     atexit.register(finish)

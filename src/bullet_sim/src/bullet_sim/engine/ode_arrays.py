@@ -28,6 +28,7 @@ _ALL_BITS = 0xFFFF  # collide_bitmask of what has none
 _MOST_CLOSE = 32  # bodies to one
 
 BodyLink = tuple[int, int]
+Measured = Callable[[Any], tuple[float, ...]]
 
 
 @dataclass
@@ -56,7 +57,7 @@ class Part:
     first: int = 0
     first_joint: int = 0
     order: list[int] = field(default_factory=list)
-    measured: Callable[[Any], tuple[float, ...]] = tuple
+    measured: Measured = tuple
 
     def link(self, row: int) -> Link:
         """The link of a row of bodies."""
@@ -96,7 +97,7 @@ class Arrays:
     """What steps work with.
 
     Attributes:
-        models: PyBullet's numbers of the bodies that move.
+        models: PyBullet's numbers of the bodies that move and have rows here.
         bodies, joints: tables, as in quickstep/layout.py.
         numbers_of_joints: of the joints' table, as flat memory.
         types: (kind, row of the child, of the parent or -1) of joints, (n, 3).
@@ -139,6 +140,7 @@ class ArrayBuilder:
     ) -> None:
         self._engine, self._shapes = engine, shapes
         self._settings, self._models = settings, models
+        self._placed: list[tuple[Part, int, int, list[int], Measured]] = []  # and its rows
         self._owner: list[BodyLink] = []
         self._bodies: list[Array] = []
         self._joints: list[Array] = []
@@ -191,6 +193,9 @@ class ArrayBuilder:
             **ground,
         )
         state = _state(numbers, gravity, bodies, joints, types, scene, most)
+        for part, first, first_joint, order, measured in self._placed:  # now that nothing can fail
+            part.first, part.first_joint = first, first_joint
+            part.order, part.measured = order, measured
         return Arrays(
             models=set(self._models.moving),
             bodies=bodies,
@@ -215,8 +220,8 @@ class ArrayBuilder:
 
     def _add(self, part: Part) -> None:
         """Rows of a model that moves."""
-        part.first, part.first_joint = len(self._bodies), len(self._joints)
-        rows = {name: part.first + i for i, name in enumerate(part.names)}
+        first, first_joint = len(self._bodies), len(self._joints)
+        rows = {name: first + i for i, name in enumerate(part.names)}
         for name in part.names:
             link = part.shapes.links[name]
             self._owner.append((part.body, part.links[name]))
@@ -231,13 +236,14 @@ class ArrayBuilder:
             if joint in part.shapes.welds:
                 kind = q.FIXED
             self._types.append((kind, rows[joint.child], rows.get(joint.parent, -1)))
-        order = self._engine.joint_names(part.body)
-        place = {joint.name: part.first_joint + i for i, joint in enumerate(part.joints)}
-        part.order = [place[name] for name in order]
+        place = {joint.name: first_joint + i for i, joint in enumerate(part.joints)}
+        order = [place[name] for name in self._engine.joint_names(part.body)]
+        measured: Measured = tuple
         if order:
             columns = np.array((q.ANGLE, q.RATE, q.MOTOR))[:, None]
-            places = columns + q.J_SIZE * np.array(part.order)
-            part.measured = itemgetter(*places.ravel().tolist())
+            places = columns + q.J_SIZE * np.array(order)
+            measured = itemgetter(*places.ravel().tolist())
+        self._placed.append((part, first, first_joint, order, measured))
 
     def _add_shape(self, number: int, row: Array, link: Link, shape: Shape) -> None:
         """A shape of a link that moves.
@@ -292,7 +298,7 @@ class ArrayBuilder:
         row[q.STOP_PUSH] = joint.stop_push
         return row
 
-    def _bits_of(self, key: tuple[int, int]) -> int:
+    def _bits_of(self, key: BodyLink) -> int:
         """Of a body and link, which touches only what shares one."""
         return self._models.filtered.get(key, _ALL_BITS)
 
@@ -302,8 +308,8 @@ class ArrayBuilder:
         ghost = np.isin(body, list(self._models.ghosts))
         shaped = np.isin(np.arange(len(body)), kinds[:, 0])
         meet = (body[:, None] != body) & ~(ghost[:, None] | ghost)
-        for part in self._models.moving.values():
-            rows = {name: part.first + i for i, name in enumerate(part.names)}
+        for part, start, *_ in self._placed:
+            rows = {name: start + i for i, name in enumerate(part.names)}
             for pair in part.touching:
                 if pair[0] in rows and pair[1] in rows:
                     one, two = rows[pair[0]], rows[pair[1]]
