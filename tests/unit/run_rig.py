@@ -54,6 +54,14 @@ def start(*arguments, root=ROOT, **options):
     )
 
 
+def write_manifest(folder, name):
+    """Writes the package.xml of a package; blanks around its name are allowed."""
+    (folder / "package.xml").write_text(
+        f"<package><name>{name}</name><version>0.1.0</version><description>a</description>"
+        '<maintainer email="a@example.org">a</maintainer><license>MIT</license></package>'
+    )
+
+
 def small_clone(folder):
     """Makes a clone that is set up in seconds: our ./run, one package that builds nothing.
 

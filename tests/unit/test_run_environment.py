@@ -4,7 +4,7 @@ import subprocess
 import time
 
 import pytest
-from run_rig import NOISE, PATIENCE, ROOT, run
+from run_rig import NOISE, PATIENCE, ROOT, run, write_manifest
 
 from commands.bootstrap import ros, workspace
 
@@ -124,10 +124,7 @@ def test_a_package_of_the_callers_with_the_name_of_one_of_ours_is_found_in_its_p
     theirs, others = tmp_path / "ws" / "src", tmp_path / "others"
     for folder, name in ((theirs / "car" / "track_model", "track_model"), (others / "b", "b")):
         (folder / "launch").mkdir(parents=True)
-        (folder / "package.xml").write_text(
-            f"<package><name> {name} </name><version>0.1.0</version><description>a</description>"
-            '<maintainer email="a@example.org">a</maintainer><license>MIT</license></package>'
-        )
+        write_manifest(folder, f" {name} ")
     launch = theirs / "car" / "track_model" / "launch" / "world.launch"  # a name that ours has, too
     launch.write_text("<launch/>")
     environ = {**PLAIN, "ROS_PACKAGE_PATH": f"{others}:{theirs}"}

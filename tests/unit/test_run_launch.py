@@ -11,7 +11,7 @@ import time
 import pytest
 from paddock_common.testing import ros_master, web_page
 from roslaunch import arg_dump
-from run_rig import PATIENCE, ROOT, usual_signals
+from run_rig import PATIENCE, ROOT, usual_signals, write_manifest
 
 from commands import environment, launching, processes
 from commands.errors import CommandError, UsageError
@@ -281,10 +281,7 @@ def test_roslaunch_ends_while_it_starts(tmp_path):
     (3, "REQUIRED process [it-1] has died!\nprocess has died [pid ", "cleanly"),
 ])  # fmt: skip
 def test_a_required_node_that_finishes_is_no_error(tmp_path, status, words, others):
-    (tmp_path / "package.xml").write_text(
-        "<package><name>ends</name><version>0.1.0</version><description>a</description>"
-        '<maintainer email="a@example.org">a</maintainer><license>MIT</license></package>'
-    )
+    write_manifest(tmp_path, "ends")
     (tmp_path / "node").write_text(f"#!/bin/sh\nexit {status}\n")
     (tmp_path / "node").chmod(0o755)
     launch = tmp_path / "it.launch"

@@ -192,9 +192,10 @@ class OdeSolver:
     def _build_arrays(self) -> None:
         builder = ArrayBuilder(self._engine, self._shapes, self.settings, self._models)
         self._arrays = arrays = builder.build(self._numbers, self._gravity)
-        self._state, self.bodies, self.joints = arrays.state, arrays.bodies, arrays.joints
+        self._state = state = arrays.state
+        self.bodies, self.joints = state.bodies, state.joints
         # A few numbers of it are read and written faster so, and without giving up Python's lock.
-        self._numbers_of_joints = arrays.numbers_of_joints
+        self._numbers_of_joints: Any = memoryview(self.joints.reshape(-1))
         self._contacts.use(arrays)
         self._moving: RayShapes | None = None
         self._sort()
@@ -494,7 +495,7 @@ class OdeSolver:
         """As Engine.joint_load, of the joint above a link."""
         self.refresh()
         row = self._arrays.rows[body, link]
-        joint = self.joints[int(np.flatnonzero(self._arrays.types[:, 1] == row)[0])]
+        joint = self.joints[int(np.flatnonzero(self._state.types[:, 1] == row)[0])]
         turn = matrix_from_quaternion(self.bodies[row, q.QUAT : q.QUAT + 4]).T
         force = turn @ joint[q.WRENCH : q.WRENCH + 3]
         torque = turn @ joint[q.WRENCH + 3 : q.WRENCH + 6]

@@ -98,13 +98,10 @@ class Arrays:
 
     Attributes:
         models: PyBullet's numbers of the bodies that move and have rows here.
-        bodies, joints: tables, as in quickstep/layout.py.
-        numbers_of_joints: of the joints' table, as flat memory.
-        types: (kind, row of the child, of the parent or -1) of joints, (n, 3).
         owner: (body, link) of each row of bodies.
         rows: the other way round.
         inward: from the centers of mass to the links' frames [m].
-        state, table: all of it, as Python and as the compiled functions take it.
+        state, table: all numbers, as Python and as the compiled functions take them.
         planes, known: (body, link) of planes, and of others whose contacts quickstep finds.
         watch: bodies may come close to each other or to what never moves, but for planes.
         always: PyBullet finds contacts of each step.
@@ -112,10 +109,6 @@ class Arrays:
     """
 
     models: set[int]
-    bodies: Array
-    joints: Array
-    numbers_of_joints: Any
-    types: Array
     owner: list[BodyLink]
     rows: dict[BodyLink, int]
     inward: list[Vec3]
@@ -141,6 +134,7 @@ class ArrayBuilder:
         self._engine, self._shapes = engine, shapes
         self._settings, self._models = settings, models
         self._placed: list[tuple[Part, int, int, list[int], Measured]] = []  # and its rows
+        self._touching: list[tuple[int, int]] = []  # rows of links that collide in their model
         self._owner: list[BodyLink] = []
         self._bodies: list[Array] = []
         self._joints: list[Array] = []
@@ -198,10 +192,6 @@ class ArrayBuilder:
             part.order, part.measured = order, measured
         return Arrays(
             models=set(self._models.moving),
-            bodies=bodies,
-            joints=joints,
-            numbers_of_joints=memoryview(joints.reshape(-1)),
-            types=types,
             owner=self._owner,
             rows={key: row for row, key in enumerate(self._owner)},
             inward=[
@@ -230,6 +220,9 @@ class ArrayBuilder:
             self._bodies.append(row)
             for shape in link.collisions:
                 self._add_shape(rows[name], row, link, shape)
+        self._touching += [
+            (rows[one], rows[two]) for one, two in part.touching if one in rows and two in rows
+        ]
         for joint in part.joints:
             self._joints.append(self._joint_row(part, joint))
             kind = {"prismatic": q.SLIDER}.get(joint.kind, q.HINGE)
@@ -308,12 +301,8 @@ class ArrayBuilder:
         ghost = np.isin(body, list(self._models.ghosts))
         shaped = np.isin(np.arange(len(body)), kinds[:, 0])
         meet = (body[:, None] != body) & ~(ghost[:, None] | ghost)
-        for part, start, *_ in self._placed:
-            rows = {name: start + i for i, name in enumerate(part.names)}
-            for pair in part.touching:
-                if pair[0] in rows and pair[1] in rows:
-                    one, two = rows[pair[0]], rows[pair[1]]
-                    meet[one, two] = meet[two, one] = True
+        for one, two in self._touching:
+            meet[one, two] = meet[two, one] = True
         shared: Array = (bits[:, None] & bits) != 0
         others = kinds[~np.isin(kinds[:, 1], _SOLIDS), 0]
         plain = ~np.isin(np.arange(len(body)), others)

@@ -75,7 +75,7 @@ class Contacts:
             row[:], turning, direction = self._surface_of_pair((one, link_one), (two, link_two))
             row[q.C_POINT : q.C_POINT + 3], row[q.C_NORMAL : q.C_NORMAL + 3] = at, normal
             if turning is not None:
-                orientation: Any = self._arrays.bodies[turning, q.QUAT : q.QUAT + 4]
+                orientation: Any = self._state.bodies[turning, q.QUAT : q.QUAT + 4]
                 row[q.C_FDIR : q.C_FDIR + 3] = matrix_from_quaternion(orientation) @ direction
             row[q.C_DEPTH] -= distance
             self._state.owners[n] = first, -1 if second is None else second, -1, len(self._others)
@@ -85,7 +85,7 @@ class Contacts:
 
     def _is_known(self, row: int, point: Vec3) -> bool:
         """Whether quickstep finds a body's contact with what never moves."""
-        scene, body = self._state.scene, self._arrays.bodies[row]
+        scene, body = self._state.scene, self._state.bodies[row]
         own = slice(scene.firsts[row], scene.firsts[row + 1])
         known = scene.kinds[own, 1] != q.OTHER
         if known.all() or not known.any():
@@ -122,8 +122,8 @@ class Contacts:
             row[q.C_SLIP] = mine.slip1 + its.slip1
             row[q.C_SLIP + 1] = mine.slip2 + its.slip2
             rows = [first] if second is None else [first, second]
-            row[q.C_MAX] = self._arrays.bodies[rows, q.MAX_VEL].min()
-            row[q.C_DEPTH] = -self._arrays.bodies[rows, q.MIN_DEPTH].min()
+            row[q.C_MAX] = self._state.bodies[rows, q.MAX_VEL].min()
+            row[q.C_DEPTH] = -self._state.bodies[rows, q.MIN_DEPTH].min()
             turning, direction = None, np.zeros(3)
             for surface, index in ((its, second), (mine, first)):
                 if surface.direction is not None and index is not None:
@@ -133,7 +133,7 @@ class Contacts:
 
     def note_sleepers(self) -> None:
         """Retain the contacts of bodies that have fallen asleep, drop those of what woke."""
-        rows = np.flatnonzero(self._arrays.bodies[:, q.ASLEEP])
+        rows = np.flatnonzero(self._state.bodies[:, q.ASLEEP])
         if len(rows) == len(self.sleepers) and rows.tobytes() == self._noted:
             return
         self._noted = rows.tobytes()

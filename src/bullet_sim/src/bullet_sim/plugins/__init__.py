@@ -109,6 +109,7 @@ def _nearest(name: str) -> str:
     """A question after the plugin that a library's misspelled name may mean, or ""."""
     if _find(SENSOR_PLUGINS, name):  # it is spelled well, but belongs into a <sensor>
         return ""
+    # reversed: of gazebo_ros_imu and hector_gazebo_ros_imu the first remains
     own = {known.rpartition("gazebo_ros_")[2]: known for known in reversed(PLUGINS.names())}
     found = get_close_matches(name.rpartition("gazebo_ros_")[2], own, 1, SIMILAR)
     return f"; did you mean 'lib{own[found[0]]}.so'?" if found else ""
