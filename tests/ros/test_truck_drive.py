@@ -158,8 +158,7 @@ class TruckDrive(unittest.TestCase):
         ):
             self.assertAlmostEqual(joint(state, name)[1], spin, delta=0.02 * abs(spin))
 
-    def test_07_it_stops_after_half_a_second_without_a_command(self):
-        before = pose_of(self.truth.next())
+    def test_07_it_stops_without_a_command(self):  # after what time: test_truck_odometry.py
         axle = Recorder("/cybertruck/axle_controller/command", Float64MultiArray)
         axle.next()
         axle.clear()
@@ -169,10 +168,6 @@ class TruckDrive(unittest.TestCase):
             "the truck pulling away",
         )
         wait_until(lambda: axle.last.data[0] == 0.0, "the wheels commanded to stand")
-        self.wait_standing()
-        after = pose_of(self.truth.next())
-        # 0.5 s at 2 m/s^2 to 1 m/s, and the same way back: 0.5 m; commands come 25 times a second
-        self.assertAlmostEqual(math.dist(before[:2], after[:2]), 0.5, delta=0.2)
         self.wait_log("older than command_timeout")
         axle.close()
 
