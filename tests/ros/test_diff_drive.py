@@ -170,7 +170,8 @@ class DiffDrive(unittest.TestCase):
             and (stamp := message.header.stamp.to_sec()) > moving[-1]
         )
         self.assertAlmostEqual(stopped - moving[-1], 0.5 / ACCELERATION, delta=0.1)
-        self.assertLess(stopped - moving[0], TIMEOUT + 0.5 / ACCELERATION + 0.15)
+        # the last command may be late by the pacer's lag; exactly: test_drive_controllers.py
+        self.assertLess(stopped - moving[0], TIMEOUT + 0.5 / ACCELERATION + 0.5)
 
     def test_frames_covariances_and_transform(self):
         message = self.odom.next()

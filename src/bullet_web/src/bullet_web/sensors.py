@@ -234,7 +234,6 @@ class Subscription:
         self._kind, message, rate, self._convert = TYPES[kind]
         self._period, self._last = 1.0 / rate, -math.inf
         self._problem = ""
-        self._converting, self._closed = threading.Lock(), False
         self._subscriber = rospy.Subscriber(
             topic, message, self._receive, queue_size=1, buff_size=BUFFER
         )
@@ -245,21 +244,15 @@ class Subscription:
             return
         self._last = now
         try:
-            with self._converting:
-                if self._closed:
-                    return
-                converted = self._convert(message)
-            self._deliver(self._kind, self.topic, converted)
+            self._deliver(self._kind, self.topic, self._convert(message))
         except ValueError as error:
             if str(error) != self._problem:  # once
                 self._problem = str(error)
                 rospy.logwarn("%s cannot be shown: %s", self.topic, error)
 
     def close(self) -> None:
-        """Unsubscribe; no message is being converted afterwards."""
+        """Unsubscribe; a message that has come may still be delivered."""
         self._subscriber.unregister()
-        with self._converting:
-            self._closed = True
 
 
 class Sensors:
@@ -283,5 +276,5 @@ class Sensors:
                 self._subscriptions[kind, topic] = Subscription(topic, kind, self._deliver)
 
     def close(self) -> None:
-        """Subscribe to nothing; no message is being converted afterwards."""
+        """Subscribe to nothing."""
         self.set_wanted(set())
