@@ -2,18 +2,31 @@
 
 import math
 import os
+import signal
 import subprocess
 import sys
 import tempfile
+import threading
+import time
 import unittest
 
 import rosbag
+import rosgraph
 import rospy
 from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import SetModelState
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from sim_client import Recorder, wait_connected, wait_for_car, wait_until, yaw_of
+from paddock_common.testing import call
+from sim_client import (
+    WALL_LIMIT,
+    Recorder,
+    sleep_sim,
+    wait_connected,
+    wait_for_car,
+    wait_until,
+    yaw_of,
+)
 from std_srvs.srv import Trigger
 
 from track_model.msg import LapStatus
@@ -167,3 +180,26 @@ class Lap(unittest.TestCase):
             wait_until(seen, what, LAP_LIMIT)
         publisher.publish(Twist())
         self.assertEqual(self.status.last.laps, 0)
+
+    def test_4_odometry_of_before_a_restart_does_not_count(self):
+        restart = rospy.ServiceProxy("/referee/restart", Trigger, persistent=True)
+        self.place(0.5, -2.0, 0.0)
+        wait_until(lambda: self.status.next().off_track, "the car off the track")
+        restart()
+        referee = call(call(rosgraph.get_master_uri(), "lookupNode", "/referee"), "getPid")
+        os.kill(referee, signal.SIGSTOP)  # as on a busy machine: odometry waits to be read
+        try:
+            sleep_sim(2.0)
+            state = ModelState(model_name="racecar", reference_frame="world")
+            state.pose.position.x, state.pose.orientation.w = -0.3, 1.0
+            self.assertTrue(self.move(state).success)
+            answer = threading.Thread(target=restart)
+            answer.start()
+            time.sleep(0.5)  # the request waits, too
+        finally:
+            os.kill(referee, signal.SIGCONT)
+        answer.join(WALL_LIMIT)
+        begin = rospy.get_rostime()
+        wait_until(lambda: self.status.next().header.stamp > begin, "the referee at the start")
+        self.assertLess(abs(self.status.last.lateral_error), 0.05)
+        self.assertEqual(self.status.last.penalty, 0.0)

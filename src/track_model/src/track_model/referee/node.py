@@ -10,7 +10,7 @@ from typing import Any, TextIO
 
 import rospy
 from gazebo_msgs.msg import ModelState
-from gazebo_msgs.srv import SetModelState
+from gazebo_msgs.srv import GetWorldProperties, SetModelState
 from geometry_msgs.msg import Point, PoseStamped
 from nav_msgs.msg import Odometry, Path
 from paddock_common.geometry import quaternion_of, yaw_of
@@ -240,10 +240,12 @@ class RefereeNode:
         self._model = str(rospy.get_param("~model", "racecar"))
         self._log = Log(str(rospy.get_param("~csv", "")), rospy.logerr)
         self._lock = threading.Lock()
-        self._last_stamp = None
+        self._last_stamp: rospy.Time | None = None
+        self._restarted = -math.inf  # ROS time of the last restart [s]; older odometry is ignored
         self._status = rospy.Publisher("~status", LapStatus, queue_size=50)
         self._display = Display(track.lane, str(rospy.get_param("~frame", "odom")))
         self._move = rospy.ServiceProxy("/gazebo/set_model_state", SetModelState)
+        self._world = rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)
         rospy.Service("~put_back", Trigger, self._on_put_back)
         rospy.Service("~restart", Trigger, self._on_restart)
         rospy.on_shutdown(self._log.close)
@@ -255,10 +257,15 @@ class RefereeNode:
         if not all(map(math.isfinite, (*pose, twist.linear.x))):
             rospy.logerr_throttle(1.0, f"referee: odometry contains {pose!r}; it is ignored")
             return
-        if message.header.stamp == self._last_stamp:
+        stamp, last = message.header.stamp, self._last_stamp
+        if stamp == last:
             return
-        self._last_stamp = message.header.stamp
+        self._last_stamp = stamp
         with self._lock:
+            if last is not None and stamp < last:  # the simulation was reset
+                self._restarted = -math.inf
+            if stamp.to_sec() <= self._restarted:
+                return
             status, events = self._referee.update(
                 message.header.stamp.to_sec(), *pose, twist.linear.x
             )
@@ -312,8 +319,13 @@ class RefereeNode:
         return TriggerResponse(success=not error, message=error or "put on the centreline")
 
     def _on_restart(self, _: TriggerRequest) -> TriggerResponse:
+        try:
+            now = self._world().sim_time  # /clock may be late, as odometry may
+        except rospy.ServiceException:  # no simulator; a bag is played
+            now = rospy.get_time()
         with self._lock:
             self._referee.restart()
+            self._restarted = now
         self._display.clear()
         return TriggerResponse(success=True, message="laps and penalties are 0")
 
