@@ -163,7 +163,7 @@ def test_a_file_that_is_named_runs_whatever_its_stage(project):
 
 def test_the_longest_file_of_the_last_run_is_the_first(project):
     project.add("src/car/test/test_a.py")
-    project.add("src/car/test/test_b.py", "import time\n\ndef test_it():\n    time.sleep(0.5)\n")
+    project.add("src/car/test/test_b.py", "import time\n\ndef test_it():\n    time.sleep(3.0)\n")
     assert project.run("src")[0] == 0
     [tests] = project.selected(["unit"])
     assert tests == ["src/car/test/test_b.py::test_it", "src/car/test/test_a.py::test_it"]

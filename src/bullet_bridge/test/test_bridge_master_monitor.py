@@ -94,7 +94,6 @@ def test_a_closed_monitor_ends_nothing(rig):
 
 
 def test_the_pid_of_a_real_server(monkeypatch):
-    monkeypatch.setattr(master_monitor, "RESPONSE_TIMEOUT", 0.3)
     with SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False) as server:
         server.register_function(lambda caller: [1, "", 4711], "getPid")
         thread = threading.Thread(target=server.serve_forever)
@@ -105,6 +104,7 @@ def test_the_pid_of_a_real_server(monkeypatch):
         thread.join()
     with pytest.raises(ConnectionRefusedError):
         master_pid(f"http://127.0.0.1:{port}")
+    monkeypatch.setattr(master_monitor, "RESPONSE_TIMEOUT", 0.3)
     with socket.create_server(("127.0.0.1", 0)) as stopped:  # accepts and never responds
         with pytest.raises(TimeoutError):
             master_pid(f"http://127.0.0.1:{stopped.getsockname()[1]}")

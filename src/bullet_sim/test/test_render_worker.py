@@ -13,6 +13,7 @@ import pytest
 from bullet_sim.child import blocking_pair
 from bullet_sim.errors import RenderError
 from bullet_sim.render import client as module
+from bullet_sim.render import worker_process
 from bullet_sim.render.client import RenderClient
 from bullet_sim.render.request import DEFAULT
 from bullet_sim.render.worker import make_renderer
@@ -22,7 +23,6 @@ from paddock_common.testing import pid_from_killed, wait_ended
 from test_render import PLACES, SIZES, _sources, box_at, check_outline, request, snapshot  # noqa: F401  pylint: disable=unused-import
 
 DEADLINE = 90.0  # [s] for anything a worker does
-MARGIN = 10.0  # [s] what another worker may take to start on a busy machine
 NO_EGL = {"__EGL_VENDOR_LIBRARY_FILENAMES": "/nonexistent"}
 
 
@@ -46,6 +46,12 @@ class Inbox:
     def wait(self, condition, what):
         with self._changed:
             assert self._changed.wait_for(condition, DEADLINE), f"{what} within {DEADLINE} s"
+
+
+@pytest.fixture(autouse=True)
+def _patience(monkeypatch):
+    """Tests stop a worker and go on; on a busy machine later than the client would wait."""
+    monkeypatch.setattr(worker_process, "HANG_TIMEOUT", 600.0)
 
 
 @pytest.fixture(name="inbox")
@@ -216,13 +222,15 @@ def test_forgotten_pictures_do_not_come(shared, inbox):
 
 
 def test_a_request_that_is_queued_is_not_replaced_at_once(client, monkeypatch):
+    client.render_sync(snapshot(), [request()], DEADLINE)  # it has started
     os.kill(client._worker.process.pid, signal.SIGSTOP)
     try:
-        for step in range(module.AHEAD):
-            client.submit(snapshot(step=step), [request()])
-            deadline = time.monotonic() + DEADLINE
-            while client._pending and time.monotonic() < deadline:
-                time.sleep(0.005)  # until the worker has it
+        with client._changed:  # all at once: what the worker will have
+            for step in range(module.AHEAD):
+                client.submit(snapshot(step=step), [request(f"eye{step}")])
+        deadline = time.monotonic() + DEADLINE
+        while client._pending and time.monotonic() < deadline:
+            time.sleep(0.005)
         assert client.worth([request(), request("left")]) == [request(), request("left")]
         monkeypatch.setattr(module, "REFRESH", 100.0)
         client.submit(snapshot(step=9), [request()])
@@ -336,14 +344,13 @@ def test_hanging_worker_meets_the_deadline(client):
     wait_ended(pid, DEADLINE)
 
 
-def test_a_stopped_worker_is_replaced_within_3_s_and_that_is_said_once(client, inbox):
+def test_a_stopped_worker_is_replaced_and_that_is_said_once(client, inbox, monkeypatch):
+    monkeypatch.setattr(worker_process, "HANG_TIMEOUT", 2.5)
     client.render_sync(snapshot(), [request()], DEADLINE)
     first = client._worker.process.pid
     os.kill(first, signal.SIGSTOP)
-    begin = time.monotonic()
     client.submit(snapshot(step=1), [request()])
     inbox.wait(lambda: inbox.errors, "a report")
-    assert time.monotonic() - begin < 3.0 + MARGIN
     wait_ended(first, DEADLINE)
     client.submit(snapshot(step=2), [request()])
     inbox.wait(lambda: inbox.frames and inbox.frames[-1].step == 2, "a picture of the new one")

@@ -111,6 +111,7 @@ NODE = """
 import rospy
 from paddock_common import nodes
 nodes.init_interruptible("one")
+print("ready", flush=True)
 rospy.spin()
 """
 
@@ -123,8 +124,9 @@ def test_a_master_shuts_down_only_the_node_that_it_means():
             assert server.registerPublisher(name, "/t", "std_msgs/String", address)[0] == 1
 
     with ros_master() as environment, running(environment, [sys.executable, "-c", NODE]) as node:
+        assert node.stdout.readline() == "ready\n"
         master = environment["ROS_MASTER_URI"]
-        address = wait_for(lambda: call(master, "lookupNode", "/one"), "the node")
+        address = call(master, "lookupNode", "/one")
         register_as("/dead", address)
         register_as("/dead", "http://127.0.0.1:9")  # the master sends the first address a request
         wait_for(lambda: call(address, "getPid"), "a response")
@@ -167,7 +169,12 @@ print("ready", flush=True)
 asked.wait()
 nodes.leave(0)
 """
-RUNS = WITHIN + "nodes.run('one', lambda: rospy.on_shutdown(lambda: print('closed')))\n"
+RUNS = WITHIN + """
+def make():
+    rospy.on_shutdown(lambda: print("closed"))
+    print("ready", flush=True)
+nodes.run("one", make)
+"""
 
 
 def test_a_process_whose_thread_is_within_opencv_leaves_well():
@@ -180,8 +187,7 @@ def test_a_process_whose_thread_is_within_opencv_leaves_well():
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_node_whose_thread_is_within_opencv_ends_well(number):
     with ros_master() as environment, running(environment, [sys.executable, "-c", RUNS]) as node:
-        wait_for(lambda: call(environment["ROS_MASTER_URI"], "lookupNode", "/one"), "the node")
-        time.sleep(0.2)
+        assert node.stdout.readline() == "ready\n"
         node.send_signal(number)
         assert (node.wait(LIMIT), node.stdout.read()) == (0, "closed\n")
 

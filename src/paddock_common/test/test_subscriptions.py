@@ -92,7 +92,7 @@ ADVERTISE = """
 advertise()
 await_connection()
 made.publish(1)
-time.sleep(0.5)
+sys.stdin.read()  # until the test is over
 """
 TWICE = """
 advertise()

@@ -119,6 +119,7 @@ class BufferRing:
         ]
 
 
+EXIT_TIMEOUT = 10.0  # [s] from the end of its connection to its own, on a busy machine
 HANG_TIMEOUT = 2.5  # [s] of wall time without a reply or any use of a processor
 HANG_CHECK = 0.25  # [s] between two checks; a debugger's stop of everything counts as one
 START_TIMEOUT = 60.0  # [s] of wall time; a cold Mesa compiles shaders
@@ -238,7 +239,7 @@ class Worker:
         if self._hung:
             return self._hung
         try:
-            self.process.wait(2.0)
+            self.process.wait(EXIT_TIMEOUT)
         except subprocess.TimeoutExpired:
             return f"{self._child.name} closed its connection"
         return self._child.ending()
