@@ -296,7 +296,7 @@ class Isolation:
         """Decides where tests run; pytest-timeout watches them where they run."""
         items = [item for item in session.items if self._is_isolated(item)]
         for item in items:
-            item.add_marker(pytest.mark.timeout(0))
+            item.add_marker(pytest.mark.timeout(0), append=False)  # before its own
         alone = (
             len({item.path for item in session.items}) == 1
             and "PYTEST_XDIST_WORKER" not in os.environ

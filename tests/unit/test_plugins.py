@@ -202,16 +202,20 @@ def test_it():
     assert master.getParam("/test", "/answer")[2] == 42
 """
 FAILS_BESIDE_LAUNCH = """
-import time
+import os, pathlib, time
 import rospy
 
 LAUNCH = "<launch><node name='n' pkg='rospy_tutorials_of_nobody' type='talker'/></launch>"
+LOGS = pathlib.Path(os.environ["ROS_LOG_DIR"])
 
 def test_it():
     rospy.init_node("motor")
-    for _ in range(30):
+    is_hot = is_refused = False
+    while not (is_hot and is_refused):  # rosout and roslaunch have written it
         rospy.logwarn("the motor is hot")
         time.sleep(0.1)
+        is_hot = any("motor is hot" in path.read_text() for path in LOGS.glob("*/rosout.log"))
+        is_refused = "of_nobody" in (LOGS.parent / "launch.log").read_text()
     assert 6 * 7 == 41
 """
 LEAVES_CHILD = """
@@ -235,7 +239,8 @@ GROUPS = {
     "tests/ros/test_beside.py": FAILS_BESIDE_LAUNCH,
     "tests/ros/test_dies.py": f"import os\n\ndef test_a():\n    os._exit(3)\n\n{PASSES}",
     "tests/ros/test_leaves.py": LEAVES_CHILD,
-    "tests/ros/test_waits.py": f"import time\n\ndef test_a():\n    time.sleep(600)\n\n{PASSES}",
+    "tests/ros/test_waits.py": f"import time\nimport pytest\n\n@pytest.mark.timeout(8)\n"
+    f"def test_a():\n    time.sleep(600)\n\n{PASSES}",
 }
 
 
@@ -254,7 +259,7 @@ class Groups:
         report = project.root / "junit.xml"
         # roslaunch itself gives a node 15 s after its SIGINT
         project.environment["PADDOCK_TEST_GRACE"] = "30"
-        options = ("--numprocesses=2", "-o", "timeout=8", f"--junitxml={report}")
+        options = ("--numprocesses=2", "-o", "timeout=300", f"--junitxml={report}")
         self.root, self._notes = project.root, project.notes
         self.status, self.output = project.run(*options, *GROUPS)
         self.cases = {}
