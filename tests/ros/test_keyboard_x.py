@@ -20,6 +20,9 @@ class WithX(Rig):
         self.display = self.server.display
         super().setUp()
         self.terminal.wait_screen("Keys come from the X server", "Caps Lock")
+        self.hold_up()  # it listens
+        self.release("Up")
+        self.hold_command(*STOP)
 
     def press(self, *names):
         self.server.key("keydown", *names)
@@ -52,13 +55,22 @@ class WithX(Rig):
             (["Up", "Right"], (0.5, -0.5)),
             (["Down", "Left"], (-0.5, -0.5)),
             (["Down", "Right"], (-0.5, 0.5)),
-            (["Up", "Down"], STOP),
         ):
             with self.subTest(keys=keys):
                 self.press(*keys)
                 self.hold_command(*command, count=20)  # a second: longer than any key repeat
                 self.release(*keys)
                 self.hold_command(*STOP)
+
+    def test_opposite_keys_stop(self):
+        self.press("Up")
+        self.hold_command(0.5, 0.0)
+        self.press("Down")
+        self.hold_command(*STOP, count=20)
+        self.release("Up")
+        self.hold_command(-0.5, 0.0)
+        self.release("Down")
+        self.hold_command(*STOP)
 
     def test_letters_and_stop(self):
         for key, words in (

@@ -6,6 +6,7 @@ import unittest
 
 import rospy
 from geometry_msgs.msg import Twist
+from launches import wait_subscribed
 from nav_msgs.msg import Odometry
 from sim_client import Recorder, turned, wait_connected, wait_until
 from truck_client import TRUTH, Driver, Stepper, pose_of, way
@@ -51,6 +52,7 @@ class TruckOdometry(unittest.TestCase):
     def test_a_command_lasts_half_a_second(self):
         truth, twist = Recorder(TRUTH, Odometry), rospy.Publisher("/cmd_vel", Twist, queue_size=1)
         wait_connected(twist, "drive node")
+        wait_subscribed([TRUTH])
         message = Twist()
         message.linear.x = 1.0
         twist.publish(message)
