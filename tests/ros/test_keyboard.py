@@ -130,4 +130,4 @@ class WithoutX(Rig):
         self.drive_on()
         self.terminal.tmux("respawn-pane", "-k", "bash --norc --noprofile")
         wait_until(lambda: not is_running(self.pid), "the end of the teleop")
-        self.assertEqual(self.last(), STOP)
+        self.wait_command(*STOP)

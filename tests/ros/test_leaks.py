@@ -47,7 +47,7 @@ class Leaks(unittest.TestCase):
     """Spawns a robot with sensors and controllers, uses it, deletes it, many times."""
 
     def setUp(self):
-        for name in ("spawn_urdf_model", "delete_model", "contacts"):
+        for name in ("spawn_urdf_model", "delete_model", "step"):
             rospy.wait_for_service("/gazebo/" + name, timeout=START_LIMIT)
         self.spawn = rospy.ServiceProxy("/gazebo/spawn_urdf_model", SpawnModel)
         self.delete = rospy.ServiceProxy("/gazebo/delete_model", DeleteModel)

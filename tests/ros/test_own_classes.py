@@ -88,6 +88,11 @@ class OwnClasses(MasterCase):
         answer = rospy.ServiceProxy("/gazebo/get_joint_properties", GetJointProperties)("mast")
         return answer.position[0]
 
+    def stands(self):
+        before = self.x()
+        sleep_sim(0.1)
+        return abs(self.x() - before) < 1e-3
+
     def test_they_work_and_go_back_with_a_saved_state(self):
         launched = self.launch()
         types = rospy.ServiceProxy(
@@ -104,7 +109,7 @@ class OwnClasses(MasterCase):
         rospy.ServiceProxy("/gazebo/save_state", State)("there")
         there = self.x()
         self.publish("/belt", 0.0)
-        sleep_sim(0.3)
+        wait_until(self.stands, "the belt to stand")
         still = self.x()
         sleep_sim(0.3)
         self.assertAlmostEqual(self.x(), still, delta=1e-3)

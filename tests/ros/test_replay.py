@@ -41,6 +41,7 @@ class World:
         wait_running("/racecar", 7)
         self.odometry = Recorder("/racecar/odom", rospy.AnyMsg)
         wait_subscribed(["/racecar/odom"])
+        wait_subscribed(CAR_COMMANDS, "/gazebo", "/control")
         rospy.wait_for_service("/gazebo/step", timeout=START_LIMIT)
         self._step = rospy.ServiceProxy("/gazebo/step", Step, persistent=True)
         self.step(SETTLING)
@@ -103,12 +104,23 @@ class Replay(unittest.TestCase):
 
             odometry = world.drive(command)
             wait_until(lambda: links("/recorder", "/cmd_vel") == [TICKS], "rosbag's messages")
-            time.sleep(1.0)  # from its socket to its file
+            self.wait_written()
             process.send_signal(signal.SIGINT)
             process.wait()
             out.unregister()
             world.close()
         return odometry
+
+    def wait_written(self):
+        """Waits until the file has what was recorded: it no longer grows."""
+        sizes = [0]
+
+        def written():
+            time.sleep(1.0)
+            sizes.append(os.path.getsize(self.bag + ".active"))
+            return sizes[-1] == sizes[-2] > 0
+
+        wait_until(written, "rosbag's file")
 
     def replay(self):
         """Plays the recorded commands into a fresh world; returns the odometry."""
@@ -117,10 +129,11 @@ class Replay(unittest.TestCase):
             keys, stdin = pty.openpty()
             self.addCleanup(os.close, keys)
             options = ("--pause", "--wait-for-subscribers", self.bag, "--topics", "/cmd_vel")
-            self.rosbag("play", *options, stdin=stdin)
+            self.rosbag("play", *options, "__name:=player", stdin=stdin)
             os.close(stdin)
             probe = rospy.Subscriber("/cmd_vel", Twist)
             wait_until(lambda: probe.get_num_connections() == 1, "rosbag play")
+            wait_subscribed(["/cmd_vel"], "/control", "/player")
             odometry = world.drive(lambda _: os.write(keys, b"s"))
             probe.unregister()
             world.close()

@@ -90,6 +90,7 @@ class Nodes(unittest.TestCase):
         pause = publisher("/mux/pause", Bool)
         masked, unmasked = ("velocity low", "masked"), ("velocity low", "unmasked")
         self.wait_state(diagnostics, masked, ("lock pause", "free"))
+        wait_subscribed([out.topic], publisher="/mux/twist_mux")
 
         high.publish(twist(0.9))
         out.wait_count(1)
@@ -162,7 +163,9 @@ class Nodes(unittest.TestCase):
         for recorder in (pictures, frames):
             self.addCleanup(recorder.close)
         picture = Image(height=1, width=2, encoding="mono8", step=2, data=b"ab")
-        publisher("/picture", Image).publish(picture)
+        sender = publisher("/picture", Image)
+        wait_subscribed([pictures.topic], publisher="/republish")
+        sender.publish(picture)
         self.assertEqual(pictures.wait_count(1)[0].data, b"ab")
 
         def moved():

@@ -58,7 +58,7 @@ class Teleops(unittest.TestCase):
             speeds = (command.linear.x, command.linear.y, command.angular.z)
             self.assertEqual(speeds, (0.4, 0.2, -0.5))
         self.assertEqual((zero, last.linear.x), (Twist(), -0.4))  # zero once
-        self.assertTrue(rosnode.rosnode_ping("/pad/joy_node", max_count=1))
+        wait_until(lambda: rosnode.rosnode_ping("/pad/joy_node", max_count=1), "joy_node")
         words = "waiting for the joystick /dev/input/pad_that_is_not_there"
         said = [m for m in log.messages if words in m.msg]
         self.assertLessEqual(len(said), 1)

@@ -1,13 +1,15 @@
-"""The truck step by step: how long a command lasts, and odometry over 20 m of arcs."""
+"""The truck step by step: how long a command lasts, odometry over 20 m of arcs, and resets."""
 
 import math
 import random
 import unittest
 
 import rospy
+from gazebo_msgs.srv import GetWorldProperties
 from geometry_msgs.msg import Twist
 from launches import wait_subscribed
 from nav_msgs.msg import Odometry
+from rosgraph_msgs.msg import Log
 from sim_client import Recorder, turned, wait_connected, wait_until
 from truck_client import TRUTH, Driver, Stepper, pose_of, way
 
@@ -37,7 +39,7 @@ class TruckOdometry(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.stepper = Stepper()
+        cls.stepper, cls.driver = Stepper(), Driver()
 
     def advance_until(self, condition, truth):
         """Makes periods until a condition of the truck's true speed [m/s] holds."""
@@ -72,7 +74,7 @@ class TruckOdometry(unittest.TestCase):
 
     def test_over_arcs(self):
         odometry, truth = Recorder("/odom", Odometry), Recorder(TRUTH, Odometry)
-        stepper, driver = self.stepper, Driver()
+        stepper, driver = self.stepper, self.driver
         dice, side, driven = random.Random(3), 1, 0.0
         while driven < DISTANCE:
             radius, side = dice.uniform(1.0, 5.0), -side
@@ -97,3 +99,44 @@ class TruckOdometry(unittest.TestCase):
         self.assertLess(error, 0.02 * driven)
         self.assertLess(heading, 0.03 * total_turn)
         self.assertGreater(error, 0.0)  # it is not the truth that is published
+
+    def drive_and_reset(self, steering, service):
+        """Drives, resets and makes 0.48 s; returns odometry and truth of before and of now."""
+        recorders = [Recorder("/odom", Odometry), Recorder(TRUTH, Odometry)]
+        wait_subscribed(["/odom"], publisher="/drive")
+        wait_subscribed([TRUTH])
+        for _ in range(8):
+            self.driver.give(steering, SPEED)
+            self.stepper.advance(20)
+        before = [recorder.newest for recorder in recorders]
+        self.assertGreater(math.dist(pose_of(before[1])[:2], (0.0, 0.0)), 0.7)
+        self.stepper.reset(service)
+        self.stepper.advance(59)
+        end = rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)().sim_time
+        for recorder in recorders:
+            wait_until(
+                lambda each=recorder: abs(each.last.header.stamp.to_sec() - end) < 0.0085,
+                f"{recorder.topic} at {end:g} s",
+            )
+            recorder.close()
+        return before, [recorder.last for recorder in recorders]
+
+    def test_reset_simulation_starts_afresh(self):
+        before, after = self.drive_and_reset(0.4, "/gazebo/reset_simulation")
+        self.assertLess(after[0].header.stamp.to_sec(), 0.5)
+        self.assertGreater(before[0].header.stamp.to_sec(), 1.0)
+        for message in after:
+            for value in pose_of(message):
+                self.assertAlmostEqual(value, 0.0, delta=0.01)
+
+    def test_reset_world_starts_odometry_afresh_while_time_goes_on(self):
+        log = Recorder("/rosout", Log)
+        before, after = self.drive_and_reset(0.0, "/gazebo/reset_world")
+        self.assertGreater(after[0].header.stamp, before[0].header.stamp)
+        for value, true in zip(*map(pose_of, after)):
+            self.assertAlmostEqual(value, 0.0, delta=0.05)
+            self.assertAlmostEqual(value, true, delta=0.02)
+        wait_until(
+            lambda: any("the rear wheels jumped" in line.msg for line in log.messages), "a word"
+        )
+        log.close()

@@ -40,7 +40,8 @@ class Web(unittest.TestCase):
         wait_for_car()
         cls.commands = Recorder("/cmd_vel", Twist)
         cls.odometry = Recorder("/racecar/odom", Odometry)
-        cls.web = WebNode(f"_port:={free_port()}")
+        # no driver is taken for gone because this machine is busy
+        cls.web = WebNode(f"_port:={free_port()}", "_timeout:=5")
         cls.addClassCleanup(cls.web.end)
 
     def setUp(self):
@@ -101,17 +102,17 @@ class Web(unittest.TestCase):
         self.assertEqual(self.page.views[-1]["pace"], 1.0)
 
     def test_driving_moves_the_car_and_ends_with_one_zero(self):
-        start = self.odometry.newest.pose.pose.position.x
         self.page.act("place", model="racecar", x=0.0, y=0.0, z=0.0, yaw=0.0)
         wait_until(lambda: any("racecar is put" in t for t in self.page.notices), "the car put")
-        start = self.odometry.next().pose.pose.position.x
+        wait_until(lambda: abs(self.odometry.newest.pose.pose.position.x) < 0.02, "it is there")
+        start = self.odometry.newest.pose.pose.position.x
 
         def driven():
             self.page.send("drive", speed=0.3, steering=0.0)
             return abs(self.odometry.newest.pose.pose.position.x - start) > 0.15
 
         wait_until(driven, "the car's move")
-        self.assertEqual(self.page.status["driver"], self.page.status["you"])
+        wait_until(lambda: self.page.status["driver"] == self.page.status["you"], "its seat")
         self.page.send("drive", speed=0.0, steering=0.0)
         wait_until(lambda: self.twists()[-1:] == [(0.0, 0.0)], "the last zero")
         rospy.sleep(1.0)
@@ -186,8 +187,9 @@ class Web(unittest.TestCase):
     def test_reset_sets_time_back(self):
         page = self.page
         wait_until(lambda: page.views and page.views[-1]["time"] > 2.0, "some time")
+        before = page.views[-1]["time"]
         page.act("reset")
-        wait_until(lambda: page.views[-1]["time"] < 1.0, "time from the start")
+        wait_until(lambda: page.views[-1]["time"] < before, "time from the start")
         wait_for_car()
 
     def test_camera_and_lidar_come_while_they_are_wanted(self):

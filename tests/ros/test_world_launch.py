@@ -91,7 +91,10 @@ class WorldLaunch(unittest.TestCase):
 
     def test_camera_pictures_and_their_info_belong_together(self):
         infos = Recorder("/camera/camera_info", CameraInfo)
-        images = Recorder("/camera/image", Image).wait_count(10, START_LIMIT)
+        camera = Recorder("/camera/image", Image)
+        for recorder in (infos, camera):
+            self.addCleanup(recorder.close)
+        images = camera.wait_count(10, START_LIMIT)
         image = images[-1]
         self.assertEqual((image.width, image.height), (WIDTH, HEIGHT))
         self.assertEqual((image.encoding, image.step), ("rgb8", 3 * WIDTH))

@@ -15,6 +15,7 @@ from sim_client import (
     wait_running,
     yaw_of,
 )
+from std_srvs.srv import Empty
 
 from bullet_bridge.srv import Step
 from cybertruck.msg import CyberDriveStamped
@@ -94,6 +95,12 @@ class Stepper:
         self._call(self.PERIOD, 0)
         joints.wait_count(1, START_LIMIT)  # the drive node got that period's joint states
         joints.close()
+
+    def reset(self, service):
+        """Resets by a service, after the commands of the last period have come; makes a period."""
+        self._call(1, 1)
+        rospy.ServiceProxy(service, Empty)()
+        self._call(self.PERIOD, 0)
 
     def _call(self, count, commands):
         answer = self._service(count, self.TOPICS, [commands] * len(self.TOPICS))
