@@ -14,7 +14,7 @@ from usage import procfs
 
 from soaking.limits import CompetingLoad
 
-END_LIMIT = 10.0  # [s] for the simulator to end when its core has died; more under other load
+END_LIMIT = 30.0  # [s] for the simulator to end when its core has died; more under other load
 NODES = ("control", "teleop", "drive", "odom_tf", "robot_state_publisher")
 STOPPABLE = (*NODES, "bridge", "relay", "render_worker", "rosout", "roslaunch")
 SLOW = """

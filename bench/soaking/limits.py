@@ -5,6 +5,7 @@ import os
 from usage import PROC
 
 SHUTDOWN_LIMIT = 5.0  # [s] from the signal until nothing is left, without competing load
+POLITE_LIMIT = 15.0  # [s] after which roslaunch uses SIGTERM: that is a fault on any machine
 
 
 class CompetingLoad:
@@ -50,21 +51,23 @@ class CompetingLoad:
         return count
 
 
-def limit(found):
+def limit(found, longest=SHUTDOWN_LIMIT):
     """Longest time [s] that a shutdown may take: longer by its slowdown."""
-    return SHUTDOWN_LIMIT * found.slowdown
+    return longest * found.slowdown
 
 
-def violation(found, files=()):
+def violation(found, files=(), longest=SHUTDOWN_LIMIT):
     """Which limit a shutdown has broken, one message; '' when it has kept all.
 
     Args:
+        longest: Longest time [s] without competing load.
         files: Names of temporary files that are left and should not be.
     """
     if found.left:
         return f"left {found.left} after {found.seconds:.1f} s"
-    if found.seconds > limit(found):
-        return f"took {formatted(found)}, at most {limit(found):.1f} s; {latest(found.lives)}"
+    most = limit(found, longest)
+    if found.seconds > most:
+        return f"took {formatted(found)}, at most {most:.1f} s; {latest(found.lives)}"
     if files:
         return f"left files in the temporary folder: {list(files)}"
     return ""

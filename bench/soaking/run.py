@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from figures import BenchError
 
 from soaking.faults import FAULTS, SHUTDOWNS, Failure, ask, rounds
-from soaking.limits import formatted, violation
+from soaking.limits import POLITE_LIMIT, formatted, violation
 from soaking.monitor import Sampler, growth, problems
 from soaking.session import Session
 
@@ -101,7 +101,8 @@ class Soak:
         else:
             found, files = session.stop(signal.SIGINT)
             text = f"ended within {formatted(found)}"
-            self._note(Event(begin, self.timeline.now(), "end", text, violation(found, files)))
+            failure = violation(found, files, POLITE_LIMIT)
+            self._note(Event(begin, self.timeline.now(), "end", text, failure))
         for line in problems((session.folder / "launch.log").read_text(errors="replace")):
             self.timeline.fail(f"{name}: log: {line}")
 
