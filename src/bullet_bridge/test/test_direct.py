@@ -59,13 +59,18 @@ def message(number, size=SIZE):
     return bytes([number % 256]) * size
 
 
+def senders():
+    """The threads that send to slow subscribers."""
+    return [each for each in threading.enumerate() if each.name == "slow-subscriber"]
+
+
 def test_small_messages_are_sent_at_once_without_a_thread(transport):
-    before = threading.active_count()
+    wait_for(lambda: not senders(), "the end of the last test's thread")
     connection = DirectConnection(transport, 10)
     for number in range(100):
         assert connection.write_data(message(number, 100))
     assert transport.read(10000) == b"".join(message(n, 100) for n in range(100))
-    assert threading.active_count() == before
+    assert not senders()
     assert (transport.stat_bytes, transport.stat_num_msg) == (10000, 100)
     assert transport.socket.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
 
@@ -132,13 +137,13 @@ def test_a_closed_subscriber_ends_the_connection(transport, limit):
 
 
 def test_the_thread_of_a_stalled_subscriber_ends_with_it(transport):
-    before = threading.active_count()
+    wait_for(lambda: not senders(), "the end of the last test's thread")
     connection = DirectConnection(transport, 5)
     for number in range(200):
         connection.write_data(message(number))
-    assert threading.active_count() == before + 1
+    assert len(senders()) == 1
     transport.far.close()
-    wait_for(lambda: threading.active_count() == before, "the end of the thread")
+    wait_for(lambda: not senders(), "the end of the thread")
 
 
 class Impl:

@@ -66,7 +66,7 @@ def wait_until_idle(master, reconnecting_):
     end = time.monotonic() + LIMIT
     while True:
         before = master.requests
-        time.sleep(0.1)
+        time.sleep(0.3)  # it may be between two of its steps
         if not reconnecting_._due and master.requests == before:
             return
         assert time.monotonic() < end

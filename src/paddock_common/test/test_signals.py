@@ -169,12 +169,15 @@ print("ready", flush=True)
 asked.wait()
 nodes.leave(0)
 """
-RUNS = WITHIN + """
+RUNS = (
+    WITHIN
+    + """
 def make():
     rospy.on_shutdown(lambda: print("closed"))
     print("ready", flush=True)
 nodes.run("one", make)
 """
+)
 
 
 def test_a_process_whose_thread_is_within_opencv_leaves_well():
