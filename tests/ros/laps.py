@@ -16,7 +16,7 @@ width: 0.6
 """
 SMALL_LENGTH = 6.4  # of its centreline [m]
 LOOP = ("/cmd_vel", "/racecar/left_rear_wheel_velocity_controller/command")
-LIMIT = 300.0  # wall time of one lap with its start and end [s]
+LIMIT = 480.0  # wall time of one lap with its start and end [s]
 
 
 def open_route():
