@@ -10,6 +10,7 @@ import os
 import pathlib
 import re
 import signal
+import struct
 import subprocess
 import sys
 import time
@@ -18,6 +19,7 @@ from urllib.parse import urlsplit
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.SIG_DFL)  # until main(): imports would say where they were
 
+import roslib.message  # noqa: E402
 import rospkg  # noqa: E402
 import rospy  # noqa: E402
 from controller_manager_msgs.srv import ListControllers  # noqa: E402
@@ -83,14 +85,17 @@ class ClockMonitor:
 
 
 class Counter:
-    """Counts the messages of one topic and the simulated time between first and last."""
+    """Counts the messages of one topic and the simulated time between first and last.
+
+    Messages without a header, or with an empty one, are dated by /clock.
+    """
 
     def __init__(self, topic, clock):
         self.count, self.first, self.last, self._clock = 0, None, None, clock
         self._subscriber = rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, queue_size=100)
 
-    def _on_message(self, _message):
-        now = self._clock.now
+    def _on_message(self, message):
+        now = stamp_of(message) or self._clock.now
         self.first = now if self.first is None else self.first
         self.count, self.last = self.count + (self.first is not None), now
 
@@ -99,6 +104,15 @@ class Counter:
         if self.count < 2 or self.last <= self.first:
             return None
         return (self.count - 1) / (self.last - self.first)
+
+
+def stamp_of(message):
+    """Stamp [s] of an AnyMsg; None where its type has no header or is not known here."""
+    kind = roslib.message.get_message_class(message._connection_header["type"])
+    if kind is None or not kind._has_header:
+        return None
+    seconds, nanoseconds = struct.unpack_from("<II", message._buff, 4)  # after header.seq
+    return seconds + 1e-9 * nanoseconds
 
 
 def call(service, kind, *arguments):
@@ -207,6 +221,8 @@ def wait_for_first(launch, sensors, counters):
 class Replay:
     """Records what happens in the world while it is watched, with a low priority.
 
+    With that of the others where PADDOCK_NICENESS is 0: beside busy tests it would come too late.
+
     Args:
         path: Of the HTML file.
         title: Of its page.
@@ -221,10 +237,11 @@ class Replay:
         Args:
             simulator: Name of the simulator's node.
         """
+        nice = () if os.environ.get("PADDOCK_NICENESS") == "0" else ("nice", "-n", "10")
         title = self._title.replace(":=", "=")  # rospy refuses a second := in an argument
         self._process = subprocess.Popen(
             [
-                *("nice", "-n", "10", "rosrun", "bullet_web", "record"),
+                *(*nice, "rosrun", "bullet_web", "record"),
                 *(f"_out:={self._path}", f"_title:={title}", f"_rate:={REPLAY_RATE}"),
                 *(f"_simulator:={simulator}", f"__name:={REPLAY}"),
             ],

@@ -14,13 +14,15 @@ from cybertruck.trailer.kinematics import advance
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
+from sim_client import wait_connected
 
 from cybertruck.msg import CyberDriveStamped
 
 STEP = 0.01  # simulated time of a step [s]
-PACE = 0.002  # least wall time of a step [s]
+PACE = 0.002  # least wall time of a step while somebody commands it [s]
+IDLE = 0.03  # wall time of a step else [s]: a busy machine has three times a time-out
 LAG = 10  # steps that it goes on when commands that came fail to come
-PATIENCE = 0.5  # wall time for which it then waits [s]
+PATIENCE = 30.0  # wall time for which it then waits [s]
 
 
 class FakeRig:
@@ -36,7 +38,7 @@ class FakeRig:
         self.time = 10.0
         self.state = np.array((0.0, 0.0, 0.0, hitch_angle))
         self.command = (0.0, 0.0)
-        self.commands = []  # (time [s], steering [rad], speed [m/s])
+        self.commands = []  # (stamp [s], steering [rad], speed [m/s])
         self._clock = rospy.Publisher("/clock", Clock, queue_size=10)
         self._odometry = rospy.Publisher("/odom", Odometry, queue_size=10)
         self._joints = rospy.Publisher("/joint_states", JointState, queue_size=10)
@@ -47,6 +49,11 @@ class FakeRig:
         self._running = True
         self._thread = threading.Thread(target=self._run)
         self._thread.start()
+
+    def wait(self):
+        """Waits until somebody has subscribed."""
+        for publisher in (self._odometry, self._joints):
+            wait_connected(publisher, "the action's node")
 
     def close(self):
         """Ends the thread."""
@@ -64,8 +71,8 @@ class FakeRig:
     def _on_drive(self, message):
         with self.lock:
             self.command = message.drive.steering_angle, message.drive.speed
-            self.commands.append((self.time, *self.command))
-            self._heard = self._made
+            self.commands.append((message.header.stamp.to_sec(), *self.command))
+            self._heard = self._made if self.command[1] else None
 
     def _run(self):
         while self._running:
@@ -82,13 +89,19 @@ class FakeRig:
                 )
                 self._publish(speed)
                 self._made += 1
-            time.sleep(PACE)
+            time.sleep(IDLE if self._silence() is None else PACE)
             self._wait()
+
+    def _silence(self):
+        """Steps since the last command; None while none is to come."""
+        heard = self._heard
+        is_driven = heard is not None and self.odometry_on and self.joints_on
+        return self._made - heard if is_driven else None
 
     def _wait(self):
         """Waits while commands that came before fail to come: a busy machine is no fault."""
         deadline = time.monotonic() + PATIENCE
-        while self._running and self._heard is not None and self._made - self._heard > LAG:
+        while self._running and (self._silence() or 0) > LAG:
             if time.monotonic() > deadline:
                 self._heard = None
             time.sleep(PACE)

@@ -7,6 +7,7 @@ import rospy
 from actionlib_msgs.msg import GoalStatus
 from cybertruck.goal.controller import shortest_length
 from geometry_msgs.msg import Twist
+from launches import wait_subscribed
 from nav_msgs.msg import Odometry
 from sim_client import START_LIMIT, Recorder, sleep_sim, wait_until, yaw_of
 from std_srvs.srv import Trigger
@@ -56,6 +57,7 @@ class Rig(unittest.TestCase):
         cls.truth = Recorder("/ground_truth/odom", Odometry)
         cls.commands = Recorder("/cmd_vel", Twist)
         cls.driver = Driver()
+        wait_subscribed(["/odom"], "/goal", "/drive")
         cls.odometry.wait_count(10, START_LIMIT)
         cls.radius = rospy.get_param(
             "/goal/trailer_min_radius" if rospy.get_param("/goal/trailer") else "/goal/min_radius"
@@ -131,7 +133,9 @@ class TwoGoals(Rig):
 
     def test_2_original_gains(self):
         goal = (10.0, 10.0)
-        distance, truth, path, *_, error = self.drive(Driver("/original"), goal)
+        driver = Driver("/original")
+        wait_subscribed(["/odom"], "/original/goal", "/drive")
+        distance, truth, path, *_, error = self.drive(driver, goal)
         print(
             f"original gains to {goal}: {distance:.3f} m in /odom, {truth:.3f} m in truth, "
             f"path {path:.2f} m"

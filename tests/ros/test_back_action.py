@@ -8,6 +8,7 @@ import actionlib
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
+from launches import wait_subscribed
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
 from sim_client import START_LIMIT, Recorder, joint, sleep_sim, wait_until, yaw_of
@@ -51,6 +52,7 @@ class BackAction(unittest.TestCase):
         wait_until(
             lambda: cls.client.wait_for_server(rospy.Duration(0.5)), "the action", START_LIMIT
         )
+        wait_subscribed(["/odom", "/joint_states"], "/back_up", "/drive")
         odometry = Recorder("/odom", Odometry)
         odometry.next(START_LIMIT)
         odometry.close()

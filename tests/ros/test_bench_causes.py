@@ -26,14 +26,14 @@ DRIVES = {
 
 
 class Causes(unittest.TestCase):
-    """One launch: the robot with a lidar among posts, at four times real time."""
+    """One launch: the robot with a lidar among posts."""
 
     @classmethod
     def setUpClass(cls):
         cls.folder = cls.enterClassContext(tempfile.TemporaryDirectory())
         file = causes.write(cls.folder, "lidar")
         log = cls.enterClassContext(open(os.path.join(cls.folder, "log"), "w"))
-        arguments = [f"world_name:={file}", "gui:=false", "real_time_factor:=4"]
+        arguments = [f"world_name:={file}", "gui:=false"]
         launched = "gazebo_ros", "empty_world.launch"
         cls.launch = cls.enterClassContext(Launch(log, arguments, launched))
 
@@ -73,16 +73,19 @@ class Causes(unittest.TestCase):
         paths = json.loads(output.read_text())["paths"]
         self.assertEqual(list(paths), ["turn", "after"])
         rows = paths["turn"]
-        self.assertAlmostEqual(rows[-1][0] - rows[0][0], 2.0, delta=0.5)
+        self.assertGreaterEqual(rows[-1][0], rows[0][0] + 2.0)
         motion = paths_beside_gazebo.motion_of(rows)
         self.assertAlmostEqual(motion.speed, 0.4, delta=0.02)
         self.assertAlmostEqual(motion.rate, 0.8, delta=0.08)
 
     def test_3_what_is_wrong_is_named(self):
         for plan, text in (
-            (dict(DRIVES, plan=[["x", 1.0, [["/t", "no_such/Kind", {}]]]]), "'no_such/Kind' of"),
-            (dict(DRIVES, plan=[["x", 1.0, [["/t", "std_msgs/Empty", {}]]]]), "subscribes to /t"),
+            ({"plan": [["x", 1.0, [["/t", "no_such/Kind", {}]]]]}, "'no_such/Kind' of"),
+            (
+                {"plan": [["x", 1.0, [["/t", "std_msgs/Empty", {}]]]], "patience": 5.0},
+                "subscribes to /t",
+            ),
         ):
-            done, _ = self.record(dict(plan, patience=1.0))
+            done, _ = self.record(dict(DRIVES, **plan))
             self.assertEqual(done.returncode, 2, done.stderr)
             self.assertIn(text, done.stderr)

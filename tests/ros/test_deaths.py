@@ -9,6 +9,7 @@ import xmlrpc.client
 
 import rosgraph
 import rospy
+from gazebo_msgs.srv import GetWorldProperties
 from geometry_msgs.msg import Twist
 from paddock_common.testing import wait_ended
 from sensor_msgs.msg import JointState
@@ -23,7 +24,12 @@ LAUNCH = """<launch>
   <include file="$(find deepracer_control)/launch/control.launch">
     <arg name="command_timeout" value="0.5"/>
   </include>
-  <param name="/gazebo/pub_clock_frequency" value="50.0"/>
+  <include file="$(find paddock_tests)/ros/pacer.launch">
+    <arg name="topics" value="[/cmd_vel]"/>
+    <arg name="nodes" value="[/control]"/>
+    <arg name="lag" value="0.2"/>
+    <arg name="patience" value="1.5"/>
+  </include>
 </launch>
 """
 
@@ -76,20 +82,25 @@ class Deaths(unittest.TestCase):
         """Speed of a rear wheel [rad/s]."""
         return joint(self.joints.next(), "left_rear_wheel_joint")[1]
 
+    def wait_rest(self):
+        wait_until(lambda: abs(self.speed()) < 0.05, "the wheels at rest")
+
     def test_1_a_held_command_drives_on(self):
-        self.window = self.drive()
+        window = self.drive()
         for _ in range(10):
             sleep_sim(0.2)
             self.assertGreater(self.speed(), 0.9 * SPEED)
-        self.window.kill()
+        window.kill()
+        self.wait_rest()
 
     def test_2_a_killed_window_stops_the_car_within_the_timeout(self):
         window = self.drive()
         self.joints.clear()
         window.kill()
         window.wait()
-        died = rospy.get_time()
-        wait_until(lambda: abs(self.speed()) < 0.05, "the wheels at rest")
+        world = rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)
+        died = world().sim_time
+        self.wait_rest()
         moving = [
             message.header.stamp.to_sec()
             for message in self.joints.messages
@@ -102,7 +113,7 @@ class Deaths(unittest.TestCase):
         control = pid_of("/control")
         os.kill(control, signal.SIGTERM)
         wait_ended(control, 30.0)
-        wait_until(lambda: abs(self.speed()) < 0.05, "the wheels at rest")
+        self.wait_rest()
         sleep_sim(0.5)  # nothing follows the zero
         self.assertLess(abs(self.speed()), 0.05)
 

@@ -76,11 +76,10 @@ class Styles(MasterCase):
             ),
             "the wheel turning",
         )
-        first, *_, last = states.wait_count(len(states.messages) + 10)
-        count = len(states.messages) - 1
+        messages = states.wait_count(len(states.messages) + 10)
         self.assertAlmostEqual(
-            (last.header.stamp - first.header.stamp).to_sec() / 0.04,
-            count,
+            (messages[-1].header.stamp - messages[0].header.stamp).to_sec() / 0.04,
+            len(messages) - 1,
             delta=2.0,
             msg="25 messages a second of simulated time",
         )

@@ -13,6 +13,7 @@ from controller_manager_msgs.srv import (
     UnloadController,
 )
 from dynamic_reconfigure.client import Client
+from gazebo_msgs.srv import GetWorldProperties
 from sensor_msgs.msg import JointState
 from sim_client import START_LIMIT, Recorder, joint, sleep_sim, wait_connected, wait_until
 from std_msgs.msg import Float64
@@ -94,18 +95,17 @@ class Effort(unittest.TestCase):
                 lambda: joint(self.joints.last, "slider_joint")[1] * effort > 0.02,
                 f"the slider moving with {effort} N",
             )
-            before = self.joints.next()
-            sleep_sim(0.2)
-            after = self.joints.next()
+            before, after = self.joints.over(0.2)
             seconds = (after.header.stamp - before.header.stamp).to_sec()
             gained = joint(after, "slider_joint")[1] - joint(before, "slider_joint")[1]
             self.assertAlmostEqual(gained / seconds, acting / SLIDER_MASS, delta=0.02 * abs(acting))
             index = after.name.index("slider_joint")
             self.assertAlmostEqual(after.effort[index], acting, delta=1e-6)
         self.assertTrue(self.switch(stop=["slider_effort"]))
-        coasting = joint(self.joints.next(), "slider_joint")[1]
-        sleep_sim(0.1)
-        self.assertAlmostEqual(joint(self.joints.next(), "slider_joint")[1], coasting, delta=0.01)
+        stopped = rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)().sim_time
+        wait_until(lambda: self.joints.last.header.stamp.to_sec() >= stopped, "what follows it")
+        before, after = (joint(message, "slider_joint")[1] for message in self.joints.over(0.1))
+        self.assertAlmostEqual(after, before, delta=0.01)
         self.assertTrue(self.switch(start=["slider_effort"]))
 
     def test_position_controller_arrives_and_publishes_its_state(self):
@@ -113,11 +113,18 @@ class Effort(unittest.TestCase):
         for target in (1.0, -0.5, 9.0):
             self.command["arm_position"].publish(target)
             wanted = min(target, 1.5)
-            wait_until(
-                lambda: abs(joint(self.joints.last, "arm_joint")[0] - wanted) < 1e-3,
-                f"arm at {wanted} rad",
+
+            def there():
+                message = self.joints.last
+                return abs(joint(message, "arm_joint")[0] - wanted) < 1e-3 and message
+
+            arrived = wait_until(there, f"arm at {wanted} rad").header.stamp
+            state = wait_until(
+                lambda: next(
+                    (item for item in states.messages if item.header.stamp >= arrived), None
+                ),
+                "the state of that time",
             )
-            state = states.next()
             self.assertEqual(state.set_point, wanted)
             self.assertAlmostEqual(state.error, wanted - state.process_value, delta=1e-9)
             self.assertAlmostEqual(state.process_value, wanted, delta=2e-3)

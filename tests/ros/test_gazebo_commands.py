@@ -222,10 +222,14 @@ class GazeboCommands(unittest.TestCase):
         car = self.path("small_car.urdf")
         self.spawned("with_nose", "-urdf", "-file", car, "-y", "-20", "-J", "nose", "1")
 
-    def test_6_bond_deletes_on_exit(self):
-        process = subprocess.Popen(
+    def bonded(self):
+        """Starts spawn_model with -b."""
+        return subprocess.Popen(
             SPAWN + ("-sdf", "-file", self.path("box.sdf"), "-model", "bonded", "-y", "20", "-b")
         )
+
+    def test_6_bond_deletes_on_exit(self):
+        process = self.bonded()
         try:
             wait_until(lambda: "bonded" in models(), "the bonded model", START_LIMIT)
             time.sleep(1.0)  # it stays while spawn_model does
@@ -235,6 +239,18 @@ class GazeboCommands(unittest.TestCase):
             process.send_signal(signal.SIGINT)
         self.assertEqual(process.wait(LIMIT), 0)
         self.assertNotIn("bonded", models())
+
+    def test_6b_bond_deletes_at_a_stop_before_the_answer(self):
+        name = "/gazebo/get_world_properties"
+        world = rospy.ServiceProxy(name, GetWorldProperties, persistent=True)
+        for _ in range(4):
+            process = self.bonded()
+            while process.poll() is None and "bonded" not in world().model_names:
+                pass
+            process.send_signal(signal.SIGINT)
+            self.assertEqual(process.wait(LIMIT), 0)
+            self.assertNotIn("bonded", models())
+        world.close()
 
     def test_7_unpause(self):
         clock = Recorder("/clock", Clock)

@@ -60,6 +60,7 @@ class Manoeuvres(Rig):
 
     def test_4_bad_goals_are_refused_and_the_running_one_goes_on(self):
         x, y, heading = self.pose()
+        self.driver.status.clear()
         self.assertTrue(self.driver.send(x + 4.0 * math.cos(heading), y + 4.0 * math.sin(heading)))
         for bad in (
             (math.nan, 0.0),
@@ -89,6 +90,7 @@ class Manoeuvres(Rig):
 
     def test_6_a_reset_ends_the_goal_and_the_truck_stays(self):
         x, y, heading = self.pose()
+        self.driver.status.clear()
         self.assertTrue(self.driver.send(x + 9.0 * math.cos(heading), y + 9.0 * math.sin(heading)))
         wait_until(lambda: self.speed() > 0.5, "the truck to drive")
         rospy.wait_for_service("/gazebo/reset_simulation", START_LIMIT)

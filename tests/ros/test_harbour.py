@@ -19,6 +19,13 @@ def lengths(states):
     return [len(values) for values in (states.position, states.velocity, states.effort)]
 
 
+def forward(speed):
+    """A Twist of a speed [m/s]."""
+    twist = Twist()
+    twist.linear.x = speed
+    return twist
+
+
 class Harbour(MasterCase):
     """Each test is one launch file."""
 
@@ -60,16 +67,11 @@ class Harbour(MasterCase):
         self.addCleanup(recorder.close)
         return recorder
 
-    def drive(self, topic, forward, yaw_rate, seconds):
-        """Commands a velocity 20 times a second for a time [s]."""
+    def publisher(self, topic):
         publisher = rospy.Publisher(topic, Twist, queue_size=10)
         self.addCleanup(publisher.unregister)
         wait_connected(publisher, topic)
-        twist = Twist()
-        twist.linear.x, twist.angular.z = forward, yaw_rate
-        for _ in range(round(20 * seconds)):
-            publisher.publish(twist)
-            sleep_sim(0.05)
+        return publisher
 
     def test_four_cad_wheels_in_the_root_namespace_and_a_script_for_usr_bin_python(self):
         launched = self.launch("flatbed.launch")
@@ -80,23 +82,32 @@ class Harbour(MasterCase):
             self.record("/drive/odom", Odometry),
         )
         horn = self.record("/horn", String)
-        self.drive("/drive/cmd_vel", 0.5, 0.0, 2.0)
+        command = self.publisher("/drive/cmd_vel")
+        states.wait_count(1)
+        odometry.wait_count(1)
+
+        def at_speed():  # told while it is commanded: the controller has a time-out
+            command.publish(forward(0.5))
+            wheels = [speed for item in states.messages[-20:] for speed in item.velocity]
+            bodies = self.state("/").twist, odometry.last.twist.twist
+            return all(abs(speed - 5.0) < 0.25 for speed in wheels) and all(
+                abs(twist.linear.x - 0.5) < 0.025 for twist in bodies
+            )
+
+        wait_until(at_speed, "0.5 m/s of the wheels, the body and the odometry")
         self.assertEqual(states.last.name, ["front_left", "front_right", "rear_left", "rear_right"])
         self.assertEqual(lengths(states.last), [4, 4, 4])
-        for speed in states.last.velocity:
-            self.assertAlmostEqual(speed, 5.0, delta=0.25)
-        self.assertAlmostEqual(self.state("/").twist.linear.x, 0.5, delta=0.025)
-        self.assertAlmostEqual(odometry.last.twist.twist.linear.x, 0.5, delta=0.025)
         wait_until(lambda: horn.last is not None, "the script's message")
         self.assertNotIn("died", launched.output())
 
     def test_skid_steering_with_a_torque_reaches_its_speed(self):
         launched = self.launch("porter.launch")
         self.wait_model(launched, "porter")
-        self.drive("/cmd_vel", 0.5, 0.0, 2.0)
-        self.assertAlmostEqual(self.state("porter").twist.linear.x, 0.5, delta=0.025)
-        self.drive("/cmd_vel", -0.5, 0.0, 2.0)
-        self.assertAlmostEqual(self.state("porter").twist.linear.x, -0.5, delta=0.025)
+        command = self.publisher("/cmd_vel")
+        for speed in (0.5, -0.5):
+            command.publish(forward(speed))
+            sleep_sim(2.0)
+            self.assertAlmostEqual(self.state("porter").twist.linear.x, speed, delta=0.025)
 
     def test_sensors_and_joint_states_are_on_the_wire_as_in_gazebo(self):
         launched = self.launch("pilot.launch")
@@ -114,9 +125,9 @@ class Harbour(MasterCase):
         self.assertEqual(lengths(states.last), [3, 3, 3])
         self.assertEqual(of_plugin.last.name, ["left", "right"])
         self.assertEqual(lengths(of_plugin.last), [2, 2, 0])
-        first, *_, last = sonar.wait_count(len(sonar.messages) + 6)
-        seconds = (last.header.stamp - first.header.stamp).to_sec()
-        self.assertAlmostEqual((len(sonar.messages) - 1) / seconds, 10.0, delta=2.0)
+        messages = sonar.wait_count(len(sonar.messages) + 6)
+        seconds = (messages[-1].header.stamp - messages[0].header.stamp).to_sec()
+        self.assertAlmostEqual((len(messages) - 1) / seconds, 10.0, delta=2.0)
         offered = rosservice.get_service_list()
         for name in ("/imu_service", "/imu/set_accel_bias", "/imu/set_rate_bias",
                      "/fix/set_reference_geopose"):  # fmt: skip

@@ -3,6 +3,7 @@
 import argparse
 import re
 import sys
+import threading
 from xml.sax.saxutils import escape
 
 import rospy
@@ -162,6 +163,9 @@ def checked(text, source, package_to_model=False):
     return text
 
 
+ANSWER_LIMIT = 1.0  # wall time that a stop leaves a call of the simulator to be answered [s]
+
+
 class SpawnError(Exception):
     """The model could not be spawned; the text is the reason."""
 
@@ -240,8 +244,11 @@ class Simulator:
             raise SpawnError(str(error)) from None
 
 
-def spawn(opts):
+def spawn(opts, spawned):
     """Spawns the model by the options.
+
+    Args:
+        spawned: Event that is set once the model is there.
 
     Raises:
         SpawnError, model_text.ModelTextError: spawning failed.
@@ -265,6 +272,7 @@ def spawn(opts):
         initial_pose=pose,
         reference_frame=opts.reference_frame,
     )
+    spawned.set()
     rospy.loginfo("Spawned %s. %s", opts.model, response.status_message)
     if opts.joints:
         names, positions = zip(*opts.joints)
@@ -280,7 +288,9 @@ def spawn(opts):
         simulator.call("unpause_physics", Empty)
 
 
-def _delete(opts):
+def _delete(opts, spawned):
+    if not spawned.wait(ANSWER_LIMIT):
+        return
     try:
         rospy.ServiceProxy(opts.gazebo_namespace + "/delete_model", DeleteModel)(opts.model)
     except rospy.ServiceException as error:
@@ -291,14 +301,16 @@ def main():
     """Runs the node; returns its exit code: 0 spawned or interrupted, 1 not spawned."""
     opts = parse_options(rospy.myargv()[1:], rospy.get_namespace())
     nodes.init_interruptible("spawn_model", anonymous=True)
+    spawned = threading.Event()
+    if opts.bond:
+        rospy.on_shutdown(lambda: _delete(opts, spawned))
     try:
-        spawn(opts)
+        spawn(opts, spawned)
     except (SpawnError, ModelTextError) as error:
         rospy.logfatal("spawn_model %s: %s", opts.model, error)
         return 1
     except rospy.ROSInterruptException:
         return 0  # as upstream: interrupted while it waited
     if opts.bond:
-        rospy.on_shutdown(lambda: _delete(opts))
         rospy.spin()
     return 0
