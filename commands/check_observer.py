@@ -5,6 +5,7 @@
 Runs with the workspace active and ROS_MASTER_URI set to the port; ./run check starts it.
 """
 
+import functools
 import json
 import os
 import pathlib
@@ -106,10 +107,16 @@ class Counter:
         return (self.count - 1) / (self.last - self.first)
 
 
+@functools.cache
+def has_header(kind):
+    """Whether a type of messages is known here and begins with a header."""
+    found = roslib.message.get_message_class(kind)
+    return found is not None and found._has_header
+
+
 def stamp_of(message):
     """Stamp [s] of an AnyMsg; None where its type has no header or is not known here."""
-    kind = roslib.message.get_message_class(message._connection_header["type"])
-    if kind is None or not kind._has_header:
+    if not has_header(message._connection_header["type"]):
         return None
     seconds, nanoseconds = struct.unpack_from("<II", message._buff, 4)  # after header.seq
     return seconds + 1e-9 * nanoseconds

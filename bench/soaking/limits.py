@@ -51,21 +51,16 @@ class CompetingLoad:
         return count
 
 
-def limit(found, longest=SHUTDOWN_LIMIT):
-    """Longest time [s] that a shutdown may take: longer by its slowdown."""
-    return longest * found.slowdown
-
-
 def violation(found, files=(), longest=SHUTDOWN_LIMIT):
     """Which limit a shutdown has broken, one message; '' when it has kept all.
 
     Args:
-        longest: Longest time [s] without competing load.
         files: Names of temporary files that are left and should not be.
+        longest: Longest time [s] without competing load; with it longer by its slowdown.
     """
     if found.left:
         return f"left {found.left} after {found.seconds:.1f} s"
-    most = limit(found, longest)
+    most = longest * found.slowdown
     if found.seconds > most:
         return f"took {formatted(found)}, at most {most:.1f} s; {latest(found.lives)}"
     if files:

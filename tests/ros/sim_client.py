@@ -10,6 +10,7 @@ import time
 import rosgraph
 import rospy
 from controller_manager_msgs.srv import ListControllers
+from gazebo_msgs.srv import GetWorldProperties
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64
 
@@ -48,6 +49,11 @@ def wait_until(condition, what, limit=WALL_LIMIT):
             raise AssertionError(f"ROS was shut down while waiting for {what}")
         time.sleep(min(max(0.005, 5.0 * (time.monotonic() - begin)), 0.05))
     raise AssertionError(f"{what}: not within {limit:g} s")
+
+
+def world_time():
+    """The simulator's time [s]; rospy's is that of /clock, which may be late."""
+    return rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)().sim_time
 
 
 def sleep_sim(seconds, limit=WALL_LIMIT):

@@ -4,10 +4,9 @@ The results do not depend on the machine's speed and load.
 """
 
 import rospy
-from gazebo_msgs.srv import GetWorldProperties
 from launches import wait_subscribed
 from nav_msgs.msg import Odometry
-from sim_client import START_LIMIT, wait_until
+from sim_client import START_LIMIT, wait_until, world_time
 from std_srvs.srv import Empty
 
 from bullet_bridge.srv import Step
@@ -25,16 +24,18 @@ class Time:
     Args:
         commands: Command topics of the world, published by the node under test.
         topics: Topics of the world of which the test must not miss a message.
+        node: Name of the node under test.
     """
 
-    def __init__(self, commands=(), topics=()):
+    def __init__(self, commands=(), topics=(), node="/control"):
         for name in ("pause_physics", "step", "get_world_properties"):
             rospy.wait_for_service("/gazebo/" + name, START_LIMIT)
         rospy.ServiceProxy("/gazebo/pause_physics", Empty)()
         wait_subscribed(topics)
+        if commands:
+            wait_subscribed(commands, "/gazebo", node)
         self._commands = list(commands)
-        world = rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)
-        self.now = world().sim_time
+        self.now = world_time()
         self._step = rospy.ServiceProxy("/gazebo/step", Step, persistent=True)
 
     def go(self, seconds, commands=0):

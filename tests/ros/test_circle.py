@@ -9,7 +9,6 @@ import unittest
 import numpy as np
 import rospy
 from geometry_msgs.msg import Twist
-from launches import wait_subscribed
 from nav_msgs.msg import Odometry
 from sim_client import CAR_COMMANDS, Recorder, wait_connected, wait_for_car, yaw_of
 from stepping import Time
@@ -67,7 +66,6 @@ class Circle(unittest.TestCase):
         cls.publisher = rospy.Publisher("/cmd_vel", Twist, queue_size=10)
         wait_connected(cls.publisher, "control")
         cls.odometry = Recorder("/racecar/odom", Odometry)
-        wait_subscribed(CAR_COMMANDS, "/gazebo", "/control")
         cls.time = Time(CAR_COMMANDS, [cls.odometry.topic])
 
     def laps(self, steering):

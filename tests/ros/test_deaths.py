@@ -9,11 +9,18 @@ import xmlrpc.client
 
 import rosgraph
 import rospy
-from gazebo_msgs.srv import GetWorldProperties
 from geometry_msgs.msg import Twist
 from paddock_common.testing import wait_ended
 from sensor_msgs.msg import JointState
-from sim_client import Recorder, joint, sleep_sim, wait_connected, wait_for_car, wait_until
+from sim_client import (
+    Recorder,
+    joint,
+    sleep_sim,
+    wait_connected,
+    wait_for_car,
+    wait_until,
+    world_time,
+)
 
 LAUNCH = """<launch>
   <include file="$(find track_model)/launch/world.launch">
@@ -98,8 +105,7 @@ class Deaths(unittest.TestCase):
         self.joints.clear()
         window.kill()
         window.wait()
-        world = rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)
-        died = world().sim_time
+        died = world_time()
         self.wait_rest()
         moving = [
             message.header.stamp.to_sec()

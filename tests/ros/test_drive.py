@@ -5,7 +5,6 @@ import unittest
 
 import rospy
 from geometry_msgs.msg import Twist
-from launches import wait_subscribed
 from nav_msgs.msg import Odometry
 from sim_client import CAR_COMMANDS, Recorder, turned, wait_connected, wait_for_car, yaw_of
 from stepping import PHYSICS_STEP, Time
@@ -38,7 +37,6 @@ class Drive(unittest.TestCase):
         cls.publisher = rospy.Publisher("/cmd_vel", Twist, queue_size=10)
         wait_connected(cls.publisher, "control")
         cls.odometry = Recorder("/racecar/odom", Odometry)
-        wait_subscribed(CAR_COMMANDS, "/gazebo", "/control")
         cls.time = Time(CAR_COMMANDS, [cls.odometry.topic])
 
     def setUp(self):

@@ -13,9 +13,16 @@ from controller_manager_msgs.srv import (
     UnloadController,
 )
 from dynamic_reconfigure.client import Client
-from gazebo_msgs.srv import GetWorldProperties
 from sensor_msgs.msg import JointState
-from sim_client import START_LIMIT, Recorder, joint, sleep_sim, wait_connected, wait_until
+from sim_client import (
+    START_LIMIT,
+    Recorder,
+    joint,
+    sleep_sim,
+    wait_connected,
+    wait_until,
+    world_time,
+)
 from std_msgs.msg import Float64
 
 LAUNCH = """<launch>
@@ -102,7 +109,7 @@ class Effort(unittest.TestCase):
             index = after.name.index("slider_joint")
             self.assertAlmostEqual(after.effort[index], acting, delta=1e-6)
         self.assertTrue(self.switch(stop=["slider_effort"]))
-        stopped = rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)().sim_time
+        stopped = world_time()
         wait_until(lambda: self.joints.last.header.stamp.to_sec() >= stopped, "what follows it")
         before, after = (joint(message, "slider_joint")[1] for message in self.joints.over(0.1))
         self.assertAlmostEqual(after, before, delta=0.01)

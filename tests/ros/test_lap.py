@@ -14,7 +14,7 @@ import rosbag
 import rosgraph
 import rospy
 from gazebo_msgs.msg import ModelState
-from gazebo_msgs.srv import GetWorldProperties, SetModelState
+from gazebo_msgs.srv import SetModelState
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from paddock_common.testing import call
@@ -25,6 +25,7 @@ from sim_client import (
     wait_connected,
     wait_for_car,
     wait_until,
+    world_time,
     yaw_of,
 )
 from std_srvs.srv import Trigger
@@ -80,11 +81,14 @@ class Lap(unittest.TestCase):
         cls.move = rospy.ServiceProxy("/gazebo/set_model_state", SetModelState)
         cls.move.wait_for_service(LAP_LIMIT)
 
-    def place(self, x, y, yaw):
+    def put(self, x, y, yaw):
         state = ModelState(model_name="racecar", reference_frame="world")
         state.pose.position.x, state.pose.position.y = x, y
         state.pose.orientation.z, state.pose.orientation.w = math.sin(yaw / 2), math.cos(yaw / 2)
         self.assertTrue(self.move(state).success)
+
+    def place(self, x, y, yaw):
+        self.put(x, y, yaw)
         wait_until(
             lambda: math.dist((x, y), (self.status.next() and self.here()[:2])) < 0.05,
             "the car at its new place",
@@ -190,17 +194,14 @@ class Lap(unittest.TestCase):
         os.kill(referee, signal.SIGSTOP)  # as on a busy machine: odometry waits to be read
         try:
             sleep_sim(2.0)
-            state = ModelState(model_name="racecar", reference_frame="world")
-            state.pose.position.x, state.pose.orientation.w = -0.3, 1.0
-            self.assertTrue(self.move(state).success)
+            self.put(-0.3, 0.0, 0.0)
             answer = threading.Thread(target=restart)
             answer.start()
             time.sleep(0.5)  # the request waits, too
         finally:
             os.kill(referee, signal.SIGCONT)
         answer.join(WALL_LIMIT)
-        world = rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)
-        begin = world().sim_time  # /clock may be late
+        begin = world_time()
         wait_until(
             lambda: self.status.next().header.stamp.to_sec() > begin, "the referee at the start"
         )

@@ -5,7 +5,7 @@ import unittest
 
 import rospy
 from gazebo_msgs.msg import ModelState
-from gazebo_msgs.srv import GetModelState, GetWorldProperties
+from gazebo_msgs.srv import GetModelState
 from launches import Launch, wait_subscribed
 from rosgraph_msgs.msg import Clock
 from sim_client import (
@@ -16,6 +16,7 @@ from sim_client import (
     wait_connected,
     wait_running,
     wait_until,
+    world_time,
 )
 from std_msgs.msg import Float64
 from std_srvs.srv import Empty
@@ -63,10 +64,6 @@ class World:
     def step(self, n=1, topics=(), counts=()):
         """Calls the service."""
         return self._step(n, list(topics), list(counts))
-
-    def time(self):
-        """Simulated time [s] by get_world_properties."""
-        return call("get_world_properties", GetWorldProperties).sim_time
 
     def command(self, tick):
         """Publishes one set of commands; returns the topics."""
@@ -132,7 +129,7 @@ class Lockstep(unittest.TestCase):
     def test_same_script_same_bytes_and_a_reset_is_a_fresh_start(self):
         with Launch("lockstep_world.launch"):
             world = World()
-            self.assertEqual(world.time(), 0.0, "spawning and starting cost no simulated time")
+            self.assertEqual(world_time(), 0.0, "spawning and starting cost no simulated time")
             wait_until(lambda: world.clock.last, "/clock, which is latched")
             self.assertEqual(world.clock.last.clock.to_sec(), 0.0)
             first = world.run_script()
@@ -151,7 +148,7 @@ class Lockstep(unittest.TestCase):
             second = world.run_script()
             self.same(first, second)
             call("reset_simulation")
-            self.assertEqual(world.time(), 0.0)
+            self.assertEqual(world_time(), 0.0)
             wait_until(lambda: world.clock.last.clock.to_sec() == 0.0, "/clock at 0")
             again = world.run_script()
             self.same(without_seq(first), without_seq(again))
@@ -163,13 +160,13 @@ class Lockstep(unittest.TestCase):
         save, restore = (
             rospy.ServiceProxy(f"/gazebo/{name}_state", State) for name in ("save", "restore")
         )
-        start = world.time()
+        start = world_time()
         self.assertIn(f"saved 'driving' at {start:.3f} s", save("driving").status_message)
         on = world.run_script()
         answer = restore("driving")
         self.assertTrue(answer.success, answer.status_message)
         self.assertEqual(answer.status_message, f"restored 'driving', it is {start:.3f} s")
-        self.assertEqual(world.time(), start)
+        self.assertEqual(world_time(), start)
         self.same(without_seq(on), without_seq(world.run_script()))
         for call_it, name, reason in (
             (restore, "other", "state 'other' does not exist; saved are driving"),
@@ -181,7 +178,7 @@ class Lockstep(unittest.TestCase):
 
     def manners(self, world):
         """Requests that the step service and lockstep refuse; time does not advance."""
-        start = world.time()
+        start = world_time()
         self.assertAlmostEqual(start, TICKS * TICK * 1e-3, places=9)
         wait_until(lambda: world.clock.last.clock.to_sec() == start, "/clock at the last step")
         with self.assertRaisesRegex(rospy.ServiceException, "only by /gazebo/step"):
@@ -199,12 +196,12 @@ class Lockstep(unittest.TestCase):
             self.assertIn(reason, answer.status_message)
         counts = {topic: len(recorder.messages) for topic, recorder in world.recorders.items()}
         self.assertEqual(counts, EXPECTED, "nothing comes while time stands")
-        self.assertEqual(world.time(), start)
+        self.assertEqual(world_time(), start)
         publisher = next(p for p in world.publishers.values() if p.name == wheel)
         for _ in range(3):
             publisher.publish(1.0)
         self.assertTrue(world.step(1, [wheel], [3]).success, "three in a burst are three")
-        self.assertAlmostEqual(world.time(), start + 0.001, places=9)
+        self.assertAlmostEqual(world_time(), start + 0.001, places=9)
         self.place_by_topic(world)
 
     def place_by_topic(self, world):

@@ -5,10 +5,17 @@ import time
 import unittest
 
 import rospy
-from gazebo_msgs.srv import GetWorldProperties
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from sim_client import WHEELS, Recorder, command_publishers, sleep_sim, wait_for_car, wait_until
+from sim_client import (
+    WHEELS,
+    Recorder,
+    command_publishers,
+    sleep_sim,
+    wait_for_car,
+    wait_until,
+    world_time,
+)
 from std_srvs.srv import Empty
 
 LAUNCH = """<launch>
@@ -58,13 +65,13 @@ class Pause(unittest.TestCase):
 
     def test_pause_freezes_the_clock_and_unpause_goes_on(self):
         self.call("pause_physics")
-        now = self.call("get_world_properties", GetWorldProperties).sim_time
+        now = world_time()
         wait_until(lambda: self.clock.newest.clock.to_sec() > now - 1e-6, "/clock of the pause")
         frozen = self.clock.last.clock
         time.sleep(1.0)
         self.assertEqual(self.clock.last.clock, frozen)
         self.assertAlmostEqual(
-            self.call("get_world_properties", GetWorldProperties).sim_time,
+            world_time(),
             frozen.to_sec(),
             delta=1e-6,
             msg="services answer while paused",

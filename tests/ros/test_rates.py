@@ -11,11 +11,10 @@ import time
 import unittest
 
 import rospy
-from gazebo_msgs.srv import GetWorldProperties
 from launches import Launch
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState, LaserScan
-from sim_client import START_LIMIT, Recorder
+from sim_client import START_LIMIT, Recorder, world_time
 from std_srvs.srv import Trigger
 
 LAUNCH = "<launch></launch>"  # a ROS master
@@ -34,11 +33,10 @@ WINDOWS = 6
 
 def measured_factor(seconds):
     """Simulated over wall time of a while [s]; too low by what a service takes to answer."""
-    world = rospy.ServiceProxy("/gazebo/get_world_properties", GetWorldProperties)
     start = time.monotonic()
-    before = world().sim_time
+    before = world_time()
     time.sleep(seconds)
-    after = world().sim_time
+    after = world_time()
     return (after - before) / (time.monotonic() - start)
 
 

@@ -313,10 +313,9 @@ class Services(unittest.TestCase):
         metrics = Recorder("/gazebo/performance_metrics", PerformanceMetrics)
         begin = metrics.next().header.stamp
         metrics.clear()
-        count = 0.0
         while metrics.newest.header.stamp < begin + rospy.Duration(1.0):
             metrics.next()
-        before = begin
+        before, count = begin, 0.0
         for message in metrics.messages:  # each of 0.2 s of wall time
             window, before = message.header.stamp - before, message.header.stamp
             rates = {sensor.name: sensor.sim_update_rate for sensor in message.sensors}

@@ -181,14 +181,13 @@ class Safety(unittest.TestCase):
             after, count = self.process.cpu_times(), len(quick.views) - views
             return (after.user + after.system - before.user - before.system) / count
 
-        want = json.dumps({"type": "want", **want})
         alone = cost()
         memory = self.process.memory_info().rss
         stalled = [
             self.raw(sockopt=((socket.SOL_SOCKET, socket.SO_RCVBUF, 4096),)) for _ in range(10)
         ]
         for page in stalled:
-            page.send(want)
+            page.send(json.dumps({"type": "want", **want}))
         for _ in range(200):  # half of them say that they have read
             for page in stalled[:5]:
                 page.send('{"type": "ack"}')

@@ -19,7 +19,7 @@ from bullet_sim.render.request import DEFAULT
 from bullet_sim.render.worker import make_renderer
 from bullet_sim.render.worker_process import SharedMemory
 from bullet_sim.snapshot import BodySource
-from paddock_common.testing import pid_from_killed, wait_ended
+from paddock_common.testing import pid_from_killed, wait_ended, wait_for
 from test_render import PLACES, SIZES, _sources, box_at, check_outline, request, snapshot  # noqa: F401  pylint: disable=unused-import
 
 DEADLINE = 90.0  # [s] for anything a worker does
@@ -46,6 +46,11 @@ class Inbox:
     def wait(self, condition, what):
         with self._changed:
             assert self._changed.wait_for(condition, DEADLINE), f"{what} within {DEADLINE} s"
+
+
+def wait_taken(client):
+    """Waits until the client's thread has taken what was submitted."""
+    wait_for(lambda: not client._pending, "the client's thread", DEADLINE)
 
 
 @pytest.fixture(autouse=True)
@@ -209,9 +214,7 @@ def test_forgotten_pictures_do_not_come(shared, inbox):
     os.kill(pid, signal.SIGSTOP)
     try:
         shared.submit(snapshot(step=1), [request()])
-        deadline = time.monotonic() + DEADLINE
-        while shared._pending and time.monotonic() < deadline:
-            time.sleep(0.005)  # until it is being drawn
+        wait_taken(shared)
         shared.submit(snapshot(step=2), [request(), request("left")])
         shared.discard()
         shared.submit(snapshot(step=3), [request()])
@@ -228,9 +231,7 @@ def test_a_request_that_is_queued_is_not_replaced_at_once(client, monkeypatch):
         with client._changed:  # all at once: what the worker will have
             for step in range(module.AHEAD):
                 client.submit(snapshot(step=step), [request(f"eye{step}")])
-        deadline = time.monotonic() + DEADLINE
-        while client._pending and time.monotonic() < deadline:
-            time.sleep(0.005)
+        wait_taken(client)
         assert client.worth([request(), request("left")]) == [request(), request("left")]
         monkeypatch.setattr(module, "REFRESH", 100.0)
         client.submit(snapshot(step=9), [request()])
@@ -260,13 +261,10 @@ def test_the_next_picture_is_drawn_while_the_last_is_handed_on(sources):
         client.set_sources(sources)
         os.kill(client._worker.process.pid, signal.SIGSTOP)
         client.submit(snapshot(step=1), [request()])
-        deadline = time.monotonic() + DEADLINE
-        while client._pending and time.monotonic() < deadline:
-            time.sleep(0.005)
+        wait_taken(client)
         client.submit(snapshot(step=2, pan=0.3), [request()])
         os.kill(client._worker.process.pid, signal.SIGCONT)
-        while len(seen) < 2 and time.monotonic() < deadline:
-            time.sleep(0.005)
+        wait_for(lambda: len(seen) >= 2, "the pictures", DEADLINE)
     assert seen == [(1, True, True), (2, False, True)]
 
 
@@ -281,19 +279,15 @@ def test_the_worker_has_its_next_order_before_its_answer_is_read(sources):
         client.start("tiny")
         client.set_sources(sources)
         client.submit(snapshot(step=1), [request("first")])
-        deadline = time.monotonic() + DEADLINE
-        while not seen and time.monotonic() < deadline:
-            time.sleep(0.005)
+        wait_for(lambda: seen, "the first picture", DEADLINE)
         client.submit(snapshot(step=2), [request("second")])
         client.submit(snapshot(step=3), [request("third")])
         os.kill(client._worker.process.pid, signal.SIGSTOP)
         go_on.set()
-        while client._pending and time.monotonic() < deadline:
-            time.sleep(0.005)
-        assert not client._pending and seen == ["first"]
+        wait_taken(client)
+        assert seen == ["first"]
         os.kill(client._worker.process.pid, signal.SIGCONT)
-        while len(seen) < 3 and time.monotonic() < deadline:
-            time.sleep(0.005)
+        wait_for(lambda: len(seen) >= 3, "the pictures", DEADLINE)
     assert seen == ["first", "second", "third"]
 
 

@@ -264,14 +264,13 @@ class RefereeNode:
         with self._lock:
             if last is not None and stamp < last:  # the simulation was reset
                 self._restarted = -math.inf
-            if stamp.to_sec() <= self._restarted:
+            time = stamp.to_sec()
+            if time <= self._restarted:
                 return
-            status, events = self._referee.update(
-                message.header.stamp.to_sec(), *pose, twist.linear.x
-            )
+            status, events = self._referee.update(time, *pose, twist.linear.x)
             self._log.add(pose, status, events)
             self._publish(message.header, status)
-        self._display.update(message.header.stamp, pose, status)
+        self._display.update(stamp, pose, status)
         for event in events:
             self._log_event(event, status)
         if self._referee.rules.auto_reset and {"off_track", "crash", "stuck"} & set(events):
