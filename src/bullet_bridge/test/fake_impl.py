@@ -114,8 +114,10 @@ def fake_publishers(monkeypatch, *modules, subscribers=1):
 
 def plugin_of(world, model, spec, seed=0, received=None):
     """The plugin of a specification, as the simulation makes it."""
+    sensors = model.description.sensors
+    number = next((index for index, other in enumerate(sensors) if other is spec), len(sensors))
     context = PluginContext(
-        world, model, spec, seed, received or FakeReceivedCounts(), FakeCameras()
+        world, model, spec, seed, received or FakeReceivedCounts(), FakeCameras(), number=number
     )
     return make_plugin(context)
 

@@ -295,8 +295,9 @@ def test_a_command_before_the_first_update_counts(topics, world, cart, spec):
 
 
 def test_diff_drive_tells_of_its_wheels(topics, world, cart):
+    frames = {side: ("tb3/base", f"tb3/{side}_wheel") for side in ("right", "left")}
     spec = WheelDriveSpec("d", "base", ("left",), ("right",), separation=0.3, diameter=0.2,
-                          wheel_states_topic="/joint_states", wheel_transforms=True)  # fmt: skip
+                          wheel_states_topic="/joint_states", wheel_frames=frames)  # fmt: skip
     received = FakeReceivedCounts()
     output = made(spec, world, cart, received)
     command = Twist()
@@ -313,9 +314,12 @@ def test_diff_drive_tells_of_its_wheels(topics, world, cart):
         transform
         for message in topics["/tf"].messages[-2:]
         for transform in message.transforms
-        if transform.header.frame_id == "base"
+        if transform.header.frame_id == "tb3/base"
     ]
-    assert [frame.child_frame_id for frame in frames] == ["right_wheel", "left_wheel"]
+    assert [frame.child_frame_id for frame in frames] == [
+        "tb3/right_wheel",
+        "tb3/left_wheel",
+    ]
     assert frames[1].transform.translation.y == pytest.approx(0.15, abs=1e-6)
     turned = 2 * math.atan2(frames[1].transform.rotation.y, frames[1].transform.rotation.w)
     assert math.remainder(turned - state.position[1], 2 * math.pi) == pytest.approx(0.0, abs=1e-6)

@@ -55,7 +55,7 @@ def test_what_the_plugin_asks_for(world):
     model = world.spawn_urdf("arm", arm("revolute"), Pose((0, 0, 1.0)), str)
     joints, root = model.description.sensors
     assert joints == drives.JointTransformsSpec("p", "base", 20.0)
-    assert root == drives.RootTransformSpec("p", "base", "map", 50.0)
+    assert root == drives.RootTransformSpec("p", "base", "map", 50.0, child_frame_id="base")
     plain = arm("revolute", PLUGIN.replace("<frameName>map</frameName>", ""))
     (only,) = world.spawn_urdf("plain", plain, Pose((3, 0, 1.0)), str).description.sensors
     assert isinstance(only, drives.JointTransformsSpec)

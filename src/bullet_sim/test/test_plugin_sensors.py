@@ -120,12 +120,13 @@ VERTICAL = (
                    "<publishWheelTF>true</publishWheelTF>"
                    "<publishWheelJointState>true</publishWheelJointState>"),
             WheelDriveSpec,
-            {"wheel_states_topic": "/car/joint_states", "wheel_transforms": True},
+            {"wheel_states_topic": "/car/joint_states",
+             "wheel_frames": {"r": ("base", "right"), "l": ("base", "left")}},
         ),
         (
             plugin("gazebo_ros_diff_drive", "<leftJoint>l</leftJoint><rightJoint>r</rightJoint>"),
             WheelDriveSpec,
-            {"wheel_states_topic": "", "wheel_transforms": False},
+            {"wheel_states_topic": "", "wheel_frames": {}, "command_topic": "/bot/cmd_vel"},
         ),
     ],
 )  # fmt: skip

@@ -14,6 +14,7 @@ from bullet_bridge import plugins  # noqa: F401  enters all plugins
 from bullet_bridge.control.robot import RobotControl
 from bullet_bridge.loop.received import ReceivedCounts
 from bullet_bridge.plugins.base import ModelPlugin, PluginContext, make_plugin
+from bullet_bridge.plugins.frames import with_prefixes
 from bullet_bridge.resolve import log_warnings
 
 if TYPE_CHECKING:
@@ -127,9 +128,9 @@ class Robots:
 
     def _add_plugin(self, model: "Model", index: int, spec: Any, parts: list[ModelPlugin]) -> None:
         """Append one of a model's plugins to a list; one that fails is skipped."""
-        seed = zlib.crc32(f"{self._seed}/{model.name}/{index}".encode())
+        seed, spec = zlib.crc32(f"{self._seed}/{model.name}/{index}".encode()), with_prefixes(spec)
         context = PluginContext(
-            self._world, model, spec, seed, self.received, self._cameras, self._jobs
+            self._world, model, spec, seed, self.received, self._cameras, self._jobs, index
         )
         custom = isinstance(spec, CustomSpec)
         try:

@@ -219,7 +219,7 @@ class World:
 
     def spawn_sdf(self, name: str, text: str, pose: Pose, resolve: Resolve) -> Model:
         """Spawn an SDF model; its own <pose> applies within the given one."""
-        description, model_pose = sdf.parse_model(text, resolve, f"SDF of '{name}'")
+        description, model_pose = sdf.parse_model(text, resolve, f"SDF of '{name}'", name)
         description.name = name
         return self.spawn(description, pose * model_pose)
 

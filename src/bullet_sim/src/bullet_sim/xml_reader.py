@@ -129,6 +129,14 @@ def document_root(element: Element) -> Node:
     return cast(Node, element).document.root
 
 
+def add_child(parent: Node, tag: str, text: str) -> Node:
+    """Append an element with a text to a Node; it counts as on the Node's line."""
+    child = Node(tag)
+    child.document, child.line, child.text = parent.document, parent.line, text
+    parent.append(child)
+    return child
+
+
 def _adopted(root: Node, name: str, warnings: list[ReadWarning] | None) -> Node:
     document = root.document
     document.name = name

@@ -41,6 +41,7 @@ class PluginContext:
     Attributes:
         spec: its entry in the model's file.
         seed: of its noise.
+        number: of the entry in the model's file, from 0.
         received: ReceivedCounts of the messages that it receives.
         cameras: Cameras, which have images rendered.
         jobs: JobQueue of the simulation thread.
@@ -53,6 +54,7 @@ class PluginContext:
     received: Any = None
     cameras: Any = None
     jobs: Any = None
+    number: int = 0
 
 
 def make_plugin(

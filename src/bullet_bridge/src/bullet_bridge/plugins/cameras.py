@@ -244,14 +244,10 @@ class CameraSensor(Sensor):
         index, offset = model.link_in_body(spec.link)
         pose = offset * Pose.from_xyz_rpy(*spec.pose)
         request = CameraRequest.from_spec(spec, model.source.key, index + 1, context.seed)
-        index_in_model = next(
-            (number for number, other in enumerate(model.description.sensors) if other is spec),
-            len(model.description.sensors),
-        )
         values = dict(
             vars(request),
             pose=(pose.position, pose.rpy),
-            name=f"{model.name}/{spec.link}/{spec.name}/{index_in_model}",
+            name=f"{model.name}/{spec.link}/{spec.name}/{context.number}",
         )
         self._request = CameraRequest(**values)
         self._assigned: CameraInfo | None = None  # by set_camera_info

@@ -66,7 +66,7 @@ class WheelDrivePlugin(ModelPlugin):
         self._sender = PackedBase(self._odometry, self._transform, spec, frames)
         topic = spec.wheel_states_topic
         self._wheel_states = self.publisher(topic, JointState) if topic else None
-        self._wheel_frames = tf if spec.wheel_transforms else None
+        self._wheel_frames = tf if spec.wheel_frames else None
         self._wheel_names = [*spec.right, *spec.left]  # in upstream's order
 
     def listen(self) -> None:
@@ -126,7 +126,7 @@ class WheelDrivePlugin(ModelPlugin):
         joint = self.model.description.joints[name]
         parent, child = (self.model.link_state(link)[0] for link in (joint.parent, joint.child))
         pose = parent.inverse() * child
-        return conversions.transform_to_msg(time, joint.parent, joint.child, pose)
+        return conversions.transform_to_msg(time, *self.spec.wheel_frames[name], pose)
 
     def _motion(self) -> Any:
         """Position, orientation in the odometry's frame, linear and angular in the base's."""

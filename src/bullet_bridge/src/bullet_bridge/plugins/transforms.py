@@ -60,17 +60,19 @@ class JointTransformsSensor(Sensor):
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
-        model = self.model
+        model, prefix = self.model, self.spec.prefix
         joints = model.description.joints.values()
         self._moving = [joint for joint in joints if joint.name in model.joints.names]
         self._names = [joint.name for joint in self._moving]
         self._frames = [JointFrame(joint) for joint in self._moving]
         self._packed = PackedTransforms(
-            self.pub, [(joint.parent, joint.child) for joint in self._moving]
+            self.pub, [(prefix + joint.parent, prefix + joint.child) for joint in self._moving]
         )
         fixed = [joint for joint in joints if joint.name not in model.joints.names]
         self._fixed = [
-            conversions.transform_to_msg(self.world.time, joint.parent, joint.child, joint.origin)
+            conversions.transform_to_msg(
+                self.world.time, prefix + joint.parent, prefix + joint.child, joint.origin
+            )
             for joint in fixed
         ]
         _fixed.put(self, self._fixed)
@@ -94,7 +96,9 @@ class RootTransformSensor(Sensor):
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
-        self._packed = PackedTransforms(self.pub, [(spec.frame_id, spec.link)])
+        self._packed = PackedTransforms(
+            self.pub, [(spec.frame_id, spec.child_frame_id or spec.link)]
+        )
 
     def update(self, time: float, period: float) -> None:
         self._packed.send(time, [self.model.link_motion(self.spec.link)[:2]])

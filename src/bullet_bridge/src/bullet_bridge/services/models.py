@@ -1,14 +1,13 @@
 """Services about models: spawn, delete, state, properties, namespaces."""
 
 import gc
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import rospy
 from bullet_sim.errors import ModelError, SimError
 from bullet_sim.pose import Array, Pose
-from bullet_sim.xml_reader import parse
+from bullet_sim.xml_reader import add_child, parse
 from gazebo_msgs import srv
 from gazebo_msgs.msg import ModelState
 
@@ -49,7 +48,7 @@ def with_robot_namespace(text: Any, namespace: str) -> Any:
         return text
     for plugin in root.iter("plugin"):
         if plugin.find("robotNamespace") is None:
-            ElementTree.SubElement(plugin, "robotNamespace").text = namespace
+            add_child(plugin, "robotNamespace", namespace)
     return root
 
 

@@ -329,7 +329,7 @@ def _camera_values(
         tunable=bool(group.strip("/")),
         topic=xml.topic("imageTopicName", "image_raw", group),
         info_topic=xml.topic("cameraInfoTopicName", "camera_info", group),
-        frame_id=xml.frame("frameName", ""),  # of gazebo_ros_camera_utils, which has no default
+        frame_id=xml.frame("frameName", "", group),  # camera_utils has no default
         noise_stddev=stddev,
         noise_mean=mean,
         encoding=encoding(camera, xml.model),

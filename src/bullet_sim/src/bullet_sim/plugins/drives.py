@@ -1,12 +1,13 @@
 """Joint control and states, drives, transforms: their specifications, read from plugins."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from bullet_sim.description.model import DEFAULT_SIM_TYPE, MOVABLE_TYPES, STEER_BOT_SIM_TYPE, Mimic
 from bullet_sim.plugins.registry import model_plugin
-from bullet_sim.plugins.xml import Names, PluginXml, Values
+from bullet_sim.plugins.rules import FrameName
+from bullet_sim.plugins.xml import PluginXml, Values
 from bullet_sim.xml_reader import is_true
 
 
@@ -48,7 +49,7 @@ class WheelDriveSpec:
         pose_covariance, twist_covariance: diagonals of the odometry's.
         from_wheels: odometry by the wheels' angles, from zero; else the true pose.
         wheel_states_topic: of JointState with the wheels' positions; empty: none.
-        wheel_transforms: also publish the wheels' transforms on /tf.
+        wheel_frames: joint -> (parent, child), for the wheels' transforms on /tf; empty: none.
     """
 
     name: str
@@ -70,7 +71,7 @@ class WheelDriveSpec:
     twist_covariance: tuple[float, ...] = NO_COVARIANCE
     from_wheels: bool = False
     wheel_states_topic: str = ""
-    wheel_transforms: bool = False
+    wheel_frames: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -96,12 +97,17 @@ class PlanarMoveSpec:
 
 @dataclass(frozen=True)
 class JointTransformsSpec:
-    """libpaddock_state_publisher: the transforms of all joints, as robot_state_publisher's."""
+    """libpaddock_state_publisher: the transforms of all joints, as robot_state_publisher's.
+
+    Attributes:
+        prefix: before the links' names.
+    """
 
     name: str
     link: str
     rate: float = 50.0
     topic: str = "/tf"
+    prefix: str = ""
 
 
 @dataclass(frozen=True)
@@ -110,6 +116,7 @@ class RootTransformSpec:
 
     Attributes:
         frame_id: name of the world's frame.
+        child_frame_id: of the link.
     """
 
     name: str
@@ -117,13 +124,14 @@ class RootTransformSpec:
     frame_id: str
     rate: float = 50.0
     topic: str = "/tf"
+    child_frame_id: str = ""
 
 
 @model_plugin("gazebo_ros_control")
 def control(xml: PluginXml) -> None:
     """Namespace, period and hardware layer of a model's controllers."""
     model, known = xml.model, (DEFAULT_SIM_TYPE, STEER_BOT_SIM_TYPE)
-    model.control_namespace = xml.text("robotNamespace")
+    model.control_namespace = f"/{xml.names.namespace}"
     model.control_period = Values(xml.element, "gazebo_ros_control").number("controlPeriod")
     model.emergency_stop = xml.text("eStopTopic")
     sim_type = xml.text("robotSimType", DEFAULT_SIM_TYPE).replace("::", "/")
@@ -141,23 +149,26 @@ def joint_states(xml: PluginXml) -> JointStatesSpec | None:
     joints = _movable(xml, [name.strip() for name in listed.split(",") if name.strip()])
     if not joints:
         return None
-    names = Names(xml.element, xml.model.name, default=xml.model.name)
     return JointStatesSpec(
         name=xml.name or "joint_states",
         link=xml.model.root,
         joints=joints,
         rate=xml.number("updateRate", 100.0),
-        topic=names.topic("joint_states"),
+        topic=xml.names.topic("joint_states"),
     )
 
 
 @model_plugin("paddock_state_publisher")
 def state_publisher(xml: PluginXml) -> list[Any]:
     """JointTransformsSpec; with a <frameName> of the world RootTransformSpec, too."""
-    name, root = xml.name or "state_publisher", xml.model.root
-    specs: list[Any] = [JointTransformsSpec(name, root, xml.number("updateRate", 50.0))]
-    if frame := xml.frame("frameName", ""):
-        specs.append(RootTransformSpec(name, root, frame, xml.number("frameRate", 50.0)))
+    name, root, prefix = xml.name or "state_publisher", xml.model.root, xml.names.prefix()
+    links = JointTransformsSpec(
+        name, root, xml.number("updateRate", 50.0), prefix=FrameName("", prefix)
+    )
+    specs: list[Any] = [links]
+    if frame := xml.text("frameName").lstrip("/"):
+        rate, child = xml.number("frameRate", 50.0), FrameName(root, prefix)
+        specs.append(RootTransformSpec(name, root, frame, rate, child_frame_id=child))
     return specs
 
 
@@ -169,6 +180,7 @@ def diff_drive(xml: PluginXml) -> WheelDriveSpec | None:
     """
     left, right = (xml.text(f"{side}Joint", f"{side}_joint") for side in ("left", "right"))
     with_states = is_true(xml.text("publishWheelJointState"))
+    with_frames = is_true(xml.text("publishWheelTF"))
     return _drive(
         xml,
         (left,),
@@ -178,7 +190,7 @@ def diff_drive(xml: PluginXml) -> WheelDriveSpec | None:
         publish_odometry=is_true(xml.text("publishTf", "true")),
         publish_tf=is_true(xml.text("publishOdomTF", "true")),
         wheel_states_topic=xml.names.topic("joint_states") if with_states else "",
-        wheel_transforms=is_true(xml.text("publishWheelTF")),
+        wheel_frames=_link_frames(xml, (right, left)) if with_frames else {},
         from_wheels=xml.text("odometrySource", "world") in ("encoder", "0"),
     )
 
@@ -248,6 +260,20 @@ def _movable(xml: PluginXml, names: Sequence[str]) -> tuple[str, ...]:
             f"do not move; movable joints are {', '.join(movable) or '(none)'}"
         )
     return tuple(name for name in names if name in movable)
+
+
+def _link_frames(xml: PluginXml, joints: Sequence[str]) -> dict[str, tuple[str, str]]:
+    """Joint -> frames of its parent and its child, as the links are called in Gazebo."""
+    frames = {}
+    for name in joints:
+        joint = xml.model.joints.get(name)
+        if joint is not None:
+            parent, child = (
+                FrameName(xml.merged(link), xml.names.prefix())
+                for link in (joint.parent, joint.child)
+            )
+            frames[name] = parent, child
+    return frames
 
 
 def _odometry_names(xml: PluginXml) -> dict[str, Any]:

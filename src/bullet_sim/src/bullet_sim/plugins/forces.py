@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
+from bullet_sim.plugins.rules import FrameName
 from bullet_sim.plugins.xml import PluginXml, SensorXml
 
 
@@ -105,7 +106,7 @@ def ft_sensor(xml: PluginXml) -> ForceTorqueSpec:
         joint=joint,
         rate=max(0.0, xml.number("updateRate")),
         topic=xml.topic("topicName", f"{joint}_wrench"),
-        frame_id=child,
+        frame_id=FrameName(child, xml.names.prefix()),
         noise_stddev=abs(xml.number("gaussianNoise")),
     )
 
@@ -117,7 +118,7 @@ def f3d(xml: PluginXml) -> LinkForceSpec:
         name=xml.name or link,
         link=link,
         topic=xml.topic("topicName", f"{link}_force"),
-        frame_id=xml.merged(xml.frame("frameName", "world")),
+        frame_id=xml.frame("frameName", "world", merge=True),
     )
 
 

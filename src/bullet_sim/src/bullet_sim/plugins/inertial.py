@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
-from bullet_sim.plugins.xml import ZERO, ZERO_POSE, Names, PluginXml, PoseTuple, SensorXml, Values
+from bullet_sim.plugins.xml import ZERO, ZERO_POSE, PluginXml, PoseTuple, SensorXml, Values
 from bullet_sim.pose import Vec3
 from bullet_sim.xml_reader import is_true
 
@@ -179,7 +179,7 @@ def ground_truth(xml: PluginXml) -> GroundTruthSpec:
     return GroundTruthSpec(
         link=link,
         topic=xml.topic("topicName", "ground_truth"),
-        frame_id=xml.frame("headerFrame", frame.lstrip("/")),
+        frame_id=xml.frame("headerFrame", frame),
         reference=reference,
         rate=xml.number("updateRate"),
         twist_in_child=xml.text("twistFrame", "world") == "child",
@@ -213,7 +213,7 @@ def model_imu(xml: PluginXml) -> ImuSpec:
         _offset(xml),
         ModelImuSpec,
         rate=xml.number("updateRate"),
-        frame_id=xml.merged(xml.frame("frameName", link)),
+        frame_id=xml.frame("frameName", link, merge=True),
         topic=xml.topic("topicName", "/default_imu"),
         service=xml.topic("serviceName", "/default_imu"),
     )
@@ -256,7 +256,6 @@ def imu_sensor(xml: SensorXml) -> ImuSpec:
             f"{plugin.label} has <initialOrientationAsReference>, which is ignored: its "
             "orientation is in the world frame (REP 145)"
         )
-    names = Names(xml.element, xml.model.name, default=xml.model.name)
     return _imu_spec(
         xml,
         xml.name,
@@ -264,7 +263,7 @@ def imu_sensor(xml: SensorXml) -> ImuSpec:
         xml.pose,
         rate=xml.rate("updateRateHZ", 1.0),
         frame_id=xml.frame("frameName", xml.parent),
-        topic=names.topic(xml.text("topicName", "imu_data"), absolute=False),
+        topic=xml.names.topic(xml.text("topicName", "imu_data"), absolute=False),
         gyro_noise_mean=mean["gyro"],
         accel_noise_mean=mean["accel"],
         gyro_noise_stddev=stddev["gyro"],

@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ModelError
+from bullet_sim.plugins.rules import MODEL, FrameName, FramePrefix, rule_of
 from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
     child_flag,
@@ -74,21 +75,30 @@ class MissingPart(ModelError):
 
 
 class Names:
-    """Namespace of one plugin.
+    """Namespace of one plugin: that of its <robotNamespace>, or what its Rule says.
 
-    Args:
-        default: namespace of a plugin without <robotNamespace>; the namespace of a spawn
-            request has been written to that tag.
+    The namespace of a spawn request has been written to that tag.
 
     Attributes:
         namespace: without slashes at its ends; empty: the root namespace.
     """
 
-    def __init__(self, plugin: Element, model: str, default: str = "") -> None:
-        given = plugin.find("robotNamespace") is not None
-        self.namespace = _squeezed(
-            child_text(plugin, "robotNamespace", model if given else default)
-        )
+    def __init__(self, plugin: Element, model: str) -> None:
+        self._rule = rule_of(library(plugin))
+        missing = plugin.find("robotNamespace") is None
+        otherwise = self._rule.missing if missing else self._rule.empty
+        default = model if otherwise == MODEL else ""
+        self.namespace = _squeezed(child_text(plugin, "robotNamespace", default))
+
+    def prefix(self, group: str = "") -> FramePrefix | None:
+        """Where the prefix of its frames is found; None: they have none.
+
+        Args:
+            group: sub-namespace from which it is looked for, e.g. a camera's name.
+        """
+        if self._rule.prefix is None:
+            return None
+        return FramePrefix(self._rule.prefix, _squeezed(f"{self.namespace}/{group}"))
 
     def topic(self, name: str, group: str = "", absolute: bool = True) -> str:
         """Full topic name.
@@ -230,12 +240,20 @@ class PluginXml(PluginValues):
         """Full name of the topic that a tag names: see Names.topic."""
         return self.names.topic(self.text(tag, default), group)
 
-    def frame(self, tag: str, default: str) -> str:
+    def frame(self, tag: str, default: str, group: str = "", merge: bool = False) -> FrameName:
         """Name of the frame that a tag names, for headers: without a leading slash.
 
-        As in Gazebo an empty tag is an empty frame; the default is that of a missing tag.
+        As in Gazebo an empty tag is an empty frame; the default is that of a missing tag. No
+        prefix goes before a name with a leading slash.
+
+        Args:
+            group: see Names.prefix.
+            merge: the name of a link becomes that of the one it is merged into.
         """
-        return (self.text(tag) if self.element.find(tag) is not None else default).lstrip("/")
+        name = self.text(tag) if self.element.find(tag) is not None else default
+        prefix = None if name.startswith("/") else self.names.prefix(group)
+        name = name.lstrip("/")
+        return FrameName(self.merged(name) if merge else name, prefix)
 
     def link(self, tag: str, default: str | None = None) -> str:
         """Link that a tag names as 'link', '/link' or 'model::link'.

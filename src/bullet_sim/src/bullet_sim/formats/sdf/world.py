@@ -31,6 +31,7 @@ from bullet_sim.plugins.xml import library
 from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
     Node,
+    add_child,
     child_flag,
     child_floats,
     child_number,
@@ -350,6 +351,8 @@ def _include(element: Node, described: WorldDescription, resolve: Resolve, label
                 return
             for plugin in element.findall("plugin"):
                 inner.append(plugin)
+            if name := child_text(element, "name"):  # which its plugins have as namespace
+                inner.set("name", name)
             model, model_pose = _read_model(inner, resolve, label, version)
     except (OSError, ValueError) as error:
         described.warn(
@@ -392,13 +395,30 @@ def _model_of(sdf: Node, label: str) -> Node:
 
 
 def parse_model(
-    text: str | bytes | Node, resolve: Resolve, label: str = "model"
+    text: str | bytes | Node, resolve: Resolve, label: str = "model", name: str = ""
 ) -> tuple[ModelDescription, Pose]:
-    """Read an SDF document with one <model>: (ModelDescription, its pose)."""
+    """Read an SDF document with one <model>: (ModelDescription, its pose).
+
+    Args:
+        name: of the model, instead of the document's.
+    """
     sdf = parse(text, label)
+    if name:
+        _rename(sdf, name)
     if sdf.find("model") is None and sdf.find("world") is not None:
-        return _only_model(parse_world(text, resolve, label), label)
+        return _only_model(parse_world(sdf, resolve, label), label)
     return _read_model(_model_of(sdf, label), resolve, label, _version(sdf))
+
+
+def _rename(sdf: Node, name: str) -> None:
+    """Give the first <model> of a document, or the first <include> of its <world>, a name."""
+    model, include = sdf if sdf.tag == "model" else sdf.find("model"), sdf.find("world/include")
+    if model is not None:
+        model.set("name", name)
+    elif include is not None:
+        for old in include.findall("name"):
+            include.remove(old)
+        add_child(include, "name", name)
 
 
 def _only_model(world: WorldDescription, label: str) -> tuple[ModelDescription, Pose]:

@@ -1,0 +1,64 @@
+"""Frames of plugins with the prefix that the parameter tf_prefix gives them, as tf resolves it."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass, replace
+from typing import Any, TypeVar
+
+import rosgraph
+from bullet_sim.plugins.rules import NEAREST, OWN, FrameName, FramePrefix
+
+S = TypeVar("S")
+PARAMETER = "tf_prefix"
+
+
+def parameter(prefix: FramePrefix) -> str:
+    """Value of the parameter tf_prefix for a plugin's frames; empty: there is none.
+
+    As roscpp's getParam() into a string, it ignores values of other types.
+    """
+    master = rosgraph.Master(f"/{prefix.namespace}")
+    try:
+        if prefix.source == NEAREST:
+            name = master.searchParam(PARAMETER)
+        elif prefix.source == OWN:
+            name = f"/{prefix.namespace}/{PARAMETER}".replace("//", "/")
+        else:
+            name = f"/{PARAMETER}" if not prefix.namespace else None
+        value = master.getParam(name) if name else ""
+    except (OSError, rosgraph.MasterException):  # there is no such parameter, or no master
+        return ""
+    return value if isinstance(value, str) else ""
+
+
+def with_prefixes(spec: S, look_up: Callable[[FramePrefix], str] = parameter) -> S:
+    """The specification of a plugin with whole names in place of its FrameNames.
+
+    Args:
+        look_up: value of the parameter for a FramePrefix; is asked once for each.
+    """
+    known: dict[FramePrefix, str] = {}
+
+    def whole(value: Any) -> Any:
+        if isinstance(value, FrameName):
+            if value.prefix is None:
+                return value
+            if value.prefix not in known:
+                known[value.prefix] = value.prefix.of(look_up(value.prefix))
+            return FrameName(known[value.prefix] + value)
+        if isinstance(value, Mapping):
+            return {key: whole(item) for key, item in value.items()}
+        return tuple(map(whole, value)) if isinstance(value, tuple) else value
+
+    if not is_dataclass(spec) or isinstance(spec, type):
+        return spec
+    given = {field.name: getattr(spec, field.name) for field in fields(spec)}
+    changes = {name: whole(value) for name, value in given.items() if _has_frames(value)}
+    return replace(spec, **changes) if changes else spec
+
+
+def _has_frames(value: Any) -> bool:
+    if isinstance(value, Mapping):
+        return any(map(_has_frames, value.values()))
+    if isinstance(value, tuple):
+        return any(map(_has_frames, value))
+    return isinstance(value, FrameName) and value.prefix is not None
