@@ -30,7 +30,8 @@ def test_a_world_loads_and_stays(name, tmp_path):
         assert world.load(parse_world(path.read_text(), file_of, str(path))) == []
         world.step(500)
         pose = world.models["robot"].pose
-        assert pose.position[:2] == pytest.approx((0.0, 0.0), abs=0.05)
+        drift = 0.05 if causes.CAUSES[name].plane else 0.06  # its wheels are free on a slope
+        assert pose.position[:2] == pytest.approx((0.0, 0.0), abs=drift)
         assert abs(pose.position[2] - 0.1) < (0.005 if causes.CAUSES[name].plane else 0.06)
         count = {"static_meshes": 300, "concave_meshes": 7, "loose_things": 50}
         loaded = len(set(world.models) - {"robot", "ground"})

@@ -50,20 +50,20 @@ def test_at_rest_for_ten_seconds(truck):
 
 
 def check_rest(truck, seconds):
-    """Creep of at most 1 mm and 0.1 degrees in half a minute, hinges at rest."""
+    """Creep of at most 1 mm and 0.1 degrees in half a minute, also of hinges and hitch."""
     truck.drive(0.0, 0.0, 1.0)
-    start, yaw, rates = truck.position, truck.yaw, []
+    start, yaw, angles = truck.position, truck.yaw, []
 
     def look():
-        velocities = truck.joints()[1]
-        rates.append(
-            [velocities[name] for name in velocities if name in HINGES or name.startswith("hitch")]
+        positions = truck.joints()[0]
+        angles.append(
+            [positions[name] for name in positions if name in HINGES or name.startswith("hitch")]
         )
 
     truck.drive(0.0, 0.0, seconds, look)
     assert np.linalg.norm(truck.position - start) < 1e-3 * seconds / 30.0
     assert abs(math.degrees(truck.yaw - yaw)) < 0.1 * seconds / 30.0
-    assert np.sqrt(np.mean(np.square(rates), axis=0)).max() < 0.01
+    assert math.degrees(np.ptp(angles, axis=0).max()) < 0.1 * seconds / 30.0
     assert truck.lifted() == []
 
 
@@ -92,9 +92,9 @@ def check_circle(truck, degrees, run_up):
     assert [angles[name] for name in HINGES] == pytest.approx(
         [wanted.left_steering, wanted.right_steering], rel=0.01
     )
-    assert np.mean(speeds, axis=0) == pytest.approx(
-        [wanted.rear_left, wanted.rear_right, wanted.front_left, wanted.front_right], rel=0.01
-    )
+    rear, front = np.mean(speeds, axis=0).reshape(2, 2)
+    assert rear == pytest.approx([wanted.rear_left, wanted.rear_right], rel=1e-3)
+    assert front == pytest.approx([wanted.front_left, wanted.front_right], rel=0.015)  # free
 
 
 @pytest.mark.parametrize("degrees", [5, -20, 40])

@@ -12,6 +12,8 @@ from cybertruck.drive.odometry import Measured
 
 PACKAGE = Path(__file__).resolve().parents[2] / "src" / "cybertruck"
 PERIOD = 8  # physics steps of 1 ms between commands, as the drive node's joint states
+ITERATIONS = 200  # of the solver, as worlds/yard.world
+LIFTED = 2e-4  # [m]; at rest a wheel is 0.15 mm in the ground
 HINGES = ("front_left_steer_joint", "front_right_steer_joint")
 REAR = ("rear_left_wheel_joint", "rear_right_wheel_joint")
 FRONT = ("front_left_wheel_joint", "front_right_wheel_joint")
@@ -39,6 +41,7 @@ class Truck:
     def __init__(self, trailer, world_file=None):
         self.world = World()
         if world_file is None:
+            self.world.engine.set_solver_iterations(ITERATIONS)
             self.world.spawn(sdf.ground_plane())
         else:
             self.world.load(sdf.parse_world(Path(world_file).read_text(), resolve))
@@ -62,7 +65,7 @@ class Truck:
         self.limiter = RateLimiter(TruckGeometry())
         self.wheels = [name for name in self.model.link_names if name.endswith("_wheel")]
         self.drive(0.0, 0.0, 0.5)
-        self._settled = self.world.save_state()
+        self._settled, self._stood = self.world.save_state(), self._wheel_heights()
 
     def settle(self):
         """Puts all back to where it was when the truck was made."""
@@ -118,7 +121,9 @@ class Truck:
         return self.model.pose.rpy[2]
 
     def lifted(self):
-        """Lists the wheels that do not touch anything."""
-        engine, body = self.world.engine, self.model.body
-        indices = {name: self.model.link_in_body(name)[0] for name in self.wheels}
-        return [name for name, link in indices.items() if not engine.contacts(body, link)]
+        """Lists the wheels that are above where they stood when the truck was made."""
+        heights = self._wheel_heights()
+        return [name for name, height in heights.items() if height - self._stood[name] > LIFTED]
+
+    def _wheel_heights(self):
+        return {name: self.model.link_state(name)[0].position[2] for name in self.wheels}

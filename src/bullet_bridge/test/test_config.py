@@ -1,6 +1,9 @@
 """Parameters of the bridge are checked one by one."""
 
 import math
+import os
+import subprocess
+import sys
 
 import pytest
 from bullet_bridge.node import Config, parse_config
@@ -12,7 +15,33 @@ def parse(**values):
 
 def test_defaults(monkeypatch):
     monkeypatch.delenv("PADDOCK_NICENESS", raising=False)  # which tests set
+    monkeypatch.delenv("PADDOCK_SOLVER", raising=False)
     assert parse() == Config(world_pace=True)
+
+
+WITHOUT_NUMBA = """
+import pathlib, sys
+sys.modules["numba"] = sys.modules["llvmlite"] = None
+from bullet_sim.engine.quickstep import sources
+sources.library_path = lambda: pathlib.Path("/nowhere/quickstep.so")
+from bullet_sim.errors import SimError
+from bullet_bridge.node import make_world, parse_config
+try:
+    make_world(parse_config(lambda name, default: default).solver)
+except SimError as error:
+    print(error)
+print(type(make_world("bullet").engine).__name__)
+"""
+
+
+def test_without_numba_nothing_starts_but_what_is_asked_for_by_name():
+    environ = {name: value for name, value in os.environ.items() if name != "PADDOCK_SOLVER"}
+    told, engine = subprocess.check_output(
+        [sys.executable, "-c", WITHOUT_NUMBA], text=True, env=environ
+    ).splitlines()
+    for words in ("solver 'ode'", "numba", "./run setup", "solver:=bullet"):
+        assert words in told
+    assert engine == "Engine"
 
 
 @pytest.mark.parametrize(

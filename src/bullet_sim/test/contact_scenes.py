@@ -85,9 +85,9 @@ def skid_base(
     return parse_urdf(text + "</robot>", nowhere, "skid")
 
 
-def world_of(*models, gravity=(0.0, 0.0, -9.81), step=0.001):
+def world_of(*models, gravity=(0.0, 0.0, -9.81), step=0.001, solver="ode"):
     """A World with (description, Pose) pairs in it."""
-    world = World(step, gravity)
+    world = World(step, gravity, solver=solver)
     for description, pose in models:
         world.spawn(description, pose or Pose())
     return world

@@ -1,4 +1,4 @@
-"""Odometry of bases that drive in PyBullet, compared with where they are."""
+"""Odometry of bases that drive, compared with where they are."""
 
 import math
 
@@ -19,13 +19,14 @@ INERTIAL = (
 
 
 def wheel(name, parent, xyz):
-    """A wheel about y."""
+    """A wheel about y that slips as little as Gazebo's steps let it: see docs/from-gazebo.md."""
     return (
         f'<link name="{name}_link">{INERTIAL}<collision><origin rpy="1.5707963 0 0"/><geometry>'
-        f'<cylinder radius="{RADIUS}" length="0.04"/></geometry></collision></link>'
+        f'<cylinder radius="{RADIUS}" length="0.004"/></geometry></collision></link>'
         f'<joint name="{name}" type="continuous"><origin xyz="{xyz}"/><parent link="{parent}"/>'
         f'<child link="{name}_link"/><axis xyz="0 1 0"/><limit effort="20" velocity="50"/>'
-        f'</joint><gazebo reference="{name}_link"><mu1>1</mu1><mu2>1</mu2></gazebo>'
+        f'</joint><gazebo reference="{name}_link"><mu1>1</mu1><mu2>1</mu2>'
+        "<kp>1e6</kp><kd>100</kd><fdir1>0 0 1</fdir1></gazebo>"
     )
 
 

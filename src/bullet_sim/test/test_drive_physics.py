@@ -16,6 +16,7 @@ WHEELS = {
     "left_front": (BASE, TRACK_FRONT / 2),
     "right_front": (BASE, -TRACK_FRONT / 2),
 }
+SOFT = "<kp>1e6</kp><kd>100</kd><fdir1>0 0 1</fdir1>"
 HINGES = ("left_hinge", "right_hinge")
 
 
@@ -27,7 +28,7 @@ def link(name, mass, moments, collision="", mu=""):
         f'ixz="0" iyy="{y}" iyz="0" izz="{z}"/></inertial>{collision}</link>'
     )
     if mu:
-        text += f'<gazebo reference="{name}"><mu1>{mu}</mu1><mu2>{mu}</mu2></gazebo>'
+        text += f'<gazebo reference="{name}"><mu1>{mu}</mu1><mu2>{mu}</mu2>{SOFT}</gazebo>'
     return text
 
 
@@ -41,10 +42,13 @@ def joint(name, kind, parent, child, xyz, axis, limits=""):
 
 
 def car_urdf():
-    """DeepRacer's numbers; the hubs' different heights tilt its kingpins by 1.4 degrees."""
+    """DeepRacer's numbers; the hubs' different heights tilt its kingpins by 1.4 degrees.
+
+    The wheels touch as docs/from-gazebo.md has it for a car that drives what it steers.
+    """
     cylinder = (
         '<collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder '
-        f'radius="{RADIUS}" length="0.025"/></geometry></collision>'
+        f'radius="{RADIUS}" length="0.004"/></geometry></collision>'
     )
     parts = [link("chassis", 1.9068, (0.004151895, 0.010379737, 0.010379737))]
     for side in ("left", "right"):
@@ -90,6 +94,7 @@ class Car:
 
     def __init__(self):
         self.world = World()
+        self.world.engine.set_solver_iterations(100)  # as track.world
         self.world.spawn(sdf.ground_plane())
         self.model = self.world.spawn_urdf("car", car_urdf(), Pose((0, 0, 0.0145)), str)
 

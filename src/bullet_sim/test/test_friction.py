@@ -103,7 +103,7 @@ def test_what_stands_on_two_grounds_in_turn_has_the_friction_of_each():
 
 
 def test_boxes_on_each_other_have_the_smaller_coefficient_too():
-    """The upper of two slides off beyond its 0.5 only, though Bullet's product would be 0.25."""
+    """The upper of two slides off beyond its 0.5 only."""
     found = []
     for slope in (0.47, 0.6):
         angle = math.atan(slope)

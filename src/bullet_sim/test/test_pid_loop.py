@@ -174,7 +174,7 @@ def cart(effort=5.0):
 
 @pytest.fixture(name="world")
 def _world():
-    world = World(STEP, gravity=(0.0, 0.0, 0.0))
+    world = World(STEP, gravity=(0.0, 0.0, 0.0), solver="bullet")
     yield world
     world.close()
 

@@ -1,5 +1,6 @@
 """Spawned inside something, masks of what may touch, weightless links, models that go astray."""
 
+import functools
 import math
 
 import pytest
@@ -7,6 +8,8 @@ from bullet_sim.formats.sdf.world import parse_model
 from bullet_sim.models.release import SPEED
 from bullet_sim.pose import Pose
 from contact_scenes import friction, ground, nowhere, sdf_box, skid_base, world_of
+
+world_of = functools.partial(world_of, solver="bullet")
 
 RADIUS = 0.2
 

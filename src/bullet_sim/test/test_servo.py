@@ -30,7 +30,7 @@ def rotor(inertia, kind="revolute", friction=0.0, effort=0.0):
 
 def controlled(urdf, gains, goal="Position", joint="axle", step=0.001, pose=None):
     """A World with a robot whose joint has a running effort controller, and its Manager."""
-    world = World(step)
+    world = World(step, solver="bullet")
     manager = world.spawn_urdf("bot", urdf, pose or Pose(), nowhere).manager
     config = {"type": f"effort_controllers/Joint{goal}Controller", "joint": joint, "pid": gains}
     manager.load("c", config)
@@ -222,7 +222,7 @@ def steered_car():
 
 def test_the_hinges_of_a_standing_car_get_where_they_are_sent():
     """p = 1, d = 0.01 on a hinge of 1e-6 kg m^2, cut to 0.41 of that once: 0.13 of 0.3 rad."""
-    world = World()
+    world = World(solver="bullet")
     world.spawn(ground(), Pose())
     manager = world.spawn_urdf("bot", steered_car(), Pose((0, 0, WHEEL_RADIUS)), nowhere).manager
     for side in ("fl", "fr"):
@@ -248,7 +248,7 @@ def test_the_hinges_of_a_standing_car_get_where_they_are_sent():
 @pytest.mark.parametrize("p", [0.02, 1.0, 50.0])
 def test_a_driven_wheel_that_carries_a_car_accelerates_as_its_torque_says(p):
     """tau = p (v_d - v) on m + I / r^2, however light the wheel itself is."""
-    world = World()
+    world = World(solver="bullet")
     world.spawn(ground(), Pose())
     manager = world.spawn_urdf("bot", steered_car(), Pose((0, 0, WHEEL_RADIUS)), nowhere).manager
     for side in ("fl", "fr"):  # straight ahead

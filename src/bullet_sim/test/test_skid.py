@@ -1,5 +1,6 @@
 """Skid steering against the balance of friction: bounded by a pyramid, and by a cone."""
 
+import functools
 import math
 
 import numpy as np
@@ -9,6 +10,8 @@ from bullet_sim.models.contacts import needs_cone, skid_wheels
 from bullet_sim.pose import Pose
 from contact_scenes import ground, nowhere, skid_base, world_of
 from scipy.optimize import fsolve
+
+world_of = functools.partial(world_of, solver="bullet")
 
 WHEEL_MASS = 0.05  # of the base's mass
 CONE = "1 0 0"  # fdir1 of wheels that have the cone

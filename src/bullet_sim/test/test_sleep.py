@@ -1,5 +1,6 @@
 """Loose objects at rest sleep, and wake when something moves them; with the same bits."""
 
+import functools
 import math
 
 import pytest
@@ -8,6 +9,8 @@ from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.models.changes import step_range
 from bullet_sim.pose import Pose
 from contact_scenes import friction, ground, nowhere, sdf_box, skid_base, world_of
+
+world_of = functools.partial(world_of, solver="bullet")
 
 SIZE = 0.3
 ASLEEP = 2000  # steps after which a box that was dropped from some centimeters sleeps

@@ -255,7 +255,7 @@ sys.modules["numba"] = None
 import numpy as np
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-world = World()
+world = World(solver="bullet")
 for number, shape in enumerate(sys.argv[1:]):
     world.spawn_sdf(f"m{number}", shape, Pose((2.0 + number, 0.0, 0.5)), str)
 rays = np.array([(np.cos(a), np.sin(a), 0.0) for a in np.linspace(-0.3, 0.3, 61)])

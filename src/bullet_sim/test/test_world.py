@@ -49,7 +49,7 @@ def box(name="box", size=0.2, friction=None, mass=1.0):
     """A cube."""
     link = Link("link", mass, inertia=mass * size**2 / 6 * np.eye(3))
     link.collisions.append(Shape(Geometry("box", (size,) * 3)))
-    link.surface.friction = friction
+    link.surface.friction = link.surface.friction2 = friction
     return ModelDescription(name, {"link": link}, root="link")
 
 

@@ -1,6 +1,5 @@
 """The bridge node: its parameters, and its life from the first world to the last message."""
 
-import importlib.util
 import os
 import sys
 from collections.abc import Callable
@@ -46,8 +45,8 @@ class Config:
         world_pace: no real_time_factor is given; that of the world file counts.
         lockstep: start paused; time advances only by /gazebo/step, which waits for all images.
         every_picture: wait for each due image, without lockstep, too; time slows down instead.
-        solver: ode: steps as Gazebo's ODE makes them (the default where numba is), or bullet; for
-            launch files that do not pass it on, the environment variable PADDOCK_SOLVER.
+        solver: ode: steps as Gazebo's ODE makes them, or bullet: PyBullet's own; for launch files
+            that do not pass it on, the environment variable PADDOCK_SOLVER.
         renderer: auto, gl or tiny.
         shadows, antialias: auto, true or false: see bullet_sim.render.request.Quality.
         labels: every camera also publishes which model each pixel shows.
@@ -84,18 +83,13 @@ class Config:
         check(self, prefix="parameter ")
 
 
-def has_numba() -> bool:
-    """Whether the package is installed that compiles the solver 'ode'."""
-    return importlib.util.find_spec("numba") is not None
-
-
 def parse_config(get: Callable[[str, Any], Any]) -> Config:
     """Config from a function get(name, default).
 
     Raises:
         ValueError: names the parameter, the value and what is valid.
     """
-    solver = os.environ.get("PADDOCK_SOLVER") or (Config.solver if has_numba() else "bullet")
+    solver = os.environ.get("PADDOCK_SOLVER") or Config.solver
     niceness: Any = os.environ.get("PADDOCK_NICENESS") or Config.niceness
     if isinstance(niceness, str) and niceness.lstrip("-").isdigit():
         niceness = int(niceness)
@@ -147,13 +141,12 @@ def main() -> int:
 
 
 def make_world(solver: str) -> World:
-    """An empty world; its solver is compiled."""
+    """An empty world; its solver is compiled.
+
+    Raises:
+        SimError: the solver cannot be loaded; no other one takes its place.
+    """
     world = World(solver=solver)
-    if not has_numba():
-        rospy.logwarn(
-            "Bullet's solver: robots turn otherwise than in Gazebo. The solver 'ode' needs the "
-            "Python package numba, which is not installed."
-        )
     if world.engine.ode is not None:
         if not world.engine.ode.is_compiled():
             rospy.loginfo("the solver is being compiled, once; it takes a minute or two")

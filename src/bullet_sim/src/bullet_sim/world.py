@@ -131,7 +131,10 @@ class World:
         time_step: physics step [s].
         gravity: [m/s^2] in the world frame.
         engine: an Engine to use instead of a new one (tests).
-        solver: 'bullet', or 'ode': steps as Gazebo's ODE makes them.
+        solver: 'ode': steps as Gazebo's ODE makes them; or 'bullet': PyBullet's own.
+
+    Raises:
+        ModelError: no such solver, or 'ode' cannot be loaded.
     """
 
     def __init__(
@@ -139,7 +142,7 @@ class World:
         time_step: float = 0.001,
         gravity: Vec3 = (0.0, 0.0, -9.81),
         engine: Engine | None = None,
-        solver: str = "bullet",
+        solver: str = "ode",
     ) -> None:
         self.engine = engine or make_engine(solver, time_step, gravity)
         self._folder = OwnFolder()  # of the models' prepared files
@@ -400,7 +403,7 @@ class World:
         """What has a state besides the bodies: forces, contacts, order, joints and controllers."""
         parts: list[Stateful] = [self.forces, self.contacts, self._order]
         for model in self.models.values():
-            parts.append(model.joints)
+            parts += [model.joints, model.mimics]
             if model.manager is not None:
                 parts.append(model.manager)
         return parts

@@ -12,23 +12,30 @@ with silenced():  # PyBullet prints a banner
     from bullet_sim.engine.engine import Engine
 
 __all__ = ["SOLVERS", "Engine", "make_engine"]
-SOLVERS = ("bullet", "ode")
+NO_NUMBA = (
+    "solver 'ode' cannot be loaded ({}): it needs the Python package numba, which ./run setup "
+    "installs as config/requirements.txt pins it. Other physics has to be asked for by name: "
+    "solver:=bullet of a launch file, World(solver='bullet')"
+)
+SOLVERS = ("ode", "bullet")
 
 
 def make_engine(solver: str, *arguments: Any, **options: Any) -> Engine:
     """Make an engine.
 
     Args:
-        solver: 'bullet', or 'ode': steps as Gazebo's ODE makes them.
+        solver: 'ode': steps as Gazebo's ODE makes them; or 'bullet': PyBullet's own.
         arguments, options: of Engine.
 
     Raises:
-        ModelError: no such solver, or it cannot be had.
+        ModelError: no such solver, or 'ode' cannot be imported: nothing else takes its place.
     """
     if solver not in SOLVERS:
         raise ModelError(f"solver is {solver!r}, must be {' or '.join(SOLVERS)}")
     if solver == "bullet":
         return Engine(*arguments, **options)
-    from bullet_sim.engine.ode_engine import OdeEngine  # numba takes a while
-
+    try:
+        from bullet_sim.engine.ode_engine import OdeEngine  # numba takes a while
+    except ImportError as error:
+        raise ModelError(NO_NUMBA.format(error)) from error
     return OdeEngine(*arguments, **options)

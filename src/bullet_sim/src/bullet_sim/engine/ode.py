@@ -17,26 +17,19 @@ from bullet_sim.controllers.law import JointPid, truncated
 from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.model import Joint
 from bullet_sim.description.world import OdeSettings
+from bullet_sim.engine import tables
+from bullet_sim.engine.ode_arrays import ArrayBuilder, Models, Part, Still
+from bullet_sim.engine.ode_contacts import Contact, Contacts
+from bullet_sim.engine.ode_shapes import ShapeCache
+from bullet_sim.engine.quickstep import layout as q
+from bullet_sim.engine.quickstep.library import advance, compile_once, is_compiled
+from bullet_sim.engine.quickstep.state import GOALS, P_STATE
 from bullet_sim.engine.rays import RayShape, RayShapes
-from bullet_sim.errors import ModelError
 from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, compose, matrix_from_quaternion
 
 if TYPE_CHECKING:
     from bullet_sim.controllers.hardware import JointHandle
     from bullet_sim.engine.engine import Engine
-
-try:
-    from bullet_sim.engine import tables
-    from bullet_sim.engine.ode_arrays import ArrayBuilder, Models, Part, Still
-    from bullet_sim.engine.ode_contacts import Contact, Contacts
-    from bullet_sim.engine.ode_shapes import ShapeCache
-    from bullet_sim.engine.quickstep import layout as q
-    from bullet_sim.engine.quickstep.library import advance, compile_once, is_compiled
-    from bullet_sim.engine.quickstep.state import GOALS, P_STATE
-except ImportError as error:  # numba is needed by this solver alone
-    raise ModelError(
-        f"solver 'ode' needs the Python package numba ({error}); the other solver is 'bullet'"
-    ) from error
 
 _ROUNDING = 1e-15  # [m] and of a quaternion: what PyBullet leaves of 0 between two frames
 _UNTURNED = (0.0, 0.0, 0.0, 1.0)

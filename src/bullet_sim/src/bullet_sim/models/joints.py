@@ -274,7 +274,7 @@ _FRACTION = 0.5  # of the remaining error that one step takes away at most ...
 _BRAKE = 0.5  # ... and of the effort that is counted on to brake in time
 
 
-class Mimics:
+class Mimics(Stateful):
     """Drives the following joints of one model before each step.
 
     As the plugin, they follow and do not push back. Where the plugin puts the joint, here its motor
@@ -285,11 +285,14 @@ class Mimics:
         inertias: joint name -> inertia that its effort moves [kg m^2, kg].
     """
 
+    STATE = ("_targets",)
+
     def __init__(
         self, joints: Joints, mimics: Mapping[str, Mimic], inertias: Mapping[str, float]
     ) -> None:
         self._joints = joints
         known = set(joints.names)
+        self._targets: dict[str, float] = {}  # of the last step
         self._following: list[tuple[str, Mimic, float, float]] = []
         for name, mimic in mimics.items():
             if name in known and mimic.joint in known:
@@ -300,16 +303,23 @@ class Mimics:
     def __bool__(self) -> bool:
         return bool(self._following)
 
+    def restart(self) -> None:
+        """Note that the model was loaded again."""
+        self._targets = {}
+
     def update(self, period: float) -> None:
         """Drive the joints for a step of this length [s]."""
-        positions, velocities = self._joints.state()
+        positions, _ = self._joints.state()
         for name, mimic, effort, braking in self._following:
             limits = self._joints.limits[name]
             target = positions[mimic.joint] * mimic.multiplier + mimic.offset
             if limits.lower is not None and limits.upper is not None:
                 target = min(max(target, limits.lower), limits.upper)
+            # A joint that is put to its position moves without a velocity.
+            followed = (target - self._targets.get(name, target)) / period
+            self._targets[name] = target
             error, speed = target - positions[name], 0.0
             if abs(error) >= mimic.sensitiveness:
                 close = min(_FRACTION * abs(error) / period, math.sqrt(2.0 * braking * abs(error)))
-                speed = velocities[mimic.joint] * mimic.multiplier + math.copysign(close, error)
+                speed = followed + math.copysign(close, error)
             self._joints.drive_within(name, speed, effort)

@@ -275,6 +275,7 @@ class Model:
         """Reload into a cleared engine, at the initial pose; controllers restart."""
         self._load()
         self.joints.rebind(self.body)
+        self.mimics.restart()
         if self.manager is not None:
             self.manager.restart()
 

@@ -165,7 +165,7 @@ class Scene:
         self.projector = Projector(Course(self.track.lane), WINDOW)
         self.period = 1.0 / control_rate
         self.substeps = max(1, round(self.period / time_step))
-        self.world = World(self.period / self.substeps)
+        self.world = World(self.period / self.substeps, solver="bullet")
         self.world.scene = description.light()
         engine = self.world.engine
         engine.set_contact_breaking(CONTACT_BREAKING)

@@ -49,7 +49,7 @@ class Truck:
         self.period = PERIODS * DRIVE_PERIOD
         truck = TruckGeometry(**values)
         self._kinematics, self._limiter = CyberModel(truck), RateLimiter(truck)
-        self.world = World(TIME_STEP)
+        self.world = World(TIME_STEP, solver="bullet")
         self.world.engine.set_contact_breaking(CONTACT_BREAKING)
         self.world.engine.set_solver_iterations(ITERATIONS)
         self.world.spawn(sdf.ground_plane())
