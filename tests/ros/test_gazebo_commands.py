@@ -201,7 +201,8 @@ class GazeboCommands(unittest.TestCase):
         self.fails(1, "/no/such/file", "-urdf", "-file", "/no/such/file", "-model", "a")
         self.fails(1, "/no_such_parameter", "-urdf", "-param", "/no_such_parameter", "-model", "a")
         self.fails(1, "not well-formed XML", "-urdf", "-stdin", "-model", "a", text="<robot>")
-        self.fails(1, "exists already", "-urdf", "-file", car, "-model", "sphere")
+        taken = "Spawn status: SpawnModel: Failure - entity already exists."
+        self.fails(1, taken, "-urdf", "-file", car, "-model", "sphere")
         self.fails(1, "no_such_model", "-sdf", "-database", "no_such_model", "-model", "a")
         self.fails(
             1,

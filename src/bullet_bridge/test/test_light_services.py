@@ -85,7 +85,7 @@ def test_set(desk):
 @pytest.mark.parametrize(
     "changes, words",
     [
-        ({"light_name": "moon"}, "light 'moon' does not exist; lights are sun, lamp"),
+        ({"light_name": "moon"}, "setLightProperties: Requested light moon not found!"),
         ({"diffuse": ColorRGBA(float("nan"), 0, 0, 1)}, "diffuse of light 'sun' is"),
         ({"attenuation_linear": -1.0}, "linear attenuation of light 'sun' is -1.0, must be"),
         ({"direction": Vector3(float("inf"), 0, 0)}, "direction of light 'sun' is"),
@@ -102,7 +102,12 @@ def test_what_is_refused(desk, changes, words):
 
 def test_delete(desk):
     world, call, shown = desk
-    assert call("delete_light", light_name="sun").success
+    answer = call("delete_light", light_name="sun")
+    assert (answer.success, answer.status_message) == (
+        True,
+        "DeleteLight: sun successfully deleted",
+    )
     assert [light.name for light in world.scene.lights] == ["lamp"] and len(shown) == 1
     answer = call("delete_light", light_name="sun")
-    assert not answer.success and "lights are lamp" in answer.status_message
+    assert not answer.success
+    assert answer.status_message == "DeleteLight: Requested light sun not found!"

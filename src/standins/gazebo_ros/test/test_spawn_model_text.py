@@ -1,8 +1,10 @@
 """Command line, model text and poses of spawn_model; no master needed."""
 
 import math
+import threading
 
 import pytest
+from gazebo_msgs.srv import SpawnModelResponse
 from gazebo_ros import spawn_model
 
 
@@ -72,10 +74,49 @@ def test_command_line_of_the_deepracer():
         "-urdf -model a",
         "-urdf -sdf -param p -model a",
         "-urdf -param p",
-        "-urdf -param p -model a -J left nine",
     ],
 )
 def test_wrong_command_line_is_exit_2(line):
     with pytest.raises(SystemExit) as error:
         spawn_model.parse_options(line.split())
     assert error.value.code == 2
+
+
+def test_a_position_that_is_no_number_is_exit_1_as_upstream(capsys):
+    with pytest.raises(SystemExit) as error:
+        spawn_model.parse_options("-urdf -param p -model a -J left nine".split())
+    assert error.value.code == 1 and "nine" in capsys.readouterr().err
+
+
+class Service:
+    """Stands in for rospy.ServiceProxy: answers with a given response."""
+
+    def __init__(self, answer):
+        self.answer = answer
+
+    def __call__(self, _name, _kind):
+        return lambda **_: self.answer
+
+
+@pytest.mark.parametrize("success", [True, False])
+def test_lines_of_the_log_are_upstreams(monkeypatch, tmp_path, success):
+    (tmp_path / "r.urdf").write_text("<robot name='r'/>")
+    answer = SpawnModelResponse(success=success, status_message="SpawnModel: the answer")
+    lines = []
+    monkeypatch.setattr(spawn_model.waiting, "wait_for_service", lambda *_: None)
+    monkeypatch.setattr(spawn_model.rospy, "ServiceProxy", Service(answer))
+    for level in ("loginfo", "logerr"):
+        monkeypatch.setattr(spawn_model.rospy, level, lambda text, *rest: lines.append(text % rest))
+    opts = spawn_model.parse_options(["-urdf", "-file", str(tmp_path / "r.urdf"), "-model", "m"])
+    if success:
+        spawn_model.spawn(opts, threading.Event())
+    else:
+        with pytest.raises(spawn_model.SpawnError, match="SpawnModel: the answer"):
+            spawn_model.spawn(opts, threading.Event())
+    assert lines == [
+        f"Loading model XML from file {tmp_path}/r.urdf",
+        "Waiting for service /gazebo/spawn_urdf_model",
+        "Calling service /gazebo/spawn_urdf_model",
+        "Spawn status: SpawnModel: the answer",
+        *([] if success else ["Spawn service failed. Exiting."]),
+    ]

@@ -1,11 +1,39 @@
 """Handlers of services and topics that log errors and return them to the caller."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import rospy
 from bullet_sim.errors import SimError
 from std_srvs.srv import EmptyResponse
+
+# Of gazebo_ros' services: for the field of the request, and what it names.
+NO_FRAME = "reference {} not found, did you forget to scope the {} by model name?"
+
+
+class Refusal(SimError):
+    """A request is refused with a text of gazebo_ros, which programs compare.
+
+    Args:
+        status: for the client.
+        detail: what is logged with it.
+    """
+
+    def __init__(self, status: str, detail: str) -> None:
+        super().__init__(f"{status} ({detail})")
+        self.status = status
+
+
+@contextmanager
+def refusing(status: str) -> Iterator[None]:
+    """Turns a SimError into a Refusal with a text of gazebo_ros."""
+    try:
+        yield
+    except Refusal:
+        raise
+    except SimError as error:
+        raise Refusal(status, str(error)) from error
 
 
 def service_handler(work: Callable[[Any], Any], service: Any) -> Callable[[Any], Any]:
@@ -26,7 +54,8 @@ def service_handler(work: Callable[[Any], Any], service: Any) -> Callable[[Any],
             return response
         except (SimError, TimeoutError) as error:
             rospy.logerr("%s", error)
-            return service._response_class(success=False, status_message=str(error))
+            status = getattr(error, "status", str(error))
+            return service._response_class(success=False, status_message=status)
 
     return handle
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +14,7 @@ from bullet_sim.pose import PLACEABLE, Pose
 from gazebo_msgs import srv
 from std_msgs.msg import ColorRGBA
 
-from bullet_bridge.services.handlers import service_handler
+from bullet_bridge.services.handlers import refusing, service_handler
 
 if TYPE_CHECKING:
     from bullet_sim.world import World
@@ -50,7 +51,8 @@ class LightServices:
         return light
 
     def _get(self, request: Any) -> srv.GetLightPropertiesResponse:
-        light = self._jobs.read(lambda: self._light(request.light_name))
+        with _refusing_unknown("getLightProperties", request):
+            light = self._jobs.read(lambda: self._light(request.light_name))
         return srv.GetLightPropertiesResponse(
             diffuse=ColorRGBA(*light.diffuse, 1.0),
             attenuation_constant=light.constant,
@@ -59,12 +61,19 @@ class LightServices:
         )
 
     def _set(self, request: Any) -> srv.SetLightPropertiesResponse:
-        self._jobs.call(lambda: self._change(request.light_name, lambda old: changed(old, request)))
+        def work() -> None:
+            with _refusing_unknown("setLightProperties", request):
+                self._light(request.light_name)
+            self._change(request.light_name, lambda old: changed(old, request))
+
+        self._jobs.call(work)
         return srv.SetLightPropertiesResponse()
 
     def _delete(self, request: Any) -> srv.DeleteLightResponse:
-        self._jobs.call(lambda: self._change(request.light_name, lambda _: None))
-        return srv.DeleteLightResponse()
+        with _refusing_unknown("DeleteLight", request):
+            self._jobs.call(lambda: self._change(request.light_name, lambda _: None))
+        status = f"DeleteLight: {request.light_name} successfully deleted"
+        return srv.DeleteLightResponse(status_message=status)
 
     def _change(self, name: str, change: Callable[[Light], Light | None]) -> None:
         """Replace a light by what `change` makes of it; None: delete it."""
@@ -76,6 +85,11 @@ class LightServices:
             scene, lights=tuple(other for other in lights if other is not None)
         )
         self._show()
+
+
+def _refusing_unknown(service: str, request: Any) -> AbstractContextManager[None]:
+    """Refuses a light that does not exist, as gazebo_ros words it."""
+    return refusing(f"{service}: Requested light {request.light_name} not found!")
 
 
 def changed(light: Light, request: Any) -> Light:

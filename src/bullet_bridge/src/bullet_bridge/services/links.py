@@ -14,7 +14,13 @@ from gazebo_msgs.msg import LinkState
 from geometry_msgs.msg import Pose as PoseMsg
 
 from bullet_bridge.services.entities import WORLD_FRAMES, find_frame, find_joint, find_link
-from bullet_bridge.services.handlers import empty_service_handler, service_handler, topic_callback
+from bullet_bridge.services.handlers import (
+    NO_FRAME,
+    empty_service_handler,
+    refusing,
+    service_handler,
+    topic_callback,
+)
 from bullet_bridge.transport.conversions import pose_from_msg, pose_to_msg, twist_to_msg, vector
 
 if TYPE_CHECKING:
@@ -22,6 +28,9 @@ if TYPE_CHECKING:
 
     from bullet_bridge.loop.jobs import JobQueue
     from bullet_bridge.loop.received import ReceivedCounts
+
+
+NO_LINK = "link not found, did you forget to scope the link by model name?"
 
 
 def clearing(jobs: "JobQueue", clear: Callable[[Any], Any], response: type) -> Callable[[Any], Any]:
@@ -71,8 +80,10 @@ class LinkServices:
 
     def _get_state(self, request: Any) -> srv.GetLinkStateResponse:
         def work() -> tuple[Pose, Array, Array]:
-            model, link = find_link(self._world, request.link_name)
-            frame = find_frame(self._world, request.reference_frame)
+            with refusing(f"GetLinkState: {NO_LINK}"):
+                model, link = find_link(self._world, request.link_name)
+            with refusing("GetLinkState: " + NO_FRAME.format("reference_frame", "link")):
+                frame = find_frame(self._world, request.reference_frame)
             return frame.inward(*model.link_state(link))
 
         pose, linear, angular = self._jobs.read(work)
@@ -83,7 +94,7 @@ class LinkServices:
                 twist=twist_to_msg(linear, angular),
                 reference_frame=request.reference_frame,
             ),
-            status_message="got the state",
+            status_message="GetLinkState: got state",
         )
 
     def _set_state(self, state: LinkState) -> srv.SetLinkStateResponse:
@@ -91,7 +102,10 @@ class LinkServices:
         linear, angular = vector(state.twist.linear), vector(state.twist.angular)
 
         def work() -> None:
-            model, link = find_link(self._world, state.link_name)
+            with refusing("SetLinkState: link does not exist"):
+                model, link = find_link(self._world, state.link_name)
+            with refusing("SetLinkState: failed"):
+                frame = find_frame(self._world, state.reference_frame).pose
             index, offset = model.link_in_body(link)
             if index >= 0:
                 raise ModelError(
@@ -99,7 +113,6 @@ class LinkServices:
                     f"set the model's by '{model.name}::{model.description.root}', its joints "
                     "with set_model_configuration"
                 )
-            frame = find_frame(self._world, state.reference_frame).pose
             target, angular_in_world = frame * pose, frame.matrix @ angular
             if not target.is_placeable():
                 raise ModelError(
@@ -112,11 +125,13 @@ class LinkServices:
             model.set_state(root, linear_of_root, angular_in_world)
 
         self._jobs.call(work)
-        return srv.SetLinkStateResponse(status_message=f"moved '{state.link_name}'")
+        return srv.SetLinkStateResponse(status_message="SetLinkState: success")
 
     def _get_properties(self, request: Any) -> srv.GetLinkPropertiesResponse:
         def work() -> tuple[float, Array, Array]:
-            return changes.link_properties(*find_link(self._world, request.link_name))
+            with refusing(f"GetLinkProperties: {NO_LINK}"):
+                found = find_link(self._world, request.link_name)
+            return changes.link_properties(*found)
 
         mass, center, inertia = self._jobs.read(work)
         com = PoseMsg()
@@ -132,7 +147,7 @@ class LinkServices:
             iyy=inertia[1, 1],
             iyz=inertia[1, 2],
             izz=inertia[2, 2],
-            status_message="got the properties",
+            status_message="GetLinkProperties: got properties",
         )
 
     def _set_properties(self, request: Any) -> srv.SetLinkPropertiesResponse:
@@ -143,7 +158,8 @@ class LinkServices:
         ]
 
         def work() -> None:
-            model, link = find_link(self._world, request.link_name)
+            with refusing(f"SetLinkProperties: {NO_LINK}"):
+                model, link = find_link(self._world, request.link_name)
             changes.set_link_properties(
                 model,
                 link,
@@ -154,7 +170,7 @@ class LinkServices:
             )
 
         self._jobs.call(work)
-        return srv.SetLinkPropertiesResponse(status_message=f"changed '{request.link_name}'")
+        return srv.SetLinkPropertiesResponse(status_message="SetLinkProperties: properties set")
 
     def _push(self, request: Any) -> srv.ApplyBodyWrenchResponse:
         """Wrench of a request, rotated into world axes about the center of mass.
@@ -166,10 +182,12 @@ class LinkServices:
         torque = torque + np.cross(vector(request.reference_point), force)
 
         def work() -> None:
-            model, link = find_link(self._world, request.body_name, "body")
+            with refusing("ApplyBodyWrench: body does not exist"):
+                model, link = find_link(self._world, request.body_name, "body")
             rotated, moment = force, torque
             if request.reference_frame not in WORLD_FRAMES:
-                frame = find_frame(self._world, request.reference_frame).pose
+                with refusing("ApplyBodyWrench: reference_frame not found"):
+                    frame = find_frame(self._world, request.reference_frame).pose
                 body = model.link_state(link)[0]
                 rotated = frame.matrix @ force
                 moment = frame.matrix @ torque + np.cross(
@@ -179,7 +197,7 @@ class LinkServices:
             self._world.forces.apply_wrench(model, link, rotated, moment, steps)
 
         self._jobs.call(work)
-        return srv.ApplyBodyWrenchResponse(status_message=f"wrench on '{request.body_name}' is set")
+        return srv.ApplyBodyWrenchResponse()  # without a text, as upstream
 
 
 TYPES = {
@@ -214,7 +232,8 @@ class JointServices:
 
     def _get_properties(self, request: Any) -> srv.GetJointPropertiesResponse:
         def work() -> srv.GetJointPropertiesResponse:
-            model, joint = find_joint(self._world, request.joint_name)
+            with refusing("GetJointProperties: joint not found"):
+                model, joint = find_joint(self._world, request.joint_name)
             response = srv.GetJointPropertiesResponse(
                 type=TYPES[model.description.joints[joint].kind]
             )
@@ -227,7 +246,7 @@ class JointServices:
             return response
 
         response = self._jobs.read(work)
-        response.status_message = "got the properties"
+        response.status_message = "GetJointProperties: got properties"
         return response
 
     def _set_properties(self, request: Any) -> srv.SetJointPropertiesResponse:
@@ -246,14 +265,10 @@ class JointServices:
                     f"joint '{request.joint_name}': {name} has {len(values)} values, "
                     "must have 1, for its one axis"
                 )
-        if not given:
-            raise ModelError(
-                f"joint '{request.joint_name}': nothing to change; give one of "
-                f"{', '.join(CHANGEABLE)}"
-            )
 
         def work() -> None:
-            model, joint = find_joint(self._world, request.joint_name)
+            with refusing("SetJointProperties: joint not found"):
+                model, joint = find_joint(self._world, request.joint_name)
             if "loStop" in given or "hiStop" in given:
                 changes.set_joint_stops(
                     model, joint, *(given.get(name, (None,))[0] for name in ("loStop", "hiStop"))
@@ -262,18 +277,22 @@ class JointServices:
                 changes.set_joint_damping(model, joint, given["damping"][0])
 
         self._jobs.call(work)
-        return srv.SetJointPropertiesResponse(
-            status_message=f"changed {', '.join(given)} of '{request.joint_name}'"
-        )
+        return srv.SetJointPropertiesResponse(status_message="SetJointProperties: properties set")
 
     def _drive(self, request: Any) -> srv.ApplyJointEffortResponse:
         def work() -> float:
-            model, joint = find_joint(self._world, request.joint_name)
+            with refusing("ApplyJointEffort: joint not found"):
+                model, joint = find_joint(self._world, request.joint_name)
             steps = requested_steps(self._world, request)
             return self._world.forces.apply_effort(model, joint, request.effort, steps)
 
         effort = self._jobs.call(work)
-        text = f"effort on '{request.joint_name}' is set"
         if effort != request.effort:
-            text += f", clipped to {effort:g}, the limit of its description"
-        return srv.ApplyJointEffortResponse(status_message=text)
+            rospy.logwarn(
+                "apply_joint_effort: the effort on '%s' is clipped from %g to %g, the limit of its "
+                "description",
+                request.joint_name,
+                request.effort,
+                effort,
+            )
+        return srv.ApplyJointEffortResponse(status_message="ApplyJointEffort: effort set")

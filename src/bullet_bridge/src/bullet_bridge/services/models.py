@@ -5,14 +5,20 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import rospy
-from bullet_sim.errors import ModelError, SimError
+from bullet_sim.errors import SimError
 from bullet_sim.pose import Array, Pose
 from bullet_sim.xml_reader import add_child, parse
 from gazebo_msgs import srv
 from gazebo_msgs.msg import ModelState
 
 from bullet_bridge.services.entities import ConnectedModels, find_frame
-from bullet_bridge.services.handlers import service_handler, topic_callback
+from bullet_bridge.services.handlers import (
+    NO_FRAME,
+    Refusal,
+    refusing,
+    service_handler,
+    topic_callback,
+)
 from bullet_bridge.transport.conversions import (
     pose_from_msg,
     pose_to_msg,
@@ -27,6 +33,17 @@ if TYPE_CHECKING:
 
     from bullet_bridge.loop.jobs import JobQueue
     from bullet_bridge.loop.server import Server
+
+
+SPAWN = "SpawnModel: "
+UNKNOWN_FORMAT = (
+    "GazeboRosApiPlugin SpawnModel Failure: input model_xml not SDF or URDF, or cannot be "
+    "converted to Gazebo compatible format."
+)
+NOT_SPAWNED = (
+    f"{SPAWN}Entity pushed to spawn queue, but spawn service timed out waiting for entity to "
+    "appear in simulation under the name "
+)
 
 
 def with_robot_namespace(text: Any, namespace: str) -> Any:
@@ -87,12 +104,18 @@ class ModelServices:
         text = with_robot_namespace(request.model_xml, request.robot_namespace)
 
         def work() -> "Model":
-            model = spawn(
-                request.model_name,
-                text,
-                find_frame(self._world, request.reference_frame).pose * pose,
-                self._resolve,
-            )
+            with refusing(SPAWN + NO_FRAME.format("reference_frame", "link")):
+                frame = find_frame(self._world, request.reference_frame).pose
+            name = request.model_name
+            if name in self._world.models:
+                raise Refusal(
+                    f"{SPAWN}Failure - entity already exists.",
+                    f"model '{name}' exists already; models are {', '.join(self._world.models)}",
+                )
+            try:
+                model = spawn(name, text, frame * pose, self._resolve)
+            except SimError as error:  # Gazebo's client waits 10 s then
+                raise SimError(f"{NOT_SPAWNED}{name}: {error}") from error
             self._server.hold()
             return model
 
@@ -104,11 +127,12 @@ class ModelServices:
             raise
         finally:
             self._jobs.call(self._server.release)
-        return srv.SpawnModelResponse(status_message=f"spawned '{model.name}'")
+        return srv.SpawnModelResponse(status_message=f"{SPAWN}Successfully spawned entity")
 
     def _remove(self, name: str) -> None:
         def work() -> list[Any]:
-            self._world.delete(name)
+            with refusing("DeleteModel: model does not exist"):
+                self._world.delete(name)
             return self._robots.disconnect(name)
 
         for part in self._jobs.call(work):
@@ -117,19 +141,21 @@ class ModelServices:
 
     def _delete(self, request: Any) -> srv.DeleteModelResponse:
         self._remove(request.model_name)
-        return srv.DeleteModelResponse(status_message=f"deleted '{request.model_name}'")
+        return srv.DeleteModelResponse(status_message="DeleteModel: successfully deleted model")
 
     def _get_state(self, request: Any) -> srv.GetModelStateResponse:
         def work() -> tuple[float, tuple[Pose, Array, Array]]:
-            model = self._world.model(request.model_name)
-            frame = find_frame(self._world, request.relative_entity_name)
+            with refusing("GetModelState: model does not exist"):
+                model = self._world.model(request.model_name)
+            with refusing("GetModelState: " + NO_FRAME.format("relative_entity_name", "body")):
+                frame = find_frame(self._world, request.relative_entity_name)
             return self._world.time, frame.inward(*model.link_state(model.description.root))
 
         time, (pose, linear, angular) = self._jobs.read(work)
         response = srv.GetModelStateResponse(
             pose=pose_to_msg(pose),
             twist=twist_to_msg(linear, angular),
-            status_message="got the state",
+            status_message="GetModelState: got properties",
         )
         self._requests[request.model_name] = self._requests.get(request.model_name, 0) + 1
         response.header.seq = self._requests[request.model_name]
@@ -142,43 +168,52 @@ class ModelServices:
         linear, angular = vector(state.twist.linear), vector(state.twist.angular)
 
         def work() -> None:
-            frame = find_frame(self._world, state.reference_frame).pose
-            self._world.model(state.model_name).set_state(
-                frame * pose, frame.matrix @ linear, frame.matrix @ angular
-            )
+            with refusing("SetModelState: model does not exist"):
+                model = self._world.model(state.model_name)
+            with refusing("SetModelState: specified reference frame entity does not exist"):
+                frame = find_frame(self._world, state.reference_frame).pose
+            model.set_state(frame * pose, frame.matrix @ linear, frame.matrix @ angular)
 
         self._jobs.call(work)
-        return srv.SetModelStateResponse(status_message=f"moved '{state.model_name}'")
+        return srv.SetModelStateResponse(status_message="SetModelState: set model state done")
 
     def _set_configuration(self, request: Any) -> srv.SetModelConfigurationResponse:
         names, positions = request.joint_names, request.joint_positions
-        if len(names) != len(positions):
-            raise ModelError(
-                f"joint_names has {len(names)} entries and joint_positions "
-                f"{len(positions)}; must be as many"
-            )
 
         def work() -> list[str]:
-            joints = self._world.model(request.model_name).joints
+            with refusing("SetModelConfiguration: model does not exist"):
+                joints = self._world.model(request.model_name).joints
+            if len(names) != len(positions):
+                raise Refusal(
+                    "SetModelConfiguration: joint name and position list have different lengths",
+                    f"joint_names has {len(names)} entries and joint_positions {len(positions)}",
+                )
             values = dict(zip(names, positions))
             joints.set_positions({name: values[name] for name in values if name in joints.names})
             return [name for name in values if name not in joints.names]
 
         unknown = self._jobs.call(work)
-        message = f"set {len(names) - len(unknown)} joints of '{request.model_name}'"
         if unknown:  # which Gazebo skips without a word
-            message += f"; {', '.join(unknown)} do not exist or do not move, and are skipped"
-            rospy.logwarn("set_model_configuration: %s", message)
-        return srv.SetModelConfigurationResponse(status_message=message)
+            rospy.logwarn(
+                "set_model_configuration: joints %s of '%s' do not exist or do not move, and are "
+                "skipped",
+                ", ".join(unknown),
+                request.model_name,
+            )
+        return srv.SetModelConfigurationResponse(status_message="SetModelConfiguration: success")
 
     def _get_world(self, _: Any) -> srv.GetWorldPropertiesResponse:
         time, names = self._jobs.read(lambda: (self._world.time, list(self._world.models)))
         return srv.GetWorldPropertiesResponse(
-            sim_time=time, model_names=names, rendering_enabled=True
+            sim_time=time,
+            model_names=names,
+            rendering_enabled=True,
+            status_message="GetWorldProperties: got properties",
         )
 
     def _get_properties(self, request: Any) -> srv.GetModelPropertiesResponse:
-        model = self._jobs.read(lambda: self._world.model(request.model_name))
+        with refusing("GetModelProperties: model does not exist"):
+            model = self._jobs.read(lambda: self._world.model(request.model_name))
         return srv.GetModelPropertiesResponse(  # links that fixed joints merge: none, as in Gazebo
             canonical_body_name=model.description.root,
             body_names=list(model.rigid_parts),
@@ -189,4 +224,5 @@ class ModelServices:
             ],
             joint_names=list(model.joints.names),
             is_static=model.is_static,
+            status_message="GetModelProperties: got properties",
         )

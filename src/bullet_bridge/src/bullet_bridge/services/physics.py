@@ -145,7 +145,7 @@ class PhysicsServices:
             max_update_rate=now.max_update_rate,
             gravity=Vector3(*now.gravity),
             ode_config=ODEPhysics(sor_pgs_iters=now.iterations, **FIXED),
-            status_message="got the properties",
+            status_message="GetPhysicsProperties: got properties",
         )
 
     def _set(self, request: Any) -> srv.SetPhysicsPropertiesResponse:
@@ -163,10 +163,12 @@ class PhysicsServices:
             for name, value in FIXED.items()
             if getattr(config, name) not in (value, type(value)())
         ]
-        text = "physics properties set"
         if others:
-            text += f"; ignored, settings of the engine ODE: {', '.join(others)}"
-        return srv.SetPhysicsPropertiesResponse(status_message=text)
+            rospy.logwarn(
+                "set_physics_properties: %s cannot be changed here and are ignored",
+                ", ".join(others),
+            )
+        return srv.SetPhysicsPropertiesResponse(status_message="physics engine updated")
 
 
 AXES = ("gravity_x", "gravity_y", "gravity_z")

@@ -20,7 +20,7 @@ def spawn_sdf_model_client(
         Whether it was spawned; the reason is in the log.
     """
     values = model_name, model_xml, robot_namespace, initial_pose, reference_frame
-    return _call(gazebo_namespace, "spawn_sdf_model", SpawnModel, *values)
+    return _call(gazebo_namespace, "spawn_sdf_model", SpawnModel, "Spawn", *values)
 
 
 def spawn_urdf_model_client(
@@ -28,7 +28,7 @@ def spawn_urdf_model_client(
 ):
     """Spawns a URDF model; arguments and result as for spawn_sdf_model_client."""
     values = model_name, model_xml, robot_namespace, initial_pose, reference_frame
-    return _call(gazebo_namespace, "spawn_urdf_model", SpawnModel, *values)
+    return _call(gazebo_namespace, "spawn_urdf_model", SpawnModel, "Spawn", *values)
 
 
 def set_model_configuration_client(
@@ -40,17 +40,19 @@ def set_model_configuration_client(
         Whether they were set; the reason is in the log.
     """
     values = model_name, model_param_name, joint_names, joint_positions
-    return _call(gazebo_namespace, "set_model_configuration", SetModelConfiguration, *values)
+    name, label = "set_model_configuration", "Set model configuration"
+    return _call(gazebo_namespace, name, SetModelConfiguration, label, *values)
 
 
-def _call(namespace, service, service_type, *values):
+def _call(namespace, service, service_type, label, *values):
     name = "{}/{}".format(namespace.rstrip("/"), service)
     rospy.loginfo("Waiting for service %s", name)
     rospy.wait_for_service(name)
     try:
+        rospy.loginfo("Calling service %s", name)
         response = rospy.ServiceProxy(name, service_type)(*values)
     except rospy.ServiceException as error:
-        rospy.logerr("%s failed: %s", name, error)
+        print(f"Service call failed: {error}")
         return False
-    (rospy.loginfo if response.success else rospy.logerr)("%s: %s", name, response.status_message)
+    rospy.loginfo("%s status: %s", label, response.status_message)
     return response.success

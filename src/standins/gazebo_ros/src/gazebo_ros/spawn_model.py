@@ -1,6 +1,7 @@
 """spawn_model: its options, the model's text, the service's call."""
 
 import argparse
+import os
 import re
 import sys
 import threading
@@ -38,7 +39,7 @@ def parse_options(argv, default_robot_namespace="/"):
     try:
         options.joints = [(name, float(position)) for name, position in options.joints]
     except ValueError as error:
-        parser.error(f"-J wants a joint name and a number: {error}")
+        parser.exit(1, f"spawn_model: -J wants a joint name and a number: {error}\n")
     options.gazebo_namespace = options.gazebo_namespace.rstrip("/")
     return options
 
@@ -178,21 +179,29 @@ def read_model(opts):
         model_text.ModelTextError: the text is not a model.
     """
     if opts.file:
+        rospy.loginfo("Loading model XML from file %s", opts.file)
+        if not os.path.exists(opts.file):
+            raise SpawnError(f"Error: specified file {opts.file} does not exist")
+        if not os.path.isfile(opts.file):
+            raise SpawnError(f"Error: specified file {opts.file} is not a file")
         try:
             with open(opts.file, "rb") as stream:
                 text = stream.read()
         except OSError as error:
-            raise SpawnError(f"cannot read file {opts.file}: {error.strerror}") from None
+            raise SpawnError(f"Error reading file {opts.file}: {error.strerror}") from None
         source = "file " + opts.file
     elif opts.param:
+        rospy.loginfo("Loading model XML from ros parameter %s", opts.param)
         source = "parameter " + rospy.resolve_name(opts.param)
         try:
             text = str(rospy.get_param(opts.param))
         except KeyError:
             raise SpawnError(f"{source} is not set") from None
     elif opts.database:
+        rospy.loginfo("Loading model XML from Gazebo Model Database")
         source, text = "model " + opts.database, from_database(opts.database)
     else:
+        rospy.loginfo("Loading model XML from stdin")
         source, text = "standard input", sys.stdin.read()
     return checked(text, source, opts.package_to_model)
 
@@ -209,21 +218,34 @@ class Simulator:
         self._namespace = namespace
         self._timeout = timeout
 
-    def call(self, service, service_type, **fields):
+    def call(self, service, service_type, label="", failure="", **fields):
         """Waits for a service and calls it; a refusal is an error.
+
+        Args:
+            label: of the line that tells the answer; empty: there is none.
+            failure: upstream's line about a call that fails, before ours.
 
         Raises:
             SpawnError: the service was not available, failed or refused.
         """
         name = f"{self._namespace}/{service}"
         try:
+            rospy.loginfo("Waiting for service %s", name)
             waiting.wait_for_service(name, self._timeout)
+            rospy.loginfo("Calling service %s", name)
             response = rospy.ServiceProxy(name, service_type)(**fields)
         except waiting.WaitTimeout as error:
             raise SpawnError(f"{error}. Is the simulator running?") from None
         except rospy.ServiceException as error:
+            print(f"Service call failed: {error}")
+            if failure:
+                rospy.logerr("%s", failure)
             raise SpawnError(f"{name} failed: {error}") from None
+        if label:
+            rospy.loginfo("%s status: %s", label, response.status_message)
         if not getattr(response, "success", True):
+            if failure:
+                rospy.logerr("%s", failure)
             raise SpawnError(f"{name} refused: {response.status_message}")
         return response
 
@@ -256,16 +278,18 @@ def spawn(opts, spawned):
     text = read_model(opts)
     simulator = Simulator(opts.gazebo_namespace, opts.timeout)
     if opts.wait:
-        rospy.loginfo("Waiting for model %s", opts.wait)
+        rospy.loginfo("Waiting for model %s before proceeding.", opts.wait)
         simulator.wait_for_model(opts.wait)
     pose = Pose(
         Point(opts.x, opts.y, opts.z),
         Quaternion(*quaternion_from_rpy(opts.R, opts.P, opts.Y)),
     )
     service = "spawn_urdf_model" if opts.urdf else "spawn_sdf_model"
-    response = simulator.call(
+    simulator.call(
         service,
         SpawnModel,
+        "Spawn",
+        "Spawn service failed. Exiting.",
         model_name=opts.model,
         model_xml=text,
         robot_namespace=opts.robot_namespace,
@@ -273,28 +297,31 @@ def spawn(opts, spawned):
         reference_frame=opts.reference_frame,
     )
     spawned.set()
-    rospy.loginfo("Spawned %s. %s", opts.model, response.status_message)
     if opts.joints:
         names, positions = zip(*opts.joints)
         simulator.call(
             "set_model_configuration",
             SetModelConfiguration,
+            "Set model configuration",
+            "SetModelConfiguration service failed. Exiting.",
             model_name=opts.model,
             urdf_param_name="",
             joint_names=names,
             joint_positions=positions,
         )
     if opts.unpause:
+        rospy.loginfo("Unpausing physics")
         simulator.call("unpause_physics", Empty)
 
 
 def _delete(opts, spawned):
     if not spawned.wait(ANSWER_LIMIT):
         return
+    rospy.loginfo("Deleting model %s", opts.model)
     try:
         rospy.ServiceProxy(opts.gazebo_namespace + "/delete_model", DeleteModel)(opts.model)
     except rospy.ServiceException as error:
-        rospy.logwarn("Could not delete %s: %s", opts.model, error)
+        rospy.logerr("Delete model service call failed: %s", error)
 
 
 def main():
@@ -312,5 +339,6 @@ def main():
     except rospy.ROSInterruptException:
         return 0  # as upstream: interrupted while it waited
     if opts.bond:
+        rospy.loginfo("Waiting for shutdown to delete model %s", opts.model)
         rospy.spin()
     return 0
