@@ -8,6 +8,8 @@ import sys
 import pytest
 from bullet_bridge.node import Config, parse_config
 
+from bullet_bridge import node
+
 
 def parse(**values):
     return parse_config(values.get)
@@ -116,3 +118,18 @@ def test_niceness_of_the_environment_counts_where_no_parameter_is_given(monkeypa
 
 def test_lockstep_starts_paused():
     assert parse(lockstep=True).paused and not parse(lockstep=False).paused
+
+
+@pytest.mark.parametrize(
+    "given, expected", [(None, True), (True, True), (False, False), (0, False), ("true", True)]
+)
+def test_use_sim_time_is_set_where_nobody_has(monkeypatch, given, expected):
+    parameters = {} if given is None else {"/use_sim_time": given}
+    for name, function in (
+        ("has_param", parameters.__contains__),
+        ("set_param", parameters.__setitem__),
+        ("get_param", parameters.__getitem__),
+    ):
+        monkeypatch.setattr(node.rospy, name, function)
+    assert node.uses_sim_time() is expected
+    assert parameters["/use_sim_time"] == (True if given is None else given)

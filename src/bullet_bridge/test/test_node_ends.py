@@ -31,7 +31,6 @@ def environment():
         testing.flood(environment, TOPICS, "model_name='ground_plane'", "link_name='a::b'"),
         testing.running(environment, [sys.executable, "-c", LISTENER]),
     ):
-        subprocess.run(["rosparam", "set", "/use_sim_time", "true"], env=environment, check=True)
         yield environment
 
 
@@ -49,3 +48,6 @@ def test_simulator_exits_without_output(environment, tmp_path, lockstep, number)
         TOPICS,
         number,
     )
+    done = subprocess.run(["rosparam", "get", "/use_sim_time"], env=environment, check=True,
+                          stdout=subprocess.PIPE, text=True)  # fmt: skip
+    assert done.stdout.strip() == "true", "the simulator has set it, as gazebo_ros does"

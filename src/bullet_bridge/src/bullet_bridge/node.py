@@ -181,7 +181,7 @@ def make_server(parts: ExitStack) -> Server:
     parts.callback(cameras.close)
     received = ReceivedCounts()
     robots = Robots(jobs, world, cameras, config.seed, received, extensions)
-    set_time = set_process_time if is_true(rospy.get_param("/use_sim_time", False)) else None
+    set_time = set_process_time if uses_sim_time() else None
     clock = SimClock(config.clock_rate, world.time_step, set_time=set_time)
     server = Server(world, jobs, robots, config, clock, relay=relay)
     networked = config.enable_ros_network
@@ -199,6 +199,13 @@ def make_server(parts: ExitStack) -> Server:
     pace = f"real time x {factor:g}" if factor else "as fast as possible"
     rospy.loginfo("world '%s' is up: step %g s, %s", world.name, world.time_step, pace)
     return server
+
+
+def uses_sim_time() -> bool:
+    """Whether nodes have simulated time; sets it, as gazebo_ros does, where nobody has said so."""
+    if not rospy.has_param("/use_sim_time"):
+        rospy.set_param("/use_sim_time", True)
+    return is_true(rospy.get_param("/use_sim_time"))
 
 
 def advertise_views(world: World, jobs: JobQueue, server: Server) -> None:
