@@ -5,10 +5,11 @@ a file's name (./run test circle, ./run test bullet_sim). Six stages run only wh
 for: ./run test soak (two minutes of ./run soak, as CI does), ./run test learning (trainings; it
 installs torch, Ray and Optuna), ./run test desk and ./run test web (the desk and the page in
 Chromium, which they install), ./run test tutorials (what the tutorials say to type) and ./run test
-long (more and longer drives of the truck). What else starts with a dash goes to pytest, such as -x
-or --durations=50. JUnit's file, logs and the launch files of ROS tests are in test-results/. At the
-end come the slowest tests, the flaky ones (failed and passed in their last ten runs) and what
-failed. The last line is the sum; the exit status is 0 only if nothing failed.
+long (laps by each driver, longer drives, all keys, the install space; CI runs it). What else starts
+with a dash goes to pytest, such as -x or --durations=50. JUnit's file, logs and the launch files of
+ROS tests are in test-results/. At the end come the slowest tests, the flaky ones (failed and passed
+in their last ten runs) and what failed. The last line is the sum; the exit status is 0 only if
+nothing failed.
 """
 
 import os

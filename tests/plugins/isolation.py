@@ -7,6 +7,9 @@ threads, and one that many files share has. A file below tests/ros or tests/long
             Without it there is no master, but ROS_MASTER_URI names a free port.
     NODE    name of the node that the test process is; by default that of the file.
 
+Files that take their LAUNCH from shared_worlds.py (`from shared_worlds import CAR as LAUNCH`)
+run in one graph, one after the other; node_fixture.py resets the world before each.
+
 The process is forked from a server that has imported rospy and roslaunch already; it collects the
 one file and runs its tests when the pytest that has collected everything says so. With --pdb, or
 when one such file alone is selected without -n, its tests run in the process of pytest itself.
@@ -14,110 +17,63 @@ when one such file alone is selected without -n, its tests run in the process of
 
 import contextlib
 import functools
-import multiprocessing
-import multiprocessing.connection
-import multiprocessing.forkserver
 import os
-import random
-import re
-import shutil
 import signal
 import sys
 import tempfile
-import threading
 import time
-import xmlrpc.client
 
 import pytest
-
-from commands import procfs
+from graphs import (
+    END_GRACE,
+    MARK,
+    Graph,
+    become,
+    end_marked,
+    forks,
+    left_behind,
+    marked,
+    new_folder,
+)
+from selection import world_of
 
 FOLDERS = ("tests/ros", "tests/long")
-MARK = "PADDOCK_TEST"  # variable by which all that a group of tests has started is known
-RUN = "PADDOCK_TEST_RUN"  # the same for all that a run has started
-LAUNCHED = "/launched"  # parameter that is set after all others of a launch file
-START_LIMIT = 180.0  # wall time for a master to come up [s]
-# wall time that processes may take to end by themselves [s]
-END_GRACE = float(os.environ.get("PADDOCK_TEST_GRACE", "60"))
-POLL = 0.1  # wall time between two looks [s]
-LOG_LINES = 60  # of a launch, shown with a failed test
-TOPICS = re.compile(r" \[topics: [^]]*\]")  # in each line of rosout.log
-PRELOADED = [
-    *("pytest", "unittest", "psutil", "yaml", "numpy", "rospy", "actionlib", "roslaunch"),
-    *("roslaunch.parent", "roslaunch.pmon", "roslaunch.server", "roslaunch.nodeprocess", "tf2_ros"),
-    *("geometry_msgs.msg", "nav_msgs.msg", "sensor_msgs.msg", "std_srvs.srv", "rosgraph_msgs.msg"),
-    *("controller_manager_msgs.srv", "gazebo_msgs.msg", "gazebo_msgs.srv"),
-]
+RUN = "PADDOCK_TEST_RUN"  # variable by which all that a run has started is known
 
 
 class Group:
-    """The tests of one file: their folders, launch, processes.
+    """The tests of one file and their process.
 
     Args:
+        graph: That they run on; None: one of their own, which ends with them.
         timeout: Longest wall time of one test [s].
     """
 
-    def __init__(self, item, root, timeout):
-        from paddock_common.testing import free_port
-
-        self.path = item.path
+    def __init__(self, item, root, timeout, graph=None):
+        self.path, self.timeout = item.path, timeout
         self.name = item.path.stem.removeprefix("test_")
-        self.timeout = timeout
-        self.folder = root / "test-results" / item.path.parent.name / self.name
-        shutil.rmtree(self.folder, ignore_errors=True)
-        self.folder.mkdir(parents=True)
-        self._temporary = tempfile.TemporaryDirectory(prefix="paddock_", ignore_cleanup_errors=True)
-        self.port = free_port()
-        self.environment = dict(os.environ)
-        for name in ("PYTEST_XDIST_WORKER", "PYTEST_CURRENT_TEST"):
-            self.environment.pop(name, None)
-        self.environment |= {
-            MARK: os.path.basename(self._temporary.name),
-            "ROS_HOME": str(self.folder / "ros_home"),
-            "ROS_LOG_DIR": str(self.folder / "log"),
-            "ROS_MASTER_URI": f"http://127.0.0.1:{self.port}",
-            "TMPDIR": self._temporary.name,
-        }
-        self.launch_log = self.folder / "launch.log"
-        self._context = multiprocessing.get_context("forkserver")
-        start_fork_server()
-        self._launch = self._child = self._connection = self._broken = None
-        text = getattr(item.module, "LAUNCH", None)
-        if text is not None:
-            self._launch = self._start_launch(text)
-
-    def _start_launch(self, text):
-        file = self.folder / "world.launch"
-        body, end, _ = text.rpartition("</launch>")
-        file.write_text(f'{body}  <param name="{LAUNCHED}" value="true"/>\n{end}\n')
-        arguments = ["roslaunch", "--screen", "-p", str(self.port), str(file)]
-        process = self._context.Process(
-            target=run_launch, args=(arguments, self.environment, str(self.launch_log))
-        )
-        process.start()
-        return process
-
-    def wait_launched(self):
-        """Waits until the launch has set its parameters.
-
-        Raises:
-            AssertionError: It has ended, or it takes too long.
-        """
-        if self._launch is None:
-            return
-        deadline = time.monotonic() + START_LIMIT
-        while not has_parameter(self.environment["ROS_MASTER_URI"], LAUNCHED):
-            if not self._launch.is_alive() or time.monotonic() > deadline:
-                self._broken = f"the launch does not come up:\n{self.log_since(0)}"
-                raise AssertionError(self._broken)
-            time.sleep(POLL)
+        self.folder = new_folder(root / "test-results" / item.path.parent.name / self.name)
+        self._owns_graph = graph is None
+        self.graph = graph or Graph(self.folder, getattr(item.module, "LAUNCH", None))
+        self.environment = self.graph.environment
+        self._temporary = None
+        if not self._owns_graph:  # what the file leaves behind is told from the world's processes
+            self._temporary = tempfile.TemporaryDirectory(
+                prefix="paddock_", ignore_cleanup_errors=True
+            )
+            self.environment = self.environment | {
+                MARK: os.path.basename(self._temporary.name),
+                "TMPDIR": self._temporary.name,
+            }
+        self._child = self._connection = None
+        self.rosout_start = self.graph.rosout_size()
 
     def start_child(self):
         """Starts the process that the tests run in."""
-        self._connection, other = self._context.Pipe()
+        self._connection, other = forks().Pipe()
         output = str(self.folder / "output.txt")
         arguments = [str(self.path), f"--timeout={self.timeout:g}", "-p", "no:cacheprovider"]
-        self._child = self._context.Process(
+        self._child = forks().Process(
             target=run_child, args=(other, arguments, self.environment, output)
         )
         self._child.start()
@@ -135,8 +91,8 @@ class Group:
         Raises:
             AssertionError: The process has ended, or does not answer, or has no launch.
         """
-        if self._broken:
-            raise AssertionError(self._broken)
+        if self.graph.broken:
+            raise AssertionError(self.graph.broken)
         try:
             self._connection.send((item.nodeid, nextitem and nextitem.nodeid))
             if not self._connection.poll(self.timeout + END_GRACE):
@@ -149,7 +105,7 @@ class Group:
             raise AssertionError(f"the test process has ended, exit status {status}") from None
 
     def close(self, interrupted=False):
-        """Ends the processes.
+        """Ends the process, and the graph if it is the file's own.
 
         Args:
             interrupted: Whether a test may still run.
@@ -166,92 +122,17 @@ class Group:
             self._child.join(END_GRACE)
             if self._child.is_alive():
                 problems.append("the test process does not end")
-        if self._launch is not None:
-            with contextlib.suppress(ProcessLookupError):
-                os.kill(self._launch.pid, signal.SIGINT)
-            self._launch.join(END_GRACE)
-        grace = 0.0 if problems or interrupted else END_GRACE
-        left = end_marked(MARK, self.environment[MARK], grace)
-        if left:
-            problems.append(f"left processes behind: {', '.join(left)}")
+        if self._owns_graph:
+            return self.graph.close(interrupted, problems)
+        problems += left_behind(self.environment[MARK], interrupted or bool(problems))
         self._temporary.cleanup()
         return problems
-
-    def log_size(self):
-        """Size of the launch's log [B]."""
-        return self.launch_log.stat().st_size if self.launch_log.exists() else 0
-
-    def log_since(self, start):
-        """Last lines of what the launch has printed since its log had a size [B]."""
-        if not self.launch_log.exists():
-            return ""
-        with self.launch_log.open(errors="replace") as stream:
-            stream.seek(start)
-            return "".join(stream.readlines()[-LOG_LINES:])
-
-    def node_errors(self):
-        """Last warnings and errors that nodes of this file have logged, without their topics."""
-        log = self.folder / "log" / "latest" / "rosout.log"
-        if not log.exists():
-            return ""
-        with log.open(errors="replace") as stream:
-            lines = [line for line in stream if re.match(r"\S+ (WARN|ERROR|FATAL) ", line)]
-        return "".join(TOPICS.sub("", line) for line in lines[-LOG_LINES:])
-
-
-def run_launch(arguments, environment, log):
-    """Is roslaunch, in a forked process."""
-    become(environment, log)
-    import roslaunch
-
-    threading.Thread(target=end_with_parent, daemon=True).start()
-    sys.argv = arguments
-    roslaunch.main(arguments)
 
 
 def run_child(connection, arguments, environment, output):
     """Is the pytest of one file, in a forked process."""
     become(environment, output)
     pytest.main(arguments, plugins=[Child(connection)])
-
-
-def become(environment, output):
-    """Makes a forked process one of its own: session, variables, output, random numbers."""
-    os.setsid()
-    os.environ.clear()
-    os.environ.update(environment)
-    with open(output, "ab", buffering=0) as stream:
-        os.dup2(stream.fileno(), 1)
-        os.dup2(stream.fileno(), 2)
-    random.seed()
-    sys.path[:] = built_paths()
-
-
-def built_paths():
-    """sys.path without packages' sources, where there are no messages.
-
-    The devel space puts a package's sources first once the package is imported.
-    """
-    return [path for path in sys.path if not re.search("/src/.+/src$", path)]
-
-
-def start_fork_server():
-    """Starts the process that test processes are forked from, unless it runs.
-
-    From Python 3.13 it imports what is preloaded by the sys.path of the process that starts it.
-    """
-    multiprocessing.get_context("forkserver").set_forkserver_preload(PRELOADED)
-    paths, sys.path[:] = list(sys.path), built_paths()
-    try:
-        multiprocessing.forkserver.ensure_running()
-    finally:
-        sys.path[:] = paths
-
-
-def end_with_parent():
-    """Ends roslaunch as Ctrl-C does when the process that wanted it has been killed."""
-    multiprocessing.connection.wait([multiprocessing.parent_process().sentinel])
-    os.kill(os.getpid(), signal.SIGINT)
 
 
 class Child:
@@ -288,7 +169,7 @@ class Isolation:
 
     def __init__(self, config):
         self._config = config
-        self._group = None
+        self._group = self._graph = self._world = None  # graph: of the files of a world
         self._here = False  # whether tests run in this process
 
     @pytest.hookimpl(trylast=True)
@@ -312,7 +193,7 @@ class Isolation:
         if self._here:
             return self._run_here(item, nextitem, following)
         item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
-        for report in self._reports(item, following):
+        for report in self._reports(item, nextitem, following):
             item.ihook.pytest_runtest_logreport(report=report)
         item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
         item.session._setupstate.teardown_exact(nextitem)  # of what ran here before the group
@@ -326,19 +207,31 @@ class Isolation:
         return item.path.is_relative_to(root) and str(item.path.parent.relative_to(root)) in FOLDERS
 
     def _new_group(self, item):
-        return Group(item, self._config.rootpath, float(self._config.getini("timeout")))
+        root = self._config.rootpath
+        world = world_of(item.path)
+        if world and self._graph is None:
+            folder = new_folder(root / "test-results" / item.path.parent.name / world.lower())
+            self._graph, self._world = Graph(folder, item.module.LAUNCH), world
+        timeout = float(self._config.getini("timeout"))
+        return Group(item, root, timeout, self._graph if world else None)
 
-    def _reports(self, item, following):
+    def _close_graph(self, interrupted=False):
+        """Ends the graph of a world's files; what went wrong, a list of texts."""
+        graph, self._graph = self._graph, None
+        return graph.close(interrupted) if graph else []
+
+    def _reports(self, item, nextitem, following):
         """Runs a test in its group's process; the reports, the last one after the group's end."""
         begin, start = time.monotonic(), 0
         try:
             if self._group is None:
                 self._group = self._new_group(item)
+                start = self._group.graph.log_size()
                 self._group.start_child()
-                self._group.wait_launched()
+                self._group.graph.wait_launched()
                 started = time.monotonic() - begin
             else:
-                start, started = self._group.log_size(), 0.0
+                start, started = self._group.graph.log_size(), 0.0
             hook = self._config.hook
             reports = [
                 hook.pytest_report_from_serializable(config=self._config, data=data)
@@ -347,14 +240,18 @@ class Isolation:
             reports[0].duration += started
         except AssertionError as error:
             reports = [failure(item, str(error), time.monotonic() - begin)]
+        graph = self._group.graph
         for report in reports:
-            if report.failed and (log := self._group.log_since(start)):
-                report.sections.append((f"launch, see {self._group.launch_log}", log))
-            if report.failed and (errors := self._group.node_errors()):
+            if report.failed and (log := graph.log_since(start)):
+                report.sections.append((f"launch, see {graph.launch_log}", log))
+            if report.failed and (errors := graph.node_errors(self._group.rosout_start)):
                 report.sections.append(("warnings and errors of nodes", errors))
         if following is None:
             group, self._group = self._group, None
-            if problems := group.close():
+            problems = group.close()
+            if nextitem is None or world_of(nextitem.path) != self._world or problems:
+                problems += self._close_graph()
+            if problems:
                 reports.append(failure(item, "; ".join(problems), 0.0, "teardown"))
         return reports
 
@@ -362,7 +259,7 @@ class Isolation:
         if self._group is None:
             self._group = self._new_group(item)
             os.environ.update(self._group.environment)
-            self._group.wait_launched()
+            self._group.graph.wait_launched()
         item.config.hook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
         from _pytest.runner import runtestprotocol
 
@@ -374,9 +271,9 @@ class Isolation:
 
     def _close(self, interrupted=False):
         group, self._group = self._group, None
-        if group is not None:
-            for problem in group.close(interrupted):
-                print(f"{group.name}: {problem}", file=sys.stderr)
+        problems = group.close(interrupted) if group else []
+        for problem in [*problems, *self._close_graph(interrupted)]:
+            print(f"{self._world or group.name}: {problem}", file=sys.stderr)
 
     def pytest_unconfigure(self):
         """Ends what an interrupted run has started."""
@@ -406,39 +303,3 @@ def failure(item, text, duration, when="call"):
     return pytest.TestReport(
         item.nodeid, item.location, {}, "failed", text, when, duration=duration
     )
-
-
-def has_parameter(uri, name):
-    """Whether a master answers and has a parameter."""
-    try:
-        return bool(xmlrpc.client.ServerProxy(uri).hasParam("/tests", name)[2])
-    except (OSError, xmlrpc.client.Error):
-        return False
-
-
-def marked(name, value):
-    """Processes of this user whose environment has a variable: process id -> command line."""
-    lines = {pid: " ".join(procfs.arguments(pid)) for pid in procfs.marked(name, value)}
-    return {
-        pid: line[:200]
-        for pid, line in lines.items()  # multiprocessing's own end with their parent
-        if line and pid != os.getpid() and "from multiprocessing." not in line
-    }
-
-
-def end_marked(name, value, grace):
-    """Ends what has not ended by itself within a grace of wall time [s].
-
-    Returns:
-        The command lines of what had to be ended.
-    """
-    deadline = time.monotonic() + grace
-    while (found := marked(name, value)) and time.monotonic() < deadline:
-        time.sleep(POLL)
-    names = list(found.values())
-    while found:
-        for pid in found:
-            procfs.send(pid, signal.SIGKILL)
-        time.sleep(POLL)
-        found = marked(name, value)
-    return names

@@ -5,7 +5,9 @@ folder that the file is below, or part of the file's name, such as standins, cir
 bullet_sim/test_skid.
 """
 
+import functools
 import gc
+import re
 
 import pytest
 
@@ -18,7 +20,7 @@ STAGES = {  # stage -> what it holds
     "desk": "the desk in Chromium",
     "web": "the page in Chromium",
     "tutorials": "the commands of docs/tutorials",
-    "long": "more and longer drives",
+    "long": "laps, longer drives, all keys, the install space",
 }
 ASKED = {
     "soak",
@@ -29,6 +31,7 @@ ASKED = {
     "long",
 }  # that run only when they are asked for
 SECONDS = "paddock/seconds"  # in pytest's cache: file -> wall time of its tests in the last run [s]
+WORLD = re.compile(r"^from shared_worlds import (\w+) as LAUNCH\b", re.MULTILINE)
 OUTCOMES = "paddock/outcomes"  # there: test that has failed -> whether it passed, run by run
 RUNS = 10  # of a test that are kept
 # Files that take long on two cores [s], until a run has measured them.
@@ -143,7 +146,40 @@ def pytest_collection_modifyitems(config, items):
     if left_out:
         config.hook.pytest_deselected(items=left_out)
         items[:] = [item for item in items if item not in left_out]
-    items.sort(key=lambda item: -expected(item.path, config.rootpath, seconds))
+    units, first = {}, {}  # what runs one after the other: file or world -> wall time, place
+    for number, path in enumerate(dict.fromkeys(item.path for item in items)):
+        unit = unit_of(path)
+        units[unit] = units.get(unit, 0.0) + expected(path, config.rootpath, seconds)
+        first.setdefault(unit, number)
+    items.sort(key=lambda item: (-units[unit_of(item.path)], first[unit_of(item.path)]))
+
+
+@functools.cache
+def world_of(path):
+    """Name in shared_worlds.py of the launch that a file of tests shares with others, or None."""
+    if not path.is_file():
+        return None
+    found = WORLD.search(path.read_text(encoding="utf-8"))
+    return found and found.group(1)
+
+
+def unit_of(path):
+    """What one process runs in one go: the world that a file shares, or the file."""
+    return world_of(path) or str(path)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Gives a process files, or all files of a world, one unit after the other."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByUnit(LoadScopeScheduling):
+        """As --dist=loadfile, but for files that share a world."""
+
+        def _split_scope(self, nodeid):
+            return unit_of(config.rootpath / nodeid.split("::")[0])
+
+    return ByUnit(config, log)
 
 
 def expected(path, root, seconds):

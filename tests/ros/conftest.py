@@ -1,21 +1,3 @@
-"""The test process as a node, once the file's launch has set its parameters."""
+"""Each file with a LAUNCH is a node."""
 
-import pytest
-import rospy
-
-from paddock_common import nodes
-
-
-@pytest.fixture(scope="module", autouse=True)
-def node(request):
-    """Registers a node for a file with a LAUNCH: NODE, by default named as the file.
-
-    It leaves the graph with the last test of the file.
-    """
-    if getattr(request.module, "LAUNCH", None) is None:
-        yield
-        return
-    name = getattr(request.module, "NODE", request.path.stem)
-    nodes.init_node(name, disable_signals=True)
-    yield
-    rospy.signal_shutdown("the tests of this file are over")
+from node_fixture import node  # noqa: F401

@@ -114,22 +114,26 @@ class Rig(unittest.TestCase):
             error,
         )
 
+    def check_drive(self, goal):
+        """Drives to a goal by the defaults: where it ends, how long the way is."""
+        distance, truth, path, shortest, changes, _ = self.drive(self.driver, goal)
+        print(
+            f"to {goal}: {distance:.3f} m in /odom, {truth:.3f} m in truth, path {path:.2f} "
+            f"m, shortest {shortest:.2f} m, {changes} sign changes"
+        )
+        self.assertLessEqual(distance, TOLERANCE)
+        self.assertLessEqual(path, 1.10 * shortest)
+        self.assertGreater(path, 0.95 * shortest)
+        self.assertLessEqual(changes, 3)
+        self.assertLess(truth, 1.0)
+
 
 class TwoGoals(Rig):
     """(0, 0) to (10, 10) and back, and to the first once more with the original's gains."""
 
     def test_1_defaults(self):
         for goal in ((10.0, 10.0), (0.0, 0.0)):
-            distance, truth, path, shortest, changes, _ = self.drive(self.driver, goal)
-            print(
-                f"to {goal}: {distance:.3f} m in /odom, {truth:.3f} m in truth, path {path:.2f} "
-                f"m, shortest {shortest:.2f} m, {changes} sign changes"
-            )
-            self.assertLessEqual(distance, TOLERANCE)
-            self.assertLessEqual(path, 1.10 * shortest)
-            self.assertGreater(path, 0.95 * shortest)
-            self.assertLessEqual(changes, 3)
-            self.assertLess(truth, 1.0)
+            self.check_drive(goal)
 
     def test_2_original_gains(self):
         goal = (10.0, 10.0)

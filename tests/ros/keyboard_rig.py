@@ -8,7 +8,7 @@ import rospy
 from geometry_msgs.msg import Twist
 from paddock_common.testing import is_running
 from sim_client import Recorder, wait_until
-from terminal_rig import Terminal, node_pid
+from terminal_rig import Terminal, XServer, node_pid
 
 NODE = os.path.join(os.environ["PADDOCK_ROOT"], "src", "cybertruck", "nodes", "keyboard")
 COMMAND = f"{NODE} _max_acceleration:=0 _max_steering_rate:=0"
@@ -79,3 +79,38 @@ class Rig(unittest.TestCase):
         self.assertEqual(self.terminal.state(), ("0", "1"))
         time.sleep(QUIET)
         self.assertEqual(len(self.commands.messages), len(messages))
+
+
+class RigWithX(Rig):
+    """The same with an X server, from which the keys come."""
+
+    def setUp(self):
+        self.server = XServer()
+        self.addCleanup(self.server.close)
+        self.display = self.server.display
+        super().setUp()
+        self.terminal.wait_screen("Keys come from the X server", "Caps Lock")
+        self.hold_up()  # it listens
+        self.release("Up")
+        self.hold_command(*STOP)
+
+    def press(self, *names):
+        self.server.key("keydown", *names)
+
+    def release(self, *names):
+        self.server.key("keyup", *names)
+
+    def hold_up(self):
+        """Holds Up; pressed before the teleop listens to the server it counts for nothing."""
+
+        def driving():
+            self.press("Up")
+            for _ in range(200):
+                if self.last() == (0.5, 0.0):
+                    return True
+                time.sleep(0.01)
+            self.release("Up")
+            return False
+
+        wait_until(driving, "a command while Up is held")
+        self.hold_command(0.5, 0.0)

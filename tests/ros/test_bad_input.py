@@ -16,17 +16,8 @@ from gazebo_msgs.srv import DeleteModel, GetModelState, SetModelState, SpawnMode
 from geometry_msgs.msg import Pose
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
+from shared_worlds import CAR as LAUNCH  # noqa: F401
 from sim_client import CONTROLLERS, Recorder, sleep_sim, wait_for_car, wait_until
-
-LAUNCH = """<launch>
-  <include file="$(find track_model)/launch/world.launch">
-    <arg name="headless" value="true"/>
-    <arg name="state_publisher" value="false"/>
-    <arg name="lidar" value="false"/>
-  </include>
-  <param name="/gazebo/pub_clock_frequency" value="50.0"/>
-</launch>
-"""
 
 BAD_CONTROLLERS = {
     "unknown type": (

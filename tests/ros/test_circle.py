@@ -10,22 +10,9 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from shared_worlds import CAR as LAUNCH  # noqa: F401
 from sim_client import CAR_COMMANDS, Recorder, wait_connected, wait_for_car, yaw_of
-from stepping import Time
-
-LAUNCH = """<launch>
-  <include file="$(find track_model)/launch/world.launch">
-    <arg name="headless" value="true"/>
-    <arg name="lidar" value="false"/>
-    <arg name="real_time_factor" value="0"/>
-    <arg name="state_publisher" value="false"/>
-  </include>
-  <param name="/gazebo/pub_clock_frequency" value="20.0"/>
-  <include file="$(find deepracer_control)/launch/control.launch">
-    <arg name="mode" value="ackermann"/>
-  </include>
-</launch>
-"""
+from stepping import PHYSICS_STEP, Time
 
 WHEELBASE = 0.164  # [m]
 REAR_AXLE = -0.081663  # x in base_link [m]
@@ -67,6 +54,12 @@ class Circle(unittest.TestCase):
         wait_connected(cls.publisher, "control")
         cls.odometry = Recorder("/racecar/odom", Odometry)
         cls.time = Time(CAR_COMMANDS, [cls.odometry.topic])
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.publisher.publish(Twist())
+        cls.time.go(PHYSICS_STEP, commands=1)
+        cls.time.close()
 
     def laps(self, steering):
         """Drives LAPS laps at a steering angle [rad] and returns the fits, one a lap."""

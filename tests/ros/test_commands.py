@@ -4,6 +4,7 @@ import math
 import unittest
 
 from sensor_msgs.msg import JointState
+from shared_worlds import CAR as LAUNCH  # noqa: F401
 from sim_client import (
     HINGES,
     WHEELS,
@@ -14,16 +15,6 @@ from sim_client import (
     wait_for_car,
     wait_until,
 )
-
-LAUNCH = """<launch>
-  <include file="$(find track_model)/launch/world.launch">
-    <arg name="headless" value="true"/>
-    <arg name="state_publisher" value="false"/>
-    <arg name="lidar" value="false"/>
-  </include>
-  <param name="/gazebo/pub_clock_frequency" value="50.0"/>
-</launch>
-"""
 
 WHEEL_SPEED = 5.0  # [rad/s]
 WHEEL_TOLERANCE = 0.05  # 1 % [rad/s]

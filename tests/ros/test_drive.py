@@ -6,21 +6,9 @@ import unittest
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from shared_worlds import CAR as LAUNCH  # noqa: F401
 from sim_client import CAR_COMMANDS, Recorder, turned, wait_connected, wait_for_car, yaw_of
 from stepping import PHYSICS_STEP, Time
-
-LAUNCH = """<launch>
-  <include file="$(find track_model)/launch/world.launch">
-    <arg name="headless" value="true"/>
-    <arg name="state_publisher" value="false"/>
-    <arg name="lidar" value="false"/>
-  </include>
-  <include file="$(find deepracer_control)/launch/control.launch">
-    <arg name="mode" value="original"/>
-  </include>
-  <param name="/gazebo/pub_clock_frequency" value="50.0"/>
-</launch>
-"""
 
 WHEEL_RADIUS = 0.03  # [m]
 WHEEL_SPEED = 10.0  # [rad/s]
@@ -34,10 +22,14 @@ class Drive(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         wait_for_car()
-        cls.publisher = rospy.Publisher("/cmd_vel", Twist, queue_size=10)
+        cls.publisher = rospy.Publisher("/original/cmd_vel", Twist, queue_size=10)
         wait_connected(cls.publisher, "control")
         cls.odometry = Recorder("/racecar/odom", Odometry)
-        cls.time = Time(CAR_COMMANDS, [cls.odometry.topic])
+        cls.time = Time(CAR_COMMANDS, [cls.odometry.topic], "/original/control")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.time.close()
 
     def setUp(self):
         self.command(0.0, 0.0)

@@ -7,6 +7,7 @@ import unittest
 import rospy
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
+from shared_worlds import CAR as LAUNCH  # noqa: F401
 from sim_client import (
     WHEELS,
     Recorder,
@@ -17,15 +18,6 @@ from sim_client import (
     world_time,
 )
 from std_srvs.srv import Empty
-
-LAUNCH = """<launch>
-  <include file="$(find track_model)/launch/world.launch">
-    <arg name="headless" value="true"/>
-    <arg name="state_publisher" value="false"/>
-    <arg name="lidar" value="false"/>
-  </include>
-</launch>
-"""
 
 PLACE_TOLERANCE = 0.002  # [m]
 

@@ -8,17 +8,11 @@ import psutil
 from launches import simulator_pid
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
+from shared_worlds import CAR as LAUNCH  # noqa: F401
 from sim_client import START_LIMIT, Recorder, sleep_sim, wait_until
 from tf2_msgs.msg import TFMessage
 
 from commands import procfs
-
-LAUNCH = """<launch>
-  <include file="$(find track_model)/launch/world.launch">
-    <arg name="lidar" value="false"/>
-  </include>
-</launch>
-"""
 
 BACK = 120.0  # wall time until all is as before; it takes about five seconds [s]
 

@@ -4,18 +4,9 @@ import math
 import unittest
 
 from nav_msgs.msg import Odometry
-from sim_client import Recorder, sleep_sim, turned, wait_for_car, yaw_of
-
-LAUNCH = """<launch>
-  <include file="$(find track_model)/launch/world.launch">
-    <arg name="headless" value="true"/>
-    <arg name="lidar" value="false"/>
-    <arg name="real_time_factor" value="0"/>
-    <arg name="state_publisher" value="false"/>
-  </include>
-  <param name="/gazebo/pub_clock_frequency" value="20.0"/>
-</launch>
-"""
+from shared_worlds import CAR as LAUNCH  # noqa: F401
+from sim_client import Recorder, turned, yaw_of
+from stepping import Time
 
 SETTLE = 2.0  # simulated time [s]
 DURATION = 20.0  # simulated time [s]
@@ -27,10 +18,13 @@ class Rest(unittest.TestCase):
     """Watches the car without any command."""
 
     def test_it_creeps_less_than_a_millimeter_a_minute(self):
-        wait_for_car()
-        sleep_sim(SETTLE)
         odometry = Recorder("/racecar/odom", Odometry)
-        before, after = odometry.over(DURATION)
+        time = Time(topics=[odometry.topic])
+        self.addCleanup(time.close)
+        time.go(SETTLE)
+        before = time.latest(odometry)
+        time.go(DURATION)
+        after = time.latest(odometry)
         old, new = before.pose.pose, after.pose.pose
         creep = math.dist(
             (old.position.x, old.position.y, old.position.z),

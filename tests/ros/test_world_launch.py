@@ -13,15 +13,8 @@ import tf2_ros
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, JointState
+from shared_worlds import CAR as LAUNCH  # noqa: F401
 from sim_client import CONTROLLERS, HINGES, START_LIMIT, WHEELS, Recorder, wait_for_car, wait_until
-
-LAUNCH = """<launch>
-  <include file="$(find track_model)/launch/world.launch">
-    <arg name="headless" value="true"/>
-    <arg name="lidar" value="false"/>
-  </include>
-</launch>
-"""
 
 WIDTH, HEIGHT = 640, 480  # [px]
 FIELD_OF_VIEW = 1.13  # horizontal [rad]
@@ -112,7 +105,9 @@ class WorldLaunch(unittest.TestCase):
         )
 
     def test_camera_info_holds_the_pinhole_of_the_description(self):
-        info = Recorder("/camera/camera_info", CameraInfo).wait_count(1, START_LIMIT)[-1]
+        infos = Recorder("/camera/camera_info", CameraInfo)
+        self.addCleanup(infos.close)  # pictures are drawn for it
+        info = infos.wait_count(1, START_LIMIT)[-1]
         focal = WIDTH / 2.0 / math.tan(FIELD_OF_VIEW / 2.0)  # square pixels [px]
         self.assertEqual((info.width, info.height), (WIDTH, HEIGHT))
         self.assertAlmostEqual(info.K[0], focal, delta=0.01)

@@ -20,6 +20,7 @@ ROOT = Path(__file__).resolve().parents[2]
 DEADLINE = 300.0  # wall time of a small run [s]
 INI = """[pytest]
 testpaths = src tests
+pythonpath = tests/ros
 addopts = --import-mode=importlib --dist=loadfile --no-loadscope-reorder
 timeout = 60
 """
@@ -57,7 +58,7 @@ class Project:
         self.root.mkdir()
         (self.root / "pytest.ini").write_text(INI)
         shutil.copytree(ROOT / "tests" / "plugins", self.root / "tests" / "plugins")
-        with open(self.root / "tests" / "plugins" / "isolation.py", "a") as stream:
+        with open(self.root / "tests" / "plugins" / "graphs.py", "a") as stream:
             stream.write('PRELOADED[:] = ["pytest"]\n')  # ROS pays where many files need it
         (self.root / "commands").mkdir()
         for name in ("__init__.py", "procfs.py"):
@@ -227,7 +228,21 @@ def test_it():
     with open(os.environ["NOTES"], "a") as stream:
         print(__file__, child.pid, file=stream)
 """
+SHARES_MASTER = """
+import os, xmlrpc.client
+from shared_worlds import BOX as LAUNCH
+
+def test_it():
+    master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
+    count = master.getParam("/test", "/count")[2]
+    master.setParam("/test", "/count", count + 1)
+    with open(os.environ["NOTES"], "a") as stream:
+        print(__file__, os.getpid(), os.environ["ROS_MASTER_URI"], count, file=stream)
+"""
 GROUPS = {
+    "tests/ros/shared_worlds.py": 'BOX = \'<launch><param name="count" value="1"/></launch>\'\n',
+    "tests/ros/test_shares_1.py": SHARES_MASTER,
+    "tests/ros/test_shares_2.py": SHARES_MASTER,
     "tests/ros/test_a.py": write_pid(2),
     "tests/ros/test_b.py": write_pid(2),
     "tests/unit/test_marked.py": MARKED,
@@ -261,7 +276,8 @@ class Groups:
         project.environment["PADDOCK_TEST_GRACE"] = "30"
         options = ("--numprocesses=2", "-o", "timeout=300", f"--junitxml={report}")
         self.root, self._notes = project.root, project.notes
-        self.status, self.output = project.run(*options, *GROUPS)
+        files = [path for path in GROUPS if "/test_" in path]
+        self.status, self.output = project.run(*options, *files)
         self.cases = {}
         for case in ElementTree.parse(report).iter("testcase"):
             name = f"{case.get('classname')}.{case.get('name')}"
@@ -290,6 +306,14 @@ def test_each_file_has_a_process_and_a_master_port_of_its_own(groups):
     first, second = groups.notes("a"), groups.notes("b")
     assert first[0] == first[1] and second[0] == second[1]
     assert first[0][0] != second[0][0] and first[0][1] != second[0][1]
+
+
+def test_files_of_a_world_have_processes_of_their_own_on_one_master(groups):
+    assert groups.problems("shares_1") == groups.problems("shares_2") == []
+    (first,), (second,) = groups.notes("shares_1"), groups.notes("shares_2")
+    assert first[0] != second[0] and first[1] == second[1]
+    assert {first[2], second[2]} == {"1", "2"}
+    assert (groups.root / "test-results" / "ros" / "box" / "launch.log").exists()
 
 
 def test_a_marked_file_has_a_process_of_its_own(groups):
@@ -337,8 +361,8 @@ def test_a_test_that_does_not_end_fails_with_its_stack_and_the_next_one_runs(gro
 
 
 def test_the_sum_and_junit_have_the_cases_of_all_processes(groups):
-    assert groups.status == 1 and "6 failed, 10 passed, 1 error" in groups.output
-    assert len(groups.cases) == 16
+    assert groups.status == 1 and "6 failed, 12 passed, 1 error" in groups.output
+    assert len(groups.cases) == 18
 
 
 def test_files_of_one_process_and_of_their_own_take_turns(project):
@@ -352,7 +376,8 @@ def test_files_of_one_process_and_of_their_own_take_turns(project):
     )
     for path in files:
         project.add(path)
-    (project.root / "tests" / "plugins" / "selection.py").write_text("")
+    conftest = project.root / "conftest.py"  # without the plugin that puts the longest first
+    conftest.write_text(conftest.read_text().replace('"selection", ', ""))
     status, output = project.run(*files)
     assert status == 0 and "5 passed" in output, output
 

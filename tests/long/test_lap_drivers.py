@@ -1,19 +1,34 @@
-"""The other drivers through ./run lap's launch file: by camera, by buttons, by a policy."""
+"""Whole laps through ./run lap's launch file: by slider, camera, buttons and a policy."""
 
 import math
 import os
-import sys
-from pathlib import Path
 
 from laps import LOOP, SMALL_LENGTH, LapCase, lap
+from networks import lane_keeper
 from paced import paced
 
-GYM_TESTS = Path(__file__).resolve().parents[2] / "src" / "paddock_gym" / "test"
 LEAD = 0.3  # before the line, where the lap's keeper puts the car [m]
 
 
 class LapDrivers(LapCase):
     """Each test is one launch."""
+
+    def test_slider(self):
+        result = lap(
+            self.folder,
+            paced(*LOOP, lag=0.2, nodes=("/slider_driver", "/control")),
+            driver="slider",
+            track=self.small_track(),
+            camera_rate=5,
+        )
+        self.assertEqual(result["error"], "")
+        self.assertTrue(result["ok"])
+        [start] = result["starts"]
+        self.assertEqual((start["outcome"], start["penalty"]), ("lap", 0.0))
+        self.assertAlmostEqual(start["lap_time"], SMALL_LENGTH / 0.3, delta=3.0)  # at 0.3 m/s
+        self.assertLess(start["mean_lateral_error"], 0.08)
+        self.assertGreater(result["film_frames"], 50)
+        self.check_files(result["film_frames"])
 
     def test_line(self):
         result = lap(self.folder, paced(*LOOP, lag=0.1), driver="line", track=self.small_track())
@@ -28,9 +43,6 @@ class LapDrivers(LapCase):
 
     def test_policy(self):
         """The lap takes the time that it takes in the gym."""
-        sys.path.append(str(GYM_TESTS))
-        from networks import lane_keeper
-
         track = self.small_track()
         policy = lane_keeper(os.path.join(self.folder, "policy.onnx"), speed=-0.8)
         result = lap(

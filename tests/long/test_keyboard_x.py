@@ -2,48 +2,15 @@
 
 import os
 import signal
-import time
 
-from keyboard_rig import STOP, Rig
-from sim_client import wait_until
-from terminal_rig import XServer, parent_of
+from keyboard_rig import STOP, RigWithX
+from terminal_rig import parent_of
 
 LAUNCH = "<launch></launch>"  # a ROS master
 
 
-class WithX(Rig):
+class WithX(RigWithX):
     """Keys from an X server; what happens when it goes away."""
-
-    def setUp(self):
-        self.server = XServer()
-        self.addCleanup(self.server.close)
-        self.display = self.server.display
-        super().setUp()
-        self.terminal.wait_screen("Keys come from the X server", "Caps Lock")
-        self.hold_up()  # it listens
-        self.release("Up")
-        self.hold_command(*STOP)
-
-    def press(self, *names):
-        self.server.key("keydown", *names)
-
-    def release(self, *names):
-        self.server.key("keyup", *names)
-
-    def hold_up(self):
-        """Holds Up; pressed before the teleop listens to the server it counts for nothing."""
-
-        def driving():
-            self.press("Up")
-            for _ in range(200):
-                if self.last() == (0.5, 0.0):
-                    return True
-                time.sleep(0.01)
-            self.release("Up")
-            return False
-
-        wait_until(driving, "a command while Up is held")
-        self.hold_command(0.5, 0.0)
 
     def test_held_keys_and_chords(self):
         for keys, command in (
