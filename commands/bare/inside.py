@@ -108,7 +108,7 @@ def _end_with(lifeline, task):
     ending.acquire()
     if not task["isolated"]:
         sys.path.insert(0, task["clone"])
-        from commands.bare.machine import remove
+        from commands.bare.removal import remove
 
         remove(task["folder"])
     os._exit(CANNOT)  # in a PID namespace the kernel kills all the others

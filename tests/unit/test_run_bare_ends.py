@@ -155,14 +155,14 @@ def test_a_machine_that_is_in_use_stays(bare):
 
 def test_a_folder_with_a_mount_in_it_is_not_removed(tmp_path, monkeypatch):
     """Whatever the reason: a mount that cannot be dropped keeps its folder."""
-    from commands.bare import machine
+    from commands.bare import removal
     from commands.errors import CommandError
 
     precious = tmp_path / "machine-x" / "root" / "proc"
     precious.mkdir(parents=True)
     (precious / "file").write_text("of this machine")
-    monkeypatch.setattr(machine, "REMOVAL_LIMIT", 0.0)
-    monkeypatch.setattr(machine, "mounts_below", lambda _: [str(precious)])
+    monkeypatch.setattr(removal, "REMOVAL_LIMIT", 0.0)
+    monkeypatch.setattr(removal, "mounts_below", lambda _: [str(precious)])
     with pytest.raises(CommandError, match=f"mounted there: {precious}"):
-        machine.remove(str(tmp_path / "machine-x"))
+        removal.remove(str(tmp_path / "machine-x"))
     assert (precious / "file").read_text() == "of this machine"
