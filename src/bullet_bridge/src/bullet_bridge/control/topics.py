@@ -5,7 +5,7 @@ import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
 import rospy
 from bullet_sim.controllers import Controller, drive, four_wheel, joint
@@ -27,9 +27,15 @@ from bullet_bridge.transport.reconfigure import widened
 
 if TYPE_CHECKING:
     from bullet_sim.controllers.joint import Sample
+    from bullet_sim.controllers.manager import Manager
     from bullet_sim.controllers.pid import Pid, PidGains
+    from bullet_sim.models.model import Model
+    from bullet_sim.world import World
 
-    from bullet_bridge.control.robot import RobotControl
+    from bullet_bridge.loop.received import ReceivedCounts
+
+
+Result = TypeVar("Result")
 
 
 def controller_state(time: float, sample: "Sample", gains: "PidGains") -> JointControllerState:
@@ -92,6 +98,27 @@ def limited_twist(time: float, linear: float, angular: float) -> TwistStamped:
     return message
 
 
+class Robot(Protocol):
+    """What topics need of a robot's RobotControl.
+
+    Attributes:
+        namespace: e.g. '/racecar'.
+        received: counts of the messages that came.
+    """
+
+    namespace: str
+    world: "World"
+    model: "Model"
+    manager: "Manager"
+    received: "ReceivedCounts"
+
+    def buffer_command(self, name: str, values: Any) -> None:
+        """Store a controller's command for the next step; the latest replaces earlier ones."""
+
+    def call(self, work: Callable[[], Result]) -> Result:
+        """Result of a job of the simulation thread; what it raises is raised here."""
+
+
 T = TypeVar("T", bound="Topics")
 
 # Class of a controller -> the Topics of it and its subclasses.
@@ -108,7 +135,7 @@ def ros_side(*controllers: type[Controller]) -> Callable[[type[T]], type[T]]:
     return enter
 
 
-def topics_of(robot: "RobotControl", controller: Any) -> "Topics":
+def topics_of(robot: Robot, controller: Any) -> "Topics":
     """The Topics of a Controller: those of its class, or of the closest base that has some."""
     return next(ROS_SIDE[base] for base in type(controller).__mro__ if base in ROS_SIDE)(
         robot, controller
@@ -122,14 +149,14 @@ class Topics(RosPart):
     """Topics of one controller. The base class has none.
 
     Args:
-        robot: RobotControl: namespace, world, model, manager, received, buffer_command.
+        robot: of which the controller is one.
 
     Attributes:
         controller, config: the controller and its configuration.
         schedules: of what it publishes periodically.
     """
 
-    def __init__(self, robot: "RobotControl", controller: Any) -> None:
+    def __init__(self, robot: Robot, controller: Any) -> None:
         super().__init__(robot.received)
         self._robot, self.controller, self.config = robot, controller, controller.config
         self.schedules: list[SubscribedSchedule] = []
@@ -185,7 +212,7 @@ class Topics(RosPart):
 class JointStates(Topics):
     """sensor_msgs/JointState of a joint state controller."""
 
-    def __init__(self, robot: "RobotControl", controller: Any) -> None:
+    def __init__(self, robot: Robot, controller: Any) -> None:
         super().__init__(robot, controller)
         config = self.config
         self._states = self.publisher(f"{robot.namespace}/joint_states", JointState)
@@ -212,7 +239,7 @@ class Commands(Topics):
 
     topic = "command"
 
-    def __init__(self, robot: "RobotControl", controller: Any) -> None:
+    def __init__(self, robot: Robot, controller: Any) -> None:
         super().__init__(robot, controller)
         self._subscriber = self.subscribe(
             f"{self.name}/{self.topic}", self._message_type(), self._on_command, tcp_nodelay=True
@@ -233,7 +260,7 @@ class Commands(Topics):
 class PidCommands(Commands):
     """Commands, and the state topics of a controller with PIDs."""
 
-    def __init__(self, robot: "RobotControl", controller: Any) -> None:
+    def __init__(self, robot: Robot, controller: Any) -> None:
         super().__init__(robot, controller)
         rate = 1.0 / robot.manager.control_period(robot.world.time_step)
         self._state: Any = None
@@ -269,7 +296,7 @@ class Drive(Commands):
     topic = "cmd_vel"
     always_with_tf: ClassVar[bool] = False  # its transform may be switched on later
 
-    def __init__(self, robot: "RobotControl", controller: Any) -> None:
+    def __init__(self, robot: Robot, controller: Any) -> None:
         super().__init__(robot, controller)
         self._odometry = self.publisher(f"{self.name}/odom", Odometry)
         config = self.config
@@ -344,7 +371,7 @@ class DiffDrive(Drive):
 
     always_with_tf = True
 
-    def __init__(self, robot: "RobotControl", controller: Any) -> None:
+    def __init__(self, robot: Robot, controller: Any) -> None:
         super().__init__(robot, controller)
         config = self.config
         self._wheels: Any = None
@@ -432,7 +459,7 @@ def wheel_state(
 class FourWheelDrive(Drive):
     """Also takes four_wheel_steering_msgs/FourWheelSteering and publishes it on odom_steer."""
 
-    def __init__(self, robot: "RobotControl", controller: Any) -> None:
+    def __init__(self, robot: Robot, controller: Any) -> None:
         super().__init__(robot, controller)
         topic = f"{self.name}/cmd_four_wheel_steering"
         self.subscribe(topic, FourWheelSteering, self._on_angles)
@@ -460,7 +487,7 @@ class Sensors(Topics):
     A joint's sensor has the joint's name.
     """
 
-    def __init__(self, robot: "RobotControl", controller: Any) -> None:
+    def __init__(self, robot: Robot, controller: Any) -> None:
         super().__init__(robot, controller)
         self._sensors, config = [], self.config
         for spec in robot.model.description.sensors:
