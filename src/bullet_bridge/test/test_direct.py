@@ -6,7 +6,7 @@ import time
 
 import pytest
 from bullet_bridge.transport import publishing
-from bullet_bridge.transport.publishing import DirectConnection
+from bullet_bridge.transport.connections import DirectConnection
 from paddock_common.testing import wait_for
 from rospy.exceptions import TransportTerminated
 

@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import pytest
 from bullet_bridge.transport import publishing
 from bullet_bridge.transport import relay as module
-from bullet_bridge.transport.publishing import DirectConnection
+from bullet_bridge.transport.connections import DirectConnection
 from bullet_bridge.transport.relay import Relay, RelayedConnection
 from bullet_bridge.transport.relay_process import Subscriber
 from paddock_common.testing import pid_from_killed, wait_ended, wait_for

@@ -20,7 +20,7 @@ from typing import Any
 import rospy
 from bullet_sim.child import Child
 
-from bullet_bridge.transport.publishing import (
+from bullet_bridge.transport.connections import (
     ConnectionWrapper,
     prepare_socket,
     reconnect_subscribers,
