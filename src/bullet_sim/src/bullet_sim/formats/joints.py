@@ -1,10 +1,9 @@
 """Joints of URDF and SDF: types, axes, limits, and the tree that they form."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from bullet_sim.description.model import MOVABLE_TYPES, Joint, Link, Mimic, ModelDescription
+from bullet_sim.formats.sdf.frames import Frames
 from bullet_sim.pose import Pose, Vec3, Vector
 from bullet_sim.xml_reader import (
     Node,
@@ -19,9 +18,6 @@ from bullet_sim.xml_reader import (
     number_of,
     urdf_origin,
 )
-
-if TYPE_CHECKING:
-    from bullet_sim.formats.sdf.model import Frames, ModelReader
 
 Version = tuple[int, int]  # (major, minor) of an SDF document
 UNLIMITED = 1e9  # [rad, m] replaces a missing limit on one side
@@ -216,15 +212,19 @@ _UP = (0.0, 0.0, 1.0)
 
 
 def read_joint(
-    element: Node, reader: "ModelReader", prefix: str, frames: "Frames", version: Version
+    element: Node,
+    model: ModelDescription,
+    poses: dict[str, Pose],
+    prefix: str,
+    frames: Frames,
+    version: Version,
 ) -> None:
-    """Add a <joint> to the model of a reader (model.py), or warn why that is impossible.
+    """Add a <joint> to a model, or warn why that is impossible.
 
     Args:
-        reader: contains the model and the poses of its links.
+        poses: of the model's links in its frame, by name; links that a joint needs are added.
         prefix: of the names of the nested model that the joint is in.
     """
-    model, poses = reader.model, reader.poses
     name = prefix + (element.get("name") or "joint")
     label = f"joint '{name}' of '{model.name}'"
     parent, child = child_text(element, "parent"), child_text(element, "child")
@@ -252,7 +252,7 @@ def read_joint(
     origin = poses[parent].inverse() * poses[child]
     joint = Joint(name, joint_type, parent, child, origin, anchor=anchor)
     if joint_type in CHAINS:
-        _chain(element, joint, reader, label, frames, version)
+        _chain(element, joint, model, poses, label, frames, version)
         return
     if joint_type != "fixed":
         _axis(element, joint, label, frames, version)
@@ -262,9 +262,10 @@ def read_joint(
 def _chain(
     element: Node,
     original: Joint,
-    reader: "ModelReader",
+    model: ModelDescription,
+    poses: dict[str, Pose],
     label: str,
-    frames: "Frames",
+    frames: Frames,
     version: Version,
 ) -> None:
     """Add the hinges that make up a joint of several axes, with small links between them.
@@ -272,7 +273,7 @@ def _chain(
     The first has the joint's name, the others have a number appended. The second axis of a ball
     joint must not rotate by 90 degrees.
     """
-    model, child, axes = reader.model, reader.model.links[original.child], CHAINS[original.kind]
+    child, axes = model.links[original.child], CHAINS[original.kind]
     parent, origin = original.parent, original.origin * original.anchor
     for index, axis in enumerate(axes, 1):
         last = index == len(axes)
@@ -294,7 +295,7 @@ def _chain(
             model.links[link] = Link(
                 link, mass=MASS_RATIO * max(child.mass, 1e-3), inertia=moment * np.eye(3)
             )
-            reader.poses[link] = reader.poses[original.child] * original.anchor
+            poses[link] = poses[original.child] * original.anchor
         parent, origin = link, Pose()
 
 
@@ -312,7 +313,7 @@ def _axis(
     element: Node,
     joint: Joint,
     label: str,
-    frames: "Frames",
+    frames: Frames,
     version: Version,
     tag: str = "axis",
     anchor: Pose | None = None,
