@@ -5,12 +5,12 @@ links without <inertial> 1 kg; fewer links also make a step faster.
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bullet_sim.description.model import Joint, Link, ModelDescription, Shape, Surface
+from bullet_sim.description.model import Joint, Link, ModelDescription, Shape, Surface, VisualLink
 from bullet_sim.pose import Array, Pose, Quat, Vec3, rpy_from_quaternion
 
 MIN_MASS = 1e-3  # [kg] of a movable link without mass
@@ -367,3 +367,44 @@ def _about(link: Link, pose: Pose, joint: Joint, frame: Pose) -> float:
     across = np.cross(axis, arm)
     rotated = pose.matrix @ link.inertia @ pose.matrix.T
     return float(axis @ rotated @ axis + link.mass * (across @ across))
+
+
+def visual_links(
+    lumped: LumpedModel,
+    order: Sequence[str],
+    visuals: Mapping[str, Iterable[Shape]] | None = None,
+) -> tuple[VisualLink, ...]:
+    """VisualLinks of a LumpedModel.
+
+    Args:
+        order: names of its links, the root first, in the order of the snapshot's joints.
+        visuals: link name -> Shapes to use instead of the links' own.
+
+    Returns:
+        Tuple of VisualLink; parents are before their children if they are in `order`.
+    """
+    joints = {joint.child: joint for joint in lumped.joints}
+    rows = {name: row for row, name in enumerate(order)}
+    links = []
+    for name in order:
+        shapes = tuple(lumped.links[name].visuals if visuals is None else visuals[name])
+        joint = joints.get(name)
+        if joint is None:
+            links.append(VisualLink(shapes=shapes))
+            continue
+        kind = {"prismatic": "prismatic", "fixed": "fixed"}.get(joint.kind, "revolute")
+        links.append(VisualLink(rows[joint.parent], joint.origin, kind, joint.axis, shapes))
+    return tuple(links)
+
+
+def depth_first(lumped: LumpedModel) -> list[str]:
+    """Names of a LumpedModel's links, each followed by those below it."""
+    below: dict[str, list[str]] = {}
+    for joint in lumped.joints:
+        below.setdefault(joint.parent, []).append(joint.child)
+    pending, names = [lumped.root], []
+    while pending:
+        name = pending.pop()
+        names.append(name)
+        pending += reversed(below.get(name, ()))
+    return names

@@ -1,17 +1,14 @@
 """A robot's description: links, joints, shapes, their appearance."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from bullet_sim.description.warnings import ReadWarning, add_warning
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Array, Pose, Vec3
-
-if TYPE_CHECKING:
-    from bullet_sim.description.lump import LumpedModel
 
 RGB = tuple[float, float, float]
 RGBA = tuple[float, float, float, float]
@@ -371,44 +368,3 @@ class VisualLink:
     kind: str = "fixed"
     axis: Vec3 = (1.0, 0.0, 0.0)
     shapes: tuple[Shape, ...] = ()
-
-
-def visual_links(
-    lumped: "LumpedModel",
-    order: Sequence[str],
-    visuals: Mapping[str, Iterable[Shape]] | None = None,
-) -> tuple[VisualLink, ...]:
-    """VisualLinks of a LumpedModel.
-
-    Args:
-        order: names of its links, the root first, in the order of the snapshot's joints.
-        visuals: link name -> Shapes to use instead of the links' own.
-
-    Returns:
-        Tuple of VisualLink; parents are before their children if they are in `order`.
-    """
-    joints = {joint.child: joint for joint in lumped.joints}
-    rows = {name: row for row, name in enumerate(order)}
-    links = []
-    for name in order:
-        shapes = tuple(lumped.links[name].visuals if visuals is None else visuals[name])
-        joint = joints.get(name)
-        if joint is None:
-            links.append(VisualLink(shapes=shapes))
-            continue
-        kind = {"prismatic": "prismatic", "fixed": "fixed"}.get(joint.kind, "revolute")
-        links.append(VisualLink(rows[joint.parent], joint.origin, kind, joint.axis, shapes))
-    return tuple(links)
-
-
-def depth_first(lumped: "LumpedModel") -> list[str]:
-    """Names of a LumpedModel's links, each followed by those below it."""
-    below: dict[str, list[str]] = {}
-    for joint in lumped.joints:
-        below.setdefault(joint.parent, []).append(joint.child)
-    pending, names = [lumped.root], []
-    while pending:
-        name = pending.pop()
-        names.append(name)
-        pending += reversed(below.get(name, ()))
-    return names

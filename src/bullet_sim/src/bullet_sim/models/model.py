@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bullet_sim.controllers.manager import Manager
-from bullet_sim.description.lump import as_printed, joint_inertias, lump
+from bullet_sim.description.lump import as_printed, joint_inertias, lump, visual_links
 from bullet_sim.description.model import (
     EVERYTHING,
     Joint,
     Link,
     ModelDescription,
     Shape,
-    visual_links,
 )
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes.prepare import prepare_meshes

@@ -7,8 +7,8 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from bullet_sim.description.lump import lump
-from bullet_sim.description.model import VisualLink, depth_first, visual_links
+from bullet_sim.description.lump import depth_first, lump, visual_links
+from bullet_sim.description.model import VisualLink
 from bullet_sim.description.world import Scene
 from bullet_sim.errors import RenderError
 from bullet_sim.formats.urdf import parse_urdf
