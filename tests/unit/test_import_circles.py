@@ -1,0 +1,203 @@
+"""Holds that no modules import each other in a circle, at their top, in functions or for types."""
+
+import ast
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def modules_of(files):
+    """Gives the modules that files are, by the folders from which they are imported.
+
+    Args:
+        files: paths of *.py below the root, relative to it.
+
+    Returns:
+        Mapping of folder -> mapping of dotted name -> path; a package's name stands for its
+        __init__.py.
+    """
+    found = {}
+    for path in files:
+        root = import_root(path)
+        name = ".".join(path.relative_to(root).with_suffix("").parts).removesuffix(".__init__")
+        found.setdefault(root, {})[name] = path
+    return found
+
+
+def import_root(path):
+    """Gives the folder from which a file is imported: src of a catkin package, commands' parent,
+    else the nearest one in which it and the packages around it are no package's."""
+    folders = path.parent.parts
+    if folders[:1] == ("src",) and "src" in folders[1:]:
+        last = len(folders) - folders[::-1].index("src")
+        return Path(*folders[:last])
+    if folders[:1] == ("commands",):
+        return Path()
+    root = path.parent
+    while (ROOT / root / "__init__.py").is_file():
+        root = root.parent
+    return Path("bench") if folders[:1] == ("bench",) else root
+
+
+def imported_names(text, package):
+    """Lists the dotted names that a source text imports, wherever it does.
+
+    Args:
+        package: dotted name of the package that the text is a module of, for relative imports.
+
+    Returns:
+        Names of modules, and of what may be one: of `from a import b` it is a.b.
+    """
+    found = []
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            found += [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            stem = [node.module] if node.module else []
+            if node.level:
+                parts = package.split(".")
+                stem = [*parts[: len(parts) - node.level + 1], *stem]
+            found += [".".join([*stem, alias.name]) for alias in node.names]
+        elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
+            called = getattr(node.func, "attr", getattr(node.func, "id", ""))
+            if called in ("import_module", "__import__") and isinstance(node.args[0].value, str):
+                found.append(node.args[0].value)
+    return found
+
+
+def graph_of(modules, text_of):
+    """Gives what each file imports.
+
+    The __init__.py of a package that is imported from counts, too, but for the packages that the
+    importing module is in.
+
+    Args:
+        modules: see modules_of().
+        text_of: function of a path to the file's text.
+
+    Returns:
+        Mapping of path -> set of paths.
+    """
+    shared = {
+        name: path for root, names in modules.items() if root.parts[:1] == ("src",)
+        and root.name == "src" for name, path in names.items()
+    }  # fmt: skip
+    graph = {}
+    for names in modules.values():
+        known = {**shared, **names}
+        for name, path in names.items():
+            package = name if path.name == "__init__.py" else name.rpartition(".")[0]
+            graph[path] = targets = set()
+            around = {".".join(name.split(".")[:n]) for n in range(1, name.count(".") + 1)}
+            for imported in imported_names(text_of(path), package):
+                parts = imported.split(".")
+                ways = [".".join(parts[:n]) for n in range(1, len(parts) + 1)]
+                inner = [way for way in ways if way in known]
+                targets |= {known[way] for way in inner if way not in around}
+                if inner and inner[-1] in around and ways[-2:-1] == inner[-1:]:
+                    targets.add(known[inner[-1]])  # something that its package defines
+            targets.discard(path)
+    return graph
+
+
+def circles_of(graph):
+    """Lists the groups of nodes of which each is reached from each: Tarjan's strong components.
+
+    Returns:
+        Sorted lists of nodes, those with more than one.
+    """
+    numbers, lowest, stack, found = {}, {}, [], []
+
+    def visit(node):
+        numbers[node] = lowest[node] = len(numbers)
+        stack.append(node)
+        for target in sorted(graph.get(node, ())):
+            if target not in numbers:
+                visit(target)
+                lowest[node] = min(lowest[node], lowest[target])
+            elif target in stack:
+                lowest[node] = min(lowest[node], numbers[target])
+        if lowest[node] == numbers[node]:
+            start = stack.index(node)
+            if len(stack) - start > 1:
+                found.append(sorted(stack[start:]))
+            del stack[start:]
+
+    for node in sorted(graph):
+        if node not in numbers:
+            visit(node)
+    return sorted(found)
+
+
+def python_files():
+    """Lists the checkout's *.py files, those that git knows or would add."""
+    listed = subprocess.run(
+        ["git", "ls-files", "--cached", "--others", "--exclude-standard", "*.py"],
+        cwd=ROOT, capture_output=True, text=True, check=True,
+    ).stdout.splitlines()  # fmt: skip
+    return sorted(path for path in map(Path, listed) if (ROOT / path).is_file())
+
+
+# Circles that are being taken apart.
+KNOWN = {
+    f"src/bullet_sim/src/bullet_sim/{name}.py"
+    for name in (
+        *("controllers/base", "controllers/hardware", "controllers/pid"),
+        *("engine/engine", "engine/ode", "engine/ode_arrays", "engine/ode_contacts"),
+        "engine/states",
+    )
+}
+
+
+def test_no_modules_import_each_other_in_a_circle():
+    graph = graph_of(modules_of(python_files()), lambda path: (ROOT / path).read_text())
+    circles = [[str(path) for path in circle] for circle in circles_of(graph)]
+    assert [circle for circle in circles if not KNOWN.issuperset(circle)] == []
+
+
+def test_the_graph_has_the_imports_of_the_checkout():
+    graph = graph_of(modules_of(python_files()), lambda path: (ROOT / path).read_text())
+    core, bridge = (
+        Path("src/bullet_sim/src/bullet_sim"),
+        Path("src/bullet_bridge/src/bullet_bridge"),
+    )
+    for path, target in (
+        (core / "world.py", core / "models/model.py"),
+        (bridge / "robots.py", bridge / "control/robot.py"),
+        (bridge / "node.py", core / "world.py"),
+        (Path("commands/subcommands/test.py"), Path("commands/errors.py")),
+        (Path("bench/report.py"), Path("bench/figures.py")),
+        (Path("src/bullet_bridge/test/test_control.py"), Path("src/bullet_bridge/test/bot_rig.py")),
+    ):
+        assert target in graph[path], f"{path} imports {target}"
+
+
+@pytest.mark.parametrize(
+    "texts, expected",
+    [
+        ({"a": "import p.b", "b": "import p.c", "c": ""}, []),
+        ({"a": "import p.b", "b": "from p import a"}, [["a", "b"]]),
+        ({"a": "from p.b import x", "b": "def f():\n    from p.a import y"}, [["a", "b"]]),
+        ({"a": "from . import b", "b": "from .a import x"}, [["a", "b"]]),
+        ({"a": "from p.b import x", "b": "if TYPE_CHECKING:\n    import p.a"}, [["a", "b"]]),
+        ({"a": "import p.b", "b": "importlib.import_module('p.a')"}, [["a", "b"]]),
+        ({"a": "import p.b", "b": "import p.c", "c": "import p.a"}, [["a", "b", "c"]]),
+        ({"__init__": "from p.a import x", "a": "from p.b import x", "b": ""}, []),
+        ({"__init__": "from p.a import x", "a": "from p import x"}, [["__init__", "a"]]),
+        ({"__init__": "from p import a", "a": "from p import b", "b": ""}, []),
+        ({"a": "import p.b", "b": "import p.b.c"}, []),
+        ({"a": "import p.q.b", "q/__init__": "import p.a", "q/b": ""}, [["a", "q/__init__"]]),
+    ],
+)
+def test_circles_are_found(texts, expected):
+    folder = Path("src/pack/src")
+    paths = {folder / "p" / f"{name}.py": text for name, text in texts.items()}
+    found = circles_of(graph_of(modules_of(paths), paths.__getitem__))
+    names = [
+        [path.relative_to(folder / "p").with_suffix("").as_posix() for path in circle]
+        for circle in found
+    ]
+    assert names == expected
