@@ -202,7 +202,7 @@ class DiffDrive(unittest.TestCase):
         self.driver.drive(0.5, 0.0)
         wait_until(lambda: abs(self.odom.last.pose.pose.position.x) > 0.2, "some way")
         self.driver.drive(None, 0.0)
-        rospy.ServiceProxy("/gazebo/reset_world", Empty)()
+        rospy.ServiceProxy("/gazebo/reset_simulation", Empty)()  # reset_world resets no controller
         wait_until(
             lambda: (
                 math.hypot(self.odom.last.pose.pose.position.x, self.odom.last.pose.pose.position.y)

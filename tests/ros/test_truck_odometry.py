@@ -8,7 +8,6 @@ import rospy
 from geometry_msgs.msg import Twist
 from launches import wait_subscribed
 from nav_msgs.msg import Odometry
-from rosgraph_msgs.msg import Log
 from sim_client import Recorder, turned, wait_connected, wait_until, world_time
 from truck_client import TRUTH, Driver, Stepper, pose_of, way
 
@@ -128,14 +127,11 @@ class TruckOdometry(unittest.TestCase):
             for value, wanted in zip(pose_of(message), START):
                 self.assertAlmostEqual(value, wanted, delta=0.01)
 
-    def test_reset_world_starts_odometry_afresh_while_time_goes_on(self):
-        log = Recorder("/rosout", Log)
+    def test_reset_world_puts_the_truck_back_and_its_odometry_goes_on(self):
+        """As in Gazebo: the wheels stay where they are, so odometry of wheels notices nothing."""
         before, after = self.drive_and_reset(0.0, "/gazebo/reset_world")
         self.assertGreater(after[0].header.stamp, before[0].header.stamp)
-        for value, wanted, true in zip(pose_of(after[0]), START, pose_of(after[1])):
-            self.assertAlmostEqual(value, wanted, delta=0.05)
-            self.assertAlmostEqual(value, true, delta=0.02)
-        wait_until(
-            lambda: any("the rear wheels jumped" in line.msg for line in log.messages), "a word"
-        )
-        log.close()
+        driven = math.dist(pose_of(after[0])[:2], pose_of(before[0])[:2])
+        self.assertLess(driven, SPEED * 0.6, "no jump, it may roll on")
+        self.assertLess(math.dist(pose_of(after[1])[:2], START[:2]), driven + 0.05)
+        self.assertGreater(math.dist(pose_of(before[1])[:2], START[:2]), 0.7)

@@ -30,6 +30,7 @@ class Part:
         self.schedule = SubscribedSchedule(spec.rate, 0.001, world.step_count, self.needs_update)
         self.times, self.subscribed, self.closed, self.restarts = [], True, False, 0
         self.updated, self.error, self.prepared = 0.0, None, []
+        self.resets_with_model = spec.rate == 100
 
     def needs_update(self):
         return self.subscribed
@@ -242,6 +243,14 @@ def test_restart_reaches_all_and_starts_the_schedules_over(rig):
     assert (rig.made[0].restarts, rig.robots.next_due()) == (1, 20)
     assert rig.made[0].prepared == [0, 0]
     assert rig.camera_restarts == [True]
+
+
+def test_a_reset_of_the_models_reaches_plugins_that_have_one(rig):
+    rig.model("a", 50, 100)
+    rig.run(110)
+    rig.robots.reset_models()
+    assert [part.restarts for part in rig.made] == [0, 1]
+    assert rig.camera_restarts == [] and [part.prepared for part in rig.made] == [[0], [0]]
 
 
 def test_a_restart_drops_the_counts_of_commands(rig):

@@ -46,6 +46,9 @@ class World:
     def sort_models(self):
         self.calls.append("sort_models")
 
+    def reset_models(self):
+        self.calls.append("reset_models")
+
     def reset(self, time):
         self.calls.append(("reset", time))
         if time:
@@ -90,6 +93,9 @@ class Robots:
         self.restarts += 1
         if self.schedule:
             self.schedule.restart(0)
+
+    def reset_models(self):
+        self.restarts += 100
 
     def take_failures(self):
         failures, self.failures = self.failures, []
@@ -298,7 +304,7 @@ def test_steps_are_refused_while_it_runs_or_steps_already():
 @pytest.mark.parametrize(
     "interrupt, reason",
     [
-        (lambda server: server.reset(True), "was reset"),
+        (lambda server: server.reset(), "was reset"),
         (lambda server: server.set_paused(False), "resumed"),
         (lambda server: server.set_paused(True), "paused"),
     ],
@@ -331,14 +337,21 @@ def test_lockstep_refuses_to_run_by_itself():
     assert rig.world.step_count == 0
 
 
-@pytest.mark.parametrize(
-    "time, monotonic, expected", [(True, False, True), (False, False, False), (True, True, False)]
-)
-def test_reset(time, monotonic, expected):
+def test_reset_of_the_models_lets_all_else_go_on():
+    rig = Rig()
+    rig.run(1.0)
+    before, published = rig.world.time, len(rig.published)
+    rig.server.reset_models()
+    assert rig.world.calls == ["reset_models"] and rig.robots.restarts == 100
+    assert (rig.world.time, len(rig.published)) == (before, published)
+
+
+@pytest.mark.parametrize("monotonic, expected", [(False, True), (True, False)])
+def test_reset(monotonic, expected):
     rig = Rig(monotonic_clock=monotonic)
     rig.run(1.0)
     before = rig.world.time
-    rig.server.reset(time=time)
+    rig.server.reset()
     assert rig.world.calls == ["sort_models", ("reset", expected)]
     assert rig.robots.restarts == 1
     assert rig.published[-1][0] == pytest.approx(0.0 if expected else before)
@@ -370,7 +383,7 @@ def test_reporters_are_called_at_their_steps():
     rig.server.add_reporter(reporter)
     rig.run_steps(rig.server.begin_steps(21))
     assert reporter.seen == [(7, 0.007), (14, 0.014), (21, 0.021)]
-    rig.server.reset(True)
+    rig.server.reset()
     assert reporter.restarts == 1
 
 

@@ -385,6 +385,21 @@ def test_group_of_position_pids_has_gains_a_joint(joints):
     assert joints.calls[-1] == ("effort", {"right": 1.0, "left": 3.0})
 
 
+def test_a_reset_of_its_model_makes_the_next_period_as_long_as_the_time(joints):
+    """gazebo_ros_control then takes the update before for one at zero; nothing is restarted."""
+    manager = Manager(joints, ModelDescription("bot", control_period=0.004))
+    manager.load("arm", {"type": EFFORT_VELOCITY, "joint": "left", "pid": {"p": 1.0}})
+    manager.switch(["arm"], [])
+    seen = []
+    manager._updates = [lambda time, period: seen.append((round(time, 6), round(period, 6)))]
+    for _ in range(10):
+        manager.update(0.001)
+    manager.forget_updates(2.0)
+    for _ in range(5):
+        manager.update(0.001)
+    assert seen == [(0.0, 0.001), (0.004, 0.004), (0.008, 0.004), (0.01, 2.0), (0.014, 0.004)]
+
+
 def test_control_period_updates_seldom_and_holds_the_effort(joints):
     description = ModelDescription("bot", control_period=0.004)
     manager = Manager(joints, description)

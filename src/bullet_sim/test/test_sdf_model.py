@@ -197,7 +197,8 @@ def test_world_elements_that_mean_nothing():
     assert len(world.warnings) == 3
     for word, text in zip(("<actor> 'walker'", "<road> 'r'", "libworld.so"), world.warnings):
         assert word in text and "my.world" in text
-    assert world.models[0][1].position == (5, 6, 7)  # as Gazebo saved it
+    assert world.models[0][1].position == (1, 0, 0)  # where a reset puts it
+    assert world.starts["box"].position == (5, 6, 7)  # as Gazebo saved it
 
 
 @pytest.mark.parametrize(
@@ -292,8 +293,9 @@ def test_links_are_where_the_state_has_them():
         '<link name="head"><pose>5 7 1.5 0 0 1.5707963</pose></link><link name="x"/>'
         "</model></state>"
     )
-    ((model, pose),) = world_of(text.format(joint="")).models
-    assert pose.position == (5, 6, 0) and model.warnings == []
+    world = world_of(text.format(joint=""))
+    ((model, _),) = world.models
+    assert world.starts["lamp"].position == (5, 6, 0) and model.warnings == []
     (joint,) = model.joints.values()
     assert joint.origin.position == pytest.approx((1.0, 0.0, 1.5), abs=1e-6)
     held = '<joint name="j" type="fixed"><parent>post</parent><child>head</child></joint>'

@@ -138,6 +138,62 @@ def test_free_fall(world):
     assert model.link_state("link")[1][2] == pytest.approx(-9.81, rel=1e-6)
 
 
+def test_a_world_with_a_state_starts_there_and_is_reset_to_its_poses(world):
+    link = '<link name="l"/>'
+    world.load(
+        sdf.parse_world(
+            '<sdf version="1.6"><world name="w"><gravity>0 0 0</gravity>'
+            f'<model name="a"><pose>1 0 0 0 0 0</pose>{link}</model>'
+            f'<model name="b"><pose>2 0 0 0 0 0</pose><static>1</static>{link}</model>'
+            '<state world_name="w"><model name="a"><pose>5 6 7 0 0 0</pose></model>'
+            '<model name="b"><pose>0 0 8 0 0 0</pose></model></state></world></sdf>',
+            str,
+        )
+    )
+    assert [model.pose.position for model in world.models.values()] == [(5, 6, 7), (0, 0, 8)]
+    world.step(3)
+    assert world.model("a").pose.position == pytest.approx((5, 6, 7))
+    world.reset_models()
+    assert [model.pose.position for model in world.models.values()] == [(1, 0, 0), (2, 0, 0)]
+    world.model("a").set_state(Pose((3.0, 3.0, 3.0)))
+    world.reset()
+    assert world.model("a").pose.position == (1, 0, 0)
+
+
+MAST = (
+    '<robot name="r"><link name="base"><inertial><mass value="2"/><inertia ixx="0.1" iyy="0.1" '
+    'izz="0.1"/></inertial></link><link name="mast"><inertial><mass value="0.5"/><inertia '
+    'ixx="0.01" iyy="0.01" izz="0.01"/></inertial></link><joint name="turn" type="continuous">'
+    '<parent link="base"/><child link="mast"/><axis xyz="0 0 1"/></joint></robot>'
+)
+
+
+@pytest.mark.parametrize("solver", ["bullet", "ode"])
+def test_reset_models_puts_back_poses_and_stops_but_keeps_joints_and_time(solver):
+    world = World(gravity=(0.0, 0.0, 0.0), solver=solver)
+    start = Pose.from_xyz_rpy((1.0, 2.0, 3.0), (0.0, 0.0, 0.5))
+    model = world.spawn_urdf("r", MAST, start, str)
+    model.joints.set_positions({"turn": 0.8})
+    model.set_state(Pose((4.0, 4.0, 4.0)), (1, 0, 0), (0, 0, 2))
+    world.forces.apply_effort(model, "turn", 0.1, (0, 50))
+    world.step(100)
+    turned = model.joints.arrays()[0][0]
+    assert turned != pytest.approx(0.8, abs=1e-3) and abs(model.joints.arrays()[1][0]) > 1e-3
+    world.reset_models()
+    assert world.step_count == 100
+    assert model.pose.position == pytest.approx(start.position)
+    assert model.pose.orientation == pytest.approx(start.orientation)
+    positions, velocities, _ = model.joints.arrays()
+    assert positions[0] == pytest.approx(turned, abs=1e-9) and velocities[0] == 0.0
+    for link in ("base", "mast"):
+        _, linear, angular = model.link_state(link)
+        np.testing.assert_allclose([linear, angular], np.zeros((2, 3)), atol=1e-9)
+    world.step(100)
+    assert model.pose.position == pytest.approx(start.position, abs=1e-6)
+    assert model.joints.arrays()[0][0] == pytest.approx(turned, abs=1e-6)
+    world.close()
+
+
 def test_set_state(world):
     model = world.spawn(box())
     model.set_state(Pose((1.0, 1.0, 5.0)), (1, 2, 3), (0.1, 0.2, 0.3))

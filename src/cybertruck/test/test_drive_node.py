@@ -158,7 +158,7 @@ def test_time_that_goes_back_restarts_odometry(rig):
 
 
 def test_wheels_that_jump_restart_odometry(rig):
-    """After /gazebo/reset_world time continues, and the wheels are at their start."""
+    """After a reset with a monotonic clock time continues, and the wheels are at their start."""
     rig.drive(1.0, 1.0)
     assert math.dist(rig.pose()[:2], (1.0, -2.0)) > 1.0
     rig.wheel = -rig.axle() * PERIOD

@@ -337,6 +337,13 @@ class Robots:
         self._cameras.set_sources(self._world.sources())
         self.refresh()
 
+    def reset_models(self) -> None:
+        """Reset the plugins that have something to reset with their model (simulation thread)."""
+        for plugin in self._all_plugins:
+            if plugin.resets_with_model:
+                plugin.reset(self._world.time)
+        self.refresh()
+
 
 def _label(plugin: ModelPlugin) -> str:
     """Name of a plugin in messages."""

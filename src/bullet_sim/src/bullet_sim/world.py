@@ -209,6 +209,9 @@ class World:
                 self.spawn(model, pose)
             except ModelError as error:
                 described.warn(f"{error}; it is left out", "models are left out", f"'{model.name}'")
+            else:
+                if model.name in described.starts:
+                    self.models[model.name].set_state(described.starts[model.name])
             for warning in list(model.warnings):
                 add_warning(described.warnings, warning, warning.cause, warning.item)
         self._order.add_of_file(
@@ -339,6 +342,15 @@ class World:
         self._order.reset()
         if time:
             self.step_count = 0
+
+    def reset_models(self) -> None:
+        """Put every model to its initial pose, at rest, as /gazebo/reset_world does.
+
+        Joints stay where they are. Time, wrenches, commands and controllers go on; for controllers
+        the next update has the period since the start of time, as gazebo_ros_control has it then.
+        """
+        for model in self.models.values():
+            model.put_back(self.time)
 
     def sort_models(self) -> bool:
         """Sort the models: those of the world file in file order, then the others by name.

@@ -305,12 +305,17 @@ class Server:
         self.paused = paused
         self._settle()
 
-    def reset(self, time: bool) -> None:
-        """Reset the world; with time=True also simulated time, unless it is monotonic."""
+    def reset(self) -> None:
+        """Reset the world, also simulated time unless it is monotonic (simulation thread)."""
         self._end_steps("the simulation was reset by another call")
         self._world.sort_models()
-        self._world.reset(time=time and not self._monotonic)
+        self._world.reset(time=not self._monotonic)
         self._restart()
+
+    def reset_models(self) -> None:
+        """Put the models to their initial poses; all else goes on (simulation thread)."""
+        self._world.reset_models()
+        self._robots.reset_models()
 
     def _restart(self) -> None:
         """Restart all schedules at the present step."""

@@ -162,6 +162,8 @@ class ModelPlugin(RosPart, Component):
         every_step: update() is called after every physics step, not at the rate of the spec.
         whole_periods: each period counts from the step of the update before, as upstream.
         always: it is updated without subscribers, too.
+        resets: /gazebo/reset_world resets it, as upstream's Reset() does; as an attribute of the
+            specification it counts instead.
         reports: it publishes periodically, so that its rate can be measured.
     """
 
@@ -171,6 +173,7 @@ class ModelPlugin(RosPart, Component):
     whole_periods: ClassVar[bool] = False
     always: ClassVar[bool] = True
     reports: ClassVar[bool] = False
+    resets: ClassVar[bool] = True
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context.received)
@@ -242,6 +245,11 @@ class ModelPlugin(RosPart, Component):
         self.rng, self.updated = np.random.default_rng(self.context.seed), time
         self.start(time)
 
+    @property
+    def resets_with_model(self) -> bool:
+        """Whether a reset of its model alone resets it."""
+        return getattr(self.spec, "resets", self.resets)
+
     def sensor_state(self) -> tuple[Pose, Array, Array]:
         """Pose of the sensor frame in the world, velocity of its origin, world axes."""
         pose, linear, angular = self.model.link_state(self.spec.link)
@@ -277,6 +285,7 @@ class Sensor(ModelPlugin):
     relayed: ClassVar[bool] = True
     always = False
     reports = True
+    resets = False
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)

@@ -158,6 +158,7 @@ class PlanarMovePlugin(ModelPlugin):
 
     STATE = ("_command", "_since", "_new", "_due")
     every_step = reports = True
+    resets = False
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
@@ -221,6 +222,7 @@ class HandOfGodPlugin(ModelPlugin):
 
     CACHE = ("_missing",)  # whether it was logged
     every_step = True
+    resets = False
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
@@ -292,6 +294,7 @@ class JointPosesPlugin(ModelPlugin):
 
     STATE = ("_points", "_next")
     every_step = True
+    resets = False
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)

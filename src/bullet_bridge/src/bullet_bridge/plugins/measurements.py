@@ -164,6 +164,7 @@ class BiasedImuSensor(ImuSensor):
 
     STATE = ("_rate_bias", "_force_bias", "_measured")
     CACHE = ("_gravity",)
+    resets = True
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
@@ -255,6 +256,7 @@ class GpsSensor(Sensor):
 
     STATE = ("_reference",)
     message = NavSatFix
+    resets = True
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
@@ -303,6 +305,7 @@ class MagneticSensor(Sensor):
     """The earth's field in the sensor frame: Vector3Stamped or MagneticField."""
 
     message = Vector3Stamped
+    resets = True
 
     def __init__(self, context: PluginContext) -> None:
         spec = context.spec

@@ -326,6 +326,14 @@ class Manager(Stateful):
         self.hardware.read()
         self._reset_running(0.0)
 
+    def forget_updates(self, time: float) -> None:
+        """Have the next update at the next step, with the time [s] as its period.
+
+        So gazebo_ros_control has it after a reset of its model: the update before counts as one at
+        zero. Controllers are not restarted.
+        """
+        self._due, self._since = True, time
+
     def _reset_running(self, time: float) -> None:
         for name, controller in self._loaded.items():
             if self.is_running(name):

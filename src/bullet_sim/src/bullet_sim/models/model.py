@@ -278,6 +278,19 @@ class Model:
         if self.manager is not None:
             self.manager.restart()
 
+    def put_back(self, time: float) -> None:
+        """Put it to its initial pose, at rest, with its joints as they are.
+
+        Args:
+            time: now [s], for its controllers: see Manager.forget_updates.
+        """
+        self.set_state(self.initial_pose)
+        if not self.is_static:
+            positions = self.engine.joint_positions(self.body)
+            self.engine.set_joint_positions(self.body, positions)
+        if self.manager is not None:
+            self.manager.forget_updates(time)
+
     def save_state(self) -> tuple[Placed | None, tuple[float, ...]]:
         """The pose and velocity set by set_state since it was loaded (or None), and the joints."""
         return self.placed, self.engine.joint_positions(self.body)

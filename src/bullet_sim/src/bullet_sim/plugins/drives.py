@@ -49,6 +49,7 @@ class WheelDriveSpec:
         pose_covariance, twist_covariance: diagonals of the odometry's.
         from_wheels: odometry by the wheels' angles, from zero; else the true pose.
         wheel_states_topic: of JointState with the wheels' positions; empty: none.
+        resets: a reset of its model drops its command and restarts its odometry.
         wheel_frames: joint -> (parent, child), for the wheels' transforms on /tf; empty: none.
     """
 
@@ -71,6 +72,7 @@ class WheelDriveSpec:
     twist_covariance: tuple[float, ...] = NO_COVARIANCE
     from_wheels: bool = False
     wheel_states_topic: str = ""
+    resets: bool = False
     wheel_frames: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
 
@@ -190,6 +192,7 @@ def diff_drive(xml: PluginXml) -> WheelDriveSpec | None:
         publish_odometry=is_true(xml.text("publishTf", "true")),
         publish_tf=is_true(xml.text("publishOdomTF", "true")),
         wheel_states_topic=xml.names.topic("joint_states") if with_states else "",
+        resets=True,
         wheel_frames=_link_frames(xml, (right, left)) if with_frames else {},
         from_wheels=xml.text("odometrySource", "world") in ("encoder", "0"),
     )

@@ -229,8 +229,8 @@ def _model(
             f"'{element.get('name')}'",
         )
         return
-    if state is not None:
-        pose = sdf_pose(state, f"{label} state of '{model.name}'")
+    if state is not None and state.find("pose") is not None:
+        described.starts[model.name] = sdf_pose(state, f"{label} state of '{model.name}'")
     described.models.append((model, pose))
 
 
