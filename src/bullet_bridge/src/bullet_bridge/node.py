@@ -163,7 +163,7 @@ def make_server(parts: ExitStack) -> Server:
     config = parse_config(lambda name, default: rospy.get_param(f"~{name}", default))
     world = make_world(config.solver)
     parts.callback(world.close)
-    world.contacts.on_implausible = rospy.logerr
+    world.on_implausible = rospy.logerr
     publishing.set_lockstep(config.lockstep)
     relay = None if config.lockstep else start_relay()
     if relay is not None:

@@ -18,8 +18,7 @@ from bullet_sim.formats import urdf
 from bullet_sim.formats.materials import Resolve
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.models.changes import Forces
-from bullet_sim.models.contacts import Contacts
-from bullet_sim.models.model import PERIOD, Model, Placed
+from bullet_sim.models.model import PERIOD, Model, Placed, implausible_state
 from bullet_sim.models.stride import Stride
 from bullet_sim.pose import PLACEABLE, Pose, Vec3
 from bullet_sim.snapshot import BodySource, Snapshot
@@ -27,8 +26,8 @@ from bullet_sim.snapshot import BodySource, Snapshot
 FEW_STEPS = 3  # fewer take longer as a Stride
 NEXT_TRY = 4  # steps after which controllers that were no Stride are looked at again
 COLD = (
-    "contacts start anew, as models were reloaded, deleted or pushed out of each other since: the "
-    "last digits will differ from those that followed then"
+    "contacts start anew, as models were reloaded or deleted since: the last digits will differ "
+    "from those that followed then"
 )
 
 
@@ -133,6 +132,10 @@ class World:
         engine: an Engine to use instead of a new one (tests).
         solver: 'ode': steps as Gazebo's ODE makes them; or 'bullet': PyBullet's own.
 
+    Attributes:
+        on_implausible: function of a message, called once for each model whose state is
+            implausible, see implausible_state().
+
     Raises:
         ModelError: no such solver, or 'ode' cannot be loaded.
     """
@@ -151,7 +154,8 @@ class World:
         self.scene = Scene()
         self.models: dict[str, Model] = {}
         self.forces = Forces()
-        self.contacts = Contacts(self.engine)
+        self.on_implausible: Callable[[str], None] = lambda message: None
+        self._reported: set[str] = set()  # models that are in an implausible state
         self.step_count = 0
         self._next_check = 0.0  # simulated time of the next check for implausible states
         self._order = ModelOrder()
@@ -252,8 +256,6 @@ class World:
                 f"'{name}' cannot be prepared in {folder}: {error.strerror or error}"
             ) from error
         self.models[name] = model
-        self.contacts.model_added(model)
-        model.on_moved = self.contacts.model_moved
         self._order.spawned()
         return model
 
@@ -272,7 +274,7 @@ class World:
     def delete(self, name: str) -> None:
         """Remove a model."""
         self.forces.remove_model(self.model(name))
-        self.contacts.model_removed(self.model(name))
+        self._reported.discard(name)
         self.model(name).remove()
         del self.models[name]
         self._order.deleted()
@@ -286,12 +288,10 @@ class World:
         ]
         managers = [model.manager for model in controlled if model.manager is not None]
         mimics = [model.mimics for model in self.models.values() if model.mimics]
-        self.contacts.prepare(self.models)
         updates: list[Callable[[float], None]] = [each.update for each in managers]
         updates += [each.update for each in mimics]
         engine, forces, time_step = self.engine, self.forces, self.time_step
-        contacts = None if self.contacts.is_idle else self.contacts
-        may_stride = engine.ode is not None and managers and not (mimics or contacts)
+        may_stride = engine.ode is not None and managers and not mimics
         end, next_try = self.step_count + count, self.step_count
         while self.step_count < end:
             if may_stride and self.step_count >= next_try and not forces.active:
@@ -305,19 +305,21 @@ class World:
                     update(time_step)
                 if forces.active:
                     forces.apply(self.step_count)
-            if contacts is None:
-                engine.step(stride)
-                self.step_count += stride
-                continue
-            stride = contacts.stride(self.step_count, stride)
-            contacts.apply_forces()
             engine.step(stride)
             self.step_count += stride
-            contacts.update(self.step_count, may_sleep=not forces.active)
         self._order.stepped()
         if self.time >= self._next_check:
             self._next_check = self.time + PERIOD
-            self.contacts.check()
+            self._check()
+
+    def _check(self) -> None:
+        """Tell once of each model with an implausible state."""
+        for name, model in self.models.items():
+            if name not in self._reported and not model.is_static:
+                text = implausible_state(model, self.engine)
+                if text is not None:
+                    self._reported.add(name)
+                    self.on_implausible(text)
 
     def _make_strides(self, controlled: "list[Model]", end: int) -> None:
         """Make steps, up to the one with the number `end`, as long as controllers compute PIDs
@@ -387,23 +389,22 @@ class World:
     def _reload(self) -> None:
         """Load all models into a cleared engine, at their initial poses."""
         self.engine.clear()
-        self.contacts.clear()
+        self._reported.clear()
         for model in self.models.values():
             model.reload()
-            self.contacts.model_added(model)
 
     def save_state(self) -> WorldState:
         """Save bodies, joints, controllers, forces and the time.
 
-        Where links of several collision shapes touch something, and while a model is pushed out of
-        another, this clears the contacts, also for the world that goes on.
+        Where links of several collision shapes touch something, this clears the contacts, also for
+        the world that goes on.
         """
         models = self.models.values()
         return WorldState(
             dict(self.models),
             _bodies(self.models),
             tuple(_controllers(model) for model in models),
-            self.engine.states.save(clear=self.contacts.is_releasing),
+            self.engine.states.save(),
             tuple(part.get_state() for part in self._parts()),
             tuple(model.placed for model in models),
             self.time_step,
@@ -412,8 +413,8 @@ class World:
         )
 
     def _parts(self) -> list[Stateful]:
-        """What has a state besides the bodies: forces, contacts, order, joints and controllers."""
-        parts: list[Stateful] = [self.forces, self.contacts, self._order]
+        """What has a state besides the bodies: forces, order, joints and controllers."""
+        parts: list[Stateful] = [self.forces, self._order]
         for model in self.models.values():
             parts += [model.joints, model.mimics]
             if model.manager is not None:
@@ -432,15 +433,12 @@ class World:
             WorldError: models or controllers came or went since; nothing has changed then.
         """
         self._check_state(state)
-        self.contacts.begin_restore()
         self.models = dict(state.models)
         known = state.engine.is_cleared or self.engine.states.layout == state.engine.layout
         if _bodies(self.models) != state.bodies or not known and _are_first(state.bodies):
             self._reload()
-        self.contacts.prepare(self.models)
         for part, saved in zip(self._parts(), state.parts, strict=True):
             part.set_state(saved)
-        self.contacts.end_restore()
         same = self.engine.states.restore(state.engine)
         for model, placed in zip(state.models.values(), state.placed):
             model.placed = placed

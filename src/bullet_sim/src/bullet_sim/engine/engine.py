@@ -1,13 +1,14 @@
 """Bodies in PyBullet: loaded, placed, driven and stepped by Bullet; their contacts."""
 
-import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pybullet as p
 
+from bullet_sim.description.lump import LumpedModel
+from bullet_sim.description.model import ModelDescription
 from bullet_sim.engine.rays import RayCaster
 from bullet_sim.engine.states import BodyStates
 from bullet_sim.errors import ModelError
@@ -19,10 +20,8 @@ if TYPE_CHECKING:
     from bullet_sim.engine.ode import OdeSolver
     from bullet_sim.engine.rays import RayShapes
 
+FRICTION = 1.0  # coefficient where a file gives none, as in Gazebo
 CONTACT_BREAKING = 0.02  # PyBullet's own, see Engine.set_contact_breaking
-# Below this sum of squared impulses of an iteration the constraint solver stops early. PyBullet's
-# 1e-7 lets a braked car of 25 kg roll on by 1.4 mm a minute; this one by 0.5 mm, at the same speed.
-SOLVER_RESIDUAL = 1e-8
 # PyBullet has one maximum for all joints of a body and cuts their speeds there, 100 by default:
 # the limits of single joints are applied to their commands.
 MAX_COORDINATE_SPEED = 1e4  # [rad/s, m/s]
@@ -32,20 +31,13 @@ _FLAGS = (
     | p.URDF_USE_INERTIA_FROM_FILE
     | p.URDF_USE_MATERIAL_COLORS_FROM_MTL
 )
-_SATURATED = 0.98  # of the friction limit: from here on a contact counts as sliding
-_MAX_FRICTION = 10.0  # to which Bullet cuts the coefficient of a pair
 # Bits that a link with a collide_bitmask of its own shares with all that have none, and where its
 # own bits begin.
 _COMMON, _SHIFT = 3, 8
 _STATIC, _GHOST = 2, 64  # Bullet's group of what never moves, our own of ghosts
-# Sleeping bodies: Bullet does not step them, and wakes them when the sum of the squares of their
-# velocities [m/s, rad/s] in a step is above the bound.
 _SLEEP = (
     p.ACTIVATION_STATE_SLEEP | p.ACTIVATION_STATE_ENABLE_SLEEPING | p.ACTIVATION_STATE_ENABLE_WAKEUP
 )
-_WAKE = p.ACTIVATION_STATE_WAKE_UP | p.ACTIVATION_STATE_DISABLE_SLEEPING
-_WAKING = 1e-6
-_UNMOVED = 1e-5  # [m] and parts of a quaternion: Bullet makes one or two more steps with them
 
 
 @dataclass(frozen=True)
@@ -141,11 +133,11 @@ class Engine:
         self._inertial: dict[int, tuple[Vec3, Quat]] = {}  # the root's center in its frame
         self._outward: dict[int, tuple[Vec3, Quat]] = {}  # ... and back
         self._friction: dict[tuple[int, int], float] = {}  # coefficients that were set
-        self._scaled: set[tuple[int, int]] = set()  # links with anisotropic friction
+        # (body, link, mass [kg], center [m] in the link's frame) of what gravity does not act on
+        self._weightless: list[tuple[int, int, float, Vec3]] = []
         self._motors: dict[tuple[int, int], tuple[str, tuple[Any, ...]]] = {}  # see motors()
         # body -> last drive_velocities that _motors lacks, and its indices
         self._batches: dict[int, tuple[Any, ...]] = {}
-        self._asleep: dict[int, tuple[Vec3, Quat]] = {}  # bodies that sleep, their poses
         self._saved: dict[int, Any] = {}  # what the solver has of save_state's copies
         self.rays = RayCaster(self._client, self.free)
         self.rays.sync, self.rays.moving = self._sync, self._moving_shapes
@@ -156,8 +148,6 @@ class Engine:
             numSolverIterations=self.solver_iterations,
             deterministicOverlappingPairs=1,
             enableFileCaching=0,
-            enableConeFriction=0,
-            solverResidualThreshold=SOLVER_RESIDUAL,
             physicsClientId=self._client,
         )
 
@@ -176,16 +166,11 @@ class Engine:
         """Set gravity [m/s^2] in the world frame."""
         self.gravity = vector3(gravity)
         p.setGravity(*self.gravity, physicsClientId=self.client)
-        self.wake_all()
 
     def set_time_step(self, time_step: float) -> None:
         """Set the physics step [s]."""
         self.time_step = float(time_step)
         p.setTimeStep(self.time_step, physicsClientId=self.client)
-
-    def set_friction_cone(self, cone: bool) -> None:
-        """Bound friction by a cone, or along two directions separately (a pyramid, the default)."""
-        p.setPhysicsEngineParameter(enableConeFriction=int(cone), physicsClientId=self.client)
 
     def set_solver_iterations(self, count: int) -> None:
         """Change the iterations of the constraint solver per step."""
@@ -224,6 +209,7 @@ class Engine:
         """Advance by `count` time steps."""
         step, client = p.stepSimulation, self.client
         for _ in range(count):
+            self._lift()
             step(client)
 
     # Bodies
@@ -296,12 +282,11 @@ class Engine:
 
     def remove(self, body: int) -> None:
         """Remove a body."""
-        self.wake_all()  # it may hold others
         p.removeBody(body, physicsClientId=self.client)
         del self.movable[body], self._inertial[body], self._outward[body]
         self.free.discard(body)
         self._friction = {key: mu for key, mu in self._friction.items() if key[0] != body}
-        self._scaled = {key for key in self._scaled if key[0] != body}
+        self._weightless = [part for part in self._weightless if part[0] != body]
         self.rays.scenery.discard(body)
         self._batches.pop(body, None)
         self._motors = {key: call for key, call in self._motors.items() if key[0] != body}
@@ -321,18 +306,48 @@ class Engine:
             names[p.getJointInfo(body, i, physicsClientId=self.client)[12].decode()] = i
         return names
 
-    def set_surface(
-        self, body: int, link: int, stiffness: float | None, damping: float | None
+    def take(
+        self,
+        body: int,
+        model: LumpedModel,
+        links: Mapping[str, int],
+        description: ModelDescription,
+        touching: Sequence[tuple[str, str]],
     ) -> None:
-        """Set a link's contact stiffness [N/m] and damping [N s/m], if both are given."""
-        if stiffness is not None and damping is not None:
-            p.changeDynamics(
-                body,
-                link,
-                contactStiffness=stiffness,
-                contactDamping=damping,
-                physicsClientId=self.client,
+        """Take what PyBullet does not read from the file of a body that was loaded.
+
+        Args:
+            model: of which the file was made.
+            links: name -> link index, of the model.
+            description: with the links that fixed joints have merged.
+            touching: pairs of links that collide with each other.
+        """
+        for name, link in model.links.items():
+            surface = link.surface
+            self.set_friction(
+                body, links[name], FRICTION if surface.friction is None else surface.friction
             )
+            if surface.stiffness is not None and surface.damping is not None:
+                p.changeDynamics(
+                    body,
+                    links[name],
+                    contactStiffness=surface.stiffness,
+                    contactDamping=surface.damping,
+                    physicsClientId=self._client,
+                )
+        if not description.static:
+            self._weightless += [
+                (body, links[part], link.mass, (frame * Pose(tuple(link.center))).position)
+                for link in description.links.values()
+                if not link.gravity and link.mass > 0.0
+                for part, frame in (model.frames[link.name],)
+            ]
+
+    def _lift(self) -> None:
+        """Balance the weight of what has none, for the next step."""
+        for body, link, mass, center in self._weightless:
+            point = self.link_motion(body, link, (center, (0.0, 0.0, 0.0, 1.0)))[0]
+            self.apply_force(body, link, [-mass * g for g in self.gravity], point)
 
     def set_mass(self, body: int, link: int, mass: float, moments: Vector) -> None:
         """Change a link's mass [kg] and its moments of inertia (3,) along its principal axes."""
@@ -374,7 +389,6 @@ class Engine:
 
     def set_base_pose(self, body: int, position: Vector, orientation: Vector) -> None:
         """Move the root link's frame to a world pose; joints and velocities stay."""
-        self.wake_all()  # it may hold others
         self.put(body, *compose(position, orientation, *self._inertial[body]))
         if body in self.rays.scenery:
             self.rays.scenery.check_poses()
@@ -384,7 +398,7 @@ class Engine:
         self.placements += 1
         p.resetBasePositionAndOrientation(body, position, orientation, physicsClientId=self.client)
         self._read_later(body)
-        if not self.moves(body):  # else Bullet looks for its contacts with what sleeps, too
+        if not self.moves(body):  # Bullet need not look at its bounds in each step
             p.changeDynamics(body, -1, activationState=_SLEEP, physicsClientId=self.client)
 
     def set_base_velocity(self, body: int, linear: Vector, angular: Vector) -> None:
@@ -655,68 +669,23 @@ class Engine:
         self.wake(body)
         p.applyExternalForce(body, link, force, point, p.WORLD_FRAME, physicsClientId=self.client)
 
-    # Sleep: see models/sleep.py
-
     def body_pose(self, body: int) -> tuple[Vec3, Quat]:
         """World pose of the root link's principal axes, the cheapest pose to ask for."""
         return p.getBasePositionAndOrientation(body, physicsClientId=self.client)
 
-    def sleep(self, body: int) -> None:
-        """Let a free body without joints sleep: it costs next to nothing until it is woken.
-
-        Bullet stops stepping it as soon as nothing that is awake touches it, and steps it again
-        when it moves. Its velocity is 0 then.
-        """
-        p.resetBaseVelocity(body, (0, 0, 0), (0, 0, 0), physicsClientId=self.client)
-        p.changeDynamics(
-            body, -1, activationState=_SLEEP, sleepThreshold=_WAKING, physicsClientId=self.client
-        )
-        self._asleep[body] = self.body_pose(body)
-
     def is_asleep(self, body: int) -> bool:
-        """Whether a body sleeps; one that has moved since sleep() is awake from now on."""
-        if body not in self._asleep:
-            return False
-        before, pose = self._asleep[body], self.body_pose(body)
-        if math.dist(before[0] + before[1], pose[0] + pose[1]) < _UNMOVED:
-            return True
-        self._end_sleep(body)
+        """Whether a body sleeps; none does that Bullet moves."""
         return False
 
     def wake(self, body: int) -> None:
         """Wake a body, if it sleeps, for the next step."""
-        if body in self._asleep:
-            self._end_sleep(body)
-            self.states.start_anew()
-
-    def wake_all(self) -> None:
-        """Wake all bodies for the next step."""
-        if self._asleep:
-            for body in list(self._asleep):
-                self._end_sleep(body)
-            self.states.start_anew()
-
-    def _end_sleep(self, body: int) -> None:
-        del self._asleep[body]
-        p.changeDynamics(body, -1, activationState=_WAKE, physicsClientId=self.client)
 
     # Contacts
 
-    def set_friction(
-        self, body: int, link: int, friction: float, scale: Sequence[float] | None = None
-    ) -> None:
-        """Set the Coulomb coefficient of a link; that of a pair is the product of both.
-
-        Args:
-            friction: coefficient along the direction of greatest friction.
-            scale: (3,) factors from 0 to 1 along the link's principal axes; None: isotropic.
-        """
-        values: dict[str, Any] = {"lateralFriction": friction}
-        if scale is not None or (body, link) in self._scaled:
-            values["anisotropicFriction"] = tuple(scale or (1.0, 1.0, 1.0))
-            self._scaled.add((body, link))
+    def set_friction(self, body: int, link: int, friction: float) -> None:
+        """Set the Coulomb coefficient of a link; that of a pair is the product of both."""
         self._friction[body, link] = friction
-        p.changeDynamics(body, link, physicsClientId=self.client, **values)
+        p.changeDynamics(body, link, lateralFriction=friction, physicsClientId=self.client)
 
     def friction(self, body: int, link: int) -> float:
         """The coefficient that set_friction has set."""
@@ -737,7 +706,6 @@ class Engine:
         self._set_filter(body, link, _GHOST, _STATIC)
 
     def _set_filter(self, body: int, link: int, group: int, mask: int) -> None:
-        self.wake_all()
         p.setCollisionFilterGroupMask(body, link, group, mask, physicsClientId=self.client)
         self.states.note_layout("mask", body, link)
 
@@ -745,7 +713,6 @@ class Engine:
         self, body: int, link: int, other: int, other_link: int, collide: bool
     ) -> None:
         """Enable or disable collision between two links, `other_link` of the body `other`."""
-        self.wake_all()
         p.setCollisionFilterPair(
             body, other, link, other_link, int(collide), physicsClientId=self.client
         )
@@ -759,66 +726,14 @@ class Engine:
             if point[9] > 0.0
         ]
 
-    def overlaps(self, body: int, depth: float) -> list[tuple[int, int, int, float, Vec3]]:
-        """Contacts of a body in which it reaches deeper than `depth` [m] into another, now.
-
-        Returns:
-            List of (link, other body, other link, depth [m], normal towards the body).
-        """
-        p.performCollisionDetection(physicsClientId=self.client)
-        return [
-            (point[3], point[2], point[4], -point[8], point[7])
-            for point in p.getContactPoints(bodyA=body, physicsClientId=self.client)
-            if point[2] != body and point[8] < -depth
-        ]
-
     def pair_depth(self, body: int, link: int, other: int, other_link: int) -> float:
         """How deep [m] two links overlap, also where they pass through each other; 0: not."""
         points = p.getClosestPoints(body, other, 0.0, link, other_link, physicsClientId=self.client)
         return max((-point[8] for point in points), default=0.0)
 
-    def slip(
-        self, body: int, links: Collection[int], slowest: float
-    ) -> list[tuple[int, Vec3, Vec3, Vec3, float]]:
-        """Sliding contacts of some links of a body, as of the last step.
-
-        Args:
-            slowest: [m/s] below which nothing counts as sliding.
-
-        Returns:
-            List of (link, point [m], friction force [N] on the link, velocity [m/s] of the link's
-            material against the other body's, limit [N]); world axes.
-        """
-        found = []
-        for point in p.getContactPoints(bodyA=body, physicsClientId=self.client):
-            link, normal_force = point[3], point[9]
-            if normal_force <= 0.0 or link not in links:
-                continue
-            other = point[2], point[4]
-            product = self._friction[body, link] * self._friction.get(other, 1.0)
-            limit = min(product, _MAX_FRICTION) * normal_force
-            a, b, one, two = point[10], point[12], point[11], point[13]
-            force = (a * one[0] + b * two[0], a * one[1] + b * two[1], a * one[2] + b * two[2])
-            if math.hypot(*force) < _SATURATED * limit:
-                continue
-            mine = self._point_velocity(body, link, point[5])
-            its = self._point_velocity(*other, point[6]) if self.moves(other[0]) else (0, 0, 0)
-            n = point[7]
-            x, y, z = mine[0] - its[0], mine[1] - its[1], mine[2] - its[2]
-            along = x * n[0] + y * n[1] + z * n[2]
-            velocity = x - along * n[0], y - along * n[1], z - along * n[2]
-            if math.hypot(*velocity) > slowest:
-                found.append((link, point[5], force, velocity, limit))
-        return found
-
     def moves(self, body: int) -> bool:
         """Whether a body can move, as a whole or in its joints."""
         return bool(self.movable.get(body)) or body in self.free
-
-    def _point_velocity(self, body: int, link: int, point: Vec3) -> Vec3:
-        """Velocity of the material of a link at a world point."""
-        center, linear, angular, _ = self.link_velocity(body, link)
-        return velocity_at(point, center, linear, angular)
 
     def contacts(self, body: int, link: int) -> list[Contact]:
         """Contact points of one link that press or touch as of the last step, in Bullet's order."""

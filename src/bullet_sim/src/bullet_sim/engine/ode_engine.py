@@ -1,11 +1,13 @@
 """The engine whose bodies move as in Gazebo: an OdeSolver moves them, PyBullet's follow."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bullet_sim.description.lump import LumpedModel
+from bullet_sim.description.model import ModelDescription
 from bullet_sim.engine.engine import Contact, Engine, stacked, vector3
 from bullet_sim.engine.ode import OdeSolver
 from bullet_sim.engine.rays import RayShapes
@@ -58,6 +60,23 @@ class OdeEngine(Engine):
         self.ode.step(count)
 
     # Bodies
+
+    def take(
+        self,
+        body: int,
+        model: LumpedModel,
+        links: Mapping[str, int],
+        description: ModelDescription,
+        touching: Sequence[tuple[str, str]],
+    ) -> None:
+        fixed = description.static or description.fixed_base
+        may_sleep = (
+            description.auto_disable
+            and not description.has_sensors
+            and not fixed
+            and (description.is_urdf or not description.joints)  # a URDF's fixed ones are merged
+        )
+        self.ode.add(body, model, links, description.static, fixed, may_sleep, touching)
 
     def remove(self, body: int) -> None:
         self.ode.remove(body)

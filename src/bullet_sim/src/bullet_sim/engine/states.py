@@ -57,21 +57,13 @@ class BodyStates:
     def _client(self) -> int:
         return self._engine.client
 
-    def save(self, clear: bool = False) -> BodiesState:
-        """Save the state of all bodies.
-
-        Args:
-            clear: clear the contacts in any case.
-
-        Bodies that sleep wake, also for the world that goes on.
-        """
-        self._engine.wake_all()
+    def save(self) -> BodiesState:
+        """Save the state of all bodies."""
         motions = {body: self._motion(body) for body in self._engine.movable}
         points = self._contact_points()
         data = self._data()
-        if not clear:  # find out whether Bullet brings the contacts back
-            self._restore_data(data)
-            clear = self._contact_points() != points
+        self._restore_data(data)
+        clear = self._contact_points() != points  # which Bullet does not bring back
         if clear:
             self._set_motions(motions)  # as restore() does it
             self._clear_contacts()
@@ -85,7 +77,6 @@ class BodyStates:
             Whether the world goes on as it did when the state was saved, to the bit. False: the
             layout is another one, the contacts' warm start is lost.
         """
-        self._engine.wake_all()
         warm = state.layout == self.layout and not state.is_cleared
         if warm:
             self._restore_data(state.data)
@@ -99,17 +90,6 @@ class BodyStates:
     def _set_motors(self, motors: dict[tuple[int, int], tuple[str, tuple[Any, ...]]]) -> None:
         for (body, _), (command, arguments) in dict(motors).items():
             getattr(self._engine, command)(body, *arguments)
-
-    def start_anew(self) -> None:
-        """Have the next step move bodies that were woken, and find their contacts.
-
-        Bullet marks their shapes as awake at the end of a step only, and sets their velocities to
-        0 in it. So a step is made and undone.
-        """
-        data = self._data()
-        self._engine.step()
-        self._restore_data(data)
-        self._set_motors(self._engine.motors())
 
     def _data(self) -> bytes:
         """Bullet's copy of poses, velocities and contacts."""

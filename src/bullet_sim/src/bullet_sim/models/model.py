@@ -99,8 +99,6 @@ class Model:
         self._state: BodyState | None = None  # of what is static ...
         self._placements = -1  # ... as of these of the engine
         self._changes: dict[tuple[str, str], Callable[[], None]] = {}
-        self.is_ghost = False
-        self.on_moved: Callable[[Model], None] = lambda model: None  # called after set_state
         self._lumped = lump(description, as_in_gazebo=engine.ode is not None)
         if engine.ode is not None and description.is_urdf:
             self._lumped = as_printed(self._lumped)
@@ -145,26 +143,14 @@ class Model:
                 if (one, other) not in pairs:
                     engine.set_pair_collision(body, index[one], body, index[other], False)
             pairs = self._separate_hulls(pairs)
-        if engine.ode is not None:
-            fixed = self.source.fixed_base
-            may_sleep = (
-                description.auto_disable
-                and not description.has_sensors
-                and not fixed
-                and (
-                    description.is_urdf or not description.joints
-                )  # a URDF's fixed ones are merged
-            )
-            engine.ode.add(body, lumped, index, description.static, fixed, may_sleep, pairs)
+        engine.take(body, lumped, index, description, pairs)
         added = self._damped_inertias() if engine.ode is None else {}
         for name, link in links.items():
             if name in added and (index[name] >= 0 or not self.source.fixed_base):
                 moments, _ = principal_inertia(link.inertia)  # a mass would release a fixed base
                 engine.set_mass(body, index[name], link.mass, moments + added[name])
-            surface = link.surface
-            engine.set_surface(body, index[name], surface.stiffness, surface.damping)
-            if surface.bitmask != EVERYTHING:
-                engine.set_bitmask(body, index[name], surface.bitmask)
+            if link.surface.bitmask != EVERYTHING:
+                engine.set_bitmask(body, index[name], link.surface.bitmask)
         self.measured = {
             joint.name: index[joint.child]
             for joint in (*lumped.joints, *lumped.welds)
@@ -258,7 +244,6 @@ class Model:
 
         Several robots can then train in one world, each as if it were alone.
         """
-        self.is_ghost = True
         for name in self._lumped.links:
 
             def set_ghost(name: str = name) -> None:
@@ -407,7 +392,6 @@ class Model:
         if not self.is_static:
             self.engine.set_velocity(self.body, linear, angular)
         self.placed = (pose, linear, angular)
-        self.on_moved(self)
 
     def set_velocity(self, linear: Vector, angular: Vector = (0, 0, 0)) -> None:
         """Set the velocity for the next step [m/s, rad/s], world axes: see Engine.set_velocity.
