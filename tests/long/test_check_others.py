@@ -25,6 +25,9 @@ class Others(check_rig.Rig):
             {("joint_state_controller", "running"), ("mobile_base_controller", "running")},
         )
 
+    def test_controllers_of_four_steered_wheels_run(self):
+        self.check_controllers("crab", "crab", {"FourWheelSteeringController"})
+
     def test_controllers_of_an_arm_run(self):
         kinds = {"JointTrajectoryController", "GripperActionController"}
         self.check_controllers("arm", "crane", kinds)

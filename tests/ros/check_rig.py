@@ -13,9 +13,9 @@ LIMIT = 400.0  # wall time of one check [s]
 FIRST = {  # file -> topics of its robots' sensors
     "skid": {"/odom", "/imu/data", "/navsat/fix", "/magnetic", "/sonar/front"},
     "sledge": {"/odom", "/range"},
-    "crab": {"/stereo/left/image_raw", "/stereo/right/image_raw", "/fisheye/image_raw", "/truth"},
 }
 OTHERS = {
+    "crab": {"/stereo/left/image_raw", "/stereo/right/image_raw", "/fisheye/image_raw", "/truth"},
     "ghosts": set(),
     "scout": {"/odom", "/velodyne_points"},
     "tug": set(),

@@ -14,6 +14,7 @@ from sim_client import (
     command_publishers,
     joint,
     wait_for_car,
+    wait_running,
     wait_until,
 )
 from std_srvs.srv import Empty
@@ -33,6 +34,20 @@ CAR = """<launch>
       <arg name="mode" value="original"/>
     </include>
   </group>
+  <param name="/gazebo/pub_clock_frequency" value="50.0"/>
+</launch>
+"""
+
+# A robot with effort and velocity joints; which controllers run is what its tests start.
+EFFORT_BOT = """<launch>
+  <include file="$(find gazebo_ros)/launch/empty_world.launch">
+    <arg name="gui" value="false"/>
+    <arg name="headless" value="true"/>
+  </include>
+  <param name="robot_description" textfile="$(find paddock_tests)/ros/effort_bot.urdf"/>
+  <rosparam file="$(find paddock_tests)/ros/effort_controllers.yaml" command="load"/>
+  <node name="spawn_bot" pkg="gazebo_ros" type="spawn_model" output="screen"
+        args="-urdf -param robot_description -model effort_bot -z 0.1"/>
   <param name="/gazebo/pub_clock_frequency" value="50.0"/>
 </launch>
 """
@@ -65,4 +80,10 @@ def stands(message):
     )
 
 
-RESETS = {"CAR": reset_car}
+def reset_effort_bot():
+    """The robot is where it was spawned, without controllers."""
+    wait_running("/effort_bot", 0)
+    gazebo("reset_simulation")
+
+
+RESETS = {"CAR": reset_car, "EFFORT_BOT": reset_effort_bot}

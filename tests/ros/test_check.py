@@ -12,9 +12,6 @@ class Check(check_rig.Rig):
         super().setUpClass()
         cls.page = check("ferry")
 
-    def test_controllers_of_four_steered_wheels_run(self):
-        self.check_controllers("crab", "crab", {"FourWheelSteeringController"})
-
     def test_broken_values_are_told_by_cause(self):
         found = self.found("sledge")
         told = found["warnings"] + self.model("sledge", "sledge")["warnings"]

@@ -1,6 +1,7 @@
 """Effort controllers move known inertias as Newton says; gains can be tuned while they run."""
 
 import math
+import subprocess
 import unittest
 
 import rospy
@@ -13,7 +14,9 @@ from controller_manager_msgs.srv import (
     UnloadController,
 )
 from dynamic_reconfigure.client import Client
+from paddock_common.testing import stop_session
 from sensor_msgs.msg import JointState
+from shared_worlds import EFFORT_BOT as LAUNCH  # noqa: F401
 from sim_client import (
     START_LIMIT,
     Recorder,
@@ -24,23 +27,6 @@ from sim_client import (
     world_time,
 )
 from std_msgs.msg import Float64
-
-LAUNCH = """<launch>
-  <include file="$(find gazebo_ros)/launch/empty_world.launch">
-    <arg name="gui" value="false"/>
-    <arg name="headless" value="true"/>
-  </include>
-  <param name="robot_description" textfile="$(find paddock_tests)/ros/effort_bot.urdf"/>
-  <rosparam file="$(find paddock_tests)/ros/effort_controllers.yaml" command="load"/>
-  <node name="spawn_bot" pkg="gazebo_ros" type="spawn_model" output="screen"
-        args="-urdf -param robot_description -model effort_bot -z 0.1"/>
-  <!-- One of them cannot load; the others start all the same. -->
-  <node name="controllers" pkg="controller_manager" type="spawner" ns="/effort_bot" output="screen"
-        args="--timeout 120 joint_state_controller arm_position slider_effort wheel_position
-              wheel_velocity"/>
-  <param name="/gazebo/pub_clock_frequency" value="50.0"/>
-</launch>
-"""
 
 BOT = "/effort_bot"
 SLIDER_MASS = 2.0  # [kg]
@@ -55,6 +41,7 @@ class Effort(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
+        cls.start_controllers()
         services = {"load": LoadController, "unload": UnloadController, "switch": SwitchController}
         cls.call = {}
         for name, kind in services.items():
@@ -73,6 +60,17 @@ class Effort(unittest.TestCase):
         for name in ("arm_position", "slider_effort", "wheel_velocity"):
             cls.command[name] = rospy.Publisher(f"{BOT}/{name}/command", Float64, queue_size=1)
             wait_connected(cls.command[name], name)
+
+    @classmethod
+    def start_controllers(cls):
+        """Starts them by the spawner; one of them cannot load, the others start all the same."""
+        names = ("arm_position", "slider_effort", "wheel_position", "wheel_velocity")
+        spawner = subprocess.Popen(
+            ["rosrun", "controller_manager", "spawner", "joint_state_controller", *names]
+            + ["--namespace", BOT],
+            start_new_session=True,
+        )
+        cls.addClassCleanup(stop_session, spawner, START_LIMIT)
 
     @classmethod
     def states(cls):

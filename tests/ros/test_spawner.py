@@ -11,21 +11,9 @@ import rosnode
 import rospkg
 import rospy
 from controller_manager_msgs.srv import ListControllers
+from shared_worlds import EFFORT_BOT as LAUNCH  # noqa: F401
 from sim_client import START_LIMIT, wait_connected, wait_until
 from std_msgs.msg import Bool
-
-LAUNCH = """<launch>
-  <include file="$(find gazebo_ros)/launch/empty_world.launch">
-    <arg name="gui" value="false"/>
-    <arg name="headless" value="true"/>
-  </include>
-  <param name="robot_description" textfile="$(find paddock_tests)/ros/effort_bot.urdf"/>
-  <rosparam file="$(find paddock_tests)/ros/effort_controllers.yaml" command="load"/>
-  <node name="spawn_bot" pkg="gazebo_ros" type="spawn_model" output="screen"
-        args="-urdf -param robot_description -model effort_bot -z 0.1"/>
-  <param name="/gazebo/pub_clock_frequency" value="50.0"/>
-</launch>
-"""
 
 BOT = "/effort_bot"
 SCRIPTS = Path(rospkg.RosPack().get_path("controller_manager")) / "scripts"

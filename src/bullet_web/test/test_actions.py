@@ -75,3 +75,13 @@ def test_a_place_is_carried_into_the_frame_of_an_odometry():
 def test_poses_are_upright():
     pose = pose_of(1, 2, 3, 0.0)
     assert (pose.position.x, pose.orientation.w) == (1.0, 1.0)
+
+
+def test_a_refusal_names_the_model(monkeypatch):
+    def refuse(_self, _message):
+        raise ActionError("DeleteModel: model does not exist")
+
+    monkeypatch.setattr(Actions, "_remove", refuse)
+    actions = Actions(lambda: (), lambda _: None, lambda _: None)
+    with pytest.raises(ActionError, match="^remove 'box_1': DeleteModel: model does not exist$"):
+        actions.execute({"action": "remove", "model": "box_1"})

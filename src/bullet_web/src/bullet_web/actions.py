@@ -133,6 +133,11 @@ class Actions:
             return action(message) or ""
         except (rospy.ROSException, rospy.ServiceException) as error:
             raise ActionError(f"{message['action']}: {error}") from error
+        except ActionError as error:  # texts of gazebo_ros, such as "model does not exist"
+            model = repr(message.get("model"))
+            if "model" not in message or model in str(error):
+                raise
+            raise ActionError(f"{message['action']} {model}: {error}") from error
 
     @staticmethod
     def _call(name: str, kind: Any, *arguments: Any, **fields: Any) -> Any:
