@@ -365,3 +365,47 @@ def test_texts_of_spawning_are_upstreams(desk):
         "SpawnModel: Entity pushed to spawn queue, but spawn service timed out waiting for entity "
         "to appear in simulation under the name other: "
     ), "and why"
+
+
+NESTED = (
+    '<sdf version="1.7"><model name="x"><link name="base"/><link name="unit::chassis">'
+    '<pose>1 0 0 0 0 0</pose><collision name="shell"><geometry><sphere><radius>0.1</radius>'
+    '</sphere></geometry></collision></link><joint name="f" type="fixed"><parent>base</parent>'
+    "<child>unit::chassis</child></joint>"
+    '<model name="arm"><pose>0 2 0 0 0 0</pose><link name="lower"><pose>0 0 1 0 0 0</pose></link>'
+    '<model name="hand"><link name="palm"/></model></model>'
+    '<joint name="g" type="fixed"><parent>base</parent><child>arm::lower</child></joint>'
+    '<joint name="h" type="fixed"><parent>base</parent><child>arm::hand::palm</child></joint>'
+    "</model></sdf>"
+)
+
+
+def test_models_within_a_model_have_names_of_their_own(desk):
+    request = srv.SpawnModelRequest(model_name="rover", model_xml=NESTED)
+    request.initial_pose.position.z = 5.0
+    assert desk.call("spawn_sdf_model", request).success
+
+    def properties(name):
+        return desk.call("get_model_properties", srv.GetModelPropertiesRequest(name))
+
+    outer = properties("rover")
+    assert outer.body_names == ["base", "unit::chassis"] and outer.geom_names == ["shell"]
+    assert (outer.child_model_names, outer.parent_model_name) == (["arm"], "")
+    for name in ("rover::arm", "arm"):
+        arm = properties(name)
+        assert (arm.body_names, arm.child_model_names) == (["lower"], ["hand"])
+        assert arm.parent_model_name == "rover"
+    hand = properties("hand")
+    assert (hand.body_names, hand.parent_model_name) == (["palm"], "arm")
+    state = desk.call("get_model_state", srv.GetModelStateRequest("arm", "rover"))
+    position = state.pose.position
+    assert (position.x, position.y, position.z) == pytest.approx((0, 2, 0), abs=1e-9)
+    for name in ("lower", "arm::lower", "rover::arm::lower"):
+        place = desk.call("get_link_state", srv.GetLinkStateRequest(name, "")).link_state.pose
+        assert (place.position.y, place.position.z) == pytest.approx((2, 6), abs=1e-9)
+    place = desk.call("get_link_state", srv.GetLinkStateRequest("unit::chassis", "arm")).link_state
+    assert place.pose.position.y == pytest.approx(-2, abs=1e-9)
+    refused = desk.call(
+        "set_model_state", srv.SetModelStateRequest(ModelState(model_name="rover::arm"))
+    )
+    assert not refused.success and "part of 'rover'" in refused.status_message

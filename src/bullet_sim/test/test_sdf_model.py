@@ -238,6 +238,68 @@ def test_models_that_include_models(tmp_path):
     assert "gone.sdf" in world.warnings[-1]
 
 
+WHEEL = (
+    '<sdf version="1.4"><model name="wheel"><pose>9 9 9 0 0 0</pose>'
+    '<link name="hub"><pose>0 0 0.5 0 0 0</pose>{inertia}</link>'
+    '<link name="rim"><pose>0 0 1 0 0 0</pose>{inertia}<sensor name="s" type="contact"><contact>'
+    '<collision>rim</collision></contact><plugin filename="libgazebo_ros_bumper.so"/></sensor>'
+    '</link><joint name="spin" type="revolute"><parent>hub</parent><child>rim</child><axis>'
+    "<xyz>1 0 0</xyz></axis></joint>"
+    '<plugin name="p" filename="libgazebo_ros_joint_state_publisher.so"><jointName>spin'
+    "</jointName></plugin></model></sdf>"
+).format(inertia="<inertial><mass>1</mass></inertial>")
+
+
+def test_an_included_model_is_copied_under_its_prefix_as_sdformat_9_does(tmp_path):
+    """Names of links and joints also in plugins and sensors; poses and axes in the nested frame."""
+    (tmp_path / "wheel.sdf").write_text(WHEEL)
+    (tmp_path / "arm.sdf").write_text(
+        f'<sdf version="1.7"><model name="arm"><link name="rim"/><include><uri>{tmp_path}/wheel.sdf'
+        '</uri><name>w</name><pose>0 2 0 0 0 0</pose></include><joint name="j" type="fixed">'
+        "<parent>rim</parent><child>w::hub</child></joint></model></sdf>"
+    )
+    model = model_of(
+        f'<link name="a"/><include><uri>{tmp_path}/arm.sdf</uri><name>arm</name>'
+        f'<pose>1 0 0 0 0 {math.pi / 2}</pose></include><frame name="tip" attached_to="arm::rim">'
+        "<pose>0 0 3 0 0 0</pose></frame><link name='b'><pose relative_to='tip'/></link>"
+        + joint("", "fixed", "a", "arm::rim")
+        + '<joint name="k" type="fixed"><parent>a</parent><child>b</child></joint>'
+    )
+    assert model.warnings == []
+    assert set(model.links) == {"a", "b", "arm::rim", "arm::w::hub", "arm::w::rim"}
+    spin = model.joints["arm::w::spin"]
+    assert (spin.parent, spin.child) == ("arm::w::hub", "arm::w::rim")
+    assert spin.axis == pytest.approx((1, 0, 0)), "version 1.4: in the frame of the wheel"
+    bumper, states = sorted(model.sensors, key=lambda spec: type(spec).__name__)
+    assert states.joints == ("arm::w::spin",) and bumper.link == "arm::w::rim"
+    assert bumper.collisions == ("arm::w::rim",), "a text that is a link's name"
+    assert model.joints["arm::j"].origin.position == pytest.approx((0, 2, 0.5))
+    assert model.joints["k"].origin.position == pytest.approx((1, 0, 3))
+
+
+def test_axes_of_an_old_included_model_are_in_its_own_frame(tmp_path):
+    (tmp_path / "wheel.sdf").write_text(WHEEL)
+    model = model_of(
+        f'<link name="a"/><include><uri>{tmp_path}/wheel.sdf</uri><pose>0 0 0 0 0 {math.pi / 2}'
+        "</pose></include>" + joint("", "fixed", "a", "wheel::hub")
+    )
+    assert model.joints["wheel::spin"].axis == pytest.approx((1, 0, 0))
+
+
+def test_plugins_of_a_model_within_a_model_name_its_own_joints():
+    text = (
+        '<link name="a"/><model name="arm"><link name="l"/><link name="m"/>'
+        '<joint name="turn" type="revolute"><parent>l</parent><child>m</child><axis>'
+        '<xyz>0 0 1</xyz></axis></joint><plugin filename="libgazebo_ros_joint_state_publisher.so">'
+        "<jointName>turn</jointName></plugin><plugin filename='libgazebo_ros_p3d.so'>"
+        "<bodyName>m</bodyName><topicName>truth</topicName></plugin></model>"
+        + joint("", "fixed", "a", "arm::l")
+    )
+    states, truth = model_of(text).sensors
+    assert (states.joints, states.topic) == (("arm::turn",), "/arm/joint_states")
+    assert truth.link == "arm::m"
+
+
 @pytest.mark.parametrize(
     "outer, included, expected",
     [

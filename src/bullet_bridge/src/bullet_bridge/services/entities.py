@@ -64,6 +64,75 @@ class ConnectedModels(Protocol):
         """Show the world's present lights in the images."""
 
 
+@dataclass(frozen=True)
+class FoundModel:
+    """A model of the world, or one inside it.
+
+    Attributes:
+        model: the outermost one.
+        path: name of the model inside it, as MODEL::MODEL; empty: it is the outermost one.
+    """
+
+    model: "Model"
+    path: str = ""
+
+    def state(self) -> tuple[Pose, Array, Array]:
+        """As Model.link_state, of the model's frame."""
+        if not self.path:
+            return self.model.link_state(self.model.description.root)
+        link, offset = self.model.description.nested[self.path]
+        pose, linear, angular = self.model.link_state(link)
+        arm = pose.matrix @ np.asarray(offset.position)
+        return pose * offset, linear + np.cross(angular, arm), angular
+
+    def own(self, names: Iterable[str]) -> list[str]:
+        """Those of the outermost model's links or joints that are its own."""
+        return [name for name in names if scope_of(self.model, name) == self._scope]
+
+    def plain(self, names: Iterable[str]) -> list[str]:
+        """As own(), by the names that they have in it."""
+        return [name[len(self._scope) :] for name in self.own(names)]
+
+    @property
+    def _scope(self) -> str:
+        return f"{self.path}::" if self.path else ""
+
+    @property
+    def parent(self) -> str:
+        """Name of the model that it is in; empty: the world."""
+        return f"{self.model.name}::{self.path}".split("::")[-2] if self.path else ""
+
+    @property
+    def children(self) -> list[str]:
+        """Names of the models directly in it."""
+        inner = [path for path in self.model.description.nested if path.startswith(self._scope)]
+        return [
+            path[len(self._scope) :]
+            for path in inner
+            if path != self.path and "::" not in path[len(self._scope) :]
+        ]
+
+
+def scope_of(model: "Model", name: str) -> str:
+    """Prefix of a link's or joint's name that is the model inside which it is; "" for its own."""
+    scopes = (f"{path}::" for path in model.description.nested)
+    return max((scope for scope in scopes if name.startswith(scope)), key=len, default="")
+
+
+def find_model(world: "World", name: str) -> FoundModel:
+    """Model of a name: MODEL, OUTER::INNER or the plain name of one inside another.
+
+    Raises:
+        WorldError: there is none.
+    """
+    if name not in world.models:
+        for model in world.models.values():
+            for path in model.description.nested:
+                if name in (f"{model.name}::{path}", path.rpartition("::")[2]):
+                    return FoundModel(model, path)
+    return FoundModel(world.model(name))
+
+
 def find_frame(world: "World", name: str) -> Frame:
     """Frame of a name: a world frame, MODEL, MODEL::LINK or a link's plain name.
 
@@ -72,9 +141,10 @@ def find_frame(world: "World", name: str) -> Frame:
     """
     if name in WORLD_FRAMES:
         return Frame()
-    if name in world.models:
-        model = world.model(name)
-        return Frame(*model.link_state(model.description.root))
+    try:
+        return Frame(*find_model(world, name).state())
+    except WorldError:
+        pass
     model, link = find_link(world, name, "reference frame")
     return Frame(*model.link_state(link))
 
@@ -113,12 +183,16 @@ def _find(
     world: "World", name: str, parts: "Callable[[Model], Collection[str]]"
 ) -> "tuple[Model, str] | None":
     model_name, scoped, part = name.partition("::")
-    if scoped:
-        model = world.models.get(model_name)
-        return (model, part) if model is not None and part in parts(model) else None
+    model = world.models.get(model_name) if scoped else None
+    if model is not None and part in parts(model):
+        return model, part
     for model in world.models.values():
         if name in parts(model):
             return model, name
+        if model.description.nested:  # a plain name of what is in a model inside it
+            for each in parts(model):
+                if name == each[len(scope_of(model, each)) :]:
+                    return model, each
     return None
 
 

@@ -5,13 +5,13 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import rospy
-from bullet_sim.errors import SimError
+from bullet_sim.errors import ModelError, SimError
 from bullet_sim.pose import Array, Pose
 from bullet_sim.xml_reader import add_child, parse
 from gazebo_msgs import srv
 from gazebo_msgs.msg import ModelState
 
-from bullet_bridge.services.entities import ConnectedModels, find_frame
+from bullet_bridge.services.entities import ConnectedModels, find_frame, find_model
 from bullet_bridge.services.handlers import (
     NO_FRAME,
     Refusal,
@@ -146,10 +146,10 @@ class ModelServices:
     def _get_state(self, request: Any) -> srv.GetModelStateResponse:
         def work() -> tuple[float, tuple[Pose, Array, Array]]:
             with refusing("GetModelState: model does not exist"):
-                model = self._world.model(request.model_name)
+                model = find_model(self._world, request.model_name)
             with refusing("GetModelState: " + NO_FRAME.format("relative_entity_name", "body")):
                 frame = find_frame(self._world, request.relative_entity_name)
-            return self._world.time, frame.inward(*model.link_state(model.description.root))
+            return self._world.time, frame.inward(*model.state())
 
         time, (pose, linear, angular) = self._jobs.read(work)
         response = srv.GetModelStateResponse(
@@ -169,10 +169,15 @@ class ModelServices:
 
         def work() -> None:
             with refusing("SetModelState: model does not exist"):
-                model = self._world.model(state.model_name)
+                found = find_model(self._world, state.model_name)
             with refusing("SetModelState: specified reference frame entity does not exist"):
                 frame = find_frame(self._world, state.reference_frame).pose
-            model.set_state(frame * pose, frame.matrix @ linear, frame.matrix @ angular)
+            if found.path:
+                raise ModelError(
+                    f"model '{state.model_name}' is a part of '{found.model.name}' and has no pose "
+                    "that can be set; set that of the whole"
+                )
+            found.model.set_state(frame * pose, frame.matrix @ linear, frame.matrix @ angular)
 
         self._jobs.call(work)
         return srv.SetModelStateResponse(status_message="SetModelState: set model state done")
@@ -213,16 +218,23 @@ class ModelServices:
 
     def _get_properties(self, request: Any) -> srv.GetModelPropertiesResponse:
         with refusing("GetModelProperties: model does not exist"):
-            model = self._jobs.read(lambda: self._world.model(request.model_name))
-        return srv.GetModelPropertiesResponse(  # links that fixed joints merge: none, as in Gazebo
-            canonical_body_name=model.description.root,
-            body_names=list(model.rigid_parts),
+            found = self._jobs.read(lambda: find_model(self._world, request.model_name))
+        model, described = found.model, found.model.description
+        # Links of a URDF that fixed joints merge are none, as in Gazebo.
+        bodies = model.rigid_parts if described.is_urdf else described.links
+        return srv.GetModelPropertiesResponse(
+            parent_model_name=found.parent,
+            canonical_body_name="" if found.path else described.root,
+            body_names=found.plain(bodies),
             geom_names=[
-                f"{link.name}_collision" + (f"_{number}" if number else "")
-                for link in model.description.links.values()
-                for number in range(len(link.collisions))
+                f"{name}_collision" + (f"_{number}" if number else "")
+                if described.is_urdf
+                else shape.name
+                for name in found.own(described.links)
+                for number, shape in enumerate(described.links[name].collisions)
             ],
-            joint_names=list(model.joints.names),
+            joint_names=found.plain(model.joints.names),
+            child_model_names=found.children,
             is_static=model.is_static,
             status_message="GetModelProperties: got properties",
         )

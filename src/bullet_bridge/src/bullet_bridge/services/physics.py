@@ -122,8 +122,8 @@ class PhysicsServices:
         empty: dict[str, Callable[[], Any]] = {
             "pause_physics": lambda: server.set_paused(True),
             "unpause_physics": lambda: server.set_paused(False),
-            "reset_simulation": server.reset,
-            "reset_world": server.reset_models,
+            "reset_simulation": lambda: server.reset(),
+            "reset_world": lambda: server.reset_models(),
         }
         for name, job in empty.items():
             self._add_empty(f"{prefix}/{name}", job)

@@ -273,7 +273,9 @@ class ModelDescription:
     """A full model.
 
     Attributes:
-        links, joints: by name, in file order.
+        links, joints: by name, in file order; those of a model inside it have its name and '::'
+            before theirs.
+        nested: models inside it, by such names: (first link, Pose of its frame in that link).
         sensors: sensor specifications (of bullet_sim.plugins).
         control_namespace: namespace of the ros_control plugin; None: the model has none.
         control_period: of its controllers [s]; 0: every physics step.
@@ -291,6 +293,7 @@ class ModelDescription:
     name: str
     links: dict[str, Link] = field(default_factory=dict)
     joints: dict[str, Joint] = field(default_factory=dict)
+    nested: dict[str, tuple[str, Pose]] = field(default_factory=dict)
     root: str = ""
     sensors: list[Any] = field(default_factory=list)
     control_namespace: str | None = None

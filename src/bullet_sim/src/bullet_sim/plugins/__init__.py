@@ -30,8 +30,12 @@ SENSOR_TYPES = ("camera", "multicamera", "wideanglecamera", "depth", "depth_came
 SIMILAR = 0.85  # of two names, by difflib's ratio: one letter of six is wrong or missing
 
 
-def parse_plugin(element: Element, model: ModelDescription) -> None:
-    """Read one model plugin into the model description; an unknown one is a warning."""
+def parse_plugin(element: Element, model: ModelDescription, scope: str = "") -> None:
+    """Read one model plugin into the model description; an unknown one is a warning.
+
+    Args:
+        scope: see PluginXml.
+    """
     reader = _find(PLUGINS, library(element))
     if reader is None:
         name = element.get("filename")
@@ -42,7 +46,7 @@ def parse_plugin(element: Element, model: ModelDescription) -> None:
         )
         return
     try:
-        _add(reader(PluginXml(element, model)), model)
+        _add(reader(PluginXml(element, model, scope)), model)
     except MissingPart as error:
         model.warn(str(error), error.cause, error.item)
     except ModelError as error:

@@ -148,7 +148,8 @@ def control(xml: PluginXml) -> None:
 @model_plugin("gazebo_ros_joint_state_publisher")
 def joint_states(xml: PluginXml) -> JointStatesSpec | None:
     listed = ",".join(child.text or "" for child in xml.element.findall("jointName"))
-    joints = _movable(xml, [name.strip() for name in listed.split(",") if name.strip()])
+    named = [name.strip() for name in listed.split(",") if name.strip()]
+    joints = _movable(xml, [xml.in_scope(name) for name in named])
     if not joints:
         return None
     return JointStatesSpec(
@@ -180,7 +181,9 @@ def diff_drive(xml: PluginXml) -> WheelDriveSpec | None:
 
     <legacyMode>, which once swapped the joints, is no more since gazebo_plugins 2.8.3.
     """
-    left, right = (xml.text(f"{side}Joint", f"{side}_joint") for side in ("left", "right"))
+    left, right = (
+        xml.in_scope(xml.text(f"{side}Joint", f"{side}_joint")) for side in ("left", "right")
+    )
     with_states = is_true(xml.text("publishWheelJointState"))
     with_frames = is_true(xml.text("publishWheelTF"))
     return _drive(
@@ -202,7 +205,7 @@ def diff_drive(xml: PluginXml) -> WheelDriveSpec | None:
 def skid_steer(xml: PluginXml) -> WheelDriveSpec | None:
     left, right = (
         tuple(
-            xml.text(f"{side}{end}Joint", f"{end.lower()}_{side}_joint")
+            xml.in_scope(xml.text(f"{side}{end}Joint", f"{end.lower()}_{side}_joint"))
             for end in ("Front", "Rear")
         )
         for side in ("left", "right")
@@ -240,7 +243,7 @@ def planar_move(xml: PluginXml) -> PlanarMoveSpec:
 )
 def mimic_joint(xml: PluginXml) -> None:
     """A joint's Mimic; <hasPID> is ignored."""
-    leader, follower = xml.text("joint"), xml.text("mimicJoint")
+    leader, follower = (xml.in_scope(xml.text(tag)) for tag in ("joint", "mimicJoint"))
     if len(_movable(xml, (leader, follower))) < 2:
         return
     effort = xml.number("maxEffort", -1.0)

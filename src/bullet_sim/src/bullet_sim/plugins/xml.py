@@ -214,15 +214,19 @@ class PluginValues(Values):
 class PluginXml(PluginValues):
     """A <plugin> of a model.
 
+    Args:
+        scope: before the names of its model's links and joints, where that is inside another one,
+            e.g. "arm::".
+
     Attributes:
         name: its name; empty: it has none.
         label: "plugin 'libNAME.so'", its name in messages.
     """
 
-    def __init__(self, element: Element, model: ModelDescription) -> None:
+    def __init__(self, element: Element, model: ModelDescription, scope: str = "") -> None:
         super().__init__(element, f"plugin '{element.get('filename')}'")
-        self.model, self.name = model, element.get("name") or ""
-        self.names = Names(element, model.name)
+        self.model, self.name, self.scope = model, element.get("name") or "", scope
+        self.names = Names(element, scope.split("::")[-2] if scope else model.name)
 
     def warn(self, text: str, cause: str = "", item: str = "") -> None:
         """ModelDescription.warn; raises ModelError in a strict copy."""
@@ -266,7 +270,9 @@ class PluginXml(PluginValues):
             MissingPart: the model has no such link.
         """
         text, links = self.text(tag, default or ""), self.model.links
-        name = text if text in links else text.rsplit("::", 1)[-1].lstrip("/")
+        scoped = self.scope + text
+        name = scoped if scoped in links else text
+        name = name if name in links else text.rsplit("::", 1)[-1].lstrip("/")
         if name in links:
             return name
         if default is None:
@@ -286,9 +292,14 @@ class PluginXml(PluginValues):
         robot = document_root(self.element)
         return merged_links(robot, self.model).get(link, link) if robot.tag == "robot" else link
 
+    def in_scope(self, joint: str) -> str:
+        """Name that a joint of the plugin's own model has in the outermost one."""
+        scoped = self.scope + joint
+        return scoped if scoped in self.model.joints else joint
+
     def joint(self, tag: str) -> str:
         """Joint that a tag names; raises MissingPart where the model has no such joint."""
-        name, joints = self.text(tag), self.model.joints
+        name, joints = self.in_scope(self.text(tag)), self.model.joints
         if name not in joints:
             raise self._missing(tag, name, joints, "joint")
         return name

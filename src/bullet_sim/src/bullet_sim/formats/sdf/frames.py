@@ -11,9 +11,9 @@ class Frames:
         self._name = name
         self._elements: dict[str, tuple[Node, str]] = {}
         self._poses = {"__model__": Pose(), "": Pose(), "world": Pose()}
-        for tag in ("link", "model", "frame", "joint", "include"):
+        for tag in ("link", "model", "frame", "joint"):
             for part in element.findall(tag):
-                key = part.get("name") or child_text(part, "name") or ""
+                key = part.get("name") or ""
                 if key:
                     self._elements.setdefault(key, (part, self._default(part, tag)))
         self._pending: list[str] = []

@@ -1,6 +1,5 @@
 """<model> of SDF: frames, links, poses -> ModelDescription."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -12,12 +11,11 @@ from bullet_sim.formats.gazebo import read_surface
 from bullet_sim.formats.joints import Version, read_joint
 from bullet_sim.formats.materials import Resolve
 from bullet_sim.formats.sdf.frames import Frames
+from bullet_sim.formats.sdf.includes import Includes, OpenInclude, unused
 from bullet_sim.formats.shapes import parse_shape
 from bullet_sim.plugins import parse_plugin, parse_sensor
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import Node, child_number, child_text, is_true, sdf_pose
-
-OpenInclude = Callable[[Node], tuple[Node, Version]]  # <include> -> <model> of its file
 
 
 def read_inertial(element: Node, link: Link, label: str) -> None:
@@ -75,8 +73,6 @@ def _combine(into: Surface, other: Surface, first: bool) -> None:
     into.min_depth = max(into.min_depth, other.min_depth)
 
 
-MAX_DEPTH = 10  # of models included by models
-MAX_INCLUDES = 1000  # of models that one model includes directly or indirectly
 _MODEL_TAGS = {
     "link",
     "joint",
@@ -88,7 +84,6 @@ _MODEL_TAGS = {
     "frame",
     "allow_auto_disable",
     "enable_wind",
-    "include",
     "placement_frame",
     "name",
     "uri",
@@ -107,18 +102,20 @@ def parse_model_element(
         ModelError: it has no link.
     """
     model = ModelDescription(element.get("name") or "model", warnings=element.document.warnings)
+    Includes(model.name, open_include, model.warn).replace(element)
     model.static = is_true(child_text(element, "static", "false"))
     model.self_collide = is_true(child_text(element, "self_collide", "false"))
     model.auto_disable = is_true(child_text(element, "allow_auto_disable", "true"))
-    reader = ModelReader(model, resolve, open_include)
+    reader = ModelReader(model, resolve)
     reader.read(element, "", Pose(), version)
-    if element.find("static") is None:
-        model.static = reader.includes_static
     _fix_loose_links(model, reader.poses)
     model.find_root(f"model '{model.name}'")
     _shift_root(model, reader.poses[model.root])
-    for plugin in reader.plugins:
-        parse_plugin(plugin, model)
+    reader.poses[model.root] = Pose()
+    for name, (link, pose) in reader.nested.items():
+        model.nested[name] = link, reader.poses[link].inverse() * pose
+    for plugin, scope in reader.plugins:
+        parse_plugin(plugin, model, scope)
     return model
 
 
@@ -160,24 +157,9 @@ def _number_names(element: Node) -> None:
     for tag in ("link", "joint", "model"):
         taken: set[str] = set()
         for part in element.findall(tag):
-            name = _unused(part.get("name") or tag, taken, part)
+            name = unused(part.get("name") or tag, taken, part)
             part.set("name", name)
             taken.add(name)
-
-
-def _unused(name: str, taken: set[str], element: Node) -> str:
-    """A name that is not taken: with a number appended and a warning if necessary."""
-    free, number = name, 0
-    while free in taken:
-        number += 1
-        free = f"{name}_{number}"
-    if number:
-        element.warn(
-            f"there is a {element.tag} '{name}' already; this one becomes '{free}'",
-            f"<{element.tag}>s have a name that is taken and get a number",
-            f"'{free}'",
-        )
-    return free
 
 
 class ModelReader:
@@ -185,20 +167,16 @@ class ModelReader:
 
     Attributes:
         poses: link name -> Pose in the outermost model's frame.
-        plugins: <plugin> elements, to be read when the root link is known.
-        includes_static: whether an included model is static: its links become links of the model,
-            so the full model is static, unless its <static> differs.
+        nested: name of a model inside it -> (its first link, Pose of its frame in the outermost
+            model's).
+        plugins: (<plugin>, prefix of its model's names), to be read when the root link is known.
     """
 
-    def __init__(
-        self, model: ModelDescription, resolve: Resolve, open_include: OpenInclude
-    ) -> None:
+    def __init__(self, model: ModelDescription, resolve: Resolve) -> None:
         self.model, self._resolve = model, resolve
-        self._open_include = open_include
         self.poses: dict[str, Pose] = {}
-        self.plugins: list[Node] = []
-        self.includes_static = False
-        self._depth = self._included = 0
+        self.nested: dict[str, tuple[str, Pose]] = {}
+        self.plugins: list[tuple[Node, str]] = []
 
     def read(self, element: Node, prefix: str, pose: Pose, version: Version) -> None:
         """Add a <model> with a prefix of its names and its frame's pose in the outermost model."""
@@ -208,12 +186,14 @@ class ModelReader:
             self._link(link, prefix, pose, frames)
         for inner in element.findall("model"):
             name = inner.get("name") or "model"
-            self.read(inner, f"{prefix}{name}::", pose * frames.pose(name), version)
-        for include in element.findall("include"):
-            self._include(include, prefix, pose)
+            there = pose * frames.pose(name)
+            self.read(inner, f"{prefix}{name}::", there, version)
+            first = next((link for link in self.poses if link.startswith(f"{prefix}{name}::")), "")
+            if first:
+                self.nested[prefix + name] = first, there
         for joint in element.findall("joint"):
             read_joint(joint, self.model, self.poses, prefix, frames, version)
-        self.plugins += element.findall("plugin")
+        self.plugins += [(plugin, prefix) for plugin in element.findall("plugin")]
         for part in element:
             if isinstance(part.tag, str) and part.tag not in _MODEL_TAGS and ":" not in part.tag:
                 self.model.warn(
@@ -221,37 +201,6 @@ class ModelReader:
                     f"models have <{part.tag}>, which is not known here and is ignored",
                     f"'{self.model.name}'",
                 )
-
-    def _include(self, include: Node, prefix: str, pose: Pose) -> None:
-        uri = child_text(include, "uri", "")
-        try:
-            if self._depth >= MAX_DEPTH:
-                raise ModelError("models include each other in a circle")
-            if self._included >= MAX_INCLUDES:
-                raise ModelError(f"{MAX_INCLUDES} models are included already, which is the most")
-            self._included += 1
-            inner, version = self._open_include(include)
-        except (OSError, ValueError) as error:
-            self.model.warn(
-                f"model '{self.model.name}' includes '{uri}', which cannot be used: {error}",
-                "included models cannot be used",
-                f"'{uri}'",
-            )
-            return
-        taken = {link[len(prefix) :].split("::")[0] for link in self.poses if "::" in link}
-        name = child_text(include, "name") or inner.get("name") or "model"
-        name = _unused(name, taken, include)
-        posed = include if include.find("pose") is not None else inner
-        static = child_text(include, "static", child_text(inner, "static", "false"))
-        self.includes_static = self.includes_static or is_true(static)
-        self._depth += 1
-        self.read(
-            inner,
-            f"{prefix}{name}::",
-            pose * sdf_pose(posed, f"included model '{name}'"),
-            version,
-        )
-        self._depth -= 1
 
     def _link(self, element: Node, prefix: str, pose: Pose, frames: Frames) -> None:
         name = element.get("name") or "link"

@@ -26,7 +26,8 @@ from bullet_sim.errors import ModelError
 from bullet_sim.files import MAX_TEXT, read_file
 from bullet_sim.formats.joints import Version
 from bullet_sim.formats.materials import Resolve, rgba_of
-from bullet_sim.formats.sdf.model import OpenInclude, parse_model_element
+from bullet_sim.formats.sdf.includes import OpenInclude
+from bullet_sim.formats.sdf.model import parse_model_element
 from bullet_sim.plugins.xml import library
 from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
