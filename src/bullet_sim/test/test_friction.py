@@ -3,7 +3,6 @@
 import math
 
 import pytest
-from bullet_sim.engine import Engine
 from bullet_sim.pose import Pose
 from contact_scenes import friction, ground, sdf_box, world_of
 
@@ -77,13 +76,6 @@ def test_two_directions(surface, yaw, along, mu):
     assert slid(surface, 100.0, 0.97 * mu, along, yaw) < 0.002
     slope = 1.3 * mu
     assert slid(surface, 100.0, slope, along, yaw) == pytest.approx(expected(mu, slope), rel=0.03)
-
-
-def test_an_engine_that_was_there_before_changes_nothing():
-    before = Engine()
-    before.set_contact_breaking(0.001)
-    before.close()
-    assert slid(friction(0.8), 100.0, 1.0, "x") == pytest.approx(expected(0.8, 1.0), rel=0.03)
 
 
 def test_what_stands_on_two_grounds_in_turn_has_the_friction_of_each():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bullet_sim.description.lump import lump
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.models.urdf_writer import CROWN_DROP, prepared_urdf, quaternion_from_matrix
+from bullet_sim.models.urdf_writer import prepared_urdf, quaternion_from_matrix
 from bullet_sim.pose import Pose, matrix_from_quaternion
 
 LONGEST_LINE = 1000  # PyBullet's reader damages longer ones
@@ -97,17 +97,8 @@ def wheel_on(axis):
     )[0]
 
 
-def test_wheel_is_crowned_within_its_outline():
-    sizes = [
-        (float(c.get("radius")), float(c.get("length")))
-        for c in wheel_on("0 0 1").findall("link/collision/geometry/cylinder")
-    ]
-    assert max(radius for radius, _ in sizes) == 0.5 and max(x for _, x in sizes) == 0.2
-    assert min(radius for radius, _ in sizes) == pytest.approx((1 - CROWN_DROP) * 0.5)
-    assert float(wheel_on("0 0 1").find("joint/dynamics").get("friction")) > 0
-
-
-def test_cylinder_across_its_axis_is_no_wheel():
-    root = wheel_on("1 0 0")
-    assert len(root.findall("link/collision")) == 1
+def test_wheels_collide_as_they_are_described_and_turn_without_friction():
+    root = wheel_on("0 0 1")
+    (shape,) = root.findall("link/collision/geometry/cylinder")
+    assert (float(shape.get("radius")), float(shape.get("length"))) == (0.5, 0.2)
     assert float(root.find("joint/dynamics").get("friction")) == 0

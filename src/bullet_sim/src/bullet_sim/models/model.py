@@ -21,7 +21,7 @@ from bullet_sim.description.model import (
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes.prepare import prepare_meshes
 from bullet_sim.models.joints import UNLIMITED_EFFORT, UNLIMITED_SPEED, Joints, Mimics
-from bullet_sim.models.urdf_writer import prepared_urdf, principal_inertia
+from bullet_sim.models.urdf_writer import prepared_urdf
 from bullet_sim.pose import PLACEABLE, Array, Motion, Pose, Quat, Vec3, Vector, cross
 from bullet_sim.snapshot import BodySource, BodyState
 
@@ -64,7 +64,6 @@ MAX_VELOCITY = 1e6  # [m/s, rad/s] bound of set_state along each axis
 _REST = (0.0, 0.0, 0.0)
 _SAME = Pose()
 _HULL_OVERLAP = 1e-3  # [m]
-_STABLE_DAMPING = 0.5  # of a joint's inertia / step
 Placed = tuple[Pose, Vector, Vector]  # pose and velocities of set_state
 
 
@@ -144,11 +143,7 @@ class Model:
                     engine.set_pair_collision(body, index[one], body, index[other], False)
             pairs = self._separate_hulls(pairs)
         engine.take(body, lumped, index, description, pairs)
-        added = self._damped_inertias() if engine.ode is None else {}
         for name, link in links.items():
-            if name in added and (index[name] >= 0 or not self.source.fixed_base):
-                moments, _ = principal_inertia(link.inertia)  # a mass would release a fixed base
-                engine.set_mass(body, index[name], link.mass, moments + added[name])
             if link.surface.bitmask != EVERYTHING:
                 engine.set_bitmask(body, index[name], link.surface.bitmask)
         self.measured = {
@@ -164,25 +159,6 @@ class Model:
             engine.drive_position(body, number, 0.0, UNLIMITED_EFFORT, UNLIMITED_SPEED)
         for change in self._changes.values():
             change()
-
-    def _damped_inertias(self) -> dict[str, float]:
-        """Inertias [kg m^2] to add to the links at joints whose damping is stiff, by link name.
-
-        PyBullet computes damping from the velocity before the step, which is stable only while
-        damping * step is below the inertia, about, of both sides of the joint; ODE computes it from
-        the velocity after the step. With an inertia that makes it stable a joint still loses its
-        velocity within a few steps and moves with torque / damping.
-        """
-        step, joints = self.engine.time_step, self._lumped.joints
-        added: dict[str, float] = {}
-        if any(joint.damping for joint in joints):
-            inertias = joint_inertias(self._lumped, self.description.fixed_base)
-            for joint in joints:
-                stiff = joint.damping * step > _STABLE_DAMPING * inertias[joint.name]
-                if stiff and joint.kind != "prismatic":
-                    for link in (joint.parent, joint.child):
-                        added[link] = added.get(link, 0.0) + 2.0 * joint.damping * step
-        return added
 
     def _self_colliding(self) -> list[tuple[str, str]]:
         """Pairs of links that collide with each other, in the order of the links.

@@ -1,32 +1,16 @@
 """LumpedModel -> a URDF text that PyBullet loads safely."""
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from bullet_sim.description.lump import LumpedModel
-from bullet_sim.description.model import Geometry, Joint, Link, Shape
+from bullet_sim.description.model import Geometry, Joint, Link
 from bullet_sim.pose import Array, Pose, Quat
 
 DEFAULT_COLOR = (0.7, 0.7, 0.7, 1.0)
-
-# Wheels. A cylinder rolling on a plane touches with one of its two edges, which one depends on a
-# camber of arc minutes; a DeepRacer's wheels then scrub up to half a wheel width off the track that
-# Ackermann's wheel speeds assume, and the Coulomb friction spent on that lets the car drift out
-# (3 % wider circles). A tyre is crowned: a thin disc of the full radius in the center, the
-# shoulders lower, by more than the 2 % at which Bullet keeps contact points that do not touch
-# (each costs time: with a drop of 1 % a step took twice as long). The outline, which lidar and
-# walls see, stays within CROWN_DROP of the description's; visuals are untouched.
-CROWN_DROP = 0.06  # of the radius
-CROWN_WIDTH = 0.12  # of the length
-# Bearing and rolling resistance of wheels without <dynamics friction>: a Coulomb torque on each
-# that together resists with this part of the robot's weight. It keeps a robot that no controller
-# holds from creeping (solver residue pushes with under 1e-3 of the weight) and is little against
-# any motor.
-ROLLING_RESISTANCE = 0.01
-STANDARD_GRAVITY = 9.81  # [m/s^2]
 
 
 def _text(values: Iterable[float]) -> str:
@@ -57,11 +41,9 @@ def prepared_urdf(lumped: LumpedModel, static: bool) -> str:
     """Text for PyBullet: absolute mesh paths, every moving link with mass and inertia.
 
     Args:
-        static: True: no masses, meshes collide as they are; False: meshes collide as hulls,
-            wheels are crowned and have a rolling resistance (see the constants).
+        static: True: no masses, meshes collide as they are; False: meshes collide as hulls.
     """
     robot = ET.Element("robot", name=lumped.root)
-    wheels = {} if static else _wheels(lumped)
     for link in lumped.links.values():
         element = ET.SubElement(robot, "link", name=link.name)
         _inertial(element, link, static)
@@ -72,53 +54,16 @@ def prepared_urdf(lumped: LumpedModel, static: bool) -> str:
             if shape.color is not None or shape.geometry.kind != "mesh":
                 material = ET.SubElement(visual, "material", name=f"{link.name}_{index}")
                 ET.SubElement(material, "color", rgba=_text(shape.color or DEFAULT_COLOR))
-        for shape in _crowned(link.collisions, wheels.get(link.name)):
+        for shape in link.collisions:
             collision = ET.SubElement(element, "collision")
             if static and shape.geometry.kind == "mesh":
                 collision.set("concave", "yes")
             _origin(collision, shape.pose)
             _geometry(collision, shape.geometry)
-    weight = STANDARD_GRAVITY * sum(link.mass for link in lumped.links.values())
-    for joint in lumped.joints:
-        friction = joint.friction
-        if not friction and joint.child in wheels:
-            radius = wheels[joint.child].geometry.size[0]
-            friction = ROLLING_RESISTANCE * weight / len(wheels) * radius
-        _joint(robot, joint, friction)
-    for joint in lumped.welds:
-        _joint(robot, joint, 0.0)
+    for joint in (*lumped.joints, *lumped.welds):
+        _joint(robot, joint)
     ET.indent(robot)  # PyBullet reads lines into a small buffer: a long line gets damaged
     return ET.tostring(robot, encoding="unicode")
-
-
-def _wheels(lumped: LumpedModel) -> dict[str, Shape]:
-    """Map of link name -> collision Shape that is a wheel: a cylinder on its joint's axis."""
-    wheels = {}
-    for joint in lumped.joints:
-        if joint.kind not in ("revolute", "continuous") or joint.lower is not None:
-            continue
-        for shape in lumped.links[joint.child].collisions:
-            if shape.geometry.kind == "cylinder":
-                off = np.cross(joint.axis, shape.pose.position)
-                tilt = np.cross(joint.axis, shape.pose.matrix[:, 2])
-                if (
-                    np.linalg.norm(off) < 1e-3 * shape.geometry.size[0]
-                    and np.linalg.norm(tilt) < 1e-3
-                ):
-                    wheels[joint.child] = shape
-                    break
-    return wheels
-
-
-def _crowned(shapes: Iterable[Shape], wheel: Shape | None) -> Iterator[Shape]:
-    """The shapes, with the one that is a wheel (or None) as a crowned tyre of two cylinders."""
-    for shape in shapes:
-        if shape is not wheel:
-            yield shape
-            continue
-        radius, length = shape.geometry.size
-        for size in ((radius, CROWN_WIDTH * length), ((1.0 - CROWN_DROP) * radius, length)):
-            yield Shape(Geometry("cylinder", size), shape.pose, shape.color)
 
 
 def _inertial(element: ET.Element, link: Link, static: bool) -> None:
@@ -186,7 +131,7 @@ def quaternion_from_matrix(matrix: Any) -> Quat:
     return x, y, z, w
 
 
-def _joint(robot: ET.Element, joint: Joint, friction: float) -> None:
+def _joint(robot: ET.Element, joint: Joint) -> None:
     is_endless = joint.kind == "revolute" and joint.lower is None
     joint_type = "continuous" if is_endless else joint.kind
     element = ET.SubElement(robot, "joint", name=joint.name, type=joint_type)
@@ -203,4 +148,5 @@ def _joint(robot: ET.Element, joint: Joint, friction: float) -> None:
         effort=repr(joint.effort),
         velocity=repr(joint.velocity),
     )
-    ET.SubElement(element, "dynamics", damping=repr(joint.damping), friction=repr(float(friction)))
+    friction = repr(float(joint.friction))
+    ET.SubElement(element, "dynamics", damping=repr(joint.damping), friction=friction)
