@@ -1,11 +1,21 @@
-"""The truck and its trailer for a minute at rest and over 50 m of arcs."""
+"""The truck and its trailer for a minute at rest, over 50 m of arcs, and 32 m of each figure."""
 
 import sys
 from pathlib import Path
 
+import pytest
+
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "unit"))
 
-from test_cybertruck_physics import check_odometry, check_rest, truck, trucks  # noqa: E402, F401
+from test_cybertruck_physics import (  # noqa: E402, F401
+    alone,
+    check_odometry,
+    check_rest,
+    train,
+    truck,
+    trucks,
+)
+from test_truck_dead_reckoning import FIGURES, FORWARD, check_figure  # noqa: E402
 
 
 def test_at_rest_for_a_minute(truck):  # noqa: F811
@@ -14,3 +24,13 @@ def test_at_rest_for_a_minute(truck):  # noqa: F811
 
 def test_odometry_over_50_m(truck):  # noqa: F811
     check_odometry(truck, 50.0)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_figures(alone, name):  # noqa: F811
+    check_figure(alone, name)
+
+
+@pytest.mark.parametrize("name", FORWARD)
+def test_figures_with_the_trailer(train, name):  # noqa: F811
+    check_figure(train, name)

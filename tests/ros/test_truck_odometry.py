@@ -94,8 +94,8 @@ class TruckOdometry(unittest.TestCase):
             f"{driven:.1f} m, {total_turn:.1f} rad: {error:.3f} m, {math.degrees(heading):.3f} deg"
         )
         self.assertGreater(total_turn, 5.0)
-        self.assertLess(error, 0.02 * driven)
-        self.assertLess(heading, 0.03 * total_turn)
+        self.assertLess(error, 0.003 * driven)
+        self.assertLess(heading, 0.003 * total_turn)
         self.assertGreater(error, 0.0)  # it is not the truth that is published
 
     def drive_and_reset(self, steering, service):

@@ -88,7 +88,7 @@ def test_wheels(robot, name):
     link = robot.find(f"link[@name='{name}']")
     cylinder = link.find("collision/geometry/cylinder")
     radius, width = SHAPE.wheel_radius, SHAPE.wheel_width
-    assert (float(cylinder.get("radius")), float(cylinder.get("length"))) == (radius, 0.01)
+    assert (float(cylinder.get("radius")), float(cylinder.get("length"))) == (radius, 0.002)
     mass = float(link.find("inertial/mass").get("value"))
     inertia = link.find("inertial/inertia")
     assert mass == pytest.approx(600 * math.pi * radius**2 * width)
