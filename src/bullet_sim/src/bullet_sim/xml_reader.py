@@ -137,6 +137,15 @@ def add_child(parent: Node, tag: str, text: str) -> Node:
     return child
 
 
+def copied(node: Node) -> Node:
+    """A copy of an element and all below it, with the same document and lines."""
+    copy = Node(node.tag, dict(node.attrib))
+    copy.document, copy.line = node.document, node.line
+    copy.text, copy.tail = node.text, node.tail
+    copy.extend(copied(child) for child in node)
+    return copy
+
+
 def _adopted(root: Node, name: str, warnings: list[ReadWarning] | None) -> Node:
     document = root.document
     document.name = name

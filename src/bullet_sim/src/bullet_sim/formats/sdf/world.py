@@ -28,6 +28,7 @@ from bullet_sim.formats.joints import Version
 from bullet_sim.formats.materials import Resolve, rgba_of
 from bullet_sim.formats.sdf.includes import OpenInclude
 from bullet_sim.formats.sdf.model import parse_model_element
+from bullet_sim.formats.sdf.population import places
 from bullet_sim.plugins.xml import library
 from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
@@ -37,6 +38,7 @@ from bullet_sim.xml_reader import (
     child_floats,
     child_number,
     child_text,
+    copied,
     is_true,
     parse,
     sdf_pose,
@@ -199,8 +201,12 @@ def parse_world(
             _model(element, described, resolve, label, _version(sdf), states)
         elif element.tag == "light":
             _add_light(described, parse_light(element, label))
+        elif element.tag == "population":
+            continue  # its models come after all others
         else:
             _other(element, described, label)
+    for population in world.findall("population"):
+        _populate(population, described, resolve, label, _version(sdf))
     _number_names(described, label)
     return described
 
@@ -365,6 +371,34 @@ def _include(element: Node, described: WorldDescription, resolve: Resolve, label
     model.name = child_text(element, "name", model.name)
     model.static = is_true(child_text(element, "static", str(model.static)))
     described.models.append((model, pose if element.find("pose") is not None else model_pose))
+
+
+def _populate(
+    population: Node,
+    described: WorldDescription,
+    resolve: Resolve,
+    label: str,
+    version: Version,
+) -> None:
+    """Add the models of a <population>, NAME_clone_0 and so on; a faulty one is left out."""
+    label = f"{label} population '{population.get('name')}'"
+    try:
+        model, include = population.find("model"), population.find("include")
+        if model is None and include is not None:
+            model, version = _opener(resolve, described.warnings)(include)
+            model.set("name", child_text(include, "name") or model.get("name") or "model")
+        if model is None:
+            raise ModelError(f"{label} has no <model>")
+        for number, place in enumerate(places(population, label)):
+            clone = copied(model)
+            clone.set("name", f"{model.get('name') or 'model'}_clone_{number}")
+            described.models.append((_read_model(clone, resolve, label, version)[0], Pose(place)))
+    except (OSError, ValueError) as error:
+        population.warn(
+            f"{error}; it is left out",
+            "populations cannot be used and are left out",
+            f"'{population.get('name')}'",
+        )
 
 
 def _opener(resolve: Resolve, warnings: list[ReadWarning]) -> OpenInclude:
