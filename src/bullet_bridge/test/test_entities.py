@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from bullet_bridge.services.entities import find_frame, find_joint, find_link
-from bullet_bridge.services.models import with_robot_namespace
+from bullet_bridge.services.spawn_text import SpawnText
 from bullet_sim.errors import WorldError
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
@@ -96,25 +96,57 @@ PLUGINS = (
 )
 
 
+def given_namespace(text, namespace):
+    """The text of a spawn request with a namespace."""
+    return SpawnText.read(text, namespace).text
+
+
 def namespaces(root):
     """The <robotNamespace> of each plugin."""
     return [plugin.findtext("robotNamespace") for plugin in root.iter("plugin")]
 
 
 def test_a_namespace_goes_to_plugins_that_have_none():
-    root = with_robot_namespace(PLUGINS, "/car")
+    root = given_namespace(PLUGINS, "/car")
     assert namespaces(root) == ["/car", "/own", "/car"] and root.tag == "robot"
     declared = '<?xml version="1.0" encoding="utf-8"?>' + PLUGINS
-    assert namespaces(with_robot_namespace(declared, "/car")) == ["/car", "/own", "/car"]
+    assert namespaces(given_namespace(declared, "/car")) == ["/car", "/own", "/car"]
 
 
 def test_lines_and_warnings_stay_through_a_namespace():
     text = '<robot name="r">\n<!-- a\n -- b -->\n<link name="l"/><link/>\n</robot>'
-    warnings = parse_urdf(with_robot_namespace(text, "/car"), str, "car").warnings
+    warnings = parse_urdf(given_namespace(text, "/car"), str, "car").warnings
     assert len(warnings) == 2 and "not well-formed XML" in warnings[0]
     assert "URDF of 'car', line 4: link '' of 'car' has no name" in warnings[1]
 
 
-@pytest.mark.parametrize("text, namespace", [(PLUGINS, ""), ("<robot", "/car"), ("", "/car")])
-def test_texts_that_stay_as_they_are(text, namespace):
-    assert with_robot_namespace(text, namespace) == text
+def test_texts_that_stay_as_they_are():
+    assert namespaces(given_namespace(PLUGINS, "")) == [None, "/own", None]
+    for text in ("<robot", ""):
+        assert given_namespace(text, "/car") == text
+
+
+LIGHT = "<light name='l' type='point'/>"
+INCLUDE = "<include><uri>u</uri></include>"
+
+
+@pytest.mark.parametrize(
+    "text, kind, takes",
+    [
+        ("<robot name='r'/>", "urdf", True),
+        ("<?xml version='1.0'?><!-- a <sdf> --><robot", "urdf", True),
+        ("<sdf version='1.6'><model name='m'/></sdf>", "sdf", True),
+        (f"<sdf version='1.6'><world name='w'>{INCLUDE}</world></sdf>", "sdf", True),
+        ("<sdf version='1.6'><world name='w'><model name='m'/></world></sdf>", "sdf", False),
+        ("<gazebo version='1.2'><model name='m'/></gazebo>", "sdf", False),
+        (f"<sdf version='1.6'>{LIGHT}</sdf>", "light", True),
+        (f"<sdf version='1.6'><model name='m'/>{LIGHT}</sdf>", "sdf", True),
+        ("<model name='m'/>", "", True),
+        ("<sdf", "sdf", True),
+        ("", "", True),
+        ("no XML", "", True),
+    ],
+)
+def test_texts_are_sorted_as_gazebo_ros_does(text, kind, takes):
+    found = SpawnText.read(text, "")
+    assert (found.kind, found.takes_request) == (kind, takes)

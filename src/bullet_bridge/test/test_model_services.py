@@ -31,9 +31,13 @@ class FakeRobots:
 
     def __init__(self):
         self.names, self.fault, self.closed, self.received = [], None, [], self
+        self.shown = 0
 
     def subscribe(self, *_):
         """No messages."""
+
+    def show_scene(self):
+        self.shown = self.shown + 1
 
     def connect(self, model, _namespace):
         self.names.append(model.name)
@@ -92,9 +96,9 @@ class Desk:
         caller.join()
         return results[0]
 
-    def spawn(self, name="bot", text=URDF, frame=""):
+    def spawn(self, name="bot", text=URDF, frame="", kind="urdf"):
         return self.call(
-            "spawn_urdf_model",
+            f"spawn_{kind}_model",
             srv.SpawnModelRequest(
                 model_name=name, model_xml=text, reference_frame=frame, initial_pose=PoseMsg()
             ),
@@ -409,3 +413,84 @@ def test_models_within_a_model_have_names_of_their_own(desk):
         "set_model_state", srv.SetModelStateRequest(ModelState(model_name="rover::arm"))
     )
     assert not refused.success and "part of 'rover'" in refused.status_message
+
+
+WORLD = '<sdf version="1.6"><world name="w">{}</world></sdf>'
+LINK = '<link name="l"><inertial><mass>1</mass></inertial></link>'
+TIMED_OUT = "SpawnModel: Entity pushed to spawn queue"
+
+
+def test_urdf_through_spawn_sdf_model(desk):
+    assert desk.spawn("bot", kind="sdf").success
+    assert list(desk.world.model("bot").rigid_parts) == ["base"]
+
+
+@pytest.mark.parametrize("text", ["<sdf version='1.6'><model name='m'/></sdf>", "", "<a/>"])
+def test_what_is_no_urdf_is_a_failed_call_of_spawn_urdf_model(desk, text):
+    error = desk.spawn("bot", text=text)
+    assert isinstance(error, model_services.rospy.ServiceException)
+    assert str(error) == "SpawnModel: Failure - entity format is invalid."
+    assert desk.log[0].startswith(str(error)) and desk.world.models == {}
+
+
+@pytest.mark.parametrize("text", [f"<model name='m'>{LINK}</model>", "", "<a/>", "no XML"])
+def test_what_is_neither_is_refused_by_spawn_sdf_model(desk, text):
+    answer = desk.spawn("bot", text=text, kind="sdf")
+    assert not answer.success and desk.world.models == {}
+    assert answer.status_message == (
+        "GazeboRosApiPlugin SpawnModel Failure: input model_xml not SDF or URDF, or cannot be "
+        "converted to Gazebo compatible format."
+    )
+
+
+def test_a_light_through_spawn_sdf_model(desk):
+    text = (
+        '<sdf version="1.6"><light name="other" type="spot"><pose>1 2 3 0 0 0</pose><diffuse>'
+        "0.5 0.4 0.3 1</diffuse></light></sdf>"
+    )
+    request = srv.SpawnModelRequest(model_name="lamp", model_xml=text)
+    request.initial_pose.position.x = 7.0  # has no effect, as upstream
+    answer = desk.call("spawn_sdf_model", request)
+    assert (answer.success, answer.status_message) == (
+        True,
+        "SpawnModel: Successfully spawned entity",
+    )
+    lamp = next(light for light in desk.world.scene.lights if light.name == "lamp")
+    assert (lamp.kind, lamp.position, lamp.diffuse) == ("spot", (1, 2, 3), (0.5, 0.4, 0.3))
+    assert desk.robots.shown == 1 and desk.world.models == {}
+    again = desk.call("spawn_sdf_model", request)
+    assert again.status_message == "SpawnModel: Failure - entity already exists."
+    assert desk.spawn("lamp").success, "a model may have a light's name"
+    assert desk.call("delete_light", srv.DeleteLightRequest("lamp")).success
+
+
+def test_of_several_models_the_first_is_spawned_under_the_name(desk):
+    pair = "".join(f'<model name="{name}">{LINK}</model>' for name in ("a", "b"))
+    assert desk.spawn("bot", text=f'<sdf version="1.6">{pair}</sdf>', kind="sdf").success
+    assert list(desk.world.models) == ["bot"]
+
+
+def test_a_world_that_includes_a_model(desk, tmp_path):
+    (tmp_path / "m.sdf").write_text(
+        f'<sdf version="1.6"><model name="m"><pose>0 0 9 0 0 0</pose>{LINK}</model></sdf>'
+    )
+    text = WORLD.format(f"<include><uri>{tmp_path}/m.sdf</uri><name>own</name></include>")
+    request = srv.SpawnModelRequest(model_name="bot", model_xml=text)
+    request.initial_pose.position.x = 2.0
+    assert desk.call("spawn_sdf_model", request).success
+    assert list(desk.world.models) == ["bot"]
+    assert desk.world.model("bot").pose.position == (2, 0, 0), "an include's pose counts"
+
+
+def test_a_world_with_a_model_keeps_its_name_and_pose(desk):
+    text = WORLD.format(f'<model name="own"><pose>0 0 3 0 0 0</pose>{LINK}</model>')
+    request = srv.SpawnModelRequest(model_name="bot", model_xml=text)
+    request.initial_pose.position.x = 2.0
+    answer = desk.call("spawn_sdf_model", request)
+    assert not answer.success and answer.status_message.startswith(TIMED_OUT)
+    assert "'own'" in answer.status_message
+    assert desk.world.model("own").pose.position == (0, 0, 3)
+    request.model_name = "own"
+    assert desk.call("delete_model", srv.DeleteModelRequest("own")).success
+    assert desk.call("spawn_sdf_model", request).success
+    assert desk.world.model("own").pose.position == (0, 0, 3), "the request's has no effect"

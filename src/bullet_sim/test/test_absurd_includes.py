@@ -6,7 +6,7 @@ import time
 import pytest
 from bullet_sim.errors import ModelError
 from bullet_sim.files import read_file
-from bullet_sim.formats.sdf.model import MAX_INCLUDES
+from bullet_sim.formats.sdf.includes import MAX_INCLUDES
 from bullet_sim.formats.sdf.world import parse_model, parse_world
 
 LONGEST = 5.0  # [s] of CPU time

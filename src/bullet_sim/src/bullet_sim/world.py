@@ -228,9 +228,11 @@ class World:
         return self.spawn(urdf.parse_urdf(text, resolve, name), pose)
 
     def spawn_sdf(self, name: str, text: str, pose: Pose, resolve: Resolve) -> Model:
-        """Spawn an SDF model; its own <pose> applies within the given one."""
+        """Spawn an SDF model; its own <pose> applies within the given one.
+
+        A text whose <world> has no <include> keeps the name of its first model.
+        """
         description, model_pose = sdf.parse_model(text, resolve, f"SDF of '{name}'", name)
-        description.name = name
         return self.spawn(description, pose * model_pose)
 
     def spawn(self, description: ModelDescription, pose: Pose = Pose()) -> Model:

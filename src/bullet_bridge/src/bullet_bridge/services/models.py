@@ -1,13 +1,14 @@
 """Services about models: spawn, delete, state, properties, namespaces."""
 
 import gc
-from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import rospy
 from bullet_sim.errors import ModelError, SimError
+from bullet_sim.formats.sdf.world import parse_light
 from bullet_sim.pose import Array, Pose
-from bullet_sim.xml_reader import add_child, parse
+from bullet_sim.xml_reader import Node
 from gazebo_msgs import srv
 from gazebo_msgs.msg import ModelState
 
@@ -19,6 +20,7 @@ from bullet_bridge.services.handlers import (
     service_handler,
     topic_callback,
 )
+from bullet_bridge.services.spawn_text import SpawnText
 from bullet_bridge.transport.conversions import (
     pose_from_msg,
     pose_to_msg,
@@ -46,29 +48,6 @@ NOT_SPAWNED = (
 )
 
 
-def with_robot_namespace(text: Any, namespace: str) -> Any:
-    """The model with <robotNamespace> in every <plugin> that has none, as gazebo_ros does.
-
-    Args:
-        text: URDF or SDF, str or bytes.
-        namespace: of the spawn request; empty: the text stays as it is.
-
-    Returns:
-        The text, or the root of what was read of it, whose elements know their lines; a text that
-        is not XML comes back unchanged, its reader reports why.
-    """
-    if not namespace:
-        return text
-    try:
-        root = parse(text, "model")
-    except SimError:
-        return text
-    for plugin in root.iter("plugin"):
-        if plugin.find("robotNamespace") is None:
-            add_child(plugin, "robotNamespace", namespace)
-    return root
-
-
 class ModelServices:
     """Services that spawn, delete, move and query models."""
 
@@ -85,8 +64,8 @@ class ModelServices:
         self._server = server
         self._requests: dict[str, int] = {}
         for name, service, work in (
-            ("spawn_urdf_model", srv.SpawnModel, lambda r: self._spawn(r, world.spawn_urdf)),
-            ("spawn_sdf_model", srv.SpawnModel, lambda r: self._spawn(r, world.spawn_sdf)),
+            ("spawn_urdf_model", srv.SpawnModel, lambda r: self._spawn(r, urdf=True)),
+            ("spawn_sdf_model", srv.SpawnModel, lambda r: self._spawn(r, urdf=False)),
             ("delete_model", srv.DeleteModel, self._delete),
             ("get_model_state", srv.GetModelState, self._get_state),
             ("set_model_state", srv.SetModelState, lambda r: self._set_state(r.model_state)),
@@ -99,35 +78,74 @@ class ModelServices:
             f"{prefix}/set_model_state", ModelState, topic_callback(self._set_state)
         )
 
-    def _spawn(self, request: Any, spawn: "Callable[..., Model]") -> srv.SpawnModelResponse:
-        pose = pose_from_msg(request.initial_pose)
-        text = with_robot_namespace(request.model_xml, request.robot_namespace)
+    def _spawn(self, request: Any, urdf: bool) -> srv.SpawnModelResponse:
+        """Spawn what a text describes, under the name of the request.
 
-        def work() -> "Model":
+        Args:
+            urdf: it has to be URDF, else the call fails.
+        """
+        pose, name = pose_from_msg(request.initial_pose), request.model_name
+        text = SpawnText.read(request.model_xml, request.robot_namespace)
+        if urdf and text.kind != "urdf":
+            error = f"{SPAWN}Failure - entity format is invalid."
+            rospy.logerr("%s (the root of '%s' is <%s>, not <robot>)", error, name, text.tag)
+            raise rospy.ServiceException(error)
+
+        def work() -> "Model | None":
             with refusing(SPAWN + NO_FRAME.format("reference_frame", "link")):
                 frame = find_frame(self._world, request.reference_frame).pose
-            name = request.model_name
-            if name in self._world.models:
-                raise Refusal(
-                    f"{SPAWN}Failure - entity already exists.",
-                    f"model '{name}' exists already; models are {', '.join(self._world.models)}",
-                )
+            self._check(name, text)
+            if text.kind == "light":
+                self._add_light(name, text.light)
+                return None
+            spawn = self._world.spawn_urdf if text.kind == "urdf" else self._world.spawn_sdf
+            place = frame * pose if text.takes_request else Pose()
             try:
-                model = spawn(name, text, frame * pose, self._resolve)
+                model = spawn(name, text.text, place, self._resolve)
             except SimError as error:  # Gazebo's client waits 10 s then
                 raise SimError(f"{NOT_SPAWNED}{name}: {error}") from error
             self._server.hold()
             return model
 
         model = self._jobs.call(work)
+        if model is not None:
+            self._connect(model, request.robot_namespace)
+            if model.name != name:  # for which Gazebo's client waits 10 s
+                raise SimError(f"{NOT_SPAWNED}{name}: it is there as '{model.name}'")
+        return srv.SpawnModelResponse(status_message=f"{SPAWN}Successfully spawned entity")
+
+    def _check(self, name: str, text: SpawnText) -> None:
+        """Refuse a text of another format, and a name that is taken (simulation thread)."""
+        if not text.kind:
+            raise Refusal(UNKNOWN_FORMAT, f"the root of '{name}' is <{text.tag}>")
+        lights = [light.name for light in self._world.scene.lights]
+        if name in self._world.models or (text.kind == "light" and name in lights):
+            taken = [*self._world.models, *(lights if text.kind == "light" else ())]
+            raise Refusal(
+                f"{SPAWN}Failure - entity already exists.",
+                f"'{name}' exists already; there are {', '.join(taken)}",
+            )
+
+    def _add_light(self, name: str, element: Node) -> None:
+        """Add a light where its own pose has it, as gazebo_ros does (simulation thread)."""
+        if not name:
+            raise SimError(f"{NOT_SPAWNED}: a light needs a name, this one is empty")
+        light = replace(parse_light(element, "spawn request"), name=name)
+        scene = self._world.scene
+        self._world.scene = replace(scene, lights=(*scene.lights, light))
+        for warning in element.document.warnings:
+            rospy.logwarn("%s", warning)
+        self._robots.show_scene()
+
+    def _connect(self, model: "Model", namespace: str) -> None:
+        """Give a new model its plugins and controllers; without them it does not stay."""
         try:
-            self._robots.connect(model, request.robot_namespace)
+            self._robots.connect(model, namespace)
         except Exception:
             self._remove(model.name)  # so that no part of it remains
             raise
         finally:
             self._jobs.call(self._server.release)
-        return srv.SpawnModelResponse(status_message=f"{SPAWN}Successfully spawned entity")
 
     def _remove(self, name: str) -> None:
         def work() -> list[Any]:

@@ -432,21 +432,30 @@ def _model_of(sdf: Node, label: str) -> Node:
 def parse_model(
     text: str | bytes | Node, resolve: Resolve, label: str = "model", name: str = ""
 ) -> tuple[ModelDescription, Pose]:
-    """Read an SDF document with one <model>: (ModelDescription, its pose).
+    """Read the first <model> of an SDF document, or of its <world>: (ModelDescription, its pose).
 
     Args:
-        name: of the model, instead of the document's.
+        name: of the first <model>, or the first <include> of the <world>, instead of its own.
     """
     sdf = parse(text, label)
     if name:
         _rename(sdf, name)
-    if sdf.find("model") is None and sdf.find("world") is not None:
-        return _only_model(parse_world(sdf, resolve, label), label)
-    return _read_model(_model_of(sdf, label), resolve, label, _version(sdf))
+    world = sdf.find("world") if sdf.tag != "model" and sdf.find("model") is None else None
+    if world is None:
+        return _read_model(_model_of(sdf, label), resolve, label, _version(sdf))
+    described = parse_world(sdf, resolve, label)
+    if not described.models:
+        raise ModelError(
+            "; ".join(described.warnings) or f"{label} has a <world> with 0 models, must be one"
+        )
+    return described.models[0]
 
 
 def _rename(sdf: Node, name: str) -> None:
-    """Give the first <model> of a document, or the first <include> of its <world>, a name."""
+    """Give the first <model> of a document, or the first <include> of its <world>, a name.
+
+    As gazebo_ros does it for a request to spawn it.
+    """
     model, include = sdf if sdf.tag == "model" else sdf.find("model"), sdf.find("world/include")
     if model is not None:
         model.set("name", name)
@@ -454,13 +463,5 @@ def _rename(sdf: Node, name: str) -> None:
         for old in include.findall("name"):
             include.remove(old)
         add_child(include, "name", name)
-
-
-def _only_model(world: WorldDescription, label: str) -> tuple[ModelDescription, Pose]:
-    """The only model of a world: spawn_model's -database sends a world that includes it."""
-    if len(world.models) != 1:
-        raise ModelError(
-            "; ".join(world.warnings)
-            or f"{label} has a <world> with {len(world.models)} models, must be one"
-        )
-    return world.models[0]
+        if include.find("pose") is None:  # gazebo_ros writes one, which replaces the file's
+            add_child(include, "pose", "0 0 0 0 0 0")
