@@ -11,10 +11,10 @@ DROP_IN = ROOT / "tests" / "drop_in"
 FLEET = "yard_fleet"
 LIMIT = 400.0  # wall time of one check [s]
 FIRST = {  # file -> topics of its robots' sensors
-    "skid": {"/odom", "/imu/data", "/navsat/fix", "/magnetic", "/sonar/front"},
     "sledge": {"/odom", "/range"},
 }
 OTHERS = {
+    "skid": {"/odom", "/imu/data", "/navsat/fix", "/magnetic", "/sonar/front"},
     "crab": {"/stereo/left/image_raw", "/stereo/right/image_raw", "/fisheye/image_raw", "/truth"},
     "ghosts": set(),
     "scout": {"/odom", "/velodyne_points"},

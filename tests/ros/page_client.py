@@ -10,6 +10,7 @@ import urllib.error
 import urllib.request
 
 import websocket
+from paddock_common.testing import executable
 from sim_client import WALL_LIMIT, wait_until
 
 GRACE = 60.0  # wall time from SIGINT to the end [s]
@@ -25,7 +26,7 @@ class WebNode:
     def __init__(self, *parameters, environ=None):
         """Starts it and reads its address."""
         self.process = subprocess.Popen(
-            ["rosrun", "bullet_web", "web", *parameters],
+            [executable("bullet_web", "web"), *parameters],
             stdout=subprocess.PIPE,
             text=True,
             env=environ,

@@ -14,7 +14,7 @@ from controller_manager_msgs.srv import (
     UnloadController,
 )
 from dynamic_reconfigure.client import Client
-from paddock_common.testing import stop_session
+from paddock_common.testing import executable, stop_session
 from sensor_msgs.msg import JointState
 from shared_worlds import EFFORT_BOT as LAUNCH  # noqa: F401
 from sim_client import (
@@ -66,7 +66,7 @@ class Effort(unittest.TestCase):
         """Starts them by the spawner; one of them cannot load, the others start all the same."""
         names = ("arm_position", "slider_effort", "wheel_position", "wheel_velocity")
         spawner = subprocess.Popen(
-            ["rosrun", "controller_manager", "spawner", "joint_state_controller", *names]
+            [executable("controller_manager", "spawner"), "joint_state_controller", *names]
             + ["--namespace", BOT],
             start_new_session=True,
         )

@@ -1,77 +1,15 @@
-"""Launch files with the oddities of published ones: each does here what it does in Gazebo."""
+"""Launch files with the oddities of published ones: two that have most of them."""
 
-import math
-
-import rospy
 import rosservice
-from controller_manager_msgs.srv import ListControllers
-from drop_in_workspace import MasterCase, Workspace
-from gazebo_msgs.srv import GetModelState
-from geometry_msgs.msg import Twist
+from harbour_rig import HarbourCase, forward, lengths
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image, JointState, LaserScan, Range
-from sim_client import START_LIMIT, Recorder, sleep_sim, wait_connected, wait_until
+from sim_client import wait_until
 from std_msgs.msg import String
 
 
-def lengths(states):
-    """Numbers of positions, velocities and efforts."""
-    return [len(values) for values in (states.position, states.velocity, states.effort)]
-
-
-def forward(speed):
-    """A Twist of a speed [m/s]."""
-    twist = Twist()
-    twist.linear.x = speed
-    return twist
-
-
-class Harbour(MasterCase):
+class Harbour(HarbourCase):
     """Each test is one launch file."""
-
-    NODE = "harbour_test"
-
-    @staticmethod
-    def make_workspace():
-        return Workspace("harbour_fleet")
-
-    def state(self, model):
-        return rospy.ServiceProxy("/gazebo/get_model_state", GetModelState)(model, "")
-
-    def wait_model(self, launched, model):
-        def there():
-            if not launched.running():
-                raise AssertionError(f"the launch ended:\n{launched.output()}")
-            try:
-                return self.state(model).success
-            except rospy.ServiceException:
-                return False
-
-        wait_until(there, f"model {model}", START_LIMIT)
-
-    def wait_running(self, namespace, *names):
-        def running():
-            service = rospy.ServiceProxy(
-                f"{namespace}/controller_manager/list_controllers", ListControllers
-            )
-            try:
-                states = {item.name: item.state for item in service().controller}
-            except rospy.ServiceException:
-                return False
-            return all(states.get(name) == "running" for name in names)
-
-        wait_until(running, f"{', '.join(names)} running in {namespace or '/'}", START_LIMIT)
-
-    def record(self, topic, kind):
-        recorder = Recorder(topic, kind)
-        self.addCleanup(recorder.close)
-        return recorder
-
-    def publisher(self, topic):
-        publisher = rospy.Publisher(topic, Twist, queue_size=10)
-        self.addCleanup(publisher.unregister)
-        wait_connected(publisher, topic)
-        return publisher
 
     def test_four_cad_wheels_in_the_root_namespace_and_a_script_for_usr_bin_python(self):
         launched = self.launch("flatbed.launch")
@@ -100,15 +38,6 @@ class Harbour(MasterCase):
         wait_until(lambda: horn.last is not None, "the script's message")
         self.assertNotIn("died", launched.output())
 
-    def test_skid_steering_with_a_torque_reaches_its_speed(self):
-        launched = self.launch("porter.launch")
-        self.wait_model(launched, "porter")
-        command = self.publisher("/cmd_vel")
-        for speed in (0.5, -0.5):
-            command.publish(forward(speed))
-            sleep_sim(2.0)
-            self.assertAlmostEqual(self.state("porter").twist.linear.x, speed, delta=0.025)
-
     def test_sensors_and_joint_states_are_on_the_wire_as_in_gazebo(self):
         launched = self.launch("pilot.launch")
         self.wait_model(launched, "pilot")
@@ -132,22 +61,3 @@ class Harbour(MasterCase):
         for name in ("/imu_service", "/imu/set_accel_bias", "/imu/set_rate_bias",
                      "/fix/set_reference_geopose"):  # fmt: skip
             self.assertIn(name, offered)
-
-    def test_a_mass_without_an_inertia_falls_through_the_ground(self):
-        launched = self.launch("stacker.launch")
-        self.wait_model(launched, "stacker")
-        wait_until(lambda: self.state("stacker").pose.position.z < -5.0, "the fall")
-        self.assertIn("<box_inertia> a macro without 'xacro:'", launched.output())
-
-    def test_a_stiff_car_whose_body_arches_over_its_wheels_stays_where_it_is(self):
-        launched = self.launch("crane.launch")
-        self.wait_model(launched, "crane")
-        self.wait_running("/crane", "front_left_steer", "rear_right_axle")
-        sleep_sim(1.0)
-        before = self.state("crane").pose.position
-        sleep_sim(3.0)
-        after = self.state("crane")
-        way = math.dist((before.x, before.y), (after.pose.position.x, after.pose.position.y))
-        self.assertLess(way, 0.01)
-        self.assertLess(abs(after.pose.position.z), 0.02)
-        self.assertLess(abs(after.twist.angular.z), 0.01)

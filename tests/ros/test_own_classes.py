@@ -1,97 +1,18 @@
-"""A user's own controller, plugin and sensor: the package of the tutorial, from the devel space."""
+"""A user's own controller, plugin and sensor, from the devel space."""
 
-import json
 import re
-import sys
-from pathlib import Path
 
 import rospy
-from controller_manager_msgs.srv import (
-    ListControllers,
-    ListControllerTypes,
-    LoadController,
-    SwitchController,
-)
-from drop_in_workspace import ROOT, MasterCase, Workspace
-from gazebo_msgs.srv import GetJointProperties, GetModelState
-from sim_client import START_LIMIT, Recorder, sleep_sim, wait_connected, wait_until
-from std_msgs.msg import Float64
-from std_srvs.srv import Empty, Trigger
+from controller_manager_msgs.srv import ListControllerTypes
+from own_classes_rig import OwnClassesCase
+from sim_client import sleep_sim, wait_until
+from std_srvs.srv import Empty
 
 from bullet_bridge.srv import State
 
-sys.path.insert(0, str(ROOT / "tests" / "tutorials"))
-from page import boxes  # noqa: E402
 
-PAGE = ROOT / "docs" / "tutorials" / "your_own_simulation.md"
-HOME = "~/lessons/ws/src/my_lab/"
-CODE = "src/my_lab/simulation.py"
-
-
-def files():
-    """The tutorial's files by their paths below the package."""
-    found = {box.path.removeprefix(HOME): box.text for box in boxes(PAGE) if box.kind == "file"}
-    return {**found, "src/my_lab/__init__.py": ""}
-
-
-class OwnClasses(MasterCase):
-    """Built once, launched for each test."""
-
-    NODE = "own_classes_test"
-
-    @staticmethod
-    def make_workspace():
-        return Workspace("my_lab", files())
-
-    def launch(self, changes=(), controllers=("joints", "mast")):
-        """Launches the package, with (old, new) changes of its code."""
-        code = files()[CODE]
-        for old, new in changes:
-            self.assertIn(old, code)
-            code = code.replace(old, new)
-        (self.workspace.source / CODE).write_text(code)
-        launched = super().launch("lab.launch")
-        wait_until(lambda: self.states(launched) == dict.fromkeys(controllers, "running"),
-                   f"controllers {controllers}", START_LIMIT)  # fmt: skip
-        return launched
-
-    @staticmethod
-    def states(launched):
-        if not launched.running():
-            raise AssertionError(f"the launch ended:\n{launched.output()}")
-        try:
-            answer = rospy.ServiceProxy(
-                "/lab/controller_manager/list_controllers", ListControllers
-            )()
-        except rospy.ServiceException:
-            return None
-        return {item.name: item.state for item in answer.controller}
-
-    def record(self, topic):
-        recorder = Recorder(topic, Float64)
-        self.addCleanup(recorder.close)
-        return recorder
-
-    def publish(self, topic, value):
-        publisher = rospy.Publisher(topic, Float64, queue_size=10)
-        self.addCleanup(publisher.unregister)
-        wait_connected(publisher, topic)
-        publisher.publish(value)
-
-    @staticmethod
-    def x():
-        answer = rospy.ServiceProxy("/gazebo/get_model_state", GetModelState)("lab", "")
-        return answer.pose.position.x
-
-    @staticmethod
-    def angle():
-        answer = rospy.ServiceProxy("/gazebo/get_joint_properties", GetJointProperties)("mast")
-        return answer.position[0]
-
-    def stands(self):
-        before = self.x()
-        sleep_sim(0.1)
-        return abs(self.x() - before) < 1e-3
+class OwnClasses(OwnClassesCase):
+    """Built once."""
 
     def test_they_work_and_go_back_with_a_saved_state(self):
         launched = self.launch()
@@ -121,69 +42,3 @@ class OwnClasses(MasterCase):
         self.assertAlmostEqual(self.x(), 0.0, delta=1e-3)
         wrong = re.findall(r".*(?:Traceback|FATAL|ERROR|WARN).*", launched.output())
         self.assertEqual([line for line in wrong if "real-time factor" not in line], [])
-
-    def test_they_work_from_the_install_space(self):
-        (self.workspace.source / CODE).write_text(files()[CODE])
-        status, output = self.workspace.build("install")
-        self.assertEqual(status, 0, output)
-        self.addCleanup(setattr, self.workspace, "setup", self.workspace.setup)
-        self.workspace.setup = self.workspace.path / "install" / "setup.bash"
-        launched = self.launch([("class GasSensor", "class NotInstalled")])
-        self.assertAlmostEqual(self.record("/gas").next().data, 0.1, delta=1e-3)
-        self.assertNotIn("[ERROR]", launched.output())
-
-    def test_what_raises_is_switched_off_and_the_rest_goes_on(self):
-        launched = self.launch(
-            [
-                ("self.model.set_velocity((self._speed, 0.0, 0.0))", "self.model.fly(self._speed)"),
-                ("error = self._target -", "error = 1 / (self._target - 0.5) -"),
-            ]
-        )
-        gas = self.record("/gas")
-        gas.wait_count(2)
-        self.publish("/lab/mast/command", 0.5)
-        wait_until(
-            lambda: self.states(launched) == {"joints": "running", "mast": "stopped"},
-            "the controller stopped",
-        )
-        gas.wait_count(len(gas.messages) + 5)
-        log = re.sub(r"\s+", " ", launched.output())
-        self.assertIn("controller 'mast' is stopped, since it has raised an exception", log)
-        self.assertIn("ZeroDivisionError", log)
-        self.assertEqual(log.count("AttributeError: 'Model' object has no attribute 'fly'"), 1)
-        self.assertIn("plugin on /belt: is switched off", log)
-        switch = rospy.ServiceProxy("/lab/controller_manager/switch_controller", SwitchController)
-        self.assertTrue(switch(start_controllers=["mast"], strictness=2).ok)
-        self.assertEqual(self.states(launched), dict.fromkeys(("joints", "mast"), "running"))
-
-    def test_a_class_that_cannot_be_had_is_left_out_with_its_reason(self):
-        launched = self.launch(
-            [
-                ("class GasSensor(Sensor)", "class Nose(Sensor)"),
-                (
-                    'self._speed = self._default = sdf.number("speed", 0.0)',
-                    "raise ValueError('no')",
-                ),
-                ("class BangBang(Controller)", "class BangBang"),
-            ],
-            controllers=("joints",),
-        )
-        load = rospy.ServiceProxy("/lab/controller_manager/load_controller", LoadController)
-        self.assertFalse(load("mast").ok)
-        log = re.sub(r"\s+", " ", launched.output())
-        manifest = str(Path(self.workspace.source) / "package.xml")
-        self.assertIn(
-            f"{manifest} names class 'my_lab.simulation:GasSensor' for sensor 'gas', which cannot "
-            "be imported: AttributeError",
-            log,
-        )
-        self.assertIn(
-            f"{manifest} names class 'my_lab.simulation:BangBang' for controller "
-            "'my_lab/BangBang', which is no subclass of bullet_sim.controllers.base.Controller",
-            log,
-        )
-        self.assertIn("/belt is left out: no", log)
-        answer = json.loads(rospy.ServiceProxy("/gazebo/describe", Trigger)().message)
-        (lab,) = (model for model in answer["models"] if model["name"] == "lab")
-        self.assertEqual(len(lab["lost"]), 3, "what ./run check reports as problems")
-        sleep_sim(0.5)  # the simulation goes on

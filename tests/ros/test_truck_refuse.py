@@ -3,6 +3,8 @@
 import subprocess
 import unittest
 
+from paddock_common.testing import executable
+
 LAUNCH = "<launch></launch>"  # a ROS master
 
 
@@ -16,7 +18,7 @@ class TruckRefuse(unittest.TestCase):
         """Starts a drive node with one parameter and searches its output for words."""
         name = "drive" + parameter.split(":=")[0]  # parameters stay with the name
         done = subprocess.run(
-            ["rosrun", "cybertruck", "drive", parameter, "__name:=" + name],
+            [executable("cybertruck", "drive"), parameter, "__name:=" + name],
             text=True,
             check=False,
             stdout=subprocess.PIPE,

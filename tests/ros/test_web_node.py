@@ -12,7 +12,7 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from paddock_common.testing import free_port
+from paddock_common.testing import executable, free_port
 from page_client import PageClient, WebNode
 from sim_client import Recorder, wait_for_car, wait_until
 from std_srvs.srv import Trigger
@@ -266,7 +266,7 @@ class Web(unittest.TestCase):
             ("two", "_share:=true", "share needs a password of at least 6 characters"),
         ):
             done = subprocess.run(
-                ["rosrun", "bullet_web", "web", parameter, f"__name:={name}"],
+                [executable("bullet_web", "web"), parameter, f"__name:={name}"],
                 capture_output=True,
                 text=True,
                 env={**os.environ, "PADDOCK_WEB_PASSWORD": "short"},

@@ -13,6 +13,7 @@ import rosbag
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from paddock_common.testing import executable
 from sensor_msgs.msg import Joy
 from sim_client import Recorder, wait_connected, wait_for_car, wait_until
 from terminal_rig import XServer
@@ -51,7 +52,7 @@ class Window:
         self._server = server
         with open(self.log, "w", encoding="utf-8") as log:
             self.process = subprocess.Popen(
-                ["rosrun", "deepracer_teleop", "teleop", f"_record_dir:={folder}/out"],
+                [executable("deepracer_teleop", "teleop"), f"_record_dir:={folder}/out"],
                 env=environment,
                 stdout=log,
                 stderr=subprocess.STDOUT,
