@@ -18,6 +18,7 @@ from sim_client import (
     wait_until,
 )
 from std_srvs.srv import Empty
+from truck_client import wait_for_truck
 
 # The car at its start; /cmd_vel drives it in ackermann mode, /original/cmd_vel in the original's.
 CAR = """<launch>
@@ -38,6 +39,19 @@ CAR = """<launch>
 </launch>
 """
 
+# The car with lidar and a small camera, driven in the original's units, and a referee.
+SEEING_CAR = """<launch>
+  <include file="$(find track_model)/launch/world.launch">
+    <arg name="headless" value="true"/>
+    <arg name="camera_width" value="160"/>
+    <arg name="camera_height" value="121"/>
+    <arg name="camera_rate" value="10"/>
+  </include>
+  <include file="$(find deepracer_control)/launch/control.launch"/>
+  <include file="$(find track_model)/launch/referee.launch"/>
+</launch>
+"""
+
 # A robot with effort and velocity joints; which controllers run is what its tests start.
 EFFORT_BOT = """<launch>
   <include file="$(find gazebo_ros)/launch/empty_world.launch">
@@ -49,6 +63,27 @@ EFFORT_BOT = """<launch>
   <node name="spawn_bot" pkg="gazebo_ros" type="spawn_model" output="screen"
         args="-urdf -param robot_description -model effort_bot -z 0.1"/>
   <param name="/gazebo/pub_clock_frequency" value="50.0"/>
+</launch>
+"""
+
+# The truck with its trailer; its odometry is the truth, time waits for its commands.
+TRUE_TRUCK = """<launch>
+  <include file="$(find cybertruck)/launch/truck.launch">
+    <arg name="world" value="$(find paddock_tests)/ros/coarse.world"/>
+    <arg name="lidar" value="false"/>
+    <arg name="odom_source" value="ground_truth"/>
+    <arg name="yaw" value="-1.0"/>
+    <arg name="headless" value="true"/>
+    <arg name="lockstep" value="true"/>
+  </include>
+  <param name="/robot_state_publisher/publish_frequency" value="5.0"/>
+  <include file="$(find cybertruck)/launch/back_up.launch">
+    <arg name="steering_map" value="$(find cybertruck)/config/steering_map.yaml"/>
+  </include>
+  <include file="$(find paddock_tests)/ros/pacer.launch">
+    <arg name="topics" value="[/odom, /cmd_cyberdrive]"/>
+    <arg name="settle" value="0.2"/>  <!-- below state_timeout -->
+  </include>
 </launch>
 """
 
@@ -86,4 +121,16 @@ def reset_effort_bot():
     gazebo("reset_simulation")
 
 
-RESETS = {"CAR": reset_car, "EFFORT_BOT": reset_effort_bot}
+def reset_truck():
+    """The truck is where it was spawned, and its drive node goes on from there."""
+    wait_for_truck()
+    gazebo("reset_simulation")
+    wait_for_truck()
+
+
+RESETS = {
+    "CAR": reset_car,
+    "SEEING_CAR": reset_car,
+    "EFFORT_BOT": reset_effort_bot,
+    "TRUE_TRUCK": reset_truck,
+}

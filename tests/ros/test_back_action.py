@@ -11,28 +11,10 @@ from geometry_msgs.msg import PoseStamped
 from launches import wait_subscribed
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
+from shared_worlds import TRUE_TRUCK as LAUNCH  # noqa: F401
 from sim_client import START_LIMIT, Recorder, joint, sleep_sim, wait_until, yaw_of
 
 from cybertruck.msg import BackUpAction, BackUpGoal, CyberDriveStamped
-
-LAUNCH = """<launch>
-  <include file="$(find cybertruck)/launch/truck.launch">
-    <arg name="world" value="$(find paddock_tests)/ros/coarse.world"/>
-    <arg name="lidar" value="false"/>
-    <arg name="odom_source" value="ground_truth"/>
-    <arg name="headless" value="true"/>
-    <arg name="lockstep" value="true"/>
-  </include>
-  <param name="/robot_state_publisher/publish_frequency" value="5.0"/>
-  <include file="$(find cybertruck)/launch/back_up.launch">
-    <arg name="steering_map" value="$(find cybertruck)/config/steering_map.yaml"/>
-  </include>
-  <include file="$(find paddock_tests)/ros/pacer.launch">
-    <arg name="topics" value="[/odom, /cmd_cyberdrive]"/>
-    <arg name="settle" value="0.2"/>  <!-- below state_timeout -->
-  </include>
-</launch>
-"""
 
 TOP_SPEED = 0.7  # [m/s]
 TONGUE, OFFSET = 0.70, 0.30  # of config/truck.yaml [m]

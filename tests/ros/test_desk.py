@@ -12,24 +12,13 @@ from pathlib import Path
 import numpy as np
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from paddock_common.testing import executable
+from shared_worlds import SEEING_CAR as LAUNCH  # noqa: F401
 from sim_client import Recorder, wait_for_car, wait_until
 from vnc_client import ROW, VncClient, wait_for_window
 from websocket import WebSocketBadStatusException
 
 from commands.subcommands import desk
-
-LAUNCH = """<launch>
-  <include file="$(find track_model)/launch/world.launch">
-    <arg name="headless" value="true"/>
-    <arg name="state_publisher" value="false"/>
-    <arg name="lidar" value="false"/>
-    <arg name="camera_width" value="160"/>
-    <arg name="camera_height" value="120"/>
-    <arg name="camera_rate" value="5"/>
-  </include>
-  <include file="$(find deepracer_control)/launch/control.launch"/>
-</launch>
-"""
 
 PAGE = "<!DOCTYPE html><title>a page</title>"
 # A second window, which says its place and size on the screen.
@@ -61,7 +50,7 @@ class DeskTest(unittest.TestCase):
         cls.desk = desk.Desk(os.environ, "1200x700")
         cls.enterClassContext(cls.desk)
         cls.window = subprocess.Popen(
-            ["rosrun", "deepracer_teleop", "teleop"], env=cls.desk.environ
+            [executable("deepracer_teleop", "teleop")], env=cls.desk.environ
         )
         cls.addClassCleanup(end, cls.window)
         cls.address = cls.desk.url.replace("http:", "ws:") + "websockify"

@@ -4,27 +4,10 @@ import unittest
 
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
+from shared_worlds import TRUE_TRUCK as LAUNCH  # noqa: F401
 from sim_client import Recorder
 from tf2_msgs.msg import TFMessage
 from truck_client import TRUTH, Driver, wait_for_truck, way
-
-LAUNCH = """<launch>
-  <include file="$(find cybertruck)/launch/truck.launch">
-    <arg name="world" value="$(find cybertruck)/worlds/plane.world"/>
-    <arg name="headless" value="true"/>
-    <arg name="lockstep" value="true"/>
-    <arg name="odom_source" value="ground_truth"/>
-    <arg name="trailer" value="false"/>
-    <arg name="yaw" value="-1.0"/>
-  </include>
-  <param name="/robot_state_publisher/publish_frequency" value="5.0"/>
-  <include file="$(find paddock_tests)/ros/pacer.launch">
-    <arg name="topics" value="[/odom, /cmd_cyberdrive]"/>
-    <arg name="lag" value="0.1"/>
-    <arg name="patience" value="1.5"/>
-  </include>
-</launch>
-"""
 
 
 class TruckGroundTruth(unittest.TestCase):

@@ -14,21 +14,10 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from paddock_common.testing import executable, free_port
 from page_client import PageClient, WebNode
+from shared_worlds import SEEING_CAR as LAUNCH  # noqa: F401
 from sim_client import Recorder, wait_for_car, wait_until
 from std_srvs.srv import Trigger
 
-LAUNCH = """<launch>
-  <include file="$(find track_model)/launch/world.launch">
-    <arg name="headless" value="true"/>
-    <arg name="state_publisher" value="false"/>
-    <arg name="camera_width" value="160"/>
-    <arg name="camera_height" value="120"/>
-    <arg name="camera_rate" value="5"/>
-  </include>
-  <include file="$(find deepracer_control)/launch/control.launch"/>
-  <include file="$(find track_model)/launch/referee.launch"/>
-</launch>
-"""
 ON_TRACK = {"x": 1.0, "y": 0.2, "z": 0.0}
 
 

@@ -1,7 +1,7 @@
 """Wild messages, pages and browsers that stop reading; tests/long/ has more of each."""
 
 import safety_rig
-from safety_rig import LAUNCH  # noqa: F401
+from shared_worlds import SEEING_CAR as LAUNCH  # noqa: F401
 
 
 class Safety(safety_rig.Safety):

@@ -15,23 +15,11 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from paddock_common.testing import executable
 from sensor_msgs.msg import Joy
+from shared_worlds import SEEING_CAR as LAUNCH  # noqa: F401
 from sim_client import Recorder, wait_connected, wait_for_car, wait_until
 from terminal_rig import XServer
 from Xlib import X
 from Xlib.display import Display
-
-LAUNCH = """<launch>
-  <include file="$(find track_model)/launch/world.launch">
-    <arg name="headless" value="true"/>
-    <arg name="lidar" value="false"/>
-    <arg name="camera_width" value="160"/>
-    <arg name="camera_height" value="121"/>
-    <arg name="camera_rate" value="10"/>
-  </include>
-  <include file="$(find deepracer_control)/launch/control.launch"/>
-  <include file="$(find track_model)/launch/referee.launch"/>
-</launch>
-"""
 
 LIMIT = 60.0  # longest wait for an end [s]
 STOP, FORWARD = (0.0, 0.0), (10.0, 0.0)
