@@ -144,11 +144,7 @@ def python_files():
 # Circles that are being taken apart.
 KNOWN = {
     f"src/bullet_sim/src/bullet_sim/{name}.py"
-    for name in (
-        *("controllers/base", "controllers/hardware", "controllers/pid"),
-        *("engine/engine", "engine/ode", "engine/ode_arrays", "engine/ode_contacts"),
-        "engine/states",
-    )
+    for name in ("controllers/base", "controllers/hardware", "controllers/pid")
 }
 
 

@@ -179,10 +179,13 @@ def test_only_the_engine_imports_pybullet():
 def test_only_the_engine_sees_its_modules():
     base = ROOT / "src" / "bullet_sim" / "src" / "bullet_sim"
     public = (
+        "engine.BodiesState",
         "engine.Engine",
         "engine.SOLVERS",
         "engine.camera.PyBulletCamera",
         "engine.make_engine",
+        "engine.restore_bodies",
+        "engine.save_bodies",
     )
     wrong = [
         f"{path.relative_to(ROOT)}:{line} imports bullet_sim.{name}"

@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import pytest
+from bullet_sim.engine import Engine
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.plugins.lidars import RaySpec
 from bullet_sim.pose import Pose, rotation_matrix
@@ -236,7 +237,7 @@ def test_round_shapes_are_round(world, static):
     sphere, cylinder = model([SHAPES["sphere"]], static), model([SHAPES["cylinder"]], static)
     world.spawn_sdf("sphere", sphere, Pose((3.3, -0.2, 0.7)), str)
     world.spawn_sdf("cylinder", cylinder, Pose((0.3, 2.8, 0.75)), str)
-    exact = static or world.engine.ode is not None  # else they are PyBullet's
+    exact = static or type(world.engine) is not Engine  # else they are PyBullet's
     offset = np.array((0.0, 0.2))
     rays = np.array([(3.0, 0.0, 0.0), (3.0, 0.2, 0.0), (0.0, 3.0, 0.0), (0.2, 3.0, 0.0)])
     rays /= np.linalg.norm(rays, axis=1)[:, None]

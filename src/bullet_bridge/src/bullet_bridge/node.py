@@ -147,10 +147,9 @@ def make_world(solver: str) -> World:
         SimError: the solver cannot be loaded; no other one takes its place.
     """
     world = World(solver=solver)
-    if world.engine.ode is not None:
-        if not world.engine.ode.is_compiled():
-            rospy.loginfo("the solver is being compiled, once; it takes a minute or two")
-        world.engine.ode.compile()
+    if not world.engine.is_compiled():
+        rospy.loginfo("the solver is being compiled, once; it takes a minute or two")
+    world.engine.compile()
     return world
 
 

@@ -11,7 +11,7 @@ from bullet_sim.controllers.law import MOST_NOTED
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.warnings import add_warning
 from bullet_sim.description.world import MIN_STEP, Scene, WorldDescription
-from bullet_sim.engine import Engine, make_engine
+from bullet_sim.engine import BodiesState, Engine, make_engine, restore_bodies, save_bodies
 from bullet_sim.errors import ModelError, WorldError
 from bullet_sim.files import OwnFolder
 from bullet_sim.formats import urdf
@@ -37,7 +37,7 @@ class WorldState:
 
     Attributes:
         controllers: of each model, as they were loaded.
-        engine: what the engine saved, a BodiesState.
+        engine: of its bodies.
         parts: states of what is computed between steps, see World._parts().
         placed: what Model.set_state has set, of each model.
         time_step: [s].
@@ -47,7 +47,7 @@ class WorldState:
     models: dict[str, Model]
     bodies: tuple[int, ...]
     controllers: tuple[tuple[Controller, ...], ...]
-    engine: Any
+    engine: BodiesState
     parts: tuple[dict[str, Any], ...]
     placed: tuple[Placed | None, ...]
     time_step: float
@@ -205,8 +205,7 @@ class World:
         """
         self.name, self.scene = described.name, described.scene
         self.engine.set_gravity(described.gravity)
-        if self.engine.ode is not None:
-            self.engine.ode.configure(described.ode)
+        self.engine.configure(described.ode)
         self.engine.set_time_step(described.step)
         for model, pose in described.models:
             try:
@@ -293,7 +292,7 @@ class World:
         updates: list[Callable[[float], None]] = [each.update for each in managers]
         updates += [each.update for each in mimics]
         engine, forces, time_step = self.engine, self.forces, self.time_step
-        may_stride = engine.ode is not None and managers and not mimics
+        may_stride = engine.computes_pids and managers and not mimics
         end, next_try = self.step_count + count, self.step_count
         while self.step_count < end:
             if may_stride and self.step_count >= next_try and not forces.active:
@@ -406,7 +405,7 @@ class World:
             dict(self.models),
             _bodies(self.models),
             tuple(_controllers(model) for model in models),
-            self.engine.states.save(),
+            save_bodies(self.engine),
             tuple(part.get_state() for part in self._parts()),
             tuple(model.placed for model in models),
             self.time_step,
@@ -436,12 +435,12 @@ class World:
         """
         self._check_state(state)
         self.models = dict(state.models)
-        known = state.engine.is_cleared or self.engine.states.layout == state.engine.layout
+        known = state.engine.is_cleared or self.engine.layout == state.engine.layout
         if _bodies(self.models) != state.bodies or not known and _are_first(state.bodies):
             self._reload()
         for part, saved in zip(self._parts(), state.parts, strict=True):
             part.set_state(saved)
-        same = self.engine.states.restore(state.engine)
+        same = restore_bodies(self.engine, state.engine)
         for model, placed in zip(state.models.values(), state.placed):
             model.placed = placed
         self.step_count, self._next_check = state.step_count, state.next_check

@@ -10,8 +10,16 @@ from bullet_sim.files import silenced
 
 with silenced():  # PyBullet prints a banner
     from bullet_sim.engine.engine import Engine
+    from bullet_sim.engine.states import BodiesState, restore_bodies, save_bodies
 
-__all__ = ["SOLVERS", "Engine", "make_engine"]
+__all__ = [
+    "SOLVERS",
+    "BodiesState",
+    "Engine",
+    "make_engine",
+    "restore_bodies",
+    "save_bodies",
+]
 NO_NUMBA = (
     "solver 'ode' cannot be loaded ({}): it needs the Python package numba, which ./run setup "
     "installs as config/requirements.txt pins it. Other physics has to be asked for by name: "

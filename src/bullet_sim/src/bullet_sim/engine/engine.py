@@ -1,23 +1,25 @@
 """Bodies in PyBullet: loaded, placed, driven and stepped by Bullet; their contacts."""
 
-from collections.abc import Iterable, Mapping, Sequence
+import zlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pybullet as p
 
-from bullet_sim.description.lump import LumpedModel
+from bullet_sim.controllers.law import JointPid
+from bullet_sim.description.lump import LumpedModel, lump
 from bullet_sim.description.model import ModelDescription
+from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine.rays import RayCaster
-from bullet_sim.engine.states import BodyStates
 from bullet_sim.errors import ModelError
 from bullet_sim.files import silenced
 from bullet_sim.pose import Array, Motion, Pose, Quat, Vec3, Vector, compose, velocity_at
 
 if TYPE_CHECKING:
     from bullet_sim.controllers.hardware import JointHandle
-    from bullet_sim.engine.ode import OdeSolver
     from bullet_sim.engine.rays import RayShapes
 
 FRICTION = 1.0  # coefficient where a file gives none, as in Gazebo
@@ -78,15 +80,19 @@ class Engine:
         movable: body -> PyBullet's indices of its movable joints.
         free: bodies whose root link is not fixed to the world.
         position_gain: fraction of a position motor's error that is corrected in one step.
-        rays: casts rays at the bodies; a new one after clear(), as `states`.
-        states: saves and restores what the bodies do.
-        ode: what moves the bodies of an OdeEngine; else None.
+        rays: casts rays at the bodies; a new one after clear().
+        layout: number of what was loaded, removed or filtered since clear(): it gives bodies their
+            numbers in the broad phase.
         placements: how often bodies were put somewhere; what is static stays in between.
+        computes_pids: whether controlled() can be used.
+        adds_motor_effort: whether the effort of a joint is what is applied and its motor's, or the
+            former alone, as Gazebo's Joint::GetForce.
     """
 
     position_gain = 0.1
     placements = 0
-    ode: "OdeSolver | None" = None
+    computes_pids = False
+    adds_motor_effort = True
 
     def __init__(
         self,
@@ -121,6 +127,29 @@ class Engine:
         """Shapes of what moves, for rays; None: PyBullet has them."""
         return None
 
+    def configure(self, settings: OdeSettings) -> None:
+        """Set what a world file says of the solver, of which Bullet knows the iterations."""
+        self.set_solver_iterations(settings.iterations)
+
+    def is_compiled(self) -> bool:
+        """Whether compile() has nothing to do."""
+        return True
+
+    def compile(self) -> None:
+        """Compile what the first step would else have to compile."""
+
+    def lump(self, description: ModelDescription) -> LumpedModel:
+        """The bodies and joints that are made of a description."""
+        return lump(description)
+
+    def controlled(self, pids: Sequence[JointPid], notes: bool) -> AbstractContextManager[None]:
+        """Compute PIDs before each of the steps that are made meanwhile, see OdeSolver."""
+        raise NotImplementedError
+
+    def noted(self, body: int, joints: Iterable[int], count: int) -> list[list[float]]:
+        """Positions of joints before each of the steps of controlled(), see OdeSolver."""
+        raise NotImplementedError
+
     def save_solver(self) -> Any:
         """What the solver has beyond PyBullet's state."""
 
@@ -141,7 +170,7 @@ class Engine:
         self._saved: dict[int, Any] = {}  # what the solver has of save_state's copies
         self.rays = RayCaster(self._client, self.free)
         self.rays.sync, self.rays.moving = self._sync, self._moving_shapes
-        self.states = BodyStates(self)
+        self.layout = 0
         p.setTimeStep(self.time_step, physicsClientId=self._client)
         p.setGravity(*self.gravity, physicsClientId=self._client)
         p.setPhysicsEngineParameter(
@@ -201,9 +230,24 @@ class Engine:
     def restore_state(self, number: int) -> None:
         """Restore a copy of save_state, as long as the bodies are the same; motors stay."""
         self.rays.scenery.check_poses()
-        with self.states.fitted_bounds():
+        with self.fitted_bounds():
             p.restoreState(stateId=number, physicsClientId=self.client)
         self.restore_solver(self._saved[number])
+
+    @contextmanager
+    def fitted_bounds(self) -> Iterator[None]:
+        """What never moves and is elsewhere afterwards is put there again: as it sleeps, Bullet
+        leaves its bounding box where it was, and neither rays nor bodies meet it."""
+        before = {body: self.body_pose(body) for body in self.movable if not self.moves(body)}
+        yield
+        for body, pose in before.items():
+            now = self.body_pose(body)
+            if now != pose:
+                self.put(body, *now)
+
+    def note_layout(self, *event: object) -> None:
+        """Note what gives bodies numbers in the broad phase."""
+        self.layout = zlib.crc32(repr((self.layout, event)).encode())
 
     def step(self, count: int = 1) -> None:
         """Advance by `count` time steps."""
@@ -263,7 +307,7 @@ class Engine:
             self.free.add(body)
         if static:
             self.rays.scenery.add(body, path)
-        self.states.note_layout("load", body, count)
+        self.note_layout("load", body, count)
         for link, damping in ((-1, -1.0), *((j[0], j[6]) for j in joints)):
             p.changeDynamics(
                 body,
@@ -290,7 +334,7 @@ class Engine:
         self.rays.scenery.discard(body)
         self._batches.pop(body, None)
         self._motors = {key: call for key, call in self._motors.items() if key[0] != body}
-        self.states.note_layout("remove", body)
+        self.note_layout("remove", body)
 
     def joint_names(self, body: int) -> list[str]:
         """Names of the movable joints, in joint order."""
@@ -707,7 +751,7 @@ class Engine:
 
     def _set_filter(self, body: int, link: int, group: int, mask: int) -> None:
         p.setCollisionFilterGroupMask(body, link, group, mask, physicsClientId=self.client)
-        self.states.note_layout("mask", body, link)
+        self.note_layout("mask", body, link)
 
     def set_pair_collision(
         self, body: int, link: int, other: int, other_link: int, collide: bool
@@ -716,7 +760,7 @@ class Engine:
         p.setCollisionFilterPair(
             body, other, link, other_link, int(collide), physicsClientId=self.client
         )
-        self.states.note_layout("pair", body, other)
+        self.note_layout("pair", body, other)
 
     def touching(self, body: int) -> list[tuple[int, int, int, float]]:
         """Pairs in contact as of the last step: (link, other body, other link, force [N])."""

@@ -1,13 +1,16 @@
 """The engine whose bodies move as in Gazebo: an OdeSolver moves them, PyBullet's follow."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bullet_sim.description.lump import LumpedModel
+from bullet_sim.controllers.law import JointPid
+from bullet_sim.description.lump import LumpedModel, as_printed, lump
 from bullet_sim.description.model import ModelDescription
+from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine.engine import Contact, Engine, stacked, vector3
 from bullet_sim.engine.ode import OdeSolver
 from bullet_sim.engine.rays import RayShapes
@@ -23,7 +26,8 @@ class OdeEngine(Engine):
     Arguments, attributes and methods are those of Engine.
     """
 
-    ode: OdeSolver
+    computes_pids = True
+    adds_motor_effort = False
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
@@ -37,6 +41,25 @@ class OdeEngine(Engine):
 
     def _moving_shapes(self) -> RayShapes:
         return self.ode.moving_shapes()
+
+    def configure(self, settings: OdeSettings) -> None:
+        self.ode.configure(settings)
+
+    def is_compiled(self) -> bool:
+        return self.ode.is_compiled()
+
+    def compile(self) -> None:
+        self.ode.compile()
+
+    def lump(self, description: ModelDescription) -> LumpedModel:
+        lumped = lump(description, as_in_gazebo=True)
+        return as_printed(lumped) if description.is_urdf else lumped
+
+    def controlled(self, pids: Sequence[JointPid], notes: bool) -> AbstractContextManager[None]:
+        return self.ode.controlled(pids, notes)
+
+    def noted(self, body: int, joints: Iterable[int], count: int) -> list[list[float]]:
+        return self.ode.noted(body, joints, count)
 
     def save_solver(self) -> dict[str, Any]:
         return self.ode.save()

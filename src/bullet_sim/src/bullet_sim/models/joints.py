@@ -85,7 +85,8 @@ class Joints(Stateful):
             index = self.names.index(name)
             if index in indices:  # of the solver 'ode' as Joint::GetForce, without friction
                 place = indices.index(index)
-                efforts[place] = effort + (efforts[place] if self._engine.ode is None else 0.0)
+                motor = efforts[place] if self._engine.adds_motor_effort else 0.0
+                efforts[place] = effort + motor
         return [states[i][0] for i in order], [states[i][1] for i in order], efforts
 
     def state(self) -> tuple[dict[str, float], dict[str, float]]:

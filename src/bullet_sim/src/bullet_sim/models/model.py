@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bullet_sim.controllers.manager import Manager
-from bullet_sim.description.lump import as_printed, joint_inertias, lump, visual_links
+from bullet_sim.description.lump import joint_inertias, visual_links
 from bullet_sim.description.model import (
     EVERYTHING,
     Joint,
@@ -98,9 +98,7 @@ class Model:
         self._state: BodyState | None = None  # of what is static ...
         self._placements = -1  # ... as of these of the engine
         self._changes: dict[tuple[str, str], Callable[[], None]] = {}
-        self._lumped = lump(description, as_in_gazebo=engine.ode is not None)
-        if engine.ode is not None and description.is_urdf:
-            self._lumped = as_printed(self._lumped)
+        self._lumped = engine.lump(description)
         visuals = prepare_meshes(self._lumped, folder, description.warn)
         path = os.path.join(folder, f"{key}.urdf")
         with open(path, "w", encoding="utf-8") as file:
@@ -116,7 +114,7 @@ class Model:
         self.manager = (
             None
             if description.control_namespace is None
-            else Manager(self.joints, description, inertias if engine.ode is None else {})
+            else Manager(self.joints, description, {} if engine.computes_pids else inertias)
         )
         if self.manager is not None:
             self.manager.hardware.restart()
@@ -163,10 +161,10 @@ class Model:
     def _self_colliding(self) -> list[tuple[str, str]]:
         """Pairs of links that collide with each other, in the order of the links.
 
-        None that a joint connects. As in Gazebo it is enough that one has self_collide; here, with
-        meshes (which are hulls) or Bullet's steps, both need it.
+        None that a joint connects. As in Gazebo it is enough that one has self_collide; where one
+        has a mesh, whose hull counts here, both need it.
         """
-        links, exact = self._lumped.links, self.engine.ode is not None
+        links = self._lumped.links
         joints = (*self._lumped.joints, *self._lumped.welds)
         neighbors = {frozenset((joint.parent, joint.child)) for joint in joints}
         found = []
@@ -175,7 +173,7 @@ class Model:
                 link.self_collide or self.description.self_collide
                 for link in (links[one], links[other])
             ]
-            plain = exact and not any(_has_mesh(links[name]) for name in (one, other))
+            plain = not any(_has_mesh(links[name]) for name in (one, other))
             if (any if plain else all)(wanted) and frozenset((one, other)) not in neighbors:
                 found.append((one, other))
         return found

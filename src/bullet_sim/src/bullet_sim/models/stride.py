@@ -65,16 +65,14 @@ class Stride:
 
     def make(self, engine: "Engine", count: int) -> None:
         """Make steps, at most `most`."""
-        solver = engine.ode
-        assert solver is not None
         for model, manager in self._robots:
             self._list_pids(model, manager)
         noted = any(not each.pids for _, manager in self._robots for each in manager.steady)
-        with solver.controlled(self._pids, noted):
-            solver.step(count - 1)
+        with engine.controlled(self._pids, noted):
+            engine.step(count - 1)
             for _, manager in self._robots:
                 manager.hardware.read()  # as before the last of the steps
-            solver.step(1)
+            engine.step(1)
         for row, (hardware, joints, name, pid) in zip(self._pids, self._sources):
             if pid is not None:
                 pid.note(row)
@@ -84,5 +82,5 @@ class Stride:
             positions: list[Sequence[Sequence[float]]] = []
             for controller in manager.steady:
                 order = map(model.joints.index, controller.config.joints)
-                positions.append(() if controller.pids else solver.noted(model.body, order, count))
+                positions.append(() if controller.pids else engine.noted(model.body, order, count))
             manager.catch_up(count, self._time_step, positions)
