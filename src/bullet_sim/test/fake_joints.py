@@ -34,13 +34,9 @@ class FakeJoints:
         """Move from now on."""
         self.speeds.update(zip(names, values))
 
-    def effort_bounds(self, *_):
-        """Any."""
-        return -1e9, 1e9
-
-    def apply_efforts(self, efforts):
+    def apply_efforts(self, handles):
         """Record."""
-        self.applied = dict(efforts)
+        self.applied = {handle.name: handle.effort for handle in handles}
 
     def release(self, names):
         """Stand still."""

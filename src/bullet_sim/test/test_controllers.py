@@ -29,20 +29,17 @@ class Recorded(FakeJoints):
     """Joints at 0.25 rad that record what they are told."""
 
     names = JOINTS
-    limits = {name: Joint(name, "continuous", "base", name) for name in JOINTS}
+    limits = {name: Joint(name, "continuous", "base", name, effort=10.0) for name in JOINTS}
 
     def __init__(self):
         super().__init__()
         self.calls = []
         self.positions = dict.fromkeys(JOINTS, 0.25)
 
-    def effort_bounds(self, _name, _position, _velocity):
-        """Limits of the efforts."""
-        return -10.0, 10.0
-
-    def apply_efforts(self, efforts):
-        """Record."""
-        self.calls.append(("effort", dict(efforts)))
+    def apply_efforts(self, handles):
+        """Record, within the limits."""
+        efforts = {handle.name: handle.limited_effort()[0] for handle in handles}
+        self.calls.append(("effort", efforts))
 
     def drive_velocities(self, names, values):
         """Record."""

@@ -146,14 +146,14 @@ def test_arcs_that_nothing_can_travel_do_not_count(arc):
 )
 def test_gains_that_are_no_numbers_give_nothing(gains):
     pid = Pid(gains)
-    assert pid.update(1.0, 0.0, 0.001) == 0.0 and pid.output == 0.0
+    assert pid.update(1.0, 0.001) == 0.0 and pid.output == 0.0
     pid.gains = PidGains(2.0)
-    assert pid.update(1.0, 0.0, 0.001) == 2.0
+    assert pid.update(1.0, 0.001) == 2.0
 
 
 def test_opposite_infinite_parts_give_nothing():
     pid = Pid(PidGains(1e308, d=-1e308))
-    assert pid.update(10.0, 0.0, 0.001, goal_velocity=10.0) == 0.0
+    assert pid.update(10.0, 0.001, 10.0) == 0.0
 
 
 @pytest.mark.parametrize("effort", [math.nan, math.inf, -math.inf])

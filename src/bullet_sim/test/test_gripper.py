@@ -30,11 +30,11 @@ class Finger(FakeJoints):
         way = min(max(values[0] - self.position, -0.5 * STEP), 0.5 * STEP)
         self.velocity = way / STEP
 
-    def apply_efforts(self, efforts):
+    def apply_efforts(self, handles):
         """Accelerate."""
-        self.effort = efforts.get("finger", 0.0)
-        if efforts:
-            self.velocity += (self.effort - 2.0 * self.velocity) * STEP
+        (finger,) = handles
+        self.effort = finger.effort
+        self.velocity += (self.effort - 2.0 * self.velocity) * STEP
 
     def release(self, _names):
         """Nothing holds it."""

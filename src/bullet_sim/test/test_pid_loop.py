@@ -1,11 +1,11 @@
-"""Effort controllers in one piece: the bits of their parts, and two calls of the engine a step."""
+"""Effort controllers: the bits of their parts, and two calls of the engine a step."""
 
 import math
 import random
 
 import pytest
 from bullet_sim.controllers.manager import Manager
-from bullet_sim.controllers.pid import Pid, is_stiff, oscillator, parse_pid, position_error
+from bullet_sim.controllers.pid import Pid, parse_pid, position_error
 from bullet_sim.description.model import Joint
 from bullet_sim.engine import Engine
 from bullet_sim.pose import Pose
@@ -46,51 +46,10 @@ class OneJoint(FakeJoints):
         (name,) = self.names
         return {name: self.position}, {name: self.velocity}
 
-    def effort_bounds(self, *_):
-        """Any."""
-        return -math.inf, math.inf
-
-    def apply_efforts(self, efforts):
+    def apply_efforts(self, handles):
         """Record."""
-        (self.driven,) = efforts.values()
-
-    def track(self, targets, _handles):
-        """Record."""
-        (self.driven,) = targets.values()
-
-
-class Parts:
-    """What a controller commands: the terms of a PID without a joint, and the closed forms."""
-
-    def __init__(self, joint, goal, gains):
-        self.joint, self.goal, self.pid = joint, goal, Pid(gains, None, goal)
-        self.mean, self.end = None, 0.0
-
-    def update(self, target, position, velocity):
-        """What drives the joint: an effort, or (velocity, effort)."""
-        joint, pid, goal = self.joint, self.pid, self.goal
-        if goal == "position":
-            error = position_error(joint, position, target)
-        else:
-            error = target - velocity
-        gains = pid.gains
-        if not is_stiff(gains, goal, INERTIA, STEP):
-            self.mean = None
-            return pid.update(error, velocity, STEP)
-        # a set point that rests, or moves as the joint does
-        pid.update(error, velocity, STEP, 0.0 if goal == "position" else velocity)
-        if not math.isfinite(error):
-            self.mean = None
-            return 0.0
-        push = gains.p * error + pid.terms[1]
-        if goal == "velocity":
-            share = -math.expm1(-gains.p * STEP / (INERTIA + gains.d))
-            return velocity + share * (error + pid.terms[1] / gains.p), abs(push)
-        phi, psi, phi_rate, psi_rate = oscillator(gains.p, gains.d, INERTIA, STEP)
-        now = velocity if self.mean is None else self.end + velocity - self.mean
-        self.mean = (phi * now + psi * (push / INERTIA)) / STEP
-        self.end = phi_rate * now + psi_rate * (push / INERTIA)
-        return self.mean, abs(gains.p * error - gains.d * velocity + pid.terms[1])
+        (joint,) = handles
+        self.driven = joint.effort
 
 
 @pytest.mark.parametrize("gains", GAINS, ids=str)
@@ -100,35 +59,36 @@ class Parts:
 )
 def test_an_update_gives_the_bits_of_its_parts(name, goal, gains):
     """Over set points and states of all sizes, at rest, beyond stops, and a change of gains."""
-    fake = OneJoint(name)
-    manager = Manager(fake, inertias={name: INERTIA})
+    fake, joint = OneJoint(name), JOINTS[name]
+    manager = Manager(fake)
     kind = f"effort_controllers/Joint{goal.capitalize()}Controller"
     manager.load("c", {"type": kind, "joint": name, "pid": gains})
     manager.switch(["c"], [])
-    parts = Parts(JOINTS[name], goal, parse_pid(gains, "c"))
+    part = Pid(parse_pid(gains, "c"), goal)
     pid, rng = manager.get("c").pids[0], random.Random(7)
     for step in range(600):
         size = rng.choice((0.0, 1e-9, 0.3, 4.0, 50.0))
         fake.position, fake.velocity = (rng.uniform(-size, size) for _ in range(2))
         target = rng.choice((0.0, fake.position, rng.uniform(-9.0, 9.0)))
         if step in (200, 400):
-            pid.gains = parts.pid.gains = parse_pid(STIFF if step == 200 else SOFT, "c")
+            pid.gains = part.gains = parse_pid(STIFF if step == 200 else SOFT, "c")
         if step in (398, 399, 450):
-            fake.velocity = math.nan
+            fake.position = fake.velocity = math.nan
         manager.command("c", [target])
         manager.update(STEP)
-        expected = parts.update(target, fake.position, fake.velocity)
-        if math.isnan(fake.velocity) and goal == "position":
-            continue  # the rate is not finite: the joint is not pushed, see below
-        assert fake.driven == expected
+        if goal == "position":
+            error = position_error(joint, fake.position, target)
+        else:
+            error = target - fake.velocity
+        assert fake.driven == part.update(error, STEP)
         for attribute in ("error", "error_rate", "integral", "terms", "output", "last_error"):
-            assert getattr(pid, attribute) == getattr(parts.pid, attribute)
+            assert getattr(pid, attribute) == getattr(part, attribute)
 
 
 @pytest.mark.parametrize("gains", [STIFF, SOFT], ids=["stiff", "soft"])
 def test_a_state_that_is_no_number_pushes_nothing_and_leaves_no_trace(gains):
     fake = OneJoint("wheel")
-    manager = Manager(fake, inertias={"wheel": INERTIA})
+    manager = Manager(fake)
     kind = "effort_controllers/JointPositionController"
     manager.load("c", {"type": kind, "joint": "wheel", "pid": {**gains, "i": 1.0, "i_clamp": 1.0}})
     manager.switch(["c"], [])
@@ -140,15 +100,13 @@ def test_a_state_that_is_no_number_pushes_nothing_and_leaves_no_trace(gains):
     fake.position = fake.velocity = 0.0
     manager.update(STEP)
     assert manager.get("c").pids[0].integral == 2 * 0.5 * STEP
-    driven = fake.driven if isinstance(fake.driven, tuple) else (fake.driven,)
-    assert all(math.isfinite(value) and value > 0.0 for value in driven)
+    assert math.isfinite(fake.driven) and fake.driven > 0.0
 
 
 WHEELS = 4
 CALLS = (
     "joint_states",
     "drive_velocity",
-    "drive_velocities",
     "drive_position",
     "drive_efforts",
     "release",
@@ -192,8 +150,8 @@ def controlled(world, gains, goal="Velocity"):
     return manager
 
 
-@pytest.mark.parametrize("gains, command", [(STIFF, "drive_velocities"), (SOFT, "drive_efforts")])
-def test_a_robot_takes_one_reading_and_one_command_a_step(world, gains, command, monkeypatch):
+@pytest.mark.parametrize("gains", [STIFF, SOFT], ids=["stiff", "soft"])
+def test_a_robot_takes_one_reading_and_one_command_a_step(world, gains, monkeypatch):
     controlled(world, gains)
     world.step(2)
     calls = []
@@ -205,10 +163,10 @@ def test_a_robot_takes_one_reading_and_one_command_a_step(world, gains, command,
             lambda *args, _name=name, _work=work: calls.append(_name) or _work(*args),
         )
     world.step(5)
-    assert calls == ["joint_states", command] * 5
+    assert calls == ["joint_states", "drive_efforts"] * 5
 
 
-def test_the_limit_of_effort_holds_for_a_stiff_joint(world):
+def test_the_limit_of_effort_holds_for_a_light_joint(world):
     """5 N m on 1e-5 kg m^2 a millisecond long is 500 rad/s; the speed's limit is 100 rad/s."""
     manager = controlled(world, {"p": 1e4})
     manager.command("w0", [1e4])
@@ -220,25 +178,23 @@ def test_the_limit_of_effort_holds_for_a_stiff_joint(world):
     assert joints.state()[1]["w0"] == pytest.approx(reached, rel=1e-3)
 
 
-def test_motors_are_known_after_commands_to_several_and_to_one(tmp_path):
+def test_the_last_command_of_each_motor_is_known(tmp_path):
     engine = Engine(STEP)
     path = tmp_path / "cart.urdf"
     path.write_text(cart())
     body = engine.load(str(path))
-    joints = [0, 1, 2]
-    engine.drive_velocities(body, joints, [1.0, 2.0, 3.0], [0.1, 0.2, 0.3])
-    engine.drive_velocities(body, joints, [4.0, 5.0, 6.0], [0.4, 0.5, 0.6])
+    for joint in range(WHEELS):
+        engine.drive_velocity(body, joint, 1.0 + joint, 0.1)
     engine.drive_velocity(body, 1, 7.0, 0.7)
-    engine.drive_velocities(body, [2, 3], [8.0, 9.0], [0.8, 0.9])
+    engine.drive_position(body, 2, 0.5, 0.2, 3.0)
+    engine.release(body, 3)
     expected = [
-        ("drive_velocity", (0, 4.0, 0.4)),
+        ("drive_velocity", (0, 1.0, 0.1)),
         ("drive_velocity", (1, 7.0, 0.7)),
-        ("drive_velocity", (2, 8.0, 0.8)),
-        ("drive_velocity", (3, 9.0, 0.9)),
+        ("drive_position", (2, 0.5, 0.2, 3.0)),
+        ("release", (3,)),
     ]
     assert [engine.motors()[body, number] for number in range(WHEELS)] == expected
-    engine.release(body, 2)
-    assert engine.motors()[body, 2] == ("release", (2,))
     engine.close()
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from bullet_sim.component import Stateful
 from bullet_sim.controllers import Controller
-from bullet_sim.controllers.law import MOST_NOTED
+from bullet_sim.controllers.effort_row import MAX_NOTED_STEPS
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.warnings import add_warning
 from bullet_sim.description.world import MIN_STEP, Scene, WorldDescription
@@ -19,12 +19,12 @@ from bullet_sim.formats.materials import Resolve
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.models.changes import Forces
 from bullet_sim.models.model import PERIOD, Model, Placed, implausible_state
-from bullet_sim.models.stride import Stride
+from bullet_sim.models.step_batch import StepBatch
 from bullet_sim.pose import PLACEABLE, Pose, Vec3
 from bullet_sim.snapshot import BodySource, Snapshot
 
-FEW_STEPS = 3  # fewer take longer as a Stride
-NEXT_TRY = 4  # steps after which controllers that were no Stride are looked at again
+FEW_STEPS = 3  # fewer take longer as a StepBatch
+NEXT_TRY = 4  # steps after which controllers that need each update are looked at again
 COLD = (
     "contacts start anew, as models were reloaded or deleted since: the last digits will differ "
     "from those that followed then"
@@ -292,11 +292,11 @@ class World:
         updates: list[Callable[[float], None]] = [each.update for each in managers]
         updates += [each.update for each in mimics]
         engine, forces, time_step = self.engine, self.forces, self.time_step
-        may_stride = engine.computes_pids and managers and not mimics
+        may_batch = engine.computes_pids and managers and not mimics
         end, next_try = self.step_count + count, self.step_count
         while self.step_count < end:
-            if may_stride and self.step_count >= next_try and not forces.active:
-                self._make_strides(controlled, end)
+            if may_batch and self.step_count >= next_try and not forces.active:
+                self._make_batches(controlled, end)
                 next_try = self.step_count + NEXT_TRY
                 continue
             stride = end - self.step_count
@@ -322,15 +322,15 @@ class World:
                     self._reported.add(name)
                     self.on_implausible(text)
 
-    def _make_strides(self, controlled: "list[Model]", end: int) -> None:
+    def _make_batches(self, controlled: "list[Model]", end: int) -> None:
         """Make steps, up to the one with the number `end`, as long as controllers compute PIDs
         alone before each."""
         while end - self.step_count >= FEW_STEPS:
-            stride = Stride(controlled, self.time_step)
-            several = min(end - self.step_count, stride.most, MOST_NOTED)
+            batch = StepBatch(controlled, self.time_step)
+            several = min(end - self.step_count, batch.max_steps, MAX_NOTED_STEPS)
             if several < FEW_STEPS:
                 return
-            stride.make(self.engine, several)
+            batch.make(self.engine, several)
             self.step_count += several
 
     def reset(self, time: bool = True) -> None:

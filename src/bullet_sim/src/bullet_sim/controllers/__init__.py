@@ -5,11 +5,10 @@ from bullet_sim.controllers.base import (
     CONTROLLERS,
     MAX_COMMAND,
     Controller,
-    ControllerConfig,
-    Settings,
     check_command,
     configure,
 )
+from bullet_sim.controllers.settings import ControllerConfig, Settings
 
 __all__ = [
     "CONTROLLERS",

@@ -7,14 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from bullet_sim.component import Stateful
-from bullet_sim.controllers.base import (
-    CONTROLLERS,
-    ENDLESS,
-    Controller,
-    Settings,
-    check_command,
-    check_joints,
-)
+from bullet_sim.controllers.base import CONTROLLERS, MAX_STEPS, Controller, check_command
 from bullet_sim.controllers.drive_settings import (
     ROUND,
     WITHOUT_EFFECT,
@@ -28,6 +21,7 @@ from bullet_sim.controllers.drive_settings import (
     wheel_radius,
 )
 from bullet_sim.controllers.hardware import Hardware
+from bullet_sim.controllers.settings import Settings, check_joints
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ControllerError
 from bullet_sim.plugins.drives import WheelDriveSpec
@@ -198,7 +192,7 @@ class Drive(Controller):
             )
         )
 
-    def steady_steps(self, period: float) -> int:
+    def steps_until_update(self, period: float) -> int:
         """As Controller's: where the limits have let the whole command through, and what was
         commanded last is what they let through."""
         if type(self).update not in (Drive.update, DiffDrive.update):
@@ -210,11 +204,11 @@ class Drive(Controller):
         if not now == self.limited == self._before or self._outputs(*now) != self._written:
             return 0
         if not any(target):  # so it is after the time-out, too
-            return ENDLESS
+            return MAX_STEPS
         left = self.config.timeout - self._age
         return int(left / period) - 1  # one less than until the time-out, for rounding
 
-    def catch_up(
+    def steps_made(
         self, times: Sequence[float], period: float, positions: Sequence[Sequence[float]]
     ) -> None:
         """As Controller's: odometry, and the age of the command."""
@@ -491,10 +485,10 @@ class WheelDrive(Stateful):
         half = turn * self._spec.separation / 2.0
         left, right = forward - half, forward + half
         if self._spec.acceleration > 0.0:
-            most = self._spec.acceleration * elapsed
+            change = self._spec.acceleration * elapsed
             before, other = self._speeds
-            left = before + min(max(left - before, -most), most)
-            right = other + min(max(right - other, -most), most)
+            left = before + min(max(left - before, -change), change)
+            right = other + min(max(right - other, -change), change)
         self._speeds = left, right
         radius = self._spec.diameter / 2.0
         return left / radius, right / radius

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from bullet_sim.controllers.base import ControllerConfig, Settings, as_number
+from bullet_sim.controllers.settings import ControllerConfig, Settings, as_number
 from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.errors import ControllerError
 from bullet_sim.pose import Pose, Vec3

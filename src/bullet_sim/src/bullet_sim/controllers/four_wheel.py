@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from bullet_sim.component import Stateful
-from bullet_sim.controllers.base import CONTROLLERS, Settings
+from bullet_sim.controllers.base import CONTROLLERS
 from bullet_sim.controllers.drive import MAX_ARC, MIN_PERIOD, Drive
 from bullet_sim.controllers.drive_settings import (
     BaseConfig,
@@ -23,6 +23,7 @@ from bullet_sim.controllers.drive_settings import (
     wheel_radius,
 )
 from bullet_sim.controllers.hardware import Hardware
+from bullet_sim.controllers.settings import Settings
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ControllerError
 from bullet_sim.pose import Vec3

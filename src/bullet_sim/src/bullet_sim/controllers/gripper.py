@@ -4,9 +4,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from bullet_sim.controllers.base import CONTROLLERS, Settings
+from bullet_sim.controllers.base import CONTROLLERS
 from bullet_sim.controllers.hardware import Hardware
 from bullet_sim.controllers.pid import Pid, PidConfig
+from bullet_sim.controllers.settings import Settings
 from bullet_sim.controllers.trajectory import ActionControl
 from bullet_sim.description.model import ModelDescription
 
@@ -81,7 +82,7 @@ class GripperControl(ActionControl):
 
     def __init__(self, config: GripperConfig, hardware: Hardware) -> None:
         super().__init__(config, hardware)
-        self.pids = tuple(Pid(gains, self.joints[0]) for gains in config.gains)
+        self.pids = tuple(Pid(gains) for gains in config.gains)
         self._position = self._max_effort = self._effort = 0.0
         self._moved: float | None = 0.0
 
@@ -120,8 +121,9 @@ class GripperControl(ActionControl):
             self._effort = self._max_effort
             return
         max_effort = abs(self._max_effort)
-        effort = self.pids[0].update(error, joint.velocity, period, 0.0, limit=max_effort)
+        effort = self.pids[0].update(error, period, 0.0 - joint.velocity)
         self._effort = min(max(effort, -max_effort), max_effort)
+        joint.set_effort(self._effort)
 
     def _evaluate(self, error: float, position: float, velocity: float, time: float) -> None:
         config = self.config

@@ -3,16 +3,16 @@
 Hardware interface of the controllers: joint velocities, positions and efforts, as in
 gazebo_ros_control. A velocity or position command is set on the engine's motor, which tracks it. An
 effort is applied before every step. A joint with gains (gazebo_ros_control/pid_gains)
-follows velocity and position commands by an effort from a PID.
+follows velocity and position commands by an effort from a PID. What is commanded is in the handles
+of the joints; their limits hold where it is applied (limits.py).
 """
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 from bullet_sim.component import Stateful
-from bullet_sim.controllers import law
-from bullet_sim.controllers.pid import Pid, PidGains, position_error
+from bullet_sim.controllers.handle import JointHandle
+from bullet_sim.controllers.pid import Pid, PidGains
 from bullet_sim.description.model import Joint
 from bullet_sim.errors import ControllerError
 
@@ -23,58 +23,12 @@ class RobotJoints(Protocol):
     names: tuple[str, ...]
     limits: dict[str, Joint]
 
-    def read(self, handles: "Sequence[JointHandle]") -> None: ...
+    def read(self, handles: Sequence[JointHandle]) -> None: ...
     def columns(self, indices: Sequence[int]) -> Sequence[list[float]]: ...
     def drive_velocities(self, names: Iterable[str], values: Iterable[float]) -> None: ...
     def drive_positions(self, names: Iterable[str], values: Iterable[float]) -> None: ...
-    def effort_bounds(self, name: str, position: float, velocity: float) -> tuple[float, float]: ...
-    def apply_efforts(self, efforts: Mapping[str, float]) -> None: ...
-    def track(
-        self, targets: Mapping[str, tuple[float, float]], handles: "Mapping[str, JointHandle]"
-    ) -> None: ...
+    def apply_efforts(self, handles: Sequence[JointHandle]) -> None: ...
     def release(self, names: Iterable[str]) -> None: ...
-
-
-class JointHandle:
-    """A joint as the controllers of a robot see it.
-
-    Attributes:
-        limits: its Joint of the description: type, limits of position, velocity and effort.
-        inertia: that its effort moves [kg m^2, kg]; None: unknown.
-        position, velocity: [rad, m], [rad/s, m/s], of the last Hardware.read().
-    """
-
-    __slots__ = ("name", "limits", "inertia", "position", "velocity", "hardware")
-
-    def __init__(
-        self, name: str, limits: Joint, inertia: float | None, hardware: "Hardware"
-    ) -> None:
-        self.name, self.limits, self.inertia, self.hardware = name, limits, inertia, hardware
-        self.position = self.velocity = 0.0
-
-    def set_velocity(self, value: float) -> None:
-        """Command a velocity [rad/s, m/s], until the next command; the URDF limits it."""
-        self.hardware.command("velocity", (self,), (value,))
-
-    def set_position(self, value: float) -> None:
-        """Command a position [rad, m], as set_velocity()."""
-        self.hardware.command("position", (self,), (value,))
-
-    def set_effort(self, value: float) -> None:
-        """Command an effort [N m, N], as set_velocity()."""
-        self.hardware.command("effort", (self,), (value,))
-
-    def release(self) -> None:
-        """Drop the command: the joint moves freely, with its friction."""
-        self.hardware.release((self.name,))
-
-    def push(self, effort: float) -> None:
-        """Apply an effort [N m, N] of a PID to the joint, whose motor is released."""
-        hardware, name = self.hardware, self.name
-        if name in hardware.tracked:
-            del hardware.tracked[name]
-            hardware.joints.release((name,))
-        hardware.efforts[name] = effort
 
 
 class Hardware(Stateful):
@@ -82,31 +36,21 @@ class Hardware(Stateful):
 
     Args:
         interfaces: mapping joint name -> offered interfaces, from <transmission>s.
-        inertias: mapping joint name -> inertia that its effort moves, see description.inertias;
-            joints that are not in it get their PIDs' efforts as they are.
 
     Attributes:
         is_stopped: by an emergency stop, see set_emergency_stop().
-        efforts: joint name -> effort [N m, N] over each step.
-        tracked: joint name -> (velocity [rad/s, m/s], effort [N m, N]) to track.
+        acting: handles of the joints on which an effort acts.
     """
 
-    STATE = ("is_stopped", "efforts", "tracked", "_targets", "_pids", "_positions")
-    CACHE = ("joints", "_interfaces", "_handles", "_all")
+    STATE = ("is_stopped", "_all")
+    CACHE = ("joints", "_interfaces", "_handles", "acting")
 
     def __init__(
         self,
         joints: RobotJoints,
         interfaces: Mapping[str, Sequence[str]] | None = None,
-        inertias: Mapping[str, float] | None = None,
     ) -> None:
-        self._inertias = inertias or {}
         self.is_stopped = False
-        self.efforts: dict[str, float] = {}
-        self.tracked: dict[str, tuple[float, float]] = {}
-        self._pids: dict[str, Pid] = {}  # of the joints with gains ...
-        self._targets: dict[str, tuple[str, float]] = {}  # ... and what they follow
-        self._positions: dict[str, float] = {}  # the last commands of positions
         self._use(joints, interfaces or {})
 
     def put_before(self, joints: RobotJoints, interfaces: Mapping[str, Sequence[str]]) -> None:
@@ -118,10 +62,10 @@ class Hardware(Stateful):
     def _use(self, joints: RobotJoints, interfaces: Mapping[str, Sequence[str]]) -> None:
         self.joints, self._interfaces = joints, interfaces
         self._handles = {
-            name: JointHandle(name, joints.limits[name], self._inertias.get(name), self)
-            for name in joints.names
+            name: JointHandle(name, joints.limits[name], self) for name in joints.names
         }
         self._all = tuple(self._handles.values())
+        self.acting: tuple[JointHandle, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -198,14 +142,15 @@ class Hardware(Stateful):
                 f"pid_gains name joint '{joint}', which does not exist; joints "
                 f"are {', '.join(self.names) or '(none)'}"
             )
-        if joint in self._pids:
-            self._pids[joint].gains = gains
+        handle = self._handles[joint]
+        if handle.gains_pid is None:
+            handle.gains_pid = Pid(gains)
         else:
-            self._pids[joint] = Pid(gains, self._handles[joint])
+            handle.gains_pid.gains = gains
 
     def pid(self, joint: str) -> Pid | None:
         """The Pid of a joint with gains, or None."""
-        return self._pids.get(joint)
+        return self._handles[joint].gains_pid if joint in self._handles else None
 
     # commands ---------------------------------------------------------------------------------
     def command(
@@ -222,26 +167,32 @@ class Hardware(Stateful):
     def _command(
         self, interface: str, joints: Sequence[JointHandle], values: Sequence[float]
     ) -> None:
-        if interface == "effort":
-            for joint, value in zip(joints, values):
-                if joint.name not in self.efforts:
-                    self.joints.release((joint.name,))
-                self.efforts[joint.name] = value
-            return
-        if interface == "position":
-            self._positions.update((joint.name, value) for joint, value in zip(joints, values))
-        drive = {"velocity": self.joints.drive_velocities, "position": self.joints.drive_positions}
-        direct = [(j.name, value) for j, value in zip(joints, values) if j.name not in self._pids]
-        if direct:
-            drive[interface](*zip(*direct))
+        by_motors, is_new = [], False
         for joint, value in zip(joints, values):
-            name = joint.name
-            if name in self._pids:
-                if name not in self._targets:
-                    self.joints.release((name,))
-                    self._pids[name].reset()
-                self._pids[name].follow(interface)
-                self._targets[name] = (interface, value)
+            if interface == "effort":
+                if joint.effort is None:
+                    self.joints.release((joint.name,))
+                    is_new = True
+                joint.effort, joint.pid = value, None
+                continue
+            if interface == "position":
+                joint.last_position = value
+            if joint.gains_pid is None:
+                by_motors.append((joint.name, value))
+                continue
+            if not joint.is_regulated:
+                self.joints.release((joint.name,))
+                is_new = True
+            joint.follow(interface, value)
+        if is_new:
+            self._list_acting()
+        if by_motors and interface == "velocity":
+            self.joints.drive_velocities(*zip(*by_motors))
+        elif by_motors:
+            self.joints.drive_positions(*zip(*by_motors))
+
+    def _list_acting(self) -> None:
+        self.acting = tuple(joint for joint in self._all if joint.effort is not None)
 
     def release(self, names: Iterable[str]) -> None:
         """No controller commands these joints any more.
@@ -252,15 +203,16 @@ class Hardware(Stateful):
         """
         names = tuple(names)
         for name in names:
-            self._targets.pop(name, None)
-            self.efforts.pop(name, None)
-            self.tracked.pop(name, None)
+            handle = self._handles[name]
+            handle.effort = handle.pid = None
+        self._list_acting()
         self.joints.release(names)
         for name in names:
             first = next(iter(self._interfaces.get(name, ())), None)
             if first in ("velocity", "position"):
-                value = self._positions.get(name, 0.0) if first == "position" else 0.0
-                self._command(first, (self._handles[name],), (value,))
+                handle = self._handles[name]
+                value = handle.last_position if first == "position" else 0.0
+                self._command(first, (handle,), (value,))
 
     def set_emergency_stop(self, active: bool) -> None:
         """Stop the joints, whatever controllers command, until it is no longer active.
@@ -269,31 +221,22 @@ class Hardware(Stateful):
         a velocity interface are braked, no effort acts on the others.
         """
         if active and not self.is_stopped:
-            for name, joint in self._handles.items():
-                self._positions[name] = joint.position
+            for joint in self._all:
+                joint.last_position = joint.position
             self.release(self.names)
         self.is_stopped = active
 
     def restart(self) -> None:
         """Forget all commands: the body was loaded, or loaded again."""
-        self._positions.clear()
+        for joint in self._all:
+            joint.last_position = 0.0
         self.release(self.names)
-
-    def followed(self) -> list[tuple[Pid, float]]:
-        """PIDs of the joints with gains that follow a command, and what each follows."""
-        found = []
-        for name, (goal, target) in self._targets.items():
-            if goal == "velocity":
-                limit = self._handles[name].limits.velocity or abs(target)
-                target = min(max(target, -limit), limit)
-            found.append((self._pids[name], target))
-        return found
 
     # every step -------------------------------------------------------------------------------
     @property
     def periodic(self) -> bool:
         """Whether something has to be written before every step."""
-        return bool(self.efforts or self._targets or self.tracked)
+        return bool(self.acting)
 
     def write(self, period: float) -> None:
         """Write the efforts for the next step; one that is not finite counts as 0.
@@ -302,32 +245,15 @@ class Hardware(Stateful):
             period: since the controllers' last update [s]; 0: they were not updated, the PIDs'
                 outputs stay.
         """
-        handles, joints = self._handles, self.joints
+        if not self.acting:
+            return
         if period > 0:
-            for pid, target in self.followed():
-                joint = pid.joint
-                if pid.goal == "velocity":
-                    error = target - joint.velocity
-                else:
-                    error = position_error(joint.limits, joint.position, target)
-                pid.update(error, joint.velocity, period)
-        if self.is_stopped:  # then only PIDs that hold a joint act
-            self.efforts = {
-                name: self.efforts[name] for name in self.efforts if name in self._targets
-            }
-            self.tracked = {
-                name: self.tracked[name] for name in self.tracked if name in self._targets
-            }
-        if self.efforts:
-            efforts = {}
-            for name, effort in self.efforts.items():
-                joint = handles[name]
-                if name in self._targets:  # as there, only commands of efforts have the others
-                    high = joint.limits.effort or math.inf
-                    low = -high
-                else:
-                    low, high = joints.effort_bounds(name, joint.position, joint.velocity)
-                efforts[name] = law.within(effort, low, high)
-            joints.apply_efforts(efforts)
-        if self.tracked:
-            joints.track(self.tracked, handles)
+            for joint in self.acting:
+                if joint.is_regulated:
+                    joint.regulate(period)
+        self.joints.apply_efforts(self.acting)
+
+    def set_state(self, state: dict[str, Any]) -> None:
+        """Restore a result of get_state()."""
+        super().set_state(state)
+        self._list_acting()

@@ -6,14 +6,13 @@ from typing import ClassVar
 
 from bullet_sim.controllers.base import (
     CONTROLLERS,
-    ENDLESS,
+    MAX_STEPS,
     Controller,
-    ControllerConfig,
-    Settings,
-    check_joints,
 )
+from bullet_sim.controllers.handle import JointHandle
 from bullet_sim.controllers.hardware import Hardware
 from bullet_sim.controllers.pid import Pid, PidConfig, parse_pid, position_error
+from bullet_sim.controllers.settings import ControllerConfig, Settings, check_joints
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ControllerError
 from bullet_sim.plugins.forces import ForceTorqueSpec
@@ -239,38 +238,51 @@ class PidControl(JointCommand):
 
     def __init__(self, config: PidConfig, hardware: Hardware) -> None:
         super().__init__(config, hardware)
-        acts = self.interface == "effort"
-        self.pids = tuple(
-            Pid(gains, joint, self.goal, acts) for gains, joint in zip(config.gains, self.joints)
-        )
+        self.pids = tuple(Pid(gains, self.goal) for gains in config.gains)
         self._last: tuple[float, ...] | None = None
 
     def start(self, time: float) -> None:
         """Hold the joints where they are, or at rest."""
-        for pid in self.pids:
+        for pid, joint in zip(self.pids, self.joints):
             pid.reset()
-            pid.target = pid.joint.position if self.goal == "position" else 0.0
+            pid.target = joint.position if self.goal == "position" else 0.0
         self._last = None
-        self.hardware.command(self.interface, self.joints, (0.0,) * len(self.joints))
+        self._write([0.0] * len(self.joints))
 
     def command(self, values: tuple[float, ...]) -> None:
         """Set new set points."""
         for pid, value in zip(self.pids, values):
             pid.target = value
 
-    def steady_steps(self, period: float) -> int:
-        """Any number: PIDs are all that it computes, if a subclass does no more."""
-        is_one = type(self).update in (PositionPid.update, VelocityPid.update)
-        return ENDLESS if is_one and self.interface == "effort" else 0
+    def update(self, time: float, period: float) -> None:
+        """One computation of each PID."""
+        outputs = []
+        for pid, joint in zip(self.pids, self.joints):
+            measured = self._measure(pid, joint)
+            outputs.append(pid.update(measured[3], period))
+            self._last = time, period, *measured, outputs[-1]
+        self._write(outputs)
 
-    def catch_up(
+    def _write(self, outputs: Sequence[float]) -> None:
+        if self.interface == "effort":
+            for joint, output, pid in zip(self.joints, outputs, self.pids):
+                joint.set_effort(output, pid)
+        else:
+            self.hardware.command(self.interface, self.joints, outputs)
+
+    def steps_until_update(self, period: float) -> int:
+        """Any number: PIDs are all that it computes, if a subclass does no more."""
+        is_one = type(self).update is PidControl.update
+        return MAX_STEPS if is_one and self.interface == "effort" else 0
+
+    def steps_made(
         self, times: Sequence[float], period: float, positions: Sequence[Sequence[float]]
     ) -> None:
         """As Controller's; the PIDs have been computed."""
         pid = self.pids[-1]
-        self._last = times[-1], period, *self._measure(pid), pid.output
+        self._last = times[-1], period, *self._measure(pid, self.joints[-1]), pid.output
 
-    def _measure(self, pid: Pid) -> tuple[float, float, float, float]:
+    def _measure(self, pid: Pid, joint: JointHandle) -> tuple[float, float, float, float]:
         """Set point, process value, its rate and the error of a PID."""
         raise NotImplementedError
 
@@ -285,16 +297,8 @@ class PositionPid(PidControl):
 
     goal = "position"
 
-    def update(self, time: float, period: float) -> None:
-        """One computation of each PID."""
-        for pid in self.pids:
-            target, position, velocity, error = self._measure(pid)
-            output = pid.update(error, velocity, period)
-            self._last = time, period, target, position, velocity, error, output
-
-    def _measure(self, pid: Pid) -> tuple[float, float, float, float]:
-        joint, target = pid.joint, pid.target
-        limits = joint.limits
+    def _measure(self, pid: Pid, joint: JointHandle) -> tuple[float, float, float, float]:
+        limits, target = joint.limits, pid.target
         lower, upper = limits.lower, limits.upper
         if lower is not None and upper is not None:
             target = lower if target < lower else upper if target > upper else target
@@ -302,31 +306,13 @@ class PositionPid(PidControl):
         return target, joint.position, joint.velocity, error
 
 
-class PositionByVelocity(PositionPid):
-    """Regulates positions by velocities."""
-
-    def update(self, time: float, period: float) -> None:
-        """One computation of each PID."""
-        super().update(time, period)
-        self.hardware.command("velocity", self.joints, [pid.output for pid in self.pids])
-
-
 class VelocityPid(PidControl):
     """Regulates velocities."""
 
     goal = "velocity"
 
-    def update(self, time: float, period: float) -> None:
-        """One computation of each PID."""
-        for pid in self.pids:
-            target, velocity = pid.target, pid.joint.velocity
-            error = target - velocity
-            output = pid.update(error, velocity, period)
-            self._last = time, period, target, velocity, 0.0, error, output
-
-    def _measure(self, pid: Pid) -> tuple[float, float, float, float]:
-        velocity = pid.joint.velocity
-        return pid.target, velocity, 0.0, pid.target - velocity
+    def _measure(self, pid: Pid, joint: JointHandle) -> tuple[float, float, float, float]:
+        return pid.target, joint.velocity, 0.0, pid.target - joint.velocity
 
 
 @CONTROLLERS.register("velocity_controllers/JointVelocityController")
@@ -344,7 +330,7 @@ class JointGroupVelocity(JointVelocity):
 
 
 @CONTROLLERS.register("velocity_controllers/JointPositionController")
-class JointPositionByVelocity(PositionByVelocity):
+class JointPositionByVelocity(PositionPid):
     """A joint's position [rad, m], by velocities."""
 
     interface = "velocity"

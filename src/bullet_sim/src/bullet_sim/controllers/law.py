@@ -6,46 +6,9 @@ not there is NaN.
 """
 
 import math
-from dataclasses import dataclass, field
 
 TOLERANCE = 1e-9  # [rad] by which rounding may put an angle beyond a limit
 TURN = 2.0 * math.pi
-MOST_NOTED = 64  # steps in one call of a solver that notes what is before each
-
-
-@dataclass(slots=True)
-class JointPid:
-    """A PID that commands a joint's effort, or an effort alone, for several steps of a solver.
-
-    Attributes:
-        body, joint: the engine's numbers.
-        goal: "position" or "velocity", of which the errors are; "": an effort alone.
-        target: [rad, m, rad/s, m/s].
-        limits: lower, upper of position_error(), and whether the joint is prismatic.
-        gains: p, i, d, low, high, antiwindup of pid_terms().
-        bounds: limit, lower, upper, speed of effort_bounds().
-        state: last error (NaN: none), integral, rate, parts by error, integral and rate of the
-            last output, the last output, and what of it was within the bounds.
-    """
-
-    body: int
-    joint: int
-    goal: str
-    target: float
-    limits: tuple[float, float, bool]
-    gains: tuple[float, float, float, float, float, bool]
-    bounds: tuple[float, float, float, float]
-    state: list[float] = field(default_factory=lambda: [math.nan] + [0.0] * 7)
-
-    @property
-    def output(self) -> float:
-        """The last output."""
-        return self.state[6]
-
-    @property
-    def applied(self) -> float:
-        """What of it was within the bounds."""
-        return self.state[7]
 
 
 def position_error(

@@ -1,13 +1,13 @@
 """Life cycles of a robot's controllers: load, start, stop, switch, unload, list."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
 from bullet_sim.component import Stateful
 from bullet_sim.controllers import CONTROLLERS, Controller, configure
-from bullet_sim.controllers.base import ENDLESS
+from bullet_sim.controllers.base import MAX_STEPS
 from bullet_sim.controllers.hardware import Hardware, RobotJoints
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ControllerError, SimError
@@ -22,7 +22,6 @@ class Manager(Stateful):
         joints: of the robot: limits, positions, motors.
         description: sizes of wheels, <transmission>s, control period; None:
             every joint offers every interface.
-        inertias: mapping joint name -> inertia that its effort moves, see description.inertias.
 
     Attributes:
         time: clock of the controllers [s]: simulated time during which periodic ones ran.
@@ -37,10 +36,9 @@ class Manager(Stateful):
         self,
         joints: RobotJoints,
         description: ModelDescription | None = None,
-        inertias: Mapping[str, float] | None = None,
     ) -> None:
         self._description = description
-        self.hardware = Hardware(joints, getattr(description, "transmissions", None), inertias)
+        self.hardware = Hardware(joints, getattr(description, "transmissions", None))
         self._period: float = getattr(description, "control_period", 0.0)
         self._loaded: dict[str, Controller] = {}
         self._states: dict[str, str] = {}
@@ -267,9 +265,9 @@ class Manager(Stateful):
         self.time = time + period
         self._since += period
 
-    def steady_steps(self, period: float) -> int:
-        """How many steps may be made in which nothing is commanded but efforts of PIDs and constant
-        ones, before update() has to be called; 0: it has to be now.
+    def steps_until_update(self, period: float) -> int:
+        """How many steps may be made, with what is commanded and what PIDs compute, before update()
+        has to be called; 0: it has to be now.
 
         Args:
             period: physics step [s].
@@ -277,20 +275,20 @@ class Manager(Stateful):
         hardware = self.hardware
         if self._due or self._period - 1e-9 > min(self._since, period):
             return 0
-        if hardware.is_stopped or hardware.tracked:
+        if hardware.is_stopped:
             return 0
-        return min((each.steady_steps(period) for each in self._periodic), default=ENDLESS)
+        return min((each.steps_until_update(period) for each in self._periodic), default=MAX_STEPS)
 
     @property
-    def steady(self) -> Sequence[Controller]:
-        """Controllers of which steady_steps() tells."""
+    def updated(self) -> Sequence[Controller]:
+        """The running controllers that are updated before steps."""
         return self._periodic
 
-    def catch_up(self, count: int, period: float, positions: Sequence[Sequence[Any]]) -> None:
+    def steps_made(self, count: int, period: float, positions: Sequence[Sequence[Any]]) -> None:
         """Such steps were made.
 
         Args:
-            positions: of each of the `steady` controllers, see Controller.catch_up().
+            positions: of each of the `updated` controllers, see Controller.steps_made().
         """
         times = []
         for _ in range(count):
@@ -298,7 +296,7 @@ class Manager(Stateful):
             self.time += period
         self._since = period
         for controller, rows in zip(self._periodic, positions):
-            controller.catch_up(times, period, rows)
+            controller.steps_made(times, period, rows)
 
     def observe(self) -> None:
         """Update odometry to the present, for publishing it."""

@@ -5,13 +5,14 @@ drive the four wheels and the two front hinges of the car.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from bullet_sim.controllers.base import Settings
 from bullet_sim.controllers.drive_settings import joint_position
-from bullet_sim.controllers.hardware import JointHandle, RobotJoints
+from bullet_sim.controllers.handle import JointHandle
+from bullet_sim.controllers.hardware import RobotJoints
+from bullet_sim.controllers.settings import Settings
 from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.errors import ControllerError
 
@@ -184,18 +185,8 @@ class SteerBotJoints:
         along = ahead * math.tan(angle)
         return math.atan2(along, ahead + across), math.atan2(along, ahead - across)
 
-    # no joint takes efforts
-    def effort_bounds(self, name: str, position: float, velocity: float) -> tuple[float, float]:
-        """As Joints.effort_bounds."""
-        return 0.0, 0.0
-
-    def apply_efforts(self, efforts: Mapping[str, float]) -> None:
-        """As Joints.apply_efforts."""
-
-    def track(
-        self, targets: Mapping[str, tuple[float, float]], handles: Mapping[str, JointHandle]
-    ) -> None:
-        """As Joints.track."""
+    def apply_efforts(self, handles: Sequence[JointHandle]) -> None:
+        """No joint takes efforts."""
 
     def release(self, names: Iterable[str]) -> None:
         """Release what the joints move."""

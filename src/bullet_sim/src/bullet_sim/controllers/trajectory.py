@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bullet_sim.controllers.base import CONTROLLERS, Controller, Settings
+from bullet_sim.controllers.base import CONTROLLERS, Controller
 from bullet_sim.controllers.hardware import Hardware
 from bullet_sim.controllers.pid import Pid, PidConfig, parse_pid, shortest_distance
 from bullet_sim.controllers.segments import (
@@ -24,6 +24,7 @@ from bullet_sim.controllers.segments import (
     motion_at,
     stop,
 )
+from bullet_sim.controllers.settings import Settings
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ControllerError
 
@@ -148,10 +149,7 @@ class TrajectoryControl(ActionControl):
 
     def __init__(self, config: TrajectoryConfig, hardware: Hardware) -> None:
         super().__init__(config, hardware)
-        by_effort = self.interface == "effort"
-        self.pids = tuple(
-            Pid(gains, joint, acts=by_effort) for gains, joint in zip(config.gains, self.joints)
-        )
+        self.pids = tuple(map(Pid, config.gains))
         self._continuous = [joint.limits.kind == "continuous" for joint in self.joints]
         self._prismatic = [joint.limits.kind == "prismatic" for joint in self.joints]
         self.clock: Callable[[], float] = lambda: 0.0
@@ -273,7 +271,7 @@ class TrajectoryControl(ActionControl):
         error.from_start = since - actual.from_start
         if self.goal is not None:
             self._evaluate(self.goal, error, segments, time)
-        self._write(desired, actual, error, period)
+        self._write(desired, error, period)
 
     def _evaluate(
         self, goal: Goal, motion_error: Motion, segments: Sequence[Segment], time: float
@@ -297,22 +295,21 @@ class TrajectoryControl(ActionControl):
         if len(goal.arrived) == len(self.config.joints):
             self._finish("succeeded")
 
-    def _write(self, desired: Motion, actual: Motion, error: Motion, period: float) -> None:
+    def _write(self, desired: Motion, error: Motion, period: float) -> None:
         if self.interface == "position":
             self.hardware.command("position", self.joints, desired.positions)
             return
-        outputs = []
-        for pid, deviation, velocity, measured, gain in zip(
-            self.pids,
-            error.positions,
-            desired.velocities,
-            actual.velocities,
-            self.config.feedforward,
-        ):
-            output = pid.update(deviation, measured, period, velocity, gain * velocity)
-            outputs.append(output + gain * velocity)
-        if self.interface == "velocity":
-            self.hardware.command("velocity", self.joints, outputs)
+        outputs = [
+            pid.update(deviation, period, rate) + gain * velocity
+            for pid, deviation, rate, velocity, gain in zip(
+                self.pids,
+                error.positions,
+                error.velocities,
+                desired.velocities,
+                self.config.feedforward,
+            )
+        ]
+        self.hardware.command(self.interface, self.joints, outputs)
 
 
 @CONTROLLERS.register("position_controllers/JointTrajectoryController")

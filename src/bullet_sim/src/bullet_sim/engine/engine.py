@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pybullet as p
 
-from bullet_sim.controllers.law import JointPid
+from bullet_sim.controllers.effort_row import EffortRow
 from bullet_sim.description.lump import LumpedModel, lump
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.world import OdeSettings
@@ -19,7 +19,7 @@ from bullet_sim.files import silenced
 from bullet_sim.pose import Array, Motion, Pose, Quat, Vec3, Vector, compose, velocity_at
 
 if TYPE_CHECKING:
-    from bullet_sim.controllers.hardware import JointHandle
+    from bullet_sim.controllers.handle import JointHandle
     from bullet_sim.engine.rays import RayShapes
 
 FRICTION = 1.0  # coefficient where a file gives none, as in Gazebo
@@ -142,7 +142,7 @@ class Engine:
         """The bodies and joints that are made of a description."""
         return lump(description)
 
-    def controlled(self, pids: Sequence[JointPid], notes: bool) -> AbstractContextManager[None]:
+    def controlled(self, pids: Sequence[EffortRow], notes: bool) -> AbstractContextManager[None]:
         """Compute PIDs before each of the steps that are made meanwhile, see OdeSolver."""
         raise NotImplementedError
 
@@ -165,8 +165,6 @@ class Engine:
         # (body, link, mass [kg], center [m] in the link's frame) of what gravity does not act on
         self._weightless: list[tuple[int, int, float, Vec3]] = []
         self._motors: dict[tuple[int, int], tuple[str, tuple[Any, ...]]] = {}  # see motors()
-        # body -> last drive_velocities that _motors lacks, and its indices
-        self._batches: dict[int, tuple[Any, ...]] = {}
         self._saved: dict[int, Any] = {}  # what the solver has of save_state's copies
         self.rays = RayCaster(self._client, self.free)
         self.rays.sync, self.rays.moving = self._sync, self._moving_shapes
@@ -332,7 +330,6 @@ class Engine:
         self._friction = {key: mu for key, mu in self._friction.items() if key[0] != body}
         self._weightless = [part for part in self._weightless if part[0] != body]
         self.rays.scenery.discard(body)
-        self._batches.pop(body, None)
         self._motors = {key: call for key, call in self._motors.items() if key[0] != body}
         self.note_layout("remove", body)
 
@@ -594,7 +591,6 @@ class Engine:
 
     def drive_velocity(self, body: int, joint: int, velocity: float, effort: float) -> None:
         """Set a joint's motor to a velocity [rad/s, m/s], with at most `effort` [N m, N]."""
-        self._note_batch(body)
         self._motors[body, joint] = "drive_velocity", (joint, velocity, effort)
         p.setJointMotorControl2(
             body,
@@ -617,38 +613,10 @@ class Engine:
         drive_position()."""
         self.drive_position(body, joint, position, effort, velocity)
 
-    def drive_velocities(
-        self,
-        body: int,
-        joints: Sequence[int],
-        velocities: Sequence[float],
-        efforts: Sequence[float],
-    ) -> None:
-        """As drive_velocity, of several joints in one call.
-
-        The lists must not change later. The same list of joints again is faster than an equal one.
-        """
-        before = self._batches.get(body)
-        if before is not None and before[0] is joints:
-            indices = before[3]
-        else:
-            self._note_batch(body)
-            indices = [self.movable[body][joint] for joint in joints]
-        self._batches[body] = joints, velocities, efforts, indices
-        p.setJointMotorControlArray(
-            body,
-            indices,
-            p.VELOCITY_CONTROL,
-            targetVelocities=velocities,
-            forces=efforts,
-            physicsClientId=self.client,
-        )
-
     def drive_position(
         self, body: int, joint: int, position: float, effort: float, velocity: float
     ) -> None:
         """Set a joint's motor to a position, with at most `effort` and `velocity`."""
-        self._note_batch(body)
         self._motors[body, joint] = "drive_position", (joint, position, effort, velocity)
         p.setJointMotorControl2(
             body,
@@ -667,7 +635,6 @@ class Engine:
 
         The motor stays on under drive_efforts: an effort has to overcome it, as in a real joint.
         """
-        self._note_batch(body)
         self._motors[body, joint] = "release", (joint,)
         index = self.movable[body][joint]
         friction = p.getJointInfo(body, index, physicsClientId=self.client)[7]
@@ -680,15 +647,8 @@ class Engine:
             physicsClientId=self.client,
         )
 
-    def _note_batch(self, body: int) -> None:
-        """Note the last commands of several motors of a body, before another."""
-        for command in zip(*self._batches.pop(body, ())[:3]):
-            self._motors[body, command[0]] = "drive_velocity", command
-
     def motors(self) -> dict[tuple[int, int], tuple[str, tuple[Any, ...]]]:
         """(body, joint) -> last command of its motor: method, its arguments after the body."""
-        for body in list(self._batches):
-            self._note_batch(body)
         return self._motors
 
     def drive_efforts(self, body: int, joints: Sequence[int], efforts: Sequence[float]) -> None:

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pybullet as p
 
-from bullet_sim.controllers.law import JointPid, truncated
+from bullet_sim.controllers.effort_row import EffortRow
 from bullet_sim.description.lump import LumpedModel
-from bullet_sim.description.model import Joint
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine import tables
 from bullet_sim.engine.ode_arrays import ArrayBuilder, Models, Part, Still
@@ -28,7 +27,7 @@ from bullet_sim.engine.rays import RayShape, RayShapes
 from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, compose, matrix_from_quaternion
 
 if TYPE_CHECKING:
-    from bullet_sim.controllers.hardware import JointHandle
+    from bullet_sim.controllers.handle import JointHandle
     from bullet_sim.engine.engine import Engine
 
 _ROUNDING = 1e-15  # [m] and of a quaternion: what PyBullet leaves of 0 between two frames
@@ -38,14 +37,6 @@ _UNTURNED = (0.0, 0.0, 0.0, 1.0)
 def _without_rounding(values: Vector) -> Any:
     """Values with exact zeros: in Gazebo a robot that is balanced on two wheels stands by them."""
     return tuple(0.0 if abs(value) < _ROUNDING else value for value in values)
-
-
-def _limits_in_gazebo(joint: Joint) -> tuple[float, float]:
-    """Limits of a joint's velocity and effort; 0: none, as continuous ones have in Gazebo, since
-    sdformat leaves them out when it converts a URDF."""
-    return (
-        (0.0, 0.0) if joint.kind == "continuous" else (joint.velocity or 0.0, joint.effort or 0.0)
-    )
 
 
 class OdeSolver:
@@ -343,21 +334,21 @@ class OdeSolver:
         self._is_ahead = True
 
     @contextmanager
-    def controlled(self, pids: Sequence[JointPid], notes: bool) -> Iterator[None]:
-        """Compute PIDs before each of the steps that are made meanwhile, at most MOST_NOTED; each
-        has the state after the last one then.
+    def controlled(self, pids: Sequence[EffortRow], notes: bool) -> Iterator[None]:
+        """Compute PIDs before each of the steps that are made meanwhile; each has the state after
+        the last one then.
 
         Args:
-            notes: note the joints' positions before each step, for noted().
+            notes: note the joints' positions before each step, for noted(), of which
+                MAX_NOTED_STEPS may be made.
         """
         self.refresh()
         table, active = self._state.pids, self._state.active
         for k, pid in enumerate(pids):
             part = self._parts[pid.body]
-            limits = _limits_in_gazebo(part.joint(pid.joint))
             goal = GOALS[pid.goal], pid.target, *pid.limits
             table[k] = (
-                part.order[pid.joint], *limits, *goal, *pid.gains, *pid.bounds, *pid.state
+                part.order[pid.joint], *pid.of_force, *goal, *pid.gains, *pid.bounds, *pid.state
             )  # fmt: skip
         active[:] = len(pids), notes, 0
         try:
@@ -445,11 +436,9 @@ class OdeSolver:
         row[q.FMAX] = part.joint(joint).friction
 
     def add_effort(self, body: int, joint: int, effort: float) -> None:
-        """An effort acts on a joint in the next step, as far as law.truncated() lets it."""
-        part, numbers = self._ready(body), self._numbers_of_joints
-        row, limits = q.J_SIZE * part.order[joint], part.joint(joint)
-        speed, most = _limits_in_gazebo(limits)
-        numbers[row + q.EFFORT] += truncated(effort, numbers[row + q.RATE], speed, most)
+        """An effort acts on a joint in the next step."""
+        row = q.J_SIZE * self._ready(body).order[joint]  # first: it may make other numbers
+        self._numbers_of_joints[row + q.EFFORT] += effort
 
     def set_limits(self, body: int, joint: int, lower: float, upper: float) -> None:
         """Change a joint's limits."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bullet_sim.controllers.law import MOST_NOTED
+from bullet_sim.controllers.effort_row import MAX_NOTED_STEPS
 from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.model import Joint, Link, Shape
 from bullet_sim.description.world import OdeSettings
@@ -482,5 +482,5 @@ def _state(
         result=np.zeros(1, np.int64),
         pids=np.zeros((movable, P_SIZE)),
         active=np.zeros(3, np.int64),
-        noted=np.zeros((MOST_NOTED, movable)),
+        noted=np.zeros((MAX_NOTED_STEPS, movable)),
     )

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bullet_sim.controllers.law import JointPid
+from bullet_sim.controllers.effort_row import EffortRow
 from bullet_sim.description.lump import LumpedModel, as_printed, lump
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.world import OdeSettings
@@ -17,7 +17,7 @@ from bullet_sim.engine.rays import RayShapes
 from bullet_sim.pose import Array, Motion, Quat, Vec3, Vector, compose, velocity_at
 
 if TYPE_CHECKING:
-    from bullet_sim.controllers.hardware import JointHandle
+    from bullet_sim.controllers.handle import JointHandle
 
 
 class OdeEngine(Engine):
@@ -55,7 +55,7 @@ class OdeEngine(Engine):
         lumped = lump(description, as_in_gazebo=True)
         return as_printed(lumped) if description.is_urdf else lumped
 
-    def controlled(self, pids: Sequence[JointPid], notes: bool) -> AbstractContextManager[None]:
+    def controlled(self, pids: Sequence[EffortRow], notes: bool) -> AbstractContextManager[None]:
         return self.ode.controlled(pids, notes)
 
     def noted(self, body: int, joints: Iterable[int], count: int) -> list[list[float]]:
@@ -176,16 +176,6 @@ class OdeEngine(Engine):
         """Put a joint to a position [rad, m] before each step, as Gazebo's Joint::SetPosition; it
         is held by its friction alone then."""
         self.ode.impose_position(body, joint, position)
-
-    def drive_velocities(
-        self,
-        body: int,
-        joints: Sequence[int],
-        velocities: Sequence[float],
-        efforts: Sequence[float],
-    ) -> None:
-        for command in zip(joints, velocities, efforts):
-            self.ode.set_velocity(body, *command)
 
     def drive_position(
         self, body: int, joint: int, position: float, effort: float, velocity: float

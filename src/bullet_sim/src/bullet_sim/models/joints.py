@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from math import inf, isfinite
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -10,24 +9,24 @@ import numpy as np
 
 from bullet_sim.component import Stateful
 from bullet_sim.controllers import law
+from bullet_sim.controllers.effort_row import EffortRow
+from bullet_sim.controllers.handle import JointHandle
+from bullet_sim.controllers.limits import JointLimits
 from bullet_sim.description.model import Joint, Mimic
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Array
 
 if TYPE_CHECKING:
-    from bullet_sim.controllers.hardware import JointHandle
     from bullet_sim.engine import Engine
 
-UNLIMITED_EFFORT = 1e6  # [N m, N] where the URDF gives no limit
-UNLIMITED_SPEED = 1e4  # [rad/s, m/s]
 MAX_POSITION = 1e9  # [rad, m] that set_positions takes
 
 
 class Joints(Stateful):
-    """Movable joints of one body."""
+    """Movable joints of one body: where commands are held within limits and given to the engine."""
 
     STATE = ("_applied",)
-    CACHE = ("_body", "_tracked", "_indices", "_handles", "_in_order")
+    CACHE = ("_body", "_handles", "_in_order")
 
     def __init__(self, engine: "Engine", body: int, joints: Iterable[Joint]) -> None:
         self._engine, self._body = engine, body
@@ -37,29 +36,17 @@ class Joints(Stateful):
         self.names = tuple(by_name)
         self.limits = by_name
         self._permutation = [self._index[name] for name in self.names]
-        # joint, max effort, min and max velocity, friction; the joint's limits may change
-        self._bounds: dict[str, tuple[Any, float, float, float, float]] = {
-            name: (
-                joint,
-                self.max_effort(name),
-                -self._speed(name),
-                self._speed(name),
-                joint.friction,
-            )
-            for name, joint in by_name.items()
-        }
+        self._limits = {name: JointLimits(joint) for name, joint in by_name.items()}
         self._handles: Sequence[JointHandle] = ()  # of the last read()
         self._in_order: list[Any] = []  # the same, in the engine's order
         self._applied: dict[str, float] = {}
-        self._tracked: list[str] = []
-        self._indices: list[int] = []  # the joints of the last track()
 
     def rebind(self, body: int) -> None:
         """Continue with a reloaded body."""
         self._body = body
         self._applied = {}
 
-    def read(self, handles: "Sequence[JointHandle]") -> None:
+    def read(self, handles: Sequence[JointHandle]) -> None:
         """Read positions [rad, m] and velocities into handles, one a joint in names' order.
 
         The same sequence again is faster than an equal one.
@@ -132,13 +119,7 @@ class Joints(Stateful):
                     f"most {MAX_POSITION:g} rad or m"
                 )
         for name, value in values.items():
-            self._engine.put_joint(self._body, indices[name], self._clamped(name, value))
-
-    def _clamped(self, name: str, value: float) -> float:
-        limits = self.limits[name]
-        if limits.lower is None or limits.upper is None:
-            return value
-        return min(max(value, limits.lower), limits.upper)
+            self._engine.put_joint(self._body, indices[name], self._limits[name].position(value))
 
     def clip_effort(self, name: str, effort: float) -> float:
         """The effort [N m, N], not above the joint's limit in the URDF.
@@ -147,122 +128,75 @@ class Joints(Stateful):
             ModelError: no such movable joint.
         """
         self.index(name)
-        limit = self.max_effort(name)
-        return min(max(effort, -limit), limit)
+        return self._limits[name].effort(effort)
 
     def add_effort(self, name: str, effort: float) -> None:
-        """Apply an effort [N m, N] for the next step, in addition to the joint's motor."""
-        self._engine.drive_efforts(self._body, (self._index[name],), (effort,))
+        """Apply an effort [N m, N] for the next step, in addition to the joint's motor, as far as
+        law.truncated() lets it."""
+        index = self._index[name]
+        rate = self._engine.joint_states(self._body)[index][1]
+        effort = law.truncated(effort, rate, *self._limits[name].of_force())
+        self._engine.drive_efforts(self._body, (index,), (effort,))
 
     def max_effort(self, name: str) -> float:
         """A joint's effort limit [N m, N], or UNLIMITED_EFFORT."""
-        return self.limits[name].effort or UNLIMITED_EFFORT
-
-    def _speed(self, name: str) -> float:
-        return self.limits[name].velocity or UNLIMITED_SPEED
+        return self._limits[name].max_effort
 
     def drive_velocities(self, names: Iterable[str], values: Iterable[float]) -> None:
         """Track velocities, clipped to the URDF's velocity limits."""
         for name, value in zip(names, values):
-            speed = self._speed(name)
+            limits = self._limits[name]
             self._engine.drive_velocity(
-                self._body,
-                self._index[name],
-                min(max(value, -speed), speed),
-                self.max_effort(name),
+                self._body, self._index[name], limits.velocity(value), limits.max_effort
             )
 
     def impose_velocities(self, names: Iterable[str], values: Iterable[float]) -> None:
         """Give velocities before each step, as Engine.impose_velocity; they are clipped, too."""
         for name, value in zip(names, values):
-            speed, effort = self._speed(name), self.max_effort(name)
-            value = min(max(value, -speed), speed)
-            self._engine.impose_velocity(self._body, self._index[name], value, effort)
+            limits = self._limits[name]
+            self._engine.impose_velocity(
+                self._body, self._index[name], limits.velocity(value), limits.max_effort
+            )
 
     def impose_positions(self, names: Iterable[str], values: Iterable[float]) -> None:
         """Put joints to positions before each step, as Engine.impose_position; they are clipped."""
         for name, value in zip(names, values):
-            limits = self.max_effort(name), self._speed(name)
-            value = self._clamped(name, value)
-            self._engine.impose_position(self._body, self._index[name], value, *limits)
-
-    def drive_within(self, name: str, velocity: float, effort: float) -> None:
-        """Track a velocity [rad/s, m/s] with at most an effort [N m, N]."""
-        speed = self._speed(name)
-        self._applied.pop(name, None)
-        velocity = min(max(velocity, -speed), speed)
-        self._engine.drive_velocity(self._body, self._index[name], velocity, effort)
+            limits = self._limits[name]
+            value, effort, speed = limits.position(value), limits.max_effort, limits.max_speed
+            self._engine.impose_position(self._body, self._index[name], value, effort, speed)
 
     def drive_positions(self, names: Iterable[str], values: Iterable[float]) -> None:
         """Track positions, clipped to the URDF's position limits."""
         for name, value in zip(names, values):
-            value = self._clamped(name, value)
-            self._engine.drive_position(
-                self._body, self._index[name], value, self.max_effort(name), self._speed(name)
-            )
+            limits = self._limits[name]
+            value, effort, speed = limits.position(value), limits.max_effort, limits.max_speed
+            self._engine.drive_position(self._body, self._index[name], value, effort, speed)
 
-    def bounds(self, name: str) -> tuple[float, float, float, float]:
-        """Limit of a joint's effort, of its position and velocity, see law.effort_bounds()."""
-        limits, limit, _, speed, _ = self._bounds[name]
-        lower, upper = (-inf, inf) if limits.lower is None else (limits.lower, limits.upper)
-        return limit, lower, upper, speed
+    def set_motor(self, name: str, velocity: float, effort: float) -> None:
+        """Track a velocity [rad/s, m/s] with at most an effort [N m, N], whatever the joint's
+        limits, as Gazebo's parameters vel and fmax of a joint."""
+        self._applied.pop(name, None)
+        self._engine.drive_velocity(self._body, self._index[name], velocity, effort)
 
-    def note_effort(self, name: str, effort: float) -> None:
-        """The solver has applied an effort [N m, N] to a joint in the last step."""
-        self._applied[name] = effort
+    def apply_efforts(self, handles: Sequence[JointHandle]) -> None:
+        """Apply the joints' efforts during the next step."""
+        indices, efforts = [], []
+        for handle in handles:
+            name = handle.name
+            self._applied[name], effort = handle.limited_effort()
+            indices.append(self._index[name])
+            efforts.append(effort)
+        self._engine.drive_efforts(self._body, indices, efforts)
 
-    def apply_efforts(self, efforts: Mapping[str, float]) -> None:
-        """Apply efforts (mapping name -> effort [N m, N]) during the next step."""
-        indices = [self._index[name] for name in efforts]
-        self._engine.drive_efforts(self._body, indices, list(efforts.values()))
-        self._applied.update(efforts)
+    def effort_rows(self, handles: Iterable[JointHandle]) -> list[EffortRow]:
+        """What apply_efforts() would apply before each of several steps of a solver."""
+        return [handle.effort_row(self._body, self._index[handle.name]) for handle in handles]
 
-    def track(
-        self, targets: Mapping[str, tuple[float, float]], handles: "Mapping[str, JointHandle]"
-    ) -> None:
-        """Track velocities, each with at most an effort, within effort_bounds.
-
-        The joints' own friction acts against it. What is not finite counts as 0.
-
-        Args:
-            targets: mapping name -> (velocity [rad/s, m/s], effort [N m, N]), not empty.
-            handles: mapping name -> an object with position and velocity, as read() gives them.
-        """
-        names = list(targets)
-        if names != self._tracked:
-            self._tracked, self._indices = names, [self._index[name] for name in names]
-        if self._applied:
-            for name in names:
-                self._applied.pop(name, None)
-        bounds, speeds, efforts = self._bounds, [], []
-        for name, (speed, effort) in targets.items():
-            limits, max_effort, min_speed, max_speed, friction = bounds[name]
-            handle, lower = handles[name], limits.lower
-            velocity = handle.velocity
-            if not min_speed <= velocity <= max_speed or (
-                lower is not None and not lower <= handle.position <= limits.upper
-            ):
-                low, high = self.effort_bounds(name, handle.position, velocity)
-                max_effort = high if speed > velocity else -low
-            if not effort <= max_effort:
-                effort = max_effort if isfinite(effort) else 0.0
-            if not -inf < speed < inf:
-                speed = 0.0
-            if friction >= effort > 0.0:
-                speed, effort = 0.0, friction
-            else:
-                effort -= friction
-            speeds.append(speed)
-            efforts.append(effort if effort > 0.0 else 0.0)
-        self._engine.drive_velocities(self._body, self._indices, speeds, efforts)
-
-    def effort_bounds(self, name: str, position: float, velocity: float) -> tuple[float, float]:
-        """Min and max effort [N m, N] a joint's motor may give in a state.
-
-        As ros_control's saturation: the URDF's effort limit, and no push further beyond a limit of
-        position or velocity. A limit of 0 counts as none.
-        """
-        return law.effort_bounds(position, velocity, *self.bounds(name))
+    def take_rows(self, handles: Iterable[JointHandle], rows: Iterable[EffortRow]) -> None:
+        """A solver has made steps with effort_rows()."""
+        for handle, row in zip(handles, rows):
+            handle.take(row)
+            self._applied[handle.name] = row.applied
 
     def release(self, names: Iterable[str]) -> None:
         """Release joints: they move freely, with their friction."""
@@ -294,12 +228,14 @@ class Mimics(Stateful):
         self._joints = joints
         known = set(joints.names)
         self._targets: dict[str, float] = {}  # of the last step
-        self._following: list[tuple[str, Mimic, float, float]] = []
+        self._following: list[tuple[str, Mimic, JointLimits, float, float]] = []
         for name, mimic in mimics.items():
             if name in known and mimic.joint in known:
                 effort = joints.max_effort(name)
                 effort = effort if mimic.max_effort is None else mimic.max_effort
-                self._following.append((name, mimic, effort, _BRAKE * effort / inertias[name]))
+                braking = _BRAKE * effort / inertias[name]
+                limits = JointLimits(joints.limits[name])
+                self._following.append((name, mimic, limits, effort, braking))
 
     def __bool__(self) -> bool:
         return bool(self._following)
@@ -311,11 +247,8 @@ class Mimics(Stateful):
     def update(self, period: float) -> None:
         """Drive the joints for a step of this length [s]."""
         positions, _ = self._joints.state()
-        for name, mimic, effort, braking in self._following:
-            limits = self._joints.limits[name]
-            target = positions[mimic.joint] * mimic.multiplier + mimic.offset
-            if limits.lower is not None and limits.upper is not None:
-                target = min(max(target, limits.lower), limits.upper)
+        for name, mimic, limits, effort, braking in self._following:
+            target = limits.position(positions[mimic.joint] * mimic.multiplier + mimic.offset)
             # A joint that is put to its position moves without a velocity.
             followed = (target - self._targets.get(name, target)) / period
             self._targets[name] = target
@@ -323,4 +256,4 @@ class Mimics(Stateful):
             if abs(error) >= mimic.sensitiveness:
                 close = min(_FRACTION * abs(error) / period, math.sqrt(2.0 * braking * abs(error)))
                 speed = followed + math.copysign(close, error)
-            self._joints.drive_within(name, speed, effort)
+            self._joints.set_motor(name, limits.velocity(speed), effort)

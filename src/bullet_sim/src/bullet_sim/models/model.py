@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bullet_sim.controllers.limits import UNLIMITED_EFFORT, UNLIMITED_SPEED
 from bullet_sim.controllers.manager import Manager
 from bullet_sim.description.lump import joint_inertias, visual_links
 from bullet_sim.description.model import (
@@ -20,7 +21,7 @@ from bullet_sim.description.model import (
 )
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes.prepare import prepare_meshes
-from bullet_sim.models.joints import UNLIMITED_EFFORT, UNLIMITED_SPEED, Joints, Mimics
+from bullet_sim.models.joints import Joints, Mimics
 from bullet_sim.models.urdf_writer import prepared_urdf
 from bullet_sim.pose import PLACEABLE, Array, Motion, Pose, Quat, Vec3, Vector, cross
 from bullet_sim.snapshot import BodySource, BodyState
@@ -112,9 +113,7 @@ class Model:
         mimics = {joint.name: joint.mimic for joint in self._lumped.joints if joint.mimic}
         self.mimics = Mimics(self.joints, mimics, inertias)
         self.manager = (
-            None
-            if description.control_namespace is None
-            else Manager(self.joints, description, {} if engine.computes_pids else inertias)
+            None if description.control_namespace is None else Manager(self.joints, description)
         )
         if self.manager is not None:
             self.manager.hardware.restart()

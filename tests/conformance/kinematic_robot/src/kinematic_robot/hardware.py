@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from bullet_bridge.plugins.base import ModelPlugin
-from bullet_sim.controllers.hardware import JointHandle
+from bullet_sim.controllers.handle import JointHandle
 from bullet_sim.description.model import Joint
 from std_msgs.msg import Bool, Empty, Float64, Float64MultiArray
 from std_srvs.srv import Empty as EmptyService
@@ -81,20 +81,13 @@ class KinematicJoints:
         """As Joints.drive_positions."""
         self._command("position", zip(names, values))
 
-    def effort_bounds(self, name: str, position: float, velocity: float) -> tuple[float, float]:
-        """As Joints.effort_bounds, from the URDF's effort alone."""
-        limit = self.limits[name].effort or math.inf
-        return -limit, limit
-
-    def apply_efforts(self, efforts: Mapping[str, float]) -> None:
-        """As Joints.apply_efforts, of unit inertias."""
-        self._command("effort", efforts.items())
-
-    def track(
-        self, targets: Mapping[str, tuple[float, float]], handles: Mapping[str, JointHandle]
-    ) -> None:
-        """As Joints.track, with any effort."""
-        self.drive_velocities(targets, [velocity for velocity, _ in targets.values()])
+    def apply_efforts(self, handles: Sequence[JointHandle]) -> None:
+        """As Joints.apply_efforts, of unit inertias, within the URDF's limits of effort alone."""
+        efforts = []
+        for handle in handles:
+            limit = handle.limits.effort or math.inf
+            efforts.append((handle.name, min(max(handle.effort or 0.0, -limit), limit)))
+        self._command("effort", efforts)
 
     def release(self, names: Iterable[str]) -> None:
         """As Joints.release: they stop."""
@@ -160,7 +153,7 @@ class KinematicRobot(ModelPlugin):
         )
         offered = dict.fromkeys(joints.names, tuple(sdf.text("interfaces").split()))
         hardware = self.model.manager.hardware
-        self.call(lambda: self._put_before(hardware, joints, offered))
+        self.call(lambda: hardware.put_before(joints, offered))
         self._confirmed = self.publisher("/parameter_updated", Empty)
         self._parameter("/smoothing", Float64, lambda data: self._set_lags([data] * len(limits)))
         self._parameter("/smoothings", Float64MultiArray, self._set_lags)
@@ -168,12 +161,6 @@ class KinematicRobot(ModelPlugin):
         self._parameter("/upper_bound", Float64, lambda data: setattr(joints, "upper", data))
         for name, running in (("/start", True), ("/stop", False)):
             self.service(name, EmptyService, self._switch(running))
-
-    @staticmethod
-    def _put_before(hardware: Any, joints: KinematicJoints, offered: Any) -> None:
-        hardware.put_before(joints, offered)
-        for handle in hardware.handles(joints.names):
-            handle.inertia = 1.0  # that apply_efforts moves
 
     def _switch(self, running: bool) -> Callable[[Any], EmptyResponse]:
         def handle(_request: Any) -> EmptyResponse:

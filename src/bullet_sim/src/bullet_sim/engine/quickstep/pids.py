@@ -72,7 +72,7 @@ def apply_pids(period: float, pids: Array, active: Array, noted: Array, joints: 
         period: of a step [s].
         active: (3,) how many of the PIDs, whether to note the positions of joints, and how often
             that was done.
-        noted: (MOST_NOTED, j) positions [rad, m].
+        noted: (MAX_NOTED_STEPS, j) positions [rad, m].
     """
     if active[1] != 0 and active[2] < len(noted):
         for j in range(len(joints)):

@@ -27,7 +27,7 @@ ROWS, ROWS_MOST = 6, 7  # of a joint's block; of a joint
 POSITION, VELOCITY, EFFORT_ALONE = range(3)  # what the errors are of; no PID, a constant effort
 GOALS = {"position": POSITION, "velocity": VELOCITY, "": EFFORT_ALONE}
 # rows of PIDs: number of the joint, limits of its velocity and effort in Gazebo, and the attributes
-# of law.JointPid in their order
+# of effort_row.EffortRow in their order
 P_JOINT, P_TOP_SPEED, P_TOP_EFFORT, P_GOAL, P_TARGET, P_LOWER, P_UPPER, P_LINEAR = range(8)
 P_P, P_I, P_D, P_LOW, P_HIGH, P_ANTIWINDUP = range(8, 14)
 P_LIMIT, P_MIN, P_MAX, P_SPEED = range(14, 18)

@@ -5,7 +5,7 @@ import math
 import pytest
 from bullet_sim.controllers.manager import Manager
 from bullet_sim.controllers.pid import PidGains
-from bullet_sim.models.stride import Stride
+from bullet_sim.models.step_batch import StepBatch
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
@@ -88,58 +88,58 @@ def everything(world, manager):
     columns = hardware.joints.columns(range(len(JOINTS)))
     return [
         *map(repr, (world.time, manager.time, states, samples, handles, columns)),
-        repr(sorted(hardware.efforts.items())),
+        repr([(joint.name, joint.effort) for joint in hardware.acting]),
         repr((solver.bodies.tolist(), solver.joints.tolist())),
     ]
 
 
-def drive(world, manager, strides):
-    """States after each of the commands, which are made in strides."""
+def drive(world, manager, batches):
+    """States after each of the commands, which are made in batches."""
     found = []
     for number, command in enumerate(COMMANDS):
         for name, value in command.items():
             manager.command(name, [value])
-        for stride in strides[number % len(strides)]:
-            world.step(stride)
+        for batch in batches[number % len(batches)]:
+            world.step(batch)
         found.append(everything(world, manager))
     return found
 
 
 def never(self, period):
-    """In place of Manager.steady_steps: Python updates the controllers before each step."""
+    """In place of Manager.steps_until_update: Python updates the controllers before each step."""
     return 0
 
 
 def ways(monkeypatch):
-    """Whether Python updates the controllers before each step: once it does, once strides do."""
+    """Whether Python updates the controllers before each step: once it does, once batches do."""
     with monkeypatch.context() as patch:
-        patch.setattr(Manager, "steady_steps", never)
+        patch.setattr(Manager, "steps_until_update", never)
         yield True
     yield False
 
 
-def note_strides(monkeypatch):
-    """List that gets the number of steps of each stride."""
-    strides, make = [], Stride.make
+def note_batches(monkeypatch):
+    """List that gets the number of steps of each batch."""
+    batches, make = [], StepBatch.make
 
     def noted(self, engine, count):
-        strides.append(count)
+        batches.append(count)
         make(self, engine, count)
 
-    monkeypatch.setattr(Stride, "make", noted)
-    return strides
+    monkeypatch.setattr(StepBatch, "make", noted)
+    return batches
 
 
 def test_pids_in_the_solver_are_those_of_python(monkeypatch):
     """Limits, saturation, antiwindup, half rotations, gains of gazebo_ros_control, efforts."""
     with monkeypatch.context() as patch:
-        patch.setattr(Manager, "steady_steps", never)
+        patch.setattr(Manager, "steps_until_update", never)
         expected = drive(*world_with_controllers(), [[700]])
     world, manager = world_with_controllers()
-    strides = note_strides(monkeypatch)
+    batches = note_batches(monkeypatch)
     assert drive(world, manager, [[1, 699], [13, 1, 686], [350, 350]]) == expected
     whole = [64] * 10 + [59, 13] + [64] * 10 + [46] + 2 * ([64] * 5 + [30])
-    assert strides == whole  # one step alone is Python's
+    assert batches == whole  # one step alone is Python's
 
 
 def test_a_saved_state_goes_on_with_the_same_bits():
@@ -168,7 +168,7 @@ def test_python_computes_what_is_more_than_pids(monkeypatch, change):
     world, manager = world_with_controllers()
     world.step(10)
     change(manager)
-    monkeypatch.setattr(Stride, "make", None)
+    monkeypatch.setattr(StepBatch, "make", None)
     world.step(10)
     assert world.step_count == 20
 
@@ -208,7 +208,7 @@ def test_bases_have_the_same_odometry(monkeypatch, kind, more):
     robots = robot().replace("hardware_interface/Effort", "hardware_interface/Velocity")
     found = []
     for python in ways(monkeypatch):
-        strides = note_strides(monkeypatch)
+        batches = note_batches(monkeypatch)
         world = World(solver="ode")
         manager = world.spawn_urdf("bot", robots, Pose((0.0, 0.0, 2.0)), str).manager
         manager.hardware.set_gains("geared", PidGains(0.3, 0.5, 0.001, -0.2, 0.2))
@@ -226,6 +226,6 @@ def test_bases_have_the_same_odometry(monkeypatch, kind, more):
                 bits = world.engine.ode.bodies.tolist(), world.engine.ode.joints.tolist()
                 seen.append(repr((sorted(state.items(), key=str), manager.time, bits)))
         found.append(seen)
-        assert bool(strides) != python
-    assert sum(strides) > 0.5 * world.step_count  # where limits act, Python does
+        assert bool(batches) != python
+    assert sum(batches) > 0.5 * world.step_count  # where limits act, Python does
     assert found[0] == found[1]

@@ -1,0 +1,121 @@
+"""A joint as the controllers of a robot see it: its state, and what they command."""
+
+from typing import Protocol
+
+from bullet_sim.component import Stateful
+from bullet_sim.controllers import law
+from bullet_sim.controllers.effort_row import EffortRow, constant_row
+from bullet_sim.controllers.limits import JointLimits
+from bullet_sim.controllers.pid import Pid, limits_of
+from bullet_sim.description.model import Joint
+
+
+class CommandTarget(Protocol):
+    """What passes commands on to joints, see hardware.Hardware."""
+
+    def command(
+        self, interface: str, joints: "tuple[JointHandle]", values: tuple[float]
+    ) -> None: ...
+    def release(self, names: tuple[str, ...]) -> None: ...
+
+
+class JointHandle(Stateful):
+    """A joint: its state, as of the last Hardware.read(), and its command.
+
+    Attributes:
+        limits: its Joint of the description: type, limits of position, velocity and effort.
+        position, velocity: [rad, m], [rad/s, m/s].
+        effort: that acts over each step [N m, N]; None: none is commanded.
+        pid: that computes the effort before each step; None: it stays as it is.
+        gains_pid: that follows commands of velocities and positions by efforts, see
+            Hardware.set_gains(); None: the joint's motor follows them.
+        last_position: the last command of a position [rad, m].
+    """
+
+    STATE = ("effort", "pid", "gains_pid", "last_position")
+
+    def __init__(self, name: str, limits: Joint, hardware: CommandTarget) -> None:
+        self.name, self.limits, self._hardware = name, limits, hardware
+        self.position = self.velocity = 0.0
+        self.effort: float | None = None
+        self.pid: Pid | None = None
+        self.gains_pid: Pid | None = None
+        self.last_position = 0.0
+        self._bounds = JointLimits(limits)
+
+    def set_velocity(self, value: float) -> None:
+        """Command a velocity [rad/s, m/s], until the next command; the URDF limits it."""
+        self._hardware.command("velocity", (self,), (value,))
+
+    def set_position(self, value: float) -> None:
+        """Command a position [rad, m], as set_velocity()."""
+        self._hardware.command("position", (self,), (value,))
+
+    def set_effort(self, value: float, pid: Pid | None = None) -> None:
+        """Command an effort [N m, N], as set_velocity().
+
+        Args:
+            pid: whose output it is; a solver that makes several steps in one call computes it anew
+                before each.
+        """
+        if self.effort is None or self.pid is not pid:
+            self._hardware.command("effort", (self,), (value,))
+            if self.effort is not None and self.pid is None:
+                self.pid = pid
+        else:
+            self.effort = value
+
+    def release(self) -> None:
+        """Drop the command: the joint moves freely, with its friction."""
+        self._hardware.release((self.name,))
+
+    @property
+    def is_regulated(self) -> bool:
+        """Whether the effort follows a velocity or a position by gains_pid."""
+        return self.pid is not None and self.pid is self.gains_pid
+
+    def follow(self, goal: str, value: float) -> None:
+        """Follow a velocity or a position by gains_pid."""
+        pid = self.gains_pid
+        assert pid is not None
+        if self.pid is not pid:
+            pid.reset()
+            self.pid, self.effort = pid, 0.0
+        pid.goal, pid.target = goal, self._bounds.set_point(goal, value)
+
+    def regulate(self, period: float) -> None:
+        """Compute the effort by gains_pid for the time [s] since the last update."""
+        pid = self.gains_pid
+        assert pid is not None
+        if pid.goal == "velocity":
+            error = pid.target - self.velocity
+        else:
+            error = law.position_error(self.position, pid.target, *limits_of(self.limits))
+        self.effort = pid.update(error, period)
+
+    def limited_effort(self) -> tuple[float, float]:
+        """The effort [N m, N] within the joint's limits, and what of it acts on the joint."""
+        bounds = self._bounds.effort_bounds(self.is_regulated)
+        effort = law.within(
+            0.0 if self.effort is None else self.effort,
+            *law.effort_bounds(self.position, self.velocity, *bounds),
+        )
+        return effort, law.truncated(effort, self.velocity, *self._bounds.of_force())
+
+    def effort_row(self, body: int, joint: int) -> EffortRow:
+        """What computes limited_effort() in each of several steps of a solver.
+
+        Args:
+            body, joint: the engine's numbers.
+        """
+        bounds, of_force = self._bounds.effort_bounds(self.is_regulated), self._bounds.of_force()
+        if self.pid is not None:
+            return self.pid.row(body, joint, limits_of(self.limits), bounds, of_force)
+        assert self.effort is not None
+        return constant_row(body, joint, self.effort, bounds, of_force)
+
+    def take(self, row: EffortRow) -> None:
+        """A solver has computed the effort for several steps."""
+        if self.pid is not None:
+            self.pid.take(row)
+            self.effort = row.output
