@@ -55,9 +55,8 @@ class WheelDrivePlugin(ModelPlugin):
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
-        spec, joints = self.spec, self.model.joints
+        spec = self.spec
         self._drive = WheelDrive(spec)
-        self._wheels = [[joints.index(name) for name in names] for names in (spec.left, spec.right)]
         odometry = spec.publish_odometry
         self._odometry = self.publisher(spec.topic, Odometry) if odometry else None
         tf = self.publisher("/tf", TFMessage)  # which upstream advertises in any case
@@ -88,9 +87,9 @@ class WheelDrivePlugin(ModelPlugin):
         self._turn((0.0, 0.0))
 
     def _turn(self, speeds: tuple[float, float]) -> None:
-        for wheels, speed in zip(self._wheels, speeds):
-            for joint in wheels:
-                self.world.engine.drive_velocity(self.model.body, joint, speed, self.spec.torque)
+        for wheels, speed in zip((self.spec.left, self.spec.right), speeds):
+            for wheel in wheels:
+                self.model.joints.set_motor(wheel, speed, self.spec.torque)
 
     def _on_command(self, message: Any) -> None:
         command = command_of(self.spec.command_topic, (message.linear.x, message.angular.z))
