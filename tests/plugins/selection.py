@@ -36,19 +36,45 @@ OUTCOMES = "paddock/outcomes"  # there: test that has failed -> whether it passe
 RUNS = 10  # of a test that are kept
 # Files that take long on two cores [s], until a run has measured them.
 EXPECTED = {
-    "src/standins/test/test_standin_nodes_end.py": 60,
+    "src/bullet_sim/test/test_ode_solver.py": 20,
+    "src/standins/test/test_standin_nodes_end.py": 40,
+    "tests/lint/test_lint.py": 60,
+    "tests/physics/test_trailer_physics.py": 15,
     "tests/unit/test_plugins.py": 60,
-    "tests/ros/test_check.py": 42,
-    "tests/ros/test_keyboard.py": 44,
-    "tests/ros/test_keyboard_x.py": 40,
-    "tests/ros/test_lap_drivers.py": 44,
-    "tests/ros/test_goal_trailer.py": 46,
-    "tests/ros/test_goal.py": 42,
+    "tests/unit/test_run_bare.py": 30,
+    "tests/unit/test_run_bare_ends.py": 30,
+    "tests/unit/test_run_ci.py": 25,
+    "tests/unit/test_run_environment.py": 60,
+    "tests/unit/test_run_launch.py": 20,
+    "tests/unit/test_run_ros.py": 25,
+    "tests/unit/test_run_setup.py": 60,
+    "tests/unit/test_solver_library.py": 60,
     "tests/ros/test_back_action.py": 37,
-    "tests/ros/test_back_faults.py": 35,
-    "tests/ros/test_truck_drive.py": 37,
+    "tests/ros/test_back_demo.py": 25,
+    "tests/ros/test_check.py": 30,
+    "tests/ros/test_drop_in.py": 35,
+    "tests/ros/test_gazebo_commands.py": 25,
     "tests/ros/test_goal_manoeuvres.py": 33,
-    "tests/ros/test_lap_run.py": 30,
+    "tests/ros/test_gui.py": 25,
+    "tests/ros/test_harbour.py": 25,
+    "tests/ros/test_lap.py": 40,
+    "tests/ros/test_lap_run.py": 25,
+    "tests/ros/test_lockstep.py": 45,
+    "tests/ros/test_replay.py": 40,
+    "tests/ros/test_spawner.py": 25,
+    "tests/ros/test_steering_map.py": 25,
+    "tests/ros/test_truck_drive.py": 37,
+    "tests/ros/test_web_node.py": 50,
+    "tests/ros/test_window.py": 35,
+    "tests/ros/test_world_launch.py": 30,
+    "tests/long/test_goal.py": 42,
+    "tests/long/test_goal_trailer.py": 46,
+    "tests/long/test_install_space.py": 60,
+    "tests/long/test_keyboard.py": 44,
+    "tests/long/test_keyboard_x.py": 40,
+    "tests/long/test_lap_drivers.py": 90,
+    "tests/long/test_trailer_starts.py": 40,
+    "tests/long/test_web_safety.py": 50,
 }
 
 
@@ -184,7 +210,7 @@ def pytest_xdist_make_scheduler(config, log):
 
 def expected(path, root, seconds):
     """Wall time of a file's tests [s]."""
-    default = 10.0 if stage_of(path, root) == "ros" else 1.0
+    default = 10.0 if stage_of(path, root) in ("ros", "long") else 1.0
     return seconds.get(str(path.relative_to(root)), default) if path.is_relative_to(root) else 0.0
 
 

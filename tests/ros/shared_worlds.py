@@ -49,6 +49,7 @@ SEEING_CAR = """<launch>
   </include>
   <include file="$(find deepracer_control)/launch/control.launch"/>
   <include file="$(find track_model)/launch/referee.launch"/>
+  <param name="/gazebo/pub_clock_frequency" value="50.0"/>
 </launch>
 """
 

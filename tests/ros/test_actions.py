@@ -28,6 +28,7 @@ LAUNCH = """<launch>
         args="-urdf -param robot_description -model arm_bot"/>
   <node name="controllers" pkg="controller_manager" type="spawner" output="screen"
         args="--timeout 120 joint_state_controller arm hand loads"/>
+  <param name="/gazebo/pub_clock_frequency" value="50.0"/>
 </launch>
 """
 
