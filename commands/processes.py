@@ -48,7 +48,7 @@ def run_child(
                 seconds = time.monotonic() - start
                 late = deadline is not None and seconds > deadline
                 if signals.first is not None or late:
-                    _stop(process, group and session, grace)
+                    stop([(process, group and session, grace)])
                     if signals.first is None:
                         raise DeadlineExceeded from None
                     break
@@ -124,20 +124,29 @@ class Signals:
             self.first = number
 
 
-def _stop(process, group, grace):
+def stop(children):
+    """Stops children by SIGINT, and by SIGKILL those that do not end.
+
+    Args:
+        children: List of (its subprocess.Popen, whether all of its session is stopped, wait from
+            SIGINT to SIGKILL [s] or None to wait for ever).
+    """
     import signal
     import subprocess
+    import time
 
-    send = os.killpg if group else os.kill
-    for number, seconds in ((signal.SIGINT, grace), (signal.SIGKILL, None)):
-        _send(send, process.pid, number)
+    start = time.monotonic()
+    for process, group, _ in children:
+        _send(os.killpg if group else os.kill, process.pid, signal.SIGINT)
+    for process, group, grace in children:
+        send = os.killpg if group else os.kill
         try:
-            process.wait(seconds)
-            break
+            process.wait(None if grace is None else max(0.0, start + grace - time.monotonic()))
         except subprocess.TimeoutExpired:
-            continue
-    if group:
-        _send(send, process.pid, signal.SIGTERM)  # what the program left behind
+            _send(send, process.pid, signal.SIGKILL)
+            process.wait()
+        if group:
+            _send(send, process.pid, signal.SIGTERM)  # what the program left behind
 
 
 def _send(send, number, signal):

@@ -1,13 +1,14 @@
-"""Set-up in three steps: Debian packages, Python packages in .venv, the catkin workspace.
+"""Set-up: Debian packages, Python packages in .venv, the catkin workspace, the solver.
 
-A step whose inputs have not changed is skipped; an interrupted one leaves no stamp and is done
-again by the next ./run. Two ./run at once wait for each other. ros.py tells on which ROS 1.
+These four steps run beside each other as far as they can. One whose inputs have not changed is
+skipped; an interrupted one leaves no stamp and is done again by the next ./run. Two ./run at once
+wait for each other. ros.py tells on which ROS 1.
 """
 
 import sys
 
 from commands.bootstrap import packages, ros, venv, workspace
-from commands.bootstrap.step import SetupLock
+from commands.bootstrap.step import SetupLock, run_beside
 
 
 def prepare():
@@ -15,6 +16,7 @@ def prepare():
 
     Raises:
         CommandError: A step failed.
+        SystemExit: Debian packages could not be installed, and ./run has said why.
         Interrupted: A signal ended it.
     """
     with SetupLock():
@@ -24,6 +26,7 @@ def prepare():
                 ros.announce()
             if missing:
                 ros.check()
-        packages.prepare()
-        venv.prepare()
-        workspace.prepare()
+        steps = [*packages.steps(), *venv.steps()]
+        steps += workspace.steps(changing=bool(steps))
+        if steps:
+            run_beside(steps)

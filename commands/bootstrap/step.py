@@ -1,7 +1,8 @@
-"""One step of set-up: its title with the seconds it takes, its log, the lock around it.
+"""The steps of set-up: their titles with the seconds they take, their logs, the lock around them.
 
-One ./run at a time has the lock, the others wait. What a step starts has it, too: where a killed
-./run leaves pip or a build, the next one waits for their end in place of working beside them.
+Steps run beside each other and wait for what they need of each other. One ./run at a time has the
+lock, the others wait. What a step starts has it, too: where a killed ./run leaves pip or a build,
+the next one waits for their end in place of working beside them.
 """
 
 import errno
@@ -11,13 +12,14 @@ import sys
 import time
 
 from commands import processes
-from commands.errors import CommandError, Interrupted, say
+from commands.errors import CommandError, say
 from commands.paths import CACHE, LOGS, relative
 
 LOCK = os.path.join(CACHE, "lock")  # ./run takes it, too, while there is no python3
 LOCK_LIMIT = 1800.0  # [s]
 SILENT = 2.0  # before it says that it waits: a ./run that finds all ready is through by then [s]
-POLL = 0.05  # [s]
+POLL = 0.05  # [s] between looks at the lock, at programs and at signals
+STEPS = 4  # of ./run setup
 EVERY = 30  # between lines of progress where there is no terminal [s]
 GRACE = 5.0  # from SIGINT to SIGKILL for what the step started [s]
 TAIL = 20  # lines of the log shown after a failure
@@ -74,89 +76,91 @@ class StepFailed(Exception):
 
 
 class Step:
-    """Runs the programs of a step, with their output in a log."""
+    """Runs the programs of a step one after the other, with their output in a log."""
 
-    def __init__(self, number, title, advice, log, of=3):
+    speaks = False  # whether its program says itself what it does
+
+    def __init__(self, number, title, work, advice, log, promises=(), of=STEPS):
         """Prepares a step.
 
         Args:
+            work: Generator function that gets this step. It yields (command line, environment) of
+                each program, and goes on when that has ended well; or the name of something that
+                another step promises, and goes on when that is there.
             advice: What to look at if it fails.
             log: The log's name without suffix.
+            promises: Names of what other steps may wait for: there when the step ends, or at
+                reach().
         """
         self.log = os.path.join(LOGS, f"{log}.log")
-        self._name, self._title, self._advice = title, f"[{number}/{of}] {title}", advice
-        self._in_place = sys.stdout.isatty()
-        self._said = 0
+        self.promises = set(promises)
+        self.title = f"[{number}/{of}] {title}"
+        self.begun = None  # when it started its first program; it says nothing before [s]
+        self._name, self._advice = title, advice
+        self._work = work(self)
+        self._said, self._stream = 0, None
+        self._program, self._awaited = None, None
 
-    def run(self, work):
-        """Does the step.
+    def go_on(self, promised):
+        """Goes on as far as it can without waiting.
 
         Args:
-            work: Function that gets this step and calls execute() for each program.
+            promised: Names of what is not there yet.
+
+        Returns:
+            Whether it goes on later.
 
         Raises:
-            CommandError: It failed.
-            Interrupted: A signal ended it.
+            StepFailed, OSError: It failed.
         """
-        os.makedirs(LOGS, exist_ok=True)
-        self._start = time.monotonic()
-        if self._in_place:
-            say(f"{self._title} ... ", end="")
-        else:
-            say(f"{self._title} ... (details in {relative(self.log)})")
-        try:
-            with open(self.log, "wb", buffering=0) as self._stream:
-                work(self)
-        except (StepFailed, OSError) as error:
-            self._fail(error)
-        except Interrupted:
-            say("\ninterrupted; start ./run again to go on")
-            raise
-        self._end(f"done ({self._seconds()} s)")
+        while True:
+            if self._program is not None:
+                status = self._program.poll()
+                if status is None:
+                    return True
+                name, self._program = os.path.basename(self._program.args[0]), None
+                self._ended(name, status)
+            if self._awaited in promised:
+                return True
+            try:
+                wanted = next(self._work)
+            except StopIteration:
+                self.promises.clear()
+                if self.begun is not None:
+                    self._end(f"done ({self._seconds()} s)")
+                return False
+            if isinstance(wanted, str):
+                self._awaited = wanted
+            else:
+                self._program = self._start(*wanted)
 
-    def execute(self, argv, environ):
-        """Runs one program in the clone's name, its output goes to the log.
-
-        Raises:
-            StepFailed: Its exit status is not 0.
-            Interrupted: A signal ended it.
-        """
-        import subprocess
-
-        status = processes.run_child(
-            argv,
-            grace=GRACE,
-            tick=self._tick,
-            env=environ,
-            stdin=subprocess.DEVNULL,
-            stdout=self._stream,
-            stderr=subprocess.STDOUT,
-            pass_fds=held_locks(),
-        )
-        if status != 0:
-            raise StepFailed(f"{os.path.basename(argv[0])} ended with exit status {status}")
+    def reach(self, name):
+        """Tells that something that it promised is there."""
+        self.promises.discard(name)
 
     def note(self, text):
         """Prints a line between the seconds: why this takes longer than usual."""
-        say(f"\r{text}" if self._in_place else text)
+        _print(text)
 
-    def _seconds(self):
-        return int(time.monotonic() - self._start)
+    def children(self):
+        """Lists what processes.stop() stops, while a program runs."""
+        return [] if self._program is None else [(self._program, True, GRACE)]
 
-    def _tick(self, _):
-        seconds = self._seconds()
-        if seconds == self._said:
+    def tick(self):
+        """Says every EVERY seconds, where there is no terminal, how long it takes."""
+        if self.begun is None or self._seconds() == self._said:
             return
-        self._said = seconds
-        if self._in_place:
-            say(f"\r{self._title} ... {seconds} s ", end="")
-        elif seconds % EVERY == 0:
-            say(f"{self._title} ... {seconds} s")
+        self._said = self._seconds()
+        if self._said % EVERY == 0:
+            say(f"{self.title} ... {self._said} s")
 
-    def _end(self, text):
-        say(f"\r{self._title} {text}" if self._in_place else f"{self._title} {text}")
+    def fail(self, error):
+        """Prints the end of the log.
 
-    def _fail(self, error):
+        Raises:
+            CommandError: In any case.
+        """
+        os.makedirs(LOGS, exist_ok=True)
         with open(self.log, "a", encoding="utf-8") as stream:
             stream.write(f"{error}\n")
         self._end(f"FAILED after {self._seconds()} s. The end of {relative(self.log)}:")
@@ -168,3 +172,140 @@ class Step:
             self._advice,
             "Then start ./run again: finished steps are skipped.",
         ) from None
+
+    def close(self):
+        """Closes the log; work() may clean up."""
+        self._work.close()
+        if self._stream is not None:
+            self._stream.close()
+
+    def _start(self, argv, environ):
+        import subprocess
+
+        if self.begun is None:
+            self.begun = time.monotonic()
+            os.makedirs(LOGS, exist_ok=True)
+            self._stream = open(self.log, "wb", buffering=0)
+            if not sys.stdout.isatty():
+                say(f"{self.title} ... (details in {relative(self.log)})")
+        return subprocess.Popen(
+            argv,
+            env=environ,
+            start_new_session=True,
+            stdin=subprocess.DEVNULL,
+            stdout=self._stream,
+            stderr=subprocess.STDOUT,
+            pass_fds=held_locks(),
+        )
+
+    def _ended(self, name, status):
+        if status != 0:
+            raise StepFailed(f"{name} ended with exit status {status}")
+
+    def _seconds(self):
+        return int(time.monotonic() - (self.begun or time.monotonic()))
+
+    def _end(self, text):
+        _print(f"{self.title} {text}")
+
+
+class SpeakingStep(Step):
+    """A step whose program says itself what it does, and why it fails: ./run --packages.
+
+    It stays in the terminal's reach, where sudo asks for a password. Its end is always waited for:
+    half of an installation is worse than none.
+    """
+
+    speaks = True
+
+    def children(self):
+        """As of every step."""
+        return [] if self._program is None else [(self._program, False, None)]
+
+    def _start(self, argv, environ):
+        import subprocess
+
+        sys.stdout.flush()
+        return subprocess.Popen(argv, env=environ)
+
+    def _ended(self, name, status):
+        if status != 0:
+            raise SystemExit(processes.exit_status(status))
+
+
+def run_beside(steps):
+    """Runs steps beside each other; the first that fails ends all.
+
+    Args:
+        steps: In the order in which they are told of.
+
+    Raises:
+        CommandError: One failed.
+        SystemExit: One failed that has said why.
+        Interrupted: A signal ended them.
+    """
+    waiting, seconds = list(steps), -1
+    try:
+        with processes.Signals() as signals:
+            while waiting and signals.first is None:
+                progress = _go_on(waiting)
+                if progress:
+                    continue
+                if sys.stdout.isatty():
+                    if int(time.monotonic()) != seconds:
+                        seconds = int(time.monotonic())
+                        _draw(waiting)
+                else:
+                    for step in waiting:
+                        step.tick()
+                time.sleep(POLL)
+            if signals.first is not None:
+                told = any(step.speaks and step.children() for step in waiting)
+                processes.stop([child for step in waiting for child in step.children()])
+                if not told:
+                    say("\ninterrupted; start ./run again to go on")
+        signals.check()
+    finally:
+        for step in steps:
+            step.close()
+
+
+def _go_on(waiting):
+    """Goes on with every step; returns whether one ended or reached what it promised."""
+    promised = {name for step in waiting for name in step.promises}
+    for step in list(waiting):
+        try:
+            if not step.go_on(promised):
+                waiting.remove(step)
+        except (StepFailed, OSError, CommandError, SystemExit) as error:
+            waiting.remove(step)
+            _end_others(waiting)
+            if isinstance(error, (StepFailed, OSError)):
+                step.fail(error)
+            raise
+    return promised != {name for step in waiting for name in step.promises}
+
+
+def _end_others(waiting):
+    """Stops the other steps once one has failed; what must not be stopped half-way ends first."""
+    processes.stop([child for step in waiting if not step.speaks for child in step.children()])
+    for step in waiting:
+        for process, _, _ in step.children() if step.speaks else ():
+            process.wait()
+    for step in waiting:
+        if step.begun is not None:
+            _print(f"{step.title} stopped")
+
+
+def _draw(waiting):
+    """Says in place what runs, and how long the first of it has."""
+    if any(step.speaks and step.children() for step in waiting):
+        return  # the line is its program's
+    running = [step for step in waiting if step.begun is not None]
+    if running:
+        seconds = int(time.monotonic() - min(step.begun for step in running))
+        say(f"\r\033[K{', '.join(step.title for step in running)} ... {seconds} s ", end="")
+
+
+def _print(text):
+    say(f"\r\033[K{text}" if sys.stdout.isatty() else text)

@@ -1,4 +1,4 @@
-"""Step 2, Python packages in .venv: what config/requirements.txt pins, and more to learn."""
+"""Step 2, Python packages in .venv: those that all need, and those of some commands."""
 
 import glob
 import os
@@ -6,14 +6,14 @@ import sys
 
 from commands import signature
 from commands.bootstrap import packages, ros
-from commands.bootstrap.step import SetupLock, Step
+from commands.bootstrap.step import SetupLock, Step, run_beside
 from commands.paths import CACHE, ROOT, VENV, VENV_PYTHON, VENV_STAMP, read, write
 
 REQUIREMENTS = os.path.join(ROOT, "config", "requirements.txt")
 # Run by .venv's Python, with the path of .venv: whether what Paddock imports is there.
 CHECK = """
 import sys
-import av, cv2, cv_bridge, numpy, pybullet, pytest, rospy, xacro, yaml
+import av, cv2, cv_bridge, numpy, pybullet, rospy, xacro, yaml
 from PyQt5 import QtWidgets
 if numpy.__file__.startswith(sys.argv[1]):
     sys.exit(f"numpy is {numpy.__version__} of .venv; Debian's has to stay, cv_bridge needs it")
@@ -23,39 +23,41 @@ WHEELS = os.path.join(CACHE, "wheels")  # what was compiled here
 # The last Python, and the one machine, for which PyPI has a wheel of it.
 COMPILED, WHEELS_UP_TO, WHEELS_FOR = "pybullet", (3, 11), "x86_64"
 MACHINE = os.uname().machine
+COMPILER = (
+    "numba",
+    "llvmlite",
+)  # of the solver: installed first, as that takes a minute to compile
+# Half of what is in these are symbols for debuggers: 150 MB.
+WITH_SYMBOLS = ("pybullet.*.so", "eglRenderer.*.so", "llvmlite/binding/libllvmlite.so")
 
 # gcc 14 makes an error of a cast that numpy 2 wants: PyArray_DATA() of a PyObject
-CFLAGS = "-g0 -Wno-error=incompatible-pointer-types"
-# Name of the lists in config/ (apt-NAME.txt, requirements-NAME.txt) -> what must be importable.
+CFLAGS = "-g0 -w -Wno-error=incompatible-pointer-types"
+# Name of the lists in config/ (requirements-NAME.txt, and apt-NAME.txt where it needs Debian's
+# packages, too) -> what must be importable.
 EXTRAS = {
+    "gym": "gymnasium, onnx, onnxruntime",
     "learning": "stable_baselines3, torch",
     "ray": "ray",
     "sweep": "optuna",
+    "test": "hypothesis, pytest, vehiclemodels",
+    "lint": "mypy, ruff, vermin",
 }
+BELOW = {"learning": ("gym",), "sweep": ("gym",)}  # what else a list needs
 
 
-def prepare():
-    """Makes or completes .venv if its inputs changed.
-
-    Raises:
-        CommandError: It failed.
-        Interrupted: A signal ended it.
-    """
-    key = _key()
-    if signature.unchanged("venv", key):
-        return
+def steps():
+    """Gives the steps that make or complete .venv if its inputs changed."""
+    if signature.unchanged("venv", _key()):
+        return []
+    found = [Step(2, "Python packages", _prepare, ADVICE, "install_python", ("venv", "numba"))]
     if not _complete():
-        Step(
-            2,
-            "Python packages",
-            ADVICE,
-            "install_python",
-        ).run(_install)
-    signature.save("venv", key, [REQUIREMENTS, VENV_STAMP, VENV_PYTHON, ros.python()])
+        advice = "The lines above say what the compiler misses."
+        found.append(Step(2, "PyBullet", _compile, advice, "compile_pybullet", ("wheel",)))
+    return found
 
 
 def ready():
-    """Returns whether prepare() has nothing to do."""
+    """Returns whether there is nothing to do."""
     return signature.unchanged("venv", _key()) or _complete()
 
 
@@ -80,6 +82,12 @@ def _stamp():
         return f"{_base()}\n{hashlib.sha256(stream.read()).hexdigest()}\n"
 
 
+def _prepare(step):
+    if not _complete():
+        yield from _install(step)
+    signature.save("venv", _key(), [REQUIREMENTS, VENV_STAMP, VENV_PYTHON, ros.python()])
+
+
 def _install(step):
     environ = dict(os.environ, PYTHONNOUSERSITE="1")
     folder = ros.prefix()
@@ -89,13 +97,46 @@ def _install(step):
 
         if os.path.isdir(VENV):
             shutil.rmtree(VENV)
-        step.execute([ros.python(), "-m", "venv", "--system-site-packages", VENV], environ)
+        yield [ros.python(), "-m", "venv", "--system-site-packages", VENV], environ
     _begin(folder)
-    _compile(step, environ)
-    step.execute([*_pip("install"), "--find-links", WHEELS, "-r", REQUIREMENTS], environ)
+    step.reach("venv")
+    first = [pin for pin in _pins() if _name(pin) in COMPILER]
+    compiled = [pin for pin in _pins() if _name(pin) == COMPILED and not _has_wheel()]
+    rest = [pin for pin in _pins() if pin not in (*first, *compiled)]
+    if first:
+        yield [*_pip("install"), *first], environ
+    step.reach("numba")
+    yield [*_pip("install"), *rest], environ
+    if compiled:
+        yield "wheel"
+        yield [*_pip("install"), "--find-links", WHEELS, *compiled], environ
+    yield from _strip(environ)
     ros.enter(environ, folder)
-    step.execute([VENV_PYTHON, "-c", CHECK, VENV], environ)
+    yield "packages"
+    yield [VENV_PYTHON, "-c", CHECK, VENV], environ
     write(VENV_STAMP, _stamp())
+
+
+def _pins():
+    """Lists the lines of config/requirements.txt as pip takes them: NAME==VERSION; MARKER."""
+    lines = (line.partition("#")[0].strip() for line in read(REQUIREMENTS).splitlines())
+    return [line for line in lines if line]
+
+
+def _name(pin):
+    return pin.partition("==")[0]
+
+
+def _strip(environ):
+    """Leaves out symbols for debuggers, into new files: those that were there may be in use."""
+    import shutil
+
+    if not shutil.which("strip"):
+        return
+    folder = glob.glob(f"{VENV}/lib/python3*/site-packages")
+    for path in [path for part in WITH_SYMBOLS for path in glob.glob(f"{folder[0]}/{part}")]:
+        yield ["strip", "--strip-unneeded", "-o", f"{path}.stripped", path], environ
+        os.replace(f"{path}.stripped", path)
 
 
 def _begin(folder):
@@ -111,22 +152,23 @@ def _begin(folder):
 
 
 def _pip(command):
-    return [VENV_PYTHON, "-m", "pip", command, "--disable-pip-version-check", "--no-deps"]
+    words = [VENV_PYTHON, "-m", "pip", command, "--disable-pip-version-check", "--no-deps"]
+    return [*words, "--no-compile"] if command == "install" else words
 
 
-def _compile(step, environ):
+def _compile(step):
     """Compiles what PyPI has no wheel of for this Python, unless an earlier set-up has."""
-    lines = read(REQUIREMENTS).splitlines()
-    pin = next((line for line in lines if line.startswith(f"{COMPILED}==")), None)
+    yield "venv"
+    pin = next((pin for pin in _pins() if _name(pin) == COMPILED), None)
     if pin is None or _has_wheel() or _compiled(pin):
         return
     where = "Python {}.{}".format(*_version()) + ("" if MACHINE == WHEELS_FOR else f" on {MACHINE}")
-    step.note(
-        f"PyPI has no {COMPILED} for {where}: compiling it, once; 7 to 10 minutes on two cores"
-    )
+    step.note(f"PyPI has no {COMPILED} for {where}: compiling it, once; 8 minutes on two cores")
+    environ = dict(os.environ, PYTHONNOUSERSITE="1", CFLAGS=CFLAGS)
+    ros.leave(environ, ros.prefix())
     # Without isolation it finds numpy, for images as arrays; a wheel in pip's cache may lack it.
     options = ("--no-build-isolation", "--no-cache-dir", "-w", WHEELS)
-    step.execute([*_pip("wheel"), *options, pin], {**environ, "CFLAGS": CFLAGS})
+    yield [*_pip("wheel"), *options, pin], environ
 
 
 def _has_wheel():
@@ -160,9 +202,14 @@ def prepare_extras(*names):
         SystemExit: Debian packages could not be installed, and ./run has said why.
         Interrupted: A signal ended it.
     """
+    wanted = [each for name in names or ("learning",) for each in (*BELOW.get(name, ()), name)]
     with SetupLock():
-        for name in names or ("learning",):
-            _prepare_extra(name)
+        for name in dict.fromkeys(wanted):
+            packages.prepare_more(f"apt-{name}.txt", steps=2)
+        missing = [name for name in dict.fromkeys(wanted) if not _has_extra(name)]
+        if missing:
+            title, log = f"Python packages ({', '.join(missing)})", f"install_{'_'.join(missing)}"
+            run_beside([Step(2, title, lambda _: _install_extras(missing), ADVICE, log, of=2)])
 
 
 def extra_requirements(name):
@@ -170,16 +217,8 @@ def extra_requirements(name):
     return os.path.join(ROOT, "config", f"requirements-{name}.txt")
 
 
-def _prepare_extra(name):
-    packages.prepare_more(f"apt-{name}.txt", steps=2)
-    if read(_extra_stamp(name)) != _extra_wanted(name):
-        Step(
-            2,
-            f"Python packages ({name})",
-            ADVICE,
-            f"install_{name}",
-            of=2,
-        ).run(lambda step: _install_extra(step, name))
+def _has_extra(name):
+    return read(_extra_stamp(name)) == _extra_wanted(name)
 
 
 def _extra_stamp(name):
@@ -191,8 +230,10 @@ def _extra_wanted(name):
     return read(os.path.join(VENV, ".stamp")).split("\n")[0] + "\n" + read(extra_requirements(name))
 
 
-def _install_extra(step, name):
+def _install_extras(names):
     environ = dict(os.environ, PYTHONNOUSERSITE="1")
-    step.execute([*_pip("install"), "-r", extra_requirements(name)], environ)
-    step.execute([VENV_PYTHON, "-c", f"import {EXTRAS[name]}"], environ)
-    write(_extra_stamp(name), _extra_wanted(name))
+    lists = [word for name in names for word in ("-r", extra_requirements(name))]
+    yield [*_pip("install"), *lists], environ
+    for name in names:
+        yield [VENV_PYTHON, "-c", f"import {EXTRAS[name]}"], environ
+        write(_extra_stamp(name), _extra_wanted(name))

@@ -1,4 +1,7 @@
-"""Step 3, the catkin workspace: what makes a build necessary, build/ and devel/."""
+"""Steps 3 and 4: the catkin workspace in build/ and devel/, and the solver's library.
+
+What makes a build necessary, and how it is made.
+"""
 
 import glob
 import os
@@ -32,7 +35,16 @@ LEFT_OUT = (
 )
 SOLVER = os.path.join(SOURCES, "bullet_sim/src/bullet_sim/engine/quickstep")
 LAW = os.path.join(SOURCES, "bullet_sim/src/bullet_sim/controllers/law.py")  # compiled with it
-COMPILE = "bullet_sim.engine.quickstep.entries"
+# Run by .venv's Python with the path of bullet_sim's sources. Of its packages only what is compiled
+# is imported: the rest needs PyBullet, which may not be there yet.
+COMPILE = """
+import sys, types
+for name in ("bullet_sim.engine", "bullet_sim.controllers"):
+    sys.modules[name] = types.ModuleType(name)
+    sys.modules[name].__path__ = [f"{sys.argv[1]}/{name.replace('.', '/')}"]
+from bullet_sim.engine.quickstep import entries
+entries.main()
+"""
 COMPILERS = ("CC", "CXX", "CFLAGS", "CXXFLAGS", "LDFLAGS")
 
 
@@ -136,31 +148,39 @@ def _complete(contents, names):
 
 
 def ready():
-    """Returns whether prepare() has nothing to build."""
-    built = signature.unchanged("workspace", ";".join(_base())) or _complete(*scan()[1:])
-    return built and _is_compiled()
+    """Returns whether there is nothing to build."""
+    return (_is_unchanged() or _complete(*scan()[1:])) and _is_compiled()
 
 
-def prepare():
-    """Builds if an input changed.
+def _is_unchanged():
+    return signature.unchanged("workspace", ";".join(_base()))
 
-    Raises:
-        CommandError: The build failed.
-        Interrupted: A signal ended it.
+
+def steps(changing):
+    """Gives the steps that build what has changed.
+
+    Args:
+        changing: Whether packages come or .venv changes; what is to be built is seen after that.
     """
-    if not signature.unchanged("workspace", ";".join(_base())):
-        directories, contents, names = scan()
-        if not _complete(contents, names):
-            Step(
-                3,
-                "Workspace",
-                "The lines above name the package. To build from scratch: rm -rf build devel",
-                "build_workspace",
-            ).run(_build)
-            directories, contents, _ = scan()
-        signature.save("workspace", ";".join(_base()), [STAMP, SETUP, *directories, *contents])
-    if not _is_compiled():
-        Step(3, "Solver", "The lines above say why.", "compile_solver").run(_compile)
+    found = []
+    if changing or not _is_unchanged():
+        advice = "The lines above name the package. To build from scratch: rm -rf build devel"
+        found.append(Step(3, "Workspace", _build_workspace, advice, "build_workspace"))
+    if changing or not _is_compiled():
+        found.append(Step(4, "Solver", _compile, "The lines above say why.", "compile_solver"))
+    return found
+
+
+def _build_workspace(step):
+    yield "packages"
+    yield "venv"
+    if _is_unchanged():
+        return
+    directories, contents, names = scan()
+    if not _complete(contents, names):
+        yield from _build(step)
+        directories, contents, _ = scan()
+    signature.save("workspace", ";".join(_base()), [STAMP, SETUP, *directories, *contents])
 
 
 def _is_compiled():
@@ -173,14 +193,18 @@ def _is_compiled():
     return not glob.glob(f"{VENV}/lib/python3*/site-packages/numba")
 
 
-def _compile(step):
+def _compile(_step):
     """Compiles the solver of the simulator, which else does so at its start."""
-    environ = {"PATH": SYSTEM_PATH, "PYTHONPATH": f"{SOURCES}/bullet_sim/src"}
-    step.execute([VENV_PYTHON, "-m", COMPILE], environ)
+    yield "numba"
+    if _is_compiled():
+        return
+    sources = f"{SOURCES}/bullet_sim/src"
+    environ = {"PATH": SYSTEM_PATH, "PYTHONPATH": sources, "PYTHONNOUSERSITE": "1"}
+    yield [VENV_PYTHON, "-c", COMPILE, sources], environ
     write(f"{SOLVER}/__pycache__/sources.built", "")  # with its library, or for want of a linker
 
 
-def _build(step):
+def _build(_step):
     hide()
     _, contents, names = scan()
     packages = list_packages(contents)
@@ -207,7 +231,7 @@ def _build(step):
     ros.enter(environ, folder)
     environ.pop("ROS_DISTRO", None)  # catkin fails where it is another one than the ROS sets
     environ.update(PATH=f"{VENV}/bin:{environ['PATH']}", PYTHONNOUSERSITE="1", VIRTUAL_ENV=VENV)
-    step.execute(
+    yield (
         [
             "catkin_make",
             "-C",

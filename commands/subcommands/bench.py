@@ -47,6 +47,9 @@ def run(arguments):
         arguments = arguments[1:]
     if not os.path.exists(SCRIPT):
         raise CommandError("bench/bench.py is missing from this checkout")
+    from commands.bootstrap import venv
+
     environ = environment.ready()
+    venv.prepare_extras("gym", "test")
     supervisor.start(environ, "the benchmark")  # which may be killed with worlds of its own
     processes.become([VENV_PYTHON, SCRIPT, *arguments], environ)

@@ -43,10 +43,13 @@ def run(options, _rest):
     Raises:
         CommandError: Something does not build, or a test failed.
     """
+    from commands.bootstrap import venv
+
     if not os.path.isdir(options.path):
         raise UsageError(f"path is {options.path!r}; it must be a folder")
     workspace = Workspace(options.path)
     environ = environment.ready()
+    venv.prepare_extras("test")
     install_dependencies(options.path, environ)
     tests = Tests(workspace, environ, options.out)
     workspace.build(tests.run_logged, environ)

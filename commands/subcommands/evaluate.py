@@ -39,7 +39,10 @@ def add_arguments(parser):
 
 def run(options, _rest):
     """Becomes the evaluation."""
+    from commands.bootstrap import venv
+
     environ = environment.ready()
+    venv.prepare_extras("gym")
     settings = launching.policy_settings(options.policy)
     name = settings.get("name") or os.path.basename(options.policy).removesuffix(".onnx")
     table = {

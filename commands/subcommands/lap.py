@@ -58,6 +58,10 @@ def run(options, rest):
     arguments = [*policy_arguments(options), *LAUNCH.check(rest)]
     deadline = launching.deadline_from("LAP_DEADLINE", 300 + 300 * options.starts)
     environ = environment.ready()
+    if options.policy:
+        from commands.bootstrap import venv
+
+        venv.prepare_extras("gym")
     given = [f"{name}:={getattr(options, name)}" for name in ("track", "driver", "starts")]
     out = os.path.join(OUT, "lap")
     launching.run("lap", LAUNCH, environ, [*given, *arguments], deadline, out, results=None)

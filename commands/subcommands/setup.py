@@ -1,23 +1,37 @@
 """Installs and builds what is missing, and starts nothing.
 
 Installs the Debian packages of config/apt.txt that are missing (as root, or with sudo), puts the
-packages of config/requirements.txt into .venv and builds the catkin workspace into build/ and
-devel/. ROS 1 is Debian's (config/apt-ros.txt), unless another one is sourced in the shell: then
-everything is built on that one, now and in later shells, until .venv is deleted. Steps whose inputs
-have not changed are skipped; an interrupted set-up can be started again. Details go to .cache/log/.
+packages of config/requirements.txt into .venv, builds the catkin workspace into build/ and devel/,
+and compiles the solver. What tests and learning need besides comes with ./run test, ./run train and
+the others that need it. ROS 1 is Debian's (config/apt-ros.txt), unless another one is sourced in
+the shell: then everything is built on that one, now and in later shells, until .venv is deleted.
+Steps whose inputs have not changed are skipped; an interrupted set-up can be started again. Details
+go to .cache/log/.
 """
 
 import os
 
 from commands import bootstrap
-from commands.errors import say
+from commands.bootstrap import venv
+from commands.bootstrap.venv import EXTRAS
+from commands.errors import UsageError, say
 from commands.paths import ROOT
 
-USAGE = "[--environment]"
+USAGE = "[--with LIST] [--environment]"
 
 
 def add_arguments(parser):
-    """Declares --environment."""
+    """Declares --with and --environment."""
+    wanted = parser.add_argument(
+        "--with",
+        dest="lists",
+        metavar="LIST",
+        type=_lists,
+        default=[],
+        help="also what other commands install when they first need it, for example gym,learning "
+        f"(there are {', '.join(EXTRAS)})",
+    )
+    wanted.complete = lambda: EXTRAS
     parser.add_argument(
         "--environment",
         action="store_true",
@@ -30,7 +44,17 @@ def run(options, _rest):
     if options.environment:
         return print_environment()
     bootstrap.prepare()
+    if options.lists:
+        venv.prepare_extras(*options.lists)
     say(f"ready: {ROOT}")
+
+
+def _lists(value):
+    names = value.split(",")
+    for name in names:
+        if name not in EXTRAS:
+            raise UsageError(f"list is {name!r}; there are {', '.join(EXTRAS)}")
+    return names
 
 
 def print_environment():

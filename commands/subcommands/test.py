@@ -45,8 +45,8 @@ def run(arguments):
     """Becomes pytest."""
     words, filters = options(arguments)
     environ = environment.ready()
+    prepare_stages(filters)
     if "--collect-only" not in words:
-        prepare_stages(filters)
         os.makedirs(RESULTS, exist_ok=True)
         words += ["--durations=10", "--durations-min=1", f"--junitxml={report(filters)}"]
     words += [word for name in filters for word in ("--select", name)]
@@ -126,11 +126,11 @@ def cores(quota=CPU_QUOTA):
 
 
 def prepare_stages(filters):
-    """Installs what the stages that have to be asked for need beyond ./run setup."""
+    """Installs what tests need beyond ./run setup, those that have to be asked for some more."""
     from commands.bootstrap import packages, venv
 
-    if "learning" in filters:
-        venv.prepare_extras("learning", "ray", "sweep")
+    more = ("learning", "ray", "sweep") if "learning" in filters else ()
+    venv.prepare_extras("test", "lint", "gym", *more)
     if "desk" in filters:
         packages.prepare_desk(tests=True)
     if "web" in filters:

@@ -3,9 +3,9 @@
     ./run exec python docs/tools/platforms.py [PLATFORM ...]
 
 For each platform: which Debian packages of config/apt*.txt its lists lack, and of which pins of
-config/requirements.txt PyPI has no wheel for its Python. What is known to be compiled there is
-named and is no error. It needs the network and a Debian mirror; exit status 1 if something is
-missing.
+config/requirements.txt and of the tests' lists PyPI has no wheel for its Python. What is known to
+be compiled there is named and is no error. It needs the network and a Debian mirror; exit status 1
+if something is missing.
 
 Ubuntu's lists are not asked: Ubuntu 22.04 was made from Debian between 11 and 12, so it has what
 both have. That is a conclusion and no look at its lists.
@@ -28,7 +28,11 @@ sys.path.append(str(ROOT))
 
 from commands.bare import host  # noqa: E402
 
-LISTS = ("apt.txt", "apt-ros.txt", "apt-desk.txt", "apt-desk-test.txt")
+LISTS = tuple(
+    f"apt{name}.txt"
+    for name in ("-first", "", "-ros", "-desk", "-desk-test", "-test", "-lint", "-gym")
+)
+PINS = tuple(f"requirements{name}.txt" for name in ("", "-test", "-lint", "-gym"))
 GLIBC = (5, 12, 17, 24, 26, 27, 28, 31, 34, 35)  # minor versions that wheels are made for
 COMPILED = {  # package -> whether it is compiled for a version of Python on a machine
     "pybullet": lambda python, machine: machine == "aarch64" or python > (3, 11),
@@ -108,7 +112,7 @@ def debian_names(suite, architecture, kept={}):  # noqa: B006 - asked once in a 
 
 
 def pins(platform):
-    """Lists the pins of config/requirements.txt that hold on a platform, without their markers."""
+    """Lists the pins of PINS that hold on a platform, without their markers."""
     version = "{}.{}".format(*platform.python)
     environment = {
         "python_version": version,
@@ -116,7 +120,7 @@ def pins(platform):
         "platform_machine": platform.machine,
     }
     found = []
-    for line in (ROOT / "config" / "requirements.txt").read_text().splitlines():
+    for line in "".join((ROOT / "config" / name).read_text() for name in PINS).splitlines():
         if line.partition("#")[0].strip():
             pin = Requirement(line.partition("#")[0])
             if pin.marker is None or pin.marker.evaluate(environment):

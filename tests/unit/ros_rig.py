@@ -8,7 +8,8 @@ import run_rig
 
 # Programs that ./run needs before there is python3, besides what a test puts in their place.
 PROGRAMS = (
-    "awk bash cat cut env flock grep head id mkdir paste rm sed sleep sort tail touch tr uname wc"
+    "awk bash cat cut env find flock grep head id mkdir paste rm sed sleep sort tail touch tr "
+    "uname wc"
 ).split()
 DPKG_QUERY = """case $1 in
   -W) shift 2
@@ -18,7 +19,7 @@ DPKG_QUERY = """case $1 in
     done ;;
 esac"""
 APT_GET = """echo "$*" >>"$CALLS"
-case " $* " in *" install "*) echo "$*" >"$STATE" ;; esac"""
+case " $* " in *" install "*) printf '%s ' "$*" >>"$STATE" ;; esac"""
 # More than a pipe holds: who stops reading at the candidate breaks it.
 APT_CACHE = """echo "$2:"
 case " $KNOWN $INSTALLED " in

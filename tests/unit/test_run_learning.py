@@ -4,13 +4,13 @@ import json
 import os
 from argparse import Namespace
 from contextlib import nullcontext
-from types import SimpleNamespace
 
 import pytest
 from paddock_gym.errors import GymError
 from paddock_gym.simulation import randomize
+from run_rig import ROOT
 
-from commands import launching
+from commands import environment, launching, processes
 from commands.bootstrap import packages, venv
 from commands.bootstrap.step import Step
 from commands.errors import UsageError
@@ -157,14 +157,47 @@ def test_what_is_missing_of_an_extra_is_installed_once(name, tmp_path, monkeypat
     monkeypatch.setattr(
         packages.processes, "run_child", lambda argv, **_: asked.append(argv[2:]) or 0
     )
-    child = SimpleNamespace(execute=lambda argv, _environ: done.append(argv))
-    monkeypatch.setattr(Step, "run", lambda _step, work: work(child))
+    monkeypatch.setattr(
+        Step, "_start", lambda _step, argv, _environ: done.append(argv) or Ended(argv)
+    )
     venv.prepare_extras(name)
     venv.prepare_extras(name)
-    assert asked == 2 * [["--packages", f"apt-{name}.txt", "2"]]
-    pip, check = done
-    assert pip[-3:] == ["--no-deps", "-r", venv.extra_requirements(name)]
-    assert check[-1] == f"import {venv.EXTRAS[name]}"
+    lists = [*venv.BELOW.get(name, ()), name]
+    needed = [each for each in lists if (ROOT / "config" / f"apt-{each}.txt").exists()]
+    assert asked == 2 * [["--packages", f"apt-{each}.txt", "2"] for each in needed]
+    pip, *checks = done
+    words = [word for each in lists for word in ("-r", venv.extra_requirements(each))]
+    assert pip[-1 - len(words) :] == ["--no-compile", *words]
+    assert [check[-1] for check in checks] == [f"import {venv.EXTRAS[each]}" for each in lists]
+
+
+class Ended:
+    """A program that has ended well."""
+
+    def __init__(self, argv):
+        self.args = argv
+
+    def poll(self):
+        return 0
+
+
+@pytest.mark.parametrize(
+    "module, words, lists",
+    [
+        (train, ["train", "x"], ["learning"]),
+        (evaluate, ["evaluate", "blue"], ["gym"]),
+        (lap, ["lap", "--driver", "policy", "--policy", "blue"], ["gym"]),
+        (lap, ["lap"], []),
+    ],
+)
+def test_what_commands_install_beyond_the_set_up(trainings, monkeypatch, module, words, lists):
+    asked = []
+    monkeypatch.setattr(environment, "ready", dict)
+    monkeypatch.setattr(venv, "prepare_extras", lambda *names: asked.extend(names))
+    monkeypatch.setattr(processes, "become", lambda *_: None)
+    monkeypatch.setattr(launching, "run", lambda *_, **__: None)
+    module.run(parsed(module, *words), [])
+    assert asked == lists
 
 
 def test_more_workers_than_two_for_each_core_are_actors():

@@ -72,16 +72,20 @@ def test_a_refused_system_has_help(tmp_path, arguments):
 def test_other_systems_get_debians_ros(tmp_path, os_release):
     system = ros_rig.System(tmp_path, os_release)
     done = system.run("setup")
-    assert "ROS 1" not in done.stdout and "[1/3] " in done.stdout, done.stderr
-    assert system.installed() == names("apt.txt", "apt-ros.txt")
+    assert "ROS 1" not in done.stdout and "[1/4] " in done.stdout, done.stderr
+    assert system.installed() == names("apt-first.txt")  # the rest beside other steps
+    system.calls.unlink()
+    done = system.run("--packages")
+    assert done.returncode == 0 and "[1/4] " in done.stdout, done.stderr
+    rest = set(names("apt.txt", "apt-ros.txt")) - set(names("apt-first.txt"))
+    assert system.installed() == sorted(rest) and " update\n" not in system.calls.read_text()
 
 
 def test_of_alternatives_the_first_that_apt_knows(tmp_path):
     system = ros_rig.System(tmp_path, DEBIAN.format(12))
-    (system.root / "config" / "apt.txt").write_text("new|old\nnewer|newest # why\nplain\n")
-    (system.root / "config" / "apt-ros.txt").write_text("")
+    (system.root / "config" / "apt-first.txt").write_text("new|old\nnewer|newest # why\nplain\n")
     done = system.run("setup", KNOWN="old newer newest plain")
-    assert "[1/3] 3 Debian packages done" in done.stdout, done.stdout + done.stderr
+    assert "[1/4] 3 Debian packages done" in done.stdout, done.stdout + done.stderr
     assert system.installed() == ["newer", "old", "plain"]
     system.calls.unlink()
     system.run("setup", KNOWN="old newer newest plain")
@@ -94,8 +98,7 @@ def test_an_alternative_that_is_there_is_enough_only_where_apt_has_none_before_i
 ):
     """python3-xlib, which many desktops have, is no reason to go without python3-pynput."""
     system = ros_rig.System(tmp_path, DEBIAN.format(12))
-    (system.root / "config" / "apt.txt").write_text("new|old\n")
-    (system.root / "config" / "apt-ros.txt").write_text("")
+    (system.root / "config" / "apt-first.txt").write_text("new|old\n")
     system.run("setup", KNOWN=known, INSTALLED="old")
     assert system.installed() == installed
 
@@ -104,15 +107,19 @@ def test_a_sourced_ros_is_named_first_and_debians_is_not_installed(tmp_path):
     system = ros_rig.System(tmp_path, UBUNTU.format("24.04", "noble"))
     one = ros_rig.make_ros(tmp_path / "one", ["rospy"])
     done = system.run("setup", **ros_rig.sourced(one, {}))
-    assert done.stdout.startswith(f"ROS 1: {one}\n[1/3] "), done.stdout + done.stderr
+    assert done.stdout.startswith(f"ROS 1: {one}\n[1/4] "), done.stdout + done.stderr
+    assert system.installed() == names("apt-first.txt")
+    system.calls.unlink()
+    system.run("--packages", **ros_rig.sourced(one, {}))
     assert system.installed() == names("apt.txt")
 
 
 def test_modules_for_the_systems_python_are_no_use_to_another_one(tmp_path):
     system = ros_rig.System(tmp_path, DEBIAN.format(12))
     own = ros_rig.make_ros(tmp_path / "own", ["rospy"], python="")
-    system.run("setup", **ros_rig.sourced(own, {}))
-    wanted = [name for name in names("apt.txt") if not name.startswith("python3-")]
+    system.run("--packages", **ros_rig.sourced(own, {}))
+    every = names("apt.txt", "apt-first.txt")
+    wanted = [name for name in every if not name.startswith("python3-")]
     assert system.installed() == wanted and "python3" in wanted
 
 
@@ -370,8 +377,8 @@ def test_set_up_on_a_sourced_ros_and_back(tmp_path, own_index):
     first, *rest = done.stdout.splitlines()
     python = os.path.realpath(ros.PYTHON)
     assert first == f"ROS 1: {one}, as sourced, with {python}"
-    assert any(line.startswith("[2/3] Python packages done") for line in rest)
-    assert any(line.startswith("[3/3] Workspace done") for line in rest)
+    assert any(line.startswith("[2/4] Python packages done") for line in rest)
+    assert any(line.startswith("[3/4] Workspace done") for line in rest)
     stamp = (root / ".venv" / ".stamp").read_text().splitlines()[0]
     assert stamp == f"{python} {root} {one}"
     cache = (root / "build" / "CMakeCache.txt").read_text()
@@ -383,4 +390,4 @@ def test_set_up_on_a_sourced_ros_and_back(tmp_path, own_index):
     (root / "src" / "probe" / "nodes" / "second").write_text("")
     again = run("setup", root=root, env=plain)
     assert again.stdout.startswith(f"ROS 1: {one}, as when .venv was made; none is sourced, with ")
-    assert "[3/3] Workspace done" in again.stdout and "[2/3]" not in again.stdout
+    assert "[3/4] Workspace done" in again.stdout and "[2/4]" not in again.stdout

@@ -23,7 +23,7 @@ print(workspace.build_key(contents, names))
 def test_interrupted(interrupted):
     assert any(" pip install " in line for line in interrupted.working)
     assert interrupted.status == 130
-    announced = "[2/3] Python packages ... (details in .cache/log/install_python.log)\n"
+    announced = "[2/4] Python packages ... (details in .cache/log/install_python.log)\n"
     assert announced in interrupted.said
     assert interrupted.said.endswith("\ninterrupted; start ./run again to go on\n")
     assert interrupted.left == [] and not interrupted.stamped
@@ -31,8 +31,8 @@ def test_interrupted(interrupted):
 
 def test_gone_on(completed, clone):
     assert completed.returncode == 0 and completed.stderr == ""
-    assert "[2/3] Python packages done (" in completed.stdout
-    assert "[3/3] Workspace done (" in completed.stdout
+    assert "[2/4] Python packages done (" in completed.stdout
+    assert "[3/4] Workspace done (" in completed.stdout
     assert completed.stdout.endswith(f"ready: {clone}\n")
     again = run("setup", root=clone)
     assert (again.returncode, again.stdout) == (0, f"ready: {clone}\n")
@@ -43,8 +43,8 @@ def test_a_moved_clone_is_set_up_anew(tmp_path, clone, package_index):
     shutil.copytree(clone, moved, symlinks=True)
     done = run("exec", "rospack", "find", "probe", root=moved, env=package_index.environment())
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "[2/3] Python packages done (" in done.stdout
-    assert "[3/3] Workspace done (" in done.stdout
+    assert "[2/4] Python packages done (" in done.stdout
+    assert "[3/4] Workspace done (" in done.stdout
     assert done.stdout.endswith(f"\n{moved}/src/probe\n")
     python = moved / ".venv" / "bin" / "python"
     where = subprocess.run([python, "-c", "import paddock_probe; print(paddock_probe.__file__)"],
@@ -63,12 +63,12 @@ def test_a_package_that_is_gone_is_not_found_any_more(tmp_path, clone, package_i
         (other / name).write_text(text)
     try:
         done = run("setup", root=clone, env=package_index.environment())
-        assert "[3/3] Workspace done (" in done.stdout and "[2/3]" not in done.stdout
+        assert "[3/4] Workspace done (" in done.stdout and "[2/4]" not in done.stdout
         assert (clone / "devel" / "share" / "other").is_dir()
     finally:
         shutil.rmtree(other)
     done = run("setup", root=clone, env=package_index.environment())
-    assert "[3/3] Workspace done (" in done.stdout
+    assert "[3/4] Workspace done (" in done.stdout
     assert not (clone / "devel" / "share" / "other").exists()
 
 

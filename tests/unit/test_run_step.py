@@ -2,6 +2,7 @@
 
 import contextlib
 import fcntl
+import json
 import os
 import re
 import signal
@@ -11,6 +12,7 @@ import time
 
 import psutil
 import pytest
+import run_rig
 from run_rig import PATIENCE, ROOT, usual_signals
 
 # A step that runs one program, as cli would run it.
@@ -20,8 +22,10 @@ sys.path.insert(0, sys.argv[1])
 from commands import cli
 from commands.bootstrap import step
 step.LOGS, step.EVERY, step.GRACE = sys.argv[2], 1, 0.5
-work = lambda one: one.execute([sys.executable, "-c", sys.argv[3]], {"PATH": "/usr/bin:/bin"})
-cli.dispatch = lambda _: step.Step(2, "Python packages", "Look there.", "probe").run(work)
+def work(_):
+    yield [sys.executable, "-c", sys.argv[3]], {"PATH": "/usr/bin:/bin"}
+probe = step.Step(2, "Python packages", work, "Look there.", "probe")
+cli.dispatch = lambda _: step.run_beside([probe])
 sys.exit(cli.main([]))
 """
 
@@ -42,9 +46,9 @@ def test_a_step_that_is_done(tmp_path):
     said, wrong = process.communicate(timeout=PATIENCE)
     first, *ticks, last = said.splitlines()
     assert process.returncode == 0 and wrong == ""
-    assert first == f"[2/3] Python packages ... (details in {tmp_path}/probe.log)"
-    assert any(re.fullmatch(r"\[2/3\] Python packages \.\.\. \d+ s", tick) for tick in ticks)
-    assert last.startswith("[2/3] Python packages done (") and last.endswith(" s)")
+    assert first == f"[2/4] Python packages ... (details in {tmp_path}/probe.log)"
+    assert any(re.fullmatch(r"\[2/4\] Python packages \.\.\. \d+ s", tick) for tick in ticks)
+    assert last.startswith("[2/4] Python packages done (") and last.endswith(" s)")
     assert (tmp_path / "probe.log").read_text() == "words\n"
 
 
@@ -55,7 +59,7 @@ def test_a_step_that_fails_says_why(tmp_path):
     said, wrong = process.communicate(timeout=PATIENCE)
     assert process.returncode == 1
     head, *lines = said.splitlines()[1:]
-    assert head.startswith("[2/3] Python packages FAILED after ")
+    assert head.startswith("[2/4] Python packages FAILED after ")
     assert head.endswith(f" s. The end of {tmp_path}/probe.log:")
     assert len(lines) == 20 and "    | no such thing" in lines and "    | 29" in lines
     assert wrong.splitlines() == [
@@ -126,3 +130,110 @@ def test_what_a_killed_set_up_has_left_keeps_the_lock(tmp_path):
         finally:
             gate.write_text("")  # the program ends
         fcntl.flock(stream, fcntl.LOCK_EX)
+
+
+# Steps beside each other: each runs the Python programs that a table has of it, or awaits a name.
+# The one called Speaking says itself what it does.
+BESIDE = """
+import json, sys
+sys.path.insert(0, sys.argv[1])
+from commands import cli
+from commands.bootstrap import step
+step.LOGS, step.EVERY, step.GRACE = sys.argv[2], 1, 0.5
+def made(number, title, programs, *promises):
+    def work(self):
+        for program in programs:
+            if program.startswith("reach "):
+                self.reach(program[6:])
+            elif " " in program:
+                yield [sys.executable, "-c", program], {"PATH": "/usr/bin:/bin"}
+            else:
+                yield program
+    kind = step.SpeakingStep if title == "Speaking" else step.Step
+    return kind(number, title, work, "Look there.", title.lower(), promises, of=2)
+cli.dispatch = lambda _: step.run_beside([made(*each) for each in json.loads(sys.argv[3])])
+sys.exit(cli.main([]))
+"""
+
+
+def beside(folder, *steps):
+    """Starts steps, given as (number, title, programs, *promises)."""
+    return subprocess.Popen(
+        [sys.executable, "-c", BESIDE, str(ROOT), str(folder), json.dumps(steps)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=usual_signals,
+    )
+
+
+def test_steps_run_beside_each_other_and_wait_for_what_was_promised(tmp_path):
+    """The first one waits for the second one in the middle, and is waited for in its middle."""
+    gate = tmp_path / "gate"
+    os.mkfifo(gate)
+    process = beside(
+        tmp_path,
+        (1, "First", [f"open({str(gate)!r}) .read()", "reach half", "whole", "print( 1)"], "half"),
+        (2, "Second", ["half", f"print( open({str(tmp_path / 'first.log')!r}).read())"], "whole"),
+        (2, "Third", [f"open({str(gate)!r}, 'w').write('')"]),
+        (2, "Nothing", ["half"]),
+    )
+    said, wrong = process.communicate(timeout=PATIENCE)
+    assert (process.returncode, wrong) == (0, "")
+    ends = re.findall(r"\[(\d/2)\] (\w+) done", said)
+    assert ends.index(("2/2", "Second")) < ends.index(("1/2", "First"))
+    assert ("2/2", "Third") in ends and "Nothing" not in said
+    assert (tmp_path / "second.log").read_text() == "\n"
+    assert (tmp_path / "first.log").read_text() == "1\n"
+
+
+def test_a_step_that_fails_ends_those_beside_it(tmp_path):
+    """Only the installation of Debian packages goes on to its end."""
+    started, ended = tmp_path / "started", tmp_path / "ended"
+    process = beside(
+        tmp_path,
+        (1, "Speaking", [f"import time; time.sleep(1.5); open({str(ended)!r}, 'w')"], "late"),
+        (2, "Long", [f"import time; open({str(started)!r}, 'w'); time.sleep(1e4)"]),
+        (2, "Waiting", ["late", "print( 1)"]),
+        (
+            2,
+            "Failing",
+            [f"import os, sys\nwhile not os.path.exists({str(started)!r}): pass\nsys.exit('no')"],
+        ),
+    )
+    said, wrong = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 1 and ended.exists()
+    assert "[2/2] Long stopped\n" in said and "Waiting" not in said
+    failed = said.partition("[2/2] Failing FAILED after ")[2]
+    assert "\n    | no\n    | python" in failed and failed.endswith(" ended with exit status 1\n")
+    assert wrong.splitlines()[:2] == ["run: the step 'Failing' failed", "     Look there."]
+    assert not [line for line in run_rig.processes_of(tmp_path) if "1e4" in line]
+
+
+def test_debian_packages_that_fail_have_said_why(tmp_path):
+    process = beside(
+        tmp_path,
+        (1, "Speaking", ["import sys; print('why', flush=True); sys.exit(3)"]),
+        (2, "Long", ["import time; time.sleep(1e4)"]),
+    )
+    said, wrong = process.communicate(timeout=PATIENCE)
+    assert (process.returncode, wrong) == (3, "")
+    assert "why\n" in said and "[2/2] Long stopped" in said and "FAILED" not in said
+
+
+def test_a_signal_ends_all_steps(tmp_path):
+    marks = [tmp_path / name for name in ("one", "two")]
+    process = beside(
+        tmp_path,
+        *(
+            (2, mark.name, [f"import time; open({str(mark)!r}, 'w'); time.sleep(1e4)"])
+            for mark in marks
+        ),
+    )
+    while process.poll() is None and not all(mark.exists() for mark in marks):
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    said, wrong = process.communicate(timeout=PATIENCE)
+    assert (process.returncode, wrong) == (130, "")
+    assert said.endswith("\ninterrupted; start ./run again to go on\n")
+    assert not [line for line in run_rig.processes_of(tmp_path) if "1e4" in line]

@@ -11,16 +11,21 @@ TAG = f"cp{sys.version_info[0]}{sys.version_info[1]}"
 
 
 class Step:
-    """Writes down what it is asked to run and to say."""
+    """Writes down what it runs, what it waits for, what it says and what it reaches."""
 
-    def __init__(self):
-        self.commands, self.notes = [], []
-
-    def execute(self, argv, environ):
-        self.commands.append((argv, environ))
+    def __init__(self, work):
+        self.commands, self.waited, self.notes, self.reached = [], [], [], []
+        for wanted in work(self):
+            if isinstance(wanted, str):
+                self.waited.append(wanted)
+            else:
+                self.commands.append(wanted)
 
     def note(self, text):
         self.notes.append(text)
+
+    def reach(self, name):
+        self.reached.append((name, len(self.commands)))
 
 
 @pytest.fixture
@@ -31,17 +36,14 @@ def compile_(tmp_path, monkeypatch):
     monkeypatch.setattr(venv, "WHEELS", str(tmp_path / "wheels"))
     monkeypatch.setattr(venv, "WHEELS_UP_TO", (3, 0))
 
-    def call():
-        step = Step()
-        venv._compile(step, {"HOME": "/tmp"})
-        return step
-
-    return call
+    monkeypatch.setenv("HOME", "/tmp")
+    return lambda: Step(venv._compile)
 
 
 def test_it_is_compiled_against_debians_numpy_and_said(compile_, tmp_path):
     step = compile_()
     (argv, environ), (note,) = *step.commands, step.notes
+    assert step.waited == ["venv"]
     assert argv[-2:] == [str(tmp_path / "wheels"), PIN]
     assert {"wheel", "--no-deps", "--no-build-isolation", "--no-cache-dir"} <= set(argv)
     assert "incompatible-pointer-types" in environ["CFLAGS"] and environ["HOME"] == "/tmp"
@@ -65,3 +67,49 @@ def test_nothing_is_compiled_where_there_is_a_wheel_or_no_such_pin(compile_, mon
     (tmp_path / "requirements.txt").write_text(f"{PIN}\n")
     monkeypatch.setattr(venv, "WHEELS_UP_TO", sys.version_info[:2])
     assert compile_().commands == []
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder for .venv with what pip would leave there, and its list of Python packages."""
+    monkeypatch.setattr(venv, "VENV", str(tmp_path / "venv"))
+    monkeypatch.setattr(venv, "VENV_STAMP", str(tmp_path / "venv" / ".stamp"))
+    monkeypatch.setattr(venv, "REQUIREMENTS", str(tmp_path / "requirements.txt"))
+    (tmp_path / "requirements.txt").write_text(
+        f"{PIN}\n# a comment\nnumba==1.0; python_version > '3'\nllvmlite==1.0\nother==1.0  # why\n"
+    )
+    packages = tmp_path / "venv" / "lib" / "python3.99" / "site-packages"
+    packages.mkdir(parents=True)
+    (packages / "pybullet.so.so").write_text("with symbols")
+    (packages / "other.so").write_text("with symbols")
+    return packages
+
+
+@pytest.mark.parametrize("has_wheel", [True, False])
+def test_what_others_wait_for_comes_first(folder, monkeypatch, has_wheel):
+    """The solver's compile needs numba, PyBullet's needs .venv; pip waits for its wheel alone."""
+    monkeypatch.setattr(venv, "_has_wheel", lambda: has_wheel)
+    monkeypatch.setattr(venv, "_strip", lambda _environ: iter(()))
+    step = Step(venv._install)
+    make, compiler, rest, *own, check = [argv for argv, _ in step.commands]
+    assert make[1:3] == ["-m", "venv"] and check[1] == "-c"
+    assert compiler[-2:] == ["numba==1.0; python_version > '3'", "llvmlite==1.0"]
+    assert rest[-2:] == (["--no-compile", "other==1.0"] if not has_wheel else [PIN, "other==1.0"])
+    assert [argv[-1] for argv in own] == ([] if has_wheel else [PIN])
+    assert step.reached == [("venv", 1), ("numba", 2)]
+    assert step.waited == ([] if has_wheel else ["wheel"]) + ["packages"]
+    assert venv.read(venv.VENV_STAMP) == venv._stamp()
+
+
+def test_symbols_are_left_out_of_new_files(folder, monkeypatch):
+    """A process that uses the old file keeps it, as does another .venv that shares it."""
+    before = (folder / "pybullet.so.so").stat().st_ino
+    for argv, _environ in venv._strip({}):
+        assert argv[:3] == ["strip", "--strip-unneeded", "-o"]
+        assert argv[3:] == [f"{folder}/pybullet.so.so.stripped", f"{folder}/pybullet.so.so"]
+        (folder / "pybullet.so.so.stripped").write_text("without")
+    assert (folder / "pybullet.so.so").read_text() == "without"
+    assert (folder / "pybullet.so.so").stat().st_ino != before
+    assert (folder / "other.so").read_text() == "with symbols"
+    monkeypatch.setenv("PATH", "/nonexistent")
+    assert list(venv._strip({})) == []

@@ -17,13 +17,19 @@ class OnnxPolicy:
         env: that it must have been trained on: deepracer, backing; None: either.
 
     Raises:
-        GymError: there is no such file, or it is not a policy of Paddock, or one of another env.
+        GymError: there is no such file, or it is not a policy of Paddock, or one of another env;
+            or there is no ONNX Runtime.
     """
 
     def __init__(self, path, env=DEEPRACER):
         if not os.path.isfile(path):
             raise GymError(f"policy is {path!r}; there is no such file")
-        import onnxruntime
+        try:
+            import onnxruntime
+        except ModuleNotFoundError as error:
+            raise GymError(
+                "onnxruntime, which runs policies, is not installed: ./run setup --with gym"
+            ) from error
 
         options = onnxruntime.SessionOptions()
         options.intra_op_num_threads = options.inter_op_num_threads = 1
