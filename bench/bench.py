@@ -1,47 +1,30 @@
-"""Speed of the simulator as its users meet it: JSON on stdout and in out/bench/bench.json."""
+"""Speed of the simulator as its users meet it: JSON on stdout and in out/bench/bench.json.
+
+Results that are kept go to bench/results/ with --save.
+"""
 
 import argparse
 import json
 import os
 import pathlib
-import platform
 import signal
 import sys
 import time
 
+import results
 from figures import BenchError
-from report import merged, read_sessions, table
+from report import table
 from sections import SECTIONS, section
 
 ROOT = pathlib.Path(os.environ.get("PADDOCK_ROOT", pathlib.Path(__file__).resolve().parents[1]))
-FORMAT = 2  # of bench.json
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-
-
-def machine():
-    """What the figures were taken on."""
-    model = next(
-        (
-            line.split(":", 1)[1].strip()
-            for line in open("/proc/cpuinfo")
-            if line.startswith("model name")
-        ),
-        platform.machine(),
-    )
-    return {
-        "cpu": model,
-        "cpus": len(os.sched_getaffinity(0)),
-        "kernel": platform.release(),
-        "python": platform.python_version(),
-    }
 
 
 def run(names, quick, log):
     """The figures of some sections; a section that fails says why and the others go on."""
     result = {
-        "format": FORMAT,
         "quick": quick,
-        "machine": machine(),
+        "machine": results.machine(),
         "load_average": os.getloadavg(),
         "date": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
         "errors": {},
@@ -63,19 +46,17 @@ def run(names, quick, log):
     return result
 
 
-def measure(names, quick, files):
+def measure(names, quick, save):
     """Measure, write, tell; returns the exit code."""
     folder = ROOT / "out" / "bench"
     folder.mkdir(parents=True, exist_ok=True)
     with open(folder / "bench.log", "w") as log:
         result = run(names, quick, log)
     text = json.dumps(result, indent=2)
-    for file in (folder / "bench.json", *files):
-        file.write_text(text + "\n")
-    for name in names:
-        draw = getattr(section(name), "draw", None)
-        if draw is not None and name in result:
-            draw(result[name], folder)
+    (folder / "bench.json").write_text(text + "\n")
+    for name in names if save else ():
+        if name in result:
+            print(f"bench: wrote {results.save(name, result[name])}", file=sys.stderr)
     print(text)
     print(table(result), file=sys.stderr)
     return 1 if result["errors"] else 0
@@ -90,7 +71,7 @@ def stop(number, _frame):
 
 
 def main():
-    """Measure, or merge sessions; returns the exit code."""
+    """Measure; returns the exit code."""
     parser = argparse.ArgumentParser(
         prog="./run bench --",
         description=__doc__,
@@ -104,30 +85,14 @@ def main():
     )
     parser.add_argument("--only", nargs="+", choices=SECTIONS, metavar="SECTION")
     parser.add_argument(
-        "--save", type=pathlib.Path, metavar="FILE", help="also write the JSON here, for --sessions"
-    )
-    parser.add_argument(
-        "--sessions",
-        "--sittings",
-        nargs="+",
-        type=pathlib.Path,
-        metavar="FILE",
-        help="measure nothing; put the figures of several runs in one table",
+        "--save", action="store_true", help="write each section's results to bench/results/"
     )
     arguments = parser.parse_args()
-    if arguments.sessions:
-        try:
-            print(merged(read_sessions(arguments.sessions, FORMAT)))
-        except ValueError as error:
-            parser.error(str(error))
-        return 0
+    if arguments.save and arguments.quick:
+        parser.error("--save and --quick: the figures of a quick run are not to be quoted")
     for number in STOP_SIGNALS:
         signal.signal(number, stop)
-    return measure(
-        arguments.only or list(SECTIONS),
-        arguments.quick,
-        [arguments.save] if arguments.save else [],
-    )
+    return measure(arguments.only or list(SECTIONS), arguments.quick, arguments.save)
 
 
 if __name__ == "__main__":

@@ -1,15 +1,10 @@
-"""An observer that starts the page's node and looks at the world as a browser does."""
+"""The page's node, and a page that looks at the world as a browser does."""
 
 import re
 import subprocess
 import threading
-import time
 
 import websocket
-
-from observers import graph
-
-PATIENCE = 60.0  # for the first view [s]
 
 
 class Page:
@@ -31,14 +26,6 @@ class Page:
         except (OSError, websocket.WebSocketException):
             pass  # closed
 
-    def wait(self):
-        """Waits for the first view, for which the node has made the scene."""
-        end = time.monotonic() + PATIENCE
-        while not self.views:
-            if time.monotonic() > end:
-                graph.fail(f"a page got no view within {PATIENCE:g} s")
-            time.sleep(0.02)
-
     def close(self):
         self._socket.close()
         self._thread.join()
@@ -59,25 +46,3 @@ def start_node(*parameters):
         if found := re.search(r"http://\S+/", line):
             return node, found[0]
     raise OSError(f"the page's node ended with {node.wait()} and without an address")
-
-
-def look():
-    """Answers the node's pid; then each line is a word: "open" (answered at its first view) and
-    "close" a page, "count" its views, or "time", answered by the simulated time [s]."""
-    graph.join()
-    graph.wait_for_controllers()
-    simulation = graph.Simulation()
-    try:
-        node, address = start_node()
-    except OSError as error:
-        graph.fail(str(error))
-    graph.say(pid=node.pid)
-    page = None
-    while True:
-        (word,) = graph.receive()
-        if word == "open":
-            page = Page(address)
-            page.wait()
-        elif word == "close":
-            page.close()
-        graph.say(views=page.views if page else 0, sim=simulation.time())

@@ -1,4 +1,4 @@
-"""Observers of the bridge at work: its start, driving at real time, memory, latency."""
+"""Observers of the bridge at work: its start, driving at real time, latency."""
 
 import sys
 import threading
@@ -11,7 +11,6 @@ from std_msgs.msg import Float64
 
 from observers import graph
 
-SAMPLES = 20
 HINGE = "left_steering_hinge_joint"
 WHEEL = "left_rear_wheel_joint"
 
@@ -59,29 +58,6 @@ def drive():
             scans=sum(begin <= pair[0] < end for pair in scans),
             speed=speed,
         )
-
-
-def phase(simulation, span):
-    """Wait for simulated time to pass, with a sample at even distances."""
-    begin = simulation.time()
-    for number in range(SAMPLES + 1):
-        while simulation.time() - begin < span * number / SAMPLES:
-            time.sleep(0.05)
-        graph.say(sim=simulation.time() - begin)
-        graph.receive()
-    graph.say(done=True)
-
-
-def growth(span):
-    """Idle: controllers run, no commands. Driving: a circle; states and odometry are subscribed."""
-    graph.join()
-    graph.wait_for_controllers()
-    simulation = graph.Simulation()
-    phase(simulation, float(span))
-    for topic in ("/racecar/joint_states", "/racecar/odom", "/tf", "/clock"):
-        graph.record(topic).clear()
-    graph.start_circle(graph.publishers())
-    phase(simulation, float(span))
 
 
 # What shows a command; at rest both are below a hundredth of it. [rad, rad/s]

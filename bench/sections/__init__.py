@@ -1,6 +1,6 @@
 """The sections of the bench: one module each, named in SECTIONS.
 
-A section's module has two functions and may have a third:
+A section's module has two functions:
 
     measure(quick, log) -> dict     starts what it needs and returns figures, ready for JSON. quick:
                                     shorter and fewer. log: file for what programs print. Raises
@@ -8,8 +8,7 @@ A section's module has two functions and may have a third:
                                     failed while others did not is told in figures["errors"], a
                                     dict of part -> why.
     rows(figures) -> Rows           what the table says of these figures, see report.Row; a Row
-                                    with a value is also merged over sessions.
-    draw(figures, folder)           writes curves as PNG.
+                                    with a value is also a result, see results.py.
 
 Whatever is a ratio comes from pairs.alternate.
 """
@@ -24,13 +23,9 @@ SECTIONS = {
     "camera": "images, bare and received, over PyBullet's EGL renderer",
     "latency": "command to the joint states that show it",
     "scale": "1 to 32 cars with a lidar each",
-    "growth": "memory over simulated minutes",
     "learning": "actions a second of the learner's environments over bare stepping",
-    "scenery": "images of 100 models with 500,000 triangles",
-    "meshes": "a step with ten times the triangles far away",
     "solver": "steps and scans with the solver ode over bullet's, in worlds that were slow",
     "beside_gazebo": "worlds with one cause of slowness each, beside Gazebo's recorded pace",
-    "web": "the page in a browser: pace with one page over none, its node's processor time",
 }
 
 

@@ -13,7 +13,7 @@ import tempfile
 from figures import BenchError, Spread
 from launching import Launch
 from pairs import Round, alternate, pairs_of
-from report import Row, bars
+from report import Row
 from worlds import causes
 
 RECORD = pathlib.Path(__file__).resolve().parent.parent / "worlds" / "gazebo_paces.json"
@@ -100,13 +100,3 @@ def rows(figures):
                 )
                 text += f", {mine / other:.1f} times its images per second"
         yield Row(f"beside Gazebo, {name}", text, ratio)
-
-
-def draw(figures, folder):
-    """Bars of the ratios, Gazebo's below each."""
-    theirs, spreads = recorded(), {}
-    for name, row in figures.items():
-        spreads[name] = row["ratio"]
-        if name in theirs:
-            spreads[f"{name}, Gazebo"] = theirs[name]["ratio"]
-    bars(spreads, folder / "beside_gazebo.png", "simulated s per s / bare stepping")

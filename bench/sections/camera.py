@@ -9,7 +9,7 @@ from functools import partial
 from figures import BenchError
 from launching import Launch
 from pairs import alternate, pairs_of
-from report import Row, bars, ratio_row, spent_text
+from report import Row, ratio_row, spent_text
 from usage import Monitor
 
 # Width and height [px], rate that is asked for [Hz], whether a quick run takes it.
@@ -77,12 +77,3 @@ def rows(figures):
     for name, row in figures.items():
         yield ratio_row(f"images, {name}", row, "PyBullet's EGL, bare", "Hz")
         yield Row("  processors", spent_text(row["spent"]))
-
-
-def draw(figures, folder):
-    """Bars of the ratios."""
-    bars(
-        {name: row["ratio"] for name, row in figures.items()},
-        folder / "camera.png",
-        "images per s / those of PyBullet's EGL renderer per s",
-    )

@@ -72,7 +72,6 @@ def _world_rows(figures, world):
         f"{world}real-time factor",
         f"{figures['real_time_factor']:.4f}",
         figures["real_time_factor"],
-        form=".4f",
     )
     yield Row(
         f"{world}/clock late",

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from figures import BenchError, Spread
 from launching import WORLDS, Launch
 from pairs import Round, alternate, pairs_of
-from report import Row, bars, compared, ratio_row, spent_text
+from report import Row, compared, ratio_row, spent_text
 from worlds.car_description import SPEED, WHEEL_RADIUS
 
 TOPICS = ("/racecar/joint_states", "/racecar/odom", "/tf", "/clock")
@@ -215,12 +215,3 @@ def rows(figures):
             f"{row['reference_spent']['others']:.2f}, stolen "
             f"{row['reference_spent']['stolen']:.2f}",
         )
-
-
-def draw(figures, folder):
-    """Bars of the ratios."""
-    bars(
-        {name: row["ratio"] for name, row in figures.items()},
-        folder / "efficiency.png",
-        "bridge's simulated s per s / PyBullet's stepping alone",
-    )

@@ -45,12 +45,10 @@ def rows(figures):
             f"{row['ms_p50']:.1f} ms (publish period {row['publish_period_ms']:.0f} ms)",
             row["ms_p50"],
             "ms",
-            ".1f",
         )
         yield Row(
             f"latency {name}, p99",
             f"{row['ms_p99']:.1f} ms, max {row['ms_max']:.1f}",
             row["ms_p99"],
             "ms",
-            ".1f",
         )

@@ -162,6 +162,6 @@ def rows(figures):
     for name in KINDS:
         yield ratio_row(f"gym, {name}", figures[name], "bare stepping", "actions per s")
     drawn = figures["camera_over_bare_pictures"]
-    yield ratio_row("gym, camera", drawn, "bare images", "per s")
+    yield ratio_row("gym, camera over bare images", drawn, "bare images", "per s")
     yield Row("  renderer", figures["renderer"])
     yield ratio_row("gym, two processes", figures["two_processes"], "one", "actions per s")

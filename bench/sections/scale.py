@@ -9,7 +9,7 @@ import statistics
 from figures import BenchError, Spread
 from launching import Launch
 from pairs import Round, alternate, pairs_of
-from report import RED, Row, compared, lines, pyplot, ratio_row, save
+from report import Row, compared, ratio_row
 from usage import Monitor, memory_bytes
 from worlds.car_description import SPEED, WHEEL_RADIUS
 
@@ -86,28 +86,4 @@ def rows(figures):
         f"{figures['memory_mb_per_car']:.1f} MB",
         figures["memory_mb_per_car"],
         "MB",
-        ".1f",
     )
-
-
-def draw(figures, folder):
-    """Pace and ratio over the number of cars."""
-    found = figures["rows"]
-    cars = [row["cars"] for row in found]
-    lines(
-        {
-            "cars x pace / bare stepping of one car": (
-                cars,
-                [row["ratio"]["median"] for row in found],
-            )
-        },
-        folder / "scale.png",
-        "cars with a lidar",
-        "ratio",
-    )
-    figure, axes = pyplot.subplots(figsize=(6, 3.2))
-    axes.loglog(cars, [row["pace"]["median"] for row in found], "o-", color=RED, base=2)
-    axes.axhline(1.0, linewidth=1)
-    axes.set_xlabel("cars with a lidar")
-    axes.set_ylabel("simulated s per s")
-    save(figure, folder / "scale_pace.png")

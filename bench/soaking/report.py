@@ -4,11 +4,14 @@ import dataclasses
 import json
 import statistics
 
-import report
-from matplotlib import pyplot
+import matplotlib
 
 from soaking.monitor import neighbors, rates, real_time_factor, real_time_factors
 
+matplotlib.use("Agg")
+from matplotlib import pyplot  # noqa: E402  (after the choice of the backend)
+
+BLUE, RED = "#2f6f8f", "#b3541e"
 ROLES = ("bridge", "relay", "render_worker", "control", "teleop", "drive")
 NAMES = {"teleop": "window", "bridge": "simulator"}
 PLOTTED = ("/clock", "/racecar/odom", "/scan", "/camera/image", "/cybertruck/joint_states")
@@ -124,7 +127,7 @@ def draw(timeline, folder):
         names.append(_save(figure, folder, name))
     figure, axes = _axes(timeline, "simulated s per wall s")
     for part in timeline.samples:
-        axes.plot(*zip(*real_time_factors(part)) if len(part) > 1 else ((), ()), color=report.BLUE)
+        axes.plot(*zip(*real_time_factors(part)) if len(part) > 1 else ((), ()), color=BLUE)
     axes.set_ylim(0, 2.5)
     names.append(_save(figure, folder, "pace"))
     figure, axes = _axes(timeline, "messages per wall s")
@@ -144,7 +147,7 @@ def draw(timeline, folder):
 def _axes(timeline, label):
     figure, axes = pyplot.subplots(figsize=(9, 3.0))
     for event in timeline.events:
-        axes.axvspan(event.begin, event.end, color=report.RED if event.failure else "#dddddd", lw=0)
+        axes.axvspan(event.begin, event.end, color=RED if event.failure else "#dddddd", lw=0)
     axes.set_xlabel("wall time [s]")
     axes.set_ylabel(label)
     return figure, axes
@@ -156,5 +159,7 @@ def _legend(axes, columns):
 
 
 def _save(figure, folder, name):
-    report.save(figure, folder / f"{name}.png")
+    figure.tight_layout()
+    figure.savefig(folder / f"{name}.png", dpi=110)
+    pyplot.close(figure)
     return f"{name}.png"

@@ -1,10 +1,6 @@
-"""Worlds of the core, without ROS: a plain ground; a car on it beside hills of triangles."""
-
-import pathlib
+"""Parts of worlds of the core, without ROS: a plain ground, a car, hills of triangles."""
 
 import numpy as np
-from bullet_sim.pose import Pose
-from bullet_sim.world import World
 
 GROUND = (
     "<sdf version='1.6'><model name='ground'><static>true</static><link name='link'>"
@@ -67,21 +63,3 @@ def hills(path, cells, height=1.0):
             ]
     path.write_text("\n".join(lines) + "\n")
     return path
-
-
-def world_with(folder, cells):
-    """A world with the car at the origin and hills of that many cells 30 m beside it."""
-    mesh = hills(pathlib.Path(folder, f"hills{cells}.obj"), cells)
-    world = World()
-    world.spawn_sdf("ground", GROUND, Pose(), str)
-    world.spawn_sdf(
-        "hills",
-        '<sdf version="1.6"><model name="hills"><static>true</static><link '
-        f'name="l"><collision name="c"><geometry><mesh><uri>{mesh.as_uri()}</uri>'
-        "</mesh></geometry></collision></link></model></sdf>",
-        Pose((0.0, 50.0, 0.0)),
-        lambda uri: uri.replace("file://", ""),
-    )
-    world.spawn_urdf("car", car(), Pose((0.0, 0.0, 0.031)), str)
-    world.step(200)
-    return world

@@ -1,10 +1,10 @@
 """Measures what the simulator costs on this machine, and prints JSON and a table.
 
-bench.json, the log and one plot per curve go to out/bench/. Nothing else should run meanwhile.
-Ratios come from nine pairs of short rounds and are printed with their spread; all of it takes some
-20 minutes. --quick takes some five, its figures are not to be quoted. --save also writes the JSON
-to a file; --sessions puts such files of several runs in one table and measures nothing.
-docs/performance.md says what the figures mean.
+bench.json and the log go to out/bench/. Nothing else should run meanwhile. Ratios come from nine
+pairs of short rounds and are printed with their spread; all of it takes some 20 minutes. --quick
+takes some five, its figures are not to be quoted. --save writes the results of each section to
+bench/results/SECTION.json, from which documents take them. docs/performance.md says what the
+figures mean.
 """
 
 import os
@@ -13,7 +13,7 @@ from commands import environment, processes, supervisor
 from commands.errors import CommandError
 from commands.paths import ROOT, VENV_PYTHON
 
-USAGE = "[--quick] [--only SECTION ...] [--save FILE] | --sessions FILE ..."
+USAGE = "[--quick | --save] [--only SECTION ...]"
 PASSES_ON = True
 SCRIPT = os.path.join(ROOT, "bench", "bench.py")
 

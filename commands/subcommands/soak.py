@@ -28,4 +28,8 @@ def run(arguments):
     """Becomes the soak."""
     if not os.path.exists(SCRIPT):
         raise CommandError("bench/soak.py is missing from this checkout")
-    processes.become([VENV_PYTHON, SCRIPT, *arguments], environment.ready())
+    from commands.bootstrap import venv
+
+    environ = environment.ready()
+    venv.prepare_extras("test")  # its page is a client of WebSockets
+    processes.become([VENV_PYTHON, SCRIPT, *arguments], environ)

@@ -1,38 +1,30 @@
-"""The table of the bench, and the table of several sessions."""
+"""The table of the bench."""
 
-import json
 import sys
 from pathlib import Path
-
-import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
 from figures import WITHIN  # noqa: E402
 from pairs import alternate  # noqa: E402
-from report import compared, merged, ratio_row, read_sessions, table  # noqa: E402
-
-import bench  # noqa: E402
+from report import compared, ratio_row, table  # noqa: E402
 
 
 def figures_of(*values):
-    """Figures of the meshes section, the reference always 100."""
-    values = iter(values)
-    count = 3
-    measured = alternate(lambda: 100.0, {"many": lambda: next(values)}, count)
-    return dict(measured["many"].figures(), triangles=[2048, 20000])
+    """Figures of three pairs, the reference always 100."""
+    measured = alternate(lambda: 100.0, {"x": iter(values).__next__}, 3)
+    return measured["x"].figures()
 
 
-def result(date, *values, quick=False, cpu="x", **more):
+def result(date, *values, quick=False, **more):
     """What a run of the bench leaves."""
     return {
-        "format": bench.FORMAT,
         "quick": quick,
         "date": date,
-        "machine": {"cpu": cpu, "cpus": 2},
+        "machine": {"processor": "x", "cores": 2},
         "load_average": [0.0, 0.0, 0.0],
         "errors": {},
-        "meshes": figures_of(*values),
+        "solver": {"rows": {"steps, a car": figures_of(*values)}},
         **more,
     }
 
@@ -57,8 +49,8 @@ def test_two_ratios_are_compared_or_not():
 
 
 def test_the_table_tells_what_failed_and_that_it_was_quick():
-    text = table(result("a", 1.0, 1.0, 1.0, quick=True, errors={"growth": "no bridge"}))
-    assert "growth FAILED" in text and "no bridge" in text
+    text = table(result("a", 1.0, 1.0, 1.0, quick=True, errors={"scale": "no bridge"}))
+    assert "scale FAILED" in text and "no bridge" in text
     assert "not to be quoted" in text
     assert "not to be quoted" not in table(result("a", 1.0, 1.0, 1.0))
 
@@ -70,57 +62,5 @@ def test_a_machine_that_was_not_idle_is_told():
     }
     busy = result("a", 1.0, 1.0, 1.0, other_section=spent)
     assert "others had up to 1.25 processors" in table(busy)
-    assert "Not an idle machine in a: others had up to 1.25" in merged([busy])
     spent["spent"]["others"] = 0.04
-    assert "idle" not in table(busy) and "idle" not in merged([busy])
-
-
-def test_sessions_become_one_table_of_ranges(tmp_path):
-    paths = []
-    for name, values in (("second", (60.0, 62.0, 63.0)), ("first", (78.0, 80.0, 84.0))):
-        paths.append(tmp_path / f"{name}.json")
-        date = "2026-01-02" if name == "second" else "2026-01-01"
-        paths[-1].write_text(json.dumps(result(date, *values)))
-    lines = merged(read_sessions(paths, bench.FORMAT)).splitlines()
-    assert lines[0] == "| what | 2026-01-01 | 2026-01-02 | medians |"
-    assert lines[1] == "| --- | --- | --- | --- |"
-    assert lines[2] == (
-        "| steps, 20000 far triangles | 0.80 (0.78 to 0.84) | 0.62 (0.60 to 0.63) | 0.62 to 0.80 |"
-    )
-    assert len(lines) == 3
-
-
-def test_one_run_is_one_session(tmp_path):
-    paths = [tmp_path / "one.json", tmp_path / "two.json"]
-    for path in paths:
-        path.write_text(json.dumps(result("a", 1.0, 1.0, 1.0)))
-    with pytest.raises(ValueError, match="two.json holds the same run as .*one.json"):
-        read_sessions(paths, bench.FORMAT)
-
-
-def test_a_session_may_lack_a_section_and_doubts_are_told():
-    lacking = result("b", 1.0, 1.0, 1.0, cpu="y", quick=True, errors={"growth": "no bridge"})
-    del lacking["meshes"]
-    text = merged([result("a", 50.0, 60.0, 70.0), lacking])
-    assert "| 0.60 (0.50 to 0.70) |  | 0.60 |" in text
-    for doubt in ("different machines", "Quick runs, not to be quoted: b", "Failed in b: growth"):
-        assert doubt in text
-
-
-@pytest.mark.parametrize(
-    "content, reason",
-    [
-        (None, "cannot be read"),
-        ("{", "cannot be read"),
-        ("[]", "format None"),
-        ('{"efficiency": {}}', "format None"),
-        ('{"format": 1}', "format 1, it must be"),
-    ],
-)
-def test_a_file_that_is_no_session_is_refused_by_name(tmp_path, content, reason):
-    path = tmp_path / "old.json"
-    if content is not None:
-        path.write_text(content)
-    with pytest.raises(ValueError, match=reason) as caught:
-        read_sessions([path], bench.FORMAT)
-    assert "old.json" in str(caught.value)
+    assert "idle" not in table(busy)
