@@ -11,7 +11,7 @@ from setuptools import find_packages, setup
 
 NEEDED = ("bullet_sim", "cybertruck", "deepracer_control", "paddock_common", "track_model")
 SHARED = {  # folders of packages
-    "cybertruck": ("config", "meshes", "urdf"),
+    "cybertruck": ("config", "meshes", "urdf", "worlds"),
     "track_model": ("meshes", "tracks", "urdf", "worlds"),
 }
 REQUIRES = (

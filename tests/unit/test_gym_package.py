@@ -12,7 +12,7 @@ USE = """
 import sys
 import gymnasium
 import bullet_sim, paddock_gym, track_model
-env = gymnasium.make("Paddock/DeepRacer-v0", track="easy", observation=("state", "camera"))
+env = gymnasium.make("Paddock/DeepRacer-v1", track="easy", observation=("state", "camera"))
 env.reset(seed=1)
 observation, *_ = env.step(env.action_space.sample())
 assert observation["camera"].shape == (120, 160, 1)

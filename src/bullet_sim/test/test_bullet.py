@@ -2,9 +2,7 @@
 
 import math
 
-import numpy as np
 import pytest
-from bullet_sim.engine import Engine
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
@@ -135,18 +133,3 @@ def test_batches_do_not_matter():
         places.append(world.models["box"].pose)
         world.close()
     assert places[0] == places[1] == places[2]
-
-
-def test_an_engine_that_was_there_before_changes_nothing():
-    """PyBullet has one distance at which contacts are dropped for all engines of a process."""
-    found = []
-    for fraction in (None, 0.001):
-        if fraction is not None:
-            before = Engine()
-            before.set_contact_breaking(fraction)
-            before.close()
-        world = made((skid_base(20.0, 0.3, 0.3, 0.2, 1.0), Pose((0, 0, 0.21))))()
-        world.step(300)
-        found.append(np.array(world.models["skid"].pose.position))
-        world.close()
-    np.testing.assert_array_equal(*found)

@@ -1,4 +1,4 @@
-"""Paddock/CyberTruckBacking-v0: checks, seeds, ends, and the tracker as its baseline."""
+"""Paddock/CyberTruckBacking-v1: checks, seeds, ends, and the tracker as its baseline."""
 
 import math
 import warnings

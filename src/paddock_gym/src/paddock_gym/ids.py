@@ -1,5 +1,5 @@
 """Gymnasium's ids of the environments, and their names for commands and policies."""
 
-IDS = ("Paddock/DeepRacer-v0", "Paddock/CyberTruckBacking-v0")
+IDS = ("Paddock/DeepRacer-v1", "Paddock/CyberTruckBacking-v1")
 DEEPRACER, BACKING = "deepracer", "backing"
 ENVS = {DEEPRACER: IDS[0], BACKING: IDS[1]}

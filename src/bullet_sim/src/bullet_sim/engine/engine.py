@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from bullet_sim.engine.rays import RayShapes
 
 FRICTION = 1.0  # coefficient where a file gives none, as in Gazebo
-CONTACT_BREAKING = 0.02  # PyBullet's own, see Engine.set_contact_breaking
 # PyBullet has one maximum for all joints of a body and cuts their speeds there, 100 by default:
 # the limits of single joints are applied to their commands.
 MAX_COORDINATE_SPEED = 1e4  # [rad/s, m/s]
@@ -106,7 +105,6 @@ class Engine:
         self._flags = _FLAGS if draw else _FLAGS | p.URDF_IGNORE_VISUAL_SHAPES
         with silenced():
             self._client: int = p.connect(p.DIRECT)
-        self.set_contact_breaking(CONTACT_BREAKING)
         self._configure()
 
     @property
@@ -161,11 +159,11 @@ class Engine:
         self.free: set[int] = set()
         self._inertial: dict[int, tuple[Vec3, Quat]] = {}  # the root's center in its frame
         self._outward: dict[int, tuple[Vec3, Quat]] = {}  # ... and back
-        self._friction: dict[tuple[int, int], float] = {}  # coefficients that were set
         # (body, link, mass [kg], center [m] in the link's frame) of what gravity does not act on
         self._weightless: list[tuple[int, int, float, Vec3]] = []
         self._motors: dict[tuple[int, int], tuple[str, tuple[Any, ...]]] = {}  # see motors()
-        self._saved: dict[int, Any] = {}  # what the solver has of save_state's copies
+        # body -> last drive_velocities that _motors lacks, and its indices
+        self._batches: dict[int, tuple[Any, ...]] = {}
         self.rays = RayCaster(self._client, self.free)
         self.rays.sync, self.rays.moving = self._sync, self._moving_shapes
         self.layout = 0
@@ -205,32 +203,6 @@ class Engine:
         p.setPhysicsEngineParameter(
             numSolverIterations=self.solver_iterations, physicsClientId=self.client
         )
-
-    def set_contact_breaking(self, fraction: float) -> None:
-        """Change the distance at which a contact point is dropped.
-
-        PyBullet keeps points that no longer touch until they are 0.02 of a shape's radius away;
-        each costs three rows of the solver. Rolling wheels drop them sooner with a smaller value:
-        the same motion, several times as fast. It is one number for all engines of a process: the
-        last one that was set, or that of an engine that was made since.
-
-        Args:
-            fraction: of the smaller shape's radius.
-        """
-        p.setPhysicsEngineParameter(contactBreakingThreshold=fraction, physicsClientId=self._client)
-
-    def save_state(self) -> int:
-        """Save poses, velocities and contact caches in memory; returns the number of the copy."""
-        number = p.saveState(physicsClientId=self.client)
-        self._saved[number] = self.save_solver()
-        return number
-
-    def restore_state(self, number: int) -> None:
-        """Restore a copy of save_state, as long as the bodies are the same; motors stay."""
-        self.rays.scenery.check_poses()
-        with self.fitted_bounds():
-            p.restoreState(stateId=number, physicsClientId=self.client)
-        self.restore_solver(self._saved[number])
 
     @contextmanager
     def fitted_bounds(self) -> Iterator[None]:
@@ -327,7 +299,6 @@ class Engine:
         p.removeBody(body, physicsClientId=self.client)
         del self.movable[body], self._inertial[body], self._outward[body]
         self.free.discard(body)
-        self._friction = {key: mu for key, mu in self._friction.items() if key[0] != body}
         self._weightless = [part for part in self._weightless if part[0] != body]
         self.rays.scenery.discard(body)
         self._motors = {key: call for key, call in self._motors.items() if key[0] != body}
@@ -688,12 +659,7 @@ class Engine:
 
     def set_friction(self, body: int, link: int, friction: float) -> None:
         """Set the Coulomb coefficient of a link; that of a pair is the product of both."""
-        self._friction[body, link] = friction
         p.changeDynamics(body, link, lateralFriction=friction, physicsClientId=self.client)
-
-    def friction(self, body: int, link: int) -> float:
-        """The coefficient that set_friction has set."""
-        return self._friction[body, link]
 
     def set_bitmask(self, body: int, link: int, bits: int) -> None:
         """Let a link touch only what shares a bit (of 16) with it; the others have all bits.

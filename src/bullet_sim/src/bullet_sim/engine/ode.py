@@ -135,9 +135,9 @@ class OdeSolver:
         self._unread.discard(body)
         self._arrays.models.discard(body)  # another body may get its number
         self._models.ghosts.discard(body)
-        self._models.filtered = {
-            key: bits for key, bits in self._models.filtered.items() if key[0] != body
-        }
+        for told in (self._models.filtered, self._models.friction):
+            for key in [key for key in told if key[0] == body]:
+                del told[key]
 
     def read_later(self, body: int) -> None:
         """PyBullet was told where a body is or how it moves."""
@@ -154,6 +154,10 @@ class OdeSolver:
         """A body touches only what never moves."""
         self._models.ghosts.add(body)
         self._is_built = False
+
+    def set_friction(self, body: int, link: int, friction: float) -> None:
+        """Set both coefficients of all shapes of a link."""
+        self._models.friction[body, link], self._is_built = friction, False
 
     def _build(self) -> None:
         """Arrays of what is there now; states and what joints are told are kept."""

@@ -84,12 +84,14 @@ class Models:
         moving, still: models by PyBullet's number; one whose root link never moves is in both.
         filtered: collide_bitmask of links that have one.
         ghosts: bodies that touch only what never moves.
+        friction: coefficients of links for which one was set.
     """
 
     moving: dict[int, Part] = field(default_factory=dict)
     still: dict[int, Still] = field(default_factory=dict)
     filtered: dict[BodyLink, int] = field(default_factory=dict)
     ghosts: set[int] = field(default_factory=set)
+    friction: dict[BodyLink, float] = field(default_factory=dict)
 
 
 @dataclass
@@ -259,7 +261,10 @@ class ArrayBuilder:
         span = start, sum(map(len, self._vertices)), sum(map(len, self._chunks))
         self._kinds.append((number, kind, *span))
         self._chunks.append(tables.chunks(corners))
-        self._shape_rows.append(tables.shape_row(shape, link))
+        shape_row = tables.shape_row(shape, link)
+        if self._owner[number] in self._models.friction:
+            shape_row[q.G_MU : q.G_MU + 2] = self._models.friction[self._owner[number]]
+        self._shape_rows.append(shape_row)
         self._extents.append(tables.extent(shape, link, corners))
 
     def _joint_row(self, part: Part, joint: Joint) -> Array:

@@ -208,6 +208,10 @@ class OdeEngine(Engine):
 
     # Contacts
 
+    def set_friction(self, body: int, link: int, friction: float) -> None:
+        """Set mu and mu2 of a link; a pair has the smaller ones of both."""
+        self.ode.set_friction(body, link, friction)
+
     def set_bitmask(self, body: int, link: int, bits: int) -> None:
         self.ode.set_bitmask(body, link, bits)
         super().set_bitmask(body, link, bits)

@@ -1,4 +1,4 @@
-"""Paddock/CyberTruckBacking-v0: a truck backs its trailer along a path."""
+"""Paddock/CyberTruckBacking-v1: a truck backs its trailer along a path."""
 
 import math
 from typing import Any

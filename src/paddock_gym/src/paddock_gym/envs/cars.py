@@ -12,7 +12,7 @@ from paddock_gym.contract.actions import Actions
 from paddock_gym.envs import options as gym_options
 from paddock_gym.envs.run import Observation, Run, action_space, advance, observation_space
 from paddock_gym.errors import GymError
-from paddock_gym.simulation.scene import Scene
+from paddock_gym.simulation.scene import TIME_STEP, Scene
 
 
 class CarsEnv(gymnasium.vector.VectorEnv):
@@ -39,7 +39,7 @@ class CarsEnv(gymnasium.vector.VectorEnv):
         action: str | dict[str, Any] | Actions = "continuous",
         reward: str = "progress",
         randomize: bool | str | Iterable[str] = ("start",),
-        time_step: float = 1 / 240,
+        time_step: float = TIME_STEP,
         control_rate: float = 15.0,
         walls: bool | None = None,
         render_mode: str | None = None,

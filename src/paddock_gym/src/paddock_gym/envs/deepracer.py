@@ -1,4 +1,4 @@
-"""Paddock/DeepRacer-v0: one car on one track."""
+"""Paddock/DeepRacer-v1: one car on one track."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -13,7 +13,7 @@ from paddock_gym.envs.run import Observation, Run, action_space, advance, observ
 from paddock_gym.envs.window import Window
 from paddock_gym.errors import GymError
 from paddock_gym.simulation.randomize import offset_pose
-from paddock_gym.simulation.scene import Obstacles, Scene
+from paddock_gym.simulation.scene import TIME_STEP, Obstacles, Scene
 from paddock_gym.simulation.sensors import ObserverCamera
 
 
@@ -48,7 +48,7 @@ class DeepRacerEnv(gymnasium.Env):
         reward: str = "progress",
         race: str = "time_trial",
         randomize: bool | str | Iterable[str] = ("start",),
-        time_step: float = 1 / 240,
+        time_step: float = TIME_STEP,
         control_rate: float = 15.0,
         walls: bool | None = None,
         colour: bool = False,

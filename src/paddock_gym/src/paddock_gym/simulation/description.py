@@ -46,10 +46,11 @@ def track_sdf(track, walls=None):
     return f'<sdf version="1.6">\n{model}</sdf>\n'
 
 
-def light():
-    """Scene (light and background) of the worlds that track_model launches."""
+def world(time_step):
+    """WorldDescription of track_model's launch files (solver, light, background), with a physics
+    step [s] of one's own."""
     text = (share_folder() / "worlds" / "track.world").read_text(encoding="utf-8")
-    return sdf.parse_world(text, resolve).scene
+    return dataclasses.replace(sdf.parse_world(text, resolve), step=time_step)
 
 
 def resolve(uri):

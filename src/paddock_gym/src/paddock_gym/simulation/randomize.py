@@ -60,11 +60,12 @@ class Randomizer:
 
     def __init__(self, scene, car, properties):
         self._scene, self._car, self._properties = scene, car, properties
-        engine, model = scene.world.engine, car.model
-        self._wheels = [
-            (model.body, model.index(part)) for part in model.rigid_parts if "wheel" in part
+        model = car.model
+        self._wheels = [  # body, link, coefficient
+            (model.body, model.index(name), link.surface.friction)
+            for name, link in model.rigid_parts.items()
+            if "wheel" in name
         ]
-        self._friction = [engine.friction(*wheel) for wheel in self._wheels]
         self._chassis = model.description.root
         self._mass = link_properties(model, self._chassis) if "mass" in properties else None
         self._round = 0
@@ -80,8 +81,8 @@ class Randomizer:
         properties = self._properties
         if "friction" in properties:
             factor = rng.uniform(*FRICTION)
-            for wheel, friction in zip(self._wheels, self._friction):
-                self._scene.world.engine.set_friction(*wheel, factor * friction)
+            for body, link, friction in self._wheels:
+                self._scene.world.engine.set_friction(body, link, factor * friction)
         if "mass" in properties:
             factor = rng.uniform(*MASS)
             mass, center, inertia = self._mass

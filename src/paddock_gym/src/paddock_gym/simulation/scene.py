@@ -129,11 +129,8 @@ class SceneRenderer:
 
 
 SETTLING = 1.0  # simulated time until the cars are at rest [s]
-# Of a shape's radius, see Engine.set_contact_breaking: circles and speeds agree with those of
-# PyBullet's default of 0.02 to four digits, at 1.3 to 3 times its speed.
-CONTACT_BREAKING = 0.002
-REFERENCE_STEP = 0.001  # physics step for which the engine's position gain is tuned [s]
-TIME_STEP = Number(min=0.0001, max=0.005, unit="s")
+TIME_STEP = 0.001  # physics step, that of track_model's worlds [s]
+STEPS = Number(min=0.0001, max=0.005, unit="s")
 CONTROL_RATE = Number(min=1.0, max=100.0, unit="Hz")
 WINDOW = 0.5  # searched around the last arc length; one action moves a car less [m]
 
@@ -158,20 +155,15 @@ class Scene:
         GymError, TrackError: an option is wrong.
     """
 
-    def __init__(self, track="default", time_step=1 / 240, control_rate=15.0, cars=1, walls=None):
-        TIME_STEP.check("time_step", time_step, GymError)
+    def __init__(self, track="default", time_step=TIME_STEP, control_rate=15.0, cars=1, walls=None):
+        STEPS.check("time_step", time_step, GymError)
         CONTROL_RATE.check("control_rate", control_rate, GymError)
         self.track = load_track(track)
         self.projector = Projector(Course(self.track.lane), WINDOW)
         self.period = 1.0 / control_rate
         self.substeps = max(1, round(self.period / time_step))
-        self.world = World(self.period / self.substeps, solver="bullet")
-        self.world.scene = description.light()
-        engine = self.world.engine
-        engine.set_contact_breaking(CONTACT_BREAKING)
-        engine.position_gain = 1.0 - (1.0 - engine.position_gain) ** (
-            self.world.time_step / REFERENCE_STEP
-        )
+        self.world = World()
+        self.world.load(description.world(self.period / self.substeps))
         sdf = description.track_sdf(self.track, walls)
         ground = self.world.spawn_sdf("track", sdf, Pose(), description.resolve)
         self.ground = frozenset({(ground.body, ground.link_in_body("ground")[0])})
@@ -186,14 +178,14 @@ class Scene:
         self.world.step(round(SETTLING / self.world.time_step))
         for car in self.cars:
             car.settled()
+        self.world.step_count = 0
         self._rested = self._renderer = None
 
     def restore(self):
         """Restore the state of the first start, bit-identical; set the cars' poses after it."""
         if self._rested is None:
-            self._rested = self.world.engine.save_state()
-        self.world.engine.restore_state(self._rested)
-        self.world.step_count = 0
+            self._rested = self.world.save_state()
+        self.world.restore_state(self._rested)
 
     def advance(self, substeps=None):
         """Advance by one action, or by some physics steps."""
