@@ -246,8 +246,11 @@ class PidControl(JointCommand):
         for pid, joint in zip(self.pids, self.joints):
             pid.reset()
             pid.target = joint.position if self.goal == "position" else 0.0
+            if self.interface == "effort":
+                joint.set_effort(0.0, pid)
         self._last = None
-        self._write([0.0] * len(self.joints))
+        if self.interface == "velocity":
+            self.hardware.command("velocity", self.joints, [0.0] * len(self.joints))
 
     def command(self, values: tuple[float, ...]) -> None:
         """Set new set points."""
@@ -256,19 +259,15 @@ class PidControl(JointCommand):
 
     def update(self, time: float, period: float) -> None:
         """One computation of each PID."""
-        outputs = []
+        by_effort = self.interface == "effort"
         for pid, joint in zip(self.pids, self.joints):
             measured = self._measure(pid, joint)
-            outputs.append(pid.update(measured[3], period))
-            self._last = time, period, *measured, outputs[-1]
-        self._write(outputs)
-
-    def _write(self, outputs: Sequence[float]) -> None:
-        if self.interface == "effort":
-            for joint, output, pid in zip(self.joints, outputs, self.pids):
+            output = pid.update(measured[3], period)
+            if by_effort:
                 joint.set_effort(output, pid)
-        else:
-            self.hardware.command(self.interface, self.joints, outputs)
+            self._last = time, period, *measured, output
+        if not by_effort:
+            self.hardware.command("velocity", self.joints, [pid.output for pid in self.pids])
 
     def steps_until_update(self, period: float) -> int:
         """Any number: PIDs are all that it computes, if a subclass does no more."""
