@@ -336,9 +336,10 @@ class Engine:
         """
         for name, link in model.links.items():
             surface = link.surface
-            self.set_friction(
-                body, links[name], FRICTION if surface.friction is None else surface.friction
-            )
+            friction = FRICTION if surface.friction is None else surface.friction
+            if description.static:  # the product counts, and Gazebo's grounds have 100
+                friction = min(friction, FRICTION)
+            self.set_friction(body, links[name], friction)
             if surface.stiffness is not None and surface.damping is not None:
                 p.changeDynamics(
                     body,
