@@ -21,9 +21,9 @@ ROBOT = (
 )
 
 
-@pytest.fixture(name="world")
-def _world():
-    world = World()
+@pytest.fixture(name="world", params=["ode", "bullet"])
+def _world(request):
+    world = World(solver=request.param)
     world.spawn(sdf.ground_plane())
     yield world
     world.close()

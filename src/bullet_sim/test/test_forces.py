@@ -21,9 +21,9 @@ ARM = (
 )
 
 
-@pytest.fixture(name="world")
-def _world():
-    world = World(gravity=(0.0, 0.0, 0.0))
+@pytest.fixture(name="world", params=["ode", "bullet"])
+def _world(request):
+    world = World(gravity=(0.0, 0.0, 0.0), solver=request.param)
     yield world
     world.close()
 

@@ -13,9 +13,10 @@ ROBOT = """<robot name="r"><link name="base"><inertial><mass value="100"/>
   <gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>"""
 
 
+@pytest.mark.parametrize("solver", ["ode", "bullet"])
 @pytest.mark.parametrize("first, second", [(60.0, 2.0), (2.0, 60.0), (150.0, 2.0)])
-def test_each_joint_reaches_its_own_limit(first, second):
-    world = World(gravity=(0.0, 0.0, 0.0))
+def test_each_joint_reaches_its_own_limit(first, second, solver):
+    world = World(gravity=(0.0, 0.0, 0.0), solver=solver)
     try:
         arms = ARM.format(name="a", x=0.5, speed=first) + ARM.format(name="b", x=-0.5, speed=second)
         robot = world.spawn_urdf("r", ROBOT.format(arms=arms), resolve=str, pose=Pose())

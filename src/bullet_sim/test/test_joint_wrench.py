@@ -41,11 +41,12 @@ STIFF = (
 )
 
 
+@pytest.mark.parametrize("solver", ["ode", "bullet"])
 @pytest.mark.parametrize("joint", STIFF)
 @pytest.mark.parametrize("rpy", ["0 0 0", "1.2 0 0", "0 0.7 0", "0.3 -0.4 2.0"])
-def test_a_stiff_joint_bears_the_weight_beyond_it(joint, rpy):
+def test_a_stiff_joint_bears_the_weight_beyond_it(joint, rpy, solver):
     """As Gazebo: what the child does to the parent, in the child's axes, about the joint."""
-    world = World()
+    world = World(solver=solver)
     model = world.spawn_urdf("r", _arm(joint, rpy), Pose(), str)
     assert model.joints.names == ()
     world.step(300)

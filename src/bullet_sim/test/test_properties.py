@@ -25,9 +25,9 @@ URDF = (
 ARM = np.array([[0.1, 0.01, 0], [0.01, 0.2, 0], [0, 0, 0.3]])
 
 
-@pytest.fixture(name="world")
-def _world():
-    world = World(gravity=(0.0, 0.0, 0.0))
+@pytest.fixture(name="world", params=["ode", "bullet"])
+def _world(request):
+    world = World(gravity=(0.0, 0.0, 0.0), solver=request.param)
     world.spawn_urdf("r", URDF, Pose(), str)
     yield world
     world.close()

@@ -38,9 +38,9 @@ CART = "".join(
 WHEELS = ("fl", "fr", "rl", "rr")
 
 
-@pytest.fixture(name="world")
-def _world():
-    world = World()
+@pytest.fixture(name="world", params=["ode", "bullet"])
+def _world(request):
+    world = World(solver=request.param)
     yield world
     world.close()
 
@@ -227,13 +227,13 @@ def test_load_of_a_world_file(world):
     assert len(warnings) == 1 and "/no/such.sdf" in warnings[0]
 
 
-def test_reset_is_bit_equal_to_a_fresh_start(world):
+def test_reset_is_bit_equal_to_a_fresh_start(world, request):
     cart = with_cart(world)
     fresh = drive(world, cart)
     assert math.hypot(*cart.pose.position[:2]) > 0.1
     world.reset()
     assert drive(world, cart) == fresh
-    other = World()
+    other = World(solver=request.node.callspec.params["world"])
     assert drive(other, with_cart(other)) == fresh
     other.close()
 
