@@ -144,9 +144,9 @@ def random_starts(count, seed):
     return (2.0 * shares - 1.0) * (1.0, math.radians(30.0), math.radians(45.0))
 
 
-@pytest.mark.parametrize("start", random_starts(12, 21), ids="{0[0]:.2f}, {0[1]:.2f}".format)
+@pytest.mark.parametrize("start", random_starts(12, 21)[:4], ids="{0[0]:.2f}, {0[1]:.2f}".format)
 def test_random_starts_converge(coarse_rig, start):
-    """Twelve by default; tests/long has fifty others."""
+    """Four by default; tests/long has the others of twelve and fifty more."""
     check_start(coarse_rig, start)
 
 

@@ -5,7 +5,6 @@ import math
 import os
 import signal
 import subprocess
-import time
 import unittest
 
 import numpy as np
@@ -238,16 +237,6 @@ class Web(unittest.TestCase):
         self.assertEqual(web.end(signal.SIGTERM), 0)
         wait_until(lambda: self.twists()[-1] == (0.0, 0.0), "the last zero")
         self.assertEqual(self.twists().count((0.0, 0.0)), 1)
-
-    def test_a_node_that_ends_while_it_makes_a_scene_ends_well(self):
-        for number in range(4):
-            web = WebNode(f"_port:={free_port()}", f"__name:=short_web_{number}")
-            self.addCleanup(web.end)
-            page = PageClient(web.url)
-            self.addCleanup(page.close)
-            wait_until(lambda page=page: page.status, "the first message")
-            time.sleep(0.1 * number)
-            self.assertEqual(web.end(signal.SIGTERM), 0)
 
     def test_a_wrong_setting_is_named(self):
         for name, parameter, reason in (
