@@ -22,6 +22,7 @@ from bullet_sim.models.model import PERIOD, Model, Placed, implausible_state
 from bullet_sim.models.step_batch import StepBatch
 from bullet_sim.pose import PLACEABLE, Pose, Vec3
 from bullet_sim.snapshot import BodySource, Snapshot
+from bullet_sim.xml_reader import Node
 
 FEW_STEPS = 3  # fewer take longer as a StepBatch
 NEXT_TRY = 4  # steps after which controllers that need each update are looked at again
@@ -222,11 +223,13 @@ class World:
         )
         return list(described.warnings)
 
-    def spawn_urdf(self, name: str, text: str, pose: Pose, resolve: Resolve) -> Model:
+    def spawn_urdf(
+        self, name: str, text: str | bytes | Node, pose: Pose, resolve: Resolve
+    ) -> Model:
         """Spawn a robot from URDF text; returns the Model (see its description.warnings)."""
         return self.spawn(urdf.parse_urdf(text, resolve, name), pose)
 
-    def spawn_sdf(self, name: str, text: str, pose: Pose, resolve: Resolve) -> Model:
+    def spawn_sdf(self, name: str, text: str | bytes | Node, pose: Pose, resolve: Resolve) -> Model:
         """Spawn an SDF model; its own <pose> applies within the given one.
 
         A text whose <world> has no <include> keeps the name of its first model.

@@ -48,6 +48,9 @@ class ModelOutputs(Reporter, Protocol):
     def on_time_step(self) -> None:
         """Continue after a change of the physics step."""
 
+    def reset_models(self) -> None:
+        """Reset the plugins that have something to reset with their model."""
+
     def take_failures(self) -> list[str]:
         """Messages about what could not be published since the last call."""
 

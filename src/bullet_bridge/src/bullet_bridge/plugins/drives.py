@@ -125,7 +125,8 @@ class WheelDrivePlugin(ModelPlugin):
         joint = self.model.description.joints[name]
         parent, child = (self.model.link_state(link)[0] for link in (joint.parent, joint.child))
         pose = parent.inverse() * child
-        return conversions.transform_to_msg(time, *self.spec.wheel_frames[name], pose)
+        frame_id, child_frame_id = self.spec.wheel_frames[name]
+        return conversions.transform_to_msg(time, frame_id, child_frame_id, pose)
 
     def _motion(self) -> Any:
         """Position, orientation in the odometry's frame, linear and angular in the base's."""

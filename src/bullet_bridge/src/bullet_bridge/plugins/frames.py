@@ -2,12 +2,11 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass, replace
-from typing import Any, TypeVar
+from typing import Any
 
 import rosgraph
 from bullet_sim.plugins.rules import NEAREST, OWN, FrameName, FramePrefix
 
-S = TypeVar("S")
 PARAMETER = "tf_prefix"
 
 
@@ -30,7 +29,7 @@ def parameter(prefix: FramePrefix) -> str:
     return value if isinstance(value, str) else ""
 
 
-def with_prefixes(spec: S, look_up: Callable[[FramePrefix], str] = parameter) -> S:
+def with_prefixes(spec: Any, look_up: Callable[[FramePrefix], str] = parameter) -> Any:
     """The specification of a plugin with whole names in place of its FrameNames.
 
     Args:

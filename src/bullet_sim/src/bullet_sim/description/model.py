@@ -129,6 +129,8 @@ class Surface:
         kp [N/m], kd [N s/m]: the same as the file says, for the solver 'ode'.
         slip1, slip2: slip velocity per force along the two directions [m/(N s)], for the same.
         bitmask: two links touch where the AND of their masks is not 0.
+        without_contact: contacts are told, but push nothing (collide_without_contact), ...
+        without_contact_bitmask: ... where the AND of both masks is not 0.
         max_speed: at which a link that was spawned inside another is pushed out [m/s].
         min_depth: penetration that is not corrected then [m].
     """
@@ -143,6 +145,8 @@ class Surface:
     slip1: float = 0.0
     slip2: float = 0.0
     bitmask: int = EVERYTHING
+    without_contact: bool = False
+    without_contact_bitmask: int = 1
     max_speed: float | None = None
     min_depth: float = 0.0
 

@@ -13,6 +13,7 @@ from bullet_sim.controllers.effort_row import EffortRow
 from bullet_sim.description.lump import LumpedModel, lump
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.world import OdeSettings
+from bullet_sim.engine.passable import Passable
 from bullet_sim.engine.rays import RayCaster
 from bullet_sim.errors import ModelError
 from bullet_sim.files import silenced
@@ -82,6 +83,7 @@ class Engine:
         rays: casts rays at the bodies; a new one after clear().
         layout: number of what was loaded, removed or filtered since clear(): it gives bodies their
             numbers in the broad phase.
+        passable: links that push nothing.
         placements: how often bodies were put somewhere; what is static stays in between.
         computes_pids: whether controlled() can be used.
         adds_motor_effort: whether the effort of a joint is what is applied and its motor's, or the
@@ -156,6 +158,7 @@ class Engine:
 
     def _configure(self) -> None:
         self.movable: dict[int, list[int]] = {}
+        self.passable = Passable(self._client)
         self.free: set[int] = set()
         self._inertial: dict[int, tuple[Vec3, Quat]] = {}  # the root's center in its frame
         self._outward: dict[int, tuple[Vec3, Quat]] = {}  # ... and back
@@ -299,6 +302,7 @@ class Engine:
         p.removeBody(body, physicsClientId=self.client)
         del self.movable[body], self._inertial[body], self._outward[body]
         self.free.discard(body)
+        self.passable.remove(body)
         self._weightless = [part for part in self._weightless if part[0] != body]
         self.rays.scenery.discard(body)
         self._motors = {key: call for key, call in self._motors.items() if key[0] != body}
@@ -334,6 +338,8 @@ class Engine:
             description: with the links that fixed joints have merged.
             touching: pairs of links that collide with each other.
         """
+        for number in self.passable.take(body, model, links):
+            self.set_bitmask(body, number, 0)
         for name, link in model.links.items():
             surface = link.surface
             friction = FRICTION if surface.friction is None else surface.friction
@@ -719,7 +725,17 @@ class Engine:
                 + point[12] * np.array(point[13])
             )
             found.append(Contact(point[2], point[4], np.array(point[5]), normal, -point[8], force))
-        return found
+        return found + self.overlaps(body, link)
+
+    def overlaps(self, body: int, link: int) -> list[Contact]:
+        """Contacts of one link that push nothing, where the bodies are now."""
+        if not self.passable:
+            return []
+        self._sync()
+        return [
+            Contact(other, its, np.array(point), np.array(normal), depth, np.zeros(3))
+            for other, its, point, normal, depth in self.passable.overlaps(body, link, self.moves)
+        ]
 
     def all_contacts(self) -> tuple[Array, Array, Array]:
         """Contact points of all bodies that press, as of the last step.

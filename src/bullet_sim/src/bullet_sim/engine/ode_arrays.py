@@ -14,6 +14,7 @@ from bullet_sim.description.model import Joint, Link, Shape
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine import tables
 from bullet_sim.engine.ode_shapes import ShapeCache
+from bullet_sim.engine.passable import is_passable
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.engine.quickstep.state import P_SIZE, ROWS_MOST, State, make_blocks, make_table
 from bullet_sim.engine.rays import KINDS
@@ -221,7 +222,8 @@ class ArrayBuilder:
             row[q.MAY_SLEEP] = float(part.may_sleep)
             self._bodies.append(row)
             for shape in link.collisions:
-                self._add_shape(rows[name], row, link, shape)
+                if not is_passable(shape, link):
+                    self._add_shape(rows[name], row, link, shape)
         self._touching += [
             (rows[one], rows[two]) for one, two in part.touching if one in rows and two in rows
         ]
@@ -343,7 +345,8 @@ class ArrayBuilder:
         hosts: list[BodyLink] = []
         for still in self._models.still.values():
             body, link = still.body, still.link
-            others = [shape for shape in link.collisions if shape.geometry.kind != "plane"]
+            solid = [shape for shape in link.collisions if not is_passable(shape, link)]
+            others = [shape for shape in solid if shape.geometry.kind != "plane"]
             frame, bits = Pose(*self._engine.base_pose(body)), self._bits_of((body, -1))
             trees = [self._shapes.tree(shape) for shape in others]
             is_known = all(
@@ -367,7 +370,7 @@ class ArrayBuilder:
                 self._still_trees.append(tree)
             if is_known:
                 self._known.append((body, -1))
-            for shape in link.collisions:
+            for shape in solid:
                 if shape.geometry.kind == "plane":
                     pose = frame * shape.pose
                     normal = pose.matrix[:, 2]

@@ -53,11 +53,14 @@ class Contacts:
         """Contacts that PyBullet finds where its bodies are, into the first rows; their number."""
         p.performCollisionDetection(physicsClientId=self._client)
         rows, known = self._arrays.rows, self._arrays.known
+        passable = self._engine.passable
         self._others = list(known)
         n = 0
         for point in p.getContactPoints(physicsClientId=self._client) or ():
             _, one, two, link_one, link_two, _, at, normal, distance = point[:9]
             if distance > 0.0:
+                continue
+            if (one, link_one) in passable or (two, link_two) in passable:
                 continue
             first, second = rows.get((one, link_one)), rows.get((two, link_two))
             if first is None:

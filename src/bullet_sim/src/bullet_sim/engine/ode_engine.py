@@ -92,6 +92,7 @@ class OdeEngine(Engine):
         description: ModelDescription,
         touching: Sequence[tuple[str, str]],
     ) -> None:
+        self.passable.take(body, model, links)
         fixed = description.static or description.fixed_base
         may_sleep = (
             description.auto_disable
@@ -228,7 +229,8 @@ class OdeEngine(Engine):
 
     def contacts(self, body: int, link: int) -> list[Contact]:
         """Contact points of one link as of the last step, in ODE's order."""
-        return [contact for own, contact in self._contacts(body) if own == link]
+        found = [contact for own, contact in self._contacts(body) if own == link]
+        return found + self.overlaps(body, link)
 
     def _contacts(self, body: int) -> list[tuple[int, Contact]]:
         """(link, Contact) of a body as of the last step."""

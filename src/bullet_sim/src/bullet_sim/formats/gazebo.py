@@ -84,6 +84,10 @@ def _bitmask(text: str, label: str) -> int:
     return value & EVERYTHING
 
 
+def _flag(text: str, _label: str) -> bool:
+    return is_true(text)
+
+
 # property -> its reader, its tags in <gazebo reference=...> of a URDF, its paths in <collision>
 _PROPERTIES: dict[str, tuple[Callable[[str, str], Any], tuple[str, ...], tuple[str, ...]]] = {
     "friction": (_not_negative, ("mu1",), ("surface/friction/ode/mu",)),
@@ -99,6 +103,12 @@ _PROPERTIES: dict[str, tuple[Callable[[str, str], Any], tuple[str, ...], tuple[s
         _bitmask,
         ("collide_bitmask",),
         ("surface/contact/collide_bitmask", "surface/contact/bitmask"),
+    ),
+    "without_contact": (_flag, (), ("surface/contact/collide_without_contact",)),
+    "without_contact_bitmask": (
+        _bitmask,
+        (),
+        ("surface/contact/collide_without_contact_bitmask",),
     ),
 }
 

@@ -270,7 +270,7 @@ def _movable(xml: PluginXml, names: Sequence[str]) -> tuple[str, ...]:
 
 def _link_frames(xml: PluginXml, joints: Sequence[str]) -> dict[str, tuple[str, str]]:
     """Joint -> frames of its parent and its child, as the links are called in Gazebo."""
-    frames = {}
+    frames: dict[str, tuple[str, str]] = {}
     for name in joints:
         joint = xml.model.joints.get(name)
         if joint is not None:
