@@ -1,8 +1,8 @@
 """Bodies in PyBullet: loaded, placed, driven and stepped by Bullet; their contacts."""
 
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -206,17 +206,6 @@ class Engine:
         p.setPhysicsEngineParameter(
             numSolverIterations=self.solver_iterations, physicsClientId=self.client
         )
-
-    @contextmanager
-    def fitted_bounds(self) -> Iterator[None]:
-        """What never moves and is elsewhere afterwards is put there again: as it sleeps, Bullet
-        leaves its bounding box where it was, and neither rays nor bodies meet it."""
-        before = {body: self.body_pose(body) for body in self.movable if not self.moves(body)}
-        yield
-        for body, pose in before.items():
-            now = self.body_pose(body)
-            if now != pose:
-                self.put(body, *now)
 
     def note_layout(self, *event: object) -> None:
         """Note what gives bodies numbers in the broad phase."""

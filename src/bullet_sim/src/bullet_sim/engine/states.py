@@ -1,6 +1,8 @@
 """The state of all bodies of an engine as a value, in memory."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from io import FileIO
 from typing import Any
@@ -89,8 +91,20 @@ def _restore_data(engine: Engine, data: bytes) -> None:
         place = (_FAR + number * _APART, 0.0, _FAR)
         p.resetBasePositionAndOrientation(body, place, (0.0, 0.0, 0.0, 1.0), physicsClientId=client)
     p.performCollisionDetection(physicsClientId=client)
-    with _file_in_memory(data) as file, silenced(), engine.fitted_bounds():
+    with _file_in_memory(data) as file, silenced(), _fitted_bounds(engine):
         p.restoreState(fileName=_path(file), physicsClientId=client)
+
+
+@contextmanager
+def _fitted_bounds(engine: Engine) -> Iterator[None]:
+    """What never moves and is elsewhere afterwards is put there again: as it sleeps, Bullet leaves
+    its bounding box where it was, and neither rays nor bodies meet it."""
+    before = {body: engine.body_pose(body) for body in engine.movable if not engine.moves(body)}
+    yield
+    for body, pose in before.items():
+        now = engine.body_pose(body)
+        if now != pose:
+            engine.put(body, *now)
 
 
 def _clear_contacts(engine: Engine) -> None:
