@@ -22,7 +22,6 @@ from bullet_sim.engine.ode_contacts import Contact, Contacts
 from bullet_sim.engine.ode_shapes import ShapeCache
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.engine.quickstep.library import advance, compile_once, is_compiled
-from bullet_sim.engine.quickstep.state import GOALS, P_STATE
 from bullet_sim.engine.rays import RayShape, RayShapes
 from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, compose, matrix_from_quaternion
 
@@ -63,7 +62,7 @@ class OdeSolver:
         self._engine.solver_iterations = settings.iterations
         numbers = self._numbers
         numbers[q.S_RELAXATION], numbers[q.S_ERP] = settings.relaxation, settings.erp
-        numbers[q.S_CFM], numbers[q.S_EVEN] = settings.cfm, float(settings.evens_inertias)
+        numbers[q.S_CFM], numbers[q.S_RESCALE] = settings.cfm, float(settings.evens_inertias)
 
     @staticmethod
     def is_compiled() -> bool:
@@ -181,7 +180,7 @@ class OdeSolver:
         builder = ArrayBuilder(self._engine, self._shapes, self.settings, self._models)
         self._arrays = arrays = builder.build(self._numbers, self._gravity)
         self._state = state = arrays.state
-        self.bodies, self.joints = state.bodies, state.joints
+        self.bodies, self.joints = state.system.bodies, state.system.joints
         # A few numbers of it are read and written faster so, and without giving up Python's lock.
         self._numbers_of_joints: Any = memoryview(self.joints.reshape(-1))
         self._contacts.use(arrays)
@@ -350,7 +349,7 @@ class OdeSolver:
         table, active = self._state.pids, self._state.active
         for k, pid in enumerate(pids):
             part = self._parts[pid.body]
-            goal = GOALS[pid.goal], pid.target, *pid.limits
+            goal = q.GOALS[pid.goal], pid.target, *pid.limits
             table[k] = (
                 part.order[pid.joint], *pid.of_force, *goal, *pid.gains, *pid.bounds, *pid.state
             )  # fmt: skip
@@ -359,7 +358,7 @@ class OdeSolver:
             yield
         finally:
             active[:2] = 0
-        for state, pid in zip(table[: len(pids), P_STATE:].tolist(), pids):
+        for state, pid in zip(table[: len(pids), q.PID_STATE :].tolist(), pids):
             pid.state = state
 
     def noted(self, body: int, joints: Iterable[int], count: int) -> list[list[float]]:
@@ -481,7 +480,7 @@ class OdeSolver:
         """As Engine.joint_load, of the joint above a link."""
         self.refresh()
         row = self._arrays.rows[body, link]
-        joint = self.joints[int(np.flatnonzero(self._state.types[:, 1] == row)[0])]
+        joint = self.joints[int(np.flatnonzero(self._state.system.types[:, 1] == row)[0])]
         turn = matrix_from_quaternion(self.bodies[row, q.QUAT : q.QUAT + 4]).T
         force = turn @ joint[q.WRENCH : q.WRENCH + 3]
         torque = turn @ joint[q.WRENCH + 3 : q.WRENCH + 6]

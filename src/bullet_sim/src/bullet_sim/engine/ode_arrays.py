@@ -16,17 +16,26 @@ from bullet_sim.engine import tables
 from bullet_sim.engine.ode_shapes import ShapeCache
 from bullet_sim.engine.passable import is_passable
 from bullet_sim.engine.quickstep import layout as q
-from bullet_sim.engine.quickstep.state import P_SIZE, ROWS_MOST, State, make_blocks, make_table
+from bullet_sim.engine.quickstep.state import (
+    Constraints,
+    Contacts,
+    Scene,
+    State,
+    System,
+    Trees,
+    make_blocks,
+    make_table,
+)
 from bullet_sim.engine.rays import KINDS
 from bullet_sim.pose import Array, Pose, Vec3
 
 if TYPE_CHECKING:
     from bullet_sim.engine.engine import Engine
 
-MOST_POINTS = 10  # of a pair of shapes
+MAX_POINTS = 10  # of a pair of shapes
 _SOLIDS = (q.BOX, q.SPHERE, q.CYLINDER, q.MESH)
 _ALL_BITS = 0xFFFF  # collide_bitmask of what has none
-_MOST_CLOSE = 32  # bodies to one
+_MAX_CLOSE = 32  # bodies to one
 
 BodyLink = tuple[int, int]
 Measured = Callable[[Any], tuple[float, ...]]
@@ -148,8 +157,8 @@ class ArrayBuilder:
         self._extents: list[Array] = []
         self._vertices: list[Array] = [np.zeros((0, 3))]
         self._chunks: list[Array] = [np.zeros((0, 6))]
-        self._still_trees: list[q.Tree | None] = []  # of the solids
-        self._moving_trees: list[q.Tree | None] = []
+        self._still_trees: list[tables.Tree | None] = []  # of the solids
+        self._moving_trees: list[tables.Tree | None] = []
         self._planes: list[BodyLink] = []
         self._known: list[BodyLink] = []
 
@@ -173,8 +182,8 @@ class ArrayBuilder:
         self._add_moving_solids(ground, kinds)
         self._add_trees(ground)
         shapes, others = len(kinds), kinds[:, 1] == q.OTHER
-        most = MOST_POINTS * (max(1, shapes) * (len(ground["planes"]) + 2) + 128)
-        scene = q.Scene(
+        most = MAX_POINTS * (max(1, shapes) * (len(ground["planes"]) + 2) + 128)
+        scene = Scene(
             shapes=tables.table(self._shape_rows, q.G_COLUMNS),
             kinds=kinds,
             firsts=np.searchsorted(kinds[:, 0], np.arange(len(bodies) + 1)),
@@ -182,11 +191,11 @@ class ArrayBuilder:
             chunks=np.concatenate(self._chunks),
             extents=tables.table(self._extents, 6),
             models=np.array([body for body, _ in self._owner], np.int64),
-            around=np.zeros((shapes, 6)),
-            meet=meet,
-            close=np.zeros((_MOST_CLOSE * len(bodies), 2), np.int64),
+            aabbs=np.zeros((shapes, 6)),
+            may_collide=meet,
+            close_pairs=np.zeros((_MAX_CLOSE * len(bodies), 2), np.int64),
             pairs=np.zeros((4 * most, 3), np.int64),
-            counts=np.array([0, (ground["contents"] < 0).sum()], np.int64),
+            counts=np.array([0, (ground["static_solid"] < 0).sum()], np.int64),
             **ground,
         )
         state = _state(numbers, gravity, bodies, joints, types, scene, most)
@@ -206,7 +215,7 @@ class ArrayBuilder:
             table=make_table(state),
             planes=self._planes,
             known=self._known,
-            watch=bool(len(scene.boxes) or meet.any()),
+            watch=bool(len(scene.static_aabbs) or meet.any()),
             always=bool(others.any() and self._planes),
             sleepy=any(part.may_sleep for part in moving),
         )
@@ -315,7 +324,9 @@ class ArrayBuilder:
         plain = ~np.isin(np.arange(len(body)), others)
         known = plain[:, None] & plain
         meet &= shared & shaped[:, None] & shaped
-        found: Array = np.where(meet, np.where(known, q.FOUND, q.LEFT), q.APART)
+        found: Array = np.where(
+            meet, np.where(known, q.PAIR_NATIVE, q.PAIR_EXTERNAL), q.PAIR_FILTERED
+        )
         return found
 
     def _add_moving_solids(self, ground: dict[str, Any], kinds: Array) -> None:
@@ -386,13 +397,13 @@ class ArrayBuilder:
             "faces": tables.table(faces, q.P_COLUMNS),
             "owners": np.array(owners, np.int64),
             "solid_kinds": np.array(kinds, np.int64),
-            "boxes": around,
-            "contents": np.array(contents, np.int64),
-            "hosts": tables.table(hosts, 2, np.int64),
-            "covers": tables.table(
+            "static_aabbs": around,
+            "static_solid": np.array(contents, np.int64),
+            "static_owner": tables.table(hosts, 2, np.int64),
+            "aabb_groups": tables.table(
                 [
-                    tables.around(around[i : i + q.COVERED])
-                    for i in range(0, len(around), q.COVERED)
+                    tables.around(around[i : i + q.AABB_GROUP])
+                    for i in range(0, len(around), q.AABB_GROUP)
                 ],
                 6,
             ),
@@ -402,7 +413,7 @@ class ArrayBuilder:
         """The meshes of all solids, each once, and the roots of the solids' trees."""
         used = [*self._still_trees, *self._moving_trees]
         firsts: dict[int, tuple[int, int]] = {}  # number of the first node and triangle
-        distinct: list[q.Tree] = []
+        distinct: list[tables.Tree] = []
         nodes = triangles = 0
         for tree in used:
             if tree is not None and id(tree) not in firsts:
@@ -423,17 +434,17 @@ class ArrayBuilder:
         for column in all_children.T:
             is_there = column != q.NO_CHILD
             parents[triangles + column[is_there]] = triangles + np.flatnonzero(is_there)
-        ground["trees"] = q.Trees(
+        ground["trees"] = Trees(
             np.concatenate([np.zeros((0, 9)), *(tree.corners for tree in distinct)]),
             np.concatenate([np.zeros((0, 6)), *(tree.nodes for tree in distinct)]),
             all_children,
             np.array([depth], np.int64),
             np.zeros((4 * depth + 8, 3), np.int64),
-            np.zeros((q.MOST_FOUND, q.F_COLUMNS)),
+            np.zeros((q.MAX_COLLIDE_RETURNS, q.F_COLUMNS)),
             parents,
             np.zeros((triangles + nodes, 2), np.int64),
             np.zeros(1, np.int64),
-            np.zeros(q.NEAR_BOXES, np.int64),
+            np.zeros(q.MAX_NEAR_BOXES, np.int64),
         )
 
 
@@ -463,32 +474,29 @@ def _state(
     bodies: Array,
     joints: Array,
     types: Array,
-    scene: q.Scene,
+    scene: Scene,
     most: int,
 ) -> State:
     """What steps work with, with room for a number of contacts."""
     count, movable = len(bodies), len(joints)
-    rows = 3 * most + ROWS_MOST * movable
+    rows = 3 * most + q.MAX_JOINT_ROWS * movable
     work = np.zeros((count + 1, q.W_SIZE))  # the last is nobody's
     return State(
         settings=numbers,
         gravity=gravity,
-        bodies=bodies,
         sequence=np.zeros(count, np.int64),
-        joints=joints,
-        types=types,
-        **_topology(types, count),
+        system=System(bodies, work, joints, types, **_topology(types, count)),
         scene=scene,
-        contacts=np.zeros((most, q.C_SIZE)),
-        owners=np.full((most, 4), -1, np.int64),
-        rows=np.zeros((rows, q.R_SIZE)),
-        links=np.zeros((rows, 6), np.int64),
-        first_row=np.zeros(most, np.int64),
+        contacts=Contacts(
+            rows=np.zeros((most, q.C_SIZE)),
+            owners=np.full((most, 4), -1, np.int64),
+            first_row=np.zeros(most, np.int64),
+        ),
+        constraints=Constraints(np.zeros((rows, q.R_SIZE)), np.zeros((rows, 6), np.int64)),
         blocks=make_blocks(movable, most, work),
-        work=work,
         marks=np.zeros((4, max(most, count + 1, movable)), np.int64),
         result=np.zeros(1, np.int64),
-        pids=np.zeros((movable, P_SIZE)),
+        pids=np.zeros((movable, q.PID_SIZE)),
         active=np.zeros(3, np.int64),
         noted=np.zeros((MAX_NOTED_STEPS, movable)),
     )

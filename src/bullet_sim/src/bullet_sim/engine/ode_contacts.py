@@ -7,7 +7,7 @@ import pybullet as p
 
 from bullet_sim.description.model import Surface
 from bullet_sim.engine import tables
-from bullet_sim.engine.ode_arrays import MOST_POINTS, Arrays, BodyLink, Models
+from bullet_sim.engine.ode_arrays import MAX_POINTS, Arrays, BodyLink, Models
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.pose import Array, Vec3, matrix_from_quaternion
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from bullet_sim.engine.engine import Engine
 
 _CLOSE = 0.002  # [m] between a contact that Bullet finds and the shape that it is with
-_MOST_FOUND = 64 * MOST_POINTS  # contacts that Bullet finds
+_MAX_FOUND = 64 * MAX_POINTS  # contacts that Bullet finds
 
 # Body, link, other body, its link, point [m], normal towards the first, depth [m], force (3,) [N]
 # on the first; world axes.
@@ -70,25 +70,30 @@ class Contacts:
                 first, second, normal = second, None, tuple(-x for x in normal)
             if second is None and (two, link_two) in known and self._is_known(first, at):
                 continue  # found by quickstep
-            if second is not None and self._state.scene.meet[first, second] == q.FOUND:
+            if second is not None and self._state.scene.may_collide[first, second] == q.PAIR_NATIVE:
                 continue
-            if n >= _MOST_FOUND:
+            if n >= _MAX_FOUND:
                 break
-            row = self._state.contacts[n]
+            row = self._state.contacts.rows[n]
             row[:], turning, direction = self._surface_of_pair((one, link_one), (two, link_two))
             row[q.C_POINT : q.C_POINT + 3], row[q.C_NORMAL : q.C_NORMAL + 3] = at, normal
             if turning is not None:
-                orientation: Any = self._state.bodies[turning, q.QUAT : q.QUAT + 4]
+                orientation: Any = self._state.system.bodies[turning, q.QUAT : q.QUAT + 4]
                 row[q.C_FDIR : q.C_FDIR + 3] = matrix_from_quaternion(orientation) @ direction
             row[q.C_DEPTH] -= distance
-            self._state.owners[n] = first, -1 if second is None else second, -1, len(self._others)
+            self._state.contacts.owners[n] = (
+                first,
+                -1 if second is None else second,
+                -1,
+                len(self._others),
+            )
             self._others.append((two, link_two))
             n += 1
         return n
 
     def _is_known(self, row: int, point: Vec3) -> bool:
         """Whether quickstep finds a body's contact with what never moves."""
-        scene, body = self._state.scene, self._state.bodies[row]
+        scene, body = self._state.scene, self._state.system.bodies[row]
         own = slice(scene.firsts[row], scene.firsts[row + 1])
         known = scene.kinds[own, 1] != q.OTHER
         if known.all() or not known.any():
@@ -125,8 +130,8 @@ class Contacts:
             row[q.C_SLIP] = mine.slip1 + its.slip1
             row[q.C_SLIP + 1] = mine.slip2 + its.slip2
             rows = [first] if second is None else [first, second]
-            row[q.C_MAX] = self._state.bodies[rows, q.MAX_VEL].min()
-            row[q.C_DEPTH] = -self._state.bodies[rows, q.MIN_DEPTH].min()
+            row[q.C_MAX] = self._state.system.bodies[rows, q.MAX_VEL].min()
+            row[q.C_DEPTH] = -self._state.system.bodies[rows, q.MIN_DEPTH].min()
             turning, direction = None, np.zeros(3)
             for surface, index in ((its, second), (mine, first)):
                 if surface.direction is not None and index is not None:
@@ -136,7 +141,7 @@ class Contacts:
 
     def note_sleepers(self) -> None:
         """Retain the contacts of bodies that have fallen asleep, drop those of what woke."""
-        rows = np.flatnonzero(self._state.bodies[:, q.ASLEEP])
+        rows = np.flatnonzero(self._state.system.bodies[:, q.ASLEEP])
         if len(rows) == len(self.sleepers) and rows.tobytes() == self._noted:
             return
         self._noted = rows.tobytes()
@@ -158,7 +163,7 @@ class Contacts:
         found = []
         state, owner, count = self._state, self._arrays.owner, self._state.result[0]
         for row, (one, two, shape, other) in zip(
-            state.contacts[:count], state.owners[:count].tolist()
+            state.contacts.rows[:count], state.contacts.owners[:count].tolist()
         ):
             body, link = owner[one]
             if shape >= 0:

@@ -30,10 +30,10 @@ class ShapeCache:
     def __init__(self, client: int) -> None:
         self._client = client
         self._vertices: dict[tuple[Any, ...], Array] = {}
-        self._trees: dict[tuple[Any, ...], q.Tree | None] = {}
+        self._trees: dict[tuple[Any, ...], tables.Tree | None] = {}
         self._traced: dict[tuple[Any, ...], tuple[Triangles, Array, float]] = {}
 
-    def tree(self, shape: Shape) -> q.Tree | None:
+    def tree(self, shape: Shape) -> tables.Tree | None:
         """The tree of a mesh; None: it is none, or cannot be read."""
         geometry = shape.geometry
         if geometry.kind != "mesh":
@@ -46,7 +46,7 @@ class ShapeCache:
             )
         return self._trees[key]
 
-    def box_around(self, shape: Shape, frame: Pose, body: int, tree: q.Tree | None) -> Array:
+    def box_around(self, shape: Shape, frame: Pose, body: int, tree: tables.Tree | None) -> Array:
         """Box (6,) around a shape of what never moves."""
         pose, geometry = frame * shape.pose, shape.geometry
         if tree is not None:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,22 @@ STIFFNESS, DAMPING = 1e12, 1.0  # kp, kd of a contact where a file gives none, a
 MAX_SPEED = 0.01  # [m/s] max_vel of a contact where a file gives none, as in sdformat
 FRICTION = 1.0
 UNKNOWN = 2.0  # [m] radius of shapes of other kinds
+
+
+class Tree(NamedTuple):
+    """A mesh in its own frame, scaled.
+
+    Attributes:
+        corners: (t, 9) triangles [m] in the order of the tree.
+        nodes: (k, 6) center and half the edges of boxes [m].
+        children: (k, 2) numbers of nodes, or -1 - the number of a triangle; q.NO_CHILD: none.
+        depth: how deep it is.
+    """
+
+    corners: Array
+    nodes: Array
+    children: Array
+    depth: int
 
 
 def table(rows: Sequence[Any], columns: int, kind: Any = float) -> Array:
@@ -107,7 +123,7 @@ def around(boxes: Array) -> Array:
     return np.concatenate([boxes[:, :3].min(axis=0), boxes[:, 3:].max(axis=0)])
 
 
-def make_tree(triangles: Array, scale: Vec3) -> q.Tree:
+def make_tree(triangles: Array, scale: Vec3) -> Tree:
     """The tree of triangles (n, 3, 3) [m], which are scaled; single precision, as in Gazebo."""
     corners = triangles.astype(np.float32) * np.asarray(scale, np.float32)
     count = len(corners)
@@ -117,7 +133,7 @@ def make_tree(triangles: Array, scale: Vec3) -> q.Tree:
     todo, means = np.empty((count + 1, 5), np.int64), np.empty(7, np.float32)
     depth = build_tree(Building(corners, order, nodes, children, todo, means))
     placed = corners[order].reshape(-1, 9).astype(float)
-    return q.Tree(placed, nodes, children, depth)
+    return Tree(placed, nodes, children, depth)
 
 
 def shape_row(shape: Shape, link: Link) -> Array:

@@ -18,6 +18,7 @@ Source: Y. Saad, "Iterative Methods for Sparse Linear Systems" (2003), section 4
 Gauss-Seidel).
 """
 
+from bullet_sim.engine.quickstep import layout as col
 from bullet_sim.engine.quickstep.compiled import compiled, temporary
 from bullet_sim.engine.quickstep.lanes import (
     first_two,
@@ -28,50 +29,10 @@ from bullet_sim.engine.quickstep.lanes import (
     load_twice,
     store,
 )
-from bullet_sim.engine.quickstep.layout import (
-    BILATERAL,
-    FRICTION_ITERATIONS,
-    INFINITE,
-    R_CFM,
-    R_HIGH,
-    R_J,
-    R_L,
-    R_LOW,
-    R_M,
-    R_RHS,
-    UNILATERAL,
-    W_A,
-    W_SIZE,
-)
-from bullet_sim.engine.quickstep.state import (
-    B_AT,
-    B_BOTH,
-    B_COLUMNS,
-    B_LEVEL,
-    B_NORMAL,
-    B_ONE,
-    B_PAIR,
-    B_TWO,
-    C_CFM,
-    C_COUPLING,
-    C_HIGH,
-    C_L,
-    C_LOW,
-    C_M,
-    C_RHS,
-    C_SIZE,
-    J_CFM,
-    J_HIGH,
-    J_L,
-    J_LOW,
-    J_M,
-    J_RHS,
-    J_SIZE,
-    ROWS,
-    WEIGHTS,
-    Blocks,
-)
+from bullet_sim.engine.quickstep.state import Blocks
 from bullet_sim.pose import Array
+
+_ROWS = col.BLOCK_ROWS  # for temporary()
 
 
 @compiled
@@ -79,85 +40,86 @@ def _pack_joint(
     at: int, first: int, count: int, rows: Array, links: Array, numbers: Array, scratch: Array
 ) -> bool:
     """Rows of a joint into its block, where the last is the sixth; whether one has a CFM."""
-    block, soft = numbers[at : at + J_SIZE], False
-    block[:J_LOW] = 0.0
-    block[J_LOW:J_HIGH] = -INFINITE
-    block[J_HIGH:J_CFM] = INFINITE
+    block, soft = numbers[at : at + col.JB_SIZE], False
+    block[: col.JB_LOW] = 0.0
+    block[col.JB_LOW : col.JB_HIGH] = -col.INFINITE
+    block[col.JB_HIGH : col.JB_CFM] = col.INFINITE
     for i in range(count):
-        row, place = rows[first + i], i if i < count - 1 else ROWS - 1
-        if place == ROWS - 1:
+        row, place = rows[first + i], i if i < count - 1 else col.BLOCK_ROWS - 1
+        if place == col.BLOCK_ROWS - 1:
             for k in range(2):
-                block[J_LOW + 2 + k], block[J_HIGH + 2 + k] = row[R_LOW], row[R_HIGH]
+                block[col.JB_LOW + 2 + k] = row[col.R_LOW]
+                block[col.JB_HIGH + 2 + k] = row[col.R_HIGH]
         mine = scratch[i]
         for k in range(12):
-            mine[k] = row[R_J + k]
-        mine[12], mine[13] = row[R_RHS], row[R_RHS + 1]
+            mine[k] = row[col.R_J + k]
+        mine[12], mine[13] = row[col.R_RHS], row[col.R_RHS + 1]
         mine[14:] = 0.0
-        mine[14 + place] = row[R_CFM]
-        soft = soft or row[R_CFM] != 0.0
+        mine[14 + place] = row[col.R_CFM]
+        soft = soft or row[col.R_CFM] != 0.0
         for j in range(i):
             other = rows[first + j]
             factor = 0.0
             for k in range(12):
-                factor += row[R_J + k] * other[R_M + k]
+                factor += row[col.R_J + k] * other[col.R_M + k]
             theirs = scratch[j]
             for k in range(20):
                 mine[k] -= factor * theirs[k]
         lanes = block[48 * (place // 2) + 2 * (place % 2) :]
-        pushes = block[J_M + 24 * place :]
+        pushes = block[col.JB_M + 24 * place :]
         for k in range(12):
             lanes[4 * k] = lanes[4 * k + 1] = mine[k]
-            pushes[2 * k] = pushes[2 * k + 1] = row[R_M + k]
+            pushes[2 * k] = pushes[2 * k + 1] = row[col.R_M + k]
         for k in range(2):
-            block[J_RHS + 2 * place + k] = mine[12 + k]
-            block[J_L + 2 * place + k] = row[R_L + k]
-        links[first + i, 5] = at + J_L + 2 * place
+            block[col.JB_RHS + 2 * place + k] = mine[12 + k]
+            block[col.JB_L + 2 * place + k] = row[col.R_L + k]
+        links[first + i, 5] = at + col.JB_L + 2 * place
     if soft:
-        block[J_CFM:] = 0.0
+        block[col.JB_CFM :] = 0.0
         for i in range(count):
-            place = i if i < count - 1 else ROWS - 1
-            lanes = block[J_CFM + 4 * (place // 2) + 2 * (place % 2) :]
-            for k in range(ROWS):
+            place = i if i < count - 1 else col.BLOCK_ROWS - 1
+            lanes = block[col.JB_CFM + 4 * (place // 2) + 2 * (place % 2) :]
+            for k in range(col.BLOCK_ROWS):
                 lanes[12 * k] = lanes[12 * k + 1] = scratch[i, 14 + k]
     return soft
 
 
 @compiled
 def _is_bounded(row: Array) -> bool:
-    return bool(row[R_LOW] > -INFINITE or row[R_HIGH] < INFINITE)
+    return bool(row[col.R_LOW] > -col.INFINITE or row[col.R_HIGH] < col.INFINITE)
 
 
 @compiled
 def _pack_contact(at: int, one: int, two: int, rows: Array, links: Array, numbers: Array) -> None:
     """One row of a contact, or two (two >= 0), into a block."""
-    block = numbers[at : at + C_SIZE]
+    block = numbers[at : at + col.CB_SIZE]
     block[:] = 0.0
     for place in range(2 if two >= 0 else 1):
         i = one if place == 0 else two
-        row, lanes, pushes = rows[i], block[2 * place :], block[C_M + 24 * place :]
+        row, lanes, pushes = rows[i], block[2 * place :], block[col.CB_M + 24 * place :]
         for k in range(12):
-            lanes[4 * k] = lanes[4 * k + 1] = row[R_J + k]
-            pushes[2 * k] = pushes[2 * k + 1] = row[R_M + k]
+            lanes[4 * k] = lanes[4 * k + 1] = row[col.R_J + k]
+            pushes[2 * k] = pushes[2 * k + 1] = row[col.R_M + k]
         for k in range(2):
-            lanes[C_RHS + k], lanes[C_L + k] = row[R_RHS + k], row[R_L + k]
-            lanes[C_CFM + k] = row[R_CFM]
-            lanes[C_LOW + k], lanes[C_HIGH + k] = row[R_LOW], row[R_HIGH]
-        links[i, 5] = at + C_L + 2 * place
+            lanes[col.CB_RHS + k], lanes[col.CB_L + k] = row[col.R_RHS + k], row[col.R_L + k]
+            lanes[col.CB_CFM + k] = row[col.R_CFM]
+            lanes[col.CB_LOW + k], lanes[col.CB_HIGH + k] = row[col.R_LOW], row[col.R_HIGH]
+        links[i, 5] = at + col.CB_L + 2 * place
     if two >= 0:
         factor = 0.0
         for k in range(12):
-            factor += rows[two, R_J + k] * rows[one, R_M + k]
-        block[C_COUPLING + 2] = block[C_COUPLING + 3] = factor
+            factor += rows[two, col.R_J + k] * rows[one, col.R_M + k]
+        block[col.CB_COUPLING + 2] = block[col.CB_COUPLING + 3] = factor
 
 
 @compiled
 def _place(block: Array, at: int, row: int, pair: bool, links: Array, nobody: int) -> None:
     one, two = links[row, 0], links[row, 1]
-    block[B_AT], block[B_ONE] = at, one * W_SIZE + W_A
-    block[B_TWO] = (two if two >= 0 else nobody) * W_SIZE + W_A
-    block[B_BOTH], block[B_PAIR], block[B_NORMAL] = two >= 0, pair, -1
+    block[col.BLOCK_AT], block[col.BLOCK_ONE] = at, one * col.W_SIZE + col.W_A
+    block[col.BLOCK_TWO] = (two if two >= 0 else nobody) * col.W_SIZE + col.W_A
+    block[col.BLOCK_BOTH], block[col.BLOCK_PAIR], block[col.BLOCK_NORMAL] = two >= 0, pair, -1
     if links[row, 2] >= 0:
-        block[B_NORMAL] = links[links[row, 2], 5]
+        block[col.BLOCK_NORMAL] = links[links[row, 2], 5]
 
 
 @compiled
@@ -171,25 +133,25 @@ def _sort(first: int, last: int, blocks: Blocks) -> None:
     deepest = 0
     for i in range(first, last):
         block = unsorted[i]
-        for k in range(B_COLUMNS):
+        for k in range(col.BLOCK_SIZE):
             block[k] = places[i, k]
-        one, two = block[B_ONE] // W_SIZE, block[B_TWO] // W_SIZE
+        one, two = block[col.BLOCK_ONE] // col.W_SIZE, block[col.BLOCK_TWO] // col.W_SIZE
         level = levels[one]
-        if block[B_BOTH]:
+        if block[col.BLOCK_BOTH]:
             level = max(level, levels[two])
             levels[two] = level + 1
         levels[one] = level + 1
-        block[B_LEVEL] = level
+        block[col.BLOCK_LEVEL] = level
         deepest = max(deepest, level)
     for level in range(deepest + 2):
         counts[level] = 0
     for i in range(first, last):
-        counts[unsorted[i, B_LEVEL] + 1] += 1
+        counts[unsorted[i, col.BLOCK_LEVEL] + 1] += 1
     for level in range(deepest):
         counts[level + 1] += counts[level]
     for i in range(first, last):
-        level = unsorted[i, B_LEVEL]
-        for k in range(B_COLUMNS):
+        level = unsorted[i, col.BLOCK_LEVEL]
+        for k in range(col.BLOCK_SIZE):
             places[first + counts[level], k] = unsorted[i, k]
         counts[level] += 1
 
@@ -202,15 +164,15 @@ def pack(m: int, rows: Array, links: Array, blocks: Blocks) -> None:
         links: gets where the rows' impulses are in the blocks.
     """
     places, numbers, ends = blocks.places, blocks.numbers, blocks.ends
-    scratch, nobody = temporary(ROWS, 20), len(blocks.work) // W_SIZE - 1
-    n, at, i = 0, WEIGHTS, 0
+    scratch, nobody = temporary(_ROWS, 20), len(blocks.work) // col.W_SIZE - 1
+    n, at, i = 0, col.WEIGHTS, 0
     while i < m:
-        if links[i, 2] != BILATERAL:
+        if links[i, 2] != col.BILATERAL:
             i += 1
             continue
         count = 1
         while (
-            count < ROWS
+            count < col.BLOCK_ROWS
             and i + count < m
             and links[i + count, 3] == links[i, 3]
             and not _is_bounded(rows[i + count - 1])
@@ -218,14 +180,14 @@ def pack(m: int, rows: Array, links: Array, blocks: Blocks) -> None:
             count += 1
         soft = _pack_joint(at, i, count, rows, links, numbers, scratch)
         _place(places[n], at, i, soft, links, nobody)
-        n, at, i = n + 1, at + J_SIZE, i + count
+        n, at, i = n + 1, at + col.JB_SIZE, i + count
     ends[0] = n
     _sort(0, n, blocks)
     for friction in range(2):
         waiting = -1  # a row that makes a block with the next one, if that is of the same bodies
         for turn in range(m + 1):
             i = -1 if turn == m else turn if friction else m - 1 - turn
-            if i >= 0 and (links[i, 2] < 0 if friction else links[i, 2] != UNILATERAL):
+            if i >= 0 and (links[i, 2] < 0 if friction else links[i, 2] != col.UNILATERAL):
                 continue
             if waiting < 0:
                 waiting = i
@@ -235,7 +197,7 @@ def pack(m: int, rows: Array, links: Array, blocks: Blocks) -> None:
                 pair = links[i, 2] == links[waiting, 2]
             _pack_contact(at, waiting, i if pair else -1, rows, links, numbers)
             _place(places[n], at, waiting, pair, links, nobody)
-            n, at = n + 1, at + C_SIZE
+            n, at = n + 1, at + col.CB_SIZE
             waiting = -1 if pair else i
         _sort(ends[friction], n, blocks)
         ends[1 + friction] = n
@@ -246,14 +208,20 @@ def unpack(m: int, rows: Array, links: Array, blocks: Blocks) -> None:
     """Impulses of m rows from their blocks."""
     for i in range(m):
         for k in range(2):
-            rows[i, R_L + k] = blocks.numbers[links[i, 5] + k]
+            rows[i, col.R_L + k] = blocks.numbers[links[i, 5] + k]
 
 
 @compiled
-def _solve_joint(at: int, one: int, two: int, both: int, soft: int, n: Array, w: Array) -> None:
-    """Solve a joint's block: the residuals of all rows, the bounds of the last, the changes."""
+def _solve_joint(block: Array, n: Array, w: Array) -> None:
+    """Solve a joint's block: the residuals of all rows, the bounds of the last, the changes.
+
+    Args:
+        block: row of places.
+        n, w: numbers and working values, see Blocks.
+    """
+    at, one, two = block[col.BLOCK_AT], block[col.BLOCK_ONE], block[col.BLOCK_TWO]
     # x, y, z: two rows each; u, v, t: what the second body has of them
-    x, y, z = load(n, at + J_RHS), load(n, at + J_RHS + 4), load(n, at + J_RHS + 8)
+    x, y, z = load(n, at + col.JB_RHS), load(n, at + col.JB_RHS + 4), load(n, at + col.JB_RHS + 8)
     a = load_twice(w, two)
     u, v, t = a * load(n, at + 24), a * load(n, at + 72), a * load(n, at + 120)
     a = load_twice(w, one)
@@ -264,30 +232,30 @@ def _solve_joint(at: int, one: int, two: int, both: int, soft: int, n: Array, w:
         y, v = y - a * load(n, at + 48 + 4 * k), v + b * load(n, at + 72 + 4 * k)
         z, t = z - a * load(n, at + 96 + 4 * k), t + b * load(n, at + 120 + 4 * k)
     x, y, z = x - u, y - v, z - t
-    if soft:
-        for k in range(ROWS):
-            a, g = load_twice(n, at + J_L + 2 * k), at + J_CFM + 12 * k
+    if block[col.BLOCK_PAIR]:  # it has a CFM
+        for k in range(col.BLOCK_ROWS):
+            a, g = load_twice(n, at + col.JB_L + 2 * k), at + col.JB_CFM + 12 * k
             x, y, z = x - a * load(n, g), y - a * load(n, g + 4), z - a * load(n, g + 8)
-    old = load(n, at + J_L + 8)
+    old = load(n, at + col.JB_L + 8)
     new = old + z
-    new = least(greatest(new, load(n, at + J_LOW)), load(n, at + J_HIGH))
+    new = least(greatest(new, load(n, at + col.JB_LOW)), load(n, at + col.JB_HIGH))
     z = new - old
-    store(n, at + J_L, load(n, at + J_L) + x)
-    store(n, at + J_L + 4, load(n, at + J_L + 4) + y)
-    store(n, at + J_L + 8, new)
+    store(n, at + col.JB_L, load(n, at + col.JB_L) + x)
+    store(n, at + col.JB_L + 4, load(n, at + col.JB_L + 4) + y)
+    store(n, at + col.JB_L + 8, new)
     a, b, c, d, e, f = (
         first_two(x), last_two(x), first_two(y), last_two(y), first_two(z), last_two(z),
     )  # fmt: skip
     for k in range(0, 12, 4):
-        g = at + J_M + k
+        g = at + col.JB_M + k
         t = load(w, one + k) + a * load(n, g)
         u = b * load(n, g + 24) + c * load(n, g + 48)
         v = d * load(n, g + 72) + e * load(n, g + 96)
         store(w, one + k, (t + u) + (v + f * load(n, g + 120)))
-    if not both:
+    if not block[col.BLOCK_BOTH]:
         return
     for k in range(0, 12, 4):
-        g = at + J_M + 12 + k
+        g = at + col.JB_M + 12 + k
         t = load(w, two + k) + a * load(n, g)
         u = b * load(n, g + 24) + c * load(n, g + 48)
         v = d * load(n, g + 72) + e * load(n, g + 96)
@@ -295,11 +263,12 @@ def _solve_joint(at: int, one: int, two: int, both: int, soft: int, n: Array, w:
 
 
 @compiled
-def _solve_contact(
-    at: int, one: int, two: int, normal: int, both: int, pair: int, n: Array, w: Array
-) -> None:
-    """Solve a contact's block: its first row, and the second after what the first has changed."""
-    x, y = load(n, at + C_RHS), load_twice(w, one + 6) * load(n, at + 12)
+def _solve_contact(block: Array, n: Array, w: Array) -> None:
+    """Solve a contact's block: its first row, and the second after what the first has changed;
+    arguments as those of _solve_joint()."""
+    at, one, two = block[col.BLOCK_AT], block[col.BLOCK_ONE], block[col.BLOCK_TWO]
+    both, normal = block[col.BLOCK_BOTH], block[col.BLOCK_NORMAL]
+    x, y = load(n, at + col.CB_RHS), load_twice(w, one + 6) * load(n, at + 12)
     for k in range(3):
         x -= load_twice(w, one + 2 * k) * load(n, at + 4 * k)
     for k in range(4, 6):
@@ -307,38 +276,36 @@ def _solve_contact(
     if both:
         for k in range(6):
             x -= load_twice(w, two + 2 * k) * load(n, at + 24 + 4 * k)
-    old = load(n, at + C_L)
-    x = (x - old * load(n, at + C_CFM)) - y
-    low, high = load(n, at + C_LOW), load(n, at + C_HIGH)
+    old = load(n, at + col.CB_L)
+    x = (x - old * load(n, at + col.CB_CFM)) - y
+    low, high = load(n, at + col.CB_LOW), load(n, at + col.CB_HIGH)
     if normal >= 0:
-        normal = load_twice(n, normal)
-        low, high = low * normal, high * normal
+        push = load_twice(n, normal)
+        low, high = low * push, high * push
         low, high = least(low, high), greatest(low, high)
     new = least(greatest(old + x, low), high)
-    if pair:
-        x -= first_two(new - old) * load(n, at + C_COUPLING)
+    if block[col.BLOCK_PAIR]:
+        x -= first_two(new - old) * load(n, at + col.CB_COUPLING)
         new = least(greatest(old + x, low), high)
     change = new - old
-    store(n, at + C_L, load(n, 0) * new + load(n, 4) * old)
+    store(n, at + col.CB_L, load(n, 0) * new + load(n, 4) * old)
     a, b = first_two(change), last_two(change)
     for k in range(0, 12, 4):
-        g = at + C_M + k
+        g = at + col.CB_M + k
         store(w, one + k, load(w, one + k) + (a * load(n, g) + b * load(n, g + 24)))
     if both:
         for k in range(0, 12, 4):
-            g = at + C_M + 12 + k
+            g = at + col.CB_M + 12 + k
             store(w, two + k, load(w, two + k) + (a * load(n, g) + b * load(n, g + 24)))
 
 
 @compiled
 def iterate(iterations: int, blocks: Blocks) -> None:
     """Projected Gauss-Seidel on both solutions, then friction alone."""
-    b, n, ends, work = blocks.places, blocks.numbers, blocks.ends, blocks.work
-    for iteration in range(iterations + FRICTION_ITERATIONS):
+    places, numbers, ends, work = blocks.places, blocks.numbers, blocks.ends, blocks.work
+    for iteration in range(iterations + col.FRICTION_ITERATIONS):
         if iteration < iterations:
             for i in range(ends[0]):
-                _solve_joint(b[i, B_AT], b[i, B_ONE], b[i, B_TWO], b[i, B_BOTH], b[i, B_PAIR], n,
-                             work)  # fmt: skip
+                _solve_joint(places[i], numbers, work)
         for i in range(ends[0] if iteration < iterations else ends[1], ends[2]):
-            _solve_contact(b[i, B_AT], b[i, B_ONE], b[i, B_TWO], b[i, B_NORMAL], b[i, B_BOTH],
-                           b[i, B_PAIR], n, work)  # fmt: skip
+            _solve_contact(places[i], numbers, work)

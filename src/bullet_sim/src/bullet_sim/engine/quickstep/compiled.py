@@ -3,10 +3,14 @@
 numba compiles a function again when its own file has changed, but not when another function that it
 calls has. So what was kept is deleted here, before the other files are imported, when any of them
 has changed, or controllers/law.py, which pids.py has compiled.
+
+Records (NamedTuples) are passed to compiled functions as the arrays and numbers in them. Constants
+are read as `col.NAME`; only temporary() needs a name of its own module.
 """
 
 import math
 import os
+from collections.abc import Mapping
 from typing import Any
 
 from llvmlite import ir
@@ -40,6 +44,29 @@ _forget_older()
 compiled = njit(cache=True, _nrt=False)
 # As part of each function that calls it: a call passes each array of a tuple as nine numbers.
 inlined = njit(cache=True, _nrt=False, inline="always")
+
+
+def switch(cases: Mapping[int, Any]) -> Any:
+    """A compiled function that calls one of several: that of the code which is its first argument.
+
+    numba can call none of a list without a price. These are comparisons one after the other, of
+    which the processor's code makes a single jump.
+
+    Args:
+        cases: code -> compiled function; all take the same arguments.
+    """
+    (code, function), *rest = cases.items()
+    others = switch(dict(rest)) if rest else function
+
+    @njit(_nrt=False)
+    def chosen(wanted: int, *arguments: Any) -> Any:
+        return function(*arguments) if wanted == code else others(wanted, *arguments)
+
+    @njit(_nrt=False)
+    def last(wanted: int, *arguments: Any) -> Any:
+        return function(*arguments)
+
+    return chosen if rest else last
 
 
 @intrinsic(prefer_literal=True)

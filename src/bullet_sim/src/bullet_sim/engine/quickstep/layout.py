@@ -1,14 +1,15 @@
-"""Columns of the arrays of quickstep, and what they are of.
+"""Columns of the arrays of quickstep, its codes and its constants; used as `col.NAME`.
 
-Units: m, kg, s, rad; world axes if nothing else is said.
+Columns of one quantity are named by their first: bodies[b, col.VEL : col.VEL + 3]. Units: m, kg, s,
+rad; world axes if nothing else is said.
 """
 
-from typing import NamedTuple
+# codes of joints and of shapes; of OTHER the caller finds the contacts
+HINGE, SLIDER, FIXED = 0, 1, 2
+SPHERE, CYLINDER, BOX, MESH, OTHER = range(5)
+# what is done with two bodies: they never collide; collided here; collided by the caller
+PAIR_FILTERED, PAIR_NATIVE, PAIR_EXTERNAL = range(3)
 
-from bullet_sim.pose import Array
-
-HINGE, SLIDER, FIXED = 0, 1, 2  # types of joints
-SPHERE, CYLINDER, BOX, MESH, OTHER = range(5)  # types of shapes; of OTHER the caller finds contacts
 # bodies: center of mass, quaternion, linear and angular velocity, its place in the last step's
 # order, time and steps for which it has to rest until it sleeps, whether it sleeps, mass, inertia
 # and its inverse in the body's axes, whether gravity acts, bound of the push out of contacts, depth
@@ -17,6 +18,9 @@ SPHERE, CYLINDER, BOX, MESH, OTHER = range(5)  # types of shapes; of OTHER the c
 POS, QUAT, VEL, PLACE, REST, REST_STEPS, ASLEEP = 0, 3, 7, 13, 14, 15, 16
 MASS, INERTIA, INVERSE, GRAVITY = 17, 18, 27, 36
 MAX_VEL, MIN_DEPTH, RADIUS, MAY_SLEEP, FORCE, DECAY, B_SIZE = 37, 38, 39, 40, 41, 47, 49
+# working values of bodies: rotation, inertia and inverse in world axes, force and torque, wanted
+# accelerations, those of the solutions (of each axis both)
+W_R, W_I, W_V, W_F, W_T, W_A, W_SIZE = 0, 9, 18, 27, 33, 39, 51
 # joints: anchor in both bodies (from their centers; of the world: its coordinates), axis in both,
 # quaternion of the first in the second at 0, limits, damping, the motor's effort and velocity,
 # effort of the next step, position, velocity, commanded position and where it is by now, its
@@ -34,6 +38,10 @@ G_SIZE, G_OFFSET, G_ROTATION, G_MU, G_FDIR, G_KP, G_KD = 0, 3, 6, 15, 17, 20, 21
 G_SLIP, G_COLUMNS = 22, 24
 # planes: normal, distance from the origin; as a shape's the rest
 P_PLANE, P_MU, P_FDIR, P_KP, P_KD, P_SLIP, P_COLUMNS = 0, 4, 6, 9, 10, 11, 13
+# solids: half the edges, or radius and half the length; center; rotation
+B_HALF, B_CENTER, B_ROTATION, B_COLUMNS = 0, 3, 6, 15
+# candidates for contacts of a mesh: point, normal, depth, weight of the normal
+F_NORMAL, F_DEPTH, F_WEIGHT, F_COLUMNS = 3, 6, 7, 8
 # contacts: point, normal towards the first body, depth, mu, mu2, fdir1 (world), erp, cfm, bound
 # of the push, force on the first body, slip1 and slip2
 C_POINT, C_NORMAL, C_DEPTH, C_MU, C_FDIR, C_ERP, C_CFM, C_MAX, C_FORCE, C_SLIP, C_SIZE = (
@@ -44,146 +52,64 @@ C_POINT, C_NORMAL, C_DEPTH, C_MU, C_FDIR, C_ERP, C_CFM, C_MAX, C_FORCE, C_SLIP, 
 R_J, R_M, R_RHS, R_RHS2, R_CFM, R_LOW, R_HIGH, R_L, R_L2, R_C, R_MAX, R_SIZE = (
     0, 12, 24, 25, 26, 27, 28, 29, 30, 31, 32, 33,
 )  # fmt: skip
-# working values of bodies: rotation, inertia and inverse in world axes, force and torque, wanted
-# accelerations, those of the solutions (of each axis both)
-W_R, W_I, W_V, W_F, W_T, W_A, W_SIZE = 0, 9, 18, 27, 33, 39, 51
 BILATERAL, UNILATERAL = -1, -2  # instead of the index of the normal's row
-INFINITE = 1e300
+# blocks: where their numbers are, of the accelerations of both bodies, and of the impulses of the
+# normal that bounds a friction (-1: none), whether there are a second body and a second row (of a
+# contact) or a CFM (of a joint), how many blocks before it have to be solved one after the other
+BLOCK_AT, BLOCK_ONE, BLOCK_TWO, BLOCK_NORMAL, BLOCK_BOTH, BLOCK_PAIR, BLOCK_LEVEL = range(7)
+BLOCK_SIZE = 7
+# numbers of a joint's block: six rows, each of the first five without bounds. Two rows in four
+# lanes: of each of 12 columns the Jacobian, so three times; for each row 12 times inverse mass
+# times it (twice, for both solutions); right sides, impulses; bounds of the last two; for each row
+# what its impulse changes by its CFM, in all rows
+JB_M, JB_RHS, JB_L, JB_LOW, JB_HIGH, JB_CFM, JB_SIZE = 144, 288, 300, 312, 316, 320, 392
+# numbers of a contact's block: two rows
+CB_M, CB_RHS, CB_L, CB_CFM, CB_LOW, CB_HIGH, CB_COUPLING, CB_SIZE = (
+    48, 96, 100, 104, 108, 112, 116, 120,
+)  # fmt: skip
+WEIGHTS = 8  # numbers before the first block: of new and old impulses of contacts
+BLOCK_ROWS, MAX_JOINT_ROWS = 6, 7  # of a joint's block; of a joint
+# rows of PIDs: number of the joint, limits of its velocity and effort in Gazebo, and the attributes
+# of effort_row.EffortRow in their order
+PID_JOINT, PID_TOP_SPEED, PID_TOP_EFFORT, PID_GOAL, PID_TARGET = range(5)
+PID_LOWER, PID_UPPER, PID_LINEAR = range(5, 8)
+PID_P, PID_I, PID_D, PID_LOW, PID_HIGH, PID_ANTIWINDUP = range(8, 14)
+PID_LIMIT, PID_MIN, PID_MAX, PID_SPEED = range(14, 18)
+PID_STATE = 18
+PID_LAST, PID_INTEGRAL, PID_RATE, PID_BY_ERROR, PID_BY_INTEGRAL, PID_BY_RATE = range(18, 24)
+PID_OUTPUT, PID_APPLIED, PID_SIZE = 24, 25, 26
+GOAL_POSITION, GOAL_VELOCITY, GOAL_EFFORT = range(3)  # what errors are of; an effort, no PID
+GOALS = {"position": GOAL_POSITION, "velocity": GOAL_VELOCITY, "": GOAL_EFFORT}
 # settings of a world: relaxation, fraction of a joint's error that is corrected in a step, CFM of
 # joints, whether the inertias of hinged bodies are moved closer to each other
-S_RELAXATION, S_ERP, S_CFM, S_EVEN, S_SIZE = 0, 1, 2, 3, 4
+S_RELAXATION, S_ERP, S_CFM, S_RESCALE, S_SIZE = 0, 1, 2, 3, 4
+
+INFINITE = 1e300
+EPSILON = 2.220446049250313e-16
+# the iteration
 FRICTION_SCALE = 0.25
 FRICTION_ITERATIONS = 10
 SMOOTHING = 0.01
 WARM_START = 0.5
-MPR_TOLERANCE, MPR_ITERATIONS = 1e-6, 500  # of cylinders with cylinders
-EPSILON = 2.220446049250313e-16
-EDGE_FACTOR = 1.05  # by which edges of boxes have to overlap less than faces
-MESH_CONTACTS = 10  # of a pair with a mesh, sdformat's max_contacts of a collision
-MOST_FOUND = 250  # of such a pair that are looked for
-COPLANAR = 1e-6  # distance from a triangle's plane, times twice its area [m^3], that counts as 0
 INERTIA_RATIO = 200.0  # above which inertias across a hinge are moved closer
+# motion
 DECAY_SPEED = 0.01  # [m/s, rad/s] up to which no velocity decays
 REST_TIME, REST_COUNT = 1.0, 5  # [s], steps, for which what is slower than the next sleeps then
 REST_SPEED = 0.1  # [m/s, rad/s]
+# collision
+MPR_TOLERANCE, MPR_ITERATIONS = 1e-6, 500  # of cylinders with cylinders
+EDGE_FACTOR = 1.05  # by which edges of boxes have to overlap less than faces
+MAX_MESH_CONTACTS = 10  # of a pair with a mesh, sdformat's max_contacts of a collision
+MAX_COLLIDE_RETURNS = 250  # of such a pair that are looked for, as in Gazebo
+COPLANAR = 1e-6  # distance from a triangle's plane, times twice its area [m^3], that counts as 0
 PARALLEL = 1e-7
 STANDING = 0.9  # cosine between a cylinder's axis and a normal, above which its disc touches
-SAME = 1e-4  # [m] between contacts that are one, and between their normals
-COVERED = 32  # boxes that one cover contains
+SAME_CONTACT = 1e-4  # [m] between contacts that are one, and between their normals
+AABB_GROUP = 32  # boxes of what never moves that one larger box is around
 CHUNK = 32  # vertices of a mesh that follow each other
 ROUNDING = 1e-9  # [m] by which two ways to compute a depth may differ
-APART, FOUND, LEFT = range(3)  # contacts of two bodies: none, found here, found by the caller
-# solids: half the edges, or radius and half the length; center; rotation
-B_HALF, B_CENTER, B_ROTATION, B_COLUMNS = 0, 3, 6, 15
-# contacts of a mesh that are looked for: point, normal, depth, weight of the normal
-F_NORMAL, F_DEPTH, F_WEIGHT, F_COLUMNS = 3, 6, 7, 8
-NEAR_BOXES = 64  # up to which the triangles of a mesh are compared with another mesh one by one
+MAX_NEAR_BOXES = 64  # up to which the triangles of a mesh are compared with another mesh one by one
 NO_CHILD = -(2**40)  # of a node with a single triangle
-
-
-class Tree(NamedTuple):
-    """A mesh in its own frame, scaled.
-
-    Attributes:
-        corners: (t, 9) triangles [m] in the order of the tree.
-        nodes: (k, 6) center and half the edges of boxes [m].
-        children: (k, 2) numbers of nodes, or -1 - the number of a triangle; NO_CHILD: none.
-        depth: how deep it is.
-    """
-
-    corners: Array
-    nodes: Array
-    children: Array
-    depth: int
-
-
-class Trees(NamedTuple):
-    """The trees of all meshes after each other, and room to work with.
-
-    Attributes:
-        corners, nodes, children: as those of a Tree.
-        depth: (1,) of the deepest.
-        todo: (w, 3) room for what is still to be looked at, for 4 times that depth and 8.
-        found: (MOST_FOUND, F_COLUMNS) room for contacts of a pair.
-        parents: (t + k,) of each triangle, the last first, and of each box: t and the number of the
-            box that it is in, or -1.
-        marks: (t + k, 2) of these: the last call that had to look at them, in its first tree and in
-            its second.
-        calls: (1,) number of the call that marks.
-        near: (NEAR_BOXES,) room for numbers of boxes.
-    """
-
-    corners: Array
-    nodes: Array
-    children: Array
-    depth: Array
-    todo: Array
-    found: Array
-    parents: Array
-    marks: Array
-    calls: Array
-    near: Array
-
-
-class Scene(NamedTuple):
-    """Shapes of bodies, and what never moves.
-
-    Attributes:
-        shapes: (s, G_COLUMNS).
-        kinds: (s, 5) body, type, first vertex and the one after the last, first row of chunks.
-        firsts: (n + 1,) first shape of each body; those of a body follow each other.
-        points: (v, 3) vertices of meshes, from their bodies' centers of mass.
-        chunks: (c, 6) center and half the edges of boxes around CHUNK vertices each of a mesh.
-        extents: (s, 6) center and half the edges of a box around each shape, in its body.
-        models: (n,) number of each body's model.
-        around: (s, 6) lower and upper corners of boxes around the shapes where they are.
-        meet: (n, n) whether two bodies may touch: APART, FOUND (here), or LEFT to the caller.
-        close: (c, 2) pairs of bodies that are close, whose contacts are found here.
-        counts: (2,) number of these; and of boxes whose contacts the caller finds.
-        pairs: (m, 3) shapes, with a row of solids, or -1 - that of a plane, and the body of which
-            the solid is, or -1.
-        planes: (p, P_COLUMNS).
-        plane_bits: (p,) as bits.
-        solids: (b, B_COLUMNS) shapes but planes and OTHER: those that never move, then of bodies.
-        faces: (b, P_COLUMNS) their surfaces.
-        owners: (b,) number of what never moves, for the contacts.
-        solid_kinds: (b,) SPHERE, CYLINDER, BOX or MESH.
-        solid_of: (s,) each shape's row of solids, -1 of OTHER.
-        roots: (b,) of the trees of meshes, else -1.
-        trees: meshes.
-        boxes: (m, 6) lower and upper corners of boxes around what never moves, but for planes.
-        contents: (m,) the solid in a box, -1: something of which the caller finds the contacts.
-        hosts: (m, 2) model of each box, whose own bodies do not touch it, and its bits.
-        bits: (s,) of shapes, which touch only what shares one.
-        covers: (c, 6) boxes around COVERED of these each, in their order.
-    """
-
-    shapes: Array
-    kinds: Array
-    firsts: Array
-    points: Array
-    chunks: Array
-    extents: Array
-    models: Array
-    around: Array
-    meet: Array
-    close: Array
-    counts: Array
-    pairs: Array
-    planes: Array
-    plane_bits: Array
-    solids: Array
-    faces: Array
-    owners: Array
-    solid_kinds: Array
-    solid_of: Array
-    roots: Array
-    trees: Trees
-    boxes: Array
-    contents: Array
-    hosts: Array
-    bits: Array
-    covers: Array
 
 
 def softness(step: float, kp1: float, kd1: float, kp2: float, kd2: float) -> tuple[float, float]:

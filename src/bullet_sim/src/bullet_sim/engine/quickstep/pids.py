@@ -10,38 +10,8 @@ from numba import types
 from numba.extending import overload
 
 from bullet_sim.controllers import law
+from bullet_sim.engine.quickstep import layout as col
 from bullet_sim.engine.quickstep.compiled import compiled
-from bullet_sim.engine.quickstep.layout import ANGLE, EFFORT, RATE
-from bullet_sim.engine.quickstep.state import (
-    EFFORT_ALONE,
-    P_ANTIWINDUP,
-    P_APPLIED,
-    P_BY_ERROR,
-    P_BY_INTEGRAL,
-    P_BY_RATE,
-    P_D,
-    P_GOAL,
-    P_HIGH,
-    P_I,
-    P_INTEGRAL,
-    P_JOINT,
-    P_LAST,
-    P_LIMIT,
-    P_LINEAR,
-    P_LOW,
-    P_LOWER,
-    P_MAX,
-    P_MIN,
-    P_OUTPUT,
-    P_P,
-    P_RATE,
-    P_SPEED,
-    P_TARGET,
-    P_TOP_EFFORT,
-    P_TOP_SPEED,
-    P_UPPER,
-    POSITION,
-)
 from bullet_sim.pose import Array
 
 _remainder = types.ExternalFunction("remainder", types.float64(types.float64, types.float64))
@@ -76,33 +46,36 @@ def apply_pids(period: float, pids: Array, active: Array, noted: Array, joints: 
     """
     if active[1] != 0 and active[2] < len(noted):
         for j in range(len(joints)):
-            noted[active[2], j] = joints[j, ANGLE]
+            noted[active[2], j] = joints[j, col.ANGLE]
         active[2] += 1
     for k in range(active[0]):
-        row, joint = pids[k], joints[int(pids[k, P_JOINT])]
-        angle, velocity = joint[ANGLE], joint[RATE]
-        if row[P_GOAL] != EFFORT_ALONE:
-            if row[P_GOAL] == POSITION:
-                error = _position_error(
-                    angle, row[P_TARGET], row[P_LOWER], row[P_UPPER], row[P_LINEAR] != 0.0
-                )
+        row, joint = pids[k], joints[int(pids[k, col.PID_JOINT])]
+        angle, velocity = joint[col.ANGLE], joint[col.RATE]
+        if row[col.PID_GOAL] != col.GOAL_EFFORT:
+            if row[col.PID_GOAL] == col.GOAL_POSITION:
+                lower, upper = row[col.PID_LOWER], row[col.PID_UPPER]
+                is_linear = row[col.PID_LINEAR] != 0.0
+                error = _position_error(angle, row[col.PID_TARGET], lower, upper, is_linear)
             else:
-                error = row[P_TARGET] - velocity
+                error = row[col.PID_TARGET] - velocity
             rate = 0.0
-            if not math.isnan(row[P_LAST]):
-                rate = (error - row[P_LAST]) / period
+            if not math.isnan(row[col.PID_LAST]):
+                rate = (error - row[col.PID_LAST]) / period
             output, integral, by_error, by_integral, by_rate = _pid_terms(
-                error, rate, row[P_INTEGRAL], period, row[P_P], row[P_I], row[P_D], row[P_LOW],
-                row[P_HIGH], row[P_ANTIWINDUP] != 0.0,
+                error, rate, row[col.PID_INTEGRAL], period,
+                row[col.PID_P], row[col.PID_I], row[col.PID_D],
+                row[col.PID_LOW], row[col.PID_HIGH], row[col.PID_ANTIWINDUP] != 0.0,
             )  # fmt: skip
             if not math.isfinite(output):
                 output = 0.0
-            row[P_OUTPUT] = output
+            row[col.PID_OUTPUT] = output
             if math.isfinite(error) and math.isfinite(rate):
-                row[P_LAST], row[P_INTEGRAL], row[P_RATE] = error, integral, rate
-                row[P_BY_ERROR], row[P_BY_INTEGRAL], row[P_BY_RATE] = by_error, by_integral, by_rate
-        low, high = _effort_bounds(
-            angle, velocity, row[P_LIMIT], row[P_MIN], row[P_MAX], row[P_SPEED]
+                row[col.PID_LAST], row[col.PID_INTEGRAL], row[col.PID_RATE] = error, integral, rate
+                row[col.PID_BY_ERROR], row[col.PID_BY_INTEGRAL] = by_error, by_integral
+                row[col.PID_BY_RATE] = by_rate
+        lower, upper, speed = row[col.PID_MIN], row[col.PID_MAX], row[col.PID_SPEED]
+        low, high = _effort_bounds(angle, velocity, row[col.PID_LIMIT], lower, upper, speed)
+        row[col.PID_APPLIED] = _within(row[col.PID_OUTPUT], low, high)
+        joint[col.EFFORT] += _truncated(
+            row[col.PID_APPLIED], velocity, row[col.PID_TOP_SPEED], row[col.PID_TOP_EFFORT]
         )
-        row[P_APPLIED] = _within(row[P_OUTPUT], low, high)
-        joint[EFFORT] += _truncated(row[P_APPLIED], velocity, row[P_TOP_SPEED], row[P_TOP_EFFORT])

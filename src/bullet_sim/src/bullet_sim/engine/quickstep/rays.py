@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
-from bullet_sim.engine.quickstep.layout import BOX, CYLINDER, SPHERE
+from bullet_sim.engine.quickstep import layout as col
 from bullet_sim.engine.quickstep.state import Casting
 from bullet_sim.pose import Array
 
@@ -40,13 +40,13 @@ def _round(square: float, half: float, rest: float) -> Any:
 @compiled
 def _part(kind: int, c: Any, v: Any, size: Array) -> Any:
     """Distances at which a ray c + x v enters and leaves a shape, in its frame."""
-    if kind == BOX:
+    if kind == col.BOX:
         enter, leave = _slab(c[0], v[0], size[0], -math.inf, math.inf)
         enter, leave = _slab(c[1], v[1], size[1], enter, leave)
         return _slab(c[2], v[2], size[2], enter, leave)
     square, half = v[0] * v[0] + v[1] * v[1], v[0] * c[0] + v[1] * c[1]
     rest = c[0] * c[0] + c[1] * c[1] - size[0] * size[0]
-    if kind == SPHERE:
+    if kind == col.SPHERE:
         return _round(square + v[2] * v[2], half + v[2] * c[2], rest + c[2] * c[2])
     enter, leave = _round(square, half, rest)
     return _slab(c[2], v[2], size[1], enter, leave)
@@ -60,7 +60,7 @@ def cast(far: float, casting: Casting) -> int:
      ranges) = casting  # fmt: skip
     for s in range(len(kinds)):
         kind = kinds[s]
-        if kind != BOX and kind != SPHERE and kind != CYLINDER:
+        if kind != col.BOX and kind != col.SPHERE and kind != col.CYLINDER:
             continue
         x, y, z = centers[s, 0], centers[s, 1], centers[s, 2]
         r, f = radii[s], frames[s]

@@ -1,4 +1,4 @@
-"""Everything that a step reads and writes, in arrays, and tables of where these are.
+"""Everything that a step reads and writes, in records of arrays, and tables of where these are.
 
 Compiled code is given one table of the addresses and lengths of all its arrays; a kind says what
 they have to be: "f8.2" is a float64 array with two dimensions, in C's order.
@@ -8,43 +8,160 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bullet_sim.engine.quickstep.layout import SMOOTHING, Scene, Trees
+from bullet_sim.engine.quickstep import layout as col
 from bullet_sim.pose import Array
 
-# blocks: where their numbers are, of the accelerations of both bodies, and of the impulses of the
-# normal that bounds a friction (-1: none), whether there are a second body and a second row (of a
-# contact) or a CFM (of a joint), how many blocks before it have to be solved one after the other
-B_AT, B_ONE, B_TWO, B_NORMAL, B_BOTH, B_PAIR, B_LEVEL, B_COLUMNS = 0, 1, 2, 3, 4, 5, 6, 7
-# numbers of a joint's block: six rows, each of the first five without bounds. Two rows in four
-# lanes: of each of 12 columns the Jacobian, so three times; for each row 12 times inverse mass
-# times it (twice, for both solutions); right sides, impulses; bounds of the last two; for each row
-# what its impulse changes by its CFM, in all rows
-J_M, J_RHS, J_L, J_LOW, J_HIGH, J_CFM, J_SIZE = 144, 288, 300, 312, 316, 320, 392
-# numbers of a contact's block: two rows
-C_M, C_RHS, C_L, C_CFM, C_LOW, C_HIGH, C_COUPLING, C_SIZE = 48, 96, 100, 104, 108, 112, 116, 120
-WEIGHTS = 8  # numbers before the first block: of new and old impulses of contacts
-ROWS, ROWS_MOST = 6, 7  # of a joint's block; of a joint
-POSITION, VELOCITY, EFFORT_ALONE = range(3)  # what the errors are of; no PID, a constant effort
-GOALS = {"position": POSITION, "velocity": VELOCITY, "": EFFORT_ALONE}
-# rows of PIDs: number of the joint, limits of its velocity and effort in Gazebo, and the attributes
-# of effort_row.EffortRow in their order
-P_JOINT, P_TOP_SPEED, P_TOP_EFFORT, P_GOAL, P_TARGET, P_LOWER, P_UPPER, P_LINEAR = range(8)
-P_P, P_I, P_D, P_LOW, P_HIGH, P_ANTIWINDUP = range(8, 14)
-P_LIMIT, P_MIN, P_MAX, P_SPEED = range(14, 18)
-P_STATE = 18
-P_LAST, P_INTEGRAL, P_RATE, P_BY_ERROR, P_BY_INTEGRAL, P_BY_RATE = range(18, 24)
-P_OUTPUT, P_APPLIED, P_SIZE = 24, 25, 26
+
+class System(NamedTuple):
+    """Bodies, and the joints that connect them.
+
+    Attributes:
+        bodies: (n, B_SIZE).
+        work: (n + 1, W_SIZE) working values of bodies; the last row is of no body.
+        joints: (j, J_SIZE).
+        types: (j, 3) type, first and second body (-1: the world) of each joint.
+        starts: (n + 1,) first place in `lists` of each body's joints.
+        lists: (k,) numbers of joints.
+        below: (j, n) whether a body is below a joint.
+    """
+
+    bodies: Array
+    work: Array
+    joints: Array
+    types: Array
+    starts: Array
+    lists: Array
+    below: Array
+
+
+class Trees(NamedTuple):
+    """The trees of all meshes after each other, and room to work with.
+
+    Attributes:
+        corners: (t, 9) triangles [m] in the order of the trees.
+        nodes: (k, 6) center and half the edges of boxes [m].
+        children: (k, 2) numbers of nodes, or -1 - the number of a triangle; NO_CHILD: none.
+        depth: (1,) of the deepest.
+        todo: (w, 3) room for what is still to be looked at, for 4 times that depth and 8.
+        found: (MAX_COLLIDE_RETURNS, F_COLUMNS) room for contacts of a pair.
+        parents: (t + k,) of each triangle, the last first, and of each box: t and the number of the
+            box that it is in, or -1.
+        marks: (t + k, 2) of these: the last call that had to look at them, in its first tree and in
+            its second.
+        calls: (1,) number of the call that marks.
+        near: (MAX_NEAR_BOXES,) room for numbers of boxes.
+    """
+
+    corners: Array
+    nodes: Array
+    children: Array
+    depth: Array
+    todo: Array
+    found: Array
+    parents: Array
+    marks: Array
+    calls: Array
+    near: Array
+
+
+class Scene(NamedTuple):
+    """Shapes of bodies, and what never moves.
+
+    Attributes:
+        shapes: (s, G_COLUMNS).
+        kinds: (s, 5) body, type, first vertex and the one after the last, first row of chunks.
+        firsts: (n + 1,) first shape of each body; those of a body follow each other.
+        points: (v, 3) vertices of meshes, from their bodies' centers of mass.
+        chunks: (c, 6) center and half the edges of boxes around CHUNK vertices each of a mesh.
+        extents: (s, 6) center and half the edges of a box around each shape, in its body.
+        models: (n,) number of each body's model.
+        aabbs: (s, 6) lower and upper corners of boxes around the shapes where they are.
+        may_collide: (n, n) PAIR_FILTERED, PAIR_NATIVE or PAIR_EXTERNAL, for each two bodies.
+        close_pairs: (c, 2) bodies that are close to each other, whose contacts are found here.
+        counts: (2,) number of these; and of boxes whose contacts the caller finds.
+        pairs: (m, 3) shapes, with a row of solids, or -1 - that of a plane, and the body of which
+            the solid is, or -1.
+        planes: (p, P_COLUMNS).
+        plane_bits: (p,) collide_bitmask of planes.
+        solids: (b, B_COLUMNS) shapes but planes and OTHER: those that never move, then of bodies.
+        faces: (b, P_COLUMNS) their surfaces.
+        owners: (b,) number of what never moves, for the contacts.
+        solid_kinds: (b,) SPHERE, CYLINDER, BOX or MESH.
+        solid_of: (s,) each shape's row of solids, -1 of OTHER.
+        roots: (b,) of the trees of meshes, else -1.
+        trees: meshes.
+        static_aabbs: (m, 6) lower and upper corners of boxes around what never moves, but planes.
+        static_solid: (m,) the solid in each, -1: something of which the caller finds the contacts.
+        static_owner: (m, 2) its model, whose own bodies do not touch it, and its collide_bitmask.
+        bits: (s,) collide_bitmask of shapes, which touch only what shares a bit.
+        aabb_groups: (c, 6) boxes around AABB_GROUP of static_aabbs each, in their order.
+    """
+
+    shapes: Array
+    kinds: Array
+    firsts: Array
+    points: Array
+    chunks: Array
+    extents: Array
+    models: Array
+    aabbs: Array
+    may_collide: Array
+    close_pairs: Array
+    counts: Array
+    pairs: Array
+    planes: Array
+    plane_bits: Array
+    solids: Array
+    faces: Array
+    owners: Array
+    solid_kinds: Array
+    solid_of: Array
+    roots: Array
+    trees: Trees
+    static_aabbs: Array
+    static_solid: Array
+    static_owner: Array
+    bits: Array
+    aabb_groups: Array
+
+
+class Contacts(NamedTuple):
+    """Contacts of a step.
+
+    Attributes:
+        rows: (c, C_SIZE).
+        owners: (c, 4) bodies (second -1: none), then shape and plane, or -1 and the number of what
+            never moves.
+        first_row: (c,) constraint row of the normal; -1: it sleeps.
+    """
+
+    rows: Array
+    owners: Array
+    first_row: Array
+
+
+class Constraints(NamedTuple):
+    """Rows of constraints of a step.
+
+    Attributes:
+        rows: (m, R_SIZE).
+        links: (m, 6) the bodies, BILATERAL, UNILATERAL or the normal's row, the joint, which row of
+            it, and where the row's impulses are in the blocks.
+    """
+
+    rows: Array
+    links: Array
 
 
 class Blocks(NamedTuple):
     """Blocks in the order in which they are solved: joints, normals, friction.
 
     Attributes:
-        places: (b, B_COLUMNS).
+        places: (b, BLOCK_SIZE).
         numbers: (n,) of all blocks.
         ends: (3,) number of blocks up to the joints' last, the normals' last and the last.
         work: (n W_SIZE,) working values of all bodies.
-        unsorted: (b, B_COLUMNS), levels: (n,) and counts: (b + 1,) to sort blocks with.
+        unsorted: (b, BLOCK_SIZE), levels: (n,) and counts: (b + 1,) to sort blocks with.
     """
 
     places: Array
@@ -56,58 +173,26 @@ class Blocks(NamedTuple):
     counts: Array
 
 
-def make_blocks(joints: int, contacts: int, work: Array) -> Blocks:
-    """Room for the blocks of a number of joints and contacts, between bodies with working values.
-
-    Args:
-        work: (n, W_SIZE); the last row is of no body.
-    """
-    most = ROWS_MOST * joints + 2 * contacts  # joints' rows one by one; a normal and its friction
-    size = WEIGHTS + ROWS_MOST * joints * J_SIZE + 2 * contacts * C_SIZE
-    raw = np.zeros(size + 8)
-    begin = -raw.ctypes.data // 8 % 8  # at a multiple of 64 bytes, which a processor loads at once
-    numbers = raw[begin : begin + size]
-    numbers[:WEIGHTS] = (1.0 - SMOOTHING, 1.0) * 2 + (SMOOTHING, 0.0) * 2
-    places, unsorted = np.zeros((2, most, B_COLUMNS), np.int64)
-    ends, levels, counts = (np.zeros(n, np.int64) for n in (3, len(work), most + 1))
-    return Blocks(places, numbers, ends, work.reshape(-1), unsorted, levels, counts)
-
-
 class State(NamedTuple):
     """Everything that a step reads and writes.
 
     Attributes:
-        gravity: (3,).
+        settings: (S_SIZE,).
+        gravity: (3,) [m/s^2].
         sequence: (n,) the bodies in the order of the last step, which the contacts follow.
-        types: (j, 3) type, first and second body (-1: the world) of each joint.
-        starts: (n + 1,) first place in `lists` of each body's joints.
-        below: (j, n) whether a body is below a joint.
-        owners: (c, 4) bodies, shape and plane, or -1 and the number of what never moves.
-        links: (m, 6) of each row the bodies, BILATERAL, UNILATERAL or the normal's row, the joint,
-            which row of it, and where its impulses are in the blocks.
-        first_row: (c,) of each contact.
         marks: (4, k) numbers to work with.
         result: (1,) number of contacts of the last step.
-        pids: (j, P_SIZE), active, noted: see apply_pids().
+        pids: (j, PID_SIZE), active, noted: see apply_pids().
     """
 
     settings: Array
     gravity: Array
-    bodies: Array
     sequence: Array
-    joints: Array
-    types: Array
-    starts: Array
-    lists: Array
-    below: Array
+    system: System
     scene: Scene
-    contacts: Array
-    owners: Array
-    rows: Array
-    links: Array
-    first_row: Array
+    contacts: Contacts
+    constraints: Constraints
     blocks: Blocks
-    work: Array
     marks: Array
     result: Array
     pids: Array
@@ -165,22 +250,43 @@ class Building(NamedTuple):
 
 
 _1, _2, _3, _N1, _N2 = "f8.1", "f8.2", "f8.3", "i8.1", "i8.2"
-KINDS: dict[Any, tuple[Any, ...]] = {
+KINDS: dict[Any, tuple[Any, ...]] = {  # of the fields of each record, in their order
+    System: (_2, _2, _2, _N2, _N1, _N1, "b1.2"),
     Trees: (_2, _2, _N2, _N1, _N2, _2, _N1, _N2, _N1, _N1),
     Scene: (
         *(_2, _N2, _N1, _2, _2, _2, _N1, _2, _N2, _N2, _N1, _N2, _2, _N1, _2, _2, _N1, _N1, _N1),
         *(_N1, Trees, _2, _N1, _N2, _N1, _2),
     ),
+    Contacts: (_2, _N2, _N1),
+    Constraints: (_2, _N2),
     Blocks: (_N2, _1, _N1, _1, _N2, _N1, _N1),
     State: (
-        *(_1, _1, _2, _N1, _2, _N2, _N1, _N1, "b1.2", Scene, _2, _N2, _2, _N2, _N1),
-        *(Blocks, _2, _N2, _N1, _2, _N1, _2),
+        *(_1, _1, _N1, System, Scene, Contacts, Constraints, Blocks),
+        *(_N2, _N1, _2, _N1, _2),
     ),
     Casting: (_1, _2, _1, _1, _2, _3, _2, _1, _N1, _1, _1),
     Building: ("f4.3", _N1, _2, _N2, _N2, "f4.1"),
 }
 # functions that Python calls -> kinds of numbers that they are given before their table
 CALLS = {"advance": ("i8", "i8", "f8", "i8", "b1", "b1"), "cast": ("f8",), "build_tree": ()}
+
+
+def make_blocks(joints: int, contacts: int, work: Array) -> Blocks:
+    """Room for the blocks of a number of joints and contacts, between bodies with working values.
+
+    Args:
+        work: (n, W_SIZE); the last row is of no body.
+    """
+    # joints' rows one by one; a normal and its friction
+    capacity = col.MAX_JOINT_ROWS * joints + 2 * contacts
+    size = col.WEIGHTS + col.MAX_JOINT_ROWS * joints * col.JB_SIZE + 2 * contacts * col.CB_SIZE
+    raw = np.zeros(size + 8)
+    begin = -raw.ctypes.data // 8 % 8  # at a multiple of 64 bytes, which a processor loads at once
+    numbers = raw[begin : begin + size]
+    numbers[: col.WEIGHTS] = (1.0 - col.SMOOTHING, 1.0) * 2 + (col.SMOOTHING, 0.0) * 2
+    places, unsorted = np.zeros((2, capacity, col.BLOCK_SIZE), np.int64)
+    ends, levels, counts = (np.zeros(n, np.int64) for n in (3, len(work), capacity + 1))
+    return Blocks(places, numbers, ends, work.reshape(-1), unsorted, levels, counts)
 
 
 def make_table(arrays: Any) -> Array:

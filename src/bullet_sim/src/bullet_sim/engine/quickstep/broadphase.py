@@ -1,51 +1,38 @@
-"""What is near: which bodies have to be looked at, and whether the caller has to."""
+"""Which bodies are close to each other, and whether the caller has to look for contacts."""
 
+from bullet_sim.engine.quickstep import layout as col
+from bullet_sim.engine.quickstep.boxes import box_overlap
 from bullet_sim.engine.quickstep.compiled import compiled, inlined, temporary
-from bullet_sim.engine.quickstep.layout import (
-    APART,
-    ASLEEP,
-    B_CENTER,
-    B_COLUMNS,
-    B_HALF,
-    B_ROTATION,
-    COVERED,
-    LEFT,
-    MESH,
-    OTHER,
-    PARALLEL,
-    POS,
-    QUAT,
-    RADIUS,
-    Scene,
-)
-from bullet_sim.engine.quickstep.solids import box_overlap
+from bullet_sim.engine.quickstep.state import Scene
 from bullet_sim.engine.quickstep.vectors import matrix, overlap, rotate
 from bullet_sim.pose import Array
+
+_SOLID = col.B_COLUMNS  # for temporary()
 
 
 @compiled
 def _place_boxes(b: int, bodies: Array, scene: Scene) -> None:
     """Boxes around a body's shapes where they are."""
     turn = temporary(9)
-    matrix(bodies[b, QUAT : QUAT + 4], turn)
+    matrix(bodies[b, col.QUAT : col.QUAT + 4], turn)
     for s in range(scene.firsts[b], scene.firsts[b + 1]):
         for i in range(3):
-            middle, reach = bodies[b, POS + i], 0.0
+            middle, reach = bodies[b, col.POS + i], 0.0
             for k in range(3):
                 middle += turn[3 * i + k] * scene.extents[s, k]
                 reach += abs(turn[3 * i + k]) * scene.extents[s, 3 + k]
-            scene.around[s, i], scene.around[s, 3 + i] = middle - reach, middle + reach
+            scene.aabbs[s, i], scene.aabbs[s, 3 + i] = middle - reach, middle + reach
 
 
 @compiled
 def _solid_around(s: int, body: Array, scene: Scene, solid: Array) -> None:
     """The box around a shape, turned with its body, as a row of solids."""
-    turn = solid[B_ROTATION : B_ROTATION + 9]
-    matrix(body[QUAT : QUAT + 4], turn)
-    rotate(turn, scene.extents[s, :3], solid[B_CENTER : B_CENTER + 3])
+    turn = solid[col.B_ROTATION : col.B_ROTATION + 9]
+    matrix(body[col.QUAT : col.QUAT + 4], turn)
+    rotate(turn, scene.extents[s, :3], solid[col.B_CENTER : col.B_CENTER + 3])
     for k in range(3):
-        solid[B_CENTER + k] += body[POS + k]
-        solid[B_HALF + k] = scene.extents[s, 3 + k]
+        solid[col.B_CENTER + k] += body[col.POS + k]
+        solid[col.B_HALF + k] = scene.extents[s, 3 + k]
 
 
 @compiled
@@ -53,33 +40,37 @@ def is_near(bodies: Array, scene: Scene) -> bool:
     """Whether a body may touch what the caller finds the contacts of; notes what else is close."""
     found, count = False, 0
     for b in range(len(bodies)):
-        if bodies[b, RADIUS] <= 0.0:
+        if bodies[b, col.RADIUS] <= 0.0:
             continue
         _place_boxes(b, bodies, scene)
-        if bodies[b, ASLEEP] != 0.0 or found:
+        if bodies[b, col.ASLEEP] != 0.0 or found:
             continue
         for s in range(scene.firsts[b], scene.firsts[b + 1]):
-            is_known = scene.kinds[s, 1] != OTHER
+            is_known = scene.kinds[s, 1] != col.OTHER
             if is_known and scene.counts[1] == 0:
                 continue
-            box = scene.around[s]
-            if _is_near_still(box[:3], box[3:], is_known, scene.models[b], scene):
+            box = scene.aabbs[s]
+            if _is_near_static(box[:3], box[3:], is_known, scene.models[b], scene):
                 found = True
     for b in range(len(bodies)):
         for other in range(b):
-            if bodies[b, ASLEEP] * bodies[other, ASLEEP] != 0.0 or scene.meet[b, other] == APART:
+            kind = scene.may_collide[b, other]
+            if (
+                bodies[b, col.ASLEEP] * bodies[other, col.ASLEEP] != 0.0
+                or kind == col.PAIR_FILTERED
+            ):
                 continue
             distance = 0.0
             for k in range(3):
-                gap = bodies[b, POS + k] - bodies[other, POS + k]
+                gap = bodies[b, col.POS + k] - bodies[other, col.POS + k]
                 distance += gap * gap
-            reach = bodies[b, RADIUS] + bodies[other, RADIUS]
+            reach = bodies[b, col.RADIUS] + bodies[other, col.RADIUS]
             if distance > reach * reach or not _may_touch(b, other, bodies, scene):
                 continue
-            if scene.meet[b, other] == LEFT:
+            if kind == col.PAIR_EXTERNAL:
                 found = True
-            elif count < len(scene.close):
-                scene.close[count, 0], scene.close[count, 1] = b, other
+            elif count < len(scene.close_pairs):
+                scene.close_pairs[count, 0], scene.close_pairs[count, 1] = b, other
                 count += 1
     scene.counts[0] = count
     return found
@@ -88,28 +79,28 @@ def is_near(bodies: Array, scene: Scene) -> bool:
 @compiled
 def _may_touch(b: int, other: int, bodies: Array, scene: Scene) -> bool:
     """Whether boxes around shapes of two bodies, turned with them, overlap."""
-    one, two, found = temporary(B_COLUMNS), temporary(B_COLUMNS), temporary(4)
+    one, two, found = temporary(_SOLID), temporary(_SOLID), temporary(4)
     for s in range(scene.firsts[b], scene.firsts[b + 1]):
-        box = scene.around[s]
+        box = scene.aabbs[s]
         for t in range(scene.firsts[other], scene.firsts[other + 1]):
-            if overlap(box[:3], box[3:], scene.around[t]):
+            if overlap(box[:3], box[3:], scene.aabbs[t]):
                 _solid_around(s, bodies[b], scene, one)
                 _solid_around(t, bodies[other], scene, two)
-                if box_overlap(one, two, PARALLEL, found) >= 0:
+                if box_overlap(one, two, col.PARALLEL, found) >= 0:
                     return True
     return False
 
 
 @compiled
-def _is_near_still(low: Array, high: Array, is_known: bool, model: int, scene: Scene) -> bool:
+def _is_near_static(low: Array, high: Array, is_known: bool, model: int, scene: Scene) -> bool:
     """Whether a box around a shape overlaps what never moves and the caller has to look at."""
-    for i in range(len(scene.covers)):
-        if not overlap(low, high, scene.covers[i]):
+    for i in range(len(scene.aabb_groups)):
+        if not overlap(low, high, scene.aabb_groups[i]):
             continue
-        for at in range(i * COVERED, min((i + 1) * COVERED, len(scene.boxes))):
-            if is_known and scene.contents[at] >= 0 or scene.hosts[at, 0] == model:
+        for at in range(i * col.AABB_GROUP, min((i + 1) * col.AABB_GROUP, len(scene.static_aabbs))):
+            if is_known and scene.static_solid[at] >= 0 or scene.static_owner[at, 0] == model:
                 continue
-            if overlap(low, high, scene.boxes[at]):
+            if overlap(low, high, scene.static_aabbs[at]):
                 return True
     return False
 
@@ -123,19 +114,19 @@ def _add_pair(pairs: Array, n: int, s: int, b: int, other: int) -> int:
 
 
 @inlined
-def _list_still(s: int, meshes: bool, n: int, kind: int, model: int, scene: Scene) -> int:
+def _list_static(s: int, meshes: bool, n: int, kind: int, model: int, scene: Scene) -> int:
     """Append what never moves, but planes, and is near a shape; the number of all pairs then."""
-    low, high = scene.around[s, :3], scene.around[s, 3:]
-    for i in range(len(scene.covers)):
-        if not overlap(low, high, scene.covers[i]):
+    low, high = scene.aabbs[s, :3], scene.aabbs[s, 3:]
+    for i in range(len(scene.aabb_groups)):
+        if not overlap(low, high, scene.aabb_groups[i]):
             continue
-        for at in range(i * COVERED, min((i + 1) * COVERED, len(scene.boxes))):
-            b = scene.contents[at]
-            if b < 0 or (kind == MESH or scene.solid_kinds[b] == MESH) != meshes:
+        for at in range(i * col.AABB_GROUP, min((i + 1) * col.AABB_GROUP, len(scene.static_aabbs))):
+            b = scene.static_solid[at]
+            if b < 0 or (kind == col.MESH or scene.solid_kinds[b] == col.MESH) != meshes:
                 continue
-            if scene.hosts[at, 0] == model or scene.hosts[at, 1] & scene.bits[s] == 0:
+            if scene.static_owner[at, 0] == model or scene.static_owner[at, 1] & scene.bits[s] == 0:
                 continue
-            if overlap(low, high, scene.boxes[at]):
+            if overlap(low, high, scene.static_aabbs[at]):
                 n = _add_pair(scene.pairs, n, s, b, -1)
     return n
 
@@ -150,10 +141,10 @@ def _list_close(one: int, two: int, meshes: bool, n: int, scene: Scene) -> int:
     for i in range(outer[0], outer[1]):
         for j in range(inner[0], inner[1]):
             s, t = (j, i) if swapped else (i, j)
-            if (scene.kinds[s, 1] == MESH or scene.kinds[t, 1] == MESH) != meshes:
+            if (scene.kinds[s, 1] == col.MESH or scene.kinds[t, 1] == col.MESH) != meshes:
                 continue
-            box = scene.around[s]
-            if overlap(box[:3], box[3:], scene.around[t]):
+            box = scene.aabbs[s]
+            if overlap(box[:3], box[3:], scene.aabbs[t]):
                 n = _add_pair(scene.pairs, n, s, scene.solid_of[t], two)
     return n
 
@@ -166,20 +157,21 @@ def list_pairs(bodies: Array, sequence: Array, scene: Scene) -> int:
     then with what never moves: bodies as in the last step, of a body the first shape first.
     """
     n, kinds, firsts, bits, pairs = 0, scene.kinds, scene.firsts, scene.bits, scene.pairs
-    plane_bits, planes, still = scene.plane_bits, len(scene.planes), len(scene.covers) > 0
+    plane_bits, planes = scene.plane_bits, len(scene.planes)
+    has_static = len(scene.aabb_groups) > 0
     for meshes in (False, True):
         for i in range(scene.counts[0]):
-            n = _list_close(scene.close[i, 0], scene.close[i, 1], meshes, n, scene)
+            n = _list_close(scene.close_pairs[i, 0], scene.close_pairs[i, 1], meshes, n, scene)
         for body in sequence:
-            if bodies[body, ASLEEP] != 0.0:
+            if bodies[body, col.ASLEEP] != 0.0:
                 continue
             for s in range(firsts[body], firsts[body + 1]):
                 kind = kinds[s, 1]
-                if kind == OTHER:
+                if kind == col.OTHER:
                     continue
-                for p in range(planes if (kind == MESH) == meshes else 0):
+                for p in range(planes if (kind == col.MESH) == meshes else 0):
                     if plane_bits[p] & bits[s] != 0:
                         n = _add_pair(pairs, n, s, -1 - p, -1)
-                if still:
-                    n = _list_still(s, meshes, n, kind, scene.models[body], scene)
+                if has_static:
+                    n = _list_static(s, meshes, n, kind, scene.models[body], scene)
     return n
