@@ -4,7 +4,7 @@ import gazebo_states
 import numpy as np
 import trimesh
 from bullet_sim.engine.quickstep.layout import B_CENTER, B_COLUMNS, B_ROTATION
-from bullet_sim.engine.quickstep.trees import mesh_with_mesh
+from bullet_sim.engine.quickstep.mesh_pairs import mesh_with_mesh
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from sdf_texts import static_mesh, write_triangles

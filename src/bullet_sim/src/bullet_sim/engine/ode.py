@@ -17,7 +17,7 @@ from bullet_sim.controllers.effort_row import EffortRow
 from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine import tables
-from bullet_sim.engine.ode_arrays import ArrayBuilder, Models, Part, Still
+from bullet_sim.engine.ode_arrays import ArrayBuilder, DynamicModel, Models, StaticModel
 from bullet_sim.engine.ode_contacts import Contact, Contacts
 from bullet_sim.engine.ode_shapes import ShapeCache
 from bullet_sim.engine.quickstep import layout as q
@@ -112,17 +112,17 @@ class OdeSolver:
         """
         self._is_built = False
         if static:
-            self._models.still[body] = Still(body, model.links[model.root])
+            self._models.static[body] = StaticModel(body, model.links[model.root])
             return
         joints = {joint.child: joint for joint in (*model.joints, *model.welds)}
         names = list(model.links)
         moving = [name for name in names if not (fixed and name == model.root)]
         moved = [joints[name] for name in names if name in joints]
-        self._parts[body] = Part(
+        self._parts[body] = DynamicModel(
             body, moving, moved, links, model, fixed, may_sleep and not joints, touching
         )
         if fixed:
-            self._models.still[body] = Still(body, model.links[model.root])
+            self._models.static[body] = StaticModel(body, model.links[model.root])
         self._unread.add(body)
 
     def remove(self, body: int) -> None:
@@ -130,7 +130,7 @@ class OdeSolver:
         self.wake()
         self._is_built = False
         self._parts.pop(body, None)
-        self._models.still.pop(body, None)
+        self._models.static.pop(body, None)
         self._unread.discard(body)
         self._arrays.models.discard(body)  # another body may get its number
         self._models.ghosts.discard(body)
@@ -141,7 +141,7 @@ class OdeSolver:
     def read_later(self, body: int) -> None:
         """PyBullet was told where a body is or how it moves."""
         self._unread.add(body)
-        if body in self._models.still:
+        if body in self._models.static:
             self.wake()
             self._is_built = False  # planes and boxes
 
@@ -191,10 +191,10 @@ class OdeSolver:
         """Bodies in the order of the last step."""
         self._state.sequence[:] = np.argsort(self.bodies[:, q.PLACE], kind="stable")
 
-    def _rows(self, part: Part) -> Array:
+    def _rows(self, part: DynamicModel) -> Array:
         return self.bodies[part.first : part.first + len(part.names)]
 
-    def _joint_rows(self, part: Part) -> Array:
+    def _joint_rows(self, part: DynamicModel) -> Array:
         return self.joints[part.first_joint : part.first_joint + len(part.joints)]
 
     # states -------------------------------------------------------------------------------------
@@ -213,7 +213,7 @@ class OdeSolver:
             self.wake(body)
         self._unread.clear()
 
-    def _place_links(self, part: Part) -> None:
+    def _place_links(self, part: DynamicModel) -> None:
         """Links where the base and the joints' positions have them: PyBullet's own links are as
         precise as single precision."""
         position, orientation, linear, angular = self._engine.link_motion(part.body, -1)
@@ -283,7 +283,7 @@ class OdeSolver:
                     physicsClientId=client,
                 )
 
-    def _is_resting(self, part: Part) -> bool:
+    def _is_resting(self, part: DynamicModel) -> bool:
         """Whether a body sleeps where it was copied to before; if it sleeps, it is by now."""
         if not self.bodies[part.first, q.ASLEEP]:
             self._resting.discard(part.body)
@@ -394,7 +394,7 @@ class OdeSolver:
         return self._contacts.find()
 
     # joints -------------------------------------------------------------------------------------
-    def _ready(self, body: int) -> Part:
+    def _ready(self, body: int) -> DynamicModel:
         """A moving model, with rows of its own."""
         if not self._is_built:
             self._build()
@@ -490,7 +490,7 @@ class OdeSolver:
     # bodies -------------------------------------------------------------------------------------
     def is_root_still(self, body: int) -> bool:
         """Whether the root link of a body never moves, so that PyBullet always has its pose."""
-        return body in self._models.still
+        return body in self._models.static
 
     def link_motion(self, body: int, link: int) -> tuple[Vec3, Quat, Vec3, Vec3, Vec3] | None:
         """Position [m] and quaternion of a link's frame, its center of mass [m], linear [m/s] and

@@ -7,7 +7,8 @@ import pybullet as p
 
 from bullet_sim.description.model import Surface
 from bullet_sim.engine import tables
-from bullet_sim.engine.ode_arrays import MAX_POINTS, Arrays, BodyLink, Models
+from bullet_sim.engine.ode_arrays import Arrays, Models
+from bullet_sim.engine.ode_scene import MAX_POINTS, BodyLink
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.pose import Array, Vec3, matrix_from_quaternion
 
@@ -107,7 +108,7 @@ class Contacts:
         body, link = key
         if body in self._models.moving and key in self._arrays.rows:
             return self._models.moving[body].link(self._arrays.rows[key]).surface
-        return self._models.still[body].link.surface if body in self._models.still else Surface()
+        return self._models.static[body].link.surface if body in self._models.static else Surface()
 
     def _surface_of_pair(self, one: BodyLink, two: BodyLink) -> tuple[Array, int | None, Array]:
         """A contact's row of all that does not depend on where it is, the body with which its

@@ -1,0 +1,318 @@
+"""Shapes for the solver 'ode': what moves, what never moves, and the Scene that both are packed in.
+
+Rows of a Scene's arrays are those of quickstep/layout.py.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from bullet_sim.description.model import Link, Shape
+from bullet_sim.engine import tables
+from bullet_sim.engine.ode_shapes import ShapeCache
+from bullet_sim.engine.passable import is_passable
+from bullet_sim.engine.quickstep import layout as q
+from bullet_sim.engine.quickstep.state import Scene, Trees
+from bullet_sim.engine.rays import KINDS
+from bullet_sim.pose import Array, Pose
+
+MAX_POINTS = 10  # of a pair of shapes
+_SOLIDS = (q.BOX, q.SPHERE, q.CYLINDER, q.MESH)
+_MAX_CLOSE = 32  # bodies to one
+
+BodyLink = tuple[int, int]
+
+
+@dataclass
+class Solids:
+    """Shapes that quickstep finds the contacts of, but planes.
+
+    Attributes:
+        rows, faces: of Scene.solids and of their surfaces.
+        kinds: of shapes.
+        owners: number of what never moves; -1: it moves.
+        trees: of meshes.
+    """
+
+    rows: list[Array] = field(default_factory=list)
+    faces: list[Array] = field(default_factory=list)
+    kinds: list[int] = field(default_factory=list)
+    owners: list[int] = field(default_factory=list)
+    trees: list[tables.Tree | None] = field(default_factory=list)
+
+    def add(
+        self, row: Array, face: Array, kind: int, tree: tables.Tree | None, owner: int = -1
+    ) -> int:
+        """Add one; its number."""
+        self.rows.append(row)
+        self.faces.append(face)
+        self.kinds.append(kind)
+        self.owners.append(owner)
+        self.trees.append(tree)
+        return len(self.rows) - 1
+
+    def pack(self) -> dict[str, Any]:
+        """The arrays of a Scene of these."""
+        roots, trees = _pack_trees(self.trees)
+        return {
+            "solids": tables.table(self.rows, q.B_COLUMNS),
+            "faces": tables.table(self.faces, q.P_COLUMNS),
+            "owners": np.array(self.owners, np.int64),
+            "solid_kinds": np.array(self.kinds, np.int64),
+            "roots": roots,
+            "trees": trees,
+        }
+
+
+@dataclass
+class StaticShapes:
+    """Shapes of what never moves.
+
+    Attributes:
+        planes, bits: rows of Scene.planes, and their collide_bitmask.
+        plane_links: (body, link) of planes.
+        known: (body, link) of others whose contacts quickstep finds.
+        aabbs, solids, owners: rows of Scene.static_aabbs, static_solid and static_owner.
+    """
+
+    planes: list[Array] = field(default_factory=list)
+    bits: list[int] = field(default_factory=list)
+    plane_links: list[BodyLink] = field(default_factory=list)
+    known: list[BodyLink] = field(default_factory=list)
+    aabbs: list[Array] = field(default_factory=list)
+    solids: list[int] = field(default_factory=list)
+    owners: list[tuple[int, int]] = field(default_factory=list)
+
+    def add(
+        self, body: int, link: Link, frame: Pose, bits: int, cache: ShapeCache, solids: Solids
+    ) -> None:
+        """Add the shapes of a body.
+
+        Args:
+            frame: where the link is in the world.
+            bits: its collide_bitmask.
+            solids: gets what quickstep finds the contacts of: all of the body, or nothing.
+        """
+        touched = [shape for shape in link.collisions if not is_passable(shape, link)]
+        others = [shape for shape in touched if shape.geometry.kind != "plane"]
+        trees = [cache.tree(shape) for shape in others]
+        is_known = all(
+            tree is not None or KINDS.get(shape.geometry.kind, q.MESH) != q.MESH
+            for shape, tree in zip(others, trees)
+        )
+        for shape, tree in zip(others, trees):
+            self.owners.append((body, bits))
+            self.aabbs.append(cache.box_around(shape, frame, body, tree if is_known else None))
+            if not is_known:
+                self.solids.append(-1)
+                continue
+            pose, kind = frame * shape.pose, KINDS[shape.geometry.kind]
+            half = tables.solid_size(kind, shape.geometry.size)
+            row = np.concatenate([half, pose.position, pose.matrix.ravel()])
+            face = tables.plane_row(np.zeros(3), 0.0, shape.surface or link.surface)
+            self.solids.append(solids.add(row, face, kind, tree, len(self.known)))
+        if is_known:
+            self.known.append((body, -1))
+        for shape in touched:
+            if shape.geometry.kind == "plane":
+                pose, surface = frame * shape.pose, shape.surface or link.surface
+                normal = pose.matrix[:, 2]
+                row = tables.plane_row(normal, float(normal @ pose.position), surface)
+                self.planes.append(row)
+                self.bits.append(bits)
+                self.plane_links.append((body, -1))
+
+    def pack(self) -> dict[str, Any]:
+        """The arrays of a Scene of these."""
+        boxes = tables.table(self.aabbs, 6)
+        groups = [boxes[i : i + q.AABB_GROUP] for i in range(0, len(boxes), q.AABB_GROUP)]
+        return {
+            "planes": tables.table(self.planes, q.P_COLUMNS),
+            "plane_bits": np.array(self.bits, np.int64),
+            "static_aabbs": boxes,
+            "static_solid": np.array(self.solids, np.int64),
+            "static_owner": tables.table(self.owners, 2, np.int64),
+            "aabb_groups": tables.table([tables.around(group) for group in groups], 6),
+        }
+
+
+@dataclass
+class DynamicShapes:
+    """Shapes of bodies that move; those of a body follow each other.
+
+    Attributes:
+        bodies: row of each shape's body.
+        kinds: of shapes.
+        rows, extents: of Scene.shapes and Scene.extents.
+        vertices, chunks: of a mesh: (v, 3) and (c, 6), else none.
+        trees: of meshes.
+    """
+
+    bodies: list[int] = field(default_factory=list)
+    kinds: list[int] = field(default_factory=list)
+    rows: list[Array] = field(default_factory=list)
+    extents: list[Array] = field(default_factory=list)
+    vertices: list[Array] = field(default_factory=list)
+    chunks: list[Array] = field(default_factory=list)
+    trees: list[tables.Tree | None] = field(default_factory=list)
+
+    def add(
+        self, body: int, link: Link, shape: Shape, cache: ShapeCache, friction: float | None
+    ) -> float:
+        """Add a shape of a link.
+
+        Args:
+            body: row of the link.
+            friction: coefficient that was set for the link; None: that of its description.
+
+        Returns:
+            Radius [m] around the center of mass that a mesh needs, or what is not known; else 0.
+        """
+        kind, corners, reach = KINDS.get(shape.geometry.kind, q.OTHER), np.zeros((0, 3)), 0.0
+        tree = cache.tree(shape)
+        if kind == q.MESH:
+            corners = cache.vertices(shape, link)
+            kind = kind if len(corners) and tree else q.OTHER
+            reach = float(np.linalg.norm(corners, axis=1).max(initial=0.0))
+        if kind == q.OTHER:
+            reach = max(reach, tables.UNKNOWN)
+        self.bodies.append(body)
+        self.kinds.append(kind)
+        row = tables.shape_row(shape, link)
+        if friction is not None:
+            row[q.G_MU : q.G_MU + 2] = friction
+        self.rows.append(row)
+        self.extents.append(tables.extent(shape, link, corners))
+        self.vertices.append(corners)
+        self.chunks.append(tables.chunks(corners))
+        self.trees.append(tree)
+        return reach
+
+    def pack(self, solids: Solids) -> dict[str, Any]:
+        """The arrays of a Scene of these; solids: get those that quickstep finds the contacts
+        of."""
+        solid_of = np.full(len(self.rows), -1, np.int64)
+        for s, (row, kind, tree) in enumerate(zip(self.rows, self.kinds, self.trees)):
+            if kind in _SOLIDS:
+                solid, face = np.zeros(q.B_COLUMNS), np.zeros(q.P_COLUMNS)
+                solid[: q.B_CENTER] = tables.solid_size(kind, row[q.G_SIZE : q.G_SIZE + 3])
+                face[q.P_MU :] = row[q.G_MU :]
+                solid_of[s] = solids.add(solid, face, kind, tree)
+        ends, chunks = (
+            np.cumsum([0, *map(len, each)], dtype=np.int64) for each in (self.vertices, self.chunks)
+        )
+        kinds = [self.bodies, self.kinds, ends[:-1], ends[1:], chunks[:-1]]
+        return {
+            "shapes": tables.table(self.rows, q.G_COLUMNS),
+            "kinds": np.ascontiguousarray(np.array(kinds, np.int64).T),
+            "points": np.concatenate([np.zeros((0, 3)), *self.vertices]),
+            "chunks": np.concatenate([np.zeros((0, 6)), *self.chunks]),
+            "extents": tables.table(self.extents, 6),
+            "aabbs": np.zeros((len(self.rows), 6)),
+            "solid_of": solid_of,
+        }
+
+    def has_unknown(self) -> bool:
+        """Whether there are some that the caller has to find the contacts of."""
+        return q.OTHER in self.kinds
+
+
+def pack_scene(
+    moving: DynamicShapes,
+    static: StaticShapes,
+    solids: Solids,
+    models: Sequence[int],
+    bits: Array,
+    may_collide: Array,
+) -> Scene:
+    """The Scene of all shapes.
+
+    Args:
+        solids: of what never moves; gets those of what moves.
+        models: of each body.
+        bits: (n,) collide_bitmask of each body.
+        may_collide: of Scene.
+    """
+    arrays = {**moving.pack(solids), **static.pack(), **solids.pack()}
+    bodies = arrays["kinds"][:, 0]
+    return Scene(
+        **arrays,
+        firsts=np.searchsorted(bodies, np.arange(len(models) + 1)),
+        models=np.array(models, np.int64),
+        bits=bits[bodies],
+        may_collide=may_collide,
+        close_pairs=np.zeros((_MAX_CLOSE * len(models), 2), np.int64),
+        pairs=np.zeros((4 * capacity(moving, static), 3), np.int64),
+        counts=np.array([0, static.solids.count(-1)], np.int64),
+    )
+
+
+def capacity(moving: DynamicShapes, static: StaticShapes) -> int:
+    """Number of contacts that there is room for."""
+    return MAX_POINTS * (max(1, len(moving.rows)) * (len(static.planes) + 2) + 128)
+
+
+def may_collide(
+    models: Sequence[int],
+    moving: DynamicShapes,
+    bits: Array,
+    ghosts: Iterable[int],
+    touching: Iterable[tuple[int, int]],
+) -> Array:
+    """Scene.may_collide (n, n) of bodies.
+
+    Args:
+        models: number of each body's model.
+        bits: (n,) collide_bitmask of each body.
+        ghosts: models that touch only what never moves.
+        touching: pairs of bodies of one model that collide with each other.
+    """
+    body, rows = np.array(models, np.int64), np.arange(len(models))
+    ghost = np.isin(body, list(ghosts))
+    collide = (body[:, None] != body) & ~(ghost[:, None] | ghost)
+    for one, two in touching:
+        collide[one, two] = collide[two, one] = True
+    shaped = np.isin(rows, moving.bodies)
+    collide &= ((bits[:, None] & bits) != 0) & shaped[:, None] & shaped
+    unknown = [body for body, kind in zip(moving.bodies, moving.kinds) if kind not in _SOLIDS]
+    plain = ~np.isin(rows, unknown)
+    kinds = np.where(plain[:, None] & plain, q.PAIR_NATIVE, q.PAIR_EXTERNAL)
+    return np.asarray(np.where(collide, kinds, q.PAIR_FILTERED))
+
+
+def _pack_trees(used: Sequence[tables.Tree | None]) -> tuple[Array, Trees]:
+    """Roots of trees, -1 where there is none, and the trees, each once."""
+    firsts: dict[int, tuple[int, int]] = {}  # number of the first node and triangle
+    distinct: list[tables.Tree] = []
+    nodes = triangles = 0
+    for tree in used:
+        if tree is not None and id(tree) not in firsts:
+            firsts[id(tree)] = nodes, triangles
+            distinct.append(tree)
+            nodes, triangles = nodes + len(tree.nodes), triangles + len(tree.corners)
+    children = [np.zeros((0, 2), np.int64)]
+    for tree in distinct:
+        node, triangle = firsts[id(tree)]
+        moved = np.where(tree.children >= 0, tree.children + node, tree.children - triangle)
+        children.append(np.where(tree.children == q.NO_CHILD, q.NO_CHILD, moved))
+    roots = np.array([-1 if tree is None else firsts[id(tree)][0] for tree in used], np.int64)
+    depth = max((tree.depth for tree in distinct), default=1)
+    all_children = np.concatenate(children)
+    parents = np.full(triangles + nodes, -1, np.int64)
+    for column in all_children.T:
+        is_there = column != q.NO_CHILD
+        parents[triangles + column[is_there]] = triangles + np.flatnonzero(is_there)
+    return roots, Trees(
+        corners=np.concatenate([np.zeros((0, 9)), *(tree.corners for tree in distinct)]),
+        nodes=np.concatenate([np.zeros((0, 6)), *(tree.nodes for tree in distinct)]),
+        children=all_children,
+        depth=np.array([depth], np.int64),
+        todo=np.zeros((4 * depth + 8, 3), np.int64),
+        found=np.zeros((q.MAX_COLLIDE_RETURNS, q.F_COLUMNS)),
+        parents=parents,
+        marks=np.zeros((triangles + nodes, 2), np.int64),
+        calls=np.zeros(1, np.int64),
+        near=np.zeros(q.MAX_NEAR_BOXES, np.int64),
+    )
