@@ -54,11 +54,10 @@ def is_near(bodies: Array, scene: Scene) -> bool:
                 found = True
     for b in range(len(bodies)):
         for other in range(b):
+            if bodies[b, col.ASLEEP] * bodies[other, col.ASLEEP] != 0.0:
+                continue
             kind = scene.may_collide[b, other]
-            if (
-                bodies[b, col.ASLEEP] * bodies[other, col.ASLEEP] != 0.0
-                or kind == col.PAIR_FILTERED
-            ):
+            if kind == col.PAIR_FILTERED:
                 continue
             distance = 0.0
             for k in range(3):

@@ -256,8 +256,8 @@ def mesh_with_mesh(
             place_triangle(trees.corners[-1 - j], forth, leaf)
             held = 2 * j + 1
         if kind == _TRIANGLES or kind == _TRIANGLES_OF_BOX:
-            still = j if kind == _TRIANGLES else i
-            if triangles_overlap(leaf, trees.corners[-1 - still], work):
+            unmoved = j if kind == _TRIANGLES else i  # it is in its own frame
+            if triangles_overlap(leaf, trees.corners[-1 - unmoved], work):
                 place_triangle(trees.corners[-1 - i], one, a)
                 place_triangle(trees.corners[-1 - j], two, b)
                 count, depth, place = triangle_on_triangle(a, b, normal, polygons)

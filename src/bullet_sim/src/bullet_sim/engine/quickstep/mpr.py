@@ -1,6 +1,6 @@
-"""Contacts of two cylinders by Minkowski portal refinement (MPR), which ODE has libccd do.
+"""Contacts of two cylinders by Minkowski portal refinement (MPR), for which ODE calls libccd.
 
-Source: G. Snethen, "XenoCollide" (Game Programming Gems 7, 2008).
+Source: G. Snethen, "XenoCollide" (Game Programming Gems 7, 2008); the tolerances are libccd's.
 """
 
 import math
@@ -127,11 +127,7 @@ def _find_portal(one: Array, two: Array, portal: Array) -> int:
 
 @compiled
 def cylinder_with_cylinder(one: Array, two: Array, points: Array, normal: Array) -> int:
-    """Contact of two cylinders by Minkowski portal refinement, as cylinder_with_box().
-
-    Source: G. Snethen, "XenoCollide" (Game Programming Gems 7, 2008), with the tolerances of
-    libccd, which ODE asks.
-    """
+    """Contact of two cylinders, as cylinder_with_box()."""
     portal, vertex, direction = temporary(4, 9), temporary(9), temporary(3)
     corners, weights = temporary(9), temporary(4)
     found = _find_portal(one, two, portal)
