@@ -125,11 +125,10 @@ def scanning(world):
     """Function of a round of scans of a level lidar above the car."""
     angles = np.linspace(-math.pi, math.pi, RAYS)
     rays = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(RAYS)])
-    center, reach = np.array((0.0, 0.0, 0.15)), np.array((FAR, FAR, 0.0))
+    center = np.array((0.0, 0.0, 0.15))
 
     def work():
-        box = center - reach, center + reach
-        world.engine.rays.sweep(center, rays, box, 0.1, FAR)
+        world.engine.cast_rays(center, rays, 0.1, FAR)
         return 1
 
     return lambda: rate_of_work(work, SECONDS)

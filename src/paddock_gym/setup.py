@@ -15,7 +15,6 @@ SHARED = {  # folders of packages
     "track_model": ("meshes", "tracks", "urdf", "worlds"),
 }
 REQUIRES = (
-    'embreex>=4.4,<5; platform_machine == "x86_64"',
     "glcontext>=2.3",
     "gymnasium>=1.0,<1.1",
     "moderngl>=5.8,<6",

@@ -34,7 +34,6 @@ from bullet_sim.world import World
 
 bits = hashlib.sha256()
 rays = np.array([(np.cos(a), np.sin(a), 0.0) for a in np.linspace(-3.0, 3.0, 90)])
-reach = np.full(3, 9.0)
 for name in ("meshes on a mesh", "wheels push a can", "steering by effort"):
     urdf, height, _ = gazebo_states.ROBOTS[name]
     world = World(solver="ode")
@@ -50,7 +49,7 @@ for name in ("meshes on a mesh", "wheels push a can", "steering by effort"):
         world.step(60)
         bits.update(world.engine.ode.save()["bodies"][model.body].tobytes())
         center = np.array((0.0, 0.0, 0.3))
-        found = world.engine.rays.sweep(center, rays, (center - reach, center + reach), 0.1, 9.0)
+        found = world.engine.cast_rays(center, rays, 0.1, 9.0)
         bits.update(found.tobytes())
     world.close()
 print(json.dumps({"bits": bits.hexdigest(), "numba": "numba" in sys.modules}))

@@ -182,7 +182,9 @@ def test_depth_is_that_of_rays(gl, tmp_path):
         k = camera.intrinsics(64, 48, asked.horizontal_fov)
         rays = camera.points(np.ones((48, 64), np.float32), k).reshape(-1, 3)
         ends = 30.0 * rays @ camera.OPTICAL_FROM_CAMERA
-        fractions, _ = engine.rays.cast(np.zeros_like(ends), ends)
+        lengths = np.linalg.norm(ends, axis=1)
+        rays = ends / lengths[:, None]
+        fractions = engine.cast_rays(np.zeros(3), rays, 0.0, lengths.max()) / lengths
     finally:
         engine.close()
     expected = np.where(np.asarray(fractions) < 1.0, 30.0 * np.asarray(fractions), 30.0)

@@ -76,8 +76,9 @@ def test_great_images_are_thinned_out(tmp_path):
 
 def _hit(world, x, y):
     """Height at which a ray from above hits."""
-    fractions, bodies = world.engine.rays.cast([(x, y, 10.0)], [(x, y, -10.0)])
-    return 10.0 - 20.0 * fractions[0] if bodies[0] >= 0 else None
+    center, down = np.array((x, y, 10.0)), np.array([(0.0, 0.0, -1.0)])
+    (distance,) = world.engine.cast_rays(center, down, 0.0, 20.0)
+    return 10.0 - distance if np.isfinite(distance) else None
 
 
 def test_both_are_hit_by_rays_where_they_should_be(ramp):

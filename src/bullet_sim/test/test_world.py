@@ -267,8 +267,8 @@ def test_many_spawns_and_deletes_leave_nothing_behind(world):
         world.delete("other")
         assert not os.path.exists(path)
     assert len(world.snapshot().bodies) == len(world.sources()) == 2
-    fractions, bodies = world.engine.rays.cast([(3.0, 0.0, 5.0)], [(3.0, 0.0, 0.01)])
-    assert fractions.tolist() == [1.0] and bodies.tolist() == [-1]
+    down = np.array([(0.0, 0.0, -1.0)])
+    assert world.engine.cast_rays(np.array((3.0, 0.0, 5.0)), down, 0.0, 4.99).tolist() == [math.inf]
 
 
 def test_keys_are_never_used_twice(world):

@@ -14,14 +14,12 @@ from bullet_sim.description.lump import LumpedModel, lump
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine.passable import Passable
-from bullet_sim.engine.rays import RayCaster
 from bullet_sim.errors import ModelError
 from bullet_sim.files import silenced
 from bullet_sim.pose import Array, Motion, Pose, Quat, Vec3, Vector, compose, velocity_at
 
 if TYPE_CHECKING:
     from bullet_sim.controllers.handle import JointHandle
-    from bullet_sim.engine.rays import RayShapes
 
 FRICTION = 1.0  # coefficient where a file gives none, as in Gazebo
 # PyBullet has one maximum for all joints of a body and cuts their speeds there, 100 by default:
@@ -80,7 +78,6 @@ class Engine:
         movable: body -> PyBullet's indices of its movable joints.
         free: bodies whose root link is not fixed to the world.
         position_gain: fraction of a position motor's error that is corrected in one step.
-        rays: casts rays at the bodies; a new one after clear().
         layout: number of what was loaded, removed or filtered since clear(): it gives bodies their
             numbers in the broad phase.
         passable: links that push nothing.
@@ -123,10 +120,6 @@ class Engine:
     def _read_later(self, body: int) -> None:
         """PyBullet was told where a body is or how it moves."""
 
-    def _moving_shapes(self) -> "RayShapes | None":
-        """Shapes of what moves, for rays; None: PyBullet has them."""
-        return None
-
     def configure(self, settings: OdeSettings) -> None:
         """Set what a world file says of the solver, of which Bullet knows the iterations."""
         self.set_solver_iterations(settings.iterations)
@@ -167,8 +160,6 @@ class Engine:
         self._motors: dict[tuple[int, int], tuple[str, tuple[Any, ...]]] = {}  # see motors()
         # body -> last drive_velocities that _motors lacks, and its indices
         self._batches: dict[int, tuple[Any, ...]] = {}
-        self.rays = RayCaster(self._client, self.free)
-        self.rays.sync, self.rays.moving = self._sync, self._moving_shapes
         self.layout = 0
         p.setTimeStep(self.time_step, physicsClientId=self._client)
         p.setGravity(*self.gravity, physicsClientId=self._client)
@@ -267,8 +258,6 @@ class Engine:
         self.movable[body] = [j[0] for j in joints if j[2] in _MOVABLE]
         if not fixed_base:
             self.free.add(body)
-        if static:
-            self.rays.scenery.add(body, path)
         self.note_layout("load", body, count)
         for link, damping in ((-1, -1.0), *((j[0], j[6]) for j in joints)):
             p.changeDynamics(
@@ -293,7 +282,6 @@ class Engine:
         self.free.discard(body)
         self.passable.remove(body)
         self._weightless = [part for part in self._weightless if part[0] != body]
-        self.rays.scenery.discard(body)
         self._motors = {key: call for key, call in self._motors.items() if key[0] != body}
         self.note_layout("remove", body)
 
@@ -398,8 +386,6 @@ class Engine:
     def set_base_pose(self, body: int, position: Vector, orientation: Vector) -> None:
         """Move the root link's frame to a world pose; joints and velocities stay."""
         self.put(body, *compose(position, orientation, *self._inertial[body]))
-        if body in self.rays.scenery:
-            self.rays.scenery.check_poses()
 
     def put(self, body: int, position: Vector, orientation: Vector) -> None:
         """Move the root link's principal axes to a world pose; nothing wakes."""
@@ -668,7 +654,6 @@ class Engine:
 
     def set_ghost(self, body: int, link: int) -> None:
         """Let a link touch only what never moves; rays go through it."""
-        self.rays.scenery.discard(body)
         self._set_filter(body, link, _GHOST, _STATIC)
 
     def _set_filter(self, body: int, link: int, group: int, mask: int) -> None:
@@ -739,6 +724,49 @@ class Engine:
                 if point[9] > 0.0
             ]
         )
+
+    # Rays
+
+    def cast_rays(
+        self,
+        center: Array,
+        directions: Array,
+        near: float,
+        far: float,
+        own: int | None = None,
+        look_near: bool = True,
+    ) -> Array:
+        """Distances to what the rays of a lidar hit first; a ray that begins inside a solid shape
+        does not hit that.
+
+        Args:
+            center: (3,) [m] in the world, from which all come.
+            directions: (n, 3) unit vectors, world axes.
+            near, far: distances between which a hit is measured [m].
+            own: body that does not count where it is nearer than `near`.
+            look_near: whether to look for what is nearer than `near`.
+
+        Returns:
+            (n,) float64 [m]; inf: nothing up to `far`; -inf: something nearer than `near`.
+        """
+        ends = center + near * directions
+        parts, _ = self._first_hits(ends, center + far * directions)
+        ranges: Array = near + parts * (far - near)
+        if look_near and near > 0.0:
+            parts, bodies = self._first_hits(np.broadcast_to(center, ends.shape), ends)
+            ranges[np.isfinite(parts) & (bodies != own)] = -np.inf
+        return ranges
+
+    def _first_hits(self, starts: Array, ends: Array) -> tuple[Array, Array]:
+        """Of rays between points (n, 3) the part (n,) of the way to the first hit, inf: none, and
+        the bodies (n,) that PyBullet finds there."""
+        hits: list[tuple[Any, ...]] = []
+        limit, client = p.MAX_RAY_INTERSECTION_BATCH_SIZE, self.client
+        for first in range(0, len(starts), limit):
+            rays = starts[first : first + limit], ends[first : first + limit]
+            hits += p.rayTestBatch(*rays, physicsClientId=client)
+        bodies = np.array([hit[0] for hit in hits], int)
+        return np.where(bodies >= 0, np.array([hit[2] for hit in hits], float), np.inf), bodies
 
 
 def stacked(points: list[tuple[Vec3, Vec3, float]]) -> tuple[Array, Array, Array]:

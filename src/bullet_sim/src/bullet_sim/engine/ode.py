@@ -22,7 +22,7 @@ from bullet_sim.engine.ode_contacts import Contact, Contacts
 from bullet_sim.engine.ode_shapes import ShapeCache
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.engine.quickstep.library import advance, compile_once, is_compiled
-from bullet_sim.engine.rays import RayShape, RayShapes
+from bullet_sim.engine.rays import RayScene, RayShape
 from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, compose, matrix_from_quaternion
 
 if TYPE_CHECKING:
@@ -73,10 +73,7 @@ class OdeSolver:
         """Compile the solver, unless that was done; else the first step does."""
         compile_once()
         self._advance(0, -1)
-        nowhere = np.zeros(3)
-        self.moving_shapes().cast(
-            nowhere, np.zeros((0, 3)), (nowhere, nowhere), 0.0, 0.0, None, False
-        )
+        self.ray_scene()[0].cast(np.zeros(3), np.zeros((0, 3)), 0.0, 0.0)
 
     def clear(self) -> None:
         """All bodies are gone."""
@@ -184,7 +181,7 @@ class OdeSolver:
         # A few numbers of it are read and written faster so, and without giving up Python's lock.
         self._numbers_of_joints: Any = memoryview(self.joints.reshape(-1))
         self._contacts.use(arrays)
-        self._moving: RayShapes | None = None
+        self._ray_scene: tuple[RayScene, bool] | None = None
         self._sort()
 
     def _sort(self) -> None:
@@ -551,18 +548,31 @@ class OdeSolver:
         return self._contacts.last()
 
     # rays ---------------------------------------------------------------------------------------
-    def moving_shapes(self) -> RayShapes:
-        """Shapes of what moves, where it is now, for rays; not of ghosts, which rays pass, and of
-        bodies with a fixed root."""
+    def ray_scene(self) -> tuple[RayScene, bool]:
+        """What rays are cast at, but for ghosts, which they pass; and whether it is all."""
         self.refresh()
-        if self._moving is None:
-            found: dict[int, list[RayShape]] = {}
-            for part in self._parts.values():
-                passed = part.is_fixed or part.body in self._models.ghosts
-                links = enumerate((part.shapes.links[name] for name in part.names), part.first)
-                shapes = None if passed else self._shapes.ray_shapes(part.body, links)
-                if shapes is not None:
-                    found[part.body] = shapes
-            self._moving = RayShapes(found)
-        self._moving.place(self.bodies[:, q.POS : q.POS + 3], self.bodies[:, q.QUAT : q.QUAT + 4])
-        return self._moving
+        if self._ray_scene is None:
+            every = [*self._static_shapes(), *self._moving_shapes()]
+            known = [shape for shape in every if shape.is_known()]
+            self._ray_scene = RayScene(known, self.bodies), len(known) == len(every)
+        return self._ray_scene
+
+    def _static_shapes(self) -> Iterator[RayShape]:
+        for model in self._models.static.values():
+            if model.body in self._models.ghosts:
+                continue
+            frame = Pose(*self._engine.base_pose(model.body))
+            for shape in model.link.collisions:
+                tree = self._shapes.tree(shape)
+                yield RayShape(model.body, -1, shape.geometry, frame * shape.pose, tree)
+
+    def _moving_shapes(self) -> Iterator[RayShape]:
+        for model in self._models.moving.values():
+            if model.body in self._models.ghosts:
+                continue
+            for row, name in enumerate(model.names, model.first):
+                link = model.shapes.links[name]
+                center = Pose(tuple((-link.center).tolist()))
+                for shape in link.collisions:
+                    tree = self._shapes.tree(shape)
+                    yield RayShape(model.body, row, shape.geometry, center * shape.pose, tree)

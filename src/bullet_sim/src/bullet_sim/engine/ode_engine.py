@@ -13,7 +13,6 @@ from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine.engine import Contact, Engine, stacked, vector3
 from bullet_sim.engine.ode import OdeSolver
-from bullet_sim.engine.rays import RayShapes
 from bullet_sim.pose import Array, Motion, Quat, Vec3, Vector, compose, velocity_at
 
 if TYPE_CHECKING:
@@ -38,9 +37,6 @@ class OdeEngine(Engine):
 
     def _read_later(self, body: int) -> None:
         self.ode.read_later(body)
-
-    def _moving_shapes(self) -> RayShapes:
-        return self.ode.moving_shapes()
 
     def configure(self, settings: OdeSettings) -> None:
         self.ode.configure(settings)
@@ -250,3 +246,21 @@ class OdeEngine(Engine):
                 for _, _, _, _, point, normal, _, force in self.ode.contacts()
             ]
         )
+
+    # Rays
+
+    def cast_rays(
+        self,
+        center: Array,
+        directions: Array,
+        near: float,
+        far: float,
+        own: int | None = None,
+        look_near: bool = True,
+    ) -> Array:
+        scene, is_whole = self.ode.ray_scene()
+        ranges = scene.cast(center, directions, near, far, own, look_near)
+        if not is_whole:
+            others = super().cast_rays(center, directions, near, far, own, look_near)
+            ranges = np.minimum(ranges, others)
+        return ranges

@@ -15,7 +15,6 @@ from bullet_sim.engine.ode_shapes import ShapeCache
 from bullet_sim.engine.passable import is_passable
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.engine.quickstep.state import Scene, Trees
-from bullet_sim.engine.rays import KINDS
 from bullet_sim.pose import Array, Pose
 
 MAX_POINTS = 10  # of a pair of shapes
@@ -99,7 +98,7 @@ class StaticShapes:
         others = [shape for shape in touched if shape.geometry.kind != "plane"]
         trees = [cache.tree(shape) for shape in others]
         is_known = all(
-            tree is not None or KINDS.get(shape.geometry.kind, q.MESH) != q.MESH
+            tree is not None or tables.KINDS.get(shape.geometry.kind, q.MESH) != q.MESH
             for shape, tree in zip(others, trees)
         )
         for shape, tree in zip(others, trees):
@@ -108,7 +107,7 @@ class StaticShapes:
             if not is_known:
                 self.solids.append(-1)
                 continue
-            pose, kind = frame * shape.pose, KINDS[shape.geometry.kind]
+            pose, kind = frame * shape.pose, tables.KINDS[shape.geometry.kind]
             half = tables.solid_size(kind, shape.geometry.size)
             row = np.concatenate([half, pose.position, pose.matrix.ravel()])
             face = tables.plane_row(np.zeros(3), 0.0, shape.surface or link.surface)
@@ -170,7 +169,7 @@ class DynamicShapes:
         Returns:
             Radius [m] around the center of mass that a mesh needs, or what is not known; else 0.
         """
-        kind, corners, reach = KINDS.get(shape.geometry.kind, q.OTHER), np.zeros((0, 3)), 0.0
+        kind, corners, reach = tables.KINDS.get(shape.geometry.kind, q.OTHER), np.zeros((0, 3)), 0.0
         tree = cache.tree(shape)
         if kind == q.MESH:
             corners = cache.vertices(shape, link)

@@ -1,6 +1,7 @@
-"""Shapes of bodies for the solver 'ode' and for rays: meshes are read once."""
+"""Meshes and boxes of shapes for the solver 'ode' and for rays: each mesh is read once."""
 
-from collections.abc import Iterable
+import functools
+import os
 from typing import Any
 
 import numpy as np
@@ -8,16 +9,7 @@ import pybullet as p
 
 from bullet_sim.description.model import Link, Shape
 from bullet_sim.engine import tables
-from bullet_sim.engine.quickstep import layout as q
-from bullet_sim.engine.rays import (
-    KINDS,
-    RayShape,
-    Triangles,
-    has_embree,
-    mesh_corners,
-    mesh_triangles,
-)
-from bullet_sim.pose import Array, Pose, Vec3
+from bullet_sim.pose import Array, Pose
 
 
 class ShapeCache:
@@ -31,7 +23,6 @@ class ShapeCache:
         self._client = client
         self._vertices: dict[tuple[Any, ...], Array] = {}
         self._trees: dict[tuple[Any, ...], tables.Tree | None] = {}
-        self._traced: dict[tuple[Any, ...], tuple[Triangles, Array, float]] = {}
 
     def tree(self, shape: Shape) -> tables.Tree | None:
         """The tree of a mesh; None: it is none, or cannot be read."""
@@ -69,46 +60,48 @@ class ShapeCache:
             )
         return self._vertices[key] @ shape.pose.matrix.T + shape.pose.position - link.center
 
-    def ray_shapes(self, body: int, links: Iterable[tuple[int, Link]]) -> list[RayShape] | None:
-        """All shapes of a body for rays; None if there is one that is not known.
 
-        Args:
-            links: row of bodies and link.
-        """
-        shapes = []
-        for row, link in links:
-            for shape in link.collisions:
-                geometry, pose = shape.geometry, shape.pose
-                place, turn = np.subtract(pose.position, link.center), pose.matrix
-                kind = KINDS.get(geometry.kind, q.OTHER)
-                if kind == q.MESH:
-                    traced = self._trace(geometry.path, geometry.scale)
-                    if traced is None:
-                        return None
-                    triangles, middle, radius = traced
-                    size, place = np.zeros(3), place + turn @ middle
-                elif kind == q.OTHER:
-                    return None
-                else:
-                    triangles, radius = None, tables.reach(geometry.kind, geometry.size)
-                    size = tables.solid_size(kind, geometry.size)
-                shapes.append(
-                    RayShape(body, row, geometry.kind, size, place, turn, radius, triangles)
-                )
-        return shapes
+def _load_mesh(path: str | None) -> Any:
+    """A trimesh.Trimesh, or None if the file cannot be read."""
+    try:
+        changed = os.stat(path or "").st_mtime_ns
+    except OSError:
+        return None
+    return _load_file(path, changed)
 
-    def _trace(self, path: str, scale: Vec3) -> tuple[Triangles, Array, float] | None:
-        """A mesh's triangles, around the middle (3,) [m] of a sphere of a radius [m]."""
-        if not has_embree():
-            return None
-        key = path, scale
-        if key not in self._traced:
-            corners = mesh_triangles(path)
-            if corners is None:
-                return None
-            corners = corners * np.asarray(scale)
-            middle = 0.5 * (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1)))
-            corners = corners - middle
-            radius = float(np.linalg.norm(corners, axis=2).max())
-            self._traced[key] = Triangles(corners), middle, radius
-        return self._traced[key]
+
+@functools.lru_cache(maxsize=1)  # its vertices and its triangles are asked for, one after the other
+def _load_file(path: str | None, _changed: int) -> Any:
+    import trimesh  # takes 0.2 s, for worlds with meshes alone
+
+    try:
+        return trimesh.load(path, force="mesh", process=False, skip_materials=True)
+    except Exception:  # pylint: disable=broad-except  # whatever a reader raises: PyBullet has it
+        return None
+
+
+def mesh_triangles(path: str | None) -> Array | None:
+    """Triangles (n, 3, 3) of a mesh file, or None if it cannot be read."""
+    mesh = _load_mesh(path)
+    triangles = np.zeros((0, 3, 3)) if mesh is None else np.asarray(mesh.triangles, float)
+    return triangles if len(triangles) and np.isfinite(triangles).all() else None
+
+
+def mesh_corners(path: str, shared: bool) -> Array:
+    """Vertices (n, 3) of a mesh file as Gazebo has them, in the order of its triangles.
+
+    Of STL and OBJ files it has three for each triangle. There are none if the file cannot be read.
+
+    Args:
+        shared: triangles share those that have the same place and normal, as of COLLADA files.
+    """
+    mesh = _load_mesh(path)
+    if mesh is None or not np.isfinite(mesh.vertices).all():
+        return np.zeros((0, 3))
+    order = np.asarray(mesh.faces).ravel()
+    corners = np.asarray(mesh.vertices, float)[order]
+    if shared:
+        normals = np.asarray(mesh.vertex_normals, float)[order]
+        _, first = np.unique(np.hstack([corners, normals]), axis=0, return_index=True)
+        corners = corners[np.sort(first)]
+    return corners

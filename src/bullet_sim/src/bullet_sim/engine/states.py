@@ -84,7 +84,6 @@ def _contact_points(engine: Engine) -> list[tuple[Any, ...]]:
 
 
 def _restore_data(engine: Engine, data: bytes) -> None:
-    engine.rays.scenery.check_poses()
     client = engine.client
     # Bullet leaves contacts that its copy does not have: put all bodies where there are none.
     for number, body in enumerate(sorted(engine.free)):
@@ -124,7 +123,6 @@ def _motion(engine: Engine, body: int) -> tuple[Any, ...]:
 
 
 def _set_motions(engine: Engine, motions: dict[int, tuple[Any, ...]]) -> None:
-    engine.rays.scenery.check_poses()
     for body, (position, orientation, linear, angular, joints) in motions.items():
         engine.put(body, position, orientation)
         p.resetBaseVelocity(body, linear, angular, physicsClientId=engine.client)

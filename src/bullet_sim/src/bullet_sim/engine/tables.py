@@ -8,7 +8,6 @@ import numpy as np
 
 from bullet_sim.description.model import Link, Shape, Surface
 from bullet_sim.engine.quickstep import layout as q
-from bullet_sim.engine.quickstep.library import build_tree
 from bullet_sim.engine.quickstep.state import Building
 from bullet_sim.pose import Array, Vec3
 
@@ -16,6 +15,7 @@ STIFFNESS, DAMPING = 1e12, 1.0  # kp, kd of a contact where a file gives none, a
 MAX_SPEED = 0.01  # [m/s] max_vel of a contact where a file gives none, as in sdformat
 FRICTION = 1.0
 UNKNOWN = 2.0  # [m] radius of shapes of other kinds
+KINDS = {"sphere": q.SPHERE, "cylinder": q.CYLINDER, "box": q.BOX, "mesh": q.MESH}
 
 
 class Tree(NamedTuple):
@@ -26,12 +26,14 @@ class Tree(NamedTuple):
         nodes: (k, 6) center and half the edges of boxes [m].
         children: (k, 2) numbers of nodes, or -1 - the number of a triangle; q.NO_CHILD: none.
         depth: how deep it is.
+        exact: (t, 9) a corner and two edges of each triangle, not in single precision [m].
     """
 
     corners: Array
     nodes: Array
     children: Array
     depth: int
+    exact: Array
 
 
 def table(rows: Sequence[Any], columns: int, kind: Any = float) -> Array:
@@ -126,14 +128,25 @@ def around(boxes: Array) -> Array:
 def make_tree(triangles: Array, scale: Vec3) -> Tree:
     """The tree of triangles (n, 3, 3) [m], which are scaled; single precision, as in Gazebo."""
     corners = triangles.astype(np.float32) * np.asarray(scale, np.float32)
+    order, nodes, children, depth = sorted_tree(corners)
+    exact = (triangles * np.asarray(scale))[order]
+    exact[:, 1:] -= exact[:, :1]
+    placed = corners[order].reshape(-1, 9).astype(float)
+    return Tree(placed, nodes, children, depth, exact.reshape(-1, 9))
+
+
+def sorted_tree(corners: Array) -> tuple[Array, Array, Array, int]:
+    """Order (n,) of triangles (n, 3, 3), single precision, and their tree: as in a Tree its nodes,
+    children and depth."""
+    from bullet_sim.engine.quickstep.library import build_tree  # the solver 'bullet' has no numba
+
     count = len(corners)
     order = np.empty(count, np.int64)
     nodes = np.empty((max(1, count - 1), 6))
     children = np.full((max(1, count - 1), 2), q.NO_CHILD, np.int64)
     todo, means = np.empty((count + 1, 5), np.int64), np.empty(7, np.float32)
     depth = build_tree(Building(corners, order, nodes, children, todo, means))
-    placed = corners[order].reshape(-1, 9).astype(float)
-    return Tree(placed, nodes, children, depth)
+    return order, nodes, children, depth
 
 
 def shape_row(shape: Shape, link: Link) -> Array:

@@ -60,10 +60,8 @@ class Lidar:
         self._aim()
 
     def _aim(self) -> None:
-        """Rotate the directions into the link's frame, and compute their bounding box."""
+        """Rotate the directions into the link's frame."""
         self._rays = self.directions @ matrix_from_rpy(self.spec.pose[1]).T
-        low, high = np.minimum(self._rays.min(axis=0), 0.0), np.maximum(self._rays.max(axis=0), 0.0)
-        self._center, self._half = (low + high) / 2.0, (high - low) / 2.0
 
     def scan(
         self,
@@ -80,7 +78,7 @@ class Lidar:
         range_min, in which the sensor's body (its housing) does not count.
 
         Args:
-            engine: casts the rays, see RayCaster.sweep.
+            engine: casts the rays, see Engine.cast_rays.
             link_position: (3,) [m], the sensor's link in the world.
             link_orientation: (x, y, z, w), the sensor's link in the world.
             rng: numpy.random.Generator for the noise; needed when noise_stddev > 0.
@@ -99,10 +97,9 @@ class Lidar:
             )
         rotation = rotation_matrix(link_orientation)
         position = np.asarray(link_position, dtype=float) + rotation @ self._position
-        ranges = engine.rays.sweep(
+        ranges = engine.cast_rays(
             position,
             self._rays @ rotation.T,
-            self._box(position, rotation),
             spec.range_min,
             spec.range_max,
             own_body,
@@ -115,12 +112,6 @@ class Lidar:
             noisy = np.minimum(np.maximum(ranges + noise, spec.range_min), spec.range_max)
             ranges = np.where(np.isfinite(ranges), noisy, ranges)
         return ranges.astype(np.float32)
-
-    def _box(self, position: Array, rotation: Array) -> tuple[Array, Array]:
-        """Two corners (3,) [m] of a box in the world that contains all rays."""
-        center, half = rotation @ self._center, np.abs(rotation) @ self._half
-        range_max = self.spec.range_max
-        return position + range_max * (center - half), position + range_max * (center + half)
 
 
 class LayeredLidar(Lidar):

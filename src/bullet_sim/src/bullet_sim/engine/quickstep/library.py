@@ -72,14 +72,10 @@ def advance(
     return _call("advance", count, given, step, iterations, watch, sleepy, table)
 
 
-def caster(casting: Casting) -> Callable[[float], int]:
-    """A function of the farthest distance [m] that shortens distances, see rays.cast().
-
-    Args:
-        casting: arrays that outlive it and stay where they are.
-    """
+def caster(casting: Casting) -> Callable[[float, float, int, bool], int]:
+    """rays.cast() of arrays that outlive it and stay where they are."""
     table = make_table(casting)
-    return lambda far: _call("cast", far, table)
+    return lambda near, far, own, look_near: _call("cast", near, far, own, look_near, table)
 
 
 def build_tree(building: Building) -> int:

@@ -201,31 +201,55 @@ class State(NamedTuple):
 
 
 class Casting(NamedTuple):
-    """What rays.cast() reads, and `ranges`, which it shortens.
+    """What rays.cast() reads, and `ranges`, which it fills. Shapes are in the order of the tree of
+    boxes around them; planes follow.
 
     Attributes:
-        center: (3,) [m].
-        directions: (n, 3) unit vectors.
-        low, high: (3,) corners of a box that contains the rays [m].
-        centers, frames: (s, 3) [m] and (s, 3, 3) of the shapes in the world.
-        sizes: (s, 3) half the edges; radius; radius and half the length [m].
-        radii: (s,) of spheres around them [m].
-        kinds: (s,) BOX, SPHERE or CYLINDER; others are left out.
-        starts: (s,) distance from which on a hit counts [m].
+        center: (3,) [m] from which the rays come; directions: (n, 3) unit vectors.
         ranges: (n,) distances [m].
+        bodies: (b, B_SIZE) of the solver.
+        rows: (s,) each shape's row of bodies, -1: it never moves.
+        places, turns: (s, 3) [m] and (s, 3, 3) of shapes in their bodies, from the center of mass.
+        centers, frames: (s, 3) [m] and (s, 3, 3) of shapes in the world, set for what moves.
+        kinds: (s,) BOX, SPHERE, CYLINDER, MESH, else a plane.
+        sizes: (s, 3) half the edges; radius; radius and half the length [m].
+        owners: (s,) number of each shape's model.
+        roots: (s,) of meshes' trees.
+        origins: (s, 3) room for the center in the shapes' frames.
+        extents: (t, 6) center and half the edges of a box around each shape but planes, in its
+            frame.
+        boxes: (a + t, 6) room for lower and upper corners of boxes in the world: those of a tree,
+            then those of the shapes, which are its leaves.
+        branches: (a, 2) rows of boxes in each box of the tree; children come after their parents.
+        triangles: (c, 9) a corner and two edges of triangles of all meshes [m].
+        nodes, children: (k + c, 6) and (k, 2) as boxes and branches, of all meshes; the leaves are
+            the triangles.
+        todo, entries: (w,) room for boxes that a ray still has to be tested with, and the distances
+            at which it enters them.
     """
 
     center: Array
     directions: Array
-    low: Array
-    high: Array
+    ranges: Array
+    bodies: Array
+    rows: Array
+    places: Array
+    turns: Array
     centers: Array
     frames: Array
-    sizes: Array
-    radii: Array
     kinds: Array
-    starts: Array
-    ranges: Array
+    sizes: Array
+    owners: Array
+    roots: Array
+    origins: Array
+    extents: Array
+    boxes: Array
+    branches: Array
+    triangles: Array
+    nodes: Array
+    children: Array
+    todo: Array
+    entries: Array
 
 
 class Building(NamedTuple):
@@ -264,11 +288,18 @@ KINDS: dict[Any, tuple[Any, ...]] = {  # of the fields of each record, in their 
         *(_1, _1, _N1, System, Scene, Contacts, Constraints, Blocks),
         *(_N2, _N1, _2, _N1, _2),
     ),
-    Casting: (_1, _2, _1, _1, _2, _3, _2, _1, _N1, _1, _1),
+    Casting: (
+        *(_1, _2, _1, _2, _N1, _2, _3, _2, _3, _N1, _2, _N1, _N1, _2),
+        *(_2, _2, _N2, _2, _2, _N2, _N1, _1),
+    ),
     Building: ("f4.3", _N1, _2, _N2, _N2, "f4.1"),
 }
 # functions that Python calls -> kinds of numbers that they are given before their table
-CALLS = {"advance": ("i8", "i8", "f8", "i8", "b1", "b1"), "cast": ("f8",), "build_tree": ()}
+CALLS = {
+    "advance": ("i8", "i8", "f8", "i8", "b1", "b1"),
+    "cast": ("f8", "f8", "i8", "b1"),
+    "build_tree": (),
+}
 
 
 def make_blocks(joints: int, contacts: int, work: Array) -> Blocks:
