@@ -164,7 +164,7 @@ class Sensors(unittest.TestCase):
             self.push(
                 body_name="bot::base",
                 duration=rospy.Duration(5.0),
-                wrench=Wrench(force=Vector3(60.0, 0.0, 0.0)),
+                wrench=Wrench(force=Vector3(25.0, 0.0, 0.0)),
             )
             wait_until(lambda: front.last is not None and front.last.states, "a contact")
             state = front.last.states[0]
