@@ -37,6 +37,11 @@ class RaysSensor(Sensor):
             self.model.body,
         )
 
+    def _intensities(self) -> Array | None:
+        """Of the last scan; None: all are 0."""
+        found: Array | None = self._lidar.intensities(self.world.models.values())
+        return found
+
 
 @ros_side(RaySpec)
 class LidarSensor(RaysSensor):
@@ -51,7 +56,7 @@ class LidarSensor(RaysSensor):
         )
 
     def update(self, time: float, period: float) -> None:
-        self._sender.send(time, self._scan())
+        self._sender.send(time, self._scan(), self._intensities())
 
 
 # velodyne_gazebo_plugins' layout of a point, 22 bytes.
@@ -76,15 +81,20 @@ _FIELDS = [
 ]
 
 
-def velodyne_cloud(time: float, spec: CloudSpec, points: Array, rings: Array) -> PointCloud2:
+def velodyne_cloud(
+    time: float, spec: CloudSpec, points: Array, rings: Array, intensities: Array | None = None
+) -> PointCloud2:
     """sensor_msgs/PointCloud2 of points (n, 3).
 
     Args:
         points: [m] in the sensor frame, the layers of one direction after each other; NaN: none.
         rings: (n,) layer of each point.
+        intensities: (n,) of each; None: 0.
     """
     data = np.zeros(len(points), _POINT)
     data["xyz"], data["ring"] = points, rings
+    if intensities is not None:
+        data["intensity"] = intensities
     if spec.organized:  # rows are layers, highest first
         data = data.reshape(-1, spec.layers).T[::-1]
     else:
@@ -95,30 +105,32 @@ def velodyne_cloud(time: float, spec: CloudSpec, points: Array, rings: Array) ->
 
 @ros_side(CloudSpec)
 class CloudSensor(RaysSensor):
-    """sensor_msgs/PointCloud2 of a velodyne, intensities 0."""
+    """sensor_msgs/PointCloud2 of a velodyne."""
 
     message, lidar = PointCloud2, LayeredLidar
     relayed = False
 
     def measure(self, time: float) -> PointCloud2:
         points = self._lidar.points(self._scan())
-        return velodyne_cloud(time, self.spec, points, self._lidar.rings)
+        return velodyne_cloud(time, self.spec, points, self._lidar.rings, self._intensities())
 
 
 @ros_side(BlockCloudSpec)
 class BlockLaserSensor(RaysSensor):
-    """sensor_msgs/PointCloud of libgazebo_ros_block_laser: hits only, intensities 0."""
+    """sensor_msgs/PointCloud of libgazebo_ros_block_laser: hits only."""
 
     message, lidar = PointCloud, LayeredLidar
     relayed = False
 
     def measure(self, time: float) -> PointCloud:
         points = self._lidar.points(self._scan())
-        points = points[np.isfinite(points).all(axis=1)]
+        hit, found = np.isfinite(points).all(axis=1), self._intensities()
+        values = np.zeros(len(points)) if found is None else found
+        points, values = points[hit], values[hit].tolist()
         return PointCloud(
             header=conversions.header(time, self.spec.frame_id),
             points=[Point32(*point) for point in points.tolist()],
-            channels=[ChannelFloat32(name="intensity", values=[0.0] * len(points))],
+            channels=[ChannelFloat32(name="intensity", values=values)],
         )
 
 

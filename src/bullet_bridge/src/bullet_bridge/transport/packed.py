@@ -385,11 +385,12 @@ class PackedScan(Packed):
         )
         self._intensities = struct.pack(f"<I{count}f", count, *([0.0] * count))
 
-    def send(self, time: float, ranges: Array) -> None:
-        """Publish for a simulated time [s]; ranges (n,) float32 [m]."""
-        self._send(
-            self._header(time), self._constant, ranges.astype("<f4").tobytes(), self._intensities
-        )
+    def send(self, time: float, ranges: Array, intensities: Array | None = None) -> None:
+        """Publish for a simulated time [s]; ranges (n,) float32 [m], intensities: None: zeros."""
+        packed = self._intensities
+        if intensities is not None:
+            packed = packed[:4] + intensities.astype("<f4").tobytes()
+        self._send(self._header(time), self._constant, ranges.astype("<f4").tobytes(), packed)
 
 
 class PackedImage(Packed):

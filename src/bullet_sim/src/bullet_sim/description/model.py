@@ -161,6 +161,7 @@ class Shape:
         link: link that had it in the file, before links were merged.
         surface: contact properties of a collision, the direction in its own axes, for the solver
             'ode'; None: its link's.
+        laser_retro: of a collision, the intensity that a lidar measures.
     """
 
     geometry: Geometry
@@ -172,6 +173,7 @@ class Shape:
     link: str = ""
     finish: Finish = PLAIN
     surface: Surface | None = None
+    laser_retro: float = 0.0
 
     def at(self, pose: Pose) -> "Shape":
         """The same shape in a frame in which its current frame has the given pose."""

@@ -1,5 +1,6 @@
 """Bodies in PyBullet: loaded, placed, driven and stepped by Bullet; their contacts."""
 
+import functools
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
@@ -13,6 +14,7 @@ from bullet_sim.controllers.effort_row import EffortRow
 from bullet_sim.description.lump import LumpedModel, lump
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.world import OdeSettings
+from bullet_sim.engine.ode_shapes import mesh_triangles
 from bullet_sim.engine.passable import Passable
 from bullet_sim.errors import ModelError
 from bullet_sim.files import silenced
@@ -711,6 +713,10 @@ class Engine:
             for other, its, point, normal, depth in self.passable.overlaps(body, link, self.moves)
         ]
 
+    def mesh_box(self, path: str) -> Array:
+        """Two corners (2, 3) of the box around a mesh file; NaN: it cannot be read."""
+        return _mesh_box(path)
+
     def all_contacts(self) -> tuple[Array, Array, Array]:
         """Contact points of all bodies that press, as of the last step.
 
@@ -767,6 +773,14 @@ class Engine:
             hits += p.rayTestBatch(*rays, physicsClientId=client)
         bodies = np.array([hit[0] for hit in hits], int)
         return np.where(bodies >= 0, np.array([hit[2] for hit in hits], float), np.inf), bodies
+
+
+@functools.lru_cache(maxsize=256)
+def _mesh_box(path: str) -> Array:
+    triangles = mesh_triangles(path)
+    if triangles is None:
+        return np.full((2, 3), np.nan)
+    return np.stack([triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))])
 
 
 def stacked(points: list[tuple[Vec3, Vec3, float]]) -> tuple[Array, Array, Array]:

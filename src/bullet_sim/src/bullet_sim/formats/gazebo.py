@@ -140,11 +140,11 @@ _READ = {
     "fudgeFactor",
     "springStiffness",
     "springReference",
+    "laserRetro",
 }
 # Settings of Gazebo's solver or file conversion that are ignored without a warning.
 _IGNORED = {
     "maxContacts",
-    "laserRetro",
     "provideFeedback",
     "preserveFixedJoint",
     "disableFixedJointLumping",
@@ -229,18 +229,34 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
             parse_sensor(sensor, link, model)
         for plugin in element.findall("plugin"):
             parse_plugin(plugin, model)
-    _assign(robot, materials, model)
+    _assign(robot, materials, _retros(robot), model)
 
 
-def _assign(robot: Node, materials: dict[str, Material], model: ModelDescription) -> None:
-    """Give surfaces to the collisions of links, and materials to their visuals."""
+def _retros(robot: Node) -> dict[str, float]:
+    """The last <laserRetro> of each link."""
+    found = {}
+    for element in robot.findall("gazebo"):
+        name = element.get("reference") or ""
+        retro = child_number(element, "laserRetro", f"<gazebo reference='{name}'>", None)
+        if retro is not None:
+            found[name] = retro
+    return found
+
+
+def _assign(
+    robot: Node, materials: dict[str, Material], retros: dict[str, float], model: ModelDescription
+) -> None:
+    """Give surfaces and retros to the collisions of links, and materials to their visuals."""
     for name, root in merged_links(robot, model).items():
         link = model.links[name]
         for number, shape in enumerate(link.collisions):
             owner = _owner(shape.name, name, root, "_collision")
             if owner != name:
                 surface = model.links[owner].surface if owner else Surface()
-                link.collisions[number] = replace(shape, surface=surface)
+                shape = replace(shape, surface=surface)
+            if owner in retros:
+                shape = replace(shape, laser_retro=retros[owner])
+            link.collisions[number] = shape
         for number, shape in enumerate(link.visuals):
             material = materials.get(_owner(shape.name, name, root, "_visual"))
             if material is not None:

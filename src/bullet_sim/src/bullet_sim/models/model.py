@@ -3,7 +3,7 @@
 import itertools
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -277,6 +277,10 @@ class Model:
     def parts_joints(self) -> tuple[Joint, ...]:
         """Joints that remain when fixed joints are merged."""
         return self._lumped.joints
+
+    def collisions(self) -> Iterator[Shape]:
+        """The collisions of all rigid_parts."""
+        return (shape for link in self._lumped.links.values() for shape in link.collisions)
 
     def index(self, part: str) -> int:
         """Index in the engine of one of the rigid_parts."""

@@ -1,13 +1,16 @@
 """Lidars of one layer and of several, by ray casts."""
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bullet_sim.pose import Array, Vector, matrix_from_rpy, rotation_matrix
+from bullet_sim.sensors.retro import intensities
 
 if TYPE_CHECKING:
     from bullet_sim.engine import Engine
+    from bullet_sim.models.model import Model
     from bullet_sim.plugins.lidars import LayeredRays, RaySpec
 
 MAX_RAYS = 1_000_000  # of a scan; it costs some 100 bytes for each
@@ -23,6 +26,8 @@ class Lidar:
         angles: (n,) [rad].
         angle_increment: [rad], 0 for a single ray.
         directions: (n, 3) unit vectors in the sensor frame.
+        hits: of the last scan: where the rays begin (3,) [m], their directions (n, 3) in the world,
+            the ranges (n,) [m] without noise.
 
     Raises:
         ValueError: samples < 1, more than MAX_RAYS, angles or ranges in the wrong order, negative
@@ -105,6 +110,7 @@ class Lidar:
             own_body,
             too_near,
         )
+        self.hits = position, self._rays @ rotation.T, ranges
         if spec.noise_stddev > 0.0 or spec.noise_mean:
             noise = spec.noise_mean
             if spec.noise_stddev > 0.0:
@@ -112,6 +118,15 @@ class Lidar:
             noisy = np.minimum(np.maximum(ranges + noise, spec.range_min), spec.range_max)
             ranges = np.where(np.isfinite(ranges), noisy, ranges)
         return ranges.astype(np.float32)
+
+    def intensities(self, models: "Iterable[Model]") -> Array | None:
+        """Intensities (n,) float32 of the last scan; None: no model has a <laser_retro>."""
+        models = list(models)
+        if not any(shape.laser_retro for model in models for shape in model.collisions()):
+            return None
+        position, directions, ranges = self.hits
+        hits = np.where(np.isfinite(ranges), ranges, np.nan)[:, None]
+        return intensities(models, position + hits * directions)
 
 
 class LayeredLidar(Lidar):

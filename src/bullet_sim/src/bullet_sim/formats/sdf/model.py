@@ -216,7 +216,8 @@ class ModelReader:
                 if shape is None:
                     continue
                 if shapes is link.collisions:
-                    shape = replace(shape, surface=surfaces[number])
+                    retro = child_number(part, "laser_retro", f"{label} {tag}", 0.0)
+                    shape = replace(shape, surface=surfaces[number], laser_retro=retro)
                 shapes.append(shape)
         self.model.links[link.name] = link
         self.poses[link.name] = pose * inner

@@ -1,0 +1,60 @@
+"""Intensities of lidars: the <laser_retro> of the collision that a ray hits."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bullet_sim.pose import Array, Pose
+
+if TYPE_CHECKING:
+    from bullet_sim.description.model import Shape
+    from bullet_sim.engine import Engine
+    from bullet_sim.models.model import Model
+
+_CLOSE = 2e-3  # [m] of a hit to the shape that it is on
+
+
+def intensities(models: "Iterable[Model]", points: Array) -> Array | None:
+    """Intensities (n,) float32 of hits.
+
+    Args:
+        points: (n, 3) [m] in the world, without noise; what is not finite has none.
+
+    Returns:
+        0 where nothing with a <laser_retro> is hit; None: no model has one.
+    """
+    found = None
+    for model in models:
+        for part, link in model.rigid_parts.items():
+            shapes = [shape for shape in link.collisions if shape.laser_retro]
+            if not shapes:
+                continue
+            if found is None:
+                found = np.zeros(len(points), np.float32)
+            frame = Pose(*model.frame_at(model.index(part)))
+            for shape in shapes:
+                pose = frame * shape.pose
+                local = (points - np.asarray(pose.position)) @ pose.matrix
+                found[_is_on(shape, local, model.engine)] = shape.laser_retro
+    return found
+
+
+def _is_on(shape: "Shape", points: Array, engine: "Engine") -> Array:
+    """Which points (n, 3), in a shape's axes, are on it; of a mesh: in the box around it."""
+    kind, size = shape.geometry.kind, np.asarray(shape.geometry.size, float)
+    with np.errstate(invalid="ignore"):
+        if kind == "sphere":
+            near: Array = np.abs(np.linalg.norm(points, axis=1) - size[0]) <= _CLOSE
+        elif kind == "cylinder":
+            radial = np.hypot(points[:, 0], points[:, 1]) - size[0]
+            axial = np.abs(points[:, 2]) - size[1] / 2.0
+            near = np.abs(np.maximum(radial, axial)) <= _CLOSE
+        elif kind == "box":
+            near = np.abs((np.abs(points) - size / 2.0).max(axis=1)) <= _CLOSE
+        elif kind == "plane":
+            near = np.abs(points[:, 2]) <= _CLOSE
+        else:
+            low, high = engine.mesh_box(shape.geometry.path) * np.asarray(shape.geometry.scale)
+            near = ((points >= low - _CLOSE) & (points <= high + _CLOSE)).all(axis=1)
+    return near
