@@ -231,6 +231,6 @@ def test_ci_says_where_it_runs(tmp_path, refusal, first, fails, status, last):
         [tmp_path / ".ci" / "run", "unit", "-j", "1"], capture_output=True, text=True,
         env={**os.environ, "REFUSAL": refusal, "FAILS": fails}, timeout=PATIENCE,
     )  # fmt: skip
-    steps = [DEMO, "test soak", "test unit -j 1"]
+    steps = [DEMO, "test soak", "test long", "test unit -j 1"]
     said = [first, *steps[: steps.index(last) + 1]]
     assert (done.returncode, done.stdout.splitlines(), done.stderr) == (status, said, "")

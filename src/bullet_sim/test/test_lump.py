@@ -21,7 +21,7 @@ def model_of(links, joints, **others):
         "m",
         {link.name: link for link in links},
         {joint.name: joint for joint in joints},
-        links[0].name,
+        root=links[0].name,
         **others,
     )
 
