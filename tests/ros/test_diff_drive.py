@@ -16,7 +16,6 @@ LAUNCH = """<launch>
     <arg name="gui" value="false"/>
     <arg name="headless" value="true"/>
     <arg name="lockstep" value="true"/>
-    <arg name="solver" value="bullet"/>  <!-- which drives the circle of the closed form -->
   </include>
   <param name="robot_description" textfile="$(find paddock_tests)/ros/diff_bot.urdf"/>
   <rosparam file="$(find paddock_tests)/ros/diff_drive.yaml" command="load"/>
