@@ -60,10 +60,10 @@ class Driver:
         Args:
             steering: Bicycle's angle [rad].
             speed: [m/s].
-            stamp: rospy.Time; now if left out.
+            stamp: rospy.Time; left out: none, so that the drive node's time counts.
         """
         message = CyberDriveStamped()
-        message.header.stamp = rospy.Time.now() if stamp is None else stamp
+        message.header.stamp = rospy.Time() if stamp is None else stamp
         message.drive.steering_angle, message.drive.speed = steering, speed
         self._publisher.publish(message)
 

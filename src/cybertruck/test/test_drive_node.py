@@ -39,11 +39,11 @@ class Rig:
     def positions(self):
         return {name: 0.0 if name in commands.HINGES else self.wheel for name in NAMES}
 
-    def bring(self, positions):
+    def bring(self, positions, stamp=None):
         message = JointState(
             name=list(positions), position=list(positions.values()), velocity=[0.0] * len(positions)
         )
-        message.header.stamp = rospy.Time.from_sec(self.ros.now)
+        message.header.stamp = rospy.Time.from_sec(self.ros.now if stamp is None else stamp)
         self.ros.subscribed["/cybertruck/joint_states"](message)
 
     def drive(self, speed, seconds):
@@ -148,6 +148,19 @@ def test_the_timeout_restarts_when_time_goes_back(rig):
     rig.ros.now = 0.1 + 1.1 * TIMEOUT
     rig.watch()
     assert rig.axle() == 0.0
+
+
+def test_a_clock_behind_the_joint_states_does_not_stop_the_truck(rig):
+    stopped = rig.ros.now  # where /clock stands, while joint states and commands come
+    message = Twist()
+    message.linear.x = 1.0
+    for step in range(round(2.0 * TIMEOUT / PERIOD)):
+        rig.ros.subscribed["/cmd_vel"](message)
+        rig.bring(rig.positions(), stopped + step * PERIOD)
+        rig.wheel += rig.axle() * PERIOD
+    rig.ros.now = stopped + 2.0 * TIMEOUT  # then it catches up
+    rig.watch()
+    assert rig.axle() == pytest.approx(1.0 / RADIUS)
 
 
 def test_time_that_goes_back_restarts_odometry(rig):

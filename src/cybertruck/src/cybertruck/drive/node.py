@@ -121,11 +121,16 @@ class Drive:
                     topic, message_type, callback, queue_size=queue_size, tcp_nodelay=True
                 )
 
+    def _now(self):
+        """ROS time, or that of the last joint states if it is later: /clock comes by another
+        connection, behind them on a busy machine."""
+        return max(rospy.get_time(), self._time or 0.0)
+
     # commands ---------------------------------------------------------------------------------
     def _twist(self, message):
         linear, angular = message.linear.x, message.angular.z
         if not self._refused("/cmd_vel", refusal(**{"linear.x": linear, "angular.z": angular})):
-            self._command.set(*self._model.from_twist(linear, angular), rospy.get_time())
+            self._command.set(*self._model.from_twist(linear, angular), self._now())
 
     def _cyberdrive(self, message):
         drive = message.drive
@@ -133,7 +138,7 @@ class Drive:
             "/cmd_cyberdrive", refusal(steering_angle=drive.steering_angle, speed=drive.speed)
         ):
             return
-        now = rospy.get_time()
+        now = self._now()
         stamp = min(message.header.stamp.to_sec() or now, now)
         self._command.set(*self._model.limit(drive.steering_angle, drive.speed), stamp)
 
@@ -143,7 +148,7 @@ class Drive:
         except ValueError as error:
             self._refused("/joy", str(error))
         else:
-            self._command.set(*self._model.limit(steering, speed), rospy.get_time())
+            self._command.set(*self._model.limit(steering, speed), self._now())
 
     def _refused(self, topic, reason):
         if reason:
@@ -169,7 +174,7 @@ class Drive:
                 1.0, f"{ROBOT}/joint_states cannot be used: {error}. The truck brakes."
             )
         now = message.header.stamp.to_sec()
-        self._received, self._timed_out = rospy.get_time(), False
+        self._received, self._timed_out = max(rospy.get_time(), now), False
         reset = self._reset_reason(now, measured)
         if reset:
             rospy.loginfo(f"{reset}: odometry restarts")
