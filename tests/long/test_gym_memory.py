@@ -5,6 +5,7 @@ from pathlib import Path
 
 import gymnasium
 import psutil
+import pytest
 
 import paddock_gym
 
@@ -15,6 +16,7 @@ WARM_UP, ACTIONS, SAMPLES = 20_000, 180_000, 9
 MOST = 1e6  # [bytes] of growth after the warm-up: 6 for an action, 70 for a run
 
 
+@pytest.mark.timeout(3000)  # 67 physics steps an action
 def test_200000_actions_leave_no_memory_behind():
     env = gymnasium.make(paddock_gym.IDS[0])
     env.action_space.seed(0)

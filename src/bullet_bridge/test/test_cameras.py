@@ -27,7 +27,7 @@ class Client:
     def set_sources(self, sources, _scene):
         self.sources = sources
 
-    def worth(self, requests):
+    def needing_snapshot(self, requests):
         return [request for request in requests if request.name not in self.busy]
 
     def submit(self, snapshot, requests):

@@ -232,13 +232,13 @@ def test_a_request_that_is_queued_is_not_replaced_at_once(client, monkeypatch):
             for step in range(module.AHEAD):
                 client.submit(snapshot(step=step), [request(f"eye{step}")])
         wait_taken(client)
-        assert client.worth([request(), request("left")]) == [request(), request("left")]
+        assert client.needing_snapshot([request(), request("left")]) == [request(), request("left")]
         monkeypatch.setattr(module, "REFRESH", 100.0)
         client.submit(snapshot(step=9), [request()])
-        assert client.worth([request(), request("left")]) == [request("left")]
+        assert client.needing_snapshot([request(), request("left")]) == [request("left")]
         assert client.dropped == {"eye": 1}
         monkeypatch.setattr(module, "REFRESH", 0.0)
-        assert client.worth([request()]) == [request()]
+        assert client.needing_snapshot([request()]) == [request()]
     finally:
         os.kill(client._worker.process.pid, signal.SIGCONT)
 

@@ -1,4 +1,4 @@
-"""HTTP and WebSockets for pages, for who knows the token. No ROS.
+"""HTTP and WebSockets for pages; every request has to carry the token. No ROS.
 
 Every address begins with the token: http://HOST:PORT/TOKEN/. Anything else gets a bare 403, files
 and WebSockets alike. With a password (for --share) a page asks for it first and gets a cookie.

@@ -161,7 +161,7 @@ class Cameras:
             self._failures = ["there is no renderer, images are missing"]
             return
         if not self._wait:
-            requests = self._client.worth(requests)
+            requests = self._client.needing_snapshot(requests)
             if requests:
                 self._client.submit(world.snapshot(), requests)
             return

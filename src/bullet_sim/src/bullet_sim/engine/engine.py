@@ -110,7 +110,7 @@ class Engine:
 
     @property
     def client(self) -> int:
-        """PyBullet's number of this engine, whose bodies are where they have to be."""
+        """PyBullet's number of this engine; its bodies are put where the solver has them first."""
         self._sync()
         return self._client
 
@@ -160,8 +160,6 @@ class Engine:
         # (body, link, mass [kg], center [m] in the link's frame) of what gravity does not act on
         self._weightless: list[tuple[int, int, float, Vec3]] = []
         self._motors: dict[tuple[int, int], tuple[str, tuple[Any, ...]]] = {}  # see motors()
-        # body -> last drive_velocities that _motors lacks, and its indices
-        self._batches: dict[int, tuple[Any, ...]] = {}
         self.layout = 0
         p.setTimeStep(self.time_step, physicsClientId=self._client)
         p.setGravity(*self.gravity, physicsClientId=self._client)

@@ -187,8 +187,8 @@ class RenderClient:
             self._sources = (tuple(sources), self._scene)
             self._sources_sent = False
 
-    def worth(self, requests: list[CameraRequest]) -> list[CameraRequest]:
-        """Those requests that are worth a snapshot: not where one was queued REFRESH ago or less.
+    def needing_snapshot(self, requests: list[CameraRequest]) -> list[CameraRequest]:
+        """Those requests that need a snapshot: not where one was queued REFRESH ago or less.
 
         In a world that runs free a camera is due many times while the worker renders one image.
         """
