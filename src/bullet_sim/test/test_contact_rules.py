@@ -1,7 +1,10 @@
 """Which bodies meet, weigh something, move out of each other, sleep, or go astray."""
 
+import math
+
 import pytest
 from bullet_sim.formats.sdf.world import parse_model
+from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.models.changes import step_range
 from bullet_sim.pose import Pose
 from contact_scenes import friction, ground, nowhere, sdf_box, skid_base, world_of
@@ -256,3 +259,33 @@ def test_a_model_that_goes_astray_is_said_once(state, words, solver):
     world.step(600)
     world.close()
     assert len(said) == 2
+
+
+@pytest.mark.parametrize("damping", [10.0, 1e3, 1e9])
+def test_a_robot_whose_damping_is_unstable_ends_nothing_but_itself(damping):
+    """Damping acts by the velocity before the step, as in Gazebo: here it grows 9 times and more in
+    each step, until it is no number."""
+    arm = parse_urdf(
+        '<robot name="arm"><link name="base"/><link name="tip"><inertial><origin xyz="0.1 0 0"/>'
+        '<mass value="0.1"/><inertia ixx="1e-5" iyy="1e-5" izz="1e-5" ixy="0" ixz="0" iyz="0"/>'
+        '</inertial><collision><geometry><sphere radius="0.05"/></geometry></collision></link>'
+        '<joint name="j" type="continuous"><parent link="base"/><child link="tip"/>'
+        f'<axis xyz="0 1 0"/><dynamics damping="{damping}"/></joint></robot>',
+        nowhere,
+        "arm",
+    )
+    arm.fixed_base = True
+    box = sdf_box("box", (0.2, 0.2, 0.2))
+    world = world_of((ground(), None), (arm, Pose((0, 0, 0.3))), (box, Pose((0, 0.5, 0.4))))
+    said = []
+    world.on_implausible = said.append
+    world.step(2000)
+    angle, *_ = world.models["arm"].engine.joint_states(world.models["arm"].body)[0]
+    box_height = world.models["box"].pose.position[2]
+    ranges = world.engine.cast_rays((0, 0.5, 2.0), [[0.0, 0.0, -1.0]], 0.0, 5.0)
+    world.models["arm"].engine.remove(world.models["arm"].body)
+    world.step(100)
+    world.close()
+    assert box_height == pytest.approx(0.1, abs=0.002)
+    assert ranges == pytest.approx([1.8], abs=0.002)
+    assert math.isnan(angle) and len(said) == 1 and "no finite position" in said[0]

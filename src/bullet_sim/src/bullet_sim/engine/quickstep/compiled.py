@@ -41,9 +41,11 @@ def _forget_older() -> None:
 
 _forget_older()
 # Without counting references to arrays, which costs more than the arithmetic: slices are free.
-compiled = njit(cache=True, _nrt=False)
+# A division by 0 gives inf or NaN, as in C: a robot whose gains are unstable must not end the
+# simulation of the others.
+compiled = njit(cache=True, _nrt=False, error_model="numpy")
 # As part of each function that calls it: a call passes each array of a tuple as nine numbers.
-inlined = njit(cache=True, _nrt=False, inline="always")
+inlined = njit(cache=True, _nrt=False, error_model="numpy", inline="always")
 
 
 def switch(cases: Mapping[int, Any]) -> Any:
@@ -58,11 +60,11 @@ def switch(cases: Mapping[int, Any]) -> Any:
     (code, function), *rest = cases.items()
     others = switch(dict(rest)) if rest else function
 
-    @njit(_nrt=False)
+    @njit(_nrt=False, error_model="numpy")
     def chosen(wanted: int, *arguments: Any) -> Any:
         return function(*arguments) if wanted == code else others(wanted, *arguments)
 
-    @njit(_nrt=False)
+    @njit(_nrt=False, error_model="numpy")
     def last(wanted: int, *arguments: Any) -> Any:
         return function(*arguments)
 

@@ -53,7 +53,7 @@ def _call(name: str, *arguments: Any) -> int:
     """Call a function; the last argument is its table.
 
     Raises:
-        ArithmeticError: a number was divided by 0.
+        RuntimeError: the function raised an error.
     """
     if _library is None:
         found: int = entries.FUNCTIONS[name](*arguments)
@@ -61,7 +61,7 @@ def _call(name: str, *arguments: Any) -> int:
     *numbers, table = arguments
     done = _library[name](*numbers, table.ctypes.data, len(table))
     if done < 0:
-        raise ArithmeticError(f"{name}() of the solver 'ode' divided by 0")
+        raise RuntimeError(f"{name}() of the solver 'ode' raised an error")
     return done
 
 
