@@ -34,12 +34,16 @@ OTHERS = {
 CAMPUS = {"namespaced_world", "paused_start"}  # of the package campus_rover, the others of FLEET
 
 
+def package_of(name):
+    """The package of a launch file."""
+    return "campus_rover" if name in CAMPUS else FLEET
+
+
 def check(name, *words):
     """Runs ./run check on a launch file; returns the finished process."""
     environ = dict(os.environ, ROS_PACKAGE_PATH=f"{os.environ['ROS_PACKAGE_PATH']}:{DROP_IN}")
-    package = "campus_rover" if name in CAMPUS else FLEET
     return subprocess.run(
-        [ROOT / "run", "check", package, f"{name}.launch", *words],
+        [ROOT / "run", "check", package_of(name), f"{name}.launch", *words],
         env=environ,
         text=True,
         capture_output=True,
@@ -68,7 +72,7 @@ class Rig(unittest.TestCase):
     def test_every_check_leaves_a_replay(self):
         for name in self.STYLES:
             path = Path(self.found(name)["replay"])
-            self.assertEqual(path, ROOT / "out" / "check" / FLEET / f"{name}.html")
+            self.assertEqual(path, ROOT / "out" / "check" / package_of(name) / f"{name}.html")
             text = path.read_text()
             self.assertTrue(text.startswith("<!doctype html>"))
             self.assertIn("window.REPLAY = ", text)

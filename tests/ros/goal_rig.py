@@ -125,7 +125,9 @@ class Rig(unittest.TestCase):
         self.assertLessEqual(path, 1.10 * shortest)
         self.assertGreater(path, 0.95 * shortest)
         self.assertLessEqual(changes, 3)
-        self.assertLess(truth, distance + 0.1)  # what odometry may be wrong by
+        # what odometry may be wrong by here, where commands come as late as the machine is busy;
+        # test_truck_long.py holds 0.1 m in lockstep
+        self.assertLess(truth, distance + 0.25)
 
 
 class TwoGoals(Rig):
