@@ -15,6 +15,7 @@ import math
 import os
 import pathlib
 import platform
+import shutil
 import subprocess
 import time
 
@@ -52,10 +53,13 @@ def machine():
 
 
 def commit():
-    """Which commit is checked out, with a + if files differ from it; "" outside of a clone."""
+    """Which commit is checked out, with a + if files differ from it; "" outside of a clone and
+    without git."""
 
     def git(*words):
         command = ["git", "-C", str(FOLDER.parent), *words]
+        if not shutil.which("git"):
+            return ""
         return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
 
     return git("rev-parse", "--short=8", "HEAD") + ("+" if git("status", "--porcelain") else "")
