@@ -134,7 +134,7 @@ def test_the_name_of_a_library_is_of_its_sources_and_processor(monkeypatch):
     assert len({name, other, sources.library_path().name}) == 3
 
 
-def test_a_division_by_zero_is_an_error_that_names_the_function():
+def test_a_division_by_zero_ends_nothing():
     world = World(solver="ode")
     try:
         floor = "<plane><normal>0 0 1</normal></plane>"
@@ -144,8 +144,8 @@ def test_a_division_by_zero_is_an_error_that_names_the_function():
         world.spawn_sdf("ball", BALL, Pose((0.0, 0.0, 0.19)), str)
         world.step()
         world.engine.ode._state.scene.shapes[:, G_KP] = 0.0
-        with pytest.raises(ArithmeticError, match=r"advance\(\) of the solver 'ode' divided by 0"):
-            world.step()
+        world.step()
+        assert world.step_count == 2
     finally:
         world.close()
 

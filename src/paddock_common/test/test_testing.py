@@ -66,7 +66,8 @@ time.sleep(600)"""
     wait_for(lambda: is_asleep(process.pid), "its sleep")
     process.kill()
     wait_ended(process.pid, LIMIT)
-    assert is_asleep(process.pid)  # it has not been waited for yet
+    # it has not been waited for yet; its threads end one after the other
+    wait_for(lambda: is_asleep(process.pid), "the end of all its threads")
     process.wait()
     process.stdin.close()
     process.stdout.close()
