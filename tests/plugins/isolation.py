@@ -46,7 +46,7 @@ class Group:
 
     Args:
         graph: That they run on; None: one of their own, which ends with them.
-        timeout: Longest wall time of one test [s].
+        timeout: Longest wall time of one test [s]; a test's own mark may allow more.
     """
 
     def __init__(self, item, root, timeout, graph=None):
@@ -95,9 +95,10 @@ class Group:
             raise AssertionError(self.graph.broken)
         try:
             self._connection.send((item.nodeid, nextitem and nextitem.nodeid))
-            if not self._connection.poll(self.timeout + END_GRACE):
+            timeout = max([self.timeout] + [mark.args[0] for mark in item.iter_markers("timeout")])
+            if not self._connection.poll(timeout + END_GRACE):
                 self._child.kill()
-                raise AssertionError(f"the test process has not answered for {self.timeout:g} s")
+                raise AssertionError(f"the test process has not answered for {timeout:g} s")
             return self._connection.recv()
         except (EOFError, OSError):
             self._child.join(END_GRACE)

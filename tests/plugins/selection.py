@@ -69,7 +69,7 @@ EXPECTED = {
     "tests/ros/test_world_launch.py": 30,
     "tests/long/test_goal.py": 42,
     "tests/long/test_goal_trailer.py": 46,
-    "tests/long/test_gym_memory.py": 560,
+    "tests/long/test_gym_memory.py": 330,
     "tests/long/test_install_space.py": 60,
     "tests/long/test_keyboard.py": 44,
     "tests/long/test_keyboard_x.py": 40,

@@ -326,6 +326,18 @@ def test_the_launch_runs_meanwhile_and_its_parameters_are_set_before(groups):
     assert groups.problems("asks") == []
 
 
+def test_a_marked_test_may_take_longer_than_the_others(tmp_path):
+    project = Project(tmp_path)
+    project.add(
+        "tests/ros/test_slow.py",
+        "import time\nimport pytest\n\n@pytest.mark.timeout(200)\n"
+        "def test_a():\n    time.sleep(6)\n",
+    )
+    project.environment["PADDOCK_TEST_GRACE"] = "3"  # 1 s + 3 s are less than 6 s
+    status, output = project.run("--numprocesses=1", "-o", "timeout=1", "tests/ros")
+    assert status == 0, output
+
+
 def test_a_launch_that_cannot_start_is_shown(groups):
     problems = groups.problems("broken")
     assert [tag for tag, _ in problems] == ["failure"] * 2
