@@ -42,8 +42,10 @@ import sys, types
 for name in ("bullet_sim.engine", "bullet_sim.controllers"):
     sys.modules[name] = types.ModuleType(name)
     sys.modules[name].__path__ = [f"{sys.argv[1]}/{name.replace('.', '/')}"]
-from bullet_sim.engine.quickstep import entries
-entries.main()
+from bullet_sim.engine.quickstep import sources
+if not sources.library_path().is_file():  # sources with new dates may be the same
+    from bullet_sim.engine.quickstep import entries
+    entries.main()
 """
 COMPILERS = ("CC", "CXX", "CFLAGS", "CXXFLAGS", "LDFLAGS")
 

@@ -179,3 +179,11 @@ def test_setup_makes_it_again_when_a_source_is_newer(monkeypatch, tmp_path):
     later = built.stat().st_mtime + 1
     os.utime(source, (later, later))
     assert not workspace._is_compiled()
+
+
+def test_setup_compiles_nothing_where_only_dates_are_newer():
+    from commands.bootstrap import workspace
+
+    assert sources.library_path().is_file()
+    check = f"{workspace.COMPILE}\nassert 'numba' not in sys.modules"
+    subprocess.run([sys.executable, "-c", check, f"{workspace.SOURCES}/bullet_sim/src"], check=True)
