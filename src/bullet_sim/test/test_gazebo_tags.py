@@ -444,6 +444,14 @@ def test_how_limits_and_springs_hold(urdf, in_sdf, dynamics, found):
         assert (*limit, joint.stiffness, joint.rest) == found
 
 
+@pytest.mark.parametrize("tag", ["implicitSpringDamper", "cfmDamping"])
+def test_cfm_damping_is_an_old_name_of_implicit_spring_damper(tag):
+    for text, on in (("true", True), ("0", False)):
+        urdf = f'<robot name="r">{URDF_LIMIT % f"<{tag}>{text}</{tag}>"}</robot>'
+        model = parse_urdf(urdf, str, "bot")
+        assert model.joints["hinge"].implicit_damping == on and model.warnings == []
+
+
 @pytest.mark.parametrize(
     "tags, friction",
     [

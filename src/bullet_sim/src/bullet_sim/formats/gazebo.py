@@ -113,7 +113,7 @@ _PROPERTIES: dict[str, tuple[Callable[[str, str], Any], tuple[str, ...], tuple[s
 }
 
 
-_READ = {
+READ = {
     "mu1",
     "mu2",
     "kp",
@@ -142,8 +142,8 @@ _READ = {
     "springReference",
     "laserRetro",
 }
-# Settings of Gazebo's solver or file conversion that are ignored without a warning.
-_IGNORED = {
+# Ignored without a warning; docs/support says of each what it means in Gazebo.
+QUIET = {
     "maxContacts",
     "provideFeedback",
     "preserveFixedJoint",
@@ -315,7 +315,7 @@ def _set_merged(
 def _unknown(element: Node, model: ModelDescription, reference: str | None) -> None:
     label = "<gazebo>" if reference is None else f"<gazebo reference='{reference}'>"
     for child in element:
-        if isinstance(child.tag, str) and child.tag not in _READ | _IGNORED:
+        if isinstance(child.tag, str) and child.tag not in READ | QUIET:
             model.warn(
                 f"{label}: <{child.tag}> means nothing here and is ignored",
                 f"<gazebo> elements have <{child.tag}>, which means nothing here and is ignored",

@@ -1,0 +1,100 @@
+"""What docs/support says of what is supported: complete, true of the readers, and on the page."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+from bullet_sim.formats import gazebo
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "docs" / "tools"))
+
+import supported  # noqa: E402
+
+TESTS = {"tests/a.py::test_a"}
+SAME = {"name": "a", "state": "as Gazebo", "test": "tests/a.py::test_a[case 1]"}
+OTHER = {"name": "b", "state": "means nothing here", "note": "because"}
+
+
+@pytest.fixture(name="matrix", scope="module")
+def _matrix():
+    return supported.read_names(), supported.read_families()
+
+
+def rows_of(families, key):
+    """Name -> row, of all families that have names of a list."""
+    found = {}
+    for family in families:
+        if key in family.lists:
+            found.update((name, row) for row in family.rows for name in row.names)
+    return found
+
+
+def test_every_name_has_a_row_and_every_row_is_true(matrix):
+    assert supported.problems(*matrix, supported.existing_tests()) == []
+
+
+def test_the_page_is_made_of_the_data(matrix):
+    assert supported.PAGE.read_text() == supported.page(*matrix), "run docs/tools/supported.py"
+
+
+def test_keys_of_a_urdfs_gazebo_element_are_what_its_reader_has(matrix):
+    rows = rows_of(matrix[1], "urdf_gazebo")
+    for name, row in rows.items():
+        if row.state in (supported.SAME, supported.DIFFERS):
+            assert name in gazebo.READ, name
+        elif row.state == supported.IGNORED:
+            assert name not in gazebo.READ, name
+            assert (name in gazebo.QUIET) != row.values["warns"], name
+    assert gazebo.READ | gazebo.QUIET <= set(rows)
+
+
+def made(*rows, names=("a", "b")):
+    """What is wrong with these rows, of a list of names."""
+    lists = {"l": supported.Names("l", "t", "s", list(names))}
+    found = [
+        supported.Row(supported._listed(values.get("name")), values, f"row {values.get('name')}")
+        for values in rows
+    ]
+    return supported.problems(lists, [supported.Family("f", "f", ["l"], found)], TESTS)
+
+
+def test_nothing_is_wrong_with_complete_rows():
+    assert made(SAME, OTHER) == []
+    assert made({**SAME, "name": ["a", "b"]}) == []
+
+
+@pytest.mark.parametrize(
+    "rows, words",
+    [
+        ((SAME,), "'b' of l has no row"),
+        ((SAME, OTHER, {**OTHER, "name": "c"}), "'c' is in no list"),
+        ((SAME, OTHER, OTHER), "'b' of l has 2 rows"),
+        (({**SAME, "test": "tests/a.py::test_b"}, OTHER), "'tests/a.py::test_b' does not exist"),
+        (({**SAME, "state": "works"}, OTHER), "state is 'works'"),
+        (({"name": "a", "state": "as Gazebo"}, OTHER), "needs test"),
+        (({"name": "a", "state": "ignored"}, OTHER), "needs warns"),
+        (({"name": "a", "state": "ignored", "warns": "no"}, OTHER), "true or false"),
+        (({"name": "a", "state": "differs", "note": "x"}, OTHER), "needs from"),
+        (({"name": "a", "state": "differs", "note": "x", "from": "ear"}, OTHER), "from is 'ear'"),
+        (({**OTHER, "test": "tests/a.py::test_a"}, SAME), "has no test"),
+    ],
+)
+def test_what_is_wrong_is_said(rows, words):
+    found = made(*rows)
+    assert len(found) == 1 and words in found[0]
+
+
+def test_a_name_that_a_list_has_twice_is_told():
+    assert "names/l.txt has 'a' twice" in made(SAME, OTHER, names=("a", "a", "b"))
+
+
+def test_counts_and_links_of_the_page():
+    lists = {"l": supported.Names("l", "keys", "their source", ["a", "b|c"])}
+    rows = [supported.Row(["a"], SAME, ""), supported.Row(["b|c"], OTHER, "")]
+    text = supported.page(lists, [supported.Family("Keys: <of>", "f", ["l"], rows)])
+    assert "| [Keys: `<of>`](#keys-of) | 1 | 0 | 0 | 1 | 2 |" in text
+    assert "| `a` | as Gazebo | `a.py::test_a[case 1]` |" in text
+    assert "| `b\\|c` | means nothing here | because |" in text
