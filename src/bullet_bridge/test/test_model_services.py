@@ -494,3 +494,33 @@ def test_a_world_with_a_model_keeps_its_name_and_pose(desk):
     assert desk.call("delete_model", srv.DeleteModelRequest("own")).success
     assert desk.call("spawn_sdf_model", request).success
     assert desk.world.model("own").pose.position == (0, 0, 3), "the request's has no effect"
+
+
+def test_every_joint_is_revolute_without_a_damping_as_gazebo_ros_answers(desk):
+    text = URDF.replace(
+        "</robot>",
+        '<link name="slide"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/>'
+        '</inertial></link><joint name="rail" type="prismatic"><parent link="base"/>'
+        '<child link="slide"/><axis xyz="1 0 0"/><limit lower="0" upper="1" effort="1" '
+        'velocity="1"/><dynamics damping="3"/></joint></robot>',
+    )
+    assert desk.spawn("bot", text).success
+    desk.world.model("bot").joints.set_positions({"rail": 0.25})
+    answer = desk.call("get_joint_properties", srv.GetJointPropertiesRequest("rail"))
+    assert (answer.type, answer.damping, answer.position, answer.rate) == (0, [], [0.25], [0.0])
+
+
+def test_physics_properties_are_those_of_ode(desk):
+    config = desk.call("get_physics_properties", srv.GetPhysicsPropertiesRequest()).ode_config
+    assert (config.sor_pgs_iters, config.sor_pgs_w, config.erp, config.cfm) == (50, 1.3, 0.2, 0.0)
+    assert (config.contact_surface_layer, config.contact_max_correcting_vel) == (0.001, 100.0)
+    assert (config.max_contacts, config.auto_disable_bodies) == (20, False)
+    config.sor_pgs_w = 1.0
+    request = srv.SetPhysicsPropertiesRequest(
+        time_step=0.001, max_update_rate=1000.0, ode_config=config
+    )
+    assert desk.call("set_physics_properties", request).success
+    assert desk.world.engine.settings.relaxation == 1.0
+    empty = srv.SetPhysicsPropertiesRequest(time_step=0.001, max_update_rate=1000.0)
+    assert desk.call("set_physics_properties", empty).success
+    assert desk.world.engine.settings.relaxation == 1.0, "an empty ode_config changes nothing"

@@ -58,6 +58,26 @@ def test_pace_is_rate_times_step(properties, requested, factor):
     assert properties.read().max_update_rate == pytest.approx(requested["max_update_rate"])
 
 
+def test_the_solvers_settings_are_those_of_ode_and_change(properties):
+    now = properties.read().ode
+    assert now == {
+        "auto_disable_bodies": False,
+        "sor_pgs_precon_iters": 0,
+        "sor_pgs_rms_error_tol": 0.0,
+        "contact_surface_layer": 0.001,
+        "max_contacts": 20,
+        "sor_pgs_w": 1.3,
+        "cfm": 0.0,
+        "erp": 0.2,
+        "contact_max_correcting_vel": 100.0,
+    }
+    properties.change(ode={"sor_pgs_w": 1.0, "erp": 0.5})
+    settings = properties.world.engine.settings
+    assert (settings.relaxation, settings.erp, settings.cfm) == (1.0, 0.5, 0.0)
+    assert properties.read().ode == {**now, "sor_pgs_w": 1.0, "erp": 0.5}
+    assert properties.read().iterations == 50
+
+
 def test_gravity_and_iterations_survive_a_reset(properties):
     properties.change(gravity=(1.0, 2.0, 3.0), iterations=20)
     properties.change(iterations=0)  # as it is
@@ -74,6 +94,7 @@ def test_gravity_and_iterations_survive_a_reset(properties):
         ({"max_update_rate": -1.0}, "max_update_rate is -1.0"),
         ({"max_update_rate": math.inf}, "max_update_rate is inf"),
         ({"iterations": 5000}, "sor_pgs_iters is 5000"),
+        ({"ode": {"erp": -1.0}}, "erp is -1.0"),
         ({"time_step": 2.0, "gravity": (0.0, 0.0, 0.0)}, "time_step is 2.0"),
     ],
 )
@@ -89,8 +110,9 @@ def test_reconfiguring_asks_only_for_what_differs(properties):
     before = physics.as_config(properties.read())
     assert set(before) == set(physics_config.type) == set(physics_config.defaults)
     assert physics.requested_changes(dict(before), before) == {}
-    config = dict(before, gravity_x=1.0, sor_pgs_iters=7, erp=0.9)
+    config = dict(before, gravity_x=1.0, sor_pgs_iters=7, erp=0.9, max_contacts=3)
     assert physics.requested_changes(config, before) == {
         "gravity": (1.0, 0.0, -9.81),
         "iterations": 7,
+        "ode": {"erp": 0.9},
     }

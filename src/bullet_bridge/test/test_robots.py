@@ -47,6 +47,9 @@ class Part:
     def on_time_step(self):
         self.schedule.set_step(self.world.time_step, self.spec.rate, self.world.step_count)
 
+    def restart(self, _time):
+        self.schedule.restart(0)
+
     def reset(self, _time):
         self.restarts += 1
         self.updated = 0.0
@@ -243,6 +246,16 @@ def test_restart_reaches_all_and_starts_the_schedules_over(rig):
     assert (rig.made[0].restarts, rig.robots.next_due()) == (1, 20)
     assert rig.made[0].prepared == [0, 0]
     assert rig.camera_restarts == [True]
+
+
+def test_a_restart_that_is_not_fresh_leaves_the_commands_of_plugins_without_a_reset(rig):
+    rig.model("a", 50, 100)
+    rig.run(110)
+    rig.world.step_count = 0
+    rig.robots.restart(fresh=False)
+    assert [part.restarts for part in rig.made] == [0, 1]
+    assert [part.prepared for part in rig.made] == [[0], [0, 0]]
+    assert rig.robots.next_due() == 10, "both start their schedules over"
 
 
 def test_a_reset_of_the_models_reaches_plugins_that_have_one(rig):

@@ -54,6 +54,11 @@ class World:
         if time:
             self.step_count = 0
 
+    def start_over(self, time):
+        self.calls.append(("start_over", time))
+        if time:
+            self.step_count = 0
+
 
 class Jobs:
     """An empty queue: waiting takes as long as requested."""
@@ -89,8 +94,9 @@ class Robots:
     def refresh(self):
         self.refreshed += 1
 
-    def restart(self):
+    def restart(self, fresh=True):
         self.restarts += 1
+        self.fresh = fresh
         if self.schedule:
             self.schedule.restart(0)
 
@@ -346,17 +352,20 @@ def test_reset_of_the_models_lets_all_else_go_on():
     assert (rig.world.time, len(rig.published)) == (before, published)
 
 
+@pytest.mark.parametrize("lockstep", [False, True])
 @pytest.mark.parametrize("monotonic, expected", [(False, True), (True, False)])
-def test_reset(monotonic, expected):
-    rig = Rig(monotonic_clock=monotonic)
+def test_reset(monotonic, expected, lockstep):
+    rig = Rig(monotonic_clock=monotonic, lockstep=lockstep, paused=lockstep)
     rig.run(1.0)
     before = rig.world.time
     rig.server.reset()
-    assert rig.world.calls == ["sort_models", ("reset", expected)]
-    assert rig.robots.restarts == 1
+    fresh = ["sort_models", ("reset", expected)]
+    assert rig.world.calls == (fresh if lockstep else [("start_over", expected)])
+    assert (rig.robots.restarts, rig.robots.fresh) == (1, lockstep)
     assert rig.published[-1][0] == pytest.approx(0.0 if expected else before)
     rig.run(1.0)
-    assert rig.world.time == pytest.approx((0.0 if expected else before) + 1.0, abs=0.01)
+    further = 0.0 if lockstep else 1.0
+    assert rig.world.time == pytest.approx((0.0 if expected else before) + further, abs=0.01)
 
 
 class Reporter:

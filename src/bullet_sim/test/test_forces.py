@@ -83,15 +83,23 @@ def test_torque_along_world_axes_turns_by_the_inertia(world):
     )
 
 
-def test_forces_add_up_begin_late_and_end_when_cleared(world):
-    model = body(world)
+def test_the_last_wrench_on_a_link_counts_begins_late_and_ends_when_cleared(world):
+    model = body(world)  # gazebo_ros sets a body's force and torque, so wrenches do not add up
     world.forces.apply_wrench(model, "link", (1, 0, 0), (0, 0, 0), step_range(0, 0.001, 0.0, -1.0))
-    world.forces.apply_wrench(model, "link", (1, 0, 0), (0, 0, 0), step_range(0, 0.001, 0.1, -1.0))
+    world.forces.apply_wrench(model, "link", (0, 3, 0), (0, 0, 0), step_range(0, 0.001, 0.1, -1.0))
     world.step(200)
-    assert model.link_state("link")[1][0] == pytest.approx((0.2 + 0.1) / MASS)
+    assert model.link_state("link")[1] == pytest.approx((0.1 / MASS, 0.3 / MASS, 0.0), abs=1e-9)
     assert world.forces.clear_link(model, "link") == 2
     world.step(100)
-    assert model.link_state("link")[1][0] == pytest.approx(0.3 / MASS)
+    assert model.link_state("link")[1] == pytest.approx((0.1 / MASS, 0.3 / MASS, 0.0), abs=1e-9)
+
+
+def test_efforts_on_a_joint_add_up(world):
+    model = world.spawn_urdf("arm", ARM.format(effort=0), Pose(), str)
+    for _ in range(2):
+        world.forces.apply_effort(model, "axle", 0.1, step_range(0, 0.001, 0.0, 0.5))
+    world.step(600)
+    assert model.joints.arrays()[1][0] == pytest.approx(0.2 * 0.5 / 0.1, rel=1e-3)
 
 
 def test_one_batch_of_steps_is_the_same_as_single_steps():

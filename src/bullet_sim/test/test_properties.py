@@ -48,10 +48,10 @@ def speed_after_push(world, model, joint, effort=0.3, seconds=0.1):
 
 
 def test_link_properties(model):
-    mass, center, inertia = changes.link_properties(model, "arm")
-    assert (mass, tuple(center)) == (1.0, (0, 0, 0))
+    mass, center, inertia, gravity = changes.link_properties(model, "arm")
+    assert (mass, tuple(center), gravity) == (1.0, (0, 0, 0), True)
     np.testing.assert_allclose(inertia, ARM)
-    mass, center, inertia = changes.link_properties(model, "base")  # with the plate
+    mass, center, inertia, _ = changes.link_properties(model, "base")  # with the plate
     assert (mass, tuple(center)) == (200.0, (0.5, 0, 0))
     np.testing.assert_allclose(np.diag(inertia), (200, 250, 250))
     assert changes.link_properties(model, "plate")[0] == 100.0
@@ -73,7 +73,7 @@ def test_a_mass_for_a_fixed_base_does_not_release_it(world):
     )
     model = world.spawn_urdf("held", text, Pose((0, 0, 5)), str)
     root = next(iter(model.rigid_parts))
-    _, center, inertia = changes.link_properties(model, root)
+    _, center, inertia, _ = changes.link_properties(model, root)
     changes.set_link_properties(model, root, 2.0, center, inertia, True)
     world.engine.set_gravity((0.0, 0.0, -9.81))
     world.step(200)
@@ -93,6 +93,26 @@ def test_a_new_inertia_counts_and_survives_a_reset(world, model):
     assert half == pytest.approx(before / 2, rel=0.01) and again == half
 
 
+def test_gravity_is_switched_off_and_on_and_survives_a_reset(world):
+    text = (
+        '<robot name="b"><link name="ball"><inertial><mass value="2"/><inertia ixx="1" iyy="1" '
+        'izz="1"/></inertial></link></robot>'
+    )
+    ball = world.spawn_urdf("b", text, Pose((0, 9, 5)), str)
+    world.engine.set_gravity((0.0, 0.0, -9.81))
+
+    def fall():
+        world.step(100)
+        return ball.link_state("ball")[1][2]
+
+    for is_on, wanted in ((False, 0.0), (True, -0.981)):
+        changes.set_link_properties(ball, "ball", 2.0, (0, 0, 0), np.eye(3), is_on)
+        assert changes.link_properties(ball, "ball")[3] is is_on
+        for _ in range(2):
+            world.reset()
+            assert fall() == pytest.approx(wanted, abs=1e-6)
+
+
 @pytest.mark.parametrize(
     "link, mass, center, inertia, gravity, reason",
     [
@@ -101,7 +121,6 @@ def test_a_new_inertia_counts_and_survives_a_reset(world, model):
         ("arm", 1.0, (0.1, 0, 0), ARM, True, "center of mass cannot move"),
         ("arm", 1.0, (0, 0, 0), np.diag((1.0, 2.0, 3.0)), True, "other principal axes"),
         ("arm", 1.0, (0, 0, 0), -ARM, True, "not positive definite"),
-        ("arm", 1.0, (0, 0, 0), ARM, False, "gravity_mode"),
         ("plate", 1.0, (0, 0, 0), ARM, True, "merged"),
         ("nose", 1.0, (0, 0, 0), ARM, True, "no link 'nose'"),
     ],

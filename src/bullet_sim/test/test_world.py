@@ -194,6 +194,41 @@ def test_reset_models_puts_back_poses_and_stops_but_keeps_joints_and_time(solver
     world.close()
 
 
+@pytest.mark.parametrize("solver", ["bullet", "ode"])
+def test_start_over_puts_joints_back_too_and_wrenches_go_on_in_their_time(solver):
+    world = World(gravity=(0.0, 0.0, 0.0), solver=solver)
+    start = Pose.from_xyz_rpy((1.0, 2.0, 3.0), (0.0, 0.0, 0.5))
+    model = world.spawn_urdf("r", MAST, start, str)
+    model.joints.set_positions({"turn": 0.8})
+    model.set_state(Pose((4.0, 4.0, 4.0)), (1, 0, 0), (0, 0, 2))
+    world.forces.apply_wrench(model, "base", (5, 0, 0), (0, 0, 0), (150, 200))
+    world.step(100)
+    world.start_over()
+    assert world.step_count == 0
+    assert model.pose.position == pytest.approx(start.position)
+    positions, velocities, _ = model.joints.arrays()
+    assert positions[0] == pytest.approx(0.0, abs=1e-9) and velocities[0] == 0.0
+    world.step(149)
+    assert model.pose.position == pytest.approx(start.position, abs=1e-6)
+    world.step(100)
+    assert model.link_state("base")[1][0] > 0.05, "pushed from 0.15 s of the new time on"
+    world.start_over(time=False)
+    assert world.step_count == 249
+    world.close()
+
+
+def test_start_over_lets_controllers_go_on_with_their_commands(world):
+    cart = with_cart(world)
+    drive(world, cart)
+    running = cart.manager.get_state()["_states"]
+    world.start_over()
+    assert math.hypot(*cart.pose.position[:2]) < 1e-6
+    assert cart.manager.get_state()["_states"] == running
+    for _ in range(500):
+        world.step()
+    assert math.hypot(*cart.pose.position[:2]) > 0.1, "it drives on"
+
+
 def test_set_state(world):
     model = world.spawn(box())
     model.set_state(Pose((1.0, 1.0, 5.0)), (1, 2, 3), (0.1, 0.2, 0.3))

@@ -323,16 +323,26 @@ class Robots:
                 control.buffer_command(name, values)
         self.refresh()
 
-    def restart(self) -> None:
-        """Restart controls, plugins and cameras after a reset."""
+    def restart(self, fresh: bool = True) -> None:
+        """Restart controls, plugins and cameras after a reset.
+
+        Args:
+            fresh: as after a new start; False: commands stay, and what plugins do whose original
+                has no Reset().
+        """
         for control in self._controls.values():
-            control.restart()
+            control.restart(fresh)
+        failed = set(self._failed)
         self._failed.clear()
         for of_model in self._plugins.values():
             for plugin in of_model:
-                plugin.reset(self._world.time)
-                plugin.prepare()
-        self.received.clear()  # the commands are dropped
+                if fresh or plugin.resets_with_model or plugin in failed:
+                    plugin.reset(self._world.time)
+                    plugin.prepare()
+                else:
+                    plugin.restart(self._world.time)
+        if fresh:
+            self.received.clear()  # the commands are dropped
         self._cameras.restart()
         self._cameras.set_sources(self._world.sources())
         self.refresh()

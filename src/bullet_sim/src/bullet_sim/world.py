@@ -349,6 +349,27 @@ class World:
         if time:
             self.step_count = 0
 
+    def start_over(self, time: bool = True) -> None:
+        """Put every model to its initial pose, at rest, and its joints to theirs, as
+        /gazebo/reset_simulation does.
+
+        Controllers, their commands, wrenches and efforts go on; those that have a begin or an end
+        in simulated time keep it. Where a model's state is implausible all are loaded again.
+
+        Args:
+            time: also set simulated time to 0.
+        """
+        if self._reported:
+            forces = self.forces.get_state()
+            self.reset(time)
+            self.forces.set_state(forces)
+            return
+        self._next_check = 0.0
+        if time:
+            self.step_count = 0
+        for model in self.models.values():
+            model.put_back(self.time, with_joints=True)
+
     def reset_models(self) -> None:
         """Put every model to its initial pose, at rest, as /gazebo/reset_world does.
 

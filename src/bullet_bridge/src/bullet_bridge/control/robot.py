@@ -138,10 +138,11 @@ class RobotControl:
         for topics in self._topics.values():
             topics.on_time_step()
 
-    def restart(self) -> None:
-        """Drop commands and restart the schedules after a reset."""
-        with self._lock:
-            self._commands = {}
+    def restart(self, fresh: bool = True) -> None:
+        """Restart the schedules after a reset; fresh: drop the commands that wait, too."""
+        if fresh:
+            with self._lock:
+                self._commands = {}
         for topics in self._topics.values():
             topics.restart(self.world.step_count)
 

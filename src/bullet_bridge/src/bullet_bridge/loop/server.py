@@ -309,21 +309,27 @@ class Server:
         self._settle()
 
     def reset(self) -> None:
-        """Reset the world, also simulated time unless it is monotonic (simulation thread)."""
+        """Reset the world, also simulated time unless it is monotonic (simulation thread).
+
+        In lockstep it is as after a new start; else controllers and wrenches go on, as in Gazebo.
+        """
         self._end_steps("the simulation was reset by another call")
-        self._world.sort_models()
-        self._world.reset(time=not self._monotonic)
-        self._restart()
+        if self.lockstep:
+            self._world.sort_models()
+            self._world.reset(time=not self._monotonic)
+        else:
+            self._world.start_over(time=not self._monotonic)
+        self._restart(fresh=self.lockstep)
 
     def reset_models(self) -> None:
         """Put the models to their initial poses; all else goes on (simulation thread)."""
         self._world.reset_models()
         self._robots.reset_models()
 
-    def _restart(self) -> None:
-        """Restart all schedules at the present step."""
+    def _restart(self, fresh: bool = True) -> None:
+        """Restart all schedules at the present step; fresh: see Robots.restart."""
         self._clock.restart(self._world.step_count)
-        self._robots.restart()
+        self._robots.restart(fresh)
         for reporter in self._reporters:
             reporter.restart()
         self._settle()

@@ -241,6 +241,10 @@ class ModelPlugin(RosPart, Component):
 
     def reset(self, time: float) -> None:
         """Restart as configured: schedule, noise, start()."""
+        self.restart(time)
+
+    def restart(self, time: float) -> None:
+        """Restart schedule, noise and measurements after time went back; commands stay."""
         self.schedule.restart(self.world.step_count)
         self.rng, self.updated = np.random.default_rng(self.context.seed), time
         self.start(time)

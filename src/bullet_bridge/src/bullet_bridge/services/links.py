@@ -128,18 +128,18 @@ class LinkServices:
         return srv.SetLinkStateResponse(status_message="SetLinkState: success")
 
     def _get_properties(self, request: Any) -> srv.GetLinkPropertiesResponse:
-        def work() -> tuple[float, Array, Array]:
+        def work() -> tuple[float, Array, Array, bool]:
             with refusing(f"GetLinkProperties: {NO_LINK}"):
                 found = find_link(self._world, request.link_name)
             return changes.link_properties(*found)
 
-        mass, center, inertia = self._jobs.read(work)
+        mass, center, inertia, gravity = self._jobs.read(work)
         com = PoseMsg()
         com.position.x, com.position.y, com.position.z = (float(c) for c in center)
         com.orientation.w = 1.0
         return srv.GetLinkPropertiesResponse(
             com=com,
-            gravity_mode=True,
+            gravity_mode=gravity,
             mass=mass,
             ixx=inertia[0, 0],
             ixy=inertia[0, 1],
@@ -200,12 +200,6 @@ class LinkServices:
         return srv.ApplyBodyWrenchResponse()  # without a text, as upstream
 
 
-TYPES = {
-    "revolute": srv.GetJointPropertiesResponse.REVOLUTE,
-    "continuous": srv.GetJointPropertiesResponse.CONTINUOUS,
-    "prismatic": srv.GetJointPropertiesResponse.PRISMATIC,
-    "fixed": srv.GetJointPropertiesResponse.FIXED,
-}
 CHANGEABLE = ("damping", "loStop", "hiStop")
 
 
@@ -231,16 +225,15 @@ class JointServices:
         )
 
     def _get_properties(self, request: Any) -> srv.GetJointPropertiesResponse:
+        """Position and rate; each joint is REVOLUTE and has no damping, as gazebo_ros answers."""
+
         def work() -> srv.GetJointPropertiesResponse:
             with refusing("GetJointProperties: joint not found"):
                 model, joint = find_joint(self._world, request.joint_name)
-            response = srv.GetJointPropertiesResponse(
-                type=TYPES[model.description.joints[joint].kind]
-            )
+            response = srv.GetJointPropertiesResponse(type=srv.GetJointPropertiesResponse.REVOLUTE)
             if joint in model.joints.names:
                 index = model.joints.names.index(joint)
                 positions, rates, _ = model.joints.arrays()
-                response.damping = [model.joints.limits[joint].damping]
                 response.position = [float(positions[index])]
                 response.rate = [float(rates[index])]
             return response

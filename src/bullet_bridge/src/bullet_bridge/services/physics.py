@@ -2,11 +2,11 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import rospy
-from bullet_sim.description.world import MIN_STEP
+from bullet_sim.description.world import MIN_STEP, OdeSettings
 from bullet_sim.errors import SimError, WorldError
 from gazebo_msgs import srv
 from gazebo_msgs.msg import ODEPhysics
@@ -25,18 +25,30 @@ if TYPE_CHECKING:
     from bullet_bridge.loop.server import Server
 
 MAX_ITERATIONS = 1000
-# ODE settings that are fixed in Bullet: reported, and requests to change them are ignored.
-FIXED = dict(
-    auto_disable_bodies=False,
-    sor_pgs_precon_iters=0,
-    sor_pgs_w=1.0,
-    sor_pgs_rms_error_tol=0.0,
-    contact_surface_layer=0.0,
-    contact_max_correcting_vel=0.0,
-    cfm=0.0,
-    erp=0.2,
-    max_contacts=4,
-)
+# Settings of ODE that do not change here, by the solver; requests to change them are ignored. Those
+# of 'ode' are Gazebo's defaults, or mean nothing in it (sor_pgs_rms_error_tol is never answered).
+FIXED = {
+    "ode": dict(
+        auto_disable_bodies=False,
+        sor_pgs_precon_iters=0,
+        sor_pgs_rms_error_tol=0.0,
+        contact_surface_layer=0.001,
+        max_contacts=20,
+    ),
+    "bullet": dict(
+        auto_disable_bodies=False,
+        sor_pgs_precon_iters=0,
+        sor_pgs_rms_error_tol=0.0,
+        contact_surface_layer=0.0,
+        max_contacts=4,
+        sor_pgs_w=1.0,
+        cfm=0.0,
+        erp=0.2,
+        contact_max_correcting_vel=0.0,
+    ),
+}
+# Those that change with the solver 'ode': name -> field of OdeSettings.
+SOLVER = dict(sor_pgs_w="relaxation", cfm="cfm", erp="erp")
 
 
 @dataclass(frozen=True)
@@ -48,12 +60,14 @@ class Properties:
         max_update_rate: steps per wall second [Hz]; 0: no limit.
         gravity: (3,) [m/s^2] in the world frame.
         iterations: of the constraint solver per step; 0 in a request: as it is.
+        ode: those of SOLVER and of FIXED, by gazebo_ros' names.
     """
 
     time_step: float
     max_update_rate: float
     gravity: tuple[float, float, float]
     iterations: int
+    ode: Mapping[str, Any] = field(default_factory=dict)
 
     def check(self) -> None:
         """Raise WorldError with name, value and what is valid when a value is impossible."""
@@ -71,6 +85,10 @@ class Properties:
             raise WorldError(
                 f"sor_pgs_iters is {self.iterations}, must be 0 (as it is) to {MAX_ITERATIONS}"
             )
+        for name in SOLVER:
+            value = self.ode.get(name, 0.0)
+            if not (math.isfinite(value) and value >= 0.0):
+                raise WorldError(f"{name} is {value}, must be finite and 0 or more")
 
 
 class PhysicsProperties:
@@ -85,12 +103,16 @@ class PhysicsProperties:
 
     def read(self) -> Properties:
         """Properties now."""
-        step = self._world.time_step
+        step, engine = self._world.time_step, self._world.engine
+        settings = engine.settings
+        fixed = FIXED["bullet" if settings is None else "ode"]
+        changeable = {} if settings is None else _of_solver(settings)
         return Properties(
             step,
             self._server.real_time_factor / step,
             self._world.gravity,
-            self._world.engine.solver_iterations,
+            engine.solver_iterations,
+            {**fixed, **changeable},
         )
 
     def change(self, **values: Any) -> None:
@@ -100,7 +122,8 @@ class PhysicsProperties:
             WorldError: a value is impossible, or the step cannot change now; nothing has changed.
         """
         now = self.read()
-        new = replace(now, **values)
+        asked = values.pop("ode", {})
+        new = replace(now, ode={**now.ode, **asked}, **values)
         new.check()
         if not math.isclose(new.time_step, now.time_step, rel_tol=1e-9):
             self._server.set_time_step(new.time_step)
@@ -110,6 +133,16 @@ class PhysicsProperties:
             self._server.set_pace(factor)
         if new.iterations not in (0, now.iterations):
             self._world.engine.set_solver_iterations(new.iterations)
+        settings = self._world.engine.settings
+        if settings is not None:
+            given = {SOLVER[name]: new.ode[name] for name in SOLVER}
+            self._world.engine.configure(replace(settings, **given))
+
+
+def _of_solver(settings: OdeSettings) -> dict[str, float]:
+    """Settings of a world by gazebo_ros' names."""
+    values = {name: getattr(settings, attribute) for name, attribute in SOLVER.items()}
+    return dict(values, contact_max_correcting_vel=settings.max_speed)
 
 
 class PhysicsServices:
@@ -144,25 +177,28 @@ class PhysicsServices:
             pause=self._server.paused,
             max_update_rate=now.max_update_rate,
             gravity=Vector3(*now.gravity),
-            ode_config=ODEPhysics(sor_pgs_iters=now.iterations, **FIXED),
+            ode_config=ODEPhysics(sor_pgs_iters=now.iterations, **now.ode),
             status_message="GetPhysicsProperties: got properties",
         )
 
     def _set(self, request: Any) -> srv.SetPhysicsPropertiesResponse:
         config = request.ode_config
+        given = {name: getattr(config, name) for name in self._properties.read().ode}
+        is_empty = not any(
+            [config.sor_pgs_iters, *given.values()]
+        )  # the solver stays as it is then
+        asked = {} if is_empty else {name: given[name] for name in SOLVER}
         self._jobs.call(
             lambda: self._properties.change(
                 time_step=request.time_step,
                 max_update_rate=request.max_update_rate,
                 gravity=tuple(vector(request.gravity).tolist()),
                 iterations=config.sor_pgs_iters,
+                ode=asked,
             )
         )
-        others = [
-            name
-            for name, value in FIXED.items()
-            if getattr(config, name) not in (value, type(value)())
-        ]
+        now = self._properties.read().ode
+        others = [name for name in given if given[name] not in (now[name], type(now[name])())]
         if others:
             rospy.logwarn(
                 "set_physics_properties: %s cannot be changed here and are ignored",
@@ -177,7 +213,7 @@ AXES = ("gravity_x", "gravity_y", "gravity_z")
 def as_config(properties: Properties) -> dict[str, Any]:
     """dict of physics_config's names with the values of Properties."""
     return dict(
-        FIXED,
+        properties.ode,
         time_step=properties.time_step,
         max_update_rate=properties.max_update_rate,
         sor_pgs_iters=properties.iterations,
@@ -196,7 +232,8 @@ def requested_changes(config: Mapping[str, Any], before: Mapping[str, Any]) -> d
         changes["gravity"] = tuple(config[axis] for axis in AXES)
     if config["sor_pgs_iters"] != before["sor_pgs_iters"]:
         changes["iterations"] = config["sor_pgs_iters"]
-    return changes
+    solver = {name: config[name] for name in SOLVER if config[name] != before[name]}
+    return dict(changes, ode=solver) if solver else changes
 
 
 class PhysicsServer(ValuesServer):

@@ -122,6 +122,11 @@ class Engine:
     def _read_later(self, body: int) -> None:
         """PyBullet was told where a body is or how it moves."""
 
+    @property
+    def settings(self) -> OdeSettings | None:
+        """What was configured, where all of it has an effect; None with Bullet."""
+        return None
+
     def configure(self, settings: OdeSettings) -> None:
         """Set what a world file says of the solver, of which Bullet knows the iterations."""
         self.set_solver_iterations(settings.iterations)
@@ -344,6 +349,15 @@ class Engine:
         for body, link, mass, center in self._weightless:
             point = self.link_motion(body, link, (center, (0.0, 0.0, 0.0, 1.0)))[0]
             self.apply_force(body, link, [-mass * g for g in self.gravity], point)
+
+    def set_link_gravity(
+        self, body: int, link: int, is_on: bool, mass: float, center: Vector
+    ) -> None:
+        """Have gravity act on a link, or not; mass [kg] and center [m] in its frame are its own."""
+        self._weightless = [each for each in self._weightless if each[:2] != (body, link)]
+        if not is_on:
+            self._weightless.append((body, link, mass, vector3(center)))
+        self.wake(body)
 
     def set_mass(self, body: int, link: int, mass: float, moments: Vector) -> None:
         """Change a link's mass [kg] and its moments of inertia (3,) along its principal axes."""

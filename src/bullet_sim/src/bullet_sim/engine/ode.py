@@ -543,6 +543,14 @@ class OdeSolver:
         described.mass, described.inertia = mass, inertia
         tables.set_inertia(self.bodies[row], mass, inertia)
 
+    def set_link_gravity(self, body: int, link: int, is_on: bool) -> None:
+        """Have gravity act on a link, or not."""
+        self.refresh()
+        row = self._arrays.rows.get((body, link))
+        if row is not None:
+            self._parts[body].link(row).gravity = is_on
+            self.bodies[row][q.GRAVITY] = float(is_on)
+
     def contacts(self) -> list[Contact]:
         """Contacts of the last step; of what sleeps those with which it fell asleep."""
         return self._contacts.last()

@@ -38,6 +38,10 @@ class OdeEngine(Engine):
     def _read_later(self, body: int) -> None:
         self.ode.read_later(body)
 
+    @property
+    def settings(self) -> OdeSettings:
+        return self.ode.settings
+
     def configure(self, settings: OdeSettings) -> None:
         self.ode.configure(settings)
 
@@ -105,6 +109,12 @@ class OdeEngine(Engine):
     def set_mass(self, body: int, link: int, mass: float, moments: Vector) -> None:
         super().set_mass(body, link, mass, moments)
         self.ode.set_mass(body, link, mass, tuple(moments))
+
+    def set_link_gravity(
+        self, body: int, link: int, is_on: bool, mass: float, center: Vector
+    ) -> None:
+        self.ode.set_link_gravity(body, link, is_on)
+        self.wake(body)
 
     def set_joint_limits(self, body: int, joint: int, lower: float, upper: float) -> None:
         self.ode.set_limits(body, joint, lower, upper)

@@ -52,7 +52,7 @@ class _Load:
 
 
 class Forces(Stateful):
-    """External wrenches and efforts, applied before every physics step; several add up."""
+    """External wrenches and efforts, applied before every physics step."""
 
     STATE = ("_loads",)
 
@@ -118,9 +118,15 @@ class Forces(Stateful):
             raise CommandError(f"{label} of '{model.name}' has no effect: the model is static")
 
     def apply(self, step: int) -> None:
-        """Apply all that act in the next physics step; `step` is the number of steps made."""
-        for load in self._loads:
-            if load.first <= step < load.end:
+        """Apply all that act in the next physics step; `step` is the number of steps made.
+
+        Of several wrenches on a link the last counts, as in gazebo_ros, which sets the force of a
+        body; efforts add up.
+        """
+        acting = [load for load in self._loads if load.first <= step < load.end]
+        last = {(load.model, load.part): load for load in acting if load.type == "link"}
+        for load in acting:
+            if load.type == "joint" or last[load.model, load.part] is load:
                 load.apply()
         self._loads = [load for load in self._loads if load.end > step + 1]
 
@@ -154,21 +160,22 @@ class Forces(Stateful):
 TOLERANCE = 1e-6  # relative tolerance of values that cannot change
 
 
-def link_properties(model: "Model", link: str) -> tuple[float, Array, Array]:
-    """Mass and inertia of a link.
+def link_properties(model: "Model", link: str) -> tuple[float, Array, Array, bool]:
+    """Mass and inertia of a link, and whether gravity acts on it.
 
     A link that fixed joints merge into another, or a model's static link, has those of its
     description; one that carries merged links has the sum, as in Gazebo.
 
     Returns:
-        mass [kg], center of mass (3,) [m] in the link frame, inertia (3, 3) [kg m^2] about it.
+        mass [kg], center of mass (3,) [m] in the link frame, inertia (3, 3) [kg m^2] about it,
+        whether gravity acts on it.
 
     Raises:
         ModelError: no such link.
     """
     model.link_in_body(link)
     part = model.rigid_parts.get(link) or model.description.links[link]
-    return part.mass, part.center, part.inertia
+    return part.mass, part.center, part.inertia, part.gravity
 
 
 def set_link_properties(
@@ -179,7 +186,7 @@ def set_link_properties(
     Args:
         mass: [kg].
         center: (3,) [m], inertia: (3, 3) [kg m^2], as link_properties gives them.
-        gravity: whether gravity acts on it; only True is possible.
+        gravity: whether gravity acts on it.
 
     Raises:
         ModelError: the request is impossible or not physical; nothing has changed then.
@@ -200,8 +207,6 @@ def set_link_properties(
             f"{label}: mass is {mass} kg, inertia {inertia.tolist()}; must be finite, "
             "the mass above 0"
         )
-    if not gravity:
-        raise ModelError(f"{label}: gravity_mode cannot be switched off here")
     if not np.allclose(center, part.center, rtol=0.0, atol=1e-6):
         raise ModelError(f"{label}: the center of mass cannot move, it is {part.center.tolist()} m")
     moments, before = _moments(model, index, inertia), part.inertia
@@ -215,7 +220,11 @@ def set_link_properties(
     values = mass, moments
     if index >= 0 or not model.source.fixed_base:  # PyBullet would release a fixed base
         model.change(("mass", link), lambda: model.engine.set_mass(model.body, index, *values))
-    part.mass, part.inertia = float(mass), inertia
+        model.change(
+            ("gravity", link),
+            lambda: model.engine.set_link_gravity(model.body, index, gravity, mass, part.center),
+        )
+    part.mass, part.inertia, part.gravity = float(mass), inertia, gravity
 
 
 def _moments(model: "Model", index: int, inertia: Array) -> Array | None:

@@ -156,6 +156,7 @@ class Model:
             engine.drive_position(body, number, 0.0, UNLIMITED_EFFORT, UNLIMITED_SPEED)
         for change in self._changes.values():
             change()
+        self._start = engine.joint_positions(body)  # of its joints
 
     def _self_colliding(self) -> list[tuple[str, str]]:
         """Pairs of links that collide with each other, in the order of the links.
@@ -236,16 +237,17 @@ class Model:
         if self.manager is not None:
             self.manager.restart()
 
-    def put_back(self, time: float) -> None:
-        """Put it to its initial pose, at rest, with its joints as they are.
+    def put_back(self, time: float, with_joints: bool = False) -> None:
+        """Put it to its initial pose, at rest.
 
         Args:
+            with_joints: its joints, too, are put to where they were when it was loaded.
             time: now [s], for its controllers: see Manager.forget_updates.
         """
         self.set_state(self.initial_pose)
         if not self.is_static:
-            positions = self.engine.joint_positions(self.body)
-            self.engine.set_joint_positions(self.body, positions)
+            now = self.engine.joint_positions(self.body)
+            self.engine.set_joint_positions(self.body, self._start if with_joints else now)
         if self.manager is not None:
             self.manager.forget_updates(time)
 

@@ -85,9 +85,9 @@ class Randomizer:
                 self._scene.world.engine.set_friction(body, link, factor * friction)
         if "mass" in properties:
             factor = rng.uniform(*MASS)
-            mass, center, inertia = self._mass
+            mass, center, inertia, gravity = self._mass
             set_link_properties(
-                self._car.model, self._chassis, factor * mass, center, factor * inertia, True
+                self._car.model, self._chassis, factor * mass, center, factor * inertia, gravity
             )
         if "latency" in properties:
             self.delay = round(rng.uniform(*LATENCY) / self._scene.world.time_step)
