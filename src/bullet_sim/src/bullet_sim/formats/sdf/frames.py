@@ -76,5 +76,6 @@ class Frames:
             default: name of the frame that its pose is relative to when it names none.
         """
         pose = element.find("pose")
-        base = (pose.get("relative_to") if pose is not None else None) or default
+        named = None if pose is None else pose.get("relative_to") or pose.get("frame")  # 1.6
+        base = named or default
         return self.pose(base, element) * sdf_pose(element, label)
