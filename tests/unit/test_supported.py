@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from bullet_sim.formats import gazebo
+from bullet_sim.formats.sdf.unread import UNREAD
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "docs" / "tools"))
@@ -49,6 +50,16 @@ def test_keys_of_a_urdfs_gazebo_element_are_what_its_reader_has(matrix):
             assert name not in gazebo.READ, name
             assert (name in gazebo.QUIET) != row.values["warns"], name
     assert gazebo.READ | gazebo.QUIET <= set(rows)
+
+
+def test_what_of_sdf_is_ignored_with_a_warning_is_what_its_reader_warns_of(matrix):
+    """Where it is not the reader of formats/sdf/unread.py that warns, a test holds the warning."""
+    rows = {**rows_of(matrix[1], "sdf"), **rows_of(matrix[1], "sdf_old")}
+    ignored = {name for name, row in rows.items() if row.state == supported.IGNORED}
+    for name in ignored:
+        assert rows[name].values["warns"], f"{name} has to be warned of"
+        assert (name in UNREAD) != bool(rows[name].tests), name
+    assert set(UNREAD) <= ignored
 
 
 def made(*rows, names=("a", "b")):

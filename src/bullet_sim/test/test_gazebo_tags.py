@@ -364,6 +364,23 @@ def test_what_merged_links_say_first_about_decay_counts():
         assert links["base"].decay == links["head"].decay == (decay, decay)
 
 
+def test_elements_of_sdf_within_a_urdf():
+    """What sdformat does not know it copies into the link or the model."""
+    decay = "<velocity_decay><linear>0.1</linear><angular>0.2</angular></velocity_decay>"
+    model = read(
+        f'<gazebo reference="base">{decay}</gazebo>'
+        "<gazebo><allow_auto_disable>false</allow_auto_disable></gazebo>"
+    )
+    assert model.links["base"].decay == (0.1, 0.2) and not model.auto_disable
+    assert model.warnings == [] and read("").auto_disable
+
+
+@pytest.mark.parametrize("tag", ["kinematic", "gripper", "projector", "light"])
+def test_elements_that_are_ignored_are_named(tag):
+    (warning,) = read(f'<gazebo reference="base"><{tag}>1</{tag}></gazebo>').warnings
+    assert f"<{tag}>" in warning and "ignored" in warning
+
+
 NAMED = """<robot name="r"><link name="base">%s</link><link name="head">%s</link>
 <joint name="j" type="fixed"><parent link="base"/><child link="head"/></joint>
 <link name="base_two">%s</link>

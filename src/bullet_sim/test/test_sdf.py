@@ -147,3 +147,28 @@ def test_axis_gets_unit_length():
 def test_file_without_a_world_is_refused():
     with pytest.raises(ModelError, match="no <world>"):
         parse_world("<sdf/>", str, "my.world")
+
+
+def test_of_several_physics_the_default_counts():
+    first, second = (
+        f"<physics name='{name}'{default}><max_step_size>{step}</max_step_size></physics>"
+        for name, default, step in (("slow", "", 0.01), ("fast", " default='1'", 0.002))
+    )
+    assert world_of(first + second).step == 0.002
+    assert world_of(first + second.replace("'1'", "'0'")).step == 0.01
+
+
+@pytest.mark.parametrize(
+    "time, expected",
+    [("12 500000000", 12.5), ("3", 3.0), ("", 0.0), ("soon", 0.0), ("-1 0", 0.0), ("1e300 0", 0.0)],
+)
+def test_time_of_a_saved_world(time, expected):
+    state = f"<state world_name='w'><sim_time>{time}</sim_time></state>"
+    assert world_of(state).time == expected
+
+
+def test_lights_are_where_the_state_has_them():
+    light = '<light name="l" type="point"><pose>1 2 3 0 0 0</pose></light>'
+    state = '<state world_name="w"><light name="l"><pose>4 5 6 0 0 0</pose></light></state>'
+    assert world_of(light).scene.lights[0].position == (1, 2, 3)
+    assert world_of(light + state).scene.lights[0].position == (4, 5, 6)

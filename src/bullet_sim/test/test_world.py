@@ -160,6 +160,16 @@ def test_a_world_with_a_state_starts_there_and_is_reset_to_its_poses(world):
     assert world.model("a").pose.position == (1, 0, 0)
 
 
+def test_a_saved_world_goes_on_at_its_time_until_a_reset(world):
+    state = "<state world_name='w'><sim_time>12 500000000</sim_time></state>"
+    world.load(sdf.parse_world(f"<sdf version='1.6'><world name='w'>{state}</world></sdf>", str))
+    assert world.time == pytest.approx(12.5)
+    world.step(10)
+    assert world.time == pytest.approx(12.51)
+    world.reset()
+    assert world.time == 0.0
+
+
 MAST = (
     '<robot name="r"><link name="base"><inertial><mass value="2"/><inertia ixx="0.1" iyy="0.1" '
     'izz="0.1"/></inertial></link><link name="mast"><inertial><mass value="0.5"/><inertia '

@@ -208,6 +208,7 @@ class World:
         self.engine.set_gravity(described.gravity)
         self.engine.configure(described.ode)
         self.engine.set_time_step(described.step)
+        self.step_count = math.ceil(described.time / described.step - 1e-6)
         for model, pose in described.models:
             try:
                 self.spawn(model, pose)

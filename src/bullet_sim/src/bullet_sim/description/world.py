@@ -134,6 +134,7 @@ class WorldDescription:
         step: of the physics [s].
         real_time_factor: simulated seconds per wall second that the file asks for; 0: as fast
             as possible.
+        time: simulated time of its <state> [s], at which it starts; a reset sets it to 0.
         starts: by the names of models: the poses of its <state>, where they start; a reset puts
             them to those of `models`, as in Gazebo.
         warnings: what was ignored or repaired, also in the models of its file.
@@ -146,6 +147,7 @@ class WorldDescription:
     real_time_factor: float = 1.0
     models: list[tuple[ModelDescription, Pose]] = field(default_factory=list)
     scene: Scene = Scene()
+    time: float = 0.0
     starts: dict[str, Pose] = field(default_factory=dict)
     warnings: list[ReadWarning] = field(default_factory=list)
 

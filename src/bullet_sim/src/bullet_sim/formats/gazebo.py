@@ -141,22 +141,20 @@ READ = {
     "springStiffness",
     "springReference",
     "laserRetro",
+    "preserveFixedJoint",
+    "disableFixedJointLumping",
+    "allow_auto_disable",
+    "velocity_decay",
 }
 # Ignored without a warning; docs/support says of each what it means in Gazebo.
 QUIET = {
-    "maxContacts",
     "provideFeedback",
-    "preserveFixedJoint",
-    "disableFixedJointLumping",
     "initial_joint_position",
     "stopKp",
     "stopKd",
     "erp",
     "cfm",
-    "allow_auto_disable",
     "enable_wind",
-    "velocity_decay",
-    "kinematic",
     "soft_cfm",
     "soft_erp",
     "slip1",
@@ -188,6 +186,12 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
         lost = child_number(element, "dampingFactor", label, None)
         if lost is not None:
             decay.setdefault(name, (max(0.0, lost),) * 2)
+        elif element.find("velocity_decay") is not None:
+            linear, angular = (
+                max(0.0, child_number(element, f"velocity_decay/{key}", label, 0.0))
+                for key in ("linear", "angular")
+            )
+            decay.setdefault(name, (linear, angular))
     for name in model.links:
         _set_merged(name, gravity, decay, model)
     materials: dict[str, Material] = {}
@@ -328,6 +332,8 @@ def _model_flags(element: Node, model: ModelDescription) -> None:
         model.static = True
     if is_true(_either(element, "self_collide", "selfCollide")):
         model.self_collide = True
+    if not is_true(child_text(element, "allow_auto_disable", "true")):
+        model.auto_disable = False
 
 
 def _either(element: Node, *tags: str) -> str:

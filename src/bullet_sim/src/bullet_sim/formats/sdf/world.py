@@ -29,6 +29,7 @@ from bullet_sim.formats.materials import Resolve, rgba_of
 from bullet_sim.formats.sdf.includes import OpenInclude
 from bullet_sim.formats.sdf.model import parse_model_element
 from bullet_sim.formats.sdf.population import places
+from bullet_sim.formats.sdf.unread import warn_unread
 from bullet_sim.plugins.xml import library
 from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
@@ -40,6 +41,7 @@ from bullet_sim.xml_reader import (
     child_text,
     copied,
     is_true,
+    leading_numbers,
     parse,
     sdf_pose,
     warn_replaced,
@@ -154,6 +156,7 @@ def _fog(element: Node | None, label: str) -> Fog | None:
 
 MAX_ITERATIONS = 10_000  # of the solver per step
 DEFAULT_GRAVITY = (0.0, 0.0, -9.8)  # [m/s^2] where a world gives none, as in sdformat
+MAX_TIME = 1e9  # [s] at which a world may begin
 DEFAULT_RATE = 1000.0  # [Hz] steps a second of wall time where a world gives no rate
 # World plugins that provide gazebo_ros' services and topics, which exist here without them.
 BUILT_IN_PLUGINS = ("gazebo_ros_api_plugin", "gazebo_ros_paths_plugin", "gazebo_ros_init")
@@ -191,16 +194,22 @@ def parse_world(
     if world is None:
         raise ModelError(f"{label} has no <world> in an <sdf>")
     described.name = world.get("name") or "default"
+    warn_unread(sdf)
+    described.time = max(0.0, _seconds(world.find("state/sim_time")))
+    _choose_physics(world)
     _physics(world, described, f"world '{described.name}'")
     described.scene = parse_scene(world, label)
     states = {model.get("name"): model for model in world.findall("state/model")}
+    of_lights = {light.get("name"): light for light in world.findall("state/light")}
     for element in world:
         if element.tag == "include":
             _include(element, described, resolve, label)
         elif element.tag == "model":
             _model(element, described, resolve, label, _version(sdf), states)
         elif element.tag == "light":
-            _add_light(described, parse_light(element, label))
+            state = of_lights.get(element.get("name"))
+            there = None if state is None else sdf_pose(state, f"{label} state of a light")
+            _add_light(described, parse_light(element, label, there))
         elif element.tag == "population":
             continue  # its models come after all others
         else:
@@ -282,6 +291,23 @@ def _version(sdf: Node) -> Version:
     """(major, minor) of an <sdf>; (1, 6) where it gives no valid one."""
     match = re.match(r"\s*(\d+)\.(\d+)", sdf.get("version") or "")
     return (int(match.group(1)), int(match.group(2))) if match else (1, 6)
+
+
+def _choose_physics(world: Node) -> None:
+    """Leave of several <physics> the first one that is the default, or the first one."""
+    every = world.findall("physics")
+    chosen = next((each for each in every if is_true(each.get("default"))), None)
+    for each in every:
+        if chosen is not None and each is not chosen:
+            world.remove(each)
+
+
+def _seconds(element: Node | None) -> float:
+    """A time [s] as saved worlds have it: seconds and nanoseconds; 0 where it is none."""
+    values, rest = leading_numbers(element.text if element is not None else None, 2)
+    seconds, nanoseconds = (*values, 0.0, 0.0)[:2]
+    time = seconds + 1e-9 * nanoseconds
+    return time if not rest and math.isfinite(time) and time < MAX_TIME else 0.0
 
 
 def _physics(world: Node, described: WorldDescription, label: str) -> None:
@@ -407,6 +433,7 @@ def _opener(resolve: Resolve, warnings: list[ReadWarning]) -> OpenInclude:
     def open_include(include: Node) -> tuple[Node, Version]:
         path = resolve(child_text(include, "uri", ""))
         sdf = parse(read_file(path, "SDF", MAX_TEXT), path, warnings)
+        warn_unread(sdf)
         return _model_of(sdf, path), _version(sdf)
 
     return open_include
@@ -442,6 +469,7 @@ def parse_model(
         _rename(sdf, name)
     world = sdf.find("world") if sdf.tag != "model" and sdf.find("model") is None else None
     if world is None:
+        warn_unread(sdf)
         return _read_model(_model_of(sdf, label), resolve, label, _version(sdf))
     described = parse_world(sdf, resolve, label)
     if not described.models:

@@ -1,0 +1,125 @@
+"""What of SDF has an effect in Gazebo and none here: one warning by name.
+
+docs/support has a row of state "ignored" for each, which a test compares with these.
+"""
+
+from collections.abc import Iterator
+
+from bullet_sim.xml_reader import Node
+
+NO, YES, ZERO = ("false", "0"), ("true", "1"), ("0",)
+# Path from the root of its description in sdformat -> values with which there is no difference,
+# besides an empty text.
+UNREAD: dict[str, tuple[str, ...]] = {
+    "physics@type": ("ode",),
+    "physics/ode/solver/type": ("quick",),
+    "physics/ode/solver/precon_iters": ZERO,
+    "physics/ode/solver/friction_model": ("pyramid_model",),
+    "scene/sky/clouds/speed": ("0.6",),
+    "scene/sky/clouds/direction": ZERO,
+    "scene/sky/clouds/humidity": ("0.5",),
+    "scene/sky/clouds/mean_size": ("0.5",),
+    "scene/sky/clouds/ambient": ("0.8 0.8 0.8 1",),
+    "state/model/scale": ("1 1 1",),
+    "link/kinematic": NO,
+    "joint/physics/ode/bounce": ZERO,
+    "joint/physics/ode/max_force": ZERO,
+    "joint/physics/ode/velocity": ZERO,
+    "joint/physics/ode/cfm": ZERO,
+    "joint/physics/ode/erp": ("0.2",),
+    "joint/physics/ode/suspension/cfm": ZERO,
+    "joint/physics/ode/suspension/erp": ("0.2",),
+    "projector/texture": (),
+    "projector/fov": (),
+    "projector/near_clip": (),
+    "projector/far_clip": (),
+    "collision/max_contacts": ("10",),
+    "physics/max_contacts": ("20",),
+    "visual/laser_retro": ZERO,
+    "visual/visibility_flags": ("4294967295",),
+    "heightmap/texture/diffuse": (),
+    "heightmap/texture/normal": (),
+    "heightmap/texture/size": (),
+    "heightmap/blend/fade_dist": (),
+    "heightmap/blend/min_height": (),
+    "surface/friction/torsional/coefficient": ("1",),
+    "surface/friction/torsional/use_patch_radius": YES,
+    "surface/friction/torsional/patch_radius": ZERO,
+    "surface/friction/torsional/surface_radius": ZERO,
+    "surface/friction/torsional/ode/slip": ZERO,
+    "surface/bounce/restitution_coefficient": ZERO,
+    "surface/bounce/threshold": ("100000",),
+    "surface/contact/category_bitmask": ("65535",),
+    "camera/image/anti_aliasing": ("4",),
+    "camera/lens/intrinsics/fx": ("1",),
+    "camera/lens/intrinsics/fy": ("1",),
+    "camera/lens/intrinsics/cx": ("1",),
+    "camera/lens/intrinsics/cy": ("1",),
+    "camera/lens/intrinsics/s": ZERO,
+    "camera/save@enabled": NO,
+    "camera/visibility_mask": ("4294967295",),
+    "sensor/enable_metrics": NO,
+    "imu/enable_orientation": YES,
+    "imu/orientation_reference_frame/localization": ("custom",),
+    "imu/orientation_reference_frame/custom_rpy": ("0 0 0",),
+    "imu/orientation_reference_frame/custom_rpy@parent_frame": (),
+    "imu/orientation_reference_frame/grav_dir_x": (),
+    "imu/orientation_reference_frame/grav_dir_x@parent_frame": (),
+    "noise/bias_mean": ZERO,
+    "noise/bias_stddev": ZERO,
+    "noise/dynamic_bias_correlation_time": ZERO,
+    "noise/dynamic_bias_stddev": ZERO,
+    "noise/precision": ZERO,
+    "imu/noise/accel/bias_mean": ZERO,
+    "imu/noise/accel/bias_stddev": ZERO,
+    "imu/noise/rate/bias_mean": ZERO,
+    "imu/noise/rate/bias_stddev": ZERO,
+}
+_SKIPPED = ("plugin", "actor")  # what they contain is none of SDF, or is left out as a whole
+_BY_TAG: dict[str, list[tuple[str, ...]]] = {}
+for _path in UNREAD:
+    _parts = tuple(_path.split("/"))
+    _BY_TAG.setdefault(_parts[-1], []).append(_parts)
+
+
+def warn_unread(root: Node) -> None:
+    """Warn of what an SDF document has that is ignored here, once for each element."""
+    for path, node in _nodes(root, ()):
+        _check(node, path, (node.text or "").strip())
+        for key, value in node.attrib.items():
+            _check(node, (*path[:-1], f"{path[-1]}@{key}"), value.strip())
+
+
+def _nodes(node: Node, above: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Node]]:
+    path = (*above, node.tag)
+    yield path, node
+    for child in node:
+        if isinstance(child.tag, str) and child.tag not in _SKIPPED:
+            yield from _nodes(child, path)
+
+
+def _check(node: Node, path: tuple[str, ...], value: str) -> None:
+    for parts in _BY_TAG.get(path[-1], ()):
+        if path[-len(parts) :] != parts:
+            continue
+        name = "/".join(parts)
+        if value and not any(_same(value, other) for other in UNREAD[name]):
+            node.warn(
+                f"<{name}> is '{value}', which has an effect in Gazebo and is ignored here",
+                f"<{name}> have an effect in Gazebo and are ignored here",
+                f"'{value}'",
+            )
+        return
+
+
+def _same(value: str, other: str) -> bool:
+    """Whether two texts are alike, as numbers if they are."""
+    one, two = value.lower().split(), other.split()
+    return len(one) == len(two) and all(map(_alike, one, two))
+
+
+def _alike(one: str, two: str) -> bool:
+    try:
+        return one == two or float(one) == float(two)
+    except ValueError:
+        return False
