@@ -27,6 +27,14 @@ TAGS = (
     "<bodyName>base</bodyName><jointName>left_joint</jointName><linkName>base</linkName>"
     "<joint>left_joint</joint><mimicJoint>right_joint</mimicJoint><frameName>eye</frameName>"
     "<cameraName>cam</cameraName><topicName>t</topicName><updateRate>10</updateRate>"
+    "<steeringJoint>left_joint</steeringJoint><actuatedWheelJoint>right_joint</actuatedWheelJoint>"
+    "<encoderWheelLeftJoint>front_left_joint</encoderWheelLeftJoint>"
+    "<encoderWheelRightJoint>front_right_joint</encoderWheelRightJoint>"
+    "<leftJoints>left_joint front_left_joint</leftJoints><rightJoints>right_joint</rightJoints>"
+    "<frontLeftJoint>front_left_joint</frontLeftJoint><midLeftJoint>left_joint</midLeftJoint>"
+    "<rearLeftJoint>rear_left_joint</rearLeftJoint><midRightJoint>right_joint</midRightJoint>"
+    "<frontRightJoint>front_right_joint</frontRightJoint>"
+    "<rearRightJoint>rear_right_joint</rearRightJoint>"
 )
 CAMERA = "<camera name='left'><horizontal_fov>1</horizontal_fov></camera>"
 SENSORS = {  # type of <sensor> -> its content
@@ -77,6 +85,7 @@ EXPECTED = {  # library -> (missing, empty), as their sources have it
     "gazebo_ros_diff_drive": ("/bot/cmd_vel", "/bot/cmd_vel"),
     "gazebo_ros_skid_steer_drive": ("/cmd_vel", "/cmd_vel"),
     "gazebo_ros_planar_move": ("/cmd_vel", "/cmd_vel"),
+    "gazebo_ros_tricycle_drive": ("/bot/cmd_vel", "/bot/cmd_vel"),
 }
 TOPICS = {
     "gazebo_ros_laser": ("/t", "/bot/t"),

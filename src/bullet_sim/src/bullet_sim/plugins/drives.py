@@ -149,7 +149,7 @@ def control(xml: PluginXml) -> None:
 def joint_states(xml: PluginXml) -> JointStatesSpec | None:
     listed = ",".join(child.text or "" for child in xml.element.findall("jointName"))
     named = [name.strip() for name in listed.split(",") if name.strip()]
-    joints = _movable(xml, [xml.in_scope(name) for name in named])
+    joints = movable(xml, [xml.in_scope(name) for name in named])
     if not joints:
         return None
     return JointStatesSpec(
@@ -196,7 +196,7 @@ def diff_drive(xml: PluginXml) -> WheelDriveSpec | None:
         publish_tf=is_true(xml.text("publishOdomTF", "true")),
         wheel_states_topic=xml.names.topic("joint_states") if with_states else "",
         resets=True,
-        wheel_frames=_link_frames(xml, (right, left)) if with_frames else {},
+        wheel_frames=link_frames(xml, (right, left)) if with_frames else {},
         from_wheels=xml.text("odometrySource", "world") in ("encoder", "0"),
     )
 
@@ -234,7 +234,7 @@ def planar_move(xml: PluginXml) -> PlanarMoveSpec:
         link=xml.model.root,
         rate=xml.number("odometryRate", 20.0),
         timeout=xml.number("cmdTimeout", -1.0),
-        **_odometry_names(xml),
+        **odometry_names(xml),
     )
 
 
@@ -244,7 +244,7 @@ def planar_move(xml: PluginXml) -> PlanarMoveSpec:
 def mimic_joint(xml: PluginXml) -> None:
     """A joint's Mimic; <hasPID> is ignored."""
     leader, follower = (xml.in_scope(xml.text(tag)) for tag in ("joint", "mimicJoint"))
-    if len(_movable(xml, (leader, follower))) < 2:
+    if len(movable(xml, (leader, follower))) < 2:
         return
     effort = xml.number("maxEffort", -1.0)
     xml.model.joints[follower].mimic = Mimic(
@@ -256,7 +256,7 @@ def mimic_joint(xml: PluginXml) -> None:
     )
 
 
-def _movable(xml: PluginXml, names: Sequence[str]) -> tuple[str, ...]:
+def movable(xml: PluginXml, names: Sequence[str]) -> tuple[str, ...]:
     """Those of the named joints that can move; one warning for the others."""
     movable = [name for name, joint in xml.model.joints.items() if joint.kind in MOVABLE_TYPES]
     missing = [name for name in names if name not in movable]
@@ -268,7 +268,7 @@ def _movable(xml: PluginXml, names: Sequence[str]) -> tuple[str, ...]:
     return tuple(name for name in names if name in movable)
 
 
-def _link_frames(xml: PluginXml, joints: Sequence[str]) -> dict[str, tuple[str, str]]:
+def link_frames(xml: PluginXml, joints: Sequence[str]) -> dict[str, tuple[str, str]]:
     """Joint -> frames of its parent and its child, as the links are called in Gazebo."""
     frames: dict[str, tuple[str, str]] = {}
     for name in joints:
@@ -282,7 +282,7 @@ def _link_frames(xml: PluginXml, joints: Sequence[str]) -> dict[str, tuple[str, 
     return frames
 
 
-def _odometry_names(xml: PluginXml) -> dict[str, Any]:
+def odometry_names(xml: PluginXml) -> dict[str, Any]:
     """Topics and frames of a drive."""
     return dict(
         command_topic=xml.topic("commandTopic", "cmd_vel"),
@@ -302,7 +302,7 @@ def _drive(
 ) -> WheelDriveSpec | None:
     separation = xml.number("wheelSeparation", separation)
     diameter = xml.number("wheelDiameter", 0.15)
-    if len(_movable(xml, (*left, *right))) < len((*left, *right)):
+    if len(movable(xml, (*left, *right))) < len((*left, *right)):
         return None
     if min(separation, diameter) <= 0:
         xml.warn(
@@ -320,6 +320,6 @@ def _drive(
         torque=abs(torque),
         acceleration=max(0.0, xml.number("wheelAcceleration")),
         rate=xml.number("updateRate", 100.0),
-        **_odometry_names(xml),
+        **odometry_names(xml),
         **values,
     )

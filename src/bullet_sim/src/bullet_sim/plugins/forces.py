@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
 from bullet_sim.plugins.rules import FrameName
-from bullet_sim.plugins.xml import PluginXml, SensorXml
+from bullet_sim.plugins.xml import MissingPart, PluginXml, SensorXml
 
 
 @dataclass(frozen=True)
@@ -52,6 +52,30 @@ class LinkForceSpec:
     rate: float = 0.0
     topic: str = "/force"
     frame_id: str = "world"
+
+
+@dataclass(frozen=True)
+class ForceSpec:
+    """libgazebo_ros_force: a wrench on a link, by topic."""
+
+    name: str
+    link: str
+    topic: str
+
+
+@dataclass(frozen=True)
+class VacuumGripperSpec:
+    """libgazebo_ros_vacuum_gripper: draws what is near a link.
+
+    Attributes:
+        topic: of Bool, whether something is drawn.
+        namespace: of the services on and off, with a slash before it; empty: the root.
+    """
+
+    name: str
+    link: str
+    topic: str
+    namespace: str = ""
 
 
 @dataclass(frozen=True)
@@ -140,3 +164,26 @@ def hand_of_god(xml: PluginXml) -> HandOfGodSpec:
 def joint_pose_trajectory(xml: PluginXml) -> JointPosesSpec:
     name, topic = xml.name or "joint_pose_trajectory", "set_joint_trajectory"
     return JointPosesSpec(name, xml.model.root, topic=xml.topic("topicName", topic))
+
+
+@model_plugin("gazebo_ros_force")
+def force(xml: PluginXml) -> ForceSpec:
+    return ForceSpec(xml.name or "force", xml.link("bodyName"), _given_topic(xml))
+
+
+@model_plugin("gazebo_ros_vacuum_gripper")
+def vacuum_gripper(xml: PluginXml) -> VacuumGripperSpec:
+    namespace = xml.names.topic("").rstrip("/")
+    name, link = xml.name or "vacuum_gripper", xml.link("bodyName")
+    return VacuumGripperSpec(name, link, _given_topic(xml), namespace)
+
+
+def _given_topic(xml: PluginXml) -> str:
+    """Full name of the <topicName>, without which upstream does not start.
+
+    Raises:
+        MissingPart: there is none.
+    """
+    if not xml.text("topicName"):
+        raise MissingPart(f"{xml.label} has no topicName; it is left out")
+    return xml.topic("topicName", "")

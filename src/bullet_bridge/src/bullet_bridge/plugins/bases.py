@@ -1,0 +1,249 @@
+"""Bases that are moved by forces, by a tricycle's wheel or by many wheels."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from bullet_sim.controllers.bases import TricycleMotion, after_arc
+from bullet_sim.plugins.bases import ForceMoveSpec, ManyWheelsSpec, TricycleSpec
+from bullet_sim.pose import Pose, rpy_from_quaternion
+from bullet_sim.sensors import inertial
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import JointState
+from tf2_msgs.msg import TFMessage
+
+from bullet_bridge.plugins.base import ModelPlugin, PluginContext, ros_side
+from bullet_bridge.plugins.drives import PlanarMovePlugin, command_of
+from bullet_bridge.transport import conversions
+from bullet_bridge.transport.packed import PackedBase
+
+TURNING = 100.0  # variance of yaw and its rate while a base moved by forces turns
+STILL = 1e-4  # [rad/s] below which it does not turn
+
+
+@ros_side(ForceMoveSpec)
+class ForceMovePlugin(PlanarMovePlugin):
+    """Pushes and turns a link in every step; publishes Odometry and its transform."""
+
+    STATE = ("_pose2d", "_last", "_held")
+
+    def __init__(self, context: PluginContext) -> None:
+        super().__init__(context)
+        spec = self.spec
+        self._index, _ = self.model.link_in_body(spec.base)
+        transform = self._transform if spec.publish_tf else None
+        frames, odometry = (spec.frame_id, spec.child_frame_id), self._odometry
+        turning = replace(
+            spec,
+            pose_covariance=(*spec.pose_covariance[:5], TURNING),
+            twist_covariance=(*spec.twist_covariance[:5], TURNING),
+        )
+        self._senders = [
+            PackedBase(odometry, transform, each, frames) for each in (spec, turning)
+        ]  # standing and turning
+
+    def start(self, time: float) -> None:
+        """Messages from now on."""
+        super().start(time)
+        self._last = time
+
+    def reset(self, time: float) -> None:
+        """Without a command, odometry at zero."""
+        self._pose2d = (0.0, 0.0, 0.0)
+        self._held: Pose | None = None  # where it stays, without a command
+        super().reset(time)
+
+    def update(self, time: float, period: float) -> None:
+        spec, model = self.spec, self.model
+        if self._new:
+            self._since, self._new, self._held = time, False, None
+        is_late = 0.0 <= spec.timeout < time - (self._since or 0.0)
+        if is_late:
+            self._command = (0.0, 0.0, 0.0)
+        position, orientation, linear, angular = model.link_motion(spec.link)
+        own, turning = inertial.twist(orientation, linear, angular)
+        x, y, yaw_rate = map(min, self._command, spec.maxima)
+        gain_x, gain_y, gain_yaw = spec.gains
+        push = np.array(((x - own[0]) * gain_x, (y - own[1]) * gain_y, 0.0))
+        turn = np.array((0.0, 0.0, (yaw_rate - angular[2]) * gain_yaw))
+        if push.any() or turn.any():
+            self.world.engine.wake(model.body)
+            rotation = model.link_state(spec.base)[0].matrix
+            model.apply_wrench(self._index, rotation @ push, turn)
+        if spec.holds and is_late:
+            self._held = self._held or Pose(tuple(position), tuple(orientation))
+            model.set_state(self._held)
+        if spec.rate > 0.0 and self._due.due(self.world.step_count):
+            self._publish(time, own, turning)
+
+    def _publish(self, time: float, linear: Any, angular: Any) -> None:
+        """Add the velocity [m/s, rad/s] since the last message to the odometry, and publish it."""
+        elapsed, self._last = time - self._last, time
+        sideways = linear[1] if self.spec.sideways else 0.0
+        self._pose2d = after_arc(self._pose2d, linear[0], sideways, angular[2], elapsed)
+        x, y, yaw = self._pose2d
+        self._senders[abs(angular[2]) >= STILL].send(
+            time,
+            (x, y, 0.0),
+            (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)),
+            (linear[0], sideways, 0.0),
+            (0.0, 0.0, angular[2]),
+        )
+
+
+class DrivenBase(ModelPlugin):
+    """Takes velocity commands, publishes Odometry and its transform at the rate of its commands."""
+
+    STATE = ("_command", "_before")
+    reports = True
+
+    def __init__(self, context: PluginContext) -> None:
+        super().__init__(context)
+        spec = self.spec
+        self._odometry = self.publisher(spec.topic, Odometry)
+        self._tf = self.publisher("/tf", TFMessage)
+        self._sender = PackedBase(*self._outputs(), spec, (spec.frame_id, spec.child_frame_id))
+
+    def _outputs(self) -> tuple[Any, Any]:
+        """Publishers of odometry and its transform, or None."""
+        return self._odometry, self._tf
+
+    def listen(self) -> None:
+        """Subscribe to the velocity commands."""
+        self.subscribe(self.spec.command_topic, Twist, self._on_command)
+
+    def start(self, time: float) -> None:
+        """The next update is the first."""
+        self._before = time
+
+    def reset(self, time: float) -> None:
+        """Without a command."""
+        self._command: tuple[float, ...] = (0.0, 0.0)
+        super().reset(time)
+
+    def _on_command(self, message: Any) -> None:
+        command = command_of(self.spec.command_topic, (message.linear.x, message.angular.z))
+        if command is not None:
+            self._command = command
+
+    def _elapsed(self, time: float) -> float:
+        """Time since the last update [s]."""
+        before, self._before = self._before, time
+        return time - before
+
+    def _true_motion(self) -> Any:
+        """The model's pose; its velocity along the axes of its heading, yaw rate in the world."""
+        position, orientation, linear, angular = self.model.link_motion(self.spec.link)
+        yaw = rpy_from_quaternion(orientation)[2]
+        c, s = math.cos(yaw), math.sin(yaw)
+        along = (c * linear[0] + s * linear[1], c * linear[1] - s * linear[0], 0.0)
+        return position, orientation, along, (0.0, 0.0, angular[2])
+
+
+@ros_side(TricycleSpec)
+class TricyclePlugin(DrivenBase):
+    """Drives and steers one wheel by geometry_msgs/Twist: speed [m/s] and steering angle [rad]."""
+
+    STATE = ("_motion",)
+    resets = False
+
+    def __init__(self, context: PluginContext) -> None:
+        self._motion = TricycleMotion(context.spec)
+        super().__init__(context)
+        spec = self.spec
+        topic = spec.wheel_states_topic
+        self._wheel_states = self.publisher(topic, JointState) if topic else None
+        self._names = [spec.steering, spec.wheel, *spec.encoders]
+
+    def reset(self, time: float) -> None:
+        """Without a command, odometry at zero."""
+        self._motion.restart()
+        super().reset(time)
+
+    def prepare(self) -> None:
+        """The driven wheel and its steering are braked until the first update."""
+        for joint in self._names[:2]:
+            self.model.joints.set_motor(joint, 0.0, self.spec.torque)
+
+    def update(self, time: float, period: float) -> None:
+        spec, joints, motion = self.spec, self.model.joints, self._motion
+        positions, speeds = joints.state()
+        if spec.from_wheels:
+            motion.measure(time, *(speeds[name] for name in spec.encoders))
+        self._publish(time, positions, speeds)
+        elapsed = self._elapsed(time)
+        speed, angle = self._command
+        target = speed / (spec.diameter / 2.0)
+        wheel = motion.wheel_speed(target, speeds[spec.wheel], elapsed)
+        joints.set_motor(spec.wheel, wheel, spec.torque)
+        if spec.steering_speed > 0.0:
+            turn = motion.steering_speed(angle, positions[spec.steering], target)
+            joints.set_motor(spec.steering, turn, spec.torque)
+        else:
+            joints.set_positions({spec.steering: angle})
+
+    def _publish(self, time: float, positions: Any, speeds: Any) -> None:
+        spec, motion = self.spec, self._motion
+        if spec.from_wheels:
+            (x, y, yaw), (vx, vy, rate) = motion.pose, motion.twist
+            turn = (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
+            self._sender.send(time, (x, y, 0.0), turn, (vx, vy, 0.0), (0.0, 0.0, rate))
+        else:
+            self._sender.send(time, *self._true_motion())
+        if spec.wheel_frames:
+            self._tf.publish(TFMessage(self._wheel_transforms(time)))
+        if self._wheel_states is not None:
+            joints = self.model.joints
+            efforts = joints.columns([joints.names.index(name) for name in self._names])[2]
+            self._wheel_states.publish(
+                JointState(
+                    header=conversions.header(time),
+                    name=self._names,
+                    position=[positions[name] for name in self._names],
+                    velocity=[speeds[name] for name in self._names],
+                    effort=efforts,
+                )
+            )
+
+    def _wheel_transforms(self, time: float) -> list[Any]:
+        """As upstream: named by the joints, below their parents, with the poses in the model."""
+        root = self.model.link_state(self.spec.link)[0].inverse()
+        return [
+            conversions.transform_to_msg(
+                time,
+                *frames,
+                root * self.model.link_state(self.model.description.joints[name].child)[0],
+            )
+            for name, frames in zip(self._names, self.spec.wheel_frames)
+        ]
+
+
+@ros_side(ManyWheelsSpec)
+class ManyWheelsPlugin(DrivenBase):
+    """Gives the wheels of each side their velocity, whatever the torque that it takes."""
+
+    @property
+    def resets_with_model(self) -> bool:
+        """Whether a reset of its model alone resets it."""
+        return self.spec.resets
+
+    def _outputs(self) -> tuple[Any, Any]:
+        spec = self.spec
+        return (
+            self._odometry if spec.publish_odometry else None,
+            self._tf if spec.publish_tf else None,
+        )
+
+    def update(self, time: float, period: float) -> None:
+        spec = self.spec
+        if spec.publish_odometry or spec.publish_tf:
+            self._sender.send(time, *self._true_motion())
+        forward, yaw_rate = self._command
+        half = yaw_rate * spec.separation / 2.0
+        for wheels, speed in ((spec.left, forward - half), (spec.right, forward + half)):
+            speeds = [speed / (spec.diameter / 2.0)] * len(wheels)
+            self.model.joints.impose_velocities(wheels, speeds)
