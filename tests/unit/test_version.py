@@ -24,16 +24,19 @@ def test_the_gym_has_the_version():
 
 
 def test_the_changelog_begins_with_the_version():
-    """The topmost heading is this version, "(unreleased)" until it has a date."""
-    headings = re.findall(r"^## (.*)$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
-    parts = [re.fullmatch(r"(\d+)\.(\d+)\.(\d+) \((.+)\)", heading) for heading in headings]
+    """Keep a Changelog's form: what comes, then versions, this one first."""
+    text = (ROOT / "CHANGELOG.md").read_text()
+    first, *headings = re.findall(r"^## (.*)$", text, re.MULTILINE)
+    assert first == "[Unreleased]"
+    pattern = r"\[(\d+)\.(\d+)\.(\d+)\] - (unreleased|\d{4}-\d\d-\d\d)"
+    parts = [re.fullmatch(pattern, heading) for heading in headings]
     assert all(parts), headings
     numbers = [tuple(map(int, part.groups()[:3])) for part in parts]
     assert ".".join(map(str, numbers[0])) == VERSION
     assert numbers == sorted(set(numbers), reverse=True)
-    dates = [part[4] for part in parts]
-    assert re.fullmatch(r"unreleased|\d{4}-\d\d-\d\d", dates[0])
-    assert all(re.fullmatch(r"\d{4}-\d\d-\d\d", date) for date in dates[1:])
+    assert all(part[4] != "unreleased" for part in parts[1:])
+    kinds = {"Added", "Changed", "Deprecated", "Removed", "Fixed", "Security"}
+    assert set(re.findall(r"^### (.*)$", text, re.MULTILINE)) <= kinds
 
 
 def test_run_version_says_it():
