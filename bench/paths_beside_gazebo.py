@@ -203,6 +203,36 @@ def draw(cases, folder):
         pyplot.close(figure)
 
 
+SIX = {  # package -> what the picture calls it
+    "husky-melodic-playpen": "Husky",
+    "jackal-empty": "Jackal",
+    "leo-gazebo": "Leo Rover",
+    "tb3-world-burger": "TurtleBot3",
+    "tfg-deepracer": "DeepRacer",
+    "own-truck": "Paddock's truck with its trailer",
+}
+
+
+def draw_six(cases, file):
+    """One image for the README: the paths of SIX."""
+    figure, grid = pyplot.subplots(2, 3, figsize=(9, 5))
+    for axes, (name, title) in zip(grid.flat, SIX.items()):
+        if name not in cases:
+            axes.set_axis_off()
+            continue
+        for side, width in zip(SIDES, (5.0, 1.5)):
+            _, x, y, _, _ = curves(cases[name], side)
+            axes.plot(x, y, color=COLORS[side], linewidth=width, label=side.capitalize())
+        axes.set_title(f"{title} [m]", fontsize=10)
+        axes.tick_params(labelsize=8)
+        axes.grid(alpha=0.3)
+        axes.set_aspect("equal", adjustable="datalim")
+    grid.flat[0].legend(fontsize=9)
+    figure.tight_layout()
+    figure.savefig(file, dpi=100)
+    pyplot.close(figure)
+
+
 HEAD = """# Paths beside Gazebo
 
 Public packages, unmodified, driven by one plan of commands in Gazebo Classic 11.1 and in Paddock:
@@ -222,7 +252,7 @@ path that depends on the step of a command differs from run to run in both. A ph
 when the speed and the yaw rate of its second half agree within 5 %, or within 0.01 m/s and 0.015
 rad/s; at rest, when the way is at most 3 mm, or half as much again as Gazebo's. {alike} of {total}
 are. Why the others differ, as far as it is known, is in
-[compared with Gazebo](gazebo-comparison.md#motion-with-gazebos-steps).
+[compared with Gazebo](gazebo-comparison.md#motion).
 
 What cameras see in both, in a world with a place for each of their features (Gazebo's image on the
 left):
@@ -276,6 +306,7 @@ def main(arguments=None):
         print(f"paths_beside_gazebo: {error}", file=sys.stderr)
         return 2
     draw(cases, ROOT / "docs" / "images")
+    draw_six(cases, ROOT / "docs" / "images" / "beside_gazebo.png")
     PAGE.write_text(page(compared), encoding="utf-8")
     phases = [phase for found in compared.values() for phase in found.values()]
     print(f"{PAGE}: {sum(good for _, _, good in phases)} of {len(phases)} phases alike")

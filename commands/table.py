@@ -26,6 +26,7 @@ COMMANDS = {
     "exec": "run a command with the environment and the workspace active",
     "bench": "measure speed, latency and memory",
     "soak": "run everything under faults for minutes or hours; a page goes to out/soak/",
+    "docs": "build the site of the documents, with a search, and show it in a browser",
     "version": "print the version and what it runs on",
     "completion": "print a script that completes these commands in bash",
 }

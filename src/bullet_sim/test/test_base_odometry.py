@@ -19,7 +19,7 @@ INERTIAL = (
 
 
 def wheel(name, parent, xyz):
-    """A wheel about y that slips as little as Gazebo's steps let it: see docs/from-gazebo.md."""
+    """A wheel about y that slips as little as the solver ode lets it: see docs/physics.md."""
     return (
         f'<link name="{name}_link">{INERTIAL}<collision><origin rpy="1.5707963 0 0"/><geometry>'
         f'<cylinder radius="{RADIUS}" length="0.004"/></geometry></collision></link>'

@@ -44,7 +44,7 @@ def joint(name, kind, parent, child, xyz, axis, limits=""):
 def car_urdf():
     """DeepRacer's numbers; the hubs' different heights tilt its kingpins by 1.4 degrees.
 
-    The wheels touch as docs/from-gazebo.md has it for a car that drives what it steers.
+    The wheels touch as docs/physics.md has it for a car that drives what it steers.
     """
     cylinder = (
         '<collision><origin rpy="1.5707963267948966 0 0"/><geometry><cylinder '

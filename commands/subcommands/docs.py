@@ -1,0 +1,81 @@
+"""Builds the site of the documents and shows it on this machine.
+
+The pages are those of docs/ and those beside the code, with a search and the Python API; mkdocs.yml
+has the tree. A page that is missing, and a link or an anchor that leads nowhere, end the build. The
+site is in out/site/ and needs no network: open its index.html, or the printed address. The first
+call installs mkdocs and its theme (config/requirements-docs.txt) into .cache/docs, not into .venv.
+"""
+
+import os
+
+from commands import processes
+from commands.bootstrap import ros
+from commands.bootstrap.step import SetupLock, Step, run_beside
+from commands.bootstrap.venv import ADVICE, extra_requirements
+from commands.errors import CommandError, UsageError, say
+from commands.paths import CACHE, OUT, ROOT, read, relative, write
+
+USAGE = "[--build] [--port N]"
+FOLDER = os.path.join(CACHE, "docs")
+STAMP = os.path.join(FOLDER, ".stamp")
+SITE = os.path.join(OUT, "site")
+HOST = "127.0.0.1"
+
+
+def add_arguments(parser):
+    """Declares the options."""
+    parser.add_argument("--build", action="store_true", help="build, and serve nothing")
+    parser.add_argument(
+        "--port", metavar="N", type=_port, default=8000, help="on which it is served (8000)"
+    )
+
+
+def run(options, _rest):
+    """Builds; then becomes a server, until Ctrl-C."""
+    python = prepare()
+    environ = dict(os.environ, PYTHONNOUSERSITE="1", NO_MKDOCS_2_WARNING="1")
+    environ.pop("PYTHONPATH", None)
+    built = processes.run_child(
+        [python, "-m", "mkdocs", "build", "--strict"], cwd=ROOT, env=environ
+    )
+    if built != 0:
+        raise CommandError("the site cannot be built", "The lines above name the pages.")
+    say(f"{relative(SITE)}/index.html")
+    if not options.build:
+        say(f"http://{HOST}:{options.port}/ (Ctrl-C ends it)")
+        words = ["--bind", HOST, "--directory", SITE, str(options.port)]
+        processes.become([python, "-m", "http.server", *words], environ)
+
+
+def prepare():
+    """Installs what builds the site, where that is missing.
+
+    Returns:
+        The path of its Python.
+
+    Raises:
+        CommandError: The step failed.
+        Interrupted: A signal ended it.
+    """
+    wanted = f"{os.path.realpath(ros.python())} {ROOT}\n{read(extra_requirements('docs'))}"
+    with SetupLock():
+        if read(STAMP) != wanted:
+            work = lambda _: _install(wanted)  # noqa: E731
+            run_beside([Step(1, "What builds the site", work, ADVICE, "install_docs", of=1)])
+    return os.path.join(FOLDER, "bin", "python")
+
+
+def _install(wanted):
+    environ = dict(os.environ, PYTHONNOUSERSITE="1")
+    environ.pop("PYTHONPATH", None)
+    yield [ros.python(), "-m", "venv", "--clear", FOLDER], environ
+    python = os.path.join(FOLDER, "bin", "python")
+    pip = [python, "-m", "pip", "install", "--disable-pip-version-check", "--no-deps"]
+    yield [*pip, "-r", extra_requirements("docs")], environ
+    write(STAMP, wanted)
+
+
+def _port(text):
+    if not text.isdecimal() or not 0 < int(text) < 65536:
+        raise UsageError(f"port is {text!r}; it must be a whole number from 1 to 65535")
+    return int(text)

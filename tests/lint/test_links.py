@@ -1,0 +1,76 @@
+"""Documents: each link and anchor leads somewhere, each page is in the site's tree."""
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).resolve().parents[2]
+SKIPPED = ("http://", "https://", "mailto:")
+LINK = re.compile(r"\]\(([^)\s]+)\)")
+CODE = re.compile(r"^```.*?^```|`[^`\n]*`", re.DOTALL | re.MULTILINE)
+LEFT_OUT = ("docs/tutorials/class/", "docs/ci/", "docs/tools/", "docs/support")  # as in mkdocs.yml
+
+
+def documents():
+    """All *.md of the repository; of an unpacked archive those that are there."""
+    git = ["git", "-C", ROOT, "ls-files", "-co", "--exclude-standard", "*.md"]
+    done = subprocess.run(git, capture_output=True, text=True, check=False)
+    names = done.stdout.split() or [
+        path.relative_to(ROOT).as_posix()
+        for folder in ("docs", "src")
+        for path in (ROOT / folder).rglob("*.md")
+    ]
+    return sorted(name for name in names if (ROOT / name).is_file())
+
+
+PAGES = documents()
+
+
+def anchors(path):
+    """The anchors of a page's headings, as GitHub and the site make them."""
+    text = re.sub(r"^```.*?^```", "", path.read_text(), flags=re.DOTALL | re.MULTILINE)
+    found = []
+    for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE):
+        plain = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", heading).lower()
+        found.append(re.sub(r"\s", "-", re.sub(r"[^\w\s-]", "", plain).strip()))
+    return found
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_links_lead_somewhere(name):
+    path = ROOT / name
+    for target in LINK.findall(CODE.sub("", path.read_text())):
+        if target.startswith(SKIPPED):
+            continue
+        file, _, anchor = target.partition("#")
+        found = (path.parent / file).resolve() if file else path
+        assert found.exists(), f"{name}: {target}: there is no such file"
+        if anchor:
+            assert anchor in anchors(found), f"{name}: {target}: there is no such heading"
+
+
+def tree(entry):
+    """The pages of mkdocs.yml's nav."""
+    if isinstance(entry, str):
+        return [entry]
+    values = entry.values() if isinstance(entry, dict) else entry
+    return [page for value in values for page in tree(value)]
+
+
+def test_each_page_of_docs_is_in_the_tree_once():
+    text = re.sub(r"!!python\S*", "", (ROOT / "mkdocs.yml").read_text())
+    listed = tree(yaml.safe_load(text)["nav"])
+    assert len(set(listed)) == len(listed)
+    pages = {
+        name[5:] for name in PAGES if name.startswith("docs/") and not name.startswith(LEFT_OUT)
+    }
+    assert pages - set(listed) == set()
+
+
+def test_a_link_that_leads_nowhere_is_found(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("# A page of `./run`\n\n```bash\n# no heading\n```\n## What, and why?\n")
+    assert anchors(page) == ["a-page-of-run", "what-and-why"]

@@ -1,0 +1,131 @@
+"""Documents: their commands exist, texts of errors are in the sources, tables are the code's."""
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [
+    str(ROOT / "tests" / "tutorials"),
+    str(ROOT / "docs" / "tools"),
+    str(ROOT / "bench"),
+]
+
+import results_page  # noqa: E402
+from test_tutorials import PACKAGES, check, words_of  # noqa: E402
+
+from commands.errors import UsageError  # noqa: E402
+from commands.table import COMMANDS  # noqa: E402
+from paddock_gym import observations  # noqa: E402
+
+PAGES = sorted(
+    [
+        ROOT / "README.md",
+        ROOT / "CONTRIBUTING.md",
+        *(ROOT / "docs").glob("*.md"),
+        *(ROOT / "docs" / "api").glob("*.md"),
+        *(ROOT / "src").glob("*/README.md"),
+    ]
+)
+PLACEHOLDER = re.compile(
+    r"\b[A-Z]{2,}\b|\.\.\.|\||\$\(|<|\["
+)  # PACKAGE, FILE, URL: the reader's own
+READERS = re.compile(r"there is no file|the path of a")  # files that the reader makes
+FOREIGN = ("husky_gazebo", "my_car", "my_lab")  # packages that the reader has
+
+
+def commands(path):
+    """Every `./run ...` of a page: of indented and fenced boxes, and of the running text."""
+    text = path.read_text()
+    lines = re.findall(r"^\s*(\./run\b[^\n]*)", text, re.MULTILINE)
+    lines += [" ".join(found.split()) for found in re.findall(r"`(\./run\b[^`]*)`", text)]
+    return [re.sub(r"\s+#.*|\s\\$", "", line) for line in lines]
+
+
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_commands_exist(path):
+    for line in commands(path):
+        if not PLACEHOLDER.search(line) and not any(name in line for name in FOREIGN):
+            try:
+                check_line(line)
+            except Exception as error:
+                raise AssertionError(f"{path.name}: {line}: {error!r}") from None
+
+
+def check_line(line):
+    """As of the tutorials; what ./run exec may start besides is anything."""
+    words = words_of(line)
+    if len(words) <= 2 and ":=" not in line:  # named in a sentence
+        assert not words[1:] or words[1] in (*COMMANDS, "--help"), line
+        return
+    if words[1] != "exec":
+        try:
+            check(line)
+        except UsageError as error:
+            if not READERS.search(str(error)):
+                raise
+        return
+    tool, *arguments = words[2:]
+    if tool in ("roslaunch", "rosrun") and arguments[0] in PACKAGES:
+        check(line)
+    elif tool == "python" and not arguments[0].startswith("-"):
+        assert arguments[0] == "example.py" or (ROOT / arguments[0]).is_file(), line
+
+
+def sources():
+    """All texts of the programs, with the pieces of a string put together and values left out."""
+    files = [ROOT / "run", *(ROOT / "commands").rglob("*.py"), *(ROOT / "src").rglob("*.py")]
+    text = "\n".join(path.read_text() for path in files)
+    return re.sub(r'"\s*\n\s*f?"', "", text.replace("\\\n", ""))
+
+
+def printed():
+    """The texts of docs/problems.md, in the first column of its tables about what is printed."""
+    found, printed_here = [], False
+    for line in (ROOT / "docs" / "problems.md").read_text().splitlines():
+        if line.startswith("| printed") or line.startswith("| seen"):
+            printed_here = True
+        elif not line.startswith("|"):
+            printed_here = False
+        elif printed_here and not line.startswith("| ---"):
+            found += re.findall(r"`([^`]+)`", line.split(" | ")[0])
+    return found
+
+
+def test_texts_of_errors_are_in_the_sources():
+    texts, text = printed(), sources()
+    assert len(texts) > 30
+    for wanted in texts:
+        for piece in wanted.split("..."):
+            piece = piece.strip()
+            assert piece in text, f"docs/problems.md: no program prints {piece!r} of {wanted!r}"
+
+
+def test_the_page_of_results_is_that_of_the_files():
+    assert (ROOT / "docs" / "results.md").read_text() == results_page.page()
+
+
+def test_environments_are_those_of_the_gym():
+    text = (ROOT / "docs" / "environments.md").read_text()
+    for index, name in enumerate(observations.NAMES):
+        assert f"| {index} | {name} |" in text
+    import gymnasium
+
+    import paddock_gym  # noqa: F401
+
+    for name in ("DeepRacer", "CyberTruckBacking"):
+        env = gymnasium.make(f"Paddock/{name}-v1")
+        for space in (env.action_space, env.observation_space):
+            assert f"`{space}`" in text.split(f"## Paddock/{name}-v1")[1], space
+        env.close()
+
+
+def test_the_glossary_has_ten_words():
+    table = (ROOT / "docs" / "physics.md").read_text().split("| word |")[1]
+    assert len(re.findall(r"^\| (?!---)", table, re.MULTILINE)) == 10
+
+
+def test_the_readme_fits_on_two_screens():
+    assert len((ROOT / "README.md").read_text().split()) <= 850
