@@ -20,6 +20,7 @@ LINK = re.compile(r"(!?)\[((?:[^][]|!?\[[^][]*\]\([^)]*\))*)\]\(([^)\s]+)\)")
 FENCE = re.compile(r"^```(\w+) (terminal|expect|file=(\S+))$", re.MULTILINE)
 TITLES = {"terminal": "in a terminal of its own", "expect": "what it prints, in part"}
 CODE = re.compile(r"^```[\s\S]*?^```|(?<=\n\n)(?:    [^\n]*\n)+|`[^`\n]*`", re.MULTILINE)
+LEFT_OUT = ("docs/tools/", "docs/ci/", "docs/support/", "docs/tutorials/class/")  # as in mkdocs.yml
 SKIPPED = ("http://", "https://", "mailto:", "#")
 
 
@@ -87,9 +88,7 @@ def link(match, source: str, site: str) -> str:
     found = posixpath.normpath(posixpath.join(posixpath.dirname(source), path))
     anchor = f"#{anchor}" if anchor else ""
     inside = PAGES.get(found)
-    left_out = found.startswith(
-        ("docs/tools/", "docs/ci/", "docs/support", "docs/tutorials/class/")
-    )
+    left_out = f"{found}/".startswith(LEFT_OUT)
     if inside is None and found.startswith("docs/") and not left_out:
         inside = found.partition("/")[2]
     if inside is not None:

@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SKIPPED = ("http://", "https://", "mailto:")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 CODE = re.compile(r"^```.*?^```|`[^`\n]*`", re.DOTALL | re.MULTILINE)
-LEFT_OUT = ("docs/tutorials/class/", "docs/ci/", "docs/tools/", "docs/support")  # as in mkdocs.yml
+LEFT_OUT = ("docs/tutorials/class/", "docs/ci/", "docs/tools/", "docs/support/")  # as in mkdocs.yml
 
 
 def documents():
