@@ -12,6 +12,7 @@ from bullet_sim.formats.sdf.world import ground_plane
 from bullet_sim.plugins.drives import PlanarMoveSpec, WheelDriveSpec
 from bullet_sim.plugins.inertial import (
     BiasedImuSpec,
+    ErrorModel,
     GpsSpec,
     GroundTruthSpec,
     ImuSpec,
@@ -119,7 +120,8 @@ def test_range_is_that_of_the_nearest_ray(topics, world, cart, farthest, expecte
 
 def test_gps(topics, world, cart):
     cart.set_state(Pose((30.0, 40.0, 0.1)), (1.0, 2.0, 0.0))
-    spec = GpsSpec("g", "base", heading=math.pi / 2, altitude=100.0, noise_stddev=(0.0, 0.0, 0.3))
+    spec = GpsSpec("g", "base", heading=math.pi / 2, altitude=100.0,
+                   errors=ErrorModel(noise=(0.0, 0.0, 0.3)))  # fmt: skip
     made(spec, world, cart).update(2.0, 0.0)
     fix, velocity = topics["/fix"].messages[-1], topics["/fix_velocity"].messages[-1]
     # x to the east, y to the north
@@ -184,8 +186,7 @@ def test_the_imu_of_a_model_has_no_gravity_and_is_turned_as_in_gazebo(topics, wo
 def test_biases_of_an_imu_are_set_and_decay(topics, world, cart):
     spec = BiasedImuSpec(
         "i", "base", topic="/imu", service="/imu/calibrate", bias_topic="/imu/bias",
-        accel_frequency=(1.0, 1.0, 1.0), gyro_noise_mean=(0.0, 0.0, 0.2),
-        accel_variances=(0.01, 0.04, 0.09), rate_variances=(1.0, 2.0, 3.0), heading_variance=0.5,
+        accel=ErrorModel(frequency=(1.0, 1.0, 1.0)), gyro=ErrorModel(offset=(0.0, 0.0, 0.2)),
     )  # fmt: skip
     output = in_thread(made(spec, world, cart))
     cart.set_state(Pose((0.0, 0.0, 0.1)))  # level
@@ -196,10 +197,6 @@ def test_biases_of_an_imu_are_set_and_decay(topics, world, cart):
     message = topics["/imu"].messages[-1]
     assert message.linear_acceleration.x == pytest.approx(1.0, abs=1e-6)
     assert message.angular_velocity.z == pytest.approx(0.7, abs=1e-6)
-    tilt = [0.01 / gravity**2, 0.04 / gravity**2, 0.5]  # as hector's: of gravity's direction
-    assert message.orientation_covariance[::4] == pytest.approx(tilt)
-    assert message.linear_acceleration_covariance[::4] == (0.01, 0.04, 0.09)
-    assert message.angular_velocity_covariance[::4] == (1.0, 2.0, 3.0)
     assert message.orientation.y == pytest.approx(-0.5 / gravity, rel=0.01)
     biases = topics["/imu/bias"].messages[-1]
     assert (biases.linear_acceleration.x, biases.angular_velocity.z) == (1.0, 0.7)
@@ -210,6 +207,65 @@ def test_biases_of_an_imu_are_set_and_decay(topics, world, cart):
     assert message.angular_velocity.z == pytest.approx(0.2, abs=1e-6)
     with pytest.raises(rospy.ServiceException, match="finite"):
         topics["/imu/set_rate_bias"].call(SetBiasRequest(Vector3(math.inf, 0.0, 0.0)))
+
+
+def test_covariances_of_an_imu_are_its_noise(topics, world, cart):
+    spec = BiasedImuSpec(
+        "i",
+        "base",
+        accel=ErrorModel(noise=(0.1, 0.2, 0.3)),
+        gyro=ErrorModel(noise=(1.0, 2.0, 3.0)),
+        heading=ErrorModel(noise=(0.5, 0.5, 0.5)),
+    )
+    made(spec, world, cart).update(world.time, 0.0)
+    message = topics["/imu"].messages[-1]
+    gravity = float(np.linalg.norm(world.gravity))
+    tilt = [0.01 / gravity**2, 0.04 / gravity**2, 0.25]  # as hector's: of gravity's direction
+    assert message.orientation_covariance[::4] == pytest.approx(tilt)
+    assert message.linear_acceleration_covariance[::4] == pytest.approx((0.01, 0.04, 0.09))
+    assert message.angular_velocity_covariance[::4] == (1.0, 4.0, 9.0)
+
+
+def test_a_heading_error_turns_the_orientation(topics, world, cart):
+    cart.set_state(Pose((0.0, 0.0, 0.1)))
+    spec = BiasedImuSpec("i", "base", heading=ErrorModel(offset=(0.3, 0.3, 0.3)))
+    made(spec, world, cart).update(world.time, 0.0)
+    message = topics["/imu"].messages[-1]
+    assert 2.0 * math.atan2(message.orientation.z, message.orientation.w) == pytest.approx(0.3)
+
+
+def test_a_drift_of_a_gps_velocity_adds_up_in_its_position(topics, world, cart):
+    drifting = ErrorModel(drift=(5.0, 0.0, 0.0), frequency=(0.0, 0.0, 0.0))
+    output = made(GpsSpec("g", "base", velocity_errors=drifting), world, cart)
+    first = output._velocity_errors.drift[0]
+    assert first != 0.0, "random at the start"
+    for time in range(1, 4):
+        output.update(float(time), 1.0)
+    assert output._velocity_errors.drift[0] == first, "it decays and wanders with no frequency"
+    assert output._errors.drift[0] == pytest.approx(3.0 * first, rel=1e-3)
+    assert topics["/fix"].messages[-1].position_covariance[0] == 0.0
+    assert topics["/fix_velocity"].messages[-1].vector.x == pytest.approx(first, rel=1e-3)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1.0])
+def test_an_imu_sensors_offset_and_first_orientation(topics, world, cart, angle):
+    cart.set_state(Pose.from_xyz_rpy((0, 0, 0.1), (0, 0, angle)))
+    turn = Pose.from_xyz_rpy((0, 0, 0), (0, 0, 0.5)).orientation
+    output = made(ImuSpec("i", "base", turn=turn, relative=True), world, cart)
+    cart.set_state(Pose.from_xyz_rpy((0, 0, 0.1), (0, 0, angle + 0.2)))
+    output.update(world.time, 0.0)
+    message = topics["/imu"].messages[-1]
+    yaw = 2.0 * math.atan2(message.orientation.z, message.orientation.w)
+    assert yaw == pytest.approx(0.7, abs=1e-6)
+    assert message.linear_acceleration.z == pytest.approx(-world.gravity[2], rel=0.01)
+
+
+def test_gaussian_noise_of_an_imu_sensor_is_on_the_orientation_too(topics, world, cart):
+    output = made(ImuSpec("i", "base", orientation_noise=0.1), world, cart)
+    for number in range(50):
+        output.update(world.time + 0.01 * number, 0.01)
+    found = [message.orientation.x for message in topics["/imu"].messages]
+    assert 0.05 < np.std(found) < 0.15
 
 
 def test_ground_truth_relative_to_a_link(topics, world, cart):

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.drives import PlanarMoveSpec, WheelDriveSpec
-from bullet_sim.plugins.inertial import BiasedImuSpec, GpsSpec, MagneticSpec, ModelImuSpec
+from bullet_sim.plugins.inertial import (
+    BiasedImuSpec,
+    ErrorModel,
+    GpsSpec,
+    MagneticSpec,
+    ModelImuSpec,
+)
 from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec, RaySpec
 from bullet_sim.sensors import inertial
 from bullet_sim.sensors.lidar import LayeredLidar
@@ -52,7 +58,8 @@ VERTICAL = (
                    "<accelGaussianNoise>0.1 0.2 0.1</accelGaussianNoise>"),
             BiasedImuSpec,
             {"topic": "/imu", "rate": 50.0, "link": "left", "frame_id": "left",
-             "accel_noise_stddev": 0.2, "service": "/imu/calibrate", "bias_topic": "/imu/bias"},
+             "accel": ErrorModel(noise=(0.1, 0.2, 0.1)), "gyro": ErrorModel(),
+             "service": "/imu/calibrate", "bias_topic": "/imu/bias"},
         ),
         (
             plugin("hector_gazebo_ros_gps", "<robotNamespace>car</robotNamespace>"
@@ -61,7 +68,7 @@ VERTICAL = (
             GpsSpec,
             {"topic": "/car/fix", "velocity_topic": "/car/fix_velocity", "rate": 4.0,
              "latitude": 10.0, "longitude": 8.9, "heading": math.pi / 2, "frame_id": "world",
-             "noise_stddev": (0.5, 0.5, 0.5)},
+             "errors": ErrorModel(noise=(0.5, 0.5, 0.5)), "velocity_errors": ErrorModel()},
         ),
         (
             plugin("hector_gazebo_ros_magnetic", "<inclination>45</inclination>"),
@@ -232,5 +239,31 @@ def test_covariances_of_hectors_imu():
             "</rateGaussianNoise><headingGaussianNoise>0.4</headingGaussianNoise>",
         )
     )
-    assert spec.accel_variances == pytest.approx((0.01, 0.04, 0.09))
-    assert spec.rate_variances == (0.25,) * 3 and spec.heading_variance == pytest.approx(0.16)
+    assert spec.accel.noise == (0.1, 0.2, 0.3)
+    assert spec.gyro.noise == (0.5,) * 3 and spec.heading.noise == (0.4,) * 3
+
+
+@pytest.mark.parametrize(
+    "library, prefix, field",
+    [
+        ("hector_gazebo_ros_imu", "accel", "accel"),
+        ("hector_gazebo_ros_imu", "rate", "gyro"),
+        ("hector_gazebo_ros_imu", "yaw", "heading"),
+        ("hector_gazebo_ros_gps", "", "errors"),
+        ("hector_gazebo_ros_gps", "velocity", "velocity_errors"),
+        ("hector_gazebo_ros_magnetic", "", "errors"),
+    ],
+)
+def test_errors_of_hectors_sensors(library, prefix, field):
+    values = {"Offset": 1, "Drift": 2, "DriftFrequency": 3, "GaussianNoise": 4, "ScaleError": 5}
+    names = {f"{prefix}{name}" if prefix else name[0].lower() + name[1:]: v
+             for name, v in values.items()}  # fmt: skip
+    tags = "".join(f"<{name}>{value}</{name}>" for name, value in names.items())
+    wanted = ErrorModel(*((float(value),) * 3 for value in values.values()))
+    assert getattr(one(plugin(library, tags)), field) == wanted
+
+
+def test_a_gaussian_noise_of_hectors_imu_is_that_of_rates_and_acceleration():
+    tags = "<accelGaussianNoise>0.1</accelGaussianNoise><gaussianNoise>0.7</gaussianNoise>"
+    spec = one(plugin("hector_gazebo_ros_imu", tags))
+    assert spec.accel.noise == spec.gyro.noise == (0.7,) * 3

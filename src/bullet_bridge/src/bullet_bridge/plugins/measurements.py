@@ -18,7 +18,8 @@ from bullet_sim.plugins.inertial import (
 from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, multiply
 from bullet_sim.sensors import inertial
 from bullet_sim.sensors.contact import nearest, watched_links
-from bullet_sim.sensors.inertial import add_noise, joint_wrench, net_wrench
+from bullet_sim.sensors.errors import SensorErrors
+from bullet_sim.sensors.inertial import joint_wrench, net_wrench
 from gazebo_msgs.msg import ContactsState, ContactState
 from geometry_msgs.msg import Vector3, Vector3Stamped, Wrench, WrenchStamped
 from hector_gazebo_plugins.srv import (
@@ -87,7 +88,7 @@ class GroundTruthSensor(Sensor):
 class ImuSensor(Sensor):
     """sensor_msgs/Imu: proper acceleration, mean over the sensor's period."""
 
-    STATE: ClassVar[tuple[str, ...]] = ("_before",)
+    STATE: ClassVar[tuple[str, ...]] = ("_before", "_reference")
     message = Imu
 
     def __init__(self, context: PluginContext) -> None:
@@ -103,17 +104,33 @@ class ImuSensor(Sensor):
     def start(self, time: float) -> None:
         """Measure from now on."""
         self._before: Any = None  # (velocity, time) at the last measurement
+        x, y, z, w = self.pose().orientation if self.spec.relative else (0.0, 0.0, 0.0, 1.0)
+        self._reference: Quat = (-x, -y, -z, w)  # from the left to an orientation in the world
 
     def update(self, time: float, period: float) -> None:
         self._sender.send(time, *self.read(time))
 
     def read(self, time: float) -> tuple[Quat, Vec3, Vec3]:
         """Orientation, angular velocity [rad/s] and specific force [m/s^2] at a time [s]."""
+        orientation, rate, force = self._ideal(time)
+        spec = self.spec
+        if spec.relative:
+            orientation = multiply(self._reference, orientation)
+        if spec.turn[:3] != (0.0, 0.0, 0.0):
+            orientation = multiply(spec.turn, orientation)
+        if spec.orientation_noise > 0.0:  # also of its length, as upstream
+            a, b, c, d = self.rng.normal(0.0, spec.orientation_noise, 4).tolist()
+            x, y, z, w = orientation
+            orientation = x + a, y + b, z + c, w + d
+        return orientation, *self._with_noise(rate, force)
+
+    def _ideal(self, time: float) -> tuple[Quat, Vec3, Vec3]:
+        """As read(), without errors."""
         _, orientation, linear, angular = self.sensor_motion()
         force = inertial.specific_force(linear, self._before, time, self.world.gravity)
         self._before = (linear, time)
         force, rate = inertial.twist(orientation, force, angular)
-        return orientation, *self._with_noise(rate, force)
+        return orientation, rate, force
 
     def _with_noise(self, rate: Vec3, acceleration: Vec3) -> tuple[Vec3, Vec3]:
         """Rate and acceleration with their noise."""
@@ -149,26 +166,28 @@ class ModelImuSensor(ImuSensor):
         super().__init__(context)
         self._turn = Pose.from_xyz_rpy(*self.spec.pose).orientation
 
-    def read(self, time: float) -> tuple[Quat, Vec3, Vec3]:
+    def _ideal(self, time: float) -> tuple[Quat, Vec3, Vec3]:
         _, orientation, linear, angular = self.model.link_motion(self.spec.link)
         x, y, z, w = orientation = multiply(self._turn, orientation)
         acceleration = inertial.specific_force(linear, self._before, time, (0.0, 0.0, 0.0))
         self._before = (linear, time)
         turned = inertial.twist((-x, -y, -z, w), angular, acceleration)
-        return orientation, *self._with_noise(*turned)
+        return orientation, *turned
 
 
 @ros_side(BiasedImuSpec)
 class BiasedImuSensor(ImuSensor):
-    """An IMU with biases that services set, and that decay."""
+    """An IMU with biases that drift and that services set."""
 
-    STATE = ("_rate_bias", "_force_bias", "_measured")
+    STATE = ("_rate", "_force", "_heading", "_measured")
     CACHE = ("_gravity",)
     resets = True
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
+        self._rate, self._force = SensorErrors(spec.gyro), SensorErrors(spec.accel)
+        self._heading = SensorErrors(spec.heading)
         self._gravity: float | None = None  # [m/s^2] that the sent variances are computed with
         self._bias_sender = None
         if spec.bias_topic:
@@ -191,10 +210,10 @@ class BiasedImuSensor(ImuSensor):
         return handle
 
     def _set_force_bias(self, bias: Vec3) -> None:
-        self._force_bias = bias
+        self._force.drift = bias
 
     def _set_rate_bias(self, bias: Vec3) -> None:
-        self._rate_bias = bias
+        self._rate.drift = bias
 
     def _on_calibrate(self, request: Any) -> EmptyResponse:
         """The gyroscopes lose their bias."""
@@ -202,49 +221,43 @@ class BiasedImuSensor(ImuSensor):
         return super()._on_calibrate(request)
 
     def reset(self, time: float) -> None:
-        """Without biases."""
-        self._rate_bias, self._force_bias, self._measured = _NO_BIAS, _NO_BIAS, time
+        """With random biases, as its drifts give them."""
         super().reset(time)
+        self._measured = time
+        for errors in (self._force, self._rate, self._heading):
+            errors.restart(self.rng)
 
     def read(self, time: float) -> tuple[Quat, Vec3, Vec3]:
-        """As an ImuSensor, with the biases, which also tilt the orientation."""
+        """As an ImuSensor, with the biases, which also tilt and turn the orientation."""
         spec, period = self.spec, time - self._measured
         self._measured = time
-        self._rate_bias = _decayed(self._rate_bias, spec.gyro_frequency, period)
-        self._force_bias = _decayed(self._force_bias, spec.accel_frequency, period)
-        orientation, rate, force = super().read(time)
+        orientation, rate, force = self._ideal(time)
+        force = self._force.measured(force, period, self.rng)
+        rate = self._rate.measured(rate, period, self.rng)
+        self._heading.measured(_NO_BIAS, period, self.rng)
+        tilting = self._force.bias
         gravity = math.hypot(*self.world.gravity)
         if gravity != self._gravity:
             self._gravity = gravity
-            tilt = [v / gravity**2 if gravity > 0.0 else -1.0 for v in spec.accel_variances[:2]]
-            self._sender.set_variances(
-                [*tilt, spec.heading_variance], spec.rate_variances, spec.accel_variances
-            )
-        if gravity > 0.0 and any(self._force_bias):
-            orientation = inertial.tilt_error(orientation, self._force_bias, gravity)
+            rates, forces = ([n * n for n in of.noise] for of in (spec.gyro, spec.accel))
+            tilt = [v / gravity**2 if gravity > 0.0 else -1.0 for v in forces[:2]]
+            self._sender.set_variances([*tilt, spec.heading.noise[0] ** 2], rates, forces)
+        if gravity > 0.0 and any(tilting):
+            orientation = inertial.tilt_error(orientation, tilting, gravity)
+        if yaw := self._heading.bias[0]:
+            turn = (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
+            orientation = multiply(turn, orientation)
         if self._bias_sender is not None:
             self._bias_sender.send(
                 time,
                 (0.0, 0.0, 0.0, 1.0),
-                np.add(self._rate_bias, spec.gyro_noise_mean),
-                np.add(self._force_bias, spec.accel_noise_mean),
+                self._rate.bias,
+                tilting,
             )
-        return orientation, _sum(rate, self._rate_bias), _sum(force, self._force_bias)
+        return orientation, rate, force
 
 
 _NO_BIAS = (0.0, 0.0, 0.0)
-
-
-def _decayed(bias: Vec3, frequency: Vec3, period: float) -> Vec3:
-    """A bias after a time [s], along axes that decay at frequencies [1/s]."""
-    if not any(bias):
-        return bias
-    x, y, z = (each * math.exp(-period * rate) for each, rate in zip(bias, frequency))
-    return x, y, z
-
-
-def _sum(values: Vec3, bias: Vec3) -> Vec3:
-    return values[0] + bias[0], values[1] + bias[1], values[2] + bias[2]
 
 
 @ros_side(GpsSpec)
@@ -254,7 +267,7 @@ class GpsSensor(Sensor):
     The velocity's axes point to the north, to the west and up.
     """
 
-    STATE = ("_reference",)
+    STATE = ("_reference", "_errors", "_velocity_errors", "_measured")
     message = NavSatFix
     resets = True
 
@@ -263,7 +276,9 @@ class GpsSensor(Sensor):
         spec = self.spec
         # latitude, longitude [degrees], altitude [m] of the world's origin, heading of its x axis
         self._reference = (spec.latitude, spec.longitude, spec.altitude, spec.heading)
-        variances = [stddev**2 for stddev in spec.noise_stddev]
+        self._errors = SensorErrors(spec.errors)
+        self._velocity_errors = SensorErrors(spec.velocity_errors)
+        variances = [n**2 + d**2 for n, d in zip(spec.errors.noise, spec.errors.drift)]
         self._sender = PackedFix(self.pub, spec.frame_id, spec.status, spec.service, variances)
         velocities = self.publisher(spec.velocity_topic, Vector3Stamped)
         self._velocity_sender = PackedVector(velocities, spec.frame_id)
@@ -282,21 +297,22 @@ class GpsSensor(Sensor):
         self.call(lambda: setattr(self, "_reference", reference))
         return SetReferenceGeoPoseResponse()
 
+    def reset(self, time: float) -> None:
+        """With random errors, as its drifts give them."""
+        super().reset(time)
+        self._measured = time
+        for errors in (self._errors, self._velocity_errors):
+            errors.restart(self.rng)
+
     def update(self, time: float, period: float) -> None:
-        spec = self.spec
+        elapsed, self._measured = time - self._measured, time
         position, _, linear, _ = self.sensor_motion()
-        noise = self.rng.standard_normal(6).tolist()
-        x, y, z = (
-            value + offset + random * stddev
-            for value, offset, random, stddev in zip(
-                position, spec.offset, noise, spec.noise_stddev
-            )
-        )
-        u, v, w = (
-            value + random * stddev
-            for value, random, stddev in zip(linear, noise[3:], spec.velocity_noise_stddev)
-        )
-        self._sender.send(time, *inertial.fix((x, y, z), *self._reference))
+        u, v, w = self._velocity_errors.measured(linear, elapsed, self.rng)
+        fix = self._errors.measured(position, elapsed, self.rng)
+        a, b, c = self._velocity_errors.drift  # which the position's drift adds up
+        x, y, z = self._errors.drift
+        self._errors.drift = x + elapsed * a, y + elapsed * b, z + elapsed * c
+        self._sender.send(time, *inertial.fix(fix, *self._reference))
         self._velocity_sender.send(time, *inertial.to_north_west(self._reference[3], u, v), w)
 
 
@@ -304,11 +320,13 @@ class GpsSensor(Sensor):
 class MagneticSensor(Sensor):
     """The earth's field in the sensor frame: Vector3Stamped or MagneticField."""
 
+    STATE = ("_errors", "_measured")
     message = Vector3Stamped
     resets = True
 
     def __init__(self, context: PluginContext) -> None:
         spec = context.spec
+        self._errors = SensorErrors(spec.errors)
         if spec.field_message:
             self.message = MagneticField
         super().__init__(context)
@@ -316,13 +334,20 @@ class MagneticSensor(Sensor):
             spec.magnitude, spec.heading, spec.declination, spec.inclination
         )
 
+    def reset(self, time: float) -> None:
+        """With random errors, as its drift gives them."""
+        super().reset(time)
+        self._measured = time
+        self._errors.restart(self.rng)
+
     def measure(self, time: float) -> Any:
+        elapsed, self._measured = time - self._measured, time
         pose, _, _ = self.sensor_state()
-        values = pose.matrix.T @ self._field + self.spec.offset
-        values = values + add_noise(np.zeros(3), 1.0, self.rng) * self.spec.noise_stddev
+        true = (pose.matrix.T @ self._field).tolist()
+        values = self._errors.measured((true[0], true[1], true[2]), elapsed, self.rng)
         message = self.message(header=conversions.header(time, self.spec.frame_id))
         vector = message.magnetic_field if self.spec.field_message else message.vector
-        vector.x, vector.y, vector.z = values.tolist()
+        vector.x, vector.y, vector.z = values
         return message
 
 

@@ -6,8 +6,30 @@ from typing import Any
 
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
 from bullet_sim.plugins.xml import ZERO, ZERO_POSE, PluginXml, PoseTuple, SensorXml, Values
-from bullet_sim.pose import Vec3
+from bullet_sim.pose import Quat, Vec3, quaternion_from_rpy
 from bullet_sim.xml_reader import is_true
+
+HOUR: Vec3 = (1.0 / 3600.0,) * 3  # [1/s]
+OLD_YAW = "headingGaussianNoise"  # of older versions of hector's IMU, with its like
+
+
+@dataclass(frozen=True)
+class ErrorModel:
+    """Errors of one measurement of hector's sensors, along its three axes.
+
+    Attributes:
+        offset: constant.
+        drift: standard deviation of the drift at the start, and of what it wanders to.
+        frequency: at which a drift decays [1/s].
+        noise: standard deviation of the white noise.
+        scale: factor of the true value.
+    """
+
+    offset: Vec3 = ZERO
+    drift: Vec3 = ZERO
+    frequency: Vec3 = HOUR
+    noise: Vec3 = ZERO
+    scale: Vec3 = (1.0,) * 3
 
 
 @dataclass(frozen=True)
@@ -19,6 +41,9 @@ class ImuSpec:
         gyro_noise_mean, accel_noise_mean: one for all axes, or one for each.
         variance: on the diagonals of the covariances.
         service: name of its std_srvs/Empty; "": none.
+        turn: quaternion that is multiplied with the orientation from the left.
+        relative: the orientation is relative to that at the start.
+        orientation_noise: standard deviation on each number of the quaternion.
     """
 
     name: str
@@ -33,6 +58,9 @@ class ImuSpec:
     accel_noise_mean: float | Vec3 = 0.0
     variance: float = 0.0
     service: str = ""
+    turn: Quat = (0.0, 0.0, 0.0, 1.0)
+    relative: bool = False
+    orientation_noise: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -50,17 +78,16 @@ class BiasedImuSpec(ImuSpec):
 
     Attributes:
         bias_topic: of sensor_msgs/Imu with the biases; "": none.
-        gyro_frequency, accel_frequency: at which a set bias decays [1/s].
-        rate_variances, accel_variances: on the diagonals of these covariances, along the axes; the
-            orientation's are those of the acceleration over gravity squared, and of the heading.
+        gyro, accel: errors of the rates [rad/s] and of the acceleration [m/s^2]. The squares of
+            their noise are on the diagonals of these covariances; the orientation's are those of
+            the acceleration over gravity squared, and of the heading.
+        heading: errors of the heading [rad], all three alike.
     """
 
-    rate_variances: Vec3 = (0.0,) * 3
-    accel_variances: Vec3 = (0.0,) * 3
-    heading_variance: float = 0.0
     bias_topic: str = ""
-    gyro_frequency: Vec3 = (1.0 / 3600.0,) * 3
-    accel_frequency: Vec3 = (1.0 / 3600.0,) * 3
+    gyro: ErrorModel = ErrorModel()
+    accel: ErrorModel = ErrorModel()
+    heading: ErrorModel = ErrorModel()
 
 
 @dataclass(frozen=True)
@@ -101,9 +128,7 @@ class GpsSpec:
         latitude, longitude: of the world's origin [degrees]; altitude [m].
         heading: of the world's x axis [rad], clockwise from north.
         status, service: of NavSatStatus.
-        noise_stddev: of Gaussian noise on x, y, z [m].
-        velocity_noise_stddev: on the velocities [m/s].
-        offset: constant error [m].
+        errors, velocity_errors: of x, y, z [m] and of the velocities [m/s].
     """
 
     name: str
@@ -119,9 +144,8 @@ class GpsSpec:
     heading: float = 0.0
     status: int = 0
     service: int = 0
-    noise_stddev: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    velocity_noise_stddev: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    errors: ErrorModel = ErrorModel()
+    velocity_errors: ErrorModel = ErrorModel()
 
 
 @dataclass(frozen=True)
@@ -134,7 +158,7 @@ class MagneticSpec:
         heading: of the world's x axis [rad], clockwise from north.
         declination, inclination: of the field [rad]; inclination positive downwards.
         field_message: MagneticField instead of Vector3Stamped.
-        noise_stddev, offset: along the sensor's axes.
+        errors: along the sensor's axes.
     """
 
     name: str
@@ -148,8 +172,7 @@ class MagneticSpec:
     declination: float = 0.0
     inclination: float = math.radians(60.0)
     field_message: bool = False
-    noise_stddev: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    errors: ErrorModel = ErrorModel()
 
 
 def _offset(xml: PluginXml) -> PoseTuple:
@@ -246,16 +269,6 @@ def imu_sensor(xml: SensorXml) -> ImuSpec:
         values = [sensor.noise(path) for path in paths]
         mean[key] = sum(value[0] for value in values)
         stddev[key] = (plugin_noise**2 + sum(value[1] ** 2 for value in values)) ** 0.5
-    rotation = plugin.vector("rpyOffset")
-    if any(rotation):
-        xml.warn(
-            f"{plugin.label} has <rpyOffset> {rotation}, which is ignored: give the sensor a <pose>"
-        )
-    if is_true(xml.text("initialOrientationAsReference")):
-        xml.warn(
-            f"{plugin.label} has <initialOrientationAsReference>, which is ignored: its "
-            "orientation is in the world frame (REP 145)"
-        )
     return _imu_spec(
         xml,
         xml.name,
@@ -268,29 +281,38 @@ def imu_sensor(xml: SensorXml) -> ImuSpec:
         accel_noise_mean=mean["accel"],
         gyro_noise_stddev=stddev["gyro"],
         accel_noise_stddev=stddev["accel"],
+        orientation_noise=plugin_noise,
+        turn=quaternion_from_rpy(*plugin.vector("rpyOffset")),
+        relative=is_true(xml.text("initialOrientationAsReference")),
     )
 
 
-# hector's; drifts are not simulated ---------------------------------------------------------------
-def _squares(values: Vec3) -> Vec3:
-    x, y, z = values
-    return x * x, y * y, z * z
+# hector's -----------------------------------------------------------------------------------------
+def sensor_errors(xml: PluginXml, prefix: str = "", noise: float = 0.0) -> ErrorModel:
+    """Errors that a plugin's tags give.
+
+    Args:
+        prefix: of the tags: "accel" reads <accelOffset>; empty: <offset> ...
+        noise: standard deviation of all axes; 0: that of the tag.
+    """
+
+    def vector(name: str, default: Vec3) -> Vec3:
+        tag = f"{prefix}{name}" if prefix else f"{name[0].lower()}{name[1:]}"
+        return xml.vector(tag, default=default, broadcast=True)
+
+    return ErrorModel(
+        offset=vector("Offset", ZERO),
+        drift=vector("Drift", ZERO),
+        frequency=vector("DriftFrequency", HOUR),
+        noise=(noise,) * 3 if noise else vector("GaussianNoise", ZERO),
+        scale=vector("ScaleError", (1.0,) * 3),
+    )
 
 
 @model_plugin("hector_gazebo_ros_imu")
 def hector_imu(xml: PluginXml) -> BiasedImuSpec:
     link = xml.link("bodyName", xml.model.root)
-    noise = abs(xml.number("gaussianNoise"))
-    of_accel, of_rate = (
-        xml.vector(f"{name}GaussianNoise", broadcast=True) for name in ("accel", "rate")
-    )
-    of_accel = of_accel if any(of_accel) else (noise,) * 3
-    acceleration, rate = (max(map(abs, values)) for values in (of_accel, of_rate))
-    topic = xml.topic("topicName", "imu")
-    gyro_frequency, accel_frequency = (
-        xml.vector(f"{name}DriftFrequency", default=(1.0 / 3600.0,) * 3, broadcast=True)
-        for name in ("rate", "accel")
-    )
+    noise, topic = abs(xml.number("gaussianNoise")), xml.topic("topicName", "imu")
     return BiasedImuSpec(
         name=xml.name or "imu",
         link=link,
@@ -299,17 +321,10 @@ def hector_imu(xml: PluginXml) -> BiasedImuSpec:
         topic=topic,
         bias_topic=xml.topic("biasTopicName", f"{topic}/bias"),
         service=xml.topic("serviceName", f"{topic}/calibrate"),
-        gyro_frequency=gyro_frequency,
-        accel_frequency=accel_frequency,
         frame_id=xml.frame("frameId", xml.merged(link)),
-        gyro_noise_stddev=rate,
-        accel_noise_stddev=acceleration,
-        rate_variances=_squares(of_rate),
-        accel_variances=_squares(of_accel),
-        heading_variance=xml.number("headingGaussianNoise") ** 2,
-        gyro_noise_mean=xml.vector("rateOffset", broadcast=True),
-        accel_noise_mean=xml.vector("accelOffset", broadcast=True),
-        variance=acceleration**2,
+        gyro=sensor_errors(xml, "rate", noise),
+        accel=sensor_errors(xml, "accel", noise),
+        heading=sensor_errors(xml, "yaw" if xml.element.find(OLD_YAW) is None else "heading"),
     )
 
 
@@ -330,9 +345,8 @@ def gps(xml: PluginXml) -> GpsSpec:
         heading=math.radians(xml.number("referenceHeading")),
         status=int(xml.number("status")),
         service=int(xml.number("service")),
-        noise_stddev=xml.vector("gaussianNoise", broadcast=True),
-        velocity_noise_stddev=xml.vector("velocityGaussianNoise", broadcast=True),
-        offset=xml.vector("offset", broadcast=True),
+        errors=sensor_errors(xml),
+        velocity_errors=sensor_errors(xml, "velocity"),
     )
 
 
@@ -350,6 +364,5 @@ def magnetic(xml: PluginXml) -> MagneticSpec:
         declination=math.radians(xml.number("declination")),
         inclination=math.radians(xml.number("inclination", 60.0)),
         field_message=is_true(xml.text("useMagneticFieldMsgs")),
-        noise_stddev=xml.vector("gaussianNoise", broadcast=True),
-        offset=xml.vector("offset", broadcast=True),
+        errors=sensor_errors(xml),
     )

@@ -1,0 +1,53 @@
+"""Errors of hector's sensors: offset, scale, noise, and a drift that starts, decays and wanders."""
+
+import math
+
+import numpy as np
+import pytest
+from bullet_sim.plugins.inertial import ErrorModel
+from bullet_sim.sensors.errors import SensorErrors
+
+THREE = (1.0, 1.0, 1.0)
+
+
+def test_offset_and_scale():
+    errors = SensorErrors(ErrorModel(offset=(1.0, 2.0, 3.0), scale=(2.0, 1.0, 0.0)))
+    rng = np.random.default_rng(1)
+    before = rng.bit_generator.state
+    errors.restart(rng)
+    assert errors.measured((5.0, 5.0, 5.0), 0.1, rng) == (11.0, 7.0, 3.0)
+    assert rng.bit_generator.state == before, "nothing is drawn without noise and drift"
+
+
+def test_noise_has_its_deviation():
+    errors = SensorErrors(ErrorModel(noise=(0.1, 1.0, 0.0)))
+    rng = np.random.default_rng(1)
+    found = np.array([errors.measured((0.0, 0.0, 0.0), 0.1, rng) for _ in range(4000)])
+    assert np.std(found, axis=0) == pytest.approx((0.1, 1.0, 0.0), rel=0.05)
+
+
+def test_a_set_drift_decays():
+    errors = SensorErrors(ErrorModel(offset=THREE, frequency=(1.0, 2.0, 0.0)))
+    errors.drift = THREE
+    found = errors.measured((0.0, 0.0, 0.0), 0.5, np.random.default_rng(1))
+    assert found == pytest.approx((1.0 + math.exp(-0.5), 1.0 + math.exp(-1.0), 2.0))
+    assert errors.bias == pytest.approx(found)
+
+
+def test_a_drift_starts_at_random_and_wanders_as_its_recursion_has_it():
+    spec = ErrorModel(drift=(2.0, 2.0, 2.0), frequency=THREE)
+    starts = []
+    for seed in range(2000):
+        errors = SensorErrors(spec)
+        errors.restart(np.random.default_rng(seed))
+        starts += errors.drift
+    assert np.std(starts) == pytest.approx(2.0, rel=0.03)
+    # d' = exp(-f dt) d + dt N(0, sqrt(2 f) s) has the variance 2 f s^2 dt^2 / (1 - exp(-2 f dt))
+    rng, step = np.random.default_rng(1), 0.1
+    errors = SensorErrors(spec)
+    drifts = []
+    for _ in range(30000):
+        errors.measured((0.0, 0.0, 0.0), step, rng)
+        drifts.append(errors.drift)
+    wanted = math.sqrt(2.0 * 4.0 * step**2 / (1.0 - math.exp(-2.0 * step)))
+    assert np.std(drifts[200:]) == pytest.approx(wanted, rel=0.05)
