@@ -171,6 +171,7 @@ class Isolation:
     def __init__(self, config):
         self._config = config
         self._group = self._graph = self._world = None  # graph: of the files of a world
+        self._folders = {config.rootpath / folder for folder in FOLDERS}
         self._here = False  # whether tests run in this process
 
     @pytest.hookimpl(trylast=True)
@@ -204,8 +205,7 @@ class Isolation:
         """Whether a test belongs to a group with a process of its own."""
         if item.get_closest_marker("isolated"):
             return True
-        root = self._config.rootpath
-        return item.path.is_relative_to(root) and str(item.path.parent.relative_to(root)) in FOLDERS
+        return item.path.parent in self._folders
 
     def _new_group(self, item):
         root = self._config.rootpath

@@ -94,6 +94,7 @@ def pytest_configure(config):
         config.pluginmanager.register(Memory(config), "memory-of-runs")
 
 
+@functools.cache
 def stage_of(path, root):
     """The stage of a test file or of a folder of them; None of other folders."""
     parts = path.relative_to(root).parts
@@ -174,11 +175,14 @@ def pytest_collection_modifyitems(config, items):
         config.hook.pytest_deselected(items=left_out)
         items[:] = [item for item in items if item not in left_out]
     units, first = {}, {}  # what runs one after the other: file or world -> wall time, place
+    places = {}  # of each file, by which items are sorted
     for number, path in enumerate(dict.fromkeys(item.path for item in items)):
         unit = unit_of(path)
         units[unit] = units.get(unit, 0.0) + expected(path, config.rootpath, seconds)
         first.setdefault(unit, number)
-    items.sort(key=lambda item: (-units[unit_of(item.path)], first[unit_of(item.path)]))
+        places[path] = unit
+    places = {path: (-units[unit], first[unit]) for path, unit in places.items()}
+    items.sort(key=lambda item: places[item.path])
 
 
 @functools.cache

@@ -1,11 +1,13 @@
 """paddock_gym as pip installs it: with what it needs of the core, without catkin and ROS."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from bullet_sim.engine.quickstep.sources import CACHE, library_path
 
 ROOT = Path(__file__).resolve().parents[2]
 USE = """
@@ -20,6 +22,7 @@ env.close()
 for module in (bullet_sim, paddock_gym, track_model):
     print(module.__file__)
 assert "rospy" not in sys.modules
+print("numba" in sys.modules)
 """
 
 
@@ -35,19 +38,37 @@ def prefix(tmp_path_factory):
     return folder
 
 
-def test_the_installed_package_drives(prefix, tmp_path):
-    packages = next(prefix.rglob("paddock_gym/__init__.py")).parents[1]
+def keep_library(packages):
+    """Gives it the compiled solver that it would make at its first start, in a minute.
+
+    tests/long/test_gym_first_start.py has it make one.
+    """
+    kept = packages / "bullet_sim" / "engine" / "quickstep" / CACHE.name
+    kept.mkdir(exist_ok=True)
+    shutil.copy(library_path(), kept)
+
+
+def use(packages, folder):
+    """Lines that USE prints with the packages of a folder, in another folder."""
     environ = {name: value for name, value in os.environ.items() if not name.startswith("ROS")}
     environ["PYTHONPATH"] = str(packages)
     done = subprocess.run(
         [sys.executable, "-c", USE],
         env=environ,
-        cwd=tmp_path,
+        cwd=folder,
         stdout=subprocess.PIPE,
         text=True,
         check=True,
     )
-    assert all(line.startswith(str(packages)) for line in done.stdout.splitlines())
+    return done.stdout.splitlines()
+
+
+def test_the_installed_package_drives(prefix, tmp_path):
+    packages = next(prefix.rglob("paddock_gym/__init__.py")).parents[1]
+    keep_library(packages)
+    *files, has_numba = use(packages, tmp_path)
+    assert len(files) == 3 and all(line.startswith(str(packages)) for line in files)
+    assert has_numba == "False"  # it has the same sources: what was compiled of ours is its own
 
 
 def test_nothing_is_left_in_the_sources(prefix):

@@ -85,14 +85,28 @@ def test_a_library_that_is_none_is_left_alone(tmp_path):
     assert library._open(linked) is None  # it has no such functions
 
 
-def test_a_library_is_made_and_takes_the_place_of_older_ones(tmp_path):
+@pytest.fixture
+def one(monkeypatch):
+    """A library has one function: all of them, which ./run setup compiles, take ten seconds."""
+    name = "cast"
+    monkeypatch.setattr(entries, "FUNCTIONS", {name: entries.FUNCTIONS[name]})
+    monkeypatch.setattr(library, "CALLS", {name: state.CALLS[name]})
+    return name
+
+
+def test_a_library_is_made_and_takes_the_place_of_older_ones(tmp_path, one):
     older, mine, elsewhere = (tmp_path / f"quickstep-{k}.so" for k in range(3))
     for path in (older, elsewhere):
         path.touch()
     os.utime(older, (1e9, 1e9))  # of sources that have changed since; the other, of a processor
     entries.make_library(mine)
     assert sorted(tmp_path.iterdir()) == [mine, elsewhere]
-    assert set(library._open(mine)) == set(entries.FUNCTIONS) == set(state.CALLS)
+    assert set(library._open(mine)) == {one}
+
+
+def test_the_library_of_setup_has_every_function():
+    made = library._open(sources.library_path())
+    assert set(made) == set(entries.FUNCTIONS) == set(state.CALLS)
 
 
 def test_another_processor_compiles_once(tmp_path, monkeypatch):
@@ -113,9 +127,8 @@ def test_another_processor_compiles_once(tmp_path, monkeypatch):
     assert made == [sources.library_path()]
 
 
+@pytest.mark.usefixtures("one")
 def test_without_a_linker_it_is_said(tmp_path, monkeypatch, capsys):
-    one = {"cast": entries.FUNCTIONS["cast"]}  # the others take ten seconds more
-    monkeypatch.setattr(entries, "FUNCTIONS", one)
     monkeypatch.setattr(entries.shutil, "which", lambda name: None)
     monkeypatch.setattr(entries, "library_path", lambda: tmp_path / "quickstep-1.so")
     entries.main()
