@@ -1,53 +1,16 @@
 """The environment of ./run exec: as by sourcing devel/setup.bash, with the caller's values kept."""
 
 import subprocess
-import time
 
 import pytest
-from run_rig import NOISE, PATIENCE, ROOT, run, write_manifest
+from environment_rig import PLAIN, by_hand, by_run
+from run_rig import PATIENCE, ROOT, run, write_manifest
 
 from commands.bootstrap import ros, workspace
 
-# What ./run exec promises, by hand.
-BY_HAND = r"""
-set -e
-unset PYTHONHOME CONDA_PREFIX PYENV_VERSION
-export VIRTUAL_ENV=$root/.venv PYTHONNOUSERSITE=1 PYTHONUNBUFFERED=1
-export OPENBLAS_NUM_THREADS=${OPENBLAS_NUM_THREADS:-1}
-export LANG=${LANG:-C.UTF-8} HOME=${HOME:-$root/.cache/home}
-master=${ROS_MASTER_URI:-}
-PATH="/usr/bin:$PATH"
-. "$root/devel/setup.bash" >/dev/null
-export PATH="$root/.venv/bin:$PATH" PADDOCK_ROOT=$root
-if [ ! -e "$share/xacro/package.xml" ]; then PATH="$root/src/standins/xacro:$PATH"; fi
-export ROS_LOG_DIR=${ROS_LOG_DIR:-$root/.cache/ros}
-if [ -z "$ROS_IP$ROS_HOSTNAME" ]; then export ROS_IP=127.0.0.1; fi
-if [ -n "$master" ]; then export ROS_MASTER_URI=$master; fi
-unset root share
-exec /usr/bin/env -0
-"""
-PLAIN = {"PATH": "/usr/local/bin:/usr/bin:/bin", "HOME": "/tmp"}
 # What is in front of PATH, and where packages are: a ROS that is not Debian's names its folder.
 FIRST = f"{ROOT}/.venv/bin:" if workspace.in_ros("xacro") else f"{ROOT}/src/standins/xacro:"
 PACKAGES = f"{ROOT}/src:{ros.share()}" if ros.prefix() else f"{ROOT}/src"
-
-
-def variables(done):
-    """The variables that env -0 printed."""
-    assert done.returncode == 0, done.stderr
-    entries = [entry.split("=", 1) for entry in done.stdout.split("\0")[:-1]]
-    return {name: value for name, value in entries if name not in NOISE}
-
-
-def by_hand(root, environ):
-    script = ["/bin/bash", "-c", BY_HAND]
-    environ = {**environ, "root": str(root), "share": ros.share()}
-    return variables(subprocess.run(script, env=environ, timeout=PATIENCE, capture_output=True,
-                                    text=True, check=False))  # fmt: skip
-
-
-def by_run(root, environ):
-    return variables(run("exec", "/usr/bin/env", "-0", root=root, env=environ))
 
 
 def other_workspace(folder):
@@ -81,10 +44,6 @@ def other_workspace(folder):
 def test_as_by_hand(extra):
     environ = {**PLAIN, **extra}
     assert by_run(ROOT, environ) == by_hand(ROOT, environ)
-
-
-def test_as_by_hand_in_a_clone(clone):
-    assert by_run(clone, PLAIN) == by_hand(clone, PLAIN)
 
 
 def test_as_by_hand_after_another_workspace(tmp_path):
@@ -158,50 +117,6 @@ def test_a_python3_earlier_on_the_path_is_not_ours(tmp_path):
 def test_a_home_that_is_missing_is_replaced():
     for environ in ({"PATH": PLAIN["PATH"]}, {**PLAIN, "HOME": "/nonexistent"}):
         assert by_run(ROOT, environ)["HOME"] == f"{ROOT}/.cache/home"
-
-
-def test_nothing_of_the_callers_is_kept(clone):
-    environ = {"PATH": f"/opt/marker:{PLAIN['PATH']}", "HOME": "/tmp", "LD_LIBRARY_PATH": "/marker",
-               "ROS_PACKAGE_PATH": "/marker", "CMAKE_PREFIX_PATH": "/marker"}  # fmt: skip
-    (clone / ".cache" / "environment").unlink(missing_ok=True)
-    (clone / ".cache" / "signatures" / "environment").unlink(missing_ok=True)
-    assert by_run(clone, environ)["LD_LIBRARY_PATH"].endswith(":/marker")
-    assert "marker" not in (clone / ".cache" / "environment").read_text()
-    assert "marker" not in by_run(clone, PLAIN).get("LD_LIBRARY_PATH", "")
-
-
-def test_a_hook_that_comes_and_goes_is_noticed(clone):
-    hooks = clone / "devel" / "etc" / "catkin" / "profile.d"
-    hooks.mkdir(parents=True)
-    hook = hooks / "50.probe.sh"
-    hook.write_text(
-        'export PROBE=1 PROBE_PATH="/probe:$PROBE_PATH" PROBE_LAST="${PROBE_LAST:-x}"\n'
-    )
-    environ = {**PLAIN, "PROBE_PATH": "/mine", "PROBE_LAST": "mine"}
-    found = by_run(clone, environ)
-    assert (found["PROBE"], found["PROBE_PATH"], found["PROBE_LAST"]) == (
-        "1",
-        "/probe:/mine",
-        "mine",
-    )
-    assert by_run(clone, PLAIN)["PROBE_LAST"] == "x"
-    hook.write_text("export PROBE=2\n")
-    assert by_run(clone, environ)["PROBE"] == "2"
-    hook.unlink()
-    assert "PROBE" not in by_run(clone, PLAIN)
-
-
-def test_setup_bash_is_not_run_each_time(clone):
-    cached, signature = clone / ".cache" / "environment", clone / ".cache/signatures/environment"
-    end = time.monotonic() + PATIENCE
-    found = by_run(clone, PLAIN)
-    while found.get("PROBE") != "cached":  # files have to be seconds old
-        assert time.monotonic() < end
-        if signature.exists():
-            cached.write_text("\0".join(["set", "PROBE", "cached", cached.read_text()]))
-        found = by_run(clone, PLAIN)
-    (clone / "devel" / "setup.sh").touch()
-    assert "PROBE" not in by_run(clone, PLAIN)
 
 
 def test_output_is_the_commands_alone():
