@@ -39,9 +39,9 @@ def prefix(tmp_path_factory):
 
 
 def keep_library(packages):
-    """Gives it the compiled solver that it would make at its first start, in a minute.
+    """Gives it the library of ./run setup, without which numba compiles for a minute at its start.
 
-    tests/long/test_gym_first_start.py has it make one.
+    tests/long/test_gym_first_start.py has numba compile.
     """
     kept = packages / "bullet_sim" / "engine" / "quickstep" / CACHE.name
     kept.mkdir(exist_ok=True)
@@ -68,7 +68,7 @@ def test_the_installed_package_drives(prefix, tmp_path):
     keep_library(packages)
     *files, has_numba = use(packages, tmp_path)
     assert len(files) == 3 and all(line.startswith(str(packages)) for line in files)
-    assert has_numba == "False"  # it has the same sources: what was compiled of ours is its own
+    assert has_numba == "False"  # its sources are ours
 
 
 def test_nothing_is_left_in_the_sources(prefix):

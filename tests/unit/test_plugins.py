@@ -64,7 +64,7 @@ class Project:
         for name in ("__init__.py", "procfs.py"):
             shutil.copy(ROOT / "commands" / name, self.root / "commands")
         shutil.copy(ROOT / "conftest.py", self.root)
-        shutil.copytree(ROOT / "tests" / "lint", self.root / "tests" / "lint")
+        self.add(LINTERS, (ROOT / LINTERS).read_text())
         self.notes = folder / "notes"
         self.environment = dict(os.environ, NOTES=str(self.notes))
         for name in list(self.environment):
