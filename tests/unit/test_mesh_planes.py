@@ -3,7 +3,7 @@
 import gazebo_states
 import numpy as np
 import trimesh
-from bullet_sim.engine.quickstep.layout import B_CENTER, B_COLUMNS, B_ROTATION
+from bullet_sim.engine.quickstep.layout import B_CENTER, B_COLUMNS, B_ROTATION, MAX_CONTACTS
 from bullet_sim.engine.quickstep.mesh_pairs import mesh_with_mesh
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
@@ -41,8 +41,8 @@ def test_the_planes_of_few_large_triangles_leave_out_no_contact(tmp_path):
         ].ravel()
         for pair in ((still, ground, one, wheel), (one, wheel, still, ground)):
             found, others = np.zeros_like(plain.found), np.zeros_like(plain.found)
-            count = mesh_with_mesh(*pair, scene.trees, found)
-            assert count == mesh_with_mesh(*pair, plain, others)
+            count = mesh_with_mesh(*pair, scene.trees, found, MAX_CONTACTS)
+            assert count == mesh_with_mesh(*pair, plain, others, MAX_CONTACTS)
             np.testing.assert_array_equal(found, others)
             touching += count > 0
     assert 100 < touching < 700

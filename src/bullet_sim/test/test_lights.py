@@ -66,3 +66,11 @@ def test_a_light_of_an_unknown_type_is_said():
     world = parse_world(text, str, "w")
     assert world.scene.lights[0].kind == "point"
     assert "has type 'laser', known are directional, point, spot" in world.warnings[0]
+
+
+def test_a_light_of_a_link_is_left_out_with_a_warning():
+    text = '<sdf version="1.7"><world name="w"><model name="m"><link name="a">%s</link></model>'
+    text += "</world></sdf>"
+    world = parse_world(text % '<light name="torch" type="spot"/>', str, "w")
+    (warning,) = world.warnings
+    assert "'torch'" in warning and "left out" in warning and world.scene.lights == ()

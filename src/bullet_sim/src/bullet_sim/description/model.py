@@ -118,6 +118,23 @@ class Geometry:
 EVERYTHING = 0xFFFF  # collide_bitmask where none is given
 
 
+@dataclass(frozen=True)
+class Torsion:
+    """Friction against turning about a contact's normal.
+
+    Attributes:
+        patch_radius: of what touches [m], if by_patch; else it is that of a surface with
+            surface_radius [m] by the contact's depth.
+        slip: angular velocity per moment [rad/(N m s)].
+    """
+
+    coefficient: float = 1.0
+    patch_radius: float = 0.0
+    surface_radius: float = 0.0
+    by_patch: bool = True
+    slip: float = 0.0
+
+
 @dataclass
 class Surface:
     """Contact properties of a link; None: not given.
@@ -133,6 +150,10 @@ class Surface:
         without_contact_bitmask: ... where the AND of both masks is not 0.
         max_speed: at which a link that was spawned inside another is pushed out [m/s].
         min_depth: penetration that is not corrected then [m].
+        bounce: restitution, of what comes faster than bounce_speed [m/s], for the solver 'ode';
+            what is sent away is bounded by max_speed, as in Gazebo.
+        torsion: for the same.
+        most: contacts of a pair of shapes at most, for the same.
     """
 
     friction: float | None = None
@@ -149,6 +170,10 @@ class Surface:
     without_contact_bitmask: int = 1
     max_speed: float | None = None
     min_depth: float = 0.0
+    bounce: float = 0.0
+    bounce_speed: float = 1e5
+    torsion: Torsion | None = None
+    most: int = 10
 
 
 @dataclass

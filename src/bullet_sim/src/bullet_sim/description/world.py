@@ -113,6 +113,7 @@ class OdeSettings:
         cfm: constraint force mixing of joints [s/kg].
         erp: fraction of a joint's error that is corrected in a step.
         max_speed: at which contacts push bodies apart, at most [m/s].
+        max_contacts: of a pair of shapes.
         evens_inertias: inertias of hinged bodies are at most 200:1 (use_dynamic_moi_rescaling).
     """
 
@@ -122,6 +123,7 @@ class OdeSettings:
     erp: float = 0.2
     max_speed: float = 100.0
     evens_inertias: bool = False
+    max_contacts: int = 20
 
 
 @dataclass

@@ -214,7 +214,12 @@ class ArrayBuilder:
         bits = np.array([models.bits_of(key) for key in system.owner], np.int64)
         collide = may_collide(bodies, self._shapes, bits, models.ghosts, system.touching)
         scene = pack_scene(self._shapes, static, solids, bodies, bits, collide)
-        room = capacity(self._shapes, static)
+        most = self._settings.max_contacts
+        for table, column in (
+            (scene.shapes, q.G_MOST), (scene.faces, q.P_MOST), (scene.planes, q.P_MOST),
+        ):  # fmt: skip
+            np.minimum(table[:, column], most, out=table[:, column])
+        room = capacity(self._shapes, static, most)
         state = _state(numbers, gravity, system.pack(), scene, room)
         for model, first, first_joint, order, measured in self._placed:  # nothing can fail now
             model.first, model.first_joint = first, first_joint
@@ -304,7 +309,7 @@ class ArrayBuilder:
 def _state(numbers: Array, gravity: Array, system: System, scene: Scene, room: int) -> State:
     """What steps work with, with room for a number of contacts."""
     count, movable = len(system.bodies), len(system.joints)
-    rows = 3 * room + q.MAX_JOINT_ROWS * movable
+    rows = q.MAX_CONTACT_ROWS * room + q.MAX_JOINT_ROWS * movable
     return State(
         settings=numbers,
         gravity=gravity,

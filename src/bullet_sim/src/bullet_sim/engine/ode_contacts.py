@@ -130,6 +130,13 @@ class Contacts:
             )
             row[q.C_SLIP] = mine.slip1 + its.slip1
             row[q.C_SLIP + 1] = mine.slip2 + its.slip2
+            shape, plane = np.zeros(q.G_COLUMNS), np.zeros(q.P_COLUMNS)
+            tables.surface_columns(shape[q.G_MU :], mine)
+            tables.surface_columns(plane[q.P_MU :], its)
+            row[q.C_BOUNCE : q.C_BOUNCE + 2] = np.minimum(
+                shape[q.G_BOUNCE : q.G_BOUNCE + 2], plane[q.P_BOUNCE : q.P_BOUNCE + 2]
+            )
+            q.set_torsion(row, shape, plane)
             rows = [first] if second is None else [first, second]
             row[q.C_MAX] = self._state.system.bodies[rows, q.MAX_VEL].min()
             row[q.C_DEPTH] = -self._state.system.bodies[rows, q.MIN_DEPTH].min()

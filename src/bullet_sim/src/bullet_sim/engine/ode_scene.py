@@ -19,6 +19,7 @@ from bullet_sim.pose import Array, Pose
 
 MAX_POINTS = 10  # of a pair of shapes
 _SOLIDS = (q.BOX, q.SPHERE, q.CYLINDER, q.MESH)
+_MAX_ROOM = 64  # of a pair for which there is room in any case
 _MAX_CLOSE = 32  # bodies to one
 
 BodyLink = tuple[int, int]
@@ -248,9 +249,11 @@ def pack_scene(
     )
 
 
-def capacity(moving: DynamicShapes, static: StaticShapes) -> int:
-    """Number of contacts that there is room for."""
-    return MAX_POINTS * (max(1, len(moving.rows)) * (len(static.planes) + 2) + 128)
+def capacity(moving: DynamicShapes, static: StaticShapes, most: int = MAX_POINTS) -> int:
+    """Number of contacts that there is room for; most: of a pair of shapes in this world."""
+    wanted = max((int(row[q.G_MOST]) for row in moving.rows), default=0)
+    points = max(MAX_POINTS, min(wanted, most, _MAX_ROOM))
+    return points * (max(1, len(moving.rows)) * (len(static.planes) + 2) + 128)
 
 
 def may_collide(

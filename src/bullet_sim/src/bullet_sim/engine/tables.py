@@ -169,11 +169,22 @@ def plane_row(normal: Array, distance: float, surface: Surface) -> Array:
 
 
 def surface_columns(row: Array, surface: Surface) -> None:
-    """mu, mu2, fdir1, kp, kd, slip1, slip2."""
+    """mu, mu2, fdir1 and what follows in the columns of shapes and planes."""
     row[:2] = friction(surface)
     if surface.direction is not None:
         row[2:5] = surface.direction
     row[5:9] = stiffness(surface), damping(surface), surface.slip1, surface.slip2
+    row[9:11] = surface.bounce, surface.bounce_speed
+    row[11:17] = *torsion(surface), surface.most
+
+
+def torsion(surface: Surface) -> tuple[float, float, float, float, float]:
+    """Torsional friction of a surface: coefficient, radius of the patch, of the surface [m],
+    whether the patch's counts, slip; where a file gives none it is flat."""
+    it = surface.torsion
+    if it is None:
+        return 1.0, 0.0, math.inf, 1.0, 0.0
+    return it.coefficient, it.patch_radius, it.surface_radius, float(it.by_patch), it.slip
 
 
 def friction(surface: Surface) -> tuple[float, float]:

@@ -4,13 +4,27 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from bullet_sim.description.model import EVERYTHING, Link, ModelDescription, Surface
+from bullet_sim.description.model import (
+    EVERYTHING,
+    Link,
+    ModelDescription,
+    Surface,
+    Torsion,
+)
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.materials import Material, Resolve, material_of, named_material
 from bullet_sim.plugins import parse_plugin, parse_sensor
 from bullet_sim.plugins.xml import merged_links
-from bullet_sim.xml_reader import Node, child_number, child_text, floats, is_true
+from bullet_sim.xml_reader import (
+    Node,
+    child_flag,
+    child_number,
+    child_text,
+    floats,
+    is_true,
+)
 
+MAX_CONTACTS = 250  # of a pair of shapes, as in Gazebo
 MAX_STIFFNESS = 1e5  # [N/m] above which Bullet's default hard contacts are used
 
 
@@ -37,6 +51,23 @@ def read_surface(
             break
     if surface.direction is not None and not any(surface.direction):
         surface.direction = None
+    path = "surface/friction/torsional"
+    torsional = element.find(f"collision/{path}" if urdf else path)
+    if torsional is not None:
+        surface.torsion = _torsion(torsional, f"{label} <torsional>")
+
+
+def _torsion(element: Node, label: str) -> Torsion:
+    def number(path: str, default: float) -> float:
+        return max(0.0, child_number(element, path, label, default))
+
+    return Torsion(
+        number("coefficient", 1.0),
+        number("patch_radius", 0.0),
+        number("surface_radius", 0.0),
+        child_flag(element, "use_patch_radius", label, True),
+        number("ode/slip", 0.0),
+    )
 
 
 def _replace_surface(element: Node, link: Link, label: str, model: ModelDescription) -> None:
@@ -47,7 +78,7 @@ def _replace_surface(element: Node, link: Link, label: str, model: ModelDescript
     firsts = [next(iter(block), None) for block in element.findall("collision")]
     if not any(first is not None and first.tag == "surface" for first in firsts):
         return
-    if link.surface != Surface():
+    if link.surface != Surface(most=link.surface.most):
         model.warn(
             f"{label}: its <surface> replaces all that earlier elements say of friction and "
             "contacts, as in Gazebo",
@@ -55,7 +86,7 @@ def _replace_surface(element: Node, link: Link, label: str, model: ModelDescript
             "of friction and contacts, as in Gazebo",
             label,
         )
-    link.surface = Surface()
+    link.surface = Surface(most=link.surface.most)  # which is none of <surface>
 
 
 def read_stiffness(element: Node, surface: Surface, label: str) -> None:
@@ -68,6 +99,14 @@ def read_stiffness(element: Node, surface: Surface, label: str) -> None:
 
 def _not_negative(text: str, label: str) -> float:
     return max(0.0, floats(text, 1, label)[0])
+
+
+def _number(text: str, label: str) -> float:
+    return floats(text, 1, label)[0]
+
+
+def _whole(text: str, label: str) -> int:
+    return int(min(max(0.0, _number(text, label)), MAX_CONTACTS))
 
 
 def _direction(text: str, label: str) -> tuple[float, ...]:
@@ -104,6 +143,9 @@ _PROPERTIES: dict[str, tuple[Callable[[str, str], Any], tuple[str, ...], tuple[s
         ("collide_bitmask",),
         ("surface/contact/collide_bitmask", "surface/contact/bitmask"),
     ),
+    "most": (_whole, ("maxContacts",), ("max_contacts",)),
+    "bounce": (_not_negative, (), ("surface/bounce/restitution_coefficient",)),
+    "bounce_speed": (_number, (), ("surface/bounce/threshold",)),
     "without_contact": (_flag, (), ("surface/contact/collide_without_contact",)),
     "without_contact_bitmask": (
         _bitmask,
@@ -141,6 +183,7 @@ READ = {
     "springStiffness",
     "springReference",
     "laserRetro",
+    "maxContacts",
     "preserveFixedJoint",
     "disableFixedJointLumping",
     "allow_auto_disable",

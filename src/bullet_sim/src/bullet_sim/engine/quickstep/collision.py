@@ -4,7 +4,13 @@ from bullet_sim.engine.quickstep import layout as col
 from bullet_sim.engine.quickstep.boxes import box_with_box
 from bullet_sim.engine.quickstep.broadphase import list_pairs
 from bullet_sim.engine.quickstep.compiled import compiled, switch, temporary
-from bullet_sim.engine.quickstep.contacts import Pair, Table, add_points
+from bullet_sim.engine.quickstep.contacts import (
+    Pair,
+    Table,
+    add_points,
+    keep_most,
+    most_contacts,
+)
 from bullet_sim.engine.quickstep.cylinders import cylinder_with_box
 from bullet_sim.engine.quickstep.mesh_pairs import mesh_with_mesh
 from bullet_sim.engine.quickstep.meshes import mesh_with_solid
@@ -44,13 +50,14 @@ def _mesh_contacts(n: int, pair: Pair, scene: Scene, table: Table) -> int:
     a, b, found = scene.solid_of[pair.shape], pair.surface, scene.trees.found
     mine, its, trees = scene.solids[a], scene.solids[b], scene.trees
     kind, other, sign = scene.solid_kinds[a], scene.solid_kinds[b], -1.0
+    most = most_contacts(pair, table)
     if kind != col.MESH:
         sign = 1.0
-        count = mesh_with_solid(its, scene.roots[b], mine, kind, trees, found)
+        count = mesh_with_solid(its, scene.roots[b], mine, kind, trees, found, most)
     elif other != col.MESH:
-        count = mesh_with_solid(mine, scene.roots[a], its, other, trees, found)
+        count = mesh_with_solid(mine, scene.roots[a], its, other, trees, found, most)
     else:  # what was there first is the first
-        count = mesh_with_mesh(its, scene.roots[b], mine, scene.roots[a], trees, found)
+        count = mesh_with_mesh(its, scene.roots[b], mine, scene.roots[a], trees, found, most)
     point = temporary(1, 4)
     for i in range(count):
         for k in range(3):
@@ -73,7 +80,8 @@ def _solid_contacts(n: int, pair: Pair, scene: Scene, table: Table) -> int:
     if (_SWAPPED >> code) & 1:
         one, two, sign = two, one, -1.0
     count = _collide(code, one, two, points, normal)
-    return add_points(n, pair, points, count, normal, sign, scene.owners[b], table)
+    end = add_points(n, pair, points, count, normal, sign, scene.owners[b], table)
+    return keep_most(n, end, most_contacts(pair, table), table)
 
 
 @compiled

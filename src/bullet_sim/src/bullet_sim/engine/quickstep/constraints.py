@@ -6,6 +6,8 @@ bounds. Functions that add rows take the number m of the first, and give the num
 Source: R. Smith, "Constraints in rigid body dynamics" (2004).
 """
 
+import math
+
 from bullet_sim.engine.quickstep import layout as col
 from bullet_sim.engine.quickstep.compiled import compiled, temporary
 from bullet_sim.engine.quickstep.state import Constraints, Contacts, System
@@ -21,10 +23,45 @@ from bullet_sim.pose import Array
 
 
 @compiled
+def _bounce(contact: Array, row: Array, bodies: Array, one: int, two: int) -> float:
+    """Speed [m/s] at which a contact's normal sends its bodies apart; row: with the normal's
+    Jacobian."""
+    speed = 0.0
+    for k in range(6):
+        speed -= row[col.R_J + k] * bodies[one, col.VEL + k]
+        if two >= 0:
+            speed -= row[col.R_J + 6 + k] * bodies[two, col.VEL + k]
+    return contact[col.C_BOUNCE] * speed if speed > contact[col.C_BOUNCE + 1] else 0.0
+
+
+@compiled
+def _torsion_row(m: int, normal_row: int, contact: Array, constraints: Constraints) -> int:
+    """The row of torsional friction, about the normal of a contact, if its patch has a size."""
+    radius = contact[col.C_PATCH]
+    if contact[col.C_RADIUS] > 0.0:
+        radius = math.sqrt(contact[col.C_RADIUS] * max(0.0, contact[col.C_DEPTH]))
+    if radius <= 0.0:
+        return m
+    row, links = constraints.rows[m], constraints.links
+    for k in range(12):
+        row[col.R_J + k] = 0.0
+    links[m, 0], links[m, 1] = links[normal_row, 0], links[normal_row, 1]
+    for k in range(3):
+        row[col.R_J + 3 + k] = contact[col.C_NORMAL + k]
+        if links[m, 1] >= 0:
+            row[col.R_J + 9 + k] = -contact[col.C_NORMAL + k]
+    bound = col.TORSION * radius * contact[col.C_TORSION]
+    row[col.R_C], row[col.R_MAX], row[col.R_CFM] = 0.0, col.INFINITE, contact[col.C_TWIST_SLIP]
+    row[col.R_LOW], row[col.R_HIGH] = -bound, bound
+    links[m, 2], links[m, 3] = normal_row, -1
+    return m + 1
+
+
+@compiled
 def _contact_rows(
     step: float, m: int, n: int, contacts: Contacts, bodies: Array, constraints: Constraints
 ) -> int:
-    """Rows of contact n: its normal, and up to two directions of friction."""
+    """Rows of contact n: its normal, up to two directions of friction, and torsion."""
     contact, links = contacts.rows[n], constraints.links
     one, two = contacts.owners[n, 0], contacts.owners[n, 1]
     arm, arm2, t, q = temporary(3), temporary(3), temporary(3), temporary(3)
@@ -68,12 +105,16 @@ def _contact_rows(
             row[col.R_C] = contact[col.C_ERP] / step * max(0.0, contact[col.C_DEPTH])
             row[col.R_MAX], row[col.R_CFM] = contact[col.C_MAX], contact[col.C_CFM]
             row[col.R_LOW], row[col.R_HIGH], links[m, 2] = 0.0, col.INFINITE, col.UNILATERAL
+            if contact[col.C_BOUNCE] > 0.0:
+                row[col.R_C] = max(row[col.R_C], _bounce(contact, row, bodies, one, two))
         else:
             mu = contact[col.C_MU + direction - 1]
             row[col.R_C], row[col.R_MAX] = 0.0, col.INFINITE
             row[col.R_CFM] = contact[col.C_SLIP + direction - 1]
             row[col.R_LOW], row[col.R_HIGH], links[m, 2] = -mu, mu, normal_row
         m += 1
+    if contact[col.C_TORSION] > 0.0:
+        m = _torsion_row(m, normal_row, contact, constraints)
     return m
 
 

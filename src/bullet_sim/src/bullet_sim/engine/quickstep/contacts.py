@@ -7,7 +7,7 @@ from bullet_sim.engine.quickstep.compiled import compiled, temporary
 from bullet_sim.engine.quickstep.vectors import copy, rotate
 from bullet_sim.pose import Array
 
-_softness = compiled(col.softness)
+_softness, _torsion = compiled(col.softness), compiled(col.set_torsion)
 
 
 class Table(NamedTuple):
@@ -44,6 +44,29 @@ class Pair(NamedTuple):
 
 
 @compiled
+def most_contacts(pair: Pair, table: Table) -> int:
+    """Number of contacts that a pair has at most."""
+    plane = pair.surfaces[pair.surface]
+    return int(min(table.shapes[pair.shape, col.G_MOST], plane[col.P_MOST]))
+
+
+@compiled
+def keep_most(first: int, n: int, most: int, table: Table) -> int:
+    """Keep `most` of the contacts from row `first` to before n: the first ones, the last of them in
+    favour of the deepest of the rest; the number of all then."""
+    if n - first <= most:
+        return n
+    if most <= 0:
+        return first
+    last = first + most - 1
+    for i in range(last + 1, n):
+        if table.rows[i, col.C_DEPTH] > table.rows[last, col.C_DEPTH]:
+            copy(table.rows[i], table.rows[last])
+            copy(table.owners[i], table.owners[last])
+    return last + 1
+
+
+@compiled
 def add_contact(n: int, pair: Pair, point: Array, depth: float, table: Table) -> None:
     """Write row n: a contact of a shape with a plane, at a point [m], with a depth [m]."""
     row, plane, shape = table.rows[n], pair.surfaces[pair.surface], table.shapes[pair.shape]
@@ -56,10 +79,12 @@ def add_contact(n: int, pair: Pair, point: Array, depth: float, table: Table) ->
     for k in range(2):
         row[col.C_MU + k] = min(shape[col.G_MU + k], plane[col.P_MU + k])
         row[col.C_SLIP + k] = shape[col.G_SLIP + k] + plane[col.P_SLIP + k]
+        row[col.C_BOUNCE + k] = min(shape[col.G_BOUNCE + k], plane[col.P_BOUNCE + k])
     row[col.C_ERP], row[col.C_CFM] = _softness(
         table.step, shape[col.G_KP], shape[col.G_KD], plane[col.P_KP], plane[col.P_KD]
     )
     row[col.C_MAX] = table.bodies[body, col.MAX_VEL]
+    _torsion(row, shape, plane)
     own, other = col.G_FDIR, col.P_FDIR
     if shape[own] != 0.0 or shape[own + 1] != 0.0 or shape[own + 2] != 0.0:
         across = temporary(3)

@@ -4,6 +4,8 @@ Columns of one quantity are named by their first: bodies[b, col.VEL : col.VEL + 
 rad; world axes if nothing else is said.
 """
 
+from bullet_sim.pose import Array
+
 # codes of joints and of shapes; of OTHER the caller finds the contacts, PLANE is one for rays alone
 HINGE, SLIDER, FIXED = 0, 1, 2
 SPHERE, CYLINDER, BOX, MESH, OTHER, PLANE = range(6)
@@ -33,20 +35,29 @@ FMAX, SPEED, EFFORT, ANGLE, RATE, TARGET, REACHED, MAX_SPEED = 19, 20, 21, 22, 2
 WARM, WARM2, MOTOR, WRENCH, IMPLICIT, IMPOSED = 27, 34, 41, 42, 48, 49
 STOP_ERP, STOP_CFM, STOP_PUSH, STIFFNESS, AT_REST, J_SIZE = 50, 51, 52, 53, 54, 55
 # shapes: size, center in the body (from its center of mass), rotation, mu, mu2, fdir1, kp, kd,
-# slip1, slip2
+# slip1, slip2, restitution and from what speed on, torsional friction: coefficient, radius of the
+# patch, of the surface, whether the patch's counts, slip; contacts of a pair at most
 G_SIZE, G_OFFSET, G_ROTATION, G_MU, G_FDIR, G_KP, G_KD = 0, 3, 6, 15, 17, 20, 21
-G_SLIP, G_COLUMNS = 22, 24
+G_SLIP, G_BOUNCE, G_TORSION, G_PATCH, G_RADIUS, G_BY_PATCH, G_TWIST_SLIP, G_MOST, G_COLUMNS = (
+    22, 24, 26, 27, 28, 29, 30, 31, 32,
+)  # fmt: skip
 # planes: normal, distance from the origin; as a shape's the rest
-P_PLANE, P_MU, P_FDIR, P_KP, P_KD, P_SLIP, P_COLUMNS = 0, 4, 6, 9, 10, 11, 13
+P_PLANE, P_MU, P_FDIR, P_KP, P_KD, P_SLIP = 0, 4, 6, 9, 10, 11
+P_BOUNCE, P_TORSION, P_PATCH, P_RADIUS, P_BY_PATCH, P_TWIST_SLIP, P_MOST, P_COLUMNS = (
+    13, 15, 16, 17, 18, 19, 20, 21,
+)  # fmt: skip
 # solids: half the edges, or radius and half the length; center; rotation
 B_HALF, B_CENTER, B_ROTATION, B_COLUMNS = 0, 3, 6, 15
 # candidates for contacts of a mesh: point, normal, depth, weight of the normal
 F_NORMAL, F_DEPTH, F_WEIGHT, F_COLUMNS = 3, 6, 7, 8
 # contacts: point, normal towards the first body, depth, mu, mu2, fdir1 (world), erp, cfm, bound
-# of the push, force on the first body, slip1 and slip2
-C_POINT, C_NORMAL, C_DEPTH, C_MU, C_FDIR, C_ERP, C_CFM, C_MAX, C_FORCE, C_SLIP, C_SIZE = (
+# of the push, force on the first body, slip1 and slip2, restitution and from what speed on,
+# torsional friction: coefficient (0: none), radius of the patch, of the surface (0: the patch's
+# counts), slip
+C_POINT, C_NORMAL, C_DEPTH, C_MU, C_FDIR, C_ERP, C_CFM, C_MAX, C_FORCE, C_SLIP, C_BOUNCE = (
     0, 3, 6, 7, 9, 12, 13, 14, 15, 18, 20,
 )  # fmt: skip
+C_TORSION, C_PATCH, C_RADIUS, C_TWIST_SLIP, C_SIZE = 22, 23, 24, 25, 26
 # constraint rows: Jacobian of both bodies, inverse mass times it, right sides, relaxed CFM,
 # bounds, impulses
 R_J, R_M, R_RHS, R_RHS2, R_CFM, R_LOW, R_HIGH, R_L, R_L2, R_C, R_MAX, R_SIZE = (
@@ -69,6 +80,8 @@ CB_M, CB_RHS, CB_L, CB_CFM, CB_LOW, CB_HIGH, CB_COUPLING, CB_SIZE = (
 )  # fmt: skip
 WEIGHTS = 8  # numbers before the first block: of new and old impulses of contacts
 BLOCK_ROWS, MAX_JOINT_ROWS = 6, 7  # of a joint's block; of a joint
+MAX_CONTACT_ROWS = 4  # normal, two directions of friction, torsion
+TORSION = 3.0 * 3.141592653589793 / 16.0  # its moment by radius, coefficient and normal force
 # rows of PIDs: number of the joint, limits of its velocity and effort in Gazebo, and the attributes
 # of effort_row.EffortRow in their order
 PID_JOINT, PID_TOP_SPEED, PID_TOP_EFFORT, PID_GOAL, PID_TARGET = range(5)
@@ -99,7 +112,7 @@ REST_SPEED = 0.1  # [m/s, rad/s]
 # collision
 MPR_TOLERANCE, MPR_ITERATIONS = 1e-6, 500  # of cylinders with cylinders
 EDGE_FACTOR = 1.05  # by which edges of boxes have to overlap less than faces
-MAX_MESH_CONTACTS = 10  # of a pair with a mesh, sdformat's max_contacts of a collision
+MAX_CONTACTS = 10  # of a pair of shapes, sdformat's max_contacts of a collision
 MAX_COLLIDE_RETURNS = 250  # of such a pair that are looked for, as in Gazebo
 COPLANAR = 1e-6  # distance from a triangle's plane, times twice its area [m^3], that counts as 0
 PARALLEL = 1e-7
@@ -117,3 +130,16 @@ def softness(step: float, kp1: float, kd1: float, kp2: float, kd2: float) -> tup
     kp = 1.0 / (1.0 / kp1 + 1.0 / kp2)
     kd = kd1 + kd2
     return step * kp / (step * kp + kd), 1.0 / (step * kp + kd)
+
+
+def set_torsion(row: Array, shape: Array, plane: Array) -> None:
+    """Torsional friction of a contact, of its surfaces' rows: the smaller coefficient and the
+    larger patch, or the surfaces' radii in series where one of both says so."""
+    row[C_TORSION] = min(shape[G_TORSION], plane[P_TORSION])
+    row[C_PATCH] = max(shape[G_PATCH], plane[P_PATCH])
+    row[C_RADIUS] = 0.0
+    row[C_TWIST_SLIP] = min(shape[G_TWIST_SLIP], plane[P_TWIST_SLIP])
+    if shape[G_BY_PATCH] == 0.0 or plane[P_BY_PATCH] == 0.0:
+        row[C_PATCH] = 0.0
+        if shape[G_RADIUS] > 0.0 and plane[P_RADIUS] > 0.0:
+            row[C_RADIUS] = 1.0 / (1.0 / shape[G_RADIUS] + 1.0 / plane[P_RADIUS])

@@ -223,7 +223,7 @@ def _mark(root: int, other: int, side: int, f: Array, g: Array, trees: Trees) ->
 
 @compiled
 def mesh_with_mesh(
-    one: Array, root: int, two: Array, other: int, trees: Trees, found: Array
+    one: Array, root: int, two: Array, other: int, trees: Trees, found: Array, most: int
 ) -> int:
     """Contacts of two meshes, as mesh_with_solid(); normals towards the first.
 
@@ -286,4 +286,4 @@ def mesh_with_mesh(
                     next_ = _TRIANGLES_OF_BOX if kind == _BOX_TRIANGLE else _TRIANGLES
                 todo[waiting, 0], todo[waiting, 1], todo[waiting, 2] = next_, first, second
                 waiting += 1
-    return keep_contacts(found, n, False)
+    return keep_contacts(found, n, False, most)

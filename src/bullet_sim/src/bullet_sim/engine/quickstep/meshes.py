@@ -83,9 +83,9 @@ def _merge(found: Array, n: int) -> int:
 
 
 @compiled
-def keep_contacts(found: Array, n: int, merge: bool) -> int:
-    """Keep MAX_MESH_CONTACTS of n: the first ones, the last of them in favour of the deepest of the
-    rest; their number.
+def keep_contacts(found: Array, n: int, merge: bool, most: int) -> int:
+    """Keep `most` of n: the first ones, the last of them in favour of the deepest of the rest;
+    their number.
 
     Args:
         merge: leave one, the deepest, of those at the same place and in the same direction.
@@ -104,10 +104,10 @@ def keep_contacts(found: Array, n: int, merge: bool) -> int:
     for i in range(n):
         if found[i, col.F_WEIGHT] == 0.0:
             continue
-        if kept < col.MAX_MESH_CONTACTS:
+        if kept < most:
             copy(found[i], found[kept])
             kept += 1
-        elif found[i, col.F_DEPTH] > found[kept - 1, col.F_DEPTH]:
+        elif kept > 0 and found[i, col.F_DEPTH] > found[kept - 1, col.F_DEPTH]:
             copy(found[i], found[kept - 1])
     return kept
 
@@ -151,7 +151,7 @@ def _triangle_apart(corners: Array, box: Array) -> bool:
 
 @compiled
 def mesh_with_solid(
-    mesh: Array, root: int, solid: Array, kind: int, trees: Trees, found: Array
+    mesh: Array, root: int, solid: Array, kind: int, trees: Trees, found: Array, most: int
 ) -> int:
     """Contacts of a mesh with a box, sphere or cylinder, normals towards the solid; their number.
 
@@ -159,6 +159,7 @@ def mesh_with_solid(
 
     Args:
         found: (MAX_COLLIDE_RETURNS, F_COLUMNS) gets them.
+        most: of them are left.
     """
     box, corners, plane, normal = temporary(6), temporary(9), temporary(4), temporary(3)
     one, two, points, todo = temporary(3), temporary(3), temporary(16, 4), trees.todo[:, 0]
@@ -200,5 +201,5 @@ def mesh_with_solid(
         for i in range(count):
             n = add_candidate(found, n, points[i, :3], normal, points[i, 3])
     if kind == col.SPHERE:
-        return _merge(found, n)
-    return keep_contacts(found, n, kind == col.CYLINDER)
+        return min(_merge(found, n), most)
+    return keep_contacts(found, n, kind == col.CYLINDER, most)

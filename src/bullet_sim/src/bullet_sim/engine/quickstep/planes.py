@@ -9,7 +9,13 @@ import math
 
 from bullet_sim.engine.quickstep import layout as col
 from bullet_sim.engine.quickstep.compiled import compiled, switch, temporary
-from bullet_sim.engine.quickstep.contacts import Pair, Table, add_contact
+from bullet_sim.engine.quickstep.contacts import (
+    Pair,
+    Table,
+    add_contact,
+    keep_most,
+    most_contacts,
+)
 from bullet_sim.engine.quickstep.state import Scene
 from bullet_sim.engine.quickstep.vectors import cross, rotate
 from bullet_sim.pose import Array
@@ -32,12 +38,13 @@ def _sphere_with_plane(n: int, pair: Pair, below: float, center: Array, table: T
 def _mesh_with_plane(n: int, pair: Pair, below: float, scene: Scene, table: Table) -> int:
     """Contacts of the vertices of a mesh, whose center is its body's.
 
-    The first ten below the plane; if there are more, the deepest of the rest in place of the tenth.
-    Only the first MAX_COLLIDE_RETURNS count.
+    The first ones below the plane; if there are more than the pair may have, the deepest of the
+    rest in place of the last. Only the first MAX_COLLIDE_RETURNS count.
     """
     offset, at, local = temporary(3), temporary(3), temporary(3)
     found, seen, deepest, last = 0, 0, 0.0, n
     s, planes, p = pair.shape, pair.surfaces, pair.surface
+    most = min(most_contacts(pair, table), len(table.rows) - n)
     turn = table.work[pair.body, col.W_R : col.W_R + 9]
     a, b, c = planes[p, 0], planes[p, 1], planes[p, 2]
     for k in range(3):  # the plane's normal in the body
@@ -62,11 +69,11 @@ def _mesh_with_plane(n: int, pair: Pair, below: float, scene: Scene, table: Tabl
             seen += 1
             if seen > col.MAX_COLLIDE_RETURNS:
                 return n
-            if found >= col.MAX_MESH_CONTACTS and depth <= deepest:
+            if found >= most and (depth <= deepest or most <= 0):
                 continue
             for k in range(3):
                 at[k] = table.bodies[pair.body, col.POS + k] + offset[k]
-            if found < col.MAX_MESH_CONTACTS:
+            if found < most:
                 last, found = n, found + 1
                 n += 1
                 deepest = depth
@@ -233,4 +240,5 @@ def plane_contacts(n: int, pair: Pair, scene: Scene, table: Table) -> int:
         return n
     if kind == col.MESH:  # the only one that has more than a row of shapes
         return _mesh_with_plane(n, pair, below, scene, table)
-    return _collide(kind, n, pair, below, center, table)
+    count = _collide(kind, n, pair, below, center, table)
+    return keep_most(n, count, most_contacts(pair, table), table)

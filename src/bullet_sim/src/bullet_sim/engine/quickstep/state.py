@@ -308,9 +308,9 @@ def make_blocks(joints: int, contacts: int, work: Array) -> Blocks:
     Args:
         work: (n, W_SIZE); the last row is of no body.
     """
-    # joints' rows one by one; a normal and its friction
-    capacity = col.MAX_JOINT_ROWS * joints + 2 * contacts
-    size = col.WEIGHTS + col.MAX_JOINT_ROWS * joints * col.JB_SIZE + 2 * contacts * col.CB_SIZE
+    # joints' rows one by one; a normal, its friction and its torsion
+    capacity = col.MAX_JOINT_ROWS * joints + 3 * contacts
+    size = col.WEIGHTS + col.MAX_JOINT_ROWS * joints * col.JB_SIZE + 3 * contacts * col.CB_SIZE
     raw = np.zeros(size + 8)
     begin = -raw.ctypes.data // 8 % 8  # at a multiple of 64 bytes, which a processor loads at once
     numbers = raw[begin : begin + size]

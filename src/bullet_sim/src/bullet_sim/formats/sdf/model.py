@@ -223,3 +223,9 @@ class ModelReader:
         self.poses[link.name] = pose * inner
         for sensor in element.findall("sensor"):
             parse_sensor(sensor, link.name, self.model)
+        for light in element.findall("light"):
+            light.warn(
+                f"{label} has a <light> '{light.get('name')}', which is left out",
+                "links have a <light>, which is left out",
+                f"'{light.get('name')}'",
+            )

@@ -156,6 +156,7 @@ def _fog(element: Node | None, label: str) -> Fog | None:
 
 MAX_ITERATIONS = 10_000  # of the solver per step
 DEFAULT_GRAVITY = (0.0, 0.0, -9.8)  # [m/s^2] where a world gives none, as in sdformat
+MAX_CONTACTS = 250  # of a pair of shapes, as in Gazebo
 MAX_TIME = 1e9  # [s] at which a world may begin
 DEFAULT_RATE = 1000.0  # [Hz] steps a second of wall time where a world gives no rate
 # World plugins that provide gazebo_ros' services and topics, which exist here without them.
@@ -335,6 +336,7 @@ def _ode_settings(world: Node, label: str) -> OdeSettings:
     def number(path: str, value: float, lower: float) -> float:
         return max(lower, child_number(world, f"physics/ode/{path}", label, value))
 
+    most = child_number(world, "physics/max_contacts", label, float(default.max_contacts))
     even = child_text(world, "physics/ode/solver/use_dynamic_moi_rescaling", "false")
     return OdeSettings(
         iterations=int(min(number("solver/iters", default.iterations, 1.0), MAX_ITERATIONS)),
@@ -343,6 +345,7 @@ def _ode_settings(world: Node, label: str) -> OdeSettings:
         erp=number("constraints/erp", default.erp, 0.0),
         max_speed=number("constraints/contact_max_correcting_vel", default.max_speed, 0.0),
         evens_inertias=is_true(even),
+        max_contacts=int(most) if 0 < most < MAX_CONTACTS else MAX_CONTACTS,
     )
 
 
