@@ -12,6 +12,7 @@ from bullet_sim.formats.sdf.world import ground_plane
 from bullet_sim.plugins.drives import PlanarMoveSpec, WheelDriveSpec
 from bullet_sim.plugins.inertial import (
     BiasedImuSpec,
+    BiasModel,
     ErrorModel,
     GpsSpec,
     GroundTruthSpec,
@@ -167,6 +168,26 @@ def test_noise_of_an_imu_is_that_of_its_seed(topics, world, cart):
         assert vector(message.angular_velocity).tolist() == rate.tolist()
         assert vector(message.linear_acceleration).tolist() == force.tolist()
         assert message.orientation == without.orientation
+
+
+def test_an_imu_has_the_bias_of_its_sdf(topics, world, cart):
+    """The same in each message, another one after a reset with another seed only."""
+    exact = ImuSpec("i", "base", topic="/exact")
+    biased = ImuSpec(
+        "i", "base", topic="/biased", gyro_bias=BiasModel((0.5, 0.25, 0.125)),
+        accel_bias=BiasModel(precision=(100.0,) * 3),
+    )  # fmt: skip
+    outputs = [made(spec, world, cart) for spec in (exact, biased)]
+    found = []
+    for _ in range(3):
+        world.step(1)
+        for output in outputs:
+            output.update(world.time, 0.001)
+        without, message = (topics[name].messages[-1] for name in ("/exact", "/biased"))
+        found.append(vector(message.angular_velocity) - vector(without.angular_velocity))
+        assert not (vector(message.linear_acceleration) % 100.0).any()
+    assert np.abs(found[0]) == pytest.approx((0.5, 0.25, 0.125))
+    np.testing.assert_allclose(found[1:], [found[0]] * 2, atol=1e-12)
 
 
 def test_the_imu_of_a_model_has_no_gravity_and_is_turned_as_in_gazebo(topics, world, cart):

@@ -250,8 +250,9 @@ def test_imu_sensor():
     spec = one(sensor("imu", "libgazebo_ros_imu_sensor.so", tags, inside))
     assert type(spec) is ImuSpec
     assert (spec.topic, spec.frame_id, spec.rate) == ("/n/imu", "imu_link", 50)
-    assert (spec.gyro_noise_mean, spec.accel_noise_mean) == (0.1, 0.0)
-    assert (spec.gyro_noise_stddev, spec.accel_noise_stddev) == pytest.approx((0.5, 0.4))
+    assert (spec.gyro_noise_mean, spec.accel_noise_mean) == ((0.1, 0.0, 0.0), 0.0)
+    assert spec.gyro_noise_stddev == pytest.approx((0.5, 0.4, 0.4))
+    assert spec.accel_noise_stddev == pytest.approx(0.4)
     assert spec.variance == pytest.approx(0.16)
 
 

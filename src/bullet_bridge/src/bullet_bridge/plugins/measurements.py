@@ -18,7 +18,7 @@ from bullet_sim.plugins.inertial import (
 from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, multiply
 from bullet_sim.sensors import inertial
 from bullet_sim.sensors.contact import nearest, watched_links
-from bullet_sim.sensors.errors import SensorErrors
+from bullet_sim.sensors.errors import Bias, SensorErrors
 from bullet_sim.sensors.inertial import joint_wrench, net_wrench
 from gazebo_msgs.msg import ContactsState, ContactState
 from geometry_msgs.msg import Vector3, Vector3Stamped, Wrench, WrenchStamped
@@ -88,12 +88,13 @@ class GroundTruthSensor(Sensor):
 class ImuSensor(Sensor):
     """sensor_msgs/Imu: proper acceleration, mean over the sensor's period."""
 
-    STATE: ClassVar[tuple[str, ...]] = ("_before", "_reference")
+    STATE: ClassVar[tuple[str, ...]] = ("_before", "_reference", "_gyro_bias", "_accel_bias")
     message = Imu
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         self._sender = PackedImu(self.pub, self.spec.frame_id, self.spec.variance)
+        self._gyro_bias, self._accel_bias = Bias(self.spec.gyro_bias), Bias(self.spec.accel_bias)
         if self.spec.service:
             self.service(self.spec.service, EmptyService, self._on_calibrate)
 
@@ -106,12 +107,15 @@ class ImuSensor(Sensor):
         self._before: Any = None  # (velocity, time) at the last measurement
         x, y, z, w = self.pose().orientation if self.spec.relative else (0.0, 0.0, 0.0, 1.0)
         self._reference: Quat = (-x, -y, -z, w)  # from the left to an orientation in the world
+        self._gyro_bias.restart(self.rng)
+        self._accel_bias.restart(self.rng)
 
     def update(self, time: float, period: float) -> None:
         self._sender.send(time, *self.read(time))
 
     def read(self, time: float) -> tuple[Quat, Vec3, Vec3]:
         """Orientation, angular velocity [rad/s] and specific force [m/s^2] at a time [s]."""
+        period = 0.0 if self._before is None else time - self._before[1]
         orientation, rate, force = self._ideal(time)
         spec = self.spec
         if spec.relative:
@@ -122,7 +126,12 @@ class ImuSensor(Sensor):
             a, b, c, d = self.rng.normal(0.0, spec.orientation_noise, 4).tolist()
             x, y, z, w = orientation
             orientation = x + a, y + b, z + c, w + d
-        return orientation, *self._with_noise(rate, force)
+        rate, force = self._with_noise(rate, force)
+        if not self._gyro_bias.is_none:
+            rate = self._gyro_bias.measured(rate, period, self.rng)
+        if not self._accel_bias.is_none:
+            force = self._accel_bias.measured(force, period, self.rng)
+        return orientation, rate, force
 
     def _ideal(self, time: float) -> tuple[Quat, Vec3, Vec3]:
         """As read(), without errors."""
@@ -140,13 +149,13 @@ class ImuSensor(Sensor):
             self._noisy(acceleration, spec.accel_noise_stddev, spec.accel_noise_mean),
         )
 
-    def _noisy(self, values: Vec3, stddev: float, mean: float | Vec3) -> Vec3:
+    def _noisy(self, values: Vec3, stddev: float | Vec3, mean: float | Vec3) -> Vec3:
         """As inertial.add_noise, on plain numbers."""
         x, y, z = values
         if mean:
             a, b, c = (mean, mean, mean) if isinstance(mean, float) else mean
             x, y, z = x + a, y + b, z + c
-        if stddev > 0.0:
+        if isinstance(stddev, tuple) or stddev > 0.0:
             a, b, c = self.rng.normal(0.0, stddev, 3).tolist()
             x, y, z = x + a, y + b, z + c
         return x, y, z

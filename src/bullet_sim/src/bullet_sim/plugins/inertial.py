@@ -33,12 +33,31 @@ class ErrorModel:
 
 
 @dataclass(frozen=True)
+class BiasModel:
+    """What a <noise> of SDF has besides its mean and its deviation, along three axes.
+
+    Attributes:
+        mean, stddev: of the bias at the start, which then gets a random sign.
+        wander, time: deviation of what is added to it each second, and time [s] in which it decays;
+            either 0: it stays.
+        precision: to a multiple of which measurements are rounded; 0: they are not.
+    """
+
+    mean: Vec3 = ZERO
+    stddev: Vec3 = ZERO
+    wander: Vec3 = ZERO
+    time: Vec3 = ZERO
+    precision: Vec3 = ZERO
+
+
+@dataclass(frozen=True)
 class ImuSpec:
     """An inertial measurement unit; rates [rad/s] and accelerations [m/s^2] in its own frame.
 
     Attributes:
         rate: messages per simulated second [Hz]; 0: every physics step.
-        gyro_noise_mean, accel_noise_mean: one for all axes, or one for each.
+        gyro_noise_mean, accel_noise_mean, and their like: one for all axes, or one for each.
+        gyro_bias, accel_bias: their biases.
         variance: on the diagonals of the covariances.
         service: name of its std_srvs/Empty; "": none.
         turn: quaternion that is multiplied with the orientation from the left.
@@ -52,11 +71,13 @@ class ImuSpec:
     rate: float = 100.0
     topic: str = "/imu"
     frame_id: str = "imu_link"
-    gyro_noise_stddev: float = 0.0
-    accel_noise_stddev: float = 0.0
+    gyro_noise_stddev: float | Vec3 = 0.0
+    accel_noise_stddev: float | Vec3 = 0.0
     gyro_noise_mean: float | Vec3 = 0.0
     accel_noise_mean: float | Vec3 = 0.0
     variance: float = 0.0
+    gyro_bias: BiasModel = BiasModel()
+    accel_bias: BiasModel = BiasModel()
     service: str = ""
     turn: Quat = (0.0, 0.0, 0.0, 1.0)
     relative: bool = False
@@ -257,18 +278,44 @@ def imu(xml: SensorXml) -> ImuSpec:
     )
 
 
+def _alike(values: list[float]) -> float | Vec3:
+    """A number for all axes, or three."""
+    x, y, z = values
+    return x if x == y == z else (x, y, z)
+
+
+def _bias(sensor: Values, paths: list[tuple[str, str]]) -> BiasModel:
+    """Bias of three axes, each with the paths at which its <noise> may be."""
+
+    def of(tag: str) -> Vec3:
+        x, y, z = (sum(sensor.number(f"{path}/{tag}") for path in axis) for axis in paths)
+        return x, y, z
+
+    return BiasModel(
+        of("bias_mean"),
+        of("bias_stddev"),
+        of("dynamic_bias_stddev"),
+        of("dynamic_bias_correlation_time"),
+        of("precision"),
+    )
+
+
 @sensor_plugin("gazebo_ros_imu_sensor", types=("imu",))
 def imu_sensor(xml: SensorXml) -> ImuSpec:
     plugin, sensor = xml.plugin("imu"), Values(xml.sensor, f"imu '{xml.name}'")
-    mean, stddev = {}, {}
+    mean, stddev, bias = {}, {}, {}
     plugin_noise = abs(plugin.number("gaussianNoise"))
-    for key, paths in (
-        ("gyro", ("imu/angular_velocity/x/noise", "imu/noise/rate")),
-        ("accel", ("imu/linear_acceleration/x/noise", "imu/noise/accel")),
+    for key, tag, old in (
+        ("gyro", "angular_velocity", "imu/noise/rate"),
+        ("accel", "linear_acceleration", "imu/noise/accel"),
     ):
-        values = [sensor.noise(path) for path in paths]
-        mean[key] = sum(value[0] for value in values)
-        stddev[key] = (plugin_noise**2 + sum(value[1] ** 2 for value in values)) ** 0.5
+        paths = [(f"imu/{tag}/{axis}/noise", old) for axis in "xyz"]  # an old one is of all axes
+        values = [[sensor.noise(path) for path in axis] for axis in paths]
+        mean[key] = _alike([sum(value[0] for value in axis) for axis in values])
+        stddev[key] = _alike(
+            [(plugin_noise**2 + sum(value[1] ** 2 for value in axis)) ** 0.5 for axis in values]
+        )
+        bias[key] = _bias(sensor, paths)
     return _imu_spec(
         xml,
         xml.name,
@@ -281,6 +328,8 @@ def imu_sensor(xml: SensorXml) -> ImuSpec:
         accel_noise_mean=mean["accel"],
         gyro_noise_stddev=stddev["gyro"],
         accel_noise_stddev=stddev["accel"],
+        gyro_bias=bias["gyro"],
+        accel_bias=bias["accel"],
         orientation_noise=plugin_noise,
         turn=quaternion_from_rpy(*plugin.vector("rpyOffset")),
         relative=is_true(xml.text("initialOrientationAsReference")),

@@ -130,13 +130,14 @@ def _scan(xml: SensorXml, ray: Values, samples: int) -> dict[str, Any]:
 def _layers(xml: SensorXml) -> dict[str, Any]:
     """As _scan, with layers and noise."""
     ray = xml.part("ray", "lidar")
+    mean, stddev = ray.noise("noise")
     return dict(
         _scan(xml, ray, 1),
         layers=rays_of(ray, "vertical", 1),
         min_elevation=ray.number("scan/vertical/min_angle"),
         max_elevation=ray.number("scan/vertical/max_angle"),
-        noise_mean=ray.number("noise/mean"),
-        noise_stddev=abs(ray.number("noise/stddev")),
+        noise_mean=mean,
+        noise_stddev=stddev,
     )
 
 

@@ -194,7 +194,7 @@ class Values:
     def noise(self, path: str) -> tuple[float, float]:
         """(mean, standard deviation) of a Gaussian <noise>; zeros where there is none."""
         noise = self.element.find(path)
-        if noise is None:
+        if noise is None or (noise.get("type") or child_text(noise, "type")) == "none":
             return 0.0, 0.0
         values = Values(noise, self.label)
         return values.number("mean"), abs(values.number("stddev"))

@@ -1,12 +1,15 @@
-"""Errors of hector's sensors: constant offset, a drift that wanders, white noise, a scale."""
+"""Errors of sensors: hector's, with an offset, a drift that wanders, white noise and a scale; the
+biases of Gazebo's own noise."""
 
 from __future__ import annotations
 
 import math
 from typing import Any
 
+import numpy as np
+
 from bullet_sim.component import Stateful
-from bullet_sim.plugins.inertial import ErrorModel
+from bullet_sim.plugins.inertial import BiasModel, ErrorModel
 from bullet_sim.plugins.xml import ZERO
 from bullet_sim.pose import Vec3
 
@@ -57,6 +60,55 @@ class SensorErrors(Stateful):
             )
         )
         return x, y, z
+
+
+class Bias(Stateful):
+    """Bias of one measurement of Gazebo's own sensors, along three axes.
+
+    One that wanders is an Ornstein-Uhlenbeck process.
+
+    Attributes:
+        bias: now.
+    """
+
+    STATE = ("bias",)
+
+    def __init__(self, spec: BiasModel) -> None:
+        self.spec = spec
+        self.bias: Vec3 = ZERO
+        self._wanders = any(spec.wander) and any(spec.time)
+        self.is_none = not (any(spec.mean) or any(spec.stddev) or self._wanders)
+        self.is_none = self.is_none and not any(spec.precision)
+
+    def restart(self, rng: Any) -> None:
+        """Begin with a random bias."""
+        self.bias = ZERO
+        if any(self.spec.mean) or any(self.spec.stddev):
+            signs = np.where(rng.random(3) < 0.5, -1.0, 1.0)
+            x, y, z = (signs * rng.normal(self.spec.mean, np.abs(self.spec.stddev))).tolist()
+            self.bias = x, y, z
+
+    def measured(self, values: Vec3, period: float, rng: Any) -> Vec3:
+        """Values with the bias, rounded, a time [s] after the last ones."""
+        if self._wanders:
+            self._wander(period, rng)
+        x, y, z = (value + bias for value, bias in zip(values, self.bias))
+        if any(self.spec.precision):
+            x, y, z = (
+                round(value / to) * to if to > 0.0 else value
+                for value, to in zip((x, y, z), self.spec.precision)
+            )
+        return x, y, z
+
+    def _wander(self, period: float, rng: Any) -> None:
+        steps = rng.standard_normal(3).tolist()
+        found = []
+        for bias, step, deviation, time in zip(self.bias, steps, self.spec.wander, self.spec.time):
+            if deviation > 0.0 and time > 0.0:
+                spread = deviation * math.sqrt(-0.5 * time * math.expm1(-2.0 * period / time))
+                bias = math.exp(-period / time) * bias + spread * step
+            found.append(bias)
+        self.bias = found[0], found[1], found[2]
 
 
 def _normal(deviations: Vec3, rng: Any) -> Vec3:

@@ -51,20 +51,6 @@ UNREAD: dict[str, tuple[str, ...]] = {
     "camera/visibility_mask": ("4294967295",),
     "sensor/enable_metrics": NO,
     "imu/enable_orientation": YES,
-    "imu/orientation_reference_frame/localization": ("custom",),
-    "imu/orientation_reference_frame/custom_rpy": ("0 0 0",),
-    "imu/orientation_reference_frame/custom_rpy@parent_frame": (),
-    "imu/orientation_reference_frame/grav_dir_x": (),
-    "imu/orientation_reference_frame/grav_dir_x@parent_frame": (),
-    "noise/bias_mean": ZERO,
-    "noise/bias_stddev": ZERO,
-    "noise/dynamic_bias_correlation_time": ZERO,
-    "noise/dynamic_bias_stddev": ZERO,
-    "noise/precision": ZERO,
-    "imu/noise/accel/bias_mean": ZERO,
-    "imu/noise/accel/bias_stddev": ZERO,
-    "imu/noise/rate/bias_mean": ZERO,
-    "imu/noise/rate/bias_stddev": ZERO,
 }
 _SKIPPED = ("plugin", "actor")  # what they contain is none of SDF, or is left out as a whole
 _BY_TAG: dict[str, list[tuple[str, ...]]] = {}
