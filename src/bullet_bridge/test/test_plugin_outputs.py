@@ -90,6 +90,20 @@ def test_velodyne_cloud(topics, world, cart):
     assert sorted(set(data["ring"].tolist())) == [0, 1, 2, 3]
 
 
+def test_a_velodyne_leaves_out_what_is_below_its_minimal_intensity(topics, world, cart):
+    for minimum, count in ((0.0, 9), (0.1, 0)):  # the wall reflects nothing
+        spec = CloudSpec("v", "base", layers=1, topic="/v", min_intensity=minimum, **SCAN)
+        made(spec, world, cart).update(0.5, 0.0)
+        assert topics["/v"].messages[-1].width == count
+
+
+def test_a_sonars_range_has_hectors_errors_within_its_bounds(topics, world, cart):
+    for offset, wanted in ((1.0, 6.0), (9.0, 10.0), (-9.0, 0.2)):
+        spec = RangeSpec("s", "base", topic="/s", errors=ErrorModel(offset=(offset,) * 3), **SCAN)
+        made(spec, world, cart).update(0.1, 0.0)
+        assert topics["/s"].messages[-1].range == pytest.approx(wanted, abs=0.01)
+
+
 def test_organized_cloud_keeps_the_rays_that_hit_nothing(topics, world, cart):
     spec = CloudSpec("v", "base", layers=2, min_elevation=0.0, max_elevation=0.1, topic="/v",
                      organized=True, **dict(SCAN, range_max=5.2))  # fmt: skip

@@ -1,10 +1,12 @@
 """Lidars, range sensors and point clouds."""
 
+import math
 from typing import Any, ClassVar
 
 import numpy as np
 from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec, RaySpec
 from bullet_sim.pose import Array
+from bullet_sim.sensors.errors import SensorErrors
 from bullet_sim.sensors.lidar import LayeredLidar, Lidar
 from geometry_msgs.msg import Point32
 from sensor_msgs.msg import ChannelFloat32, LaserScan, PointCloud, PointCloud2, PointField, Range
@@ -111,8 +113,11 @@ class CloudSensor(RaysSensor):
     relayed = False
 
     def measure(self, time: float) -> PointCloud2:
-        points = self._lidar.points(self._scan())
-        return velodyne_cloud(time, self.spec, points, self._lidar.rings, self._intensities())
+        points, found = self._lidar.points(self._scan()), self._intensities()
+        if self.spec.min_intensity > -math.inf:
+            values = np.zeros(len(points)) if found is None else found
+            points = np.where((values < self.spec.min_intensity)[:, None], math.nan, points)
+        return velodyne_cloud(time, self.spec, points, self._lidar.rings, found)
 
 
 @ros_side(BlockCloudSpec)
@@ -138,11 +143,26 @@ class BlockLaserSensor(RaysSensor):
 class RangeSensor(RaysSensor):
     """sensor_msgs/Range: the closest hit, max_range where there is none."""
 
+    STATE = ("_errors", "_measured")
     message, lidar = Range, LayeredLidar
+
+    def __init__(self, context: PluginContext) -> None:
+        super().__init__(context)
+        self._errors = SensorErrors(self.spec.errors)
+
+    def reset(self, time: float) -> None:
+        """With random errors, as its drift gives them."""
+        super().reset(time)
+        self._measured = time
+        self._errors.restart(self.rng)
 
     def measure(self, time: float) -> Range:
         spec, ranges = self.spec, self._scan()
+        elapsed, self._measured = time - self._measured, time
         minimum = float(np.clip(ranges.min(), spec.range_min, spec.range_max))
+        if minimum < spec.range_max:
+            minimum = self._errors.measured((minimum,) * 3, elapsed, self.rng)[0]
+            minimum = float(np.clip(minimum, spec.range_min, spec.range_max))
         return Range(
             header=conversions.header(time, spec.frame_id),
             radiation_type=Range.INFRARED if spec.infrared else Range.ULTRASOUND,

@@ -413,6 +413,7 @@ def depth_camera(xml: SensorXml) -> DepthCameraSpec:
     plugin, group = xml.plugin("depth camera"), xml.text("cameraName")
     is_kinect = library(xml.element) == "gazebo_ros_openni_kinect"
     values, rate = _camera_values(xml), xml.rate(None)
+    xml.warn_ignored("reflectanceTopicName", "normalsTopicName", "reduceNormals")
     if rate:
         values |= dict(rate=rate, plugin_rate=0.0)
     return DepthCameraSpec(

@@ -136,6 +136,8 @@ def control(xml: PluginXml) -> None:
     model.control_namespace = f"/{xml.names.namespace}"
     model.control_period = Values(xml.element, "gazebo_ros_control").number("controlPeriod")
     model.emergency_stop = xml.text("eStopTopic")
+    if xml.text("robotParam", "robot_description") != "robot_description":
+        xml.warn_ignored("robotParam")
     sim_type = xml.text("robotSimType", DEFAULT_SIM_TYPE).replace("::", "/")
     if sim_type not in known:
         xml.warn(

@@ -1,8 +1,10 @@
 """Lidars and range sensors: their specifications, read from SDF and plugins."""
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
+from bullet_sim.plugins.inertial import ErrorModel, sensor_errors
 from bullet_sim.plugins.registry import sensor_plugin
 from bullet_sim.plugins.xml import ZERO_POSE, PoseTuple, SensorXml, Values
 from bullet_sim.xml_reader import child_text, is_true, warn_replaced
@@ -56,9 +58,11 @@ class CloudSpec(LayeredRays):
 
     Attributes:
         organized: PointCloud2 of one row a layer, NaN where nothing was hit; else hits only.
+        min_intensity: below which a point is none.
     """
 
     organized: bool = False
+    min_intensity: float = -math.inf
 
 
 @dataclass(frozen=True)
@@ -73,10 +77,12 @@ class RangeSpec(LayeredRays):
     Attributes:
         infrared: True: infrared; False: ultrasound.
         field_of_view: written into the message [rad].
+        errors: of the range [m], all three alike, where it is below the maximum.
     """
 
     infrared: bool = False
     field_of_view: float = 0.05
+    errors: ErrorModel = ErrorModel()
 
 
 def sweep(ray: Values) -> tuple[float, float]:
@@ -191,6 +197,7 @@ def velodyne(xml: SensorXml) -> CloudSpec:
         **_output(xml, plugin, values, "/velodyne_points", rate_tag=None),
         frame_id=_frame(xml, "/velodyne"),
         organized=is_true(xml.text("organize_cloud")),
+        min_intensity=plugin.number("min_intensity", -math.inf),
     )
 
 
@@ -225,11 +232,11 @@ def sonar(xml: SensorXml) -> RangeSpec:
     return RangeSpec(
         **dict(
             values,
-            noise_stddev=values["noise_stddev"] or abs(plugin.number("gaussianNoise")),
             rate=max(0.0, plugin.number("updateRate", 10.0)),
             topic=xml.topic("topicName", "sonar"),
         ),
         frame_id=xml.frame("frameId", "/sonar_link"),
         infrared=False,
         field_of_view=min(angles, default=0.0),
+        errors=sensor_errors(xml),
     )

@@ -234,6 +234,16 @@ class PluginXml(PluginValues):
             raise ModelError(text)
         self.model.warn(text, cause, item)
 
+    def warn_ignored(self, *tags: str) -> None:
+        """One warning for those of the tags that are given and have no effect here."""
+        given = [f"<{tag}>" for tag in tags if self.element.find(tag) is not None]
+        if given:
+            self.warn(
+                f"{self.label} has {', '.join(given)}, which have no effect here",
+                "parameters of plugins have no effect here",
+                f"{', '.join(given)} of {self.label}",
+            )
+
     def strict(self: _Plugin) -> _Plugin:
         """A copy that raises ModelError where this one warns."""
         other = copy.copy(self)

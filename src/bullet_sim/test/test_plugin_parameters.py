@@ -1,0 +1,135 @@
+"""Each parameter of each plugin, by plugin_parameters.yaml: its default and what is read of it."""
+
+import math
+import pathlib
+
+import pytest
+import yaml
+from bullet_sim.formats.urdf import parse_urdf
+from bullet_sim.plugins import PLUGINS, SENSOR_PLUGINS
+
+TABLE = yaml.safe_load(
+    pathlib.Path(__file__).with_name("plugin_parameters.yaml").read_text(encoding="utf-8")
+)
+NAMES = (
+    "front_steering", "front_wheel", "left_wheel", "right_wheel", "left", "right", "front_left",
+    "front_right", "rear_left", "rear_right", "spare",
+)  # fmt: skip
+LINKS = (
+    '<link name="foot"/><link name="base"/><joint name="f" type="fixed"><parent link="foot"/>'
+    '<child link="base"/></joint>'
+    + "".join(
+        f'<link name="{name}"/><joint name="{name}_joint" type="continuous"><parent link="base"/>'
+        f'<child link="{name}"/></joint>'
+        for name in NAMES
+    )
+)
+CAMERA = "<camera name='left'><horizontal_fov>1</horizontal_fov></camera>"
+SENSORS = {"camera": CAMERA, "multicamera": CAMERA, "depth": CAMERA, "ray": "<ray/>", "imu": "",
+           "contact": "<contact><collision>base_collision</collision></contact>"}  # fmt: skip
+MIMIC = {"joint": "left_joint", "mimicJoint": "right_joint"}
+NEEDED = {  # library -> parameters without which it does nothing, or has no default
+    "gazebo_ros_camera": {"cameraName": "cam"},
+    "gazebo_ros_ft_sensor": {"jointName": "left_joint"},
+    "gazebo_ros_f3d": {"bodyName": "base"},
+    "gazebo_ros_force": {"bodyName": "base", "topicName": "t"},
+    "gazebo_ros_vacuum_gripper": {"bodyName": "base", "topicName": "t"},
+    "gazebo_ros_hand_of_god": {"linkName": "base"},
+    "gazebo_ros_imu": {"bodyName": "base"},
+    "gazebo_ros_p3d": {"bodyName": "base", "topicName": "t", "frameName": "world"},
+    "gazebo_ros_joint_state_publisher": {"jointName": "left_joint"},
+    "roboticsgroup_upatras_gazebo_mimic_joint_plugin": MIMIC,
+    "diffdrive_plugin_6w": {
+        f"{place}{side}Joint": f"{prefix}{side.lower()}_joint"
+        for place, prefix in (("front", "front_"), ("mid", ""), ("rear", "rear_"))
+        for side in ("Left", "Right")
+    },
+    "diffdrive_plugin_multi_wheel": {"leftJoints": "left_joint", "rightJoints": "right_joint"},
+}
+ABSOLUTE = (  # their default topic begins with a slash, so that no namespace goes before it
+    "gazebo_ros_block_laser", "gazebo_ros_laser", "gazebo_ros_gpu_laser", "gazebo_ros_range",
+    "gazebo_ros_imu", "gazebo_ros_velodyne_laser", "gazebo_ros_velodyne_gpu_laser",
+)  # fmt: skip
+
+
+def read(library, tags):
+    """The description of a robot with this plugin, of the model or of a sensor."""
+    texts = "".join(f"<{tag}>{text}</{tag}>" for tag, text in tags.items())
+    plugin = f'<plugin name="p" filename="lib{library}.so">{texts}</plugin>'
+    if library in PLUGINS.names():
+        body = f"<gazebo>{plugin}</gazebo>"
+    else:
+        kind = next(kind for kind in SENSORS if kind in SENSOR_PLUGINS.find(library).types)
+        body = (
+            f'<gazebo reference="base"><sensor name="s" type="{kind}"><update_rate>10'
+            f"</update_rate>{SENSORS[kind]}{plugin}</sensor></gazebo>"
+        )
+    return parse_urdf(f'<robot name="r">{LINKS}{body}</robot>', str, "bot")
+
+
+def value(library, tags, attribute):
+    """An attribute of what is read, or one of the joint 'spare' or 'right' that mimics another."""
+    model = read(library, tags)
+    if attribute.startswith("mimic:"):
+        joint, field = attribute[len("mimic:") :].split(".")
+        mimic = model.joints[joint].mimic
+        return mimic and getattr(mimic, field)
+    found = model.sensors[0] if model.sensors else model
+    for name in attribute.split("."):
+        found = getattr(found, name)
+    return plain(found)
+
+
+def plain(found):
+    """As YAML has it: lists, and mappings of strings."""
+    if isinstance(found, dict):
+        return {key: plain(item) for key, item in found.items()}
+    if isinstance(found, (tuple, list)):
+        return [plain(item) for item in found]
+    return str(found) if isinstance(found, str) else found
+
+
+@pytest.mark.parametrize(
+    "library, tag", [(library, tag) for library, tags in TABLE.items() for tag in tags]
+)
+def test_a_parameter_and_its_default(library, tag):
+    text, attribute, default, wanted = TABLE[library][tag]
+    others = dict(NEEDED.get(library, {}))
+    if tag == "robotNamespace" and library in ABSOLUTE:
+        others["topicName"] = "t"
+    for given, expected in ((others, default), ({**others, tag: text}, wanted)):
+        found = value(library, given, attribute)
+        if isinstance(expected, float) and math.isfinite(expected):
+            expected = pytest.approx(expected)
+        assert found == expected
+
+
+def test_parameters_of_a_cameras_distortion():
+    lens = "<distortion><k1>-0.1</k1><center>0.5 0.5</center></distortion>"
+    for tag, attribute in (("autoDistortion", "coefficients"), ("borderCrop", "crop")):
+        found = []
+        for text in ("true", "false"):
+            body = (
+                '<gazebo reference="base"><sensor name="s" type="camera"><update_rate>10'
+                f"</update_rate><camera><horizontal_fov>1</horizontal_fov>{lens}</camera>"
+                f'<plugin name="p" filename="libgazebo_ros_camera.so"><{tag}>{text}</{tag}>'
+                "</plugin></sensor></gazebo>"
+            )
+            (spec,) = parse_urdf(f'<robot name="r">{LINKS}{body}</robot>', str, "bot").sensors
+            found.append(spec)
+        assert found[0] != found[1], (tag, attribute)
+
+
+@pytest.mark.parametrize(
+    "library, tag",
+    [
+        ("gazebo_ros_depth_camera", "reflectanceTopicName"),
+        ("gazebo_ros_depth_camera", "normalsTopicName"),
+        ("gazebo_ros_depth_camera", "reduceNormals"),
+        ("gazebo_ros_control", "robotParam"),
+    ],
+)
+def test_a_parameter_without_an_effect_is_told(library, tag):
+    assert not any(tag in warning for warning in read(library, {}).warnings)
+    (warning,) = [text for text in read(library, {tag: "x"}).warnings if tag in text]
+    assert f"<{tag}>, which have no effect here" in warning
