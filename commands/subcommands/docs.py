@@ -2,7 +2,7 @@
 
 The pages are those of docs/ and those beside the code, with a search and the Python API; mkdocs.yml
 has the tree. A page that is missing, and a link or an anchor that leads nowhere, end the build. The
-site is in out/site/ and needs no network: open its index.html, or the printed address. The first
+site is in out/site/; at the printed address its search works, too, without a network. The first
 call installs mkdocs and its theme (config/requirements-docs.txt) into .cache/docs, not into .venv.
 """
 
