@@ -347,8 +347,8 @@ def test_usual_tags_are_quiet(tags):
     assert read(f'<gazebo reference="base">{tags}</gazebo>').warnings == []
     assert (
         read(
-            '<gazebo reference="neck"><preserveFixedJoint>true</preserveFixedJoint>'
-            "<disableFixedJointLumping>true</disableFixedJointLumping>"
+            '<gazebo reference="neck"><preserveFixedJoint>false</preserveFixedJoint>'
+            "<disableFixedJointLumping>false</disableFixedJointLumping>"
             "<provideFeedback>true</provideFeedback></gazebo>"
         ).warnings
         == []

@@ -27,8 +27,8 @@ class LumpedModel:
         links: parents first.
         joints: the movable joints, in the original's order.
         frames: for every original link: the link it is merged into and its pose in that link.
-        welds: measured fixed joints, which are not merged: continuous ones that a motor has to
-            hold, as Bullet drops the contacts of links below its fixed joints.
+        welds: fixed joints that are measured or kept, which are not merged: continuous ones that
+            a motor has to hold, as Bullet drops the contacts of links below its fixed joints.
     """
 
     links: dict[str, Link]
@@ -52,7 +52,8 @@ def lump(model: ModelDescription, as_in_gazebo: bool = False) -> LumpedModel:
     welds: list[Joint] = []
     for joint in _as_created(model) if as_in_gazebo else _parents_first(model):
         parent, pose = frames[joint.parent]
-        welded = joint.name in model.measured and not model.static and _is_stiff(joint)
+        held = joint.name in model.measured or joint.name in model.kept
+        welded = held and not model.static and _is_stiff(joint)
         if not welded and (joint.kind == "fixed" or model.static):
             frames[joint.child] = (parent, pose * joint.origin)
             _merge(links[parent], model.links[joint.child], pose * joint.origin)

@@ -312,6 +312,7 @@ class ModelDescription:
         control_period: of its controllers [s]; 0: every physics step.
         emergency_stop: topic in that namespace, <eStopTopic>; empty: none.
         robot_sim_type: of its hardware layer, as in <robotSimType>; empty: the default.
+        kept: fixed joints that are not merged, as a URDF's <preserveFixedJoint> wants it.
         measured: joints whose force and torque a sensor measures; fixed ones are not merged.
         transmissions: hardware interfaces of each joint: 'effort', 'velocity', 'position'.
         static: never moves.
@@ -331,6 +332,7 @@ class ModelDescription:
     control_period: float = 0.0
     emergency_stop: str = ""
     robot_sim_type: str = ""
+    kept: set[str] = field(default_factory=set)
     measured: set[str] = field(default_factory=set)
     transmissions: dict[str, tuple[str, ...]] = field(default_factory=dict)
     static: bool = False

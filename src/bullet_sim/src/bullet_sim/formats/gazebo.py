@@ -6,6 +6,7 @@ from typing import Any
 
 from bullet_sim.description.model import (
     EVERYTHING,
+    Joint,
     Link,
     ModelDescription,
     Surface,
@@ -211,6 +212,7 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
     Args:
         resolve: of the URIs of scripts.
     """
+    _keep_joints(robot, model)
     gravity: dict[str, bool] = {}
     decay: dict[str, tuple[float, float]] = {}
     for element in robot.findall("gazebo"):
@@ -279,6 +281,41 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
     _assign(robot, materials, _retros(robot), model)
 
 
+def _keep_joints(robot: Node, model: ModelDescription) -> None:
+    """Keep the fixed joints that sdformat is told not to merge: as fixed ones, or, with
+    <disableFixedJointLumping> alone, as hinges about z with limits of 0.
+
+    A link without mass is merged nevertheless; sdformat drops it.
+    """
+    fixed, hinges = set(), set()
+    for element in robot.findall("gazebo"):
+        name = element.get("reference") or ""
+        if is_true(child_text(element, "preserveFixedJoint", "false")):
+            fixed.add(name)
+        elif is_true(child_text(element, "disableFixedJointLumping", "false")):
+            hinges.add(name)
+    for name in sorted(fixed | hinges):
+        joint = model.joints.get(name)
+        if joint is None or joint.kind != "fixed" or joint.parent == "world":
+            continue
+        if model.links[joint.child].mass <= 0.0:
+            model.warn(
+                f"joint '{name}' is to be kept, but its link '{joint.child}' has no mass; it is "
+                "merged, Gazebo leaves it out",
+                "joints are to be kept whose links have no mass; these are merged, Gazebo leaves "
+                "them out",
+                f"'{name}'",
+            )
+        elif name in fixed:
+            model.kept.add(name)
+        else:
+            joint.kind, joint.axis, joint.lower, joint.upper = "revolute", (0.0, 0.0, 1.0), 0.0, 0.0
+
+
+def _merges(joint: Joint, model: ModelDescription) -> bool:
+    return joint.kind == "fixed" and joint.name not in model.kept
+
+
 def _retros(robot: Node) -> dict[str, float]:
     """The last <laserRetro> of each link."""
     found = {}
@@ -341,7 +378,7 @@ def _set_merged(
     of their joints' names. As in sdformat all have the gravity that the last one says, and the
     decay that the first one says.
     """
-    if any(joint.child == name and joint.kind == "fixed" for joint in model.joints.values()):
+    if any(joint.child == name and _merges(joint, model) for joint in model.joints.values()):
         return  # of a link that is merged
     names, said = [], True
     pending = [name]
@@ -351,7 +388,7 @@ def _set_merged(
             continue
         names.append(name)
         said = gravity.get(name, said)
-        fixed = [joint for joint in model.joints_of(name) if joint.kind == "fixed"]
+        fixed = [joint for joint in model.joints_of(name) if _merges(joint, model)]
         fixed.sort(key=lambda joint: joint.name, reverse=True)
         pending += [joint.child for joint in fixed]
     lost = next((decay[name] for name in names if name in decay), (0.0, 0.0))
