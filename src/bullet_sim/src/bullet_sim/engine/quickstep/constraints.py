@@ -9,7 +9,7 @@ Source: R. Smith, "Constraints in rigid body dynamics" (2004).
 import math
 
 from bullet_sim.engine.quickstep import layout as col
-from bullet_sim.engine.quickstep.compiled import compiled, temporary
+from bullet_sim.engine.quickstep.compiled import compiled, inlined, temporary
 from bullet_sim.engine.quickstep.state import Constraints, Contacts, System
 from bullet_sim.engine.quickstep.vectors import (
     copy,
@@ -22,7 +22,7 @@ from bullet_sim.engine.quickstep.vectors import (
 from bullet_sim.pose import Array
 
 
-@compiled
+@inlined
 def _bounce(contact: Array, row: Array, bodies: Array, one: int, two: int) -> float:
     """Speed [m/s] at which a contact's normal sends its bodies apart; row: with the normal's
     Jacobian."""
@@ -34,7 +34,7 @@ def _bounce(contact: Array, row: Array, bodies: Array, one: int, two: int) -> fl
     return contact[col.C_BOUNCE] * speed if speed > contact[col.C_BOUNCE + 1] else 0.0
 
 
-@compiled
+@inlined
 def _torsion_row(m: int, normal_row: int, contact: Array, constraints: Constraints) -> int:
     """The row of torsional friction, about the normal of a contact, if its patch has a size."""
     radius = contact[col.C_PATCH]
@@ -57,7 +57,7 @@ def _torsion_row(m: int, normal_row: int, contact: Array, constraints: Constrain
     return m + 1
 
 
-@compiled
+@inlined
 def _contact_rows(
     step: float, m: int, n: int, contacts: Contacts, bodies: Array, constraints: Constraints
 ) -> int:
@@ -118,7 +118,7 @@ def _contact_rows(
     return m
 
 
-@compiled
+@inlined
 def _anchor_rows(
     gain: float, m: int, ends: tuple[int, int], a1: Array, a2: Array, bodies: Array, rows: Array
 ) -> int:
@@ -148,7 +148,7 @@ def _anchor_rows(
     return m
 
 
-@compiled
+@inlined
 def _axis_rows(
     gain: float, m: int, two: int, ax1: Array, ax2: Array, across: Array, rows: Array
 ) -> int:
@@ -267,7 +267,7 @@ def _rescale_inertias(work: Array, one: int, two: int, axis: Array) -> None:
         invert(work[body, col.W_I : col.W_I + 9], work[body, col.W_V : col.W_V + 9])
 
 
-@compiled
+@inlined
 def _joint_rows(
     step: float, m: int, j: int, system: System, constraints: Constraints, settings: Array
 ) -> int:
@@ -313,7 +313,7 @@ def _joint_rows(
     return m
 
 
-@compiled
+@inlined
 def _limit_row(
     step: float,
     m: int,
@@ -372,7 +372,7 @@ def _limit_row(
     return m + 1
 
 
-@compiled
+@inlined
 def _push_at_limit(limit: int, joint: Array) -> float:
     """Effort [N m, N] of a motor at a joint's lower (1) or upper (2) limit, against its axis: the
     whole, or a part of it away from the limit."""

@@ -1,8 +1,8 @@
-"""Four numbers in one register of the processor, for functions that numba compiles.
+"""Four or eight numbers in one register of the processor, for functions that numba compiles.
 
-numba computes with single numbers. A value of the type Lanes has four, and each operation is done
-on all four at once; processors with narrower registers do the same in two halves, with the same
-bits. Nothing is fused or reordered.
+numba computes with single numbers. A value of the type Lanes has four, or eight, and each operation
+is done on all at once; processors with narrower registers do the same in parts, with the same bits.
+Nothing is fused or reordered.
 """
 
 import operator
@@ -10,27 +10,29 @@ from typing import Any
 
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, register_model
 
 _NUMBER, _PLACE = ir.DoubleType(), ir.IntType(32)
-_TWO, _FOUR = ir.VectorType(_NUMBER, 2), ir.VectorType(_NUMBER, 4)
+_TWO, _FOUR, _EIGHT = (ir.VectorType(_NUMBER, count) for count in (2, 4, 8))
 
 
 class LanesType(types.Type):
-    """numba's type of four numbers."""
+    """numba's type of a number of numbers."""
 
-    def __init__(self) -> None:
-        super().__init__(name="Lanes")
+    def __init__(self, count: int) -> None:
+        super().__init__(name=f"Lanes{count}")
+        self.count = count
 
 
-LANES = LanesType()
+LANES, EIGHT_LANES = LanesType(4), LanesType(8)
 
 
 @register_model(LanesType)
 class _LanesModel(models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Any) -> None:
-        super().__init__(manager, kind, _FOUR)
+        super().__init__(manager, kind, ir.VectorType(_NUMBER, kind.count))
 
 
 def _pointer(context: Any, builder: Any, signed: Any, args: Any, kind: Any) -> Any:
@@ -47,14 +49,18 @@ def _shuffled(builder: Any, vector: Any, places: tuple[int, ...]) -> Any:
     return builder.shuffle_vector(vector, ir.Constant(vector.type, ir.Undefined), chosen)
 
 
-@intrinsic
-def load(typing: Any, array: Any, place: Any) -> Any:
-    """Four numbers of a flat array (float64) from a place on."""
+def _loading(kind: LanesType, vector: Any) -> Any:
+    def typed(typing: Any, array: Any, place: Any) -> Any:
+        def generate(context: Any, builder: Any, signed: Any, args: Any) -> Any:
+            return builder.load(_pointer(context, builder, signed, args, vector), align=8)
 
-    def generate(context: Any, builder: Any, signed: Any, args: Any) -> Any:
-        return builder.load(_pointer(context, builder, signed, args, _FOUR), align=8)
+        return kind(array, types.int64), generate
 
-    return LANES(array, types.int64), generate
+    return intrinsic(typed)
+
+
+# numbers of a flat array (float64) from a place on
+load, load_eight = _loading(LANES, _FOUR), _loading(EIGHT_LANES, _EIGHT)
 
 
 @intrinsic
@@ -70,10 +76,10 @@ def load_twice(typing: Any, array: Any, place: Any) -> Any:
 
 @intrinsic
 def store(typing: Any, array: Any, place: Any, lanes: Any) -> Any:
-    """Write four numbers into a flat array from a place on."""
+    """Write lanes into a flat array from a place on."""
 
     def generate(context: Any, builder: Any, signed: Any, args: Any) -> Any:
-        builder.store(args[2], _pointer(context, builder, signed, args, _FOUR), align=8)
+        builder.store(args[2], _pointer(context, builder, signed, args, args[2].type), align=8)
         return context.get_dummy_value()
 
     return types.void(array, types.int64, lanes), generate
@@ -99,7 +105,7 @@ def _choosing(comparison: str) -> Any:
             one, two = args
             return builder.select(builder.fcmp_ordered(comparison, one, two), one, two)
 
-        return LANES(one, two), generate
+        return one(one, two), generate
 
     return intrinsic(typed)
 
@@ -107,9 +113,62 @@ def _choosing(comparison: str) -> Any:
 least, greatest = _choosing("<"), _choosing(">")  # of each lane; the second where one is no number
 
 
+@intrinsic
+def spread(typing: Any, number: Any) -> Any:
+    """A number in eight lanes."""
+
+    def generate(_context: Any, builder: Any, _signed: Any, args: Any) -> Any:
+        one = builder.insert_element(ir.Constant(_EIGHT, ir.Undefined), args[0], _PLACE(0))
+        return _shuffled(builder, one, (0,) * 8)
+
+    return EIGHT_LANES(types.float64), generate
+
+
+@intrinsic
+def choose(typing: Any, small: Any, large: Any, one: Any, two: Any) -> Any:
+    """One where small <= large, else, and where either is no number, the other."""
+
+    def generate(_context: Any, builder: Any, _signed: Any, args: Any) -> Any:
+        return builder.select(builder.fcmp_ordered("<=", args[0], args[1]), args[2], args[3])
+
+    return one(small, large, one, two), generate
+
+
+@intrinsic
+def roots(typing: Any, lanes: Any) -> Any:
+    """Square roots of eight lanes; NaN of what is below 0."""
+
+    def generate(_context: Any, builder: Any, _signed: Any, args: Any) -> Any:
+        kind = ir.FunctionType(_EIGHT, [_EIGHT])
+        root = cgutils.get_or_insert_function(builder.module, kind, "llvm.sqrt.v8f64")
+        return builder.call(root, args)
+
+    return lanes(lanes), generate
+
+
+def _reducing(comparison: str) -> Any:
+    def typed(typing: Any, lanes: Any) -> Any:
+        def generate(_context: Any, builder: Any, _signed: Any, args: Any) -> Any:
+            one, count = args[0], 8
+            while count > 1:
+                count //= 2
+                halves = tuple(range(count)), tuple(range(count, 2 * count))
+                one, two = (_shuffled(builder, one, half) for half in halves)
+                one = builder.select(builder.fcmp_ordered(comparison, one, two), one, two)
+            return builder.extract_element(one, _PLACE(0))
+
+        return types.float64(lanes), generate
+
+    return intrinsic(typed)
+
+
+lowest, highest = _reducing("<"), _reducing(">")  # of eight lanes
+
+
 class _Operation(AbstractTemplate):
     def generic(self, args: Any, _kws: Any) -> Any:
-        return signature(LANES, *args) if args == (LANES, LANES) else None
+        one, two = args
+        return signature(one, one, two) if one == two and isinstance(one, LanesType) else None
 
 
 def _enter(operation: Any, instruction: str) -> None:
@@ -118,7 +177,7 @@ def _enter(operation: Any, instruction: str) -> None:
     def generate(_context: Any, builder: Any, _signed: Any, args: Any) -> Any:
         return getattr(builder, instruction)(*args)
 
-    lower_builtin(operation, LANES, LANES)(generate)
+    lower_builtin(operation, LanesType, LanesType)(generate)
 
 
 for _operation, _instruction in (
@@ -127,5 +186,6 @@ for _operation, _instruction in (
     (operator.sub, "fsub"),
     (operator.isub, "fsub"),
     (operator.mul, "fmul"),
+    (operator.truediv, "fdiv"),
 ):
     _enter(_operation, _instruction)

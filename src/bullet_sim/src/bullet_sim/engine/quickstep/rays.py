@@ -1,7 +1,8 @@
-"""Rays from one point at planes, boxes, spheres, cylinders and meshes.
+"""Rays from one point at planes, boxes, spheres, cylinders and meshes, eight at once.
 
 Boxes around the shapes are the leaves of a tree of boxes, which each scan fits to where the shapes
-are now. A mesh is a tree of boxes around its triangles, in its own frame.
+are now. A mesh is a tree of boxes around its triangles, in its own frame. Eight rays that follow
+each other go through a tree together: to each box that one of them enters.
 """
 
 import math
@@ -9,170 +10,204 @@ from typing import Any
 
 from bullet_sim.engine.quickstep import layout as col
 from bullet_sim.engine.quickstep.compiled import compiled, inlined, temporary
+from bullet_sim.engine.quickstep.lanes import (
+    choose,
+    greatest,
+    highest,
+    least,
+    load_eight,
+    lowest,
+    roots,
+    spread,
+    store,
+)
 from bullet_sim.engine.quickstep.state import Casting
 from bullet_sim.engine.quickstep.vectors import matrix
 from bullet_sim.pose import Array
 
 _STEEP = 1e300  # instead of 1 / 0
 _SLACK = 1e-9  # of a coordinate, by which boxes are larger
+_RAYS = 8
+# Places in an array of numbers of eight rays: directions in the world and their inverse, the same
+# in the frame of a mesh, distance up to which hits count, distance of the nearest hit
+_WORLD, _LOCAL, _FARTHEST, _HIT, _SIZE = 0, 48, 96, 104, 112
 
 
-@compiled
-def _slab(center: float, along: float, half: float, enter: float, leave: float) -> Any:
-    """Shorten the part of a ray between two distances to that in a slab |x| <= half."""
-    if along == 0.0:
-        return (enter, leave) if abs(center) <= half else (math.inf, -math.inf)
-    one, two = (-half - center) / along, (half - center) / along
-    return max(enter, min(one, two)), min(leave, max(one, two))
+@inlined
+def _slab(center: float, along: Any, half: float, enter: Any, leave: Any) -> Any:
+    """Shorten the parts of rays between two distances to those in a slab |x| <= half."""
+    one, two = spread(-half - center) / along, spread(half - center) / along
+    near = -math.inf if abs(center) <= half else math.inf  # of a ray along the slab
+    zero, level = spread(0.0), greatest(along, spread(0.0) - along)
+    low = choose(level, zero, spread(near), least(one, two))
+    high = choose(level, zero, spread(-near), greatest(one, two))
+    return greatest(enter, low), least(leave, high)
 
 
-@compiled
-def _round(square: float, half: float, rest: float) -> Any:
-    """Part of a ray |c + x v| <= r: square = v v, half = v c, rest = c c - r r."""
-    if square == 0.0:  # along a cylinder's axis
-        return (-math.inf, math.inf) if rest <= 0.0 else (math.inf, -math.inf)
-    root = half * half - square * rest
-    if not root >= 0.0:
-        return math.inf, -math.inf
-    root = math.sqrt(root)
-    return (-half - root) / square, (-half + root) / square
+@inlined
+def _round(square: Any, half: Any, rest: float) -> Any:
+    """Parts of rays |c + x v| <= r: square = v v, half = v c, rest = c c - r r."""
+    zero, far = spread(0.0), spread(math.inf)
+    near = -math.inf if rest <= 0.0 else math.inf  # of a ray along a cylinder's axis
+    inner = half * half - square * spread(rest)
+    root = roots(inner)
+    enter = choose(zero, inner, (zero - half - root) / square, far)
+    leave = choose(zero, inner, (root - half) / square, zero - far)
+    return choose(square, zero, spread(near), enter), choose(square, zero, spread(-near), leave)
 
 
-@compiled
+@inlined
 def _part(kind: int, c: Any, v: Any, size: Array) -> Any:
-    """Distances at which a ray c + x v enters and leaves a shape, in its frame."""
+    """Distances at which rays c + x v enter and leave a shape, in its frame."""
+    enter, leave = spread(-math.inf), spread(math.inf)
     if kind == col.BOX:
-        enter, leave = _slab(c[0], v[0], size[0], -math.inf, math.inf)
+        enter, leave = _slab(c[0], v[0], size[0], enter, leave)
         enter, leave = _slab(c[1], v[1], size[1], enter, leave)
-        return _slab(c[2], v[2], size[2], enter, leave)
-    square, half = v[0] * v[0] + v[1] * v[1], v[0] * c[0] + v[1] * c[1]
-    rest = c[0] * c[0] + c[1] * c[1] - size[0] * size[0]
-    if kind == col.SPHERE:
-        return _round(square + v[2] * v[2], half + v[2] * c[2], rest + c[2] * c[2])
-    enter, leave = _round(square, half, rest)
-    return _slab(c[2], v[2], size[1], enter, leave)
+        enter, leave = _slab(c[2], v[2], size[2], enter, leave)
+    else:
+        square, half = v[0] * v[0] + v[1] * v[1], v[0] * spread(c[0]) + v[1] * spread(c[1])
+        rest = c[0] * c[0] + c[1] * c[1] - size[0] * size[0]
+        if kind == col.SPHERE:
+            square, half = square + v[2] * v[2], half + v[2] * spread(c[2])
+            enter, leave = _round(square, half, rest + c[2] * c[2])
+        else:
+            enter, leave = _round(square, half, rest)
+            enter, leave = _slab(c[2], v[2], size[1], enter, leave)
+    return enter, leave
 
 
 @compiled
-def _inverse(v: Any) -> Any:
-    """1 / v of each component, finite."""
-    return (
-        1.0 / v[0] if v[0] != 0.0 else _STEEP,
-        1.0 / v[1] if v[1] != 0.0 else _STEEP,
-        1.0 / v[2] if v[2] != 0.0 else _STEEP,
-    )
+def _set_directions(at: int, x: Any, y: Any, z: Any, rays: Array) -> None:
+    """Write directions and their inverse, finite."""
+    zero, one, steep = spread(0.0), spread(1.0), spread(_STEEP)
+    for k, v in enumerate((x, y, z)):
+        store(rays, at + _RAYS * k, v)
+        inverse = choose(greatest(v, zero - v), zero, steep, one / v)
+        store(rays, at + 24 + _RAYS * k, inverse)
 
 
 @compiled
-def _enter(box: Array, c: Any, inverse: Any, farthest: float) -> float:
-    """Distance at which a ray enters a box (lower and upper corner), at least 0; inf: it misses it
-    or is there beyond the farthest."""
-    one, two = (box[0] - c[0]) * inverse[0], (box[3] - c[0]) * inverse[0]
-    enter, leave = min(one, two), max(one, two)
-    one, two = (box[1] - c[1]) * inverse[1], (box[4] - c[1]) * inverse[1]
-    enter, leave = max(enter, min(one, two)), min(leave, max(one, two))
-    one, two = (box[2] - c[2]) * inverse[2], (box[5] - c[2]) * inverse[2]
-    enter, leave = max(enter, min(one, two), 0.0), min(leave, max(one, two), farthest)
-    return enter if enter <= leave else math.inf
+def _enter(box: Array, c: Any, at: int, rays: Array) -> float:
+    """Least distance at which one of eight rays enters a box (lower and upper corner), at least 0;
+    inf: all miss it or are there beyond the farthest.
+
+    Args:
+        c: where they come from.
+        at: place of their directions.
+    """
+    inverse = load_eight(rays, at + 24)
+    one, two = spread(box[0] - c[0]) * inverse, spread(box[3] - c[0]) * inverse
+    enter, leave = least(one, two), greatest(one, two)
+    inverse = load_eight(rays, at + 32)
+    one, two = spread(box[1] - c[1]) * inverse, spread(box[4] - c[1]) * inverse
+    enter, leave = greatest(enter, least(one, two)), least(leave, greatest(one, two))
+    inverse = load_eight(rays, at + 40)
+    one, two = spread(box[2] - c[2]) * inverse, spread(box[5] - c[2]) * inverse
+    enter, leave = greatest(enter, least(one, two)), least(leave, greatest(one, two))
+    enter, leave = greatest(enter, spread(0.0)), least(leave, load_eight(rays, _FARTHEST))
+    return lowest(choose(enter, leave, enter, spread(math.inf)))
 
 
-@compiled
-def _at_triangle(t: Array, c: Any, v: Any) -> float:
-    """Distance at which a ray meets a triangle (a corner, two edges), from either side; inf: not.
+@inlined
+def _note(at: Any, start: float, rays: Array) -> None:
+    """Note the distances at which rays hit something, where they are not before `start`, and the
+    nearest yet; inf, or no number: not."""
+    farthest, found = load_eight(rays, _FARTHEST), load_eight(rays, _HIT)
+    at = choose(spread(start), at, at, spread(math.inf))
+    store(rays, _HIT, choose(at, farthest, at, found))
+    store(rays, _FARTHEST, choose(at, farthest, at, farthest))
+
+
+@inlined
+def _at_triangle(t: Array, c: Any, v: Any) -> Any:
+    """Distances at which rays meet a triangle (a corner, two edges), from either side; inf: not.
 
     After Möller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection" (1997).
     """
-    x, y, z = v[1] * t[8] - v[2] * t[7], v[2] * t[6] - v[0] * t[8], v[0] * t[7] - v[1] * t[6]
-    volume = t[3] * x + t[4] * y + t[5] * z
-    if volume == 0.0:
-        return math.inf
+    x = v[1] * spread(t[8]) - v[2] * spread(t[7])
+    y = v[2] * spread(t[6]) - v[0] * spread(t[8])
+    z = v[0] * spread(t[7]) - v[1] * spread(t[6])
+    volume = spread(t[3]) * x + spread(t[4]) * y + spread(t[5]) * z
     p, q, r = c[0] - t[0], c[1] - t[1], c[2] - t[2]
-    one = (p * x + q * y + r * z) / volume
-    if not -_SLACK <= one <= 1.0 + _SLACK:
-        return math.inf
-    x, y, z = q * t[5] - r * t[4], r * t[3] - p * t[5], p * t[4] - q * t[3]
-    two = (v[0] * x + v[1] * y + v[2] * z) / volume
-    if not (two >= -_SLACK and one + two <= 1.0 + _SLACK):
-        return math.inf
-    return (t[6] * x + t[7] * y + t[8] * z) / volume
+    one = (spread(p) * x + spread(q) * y + spread(r) * z) / volume  # no number if volume is 0
+    a, b, d = q * t[5] - r * t[4], r * t[3] - p * t[5], p * t[4] - q * t[3]
+    two = (v[0] * spread(a) + v[1] * spread(b) + v[2] * spread(d)) / volume
+    at = spread(t[6] * a + t[7] * b + t[8] * d) / volume
+    far, low, high = spread(math.inf), spread(-_SLACK), spread(1.0 + _SLACK)
+    at = choose(low, one, choose(one, high, at, far), far)
+    return choose(low, two, choose(one + two, high, at, far), far)
 
 
 @inlined
 def _next_leaf(
-    node: int, waiting: int, first: int, boxes: Array, children: Array, stack: Any, ray: Any,
-    farthest: float,
+    node: int, waiting: int, first: int, boxes: Array, children: Array, stack: Any, c: Any,
+    at: int, rays: Array,
 ) -> Any:  # fmt: skip
-    """The next leaf of a tree that a ray enters, the nearer of two branches before the other.
+    """The next leaf of a tree that one of the rays enters, the nearer of two branches before the
+    other.
 
     Args:
         node: with which to go on; -1: with what waits.
         waiting, first: places of `todo` after the last node that waits, and of the first.
-        stack, ray: todo and entries; where a ray comes from and the inverse of its direction.
+        stack: todo and entries.
+        c, at: where the rays come from, and the place of their directions.
 
     Returns:
         (its number, -1: there is none any more; how far `todo` is filled).
     """
-    inner, (todo, entries), (c, inverse) = len(children), stack, ray
+    inner, (todo, entries) = len(children), stack
     while True:
         while 0 <= node < inner:
             one, two = children[node, 0], children[node, 1]
-            enter = _enter(boxes[one], c, inverse, farthest)
-            other = _enter(boxes[two], c, inverse, farthest)
+            enter, other = _enter(boxes[one], c, at, rays), _enter(boxes[two], c, at, rays)
             if other < enter:
                 one, two, enter, other = two, one, other, enter
-            if other <= farthest:
+            if other < math.inf:
                 todo[waiting], entries[waiting] = two, other
                 waiting += 1
-            node = one if enter <= farthest else -1
+            node = one if enter < math.inf else -1
         if node >= inner:
             return node - inner, waiting
         if waiting == first:
             return -1, waiting
         waiting -= 1
-        if entries[waiting] <= farthest:
+        if entries[waiting] <= highest(load_eight(rays, _FARTHEST)):
             node = todo[waiting]
 
 
 @inlined
-def _at_mesh(
-    root: int, c: Any, v: Any, start: float, farthest: float, first: int, casting: Casting
-) -> float:
-    """Distance of the nearest triangle of a mesh between two distances; inf: none.
+def _meet_mesh(root: int, c: Any, start: float, first: int, casting: Casting, rays: Array) -> None:
+    """Note where rays meet triangles of a mesh.
 
     Args:
         first: place of `todo` that is free, and those after it.
     """
     nodes, children, stack = casting.nodes, casting.children, (casting.todo, casting.entries)
-    inverse, nearest = _inverse(v), math.inf
-    node, waiting = root if _enter(nodes[root], c, inverse, farthest) <= farthest else -1, first
+    node, waiting = root if _enter(nodes[root], c, _LOCAL, rays) < math.inf else -1, first
     while True:
-        leaf, waiting = _next_leaf(
-            node, waiting, first, nodes, children, stack, (c, inverse), farthest
-        )
+        leaf, waiting = _next_leaf(node, waiting, first, nodes, children, stack, c, _LOCAL, rays)
         if leaf < 0:
-            return nearest
-        node, at = -1, _at_triangle(casting.triangles[leaf], c, v)
-        if start <= at <= farthest:
-            nearest = farthest = at
+            break
+        v = load_eight(rays, _LOCAL), load_eight(rays, _LOCAL + 8), load_eight(rays, _LOCAL + 16)
+        _note(_at_triangle(casting.triangles[leaf], c, v), start, rays)
+        node = -1
 
 
 @inlined
-def _at_shape(
-    s: int, direction: Array, start: float, farthest: float, waiting: int, casting: Casting
-) -> float:
-    """Distance at which a ray meets a shape but a plane, between two distances; inf: not."""
+def _meet_shape(s: int, start: float, waiting: int, casting: Casting, rays: Array) -> None:
+    """Note where rays meet a shape but a plane."""
     f, c = casting.frames[s], casting.origins[s]
-    u, v, w = direction[0], direction[1], direction[2]
+    u, v, w = load_eight(rays, 0), load_eight(rays, 8), load_eight(rays, 16)
     kind, origin = casting.kinds[s], (c[0], c[1], c[2])
-    ray = (
-        u * f[0, 0] + v * f[1, 0] + w * f[2, 0],
-        u * f[0, 1] + v * f[1, 1] + w * f[2, 1],
-        u * f[0, 2] + v * f[1, 2] + w * f[2, 2],
-    )
+    x = u * spread(f[0, 0]) + v * spread(f[1, 0]) + w * spread(f[2, 0])
+    y = u * spread(f[0, 1]) + v * spread(f[1, 1]) + w * spread(f[2, 1])
+    z = u * spread(f[0, 2]) + v * spread(f[1, 2]) + w * spread(f[2, 2])
     if kind == col.MESH:
-        return _at_mesh(casting.roots[s], origin, ray, start, farthest, waiting, casting)
-    enter, leave = _part(kind, origin, ray, casting.sizes[s])
-    return enter if enter <= leave and start <= enter <= farthest else math.inf
+        _set_directions(_LOCAL, x, y, z, rays)
+        _meet_mesh(casting.roots[s], origin, start, waiting, casting, rays)
+    else:
+        enter, leave = _part(kind, origin, (x, y, z), casting.sizes[s])
+        _note(choose(enter, leave, enter, spread(math.inf)), start, rays)
 
 
 @compiled
@@ -220,33 +255,27 @@ def _fit(casting: Casting) -> None:
 
 
 @inlined
-def _nearest(i: int, near: float, far: float, own: int, look_near: bool, casting: Casting) -> float:
-    """Distance of what a ray hits first."""
+def _meet_all(near: float, own: int, look_near: bool, casting: Casting, rays: Array) -> None:
+    """Note what rays hit first."""
     boxes, branches, stack = casting.boxes, casting.branches, (casting.todo, casting.entries)
-    direction, c, owners = casting.directions[i], casting.center, casting.owners
-    nearest, farthest = math.inf, far
+    c, owners = casting.center, casting.owners
+    u, v, w = load_eight(rays, 0), load_eight(rays, 8), load_eight(rays, 16)
     for s in range(len(casting.extents), len(casting.kinds)):  # planes
         start = 0.0 if look_near and owners[s] != own else near
         f = casting.frames[s]
-        along = direction[0] * f[0, 2] + direction[1] * f[1, 2] + direction[2] * f[2, 2]
-        if along != 0.0:
-            at = -casting.origins[s, 2] / along
-            if start <= at <= farthest:
-                nearest = farthest = at
+        along = u * spread(f[0, 2]) + v * spread(f[1, 2]) + w * spread(f[2, 2])
+        _note(spread(-casting.origins[s, 2]) / along, start, rays)
     if len(branches) == 0:
-        return nearest
-    origin, inverse = (c[0], c[1], c[2]), _inverse((direction[0], direction[1], direction[2]))
-    node, waiting = 0 if _enter(boxes[0], origin, inverse, farthest) <= farthest else -1, 0
+        return
+    origin = c[0], c[1], c[2]
+    node, waiting = 0 if _enter(boxes[0], origin, _WORLD, rays) < math.inf else -1, 0
     while True:
-        leaf, waiting = _next_leaf(
-            node, waiting, 0, boxes, branches, stack, (origin, inverse), farthest
-        )
+        leaf, waiting = _next_leaf(node, waiting, 0, boxes, branches, stack, origin, _WORLD, rays)
         if leaf < 0:
-            return nearest
+            break
         start = 0.0 if look_near and owners[leaf] != own else near
-        node, at = -1, _at_shape(leaf, direction, start, farthest, waiting, casting)
-        if at <= farthest:
-            nearest = farthest = at
+        _meet_shape(leaf, start, waiting, casting, rays)
+        node = -1
 
 
 @compiled
@@ -260,9 +289,19 @@ def cast(near: float, far: float, own: int, look_near: bool, casting: Casting) -
         own: number of a body, or -1.
         look_near: what is nearer than `near` has the distance -inf.
     """
+    rays, directions, ranges = temporary(_SIZE), casting.directions, casting.ranges
     _place_shapes(casting)
     _fit(casting)
-    for i in range(len(casting.directions)):
-        found = _nearest(i, near, far, own, look_near, casting)
-        casting.ranges[i] = -math.inf if found < near else found
+    for first in range(0, len(directions), _RAYS):
+        for k in range(_RAYS):
+            i = min(first + k, len(directions) - 1)
+            for axis in range(3):
+                rays[_RAYS * axis + k] = directions[i, axis]
+            rays[_FARTHEST + k], rays[_HIT + k] = far, math.inf
+        u, v, w = load_eight(rays, 0), load_eight(rays, 8), load_eight(rays, 16)
+        _set_directions(_WORLD, u, v, w, rays)
+        _meet_all(near, own, look_near, casting, rays)
+        for i in range(first, min(first + _RAYS, len(directions))):
+            found = rays[_HIT + i - first]
+            ranges[i] = -math.inf if found < near else found
     return 0

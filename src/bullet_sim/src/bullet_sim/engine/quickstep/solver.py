@@ -24,7 +24,13 @@ from bullet_sim.engine.quickstep import layout as col
 from bullet_sim.engine.quickstep.blocks import iterate, pack, unpack
 from bullet_sim.engine.quickstep.broadphase import is_near
 from bullet_sim.engine.quickstep.collision import find_contacts, place_solids
-from bullet_sim.engine.quickstep.compiled import arrays_at, compiled, numba_type, temporary
+from bullet_sim.engine.quickstep.compiled import (
+    arrays_at,
+    compiled,
+    inlined,
+    numba_type,
+    temporary,
+)
 from bullet_sim.engine.quickstep.constraints import add_rows
 from bullet_sim.engine.quickstep.pids import apply_pids
 from bullet_sim.engine.quickstep.state import Constraints, Contacts, State, System
@@ -54,7 +60,7 @@ def _prepare(gravity: Array, system: System) -> None:
         _add_effort(j, system)
 
 
-@compiled
+@inlined
 def _add_effort(j: int, system: System) -> None:
     """Have a joint's effort, its spring and its damper act on both bodies."""
     joint, bodies, work = system.joints[j], system.bodies, system.work
