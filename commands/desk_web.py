@@ -1,4 +1,4 @@
-"""Run by Debian's Python: noVNC's page and a way to the screen, for who knows the token.
+"""Run by Debian's Python: noVNC's page and a way to the screen, for those who know the token.
 
 Usage: DESK_TOKEN=TOKEN python3 desk_web.py LISTENING_SOCKET VNC_SOCKET PAGE_FOLDER
 

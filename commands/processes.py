@@ -115,7 +115,7 @@ class Signals:
             raise Interrupted(self.first)
 
     def hand_on(self, _seconds=0.0):
-        """Sends one that came while nobody listened again, to who listens now."""
+        """Sends one that came while nobody listened again, to those who listen now."""
         if self.first is not None:
             os.kill(os.getpid(), self.first)
 

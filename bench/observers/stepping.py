@@ -34,7 +34,7 @@ STEPS_A_CALL = 100
 CAR = {"model": "racecar", "description": "/robot_description", "namespace": "/racecar", "x": 0.0}
 UP_TO_SPEED = 1.0  # [s] simulated time until the cars drive steadily
 QUIET = 0.2  # [s] without a message after a pause: what was under way has arrived
-MOST_LOOKS = 25  # for that, if something is sent during a pause, too
+MAX_LOOKS = 25  # for that, if something is sent during a pause, too
 SETTLE = 0.3  # [s] after going on, until the window begins
 
 
@@ -135,7 +135,7 @@ class FreeRounds:
     def _settled_counts(self):
         """Messages of each topic once what was under way has arrived; the simulation is paused."""
         counts = graph.counts(self._received)
-        for _ in range(MOST_LOOKS):
+        for _ in range(MAX_LOOKS):
             time.sleep(QUIET)
             before, counts = counts, graph.counts(self._received)
             if counts == before:

@@ -16,7 +16,7 @@ from bullet_sim.sensors import camera
 from bullet_sim.world import World
 from PIL import Image
 
-APART = 200.0  # [m] from place to place, along y
+SPACING = 200.0  # [m] from place to place, along y
 WIDTH, HEIGHT = 320, 240  # [px] of each camera
 
 
@@ -322,7 +322,7 @@ def world_text(folder, places=tuple(PLACES)):
         if name in places
     )
     lights = "".join(
-        place.light.replace("NAME", f"lamp_{name}").replace("Y", str(APART * index))
+        place.light.replace("NAME", f"lamp_{name}").replace("Y", str(SPACING * index))
         for index, (name, place) in enumerate(PLACES.items())
         if name in places
     )
@@ -343,7 +343,7 @@ def _model(name, place, index):
     things = visuals[0] + "".join(f"name='v{i}'{rest}" for i, rest in enumerate(visuals[1:]))
     kind = "depth" if place.library != "camera" else "camera"
     return (
-        f"<model name='{name}'><static>1</static><pose>0 {APART * index} 0 0 0 0</pose>"
+        f"<model name='{name}'><static>1</static><pose>0 {SPACING * index} 0 0 0 0</pose>"
         f"<link name='link'>{things}"
         f"<sensor name='{name}' type='{kind}'><pose>0 0 {place.height} 0 {place.pitch} 0</pose>"
         "<update_rate>2</update_rate><always_on>1</always_on><camera>"

@@ -60,9 +60,9 @@ def violation(found, files=(), longest=SHUTDOWN_LIMIT):
     """
     if found.left:
         return f"left {found.left} after {found.seconds:.1f} s"
-    most = longest * found.slowdown
-    if found.seconds > most:
-        return f"took {formatted(found)}, at most {most:.1f} s; {latest(found.lives)}"
+    limit = longest * found.slowdown
+    if found.seconds > limit:
+        return f"took {formatted(found)}, at most {limit:.1f} s; {latest(found.lives)}"
     if files:
         return f"left files in the temporary folder: {list(files)}"
     return ""

@@ -15,7 +15,7 @@ STANDINS = os.path.join(SOURCES, "standins")
 NAMES = ("CMakeLists.txt", "package.xml", "setup.py", "CATKIN_IGNORE")
 SUFFIXES = (".msg", ".srv", ".action", ".cfg", ".cmake", ".in", ".cpp", ".h")
 SIMULATOR = ("gazebo_ros",)  # its launch files start the simulator: always ours
-FOUND = ("xacro",)  # though left out of the build: $(find xacro)/xacro.py of old launch files
+ALWAYS_FOUND = ("xacro",)  # though not built: $(find xacro)/xacro.py of old launch files
 SKIPPED = ("build", "devel", "install")  # by catkin ...
 IGNORE = ("CATKIN_IGNORE", "AMENT_IGNORE")  # ... as are folders with one of these
 MARKER, MARK = "CATKIN_IGNORE", "by ./run: the ROS has this package\n"
@@ -58,7 +58,7 @@ def installed_elsewhere():
 
 def hide():
     """Hides the stand-ins that are left out from rospack and $(find), which search the sources."""
-    hidden = set(installed_elsewhere()) - set(FOUND)
+    hidden = set(installed_elsewhere()) - set(ALWAYS_FOUND)
     for name in os.listdir(STANDINS) if os.path.isdir(STANDINS) else []:
         if not os.path.isdir(os.path.join(STANDINS, name)):
             continue
@@ -93,10 +93,10 @@ def scan():
 
     Returns:
         directories: Every directory, as nothing can come or go without changing one of them.
-        contents: Files whose content counts.
+        inputs: Files whose content counts.
         names: Files whose presence counts.
     """
-    directories, contents, names = [], [], []
+    directories, inputs, names = [], [], []
     for directory, subdirectories, files in os.walk(SOURCES):
         subdirectories[:] = sorted(name for name in subdirectories if name != "__pycache__")
         directories.append(directory)
@@ -108,34 +108,34 @@ def scan():
             if not (built_from or installed) or os.path.islink(path) or path == GENERATED:
                 continue
             if built_from:
-                contents.append(path)
+                inputs.append(path)
             if installed:
                 names.append(path)
-    return directories, contents, names
+    return directories, inputs, names
 
 
-def build_key(contents, names):
+def build_key(inputs, names):
     """Returns one text for everything that a build depends on.
 
     Args:
-        contents: Files whose content counts.
+        inputs: Files whose content counts.
         names: Files whose presence counts.
     """
     import hashlib
 
     whole = hashlib.sha256("\n".join([*_base(), *names]).encode())
-    for path in contents:
+    for path in inputs:
         with open(path, "rb") as stream:
             content = hashlib.sha256(stream.read()).hexdigest()
         whole.update(f"\n{content} {path}".encode())
     return whole.hexdigest()
 
 
-def list_packages(contents):
+def list_packages(inputs):
     """Lists the workspace's packages: the folders of package.xml, relative to the clone."""
     return sorted(
         os.path.relpath(os.path.dirname(path), ROOT)
-        for path in contents
+        for path in inputs
         if os.path.basename(path) == "package.xml"
     )
 
@@ -145,8 +145,8 @@ def _base():
     return [ROOT, *filter(None, [ros.prefix()]), *installed_elsewhere()]
 
 
-def _complete(contents, names):
-    return os.path.exists(SETUP) and read(STAMP).strip() == build_key(contents, names)
+def _complete(inputs, names):
+    return os.path.exists(SETUP) and read(STAMP).strip() == build_key(inputs, names)
 
 
 def ready():
@@ -178,11 +178,11 @@ def _build_workspace(step):
     yield "venv"
     if _is_unchanged():
         return
-    directories, contents, names = scan()
-    if not _complete(contents, names):
+    directories, inputs, names = scan()
+    if not _complete(inputs, names):
         yield from _build(step)
-        directories, contents, _ = scan()
-    signature.save("workspace", ";".join(_base()), [STAMP, SETUP, *directories, *contents])
+        directories, inputs, _ = scan()
+    signature.save("workspace", ";".join(_base()), [STAMP, SETUP, *directories, *inputs])
 
 
 def _is_compiled():
@@ -208,8 +208,8 @@ def _compile(_step):
 
 def _build(_step):
     hide()
-    _, contents, names = scan()
-    packages = list_packages(contents)
+    _, inputs, names = scan()
+    packages = list_packages(inputs)
     gone = set(read(BUILT).split("\n")[:-1]) - set(packages)
     folder = ros.prefix()
     built_at = f"{ROOT} {folder}".rstrip()
@@ -226,7 +226,7 @@ def _build(_step):
     if os.path.exists(STAMP):
         os.remove(STAMP)
     write(BUILT, "".join(f"{name}\n" for name in packages))
-    key = build_key(contents, names)
+    key = build_key(inputs, names)
     left_out = (*LEFT_OUT, *(() if os.path.isdir(f"{folder}/conda-meta") else COMPILERS))
     environ = {name: value for name, value in os.environ.items() if name not in left_out}
     environ["PATH"] = SYSTEM_PATH

@@ -113,19 +113,19 @@ def wanted(options):
         for key in OF_THE_CAR:
             if key in table:
                 raise UsageError(f"--{key} is an option of the DeepRacer; --env backing has none")
-    if options.workers and options.workers > most_processes():
+    if options.workers and options.workers > max_processes():
         table.setdefault("ray", "auto")
     if not options.resume:
         observation = table.setdefault("observation", ["state"])
         backing = table.get("env") == "backing"
         kinds = ["backing"] if backing else observation
         table.setdefault("steps", max(STEPS[name] for name in kinds))
-        table.setdefault("workers", 0 if "ray" in table else most_processes())
+        table.setdefault("workers", 0 if "ray" in table else max_processes())
     table["folder"] = os.path.join(OUT, "train", options.name)
     return table
 
 
-def most_processes():
+def max_processes():
     """Returns how many workers are processes of this machine at most: twice its cores."""
     return 2 * len(os.sched_getaffinity(0))
 

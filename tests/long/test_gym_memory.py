@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "src" / "paddock_gy
 from test_memory import drive  # noqa: E402
 
 WARM_UP, ACTIONS, SAMPLES = 10_000, 90_000, 9
-MOST = 0.5e6  # [bytes] of growth after the warm-up: 6 for an action, 70 for a run
+MAX_GROWTH = 0.5e6  # [bytes] of growth after the warm-up: 6 for an action, 70 for a run
 
 
 @pytest.mark.timeout(1200)  # 67 physics steps an action
@@ -31,4 +31,4 @@ def test_100000_actions_leave_no_memory_behind():
     told = ", ".join(f"{one / 1e6:.2f}" for one in memory)
     print(f"{WARM_UP + ACTIONS} actions, {runs} runs, memory [MB]: {told}")
     assert runs > 2500
-    assert memory[-1] - memory[0] < MOST, f"memory [MB] after {WARM_UP} actions and on: {told}"
+    assert memory[-1] - memory[0] < MAX_GROWTH, f"memory [MB] after {WARM_UP} actions: {told}"

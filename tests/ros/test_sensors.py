@@ -19,7 +19,6 @@ LAUNCH = """<launch>
     <arg name="world_name" value="$(find paddock_tests)/ros/sensors.world"/>
     <arg name="gui" value="false"/>
     <arg name="labels" value="true"/>
-    <arg name="solver" value="bullet"/>  <!-- Gazebo's lets this bot sleep under 29 N -->
   </include>
   <param name="robot_description" textfile="$(find paddock_tests)/ros/sensor_bot.urdf"/>
   <node name="spawn" pkg="gazebo_ros" type="spawn_model" output="screen"

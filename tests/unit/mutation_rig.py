@@ -6,7 +6,7 @@ import resource
 import signal
 import traceback
 
-MOST = 500_000_000  # [bytes] of memory more than the test's own
+MAX_MEMORY = 500_000_000  # [bytes] of memory more than the test's own
 LONGEST = 30.0  # [s] of CPU time for one file: 2 s on the machines that this was measured on
 SILENT = 300  # [s] of wall time for one file, which may wait for nothing
 SAID = 5000  # characters of a sentence that refuses a file
@@ -53,8 +53,8 @@ def _child(items, place, load, errors):
 
 def _work(items, load, errors, target):
     with open("/proc/self/statm", encoding="ascii") as file:
-        most = int(file.read().split()[0]) * resource.getpagesize() + MOST
-    resource.setrlimit(resource.RLIMIT_AS, (most, most))
+        limit = int(file.read().split()[0]) * resource.getpagesize() + MAX_MEMORY
+    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     for number in (signal.SIGALRM, signal.SIGPROF):
         signal.signal(number, signal.SIG_DFL)

@@ -201,10 +201,10 @@ def test_what_commands_install_beyond_the_set_up(trainings, monkeypatch, module,
 
 
 def test_more_workers_than_two_for_each_core_are_actors():
-    most = train.most_processes()
-    assert "ray" not in train.wanted(parsed(train, "train", "--workers", str(most)))
-    table = train.wanted(parsed(train, "train", "--workers", str(most + 1)))
-    assert (table["ray"], table["workers"]) == ("auto", most + 1)
+    limit = train.max_processes()
+    assert "ray" not in train.wanted(parsed(train, "train", "--workers", str(limit)))
+    table = train.wanted(parsed(train, "train", "--workers", str(limit + 1)))
+    assert (table["ray"], table["workers"]) == ("auto", limit + 1)
     table = train.wanted(parsed(train, "train", "--ray", "10.0.0.1:6379"))
     assert (table["ray"], table["workers"]) == ("10.0.0.1:6379", 0)
 

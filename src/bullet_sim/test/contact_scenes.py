@@ -1,11 +1,14 @@
 """Bodies and worlds of the contact tests."""
 
+import math
+
 from bullet_sim.formats.sdf.world import parse_model
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
 HALF_PI = 1.5707963267948966
+SLIDE_TIME = 0.6  # [s]
 
 
 def nowhere(uri):
@@ -41,6 +44,28 @@ def ground(mu=1.0):
         f"<surface>{friction(mu)}</surface></collision></link></model></sdf>"
     )
     return parse_model(text, nowhere, "floor")[0]
+
+
+def slid(box_surface, ground_mu, slope, along="x", yaw=0.0, solver="ode"):
+    """How far [m] a box slides in SLIDE_TIME on a floor that is inclined by atan(slope)."""
+    angle = math.atan(slope)
+    down = 9.81 * math.sin(angle)
+    gravity = (down if along == "x" else 0.0, down if along == "y" else 0.0)
+    box = sdf_box("box", (0.4, 0.4, 0.04), surface=box_surface)
+    pose = Pose.from_xyz_rpy((0, 0, 0.02), (0, 0, yaw))
+    places = (ground(ground_mu), None), (box, pose)
+    world = world_of(*places, gravity=(*gravity, -9.81 * math.cos(angle)), solver=solver)
+    world.step(round(SLIDE_TIME / world.time_step))
+    x, y, _ = world.models["box"].pose.position
+    world.close()
+    return math.hypot(x, y)
+
+
+def expected_slide(mu, slope):
+    """Closed form of the same: a = g (sin - mu cos), 0 where it sticks."""
+    angle = math.atan(slope)
+    acceleration = 9.81 * (math.sin(angle) - mu * math.cos(angle))
+    return max(0.0, 0.5 * acceleration * SLIDE_TIME**2)
 
 
 def skid_base(

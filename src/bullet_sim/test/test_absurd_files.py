@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 
 pytestmark = pytest.mark.isolated  # it forks
 
-MOST = 500_000_000  # [bytes] of memory that one file may cost
+MAX_MEMORY = 500_000_000  # [bytes] of memory that one file may cost
 LONGEST = 30.0  # [s] of CPU time: 2 s on the machines that this was measured on
 FEW = settings(derandomize=True, deadline=None, max_examples=60, database=None)
 URDF = (
@@ -42,7 +42,7 @@ def in_a_child(work):
     if child == 0:
         with open("/proc/self/statm", encoding="ascii") as file:
             now = int(file.read().split()[0]) * resource.getpagesize()
-        resource.setrlimit(resource.RLIMIT_AS, (now + MOST, now + MOST))
+        resource.setrlimit(resource.RLIMIT_AS, (now + MAX_MEMORY, now + MAX_MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         try:
             text = str(work())

@@ -4,32 +4,7 @@ import math
 
 import pytest
 from bullet_sim.pose import Pose
-from contact_scenes import friction, ground, sdf_box, world_of
-
-TIME = 0.6  # [s]
-STEP = 0.001  # [s]
-
-
-def slid(box_surface, ground_mu, slope, along, yaw=0.0):
-    """How far [m] a box slides in TIME on a floor that is inclined by atan(slope)."""
-    angle = math.atan(slope)
-    down = 9.81 * math.sin(angle)
-    gravity = (down if along == "x" else 0.0, down if along == "y" else 0.0)
-    box = sdf_box("box", (0.4, 0.4, 0.04), surface=box_surface)
-    pose = Pose.from_xyz_rpy((0, 0, 0.02), (0, 0, yaw))
-    world = world_of(
-        (ground(ground_mu), None), (box, pose), gravity=(*gravity, -9.81 * math.cos(angle))
-    )
-    world.step(round(TIME / STEP))
-    x, y, _ = world.models["box"].pose.position
-    world.close()
-    return math.hypot(x, y)
-
-
-def expected(mu, slope):
-    """Closed form of the same: a = g (sin - mu cos), 0 where it sticks."""
-    angle = math.atan(slope)
-    return max(0.0, 0.5 * 9.81 * (math.sin(angle) - mu * math.cos(angle)) * TIME**2)
+from contact_scenes import expected_slide, friction, ground, sdf_box, slid, world_of
 
 
 @pytest.mark.parametrize("along", ["x", "y"])
@@ -48,12 +23,12 @@ def expected(mu, slope):
 def test_a_box_slides_beyond_the_smaller_coefficient(box_mu, ground_mu, mu, along):
     if mu:
         assert slid(friction(box_mu), ground_mu, 0.97 * mu, along) < 0.002
-    assert slid(friction(box_mu), ground_mu, 1.03 * mu + 0.01, along) > 0.5 * expected(
+    assert slid(friction(box_mu), ground_mu, 1.03 * mu + 0.01, along) > 0.5 * expected_slide(
         mu, 1.03 * mu + 0.01
     )
     for slope in (1.5 * mu + 0.1, 2.5 * mu + 0.1):
         assert slid(friction(box_mu), ground_mu, slope, along) == pytest.approx(
-            expected(mu, slope), rel=0.03
+            expected_slide(mu, slope), rel=0.03
         )
 
 
@@ -75,7 +50,9 @@ def test_a_box_slides_beyond_the_smaller_coefficient(box_mu, ground_mu, mu, alon
 def test_two_directions(surface, yaw, along, mu):
     assert slid(surface, 100.0, 0.97 * mu, along, yaw) < 0.002
     slope = 1.3 * mu
-    assert slid(surface, 100.0, slope, along, yaw) == pytest.approx(expected(mu, slope), rel=0.03)
+    assert slid(surface, 100.0, slope, along, yaw) == pytest.approx(
+        expected_slide(mu, slope), rel=0.03
+    )
 
 
 def test_what_stands_on_two_grounds_in_turn_has_the_friction_of_each():

@@ -36,10 +36,10 @@ class Truck:
         """Drives for PERIOD towards a commanded Twist."""
         target = math.atan(angular / linear * self.wheelbase) if abs(linear) > 1e-9 else 0.0
         target = min(max(target, -self.max_steering), self.max_steering)
-        most = self.steering_rate * PERIOD
-        self.steering += min(max(target - self.steering, -most), most)
-        most = self.acceleration * PERIOD
-        self.speed += min(max(linear - self.speed, -most), most)
+        max_change = self.steering_rate * PERIOD
+        self.steering += min(max(target - self.steering, -max_change), max_change)
+        max_change = self.acceleration * PERIOD
+        self.speed += min(max(linear - self.speed, -max_change), max_change)
         curvature = math.tan(self.steering) / self.wheelbase
         self.tightest = max(self.tightest, abs(curvature))
         middle = self.heading + 0.5 * self.speed * curvature * PERIOD

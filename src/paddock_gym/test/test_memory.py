@@ -6,7 +6,7 @@ import psutil
 import paddock_gym
 
 WARM_UP, ACTIONS, ROUNDS = 300, 900, 5
-MOST = 0.5e6  # [bytes] of growth; 550 an action would be 110 MB in a training of 200,000
+MAX_GROWTH = 0.5e6  # [bytes] of growth; 550 an action would be 110 MB in a training of 200,000
 
 
 def test_actions_and_resets_leave_no_memory_behind():
@@ -15,12 +15,12 @@ def test_actions_and_resets_leave_no_memory_behind():
     env.reset(seed=0)
     drive(env, WARM_UP)
     memory, grown = psutil.Process().memory_info, []
-    while not grown or grown[-1] >= MOST and len(grown) < ROUNDS:  # a leak is in each round
+    while not grown or grown[-1] >= MAX_GROWTH and len(grown) < ROUNDS:  # a leak is in each round
         before = memory().rss
         assert drive(env, ACTIONS) > 20
         grown.append(memory().rss - before)
     env.close()
-    assert grown[-1] < MOST, grown
+    assert grown[-1] < MAX_GROWTH, grown
 
 
 def drive(env, actions):

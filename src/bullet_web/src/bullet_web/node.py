@@ -127,7 +127,7 @@ class WebNode:
     async def run(self, listening: socket.socket) -> None:
         """Serve until ROS shuts down.
 
-        The address goes to the terminal and not to the log: who knows it drives.
+        The address goes to the terminal and not to the log: those who know it can drive.
         """
         self._server.start(listening)
         rospy.on_shutdown(self._end)

@@ -171,7 +171,7 @@ class Page:
 
 
 class Guarded(tornado.web.RequestHandler):
-    """Answers who knows the token, and the password where there is one."""
+    """Answers those who know the token, and the password where there is one."""
 
     server: "Server"
 

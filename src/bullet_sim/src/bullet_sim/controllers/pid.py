@@ -77,7 +77,7 @@ class Pid(Stateful):
         goal: "position" or "velocity", of which the errors are.
 
     Attributes:
-        target: its set point, for who has it [rad, m, rad/s, m/s].
+        target: its set point, where it has one [rad, m, rad/s, m/s].
         error, error_rate, integral: of the last update.
         terms: (p, i, d) parts of the last output.
         output: the last output.

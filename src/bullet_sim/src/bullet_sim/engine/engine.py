@@ -361,7 +361,6 @@ class Engine:
 
     def set_mass(self, body: int, link: int, mass: float, moments: Vector) -> None:
         """Change a link's mass [kg] and its moments of inertia (3,) along its principal axes."""
-        self.wake(body)
         p.changeDynamics(
             body, link, mass=mass, localInertiaDiagonal=tuple(moments), physicsClientId=self.client
         )
@@ -402,7 +401,7 @@ class Engine:
         self.put(body, *compose(position, orientation, *self._inertial[body]))
 
     def put(self, body: int, position: Vector, orientation: Vector) -> None:
-        """Move the root link's principal axes to a world pose; nothing wakes."""
+        """Move the root link's principal axes to a world pose."""
         self.placements += 1
         p.resetBasePositionAndOrientation(body, position, orientation, physicsClientId=self.client)
         self._read_later(body)
@@ -411,7 +410,6 @@ class Engine:
 
     def set_base_velocity(self, body: int, linear: Vector, angular: Vector) -> None:
         """Set the velocity of the root link's frame origin [m/s, rad/s], world axes."""
-        self.wake(body)
         arm = np.subtract(self.link_center(body, -1), self.base_pose(body)[0])
         linear = np.asarray(linear, float) + np.cross(angular, arm)
         p.resetBaseVelocity(body, tuple(linear), tuple(angular), physicsClientId=self.client)
@@ -637,19 +635,11 @@ class Engine:
 
     def apply_force(self, body: int, link: int, force: Vector, point: Vector) -> None:
         """Apply a force (3,) [N] to a link at a world point for the next step only."""
-        self.wake(body)
         p.applyExternalForce(body, link, force, point, p.WORLD_FRAME, physicsClientId=self.client)
 
     def body_pose(self, body: int) -> tuple[Vec3, Quat]:
         """World pose of the root link's principal axes, the cheapest pose to ask for."""
         return p.getBasePositionAndOrientation(body, physicsClientId=self.client)
-
-    def is_asleep(self, body: int) -> bool:
-        """Whether a body sleeps; none does that Bullet moves."""
-        return False
-
-    def wake(self, body: int) -> None:
-        """Wake a body, if it sleeps, for the next step."""
 
     # Contacts
 

@@ -537,6 +537,7 @@ class OdeSolver:
         row = self._arrays.rows.get((body, link))
         if row is None:
             return
+        self.wake(body)
         axes = matrix_from_quaternion(self._engine.principal_axes(body, link))
         inertia = axes @ np.diag(moments) @ axes.T
         described = self._parts[body].link(row)

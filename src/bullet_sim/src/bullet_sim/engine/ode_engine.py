@@ -202,16 +202,11 @@ class OdeEngine(Engine):
         self.ode.add_force(body, link, vector3(force), center, vector3(torque))
 
     def apply_force(self, body: int, link: int, force: Vector, point: Vector) -> None:
-        self.wake(body)
         self.ode.add_force(body, link, vector3(force), vector3(point), (0.0, 0.0, 0.0))
 
-    # Sleep
-
     def is_asleep(self, body: int) -> bool:
+        """Whether a body sleeps, until something awake touches it, or a force acts on it."""
         return self.ode.is_asleep(body)
-
-    def wake(self, body: int) -> None:
-        self.ode.wake(body)
 
     # Contacts
 

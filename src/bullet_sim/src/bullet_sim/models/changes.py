@@ -78,7 +78,6 @@ class Forces(Stateful):
         """
         self._check(model, f"wrench on link '{link}'", (*force, *torque))
         index, _ = model.link_in_body(link)
-        model.engine.wake(model.body)
         force, torque = np.asarray(force, float), np.asarray(torque, float)
         self._add(model, link, "link", steps, lambda: model.apply_wrench(index, force, torque))
 

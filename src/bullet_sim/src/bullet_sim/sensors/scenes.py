@@ -1,8 +1,8 @@
 """The world as a page in a browser or a recorder shows it: its looks, and where everything is.
 
 Two values, so that a frame stays small: a scene changes when models come and go, a view with each
-step; contacts are a third one, for who wants them. All are lists and dicts, for JSON; lengths in m,
-angles in rad, quaternions (x, y, z, w).
+step; contacts are a third one, for those who want them. All are lists and dicts, for JSON; lengths
+in m, angles in rad, quaternions (x, y, z, w).
 """
 
 import math

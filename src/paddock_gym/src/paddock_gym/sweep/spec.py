@@ -326,6 +326,6 @@ def _range(path, name, values):
     return Range(*limits, log, all(isinstance(limit, int) for limit in limits))
 
 
-def _integer(path, data, key, default, least, most):
-    rule = Number(min=least, max=most, integer=True)
+def _integer(path, data, key, default, minimum, maximum):
+    rule = Number(min=minimum, max=maximum, integer=True)
     return rule.check(f"{path}: {key}", data.get(key, default), GymError)
