@@ -188,14 +188,14 @@ class ModelImuSensor(ImuSensor):
 class BiasedImuSensor(ImuSensor):
     """An IMU with biases that drift and that services set."""
 
-    STATE = ("_rate", "_force", "_heading", "_measured")
+    STATE = ("_gyro", "_force", "_heading", "_measured")
     CACHE = ("_gravity",)
     resets = True
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
-        self._rate, self._force = SensorErrors(spec.gyro), SensorErrors(spec.accel)
+        self._gyro, self._force = SensorErrors(spec.gyro), SensorErrors(spec.accel)
         self._heading = SensorErrors(spec.heading)
         self._gravity: float | None = None  # [m/s^2] that the sent variances are computed with
         self._bias_sender = None
@@ -222,7 +222,7 @@ class BiasedImuSensor(ImuSensor):
         self._force.drift = bias
 
     def _set_rate_bias(self, bias: Vec3) -> None:
-        self._rate.drift = bias
+        self._gyro.drift = bias
 
     def _on_calibrate(self, request: Any) -> EmptyResponse:
         """The gyroscopes lose their bias."""
@@ -233,7 +233,7 @@ class BiasedImuSensor(ImuSensor):
         """With random biases, as its drifts give them."""
         super().reset(time)
         self._measured = time
-        for errors in (self._force, self._rate, self._heading):
+        for errors in (self._force, self._gyro, self._heading):
             errors.restart(self.rng)
 
     def read(self, time: float) -> tuple[Quat, Vec3, Vec3]:
@@ -242,7 +242,7 @@ class BiasedImuSensor(ImuSensor):
         self._measured = time
         orientation, rate, force = self._ideal(time)
         force = self._force.measured(force, period, self.rng)
-        rate = self._rate.measured(rate, period, self.rng)
+        rate = self._gyro.measured(rate, period, self.rng)
         self._heading.measured(_NO_BIAS, period, self.rng)
         tilting = self._force.bias
         gravity = math.hypot(*self.world.gravity)
@@ -260,7 +260,7 @@ class BiasedImuSensor(ImuSensor):
             self._bias_sender.send(
                 time,
                 (0.0, 0.0, 0.0, 1.0),
-                self._rate.bias,
+                self._gyro.bias,
                 tilting,
             )
         return orientation, rate, force
