@@ -16,7 +16,7 @@ from track_model import track
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LAP, PICTURE = ROOT / "out" / "lap", ROOT / "docs" / "images" / "lap.webp"
 HEIGHT = 240  # of both halves [px]
-EVERY, PACE = 4, 90  # frames of the film, [ms] between pictures: the lap in a quarter of its time
+EVERY, PACE = 8, 180  # frames of the film, [ms] between pictures: the lap in a quarter of its time
 MOVING = 0.01  # [m/s]
 BLUE, WHITE = (40, 140, 255), (255, 255, 255)
 
