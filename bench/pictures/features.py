@@ -3,6 +3,8 @@
 Each place has a camera or several, which see nothing of the others. The same file runs in Gazebo.
 """
 
+from __future__ import annotations
+
 import os
 from dataclasses import dataclass, replace
 

@@ -3,6 +3,8 @@
 Recorded are numbers alone: the mean colors of CELL x CELL pixels, and depths at their centers.
 """
 
+from __future__ import annotations
+
 import json
 import pathlib
 from dataclasses import dataclass

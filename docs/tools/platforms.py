@@ -11,6 +11,8 @@ Ubuntu's lists are not asked: Ubuntu 22.04 was made from Debian between 11 and 1
 both have. That is a conclusion and no look at its lists.
 """
 
+from __future__ import annotations
+
 import argparse
 import lzma
 import pathlib

@@ -1,5 +1,7 @@
 """The suites that run.py knows, and what of them cannot apply here."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 
 

@@ -11,6 +11,8 @@ missing where users work; devel and install spaces both have manifests. They are
 when a type or a library is not built in.
 """
 
+from __future__ import annotations
+
 import functools
 import importlib
 import os

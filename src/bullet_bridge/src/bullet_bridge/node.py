@@ -1,5 +1,7 @@
 """The bridge node: its parameters, and its life from the first world to the last message."""
 
+from __future__ import annotations
+
 import os
 import sys
 from collections.abc import Callable

@@ -1,5 +1,7 @@
 """Files of worlds and models: searched in Gazebo's folders, read, their warnings logged."""
 
+from __future__ import annotations
+
 import logging
 import os
 import re
@@ -280,7 +282,7 @@ def _with_name(line: str, model: str) -> str:
     return f"model '{model}': {line}" if model and f"'{model}'" not in line else line
 
 
-def load_world(world: "World", path: str, resolve: Resolver) -> WorldDescription | None:
+def load_world(world: World, path: str, resolve: Resolver) -> WorldDescription | None:
     """Load a world file; if that fails, log an error and load the empty world.
 
     Args:

@@ -1,5 +1,7 @@
 """The models of the world as ROS sees them: connected, updated, published, disconnected."""
 
+from __future__ import annotations
+
 import threading
 import time as wall
 import traceback
@@ -44,9 +46,9 @@ class Robots:
 
     def __init__(
         self,
-        jobs: "JobQueue",
-        world: "World",
-        cameras: "Cameras",
+        jobs: JobQueue,
+        world: World,
+        cameras: Cameras,
         seed: int,
         received: ReceivedCounts | None = None,
         extensions: Any = None,
@@ -75,7 +77,7 @@ class Robots:
         self.refresh()
 
     # connecting, outside the simulation thread ------------------------------------------------
-    def connect(self, model: "Model", namespace: str = "") -> None:
+    def connect(self, model: Model, namespace: str = "") -> None:
         """Create a model's services and topics; called outside the simulation thread."""
         log_warnings(model.description.warnings, model.name)
         self._connect(model, namespace, self._jobs.call)
@@ -87,7 +89,7 @@ class Robots:
                 self._connect(model, "", lambda job: job())
 
     def _connect(
-        self, model: "Model", namespace: str, run: Callable[[Callable[[], bool]], bool]
+        self, model: Model, namespace: str, run: Callable[[Callable[[], bool]], bool]
     ) -> None:
         parts: list[ModelPlugin] = []
         controls: list[RobotControl] = []
@@ -126,7 +128,7 @@ class Robots:
             if not registered:
                 self._close(model, [*controls, *parts])
 
-    def _add_plugin(self, model: "Model", index: int, spec: Any, parts: list[ModelPlugin]) -> None:
+    def _add_plugin(self, model: Model, index: int, spec: Any, parts: list[ModelPlugin]) -> None:
         """Append one of a model's plugins to a list; one that fails is skipped."""
         seed, spec = zlib.crc32(f"{self._seed}/{model.name}/{index}".encode()), with_prefixes(spec)
         context = PluginContext(
@@ -147,7 +149,7 @@ class Robots:
             rospy.logerr("model '%s': %s\n%s", model.name, text, traceback.format_exc().rstrip())
 
     def _make_control(
-        self, model: "Model", namespace: str, run: Callable[[Callable[[], None]], Any]
+        self, model: Model, namespace: str, run: Callable[[Callable[[], None]], Any]
     ) -> RobotControl | None:
         """The model's RobotControl; None without a control plugin or if its namespace is taken."""
         if model.manager is None:
@@ -174,14 +176,14 @@ class Robots:
             self._release(model)
             raise
 
-    def _release(self, model: "Model") -> None:
+    def _release(self, model: Model) -> None:
         """Release a model's control namespace for other models; of any thread."""
         with self._claiming:
             self._claims = {
                 namespace: owner for namespace, owner in self._claims.items() if owner is not model
             }
 
-    def _close(self, model: "Model", parts: Sequence[ModelPlugin | RobotControl]) -> None:
+    def _close(self, model: Model, parts: Sequence[ModelPlugin | RobotControl]) -> None:
         """Close parts of a failed spawn; if one raises, the others are closed all the same."""
         for part in parts:
             try:
@@ -281,7 +283,7 @@ class Robots:
         self._failed.add(plugin)
         self._all_plugins = tuple(each for each in self._all_plugins if each is not plugin)
 
-    def skipped(self, model: "Model") -> list[str]:
+    def skipped(self, model: Model) -> list[str]:
         """Messages about what a model does without: plugins that failed, controllers."""
         control = self._controls.get(model.name)
         refused = [] if control is None else list(control.refused.values())

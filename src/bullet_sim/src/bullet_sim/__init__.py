@@ -4,6 +4,8 @@ The names below are imported when they are first used: `from bullet_sim import W
 `from bullet_sim.world import World` does, and `import bullet_sim` nothing.
 """
 
+from __future__ import annotations
+
 import importlib
 from typing import Any
 

@@ -1,5 +1,7 @@
 """Child processes: their socket, their output, their priority, and how they exited."""
 
+from __future__ import annotations
+
 import os
 import socket
 import subprocess

@@ -1,5 +1,7 @@
 """Parts of a model that act or measure, and states of objects that can be saved and restored."""
 
+from __future__ import annotations
+
 import collections
 from typing import Any, ClassVar, NamedTuple
 

@@ -4,6 +4,8 @@ A process holds a lock (flock) on its temporary folder, which the kernel release
 exits in any way. A folder without a lock was left by a killed process; the next start removes it.
 """
 
+from __future__ import annotations
+
 import contextlib
 import fcntl
 import os

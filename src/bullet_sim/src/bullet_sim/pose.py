@@ -4,6 +4,8 @@ A pose is (position (3,) [m], orientation quaternion (x, y, z, w)). `R` of frame
 rotates a vector written in B into the same vector written in A.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -126,7 +128,7 @@ class Pose:
     orientation: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
 
     @classmethod
-    def from_xyz_rpy(cls, xyz: Vector = (0, 0, 0), rpy: Vector = (0, 0, 0)) -> "Pose":
+    def from_xyz_rpy(cls, xyz: Vector = (0, 0, 0), rpy: Vector = (0, 0, 0)) -> Pose:
         """Pose from a translation [m] and fixed-axis angles [rad]."""
         x, y, z = xyz
         return cls((float(x), float(y), float(z)), quaternion_from_rpy(*rpy))
@@ -141,13 +143,13 @@ class Pose:
         """Rotation matrix (3, 3)."""
         return matrix_from_quaternion(self.orientation)
 
-    def __mul__(self, other: "Pose") -> "Pose":
+    def __mul__(self, other: Pose) -> Pose:
         """Compose: the other pose, given in this frame, in this frame's parent."""
         position = np.asarray(self.position) + self.matrix @ np.asarray(other.position)
         x, y, z = position.tolist()
         return Pose((x, y, z), multiply(self.orientation, other.orientation))
 
-    def inverse(self) -> "Pose":
+    def inverse(self) -> Pose:
         """The parent's pose in this frame."""
         x, y, z, w = self.orientation
         back = (-x, -y, -z, w)
@@ -162,7 +164,7 @@ class Pose:
             and QUATERNION_LENGTHS[0] <= length <= QUATERNION_LENGTHS[1]
         )
 
-    def normalized(self) -> "Pose":
+    def normalized(self) -> Pose:
         """The same pose with a unit quaternion."""
         length = math.sqrt(sum(q * q for q in self.orientation))
         x, y, z, w = self.orientation

@@ -1,5 +1,7 @@
 """Names of types, and the classes or functions that stand for them."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 

@@ -4,6 +4,8 @@ A snapshot is for rendering. The simulation cannot be continued from it bit-exac
 contact caches.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 from bullet_sim.description.model import VisualLink

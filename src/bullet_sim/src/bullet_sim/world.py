@@ -1,5 +1,7 @@
 """The world: models in an engine, simulated time, and states to go back to."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -326,7 +328,7 @@ class World:
                     self._reported.add(name)
                     self.on_implausible(text)
 
-    def _make_batches(self, controlled: "list[Model]", end: int) -> None:
+    def _make_batches(self, controlled: list[Model], end: int) -> None:
         """Make steps, up to the one with the number `end`, as long as controllers compute PIDs
         alone before each."""
         while end - self.step_count >= FEW_STEPS:

@@ -5,6 +5,8 @@ Texts are read as Gazebo's reader does: of a single number the start counts ('1.
 is 1), of a vector all its numbers or none.
 """
 
+from __future__ import annotations
+
 import codecs
 import math
 import os
@@ -57,7 +59,7 @@ class Document:
         root: its root element, set when it has been read.
     """
 
-    root: "Node"
+    root: Node
 
     def __init__(self, name: str, warnings: list[ReadWarning] | None = None) -> None:
         self.name = name
@@ -77,14 +79,14 @@ class Node(ElementTree.Element):
     line: int
     if TYPE_CHECKING:  # the children of a Node are Nodes
 
-        def find(self, path: str, namespaces: dict[str, str] | None = None) -> "Node | None": ...
+        def find(self, path: str, namespaces: dict[str, str] | None = None) -> Node | None: ...
         def findall(  # type: ignore[override]
             self, path: str, namespaces: dict[str, str] | None = None
-        ) -> list["Node"]: ...
+        ) -> list[Node]: ...
 
-        def iter(self, tag: str | None = None) -> Iterator["Node"]: ...  # type: ignore[override]
-        def __iter__(self) -> Iterator["Node"]: ...
-        def __getitem__(self, index: int) -> "Node": ...  # type: ignore[override]
+        def iter(self, tag: str | None = None) -> Iterator[Node]: ...  # type: ignore[override]
+        def __iter__(self) -> Iterator[Node]: ...
+        def __getitem__(self, index: int) -> Node: ...  # type: ignore[override]
 
     def warn(self, text: str, cause: str = "", item: str = "") -> None:
         """Add a warning about what is ignored or repaired, with file and line."""

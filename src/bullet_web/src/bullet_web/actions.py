@@ -1,5 +1,7 @@
 """What pages do to the world: the services of the simulator behind each action."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Collection
 from typing import Any

@@ -4,6 +4,8 @@ A bag has no models. The world and the robot come from launch files' own sources
 name, our car or our truck by the topics in the bag, any other robot by its URDF file.
 """
 
+from __future__ import annotations
+
 import argparse
 import math
 import os

@@ -3,6 +3,8 @@
 A page's command is (speed, steering), both -1 to 1; steering to the right is positive.
 """
 
+from __future__ import annotations
+
 import math
 import time
 from collections.abc import Callable, Mapping

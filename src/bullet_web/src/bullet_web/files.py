@@ -1,5 +1,7 @@
 """The files of the page: those of this package, and three.js of Debian."""
 
+from __future__ import annotations
+
 import mimetypes
 from pathlib import Path
 

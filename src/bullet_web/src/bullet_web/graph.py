@@ -1,5 +1,7 @@
 """What the ROS graph has for pages: topics to drive, cameras, lidars, the goal service."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

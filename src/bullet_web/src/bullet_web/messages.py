@@ -4,6 +4,8 @@ A message is a JSON object of at most MAX_BYTES with a "type" and the fields of 
 anything else is refused with a reason that names the field and its value.
 """
 
+from __future__ import annotations
+
 import json
 from collections.abc import Callable, Mapping
 from typing import Any

@@ -4,6 +4,8 @@ Everything that pages share is changed in the thread of the asyncio loop alone; 
 and the simulator's bring is handed over by `call_soon_threadsafe`.
 """
 
+from __future__ import annotations
+
 import asyncio
 import json
 import math

@@ -3,6 +3,8 @@
 Its parameter ~recording is true as soon as it has the first frame.
 """
 
+from __future__ import annotations
+
 import os
 import sys
 import threading

@@ -4,6 +4,8 @@ The file has the page, three.js, the scenes with their meshes and images, and th
 moves; a policy in it keeps the browser from loading anything else.
 """
 
+from __future__ import annotations
+
 import array
 import base64
 import io

@@ -4,6 +4,8 @@ Meshes, materials and textures are read as the camera renderer reads them (`Asse
 `describe`); instead of a graphics memory, `Memory` takes the triangles and pixels. No ROS.
 """
 
+from __future__ import annotations
+
 import hashlib
 import io
 from collections.abc import Mapping

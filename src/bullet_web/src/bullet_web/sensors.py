@@ -1,5 +1,7 @@
 """Camera images, lidar scans and point clouds for pages: subscribed while a page wants them."""
 
+from __future__ import annotations
+
 import json
 import math
 import struct

@@ -8,6 +8,8 @@ and of each kind only the newest: a browser that is slow or reads no more costs 
 nothing else.
 """
 
+from __future__ import annotations
+
 import asyncio
 import hmac
 import json
@@ -80,13 +82,13 @@ class Content(Protocol):
     def asset(self, name: str) -> File | None:
         """A mesh or an image of the present scene."""
 
-    def opened(self, page: "Page") -> None:
+    def opened(self, page: Page) -> None:
         """A page has come."""
 
-    def received(self, page: "Page", message: dict[str, Any]) -> None:
+    def received(self, page: Page, message: dict[str, Any]) -> None:
         """A checked message of a page, but no acknowledgement."""
 
-    def closed(self, page: "Page") -> None:
+    def closed(self, page: Page) -> None:
         """A page has gone."""
 
 
@@ -156,7 +158,7 @@ class Page:
                 self._unwritten += 1
                 written.add_done_callback(self._written)
 
-    def _written(self, future: "asyncio.Future[Any]") -> None:
+    def _written(self, future: asyncio.Future[Any]) -> None:
         future.cancelled() or future.exception()  # else a closed connection is logged as an error
         self._unwritten -= 1
         self._pump()
@@ -173,9 +175,9 @@ class Page:
 class Guarded(tornado.web.RequestHandler):
     """Answers those who know the token, and the password where there is one."""
 
-    server: "Server"
+    server: Server
 
-    def initialize(self, server: "Server") -> None:
+    def initialize(self, server: Server) -> None:
         self.server = server
 
     def prepare(self) -> None:
@@ -267,7 +269,7 @@ class Socket(Guarded, tornado.websocket.WebSocketHandler):
         if self.page is None:
             self.close(1008, f"{MAX_PAGES} pages are open")
 
-    def _send(self, message: str | bytes) -> "asyncio.Future[Any] | None":
+    def _send(self, message: str | bytes) -> asyncio.Future[Any] | None:
         try:
             return self.write_message(message, binary=isinstance(message, bytes))
         except tornado.websocket.WebSocketClosedError:

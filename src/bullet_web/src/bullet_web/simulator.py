@@ -1,5 +1,7 @@
 """The simulator as pages see it: a thread that asks for views while somebody looks."""
 
+from __future__ import annotations
+
 import json
 import threading
 import time

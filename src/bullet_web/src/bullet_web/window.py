@@ -4,6 +4,8 @@ The address is a key to the simulation, and command lines are there for every us
 see. So the browser gets a file that only this user can read, and that leads to the address.
 """
 
+from __future__ import annotations
+
 import html
 import os
 import tempfile

@@ -1,5 +1,7 @@
 """Films as MP4 files in H.264, which browsers play."""
 
+from __future__ import annotations
+
 import os
 import threading
 from fractions import Fraction

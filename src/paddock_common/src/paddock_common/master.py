@@ -4,6 +4,8 @@ rospy does not notice when the master dies or is restarted. The node would conti
 reach of subscribers, service calls and roslaunch.
 """
 
+from __future__ import annotations
+
 import http.client
 import threading
 import time

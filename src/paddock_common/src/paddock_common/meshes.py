@@ -1,5 +1,7 @@
 """Solids as triangles, and OBJ files of them."""
 
+from __future__ import annotations
+
 import argparse
 import os
 from collections.abc import Callable, Iterable, Sequence
@@ -25,7 +27,7 @@ class Mesh:
         for solid in solids:
             self.add(solid)
 
-    def add(self, faces: Iterable[npt.ArrayLike]) -> "Mesh":
+    def add(self, faces: Iterable[npt.ArrayLike]) -> Mesh:
         """Add a closed solid; its faces are reversed if they point inwards."""
         solid = [np.asarray(face, dtype=float) for face in faces]
         if volume(solid) < 0.0:
@@ -33,7 +35,7 @@ class Mesh:
         self.solids.append(solid)
         return self
 
-    def add_mirrored(self, faces: Iterable[npt.ArrayLike]) -> "Mesh":
+    def add_mirrored(self, faces: Iterable[npt.ArrayLike]) -> Mesh:
         """Add a solid and its mirror image across the plane y = 0."""
         solid = [np.asarray(face, dtype=float) for face in faces]
         return self.add(solid).add([face * (1.0, -1.0, 1.0) for face in solid])

@@ -32,6 +32,8 @@ needs, it deadlocks: each call of the master takes one, so a node that is stoppe
 may remain until roslaunch kills it 17 s later.
 """
 
+from __future__ import annotations
+
 import _thread
 import atexit
 import contextlib

@@ -2,6 +2,8 @@
 imports no rospy.
 """
 
+from __future__ import annotations
+
 import ctypes
 import os
 import signal
@@ -88,7 +90,7 @@ class StopRequest:
         while self._before:
             signal.signal(*self._before.popitem())
 
-    def __enter__(self) -> "StopRequest":
+    def __enter__(self) -> StopRequest:
         return self
 
     def __exit__(self, *_: object) -> None:

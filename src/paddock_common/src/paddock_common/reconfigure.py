@@ -1,5 +1,7 @@
 """Configuration types for dynamic_reconfigure, as a .cfg generator would write them."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from typing import Any
 

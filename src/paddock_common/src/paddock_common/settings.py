@@ -13,6 +13,8 @@
 An invalid value raises an error that names the setting, its value and what is valid.
 """
 
+from __future__ import annotations
+
 import math
 import numbers
 from collections.abc import Callable, Iterable

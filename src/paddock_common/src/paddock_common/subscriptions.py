@@ -14,6 +14,8 @@ master removes and adds again is followed by a new one; and after a connection t
 the publishers are requested from the master.
 """
 
+from __future__ import annotations
+
 import functools
 import logging
 import threading

@@ -1,5 +1,7 @@
 """For tests: masters, nodes, ports, and assertions about how nodes shut down."""
 
+from __future__ import annotations
+
 import contextlib
 import itertools
 import os

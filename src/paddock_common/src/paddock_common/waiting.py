@@ -1,5 +1,7 @@
 """Waits in wall time: for conditions, services, and messages to be sent."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Callable
 from typing import TypeVar

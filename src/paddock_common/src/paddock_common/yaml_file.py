@@ -1,5 +1,7 @@
 """YAML files of users: their content, or one error message."""
 
+from __future__ import annotations
+
 import os
 import reprlib
 from typing import Any

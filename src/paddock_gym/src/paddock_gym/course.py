@@ -4,6 +4,8 @@ The rules are AWS DeepRacer's: a run ends when all four wheels are off the lane,
 after a full lap, and when the car makes no progress or reverses.
 """
 
+from __future__ import annotations
+
 import math
 from collections import deque
 from collections.abc import Iterable, Sequence

@@ -1,5 +1,7 @@
 """Observations: images, ranges, state, and dictionaries of them."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -108,7 +110,7 @@ class StateObserver:
         self._curvatures = np.clip(curvatures, -LIMIT, LIMIT).astype(np.float32)
 
     def observe(
-        self, motion: Motion, course_pose: "CoursePose | RunState", last: tuple[float, float]
+        self, motion: Motion, course_pose: CoursePose | RunState, last: tuple[float, float]
     ) -> np.ndarray:
         """Observe the state.
 

@@ -1,5 +1,7 @@
 """Command line make_track."""
 
+from __future__ import annotations
+
 import argparse
 import os
 import sys

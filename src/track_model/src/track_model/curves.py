@@ -3,6 +3,8 @@
 A curve is an (N, 2) array of evenly spaced points [m]; a closed one does not repeat its first.
 """
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np

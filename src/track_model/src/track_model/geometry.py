@@ -1,5 +1,7 @@
 """The lane of a track: its centreline through the points, its edges, and its checks."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Any
 

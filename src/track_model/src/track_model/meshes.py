@@ -1,5 +1,7 @@
 """Meshes of the car: shell, wheels, hinges, sensors."""
 
+from __future__ import annotations
+
 import os
 import sys
 from collections.abc import Sequence

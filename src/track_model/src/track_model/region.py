@@ -1,5 +1,7 @@
 """The area of a lane as valid polygons, also in tight bends; for the texture and the referee."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Routes of other projects as tracks: DeepRacer .npy files and F1TENTH centreline .csv files."""
 
+from __future__ import annotations
+
 import io
 from typing import Any
 

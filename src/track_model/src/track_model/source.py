@@ -1,5 +1,7 @@
 """Reading tracks: those of this package by name, other files by path and suffix."""
 
+from __future__ import annotations
+
 import os
 
 from track_model import track_file

@@ -1,5 +1,7 @@
 """The content of a track file: TrackSpec, its defaults, TrackError; imports no numpy."""
 
+from __future__ import annotations
+
 import os
 from dataclasses import dataclass
 from typing import Any

@@ -1,5 +1,7 @@
 """Tracks as arrays, for rendering them and for driving along them."""
 
+from __future__ import annotations
+
 import os
 from dataclasses import dataclass
 from typing import Any

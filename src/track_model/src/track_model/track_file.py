@@ -1,5 +1,7 @@
 """Track files: YAML text checked key by key into a TrackSpec. Needs no numpy."""
 
+from __future__ import annotations
+
 import math
 import reprlib
 from collections.abc import Collection, Sequence

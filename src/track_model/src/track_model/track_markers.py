@@ -1,5 +1,7 @@
 """The track as markers for rviz: its ground image and its walls, from its SDF."""
 
+from __future__ import annotations
+
 import xml.etree.ElementTree as ElementTree
 
 import rospy

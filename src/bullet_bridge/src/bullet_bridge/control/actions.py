@@ -5,6 +5,8 @@ waits for the simulation thread. So that thread never calls the server: its call
 through a queue to a thread that makes them.
 """
 
+from __future__ import annotations
+
 import queue
 import threading
 from collections.abc import Callable, Iterable

@@ -1,5 +1,7 @@
 """dynamic_reconfigure of gains of PIDs."""
 
+from __future__ import annotations
+
 import functools
 import math
 import threading
@@ -75,7 +77,7 @@ PID_GAINS = "gazebo_ros_control/pid_gains"
 class PidServers:
     """The dynamic_reconfigure servers of a robot's PIDs, by their owners."""
 
-    def __init__(self, jobs: "JobQueue") -> None:
+    def __init__(self, jobs: JobQueue) -> None:
         self._jobs, self._lock = jobs, threading.Lock()
         self._servers: dict[str, list[PidServer]] = {}
 
@@ -105,7 +107,7 @@ class PidServers:
         return [server for of_owner in servers.values() for server in of_owner]
 
 
-def set_hardware(model: "Model", namespace: str, pid_servers: PidServers) -> Callable[[], None]:
+def set_hardware(model: Model, namespace: str, pid_servers: PidServers) -> Callable[[], None]:
     """Read the parameters of the hardware layer that a model's <robotSimType> names.
 
     Args:
@@ -130,7 +132,7 @@ def set_hardware(model: "Model", namespace: str, pid_servers: PidServers) -> Cal
     return functools.partial(hardware.put_before, joints, config.interfaces())
 
 
-def _set_joint_gains(hardware: "Hardware", where: str, pid_servers: PidServers) -> None:
+def _set_joint_gains(hardware: Hardware, where: str, pid_servers: PidServers) -> None:
     """Read the gains of joints that follow their commands by a PID."""
     entries = rospy.get_param(where, None) or {}
     if not isinstance(entries, dict):

@@ -1,5 +1,7 @@
 """A robot's controllers and what each of them has in ROS."""
 
+from __future__ import annotations
+
 import functools
 import threading
 import traceback
@@ -44,8 +46,8 @@ class RobotControl:
     def __init__(
         self,
         jobs: JobQueue,
-        world: "World",
-        model: "Model",
+        world: World,
+        model: Model,
         namespace: str,
         received: ReceivedCounts | None = None,
         run: Callable[[Callable[[], None]], None] = lambda work: work(),
@@ -213,7 +215,7 @@ class RobotControl:
                     config.name, namespace, gains, functools.partial(setattr, pid, "gains")
                 )
 
-    def _load_checked(self, name: str, values: Any) -> "Controller":
+    def _load_checked(self, name: str, values: Any) -> Controller:
         """Load a controller, or note why it is refused (simulation thread)."""
         try:
             return self._load_values(name, values)
@@ -222,7 +224,7 @@ class RobotControl:
                 self.refused[name] = str(error)
             raise
 
-    def _load_values(self, name: str, values: Any) -> "Controller":
+    def _load_values(self, name: str, values: Any) -> Controller:
         """Load a controller, unless its publish_rate is above one per physics step."""
         if values is None:
             raise ControllerError(

@@ -1,5 +1,7 @@
 """The services of a controller_manager."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +27,7 @@ class ControllerServices:
     def __init__(
         self,
         namespace: str,
-        manager: "Manager",
+        manager: Manager,
         run_job: Callable[[Callable[[], Any]], Any],
         load: Callable[[str], bool],
         unload: Callable[[str], bool],

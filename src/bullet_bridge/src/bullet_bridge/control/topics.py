@@ -1,5 +1,7 @@
 """Topics of controllers: commands in, states out."""
 
+from __future__ import annotations
+
 import math
 import zlib
 from collections.abc import Callable, Sequence
@@ -38,7 +40,7 @@ if TYPE_CHECKING:
 Result = TypeVar("Result")
 
 
-def controller_state(time: float, sample: "Sample", gains: "PidGains") -> JointControllerState:
+def controller_state(time: float, sample: Sample, gains: PidGains) -> JointControllerState:
     """control_msgs/JointControllerState of a Sample and PidGains; `time` [s] of the sample."""
     return JointControllerState(
         header=header(time),
@@ -56,7 +58,7 @@ def controller_state(time: float, sample: "Sample", gains: "PidGains") -> JointC
     )
 
 
-def pid_state(time: float, period: float, pid: "Pid") -> PidState:
+def pid_state(time: float, period: float, pid: Pid) -> PidState:
     """control_msgs/PidState of a Pid; `time` and `period` [s] of its last computation."""
     return PidState(
         header=header(time),
@@ -107,10 +109,10 @@ class Robot(Protocol):
     """
 
     namespace: str
-    world: "World"
-    model: "Model"
-    manager: "Manager"
-    received: "ReceivedCounts"
+    world: World
+    model: Model
+    manager: Manager
+    received: ReceivedCounts
 
     def buffer_command(self, name: str, values: Any) -> None:
         """Store a controller's command for the next step; the latest replaces earlier ones."""
@@ -122,7 +124,7 @@ class Robot(Protocol):
 T = TypeVar("T", bound="Topics")
 
 # Class of a controller -> the Topics of it and its subclasses.
-ROS_SIDE: "dict[type[Controller], type[Topics]]" = {}
+ROS_SIDE: dict[type[Controller], type[Topics]] = {}
 
 
 def ros_side(*controllers: type[Controller]) -> Callable[[type[T]], type[T]]:
@@ -135,7 +137,7 @@ def ros_side(*controllers: type[Controller]) -> Callable[[type[T]], type[T]]:
     return enter
 
 
-def topics_of(robot: Robot, controller: Any) -> "Topics":
+def topics_of(robot: Robot, controller: Any) -> Topics:
     """The Topics of a Controller: those of its class, or of the closest base that has some."""
     return next(ROS_SIDE[base] for base in type(controller).__mro__ if base in ROS_SIDE)(
         robot, controller

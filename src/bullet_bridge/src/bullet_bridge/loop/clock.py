@@ -1,5 +1,7 @@
 """/clock and the pace: schedules of messages, pacing by wall time, clock throttling."""
 
+from __future__ import annotations
+
 import collections
 import math
 import operator
@@ -31,7 +33,7 @@ class ClockThrottle:
             end of a batch, which it does not cut short.
     """
 
-    def __init__(self, clock: "SimClock", now: Callable[[], float], step: int) -> None:
+    def __init__(self, clock: SimClock, now: Callable[[], float], step: int) -> None:
         self._clock, self._now = clock, now
         self._last, self.waits = (now(), step), False
         self._batch = self._stride = 1

@@ -1,5 +1,7 @@
 """Jobs: calls of other threads, run by the thread that owns the engine."""
 
+from __future__ import annotations
+
 import collections
 import threading
 from collections.abc import Callable

@@ -4,6 +4,8 @@ TCPROS has no acknowledgement: a publisher cannot know when its message was rece
 the subscriber's side can be waited for.
 """
 
+from __future__ import annotations
+
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -28,7 +30,7 @@ class ReceivedCounts:
 
     def subscribe(
         self, topic: str, message_type: type, callback: Callable[[Any], None], **options: Any
-    ) -> "_Counted":
+    ) -> _Counted:
         """A rospy.Subscriber whose messages are counted once `callback` has returned.
 
         It has no queue size, so that no message of a burst is dropped and each one counts.

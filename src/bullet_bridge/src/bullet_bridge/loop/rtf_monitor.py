@@ -1,5 +1,7 @@
 """Warns that the simulation is slower than requested, and gives the reason."""
 
+from __future__ import annotations
+
 import math
 import time
 from collections.abc import Callable

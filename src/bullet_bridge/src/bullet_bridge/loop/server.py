@@ -1,5 +1,7 @@
 """The simulation thread: it owns the engine, steps it, and does the jobs of other threads."""
 
+from __future__ import annotations
+
 import gc
 import sys
 import threading
@@ -90,13 +92,13 @@ class Server:
 
     def __init__(
         self,
-        world: "World",
-        jobs: "JobQueue",
+        world: World,
+        jobs: JobQueue,
         robots: ModelOutputs,
         config: Any,
         clock: SimClock | None = None,
         now: Callable[[], float] = wall.monotonic,
-        relay: "Relay | None" = None,
+        relay: Relay | None = None,
     ) -> None:
         self._world, self._jobs, self._robots = world, jobs, robots
         self.paused, self.lockstep = config.paused, config.lockstep
@@ -334,11 +336,11 @@ class Server:
             reporter.restart()
         self._settle()
 
-    def save_state(self) -> "tuple[WorldState, Any]":
+    def save_state(self) -> tuple[WorldState, Any]:
         """The state of world, controllers and sensors, for restore_state()."""
         return self._world.save_state(), self._robots.save_state()
 
-    def restore_state(self, state: "tuple[WorldState, Any]") -> str:
+    def restore_state(self, state: tuple[WorldState, Any]) -> str:
         """Go back to a saved state, also of simulated time.
 
         Returns:

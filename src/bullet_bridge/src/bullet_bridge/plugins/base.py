@@ -1,5 +1,7 @@
 """What models do and measure in ROS: the base of all plugins and sensors, also of users'."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
@@ -21,7 +23,7 @@ P = TypeVar("P", bound="ModelPlugin")
 T = TypeVar("T")
 
 # Class of a specification -> the ModelPlugin that does it, and its subclasses.
-ROS_SIDE: "dict[type, type[ModelPlugin]]" = {}
+ROS_SIDE: dict[type, type[ModelPlugin]] = {}
 
 
 def ros_side(*specs: type) -> Callable[[type[P]], type[P]]:
@@ -47,8 +49,8 @@ class PluginContext:
         jobs: JobQueue of the simulation thread.
     """
 
-    world: "World"
-    model: "Model"
+    world: World
+    model: Model
     spec: Any
     seed: int = 0
     received: Any = None
@@ -58,8 +60,8 @@ class PluginContext:
 
 
 def make_plugin(
-    context: PluginContext, plugin_class: "type[ModelPlugin] | None" = None
-) -> "ModelPlugin":
+    context: PluginContext, plugin_class: type[ModelPlugin] | None = None
+) -> ModelPlugin:
     """The ModelPlugin of a specification, as after a reset; it leaves no topic if it fails.
 
     Args:

@@ -1,5 +1,7 @@
 """Cameras and depth cameras: images requested from the renderer, published when they arrive."""
 
+from __future__ import annotations
+
 import copy
 import json
 import math
@@ -53,7 +55,7 @@ class Cameras:
         renderer: str,
         wait: bool,
         quality: Quality = DEFAULT,
-        scene: "Callable[[], Scene | None]" = lambda: None,
+        scene: Callable[[], Scene | None] = lambda: None,
     ) -> None:
         self._renderer, self._wait, self._quality = renderer, wait, quality
         self._scene = scene
@@ -116,17 +118,17 @@ class Cameras:
         self._names = names
         self._legend = publisher(rospy.resolve_name("~labels"), String, latch=True)
 
-    def add(self, sensor: "CameraSensor") -> None:
+    def add(self, sensor: CameraSensor) -> None:
         self.start()
         if self._legend is not None:
             sensor.add_labels()
         self._sensors[sensor.request.name] = sensor
 
-    def remove(self, sensor: "CameraSensor") -> None:
+    def remove(self, sensor: CameraSensor) -> None:
         if self._sensors.get(sensor.request.name) is sensor:  # not a later one of the same name
             del self._sensors[sensor.request.name]
 
-    def set_sources(self, sources: "list[BodySource]") -> None:
+    def set_sources(self, sources: list[BodySource]) -> None:
         """Send the worker the present bodies."""
         if self._legend is not None:
             self._legend.publish(json.dumps(self._names()))
@@ -146,7 +148,7 @@ class Cameras:
         """Have an image rendered with the next flush() (simulation thread)."""
         self._due.append(request)
 
-    def flush(self, world: "World", waits: bool = False) -> None:
+    def flush(self, world: World, waits: bool = False) -> None:
         """Have what was requested rendered, all from one snapshot (simulation thread).
 
         Args:

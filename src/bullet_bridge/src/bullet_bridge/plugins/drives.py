@@ -1,5 +1,7 @@
 """Drive plugins, planar move, hand of god, joint poses, forces on links."""
 
+from __future__ import annotations
+
 import math
 import operator
 from typing import Any

@@ -1,5 +1,7 @@
 """Frames of plugins with the prefix that the parameter tf_prefix gives them, as tf resolves it."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any

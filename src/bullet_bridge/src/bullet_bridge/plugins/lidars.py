@@ -1,5 +1,7 @@
 """Lidars, range sensors and point clouds."""
 
+from __future__ import annotations
+
 import math
 from typing import Any, ClassVar
 

@@ -1,5 +1,7 @@
 """Ground truth, IMU, GPS, magnetometer, force and torque, contacts."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -434,13 +436,13 @@ class ContactSensor(Sensor):
             message.states.append(self._state(mine, other, index, contacts))
         return message
 
-    def _is_monitored(self, shape: "Shape | None") -> bool:
+    def _is_monitored(self, shape: Shape | None) -> bool:
         return shape is not None and (
             (shape.link, shape.name) in self._monitored or (shape.link, "") in self._monitored
         )
 
     @staticmethod
-    def _named(model: "Model", index: int, position: Array) -> "tuple[str, Shape | None]":
+    def _named(model: Model, index: int, position: Array) -> tuple[str, Shape | None]:
         """(model::link::collision, its Shape) of the shape that a point in the world is on."""
         pose = Pose(*model.frame_at(index))
         name, shapes = model.collisions_at(index)

@@ -1,5 +1,7 @@
 """Topics about the full world: states of models and links, and performance."""
 
+from __future__ import annotations
+
 import time as wall
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
@@ -20,19 +22,19 @@ AT_REST = (0.0, 0.0, 0.0)
 METRICS_PERIOD = 0.2  # [s] wall time
 
 
-def root_motions(model: "Model") -> Sequence[Motion]:
+def root_motions(model: Model) -> Sequence[Motion]:
     """Motion of a model's root link, as the only one."""
     if model.is_static:
         return [(*model.frame_at(model.index(model.description.root)), AT_REST, AT_REST)]
     return [model.link_motion(model.description.root)]
 
 
-def model_names(model: "Model") -> list[str]:
+def model_names(model: Model) -> list[str]:
     """The name of a model in model_states, as the only one."""
     return [model.name]
 
 
-def link_names(model: "Model") -> list[str]:
+def link_names(model: Model) -> list[str]:
     """Names in link_states: of all links but those that fixed joints merge into others."""
     return [f"{model.name}::{link}" for link in model.rigid_parts]
 
@@ -50,15 +52,15 @@ class StateTopic:
         self,
         topic: str,
         message_type: type,
-        names: "Callable[[Model], list[str]]",
-        motions: "Callable[[Model], Sequence[Motion]]",
+        names: Callable[[Model], list[str]],
+        motions: Callable[[Model], Sequence[Motion]],
     ) -> None:
         self.publisher = publisher(topic, message_type)
         self._names, self._motions = names, motions
         self._models: list[Model] = []
         self._sender = PackedStates(self.publisher, [])
 
-    def publish(self, world: "World") -> None:
+    def publish(self, world: World) -> None:
         models = list(world.models.values())
         if models != self._models:
             self._models = models
@@ -75,7 +77,7 @@ class StateTopics:
         rate: [Hz] of simulated time, limited to one message per step.
     """
 
-    def __init__(self, prefix: str, world: "World", rate: float) -> None:
+    def __init__(self, prefix: str, world: World, rate: float) -> None:
         self._world, self._rate = world, rate
         self._topics = [
             StateTopic(f"{prefix}/model_states", ModelStates, model_names, root_motions),
@@ -116,7 +118,7 @@ class PerformanceTopic:
     def __init__(
         self,
         prefix: str,
-        world: "World",
+        world: World,
         counts: Callable[[], dict[str, int]],
         clock: Callable[[], float] = wall.monotonic,
     ) -> None:

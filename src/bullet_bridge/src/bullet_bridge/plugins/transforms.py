@@ -1,5 +1,7 @@
 """Transforms from the simulator itself: a model's joints, and its root link in the world."""
 
+from __future__ import annotations
+
 import math
 import threading
 from typing import TYPE_CHECKING, Any
@@ -107,7 +109,7 @@ class RootTransformSensor(Sensor):
 class JointFrame:
     """The child link's frame in the parent link's, by the joint's position."""
 
-    def __init__(self, joint: "Joint") -> None:
+    def __init__(self, joint: Joint) -> None:
         anchored = joint.anchor != Pose()
         origin = joint.origin * joint.anchor if anchored else joint.origin
         self._origin, self._orientation = origin.position, origin.orientation

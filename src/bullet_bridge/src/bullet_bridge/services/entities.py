@@ -1,5 +1,7 @@
 """Names of gazebo_ros' interfaces -> models, links, joints and frames of the world."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
@@ -45,16 +47,16 @@ class ConnectedModels(Protocol):
     received: ReceivedCounts
     extensions: Any
 
-    def connect(self, model: "Model", namespace: str = "") -> None:
+    def connect(self, model: Model, namespace: str = "") -> None:
         """Create a model's services and topics; called outside the simulation thread."""
 
     def disconnect(self, name: str) -> list[Any]:
         """Remove a model; returns its parts, which the caller closes (simulation thread)."""
 
-    def skipped(self, model: "Model") -> list[str]:
+    def skipped(self, model: Model) -> list[str]:
         """Messages about what a model does without."""
 
-    def parts(self, name: str) -> "tuple[list[ModelPlugin], RobotControl | None]":
+    def parts(self, name: str) -> tuple[list[ModelPlugin], RobotControl | None]:
         """Plugins and RobotControl of a model."""
 
     def sensor_counts(self) -> dict[str, int]:
@@ -73,7 +75,7 @@ class FoundModel:
         path: name of the model inside it, as MODEL::MODEL; empty: it is the outermost one.
     """
 
-    model: "Model"
+    model: Model
     path: str = ""
 
     def state(self) -> tuple[Pose, Array, Array]:
@@ -113,13 +115,13 @@ class FoundModel:
         ]
 
 
-def scope_of(model: "Model", name: str) -> str:
+def scope_of(model: Model, name: str) -> str:
     """Prefix of a link's or joint's name that is the model inside which it is; "" for its own."""
     scopes = (f"{path}::" for path in model.description.nested)
     return max((scope for scope in scopes if name.startswith(scope)), key=len, default="")
 
 
-def find_model(world: "World", name: str) -> FoundModel:
+def find_model(world: World, name: str) -> FoundModel:
     """Model of a name: MODEL, OUTER::INNER or the plain name of one inside another.
 
     Raises:
@@ -133,7 +135,7 @@ def find_model(world: "World", name: str) -> FoundModel:
     return FoundModel(world.model(name))
 
 
-def find_frame(world: "World", name: str) -> Frame:
+def find_frame(world: World, name: str) -> Frame:
     """Frame of a name: a world frame, MODEL, MODEL::LINK or a link's plain name.
 
     Raises:
@@ -149,7 +151,7 @@ def find_frame(world: "World", name: str) -> Frame:
     return Frame(*model.link_state(link))
 
 
-def find_link(world: "World", name: str, label: str = "link") -> "tuple[Model, str]":
+def find_link(world: World, name: str, label: str = "link") -> tuple[Model, str]:
     """(Model, link name) of MODEL::LINK or of a plain link name (the first model's that has it).
 
     Raises:
@@ -164,7 +166,7 @@ def find_link(world: "World", name: str, label: str = "link") -> "tuple[Model, s
     return match
 
 
-def find_joint(world: "World", name: str) -> "tuple[Model, str]":
+def find_joint(world: World, name: str) -> tuple[Model, str]:
     """(Model, joint name) of a joint's plain name (the first model's that has it) or MODEL::JOINT.
 
     Raises:
@@ -180,8 +182,8 @@ def find_joint(world: "World", name: str) -> "tuple[Model, str]":
 
 
 def _find(
-    world: "World", name: str, parts: "Callable[[Model], Collection[str]]"
-) -> "tuple[Model, str] | None":
+    world: World, name: str, parts: Callable[[Model], Collection[str]]
+) -> tuple[Model, str] | None:
     model_name, scoped, part = name.partition("::")
     model = world.models.get(model_name) if scoped else None
     if model is not None and part in parts(model):
@@ -196,7 +198,7 @@ def _find(
     return None
 
 
-def _known(world: "World", parts: "Callable[[Model], Iterable[str]]", label: str) -> str:
+def _known(world: World, parts: Callable[[Model], Iterable[str]], label: str) -> str:
     names = [f"{model.name}::{part}" for model in world.models.values() for part in parts(model)]
     more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
     return f"{label} are {', '.join(names[:LISTED]) or '(none)'}{more}"

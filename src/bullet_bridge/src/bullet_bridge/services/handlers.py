@@ -1,5 +1,7 @@
 """Handlers of services and topics that log errors and return them to the caller."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any

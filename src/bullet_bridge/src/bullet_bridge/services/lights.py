@@ -1,5 +1,7 @@
 """Services about lights: read, change and delete those of the world."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable
 from contextlib import AbstractContextManager
@@ -31,9 +33,7 @@ class LightServices:
         show: function without arguments, called after a change (simulation thread).
     """
 
-    def __init__(
-        self, prefix: str, world: "World", jobs: "JobQueue", show: Callable[[], None]
-    ) -> None:
+    def __init__(self, prefix: str, world: World, jobs: JobQueue, show: Callable[[], None]) -> None:
         self._world, self._jobs, self._show = world, jobs, show
         for name, service, work in (
             ("get_light_properties", srv.GetLightProperties, self._get),

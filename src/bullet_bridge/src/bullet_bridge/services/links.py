@@ -1,5 +1,7 @@
 """Services about links and joints: state, properties, wrenches and efforts."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
 NO_LINK = "link not found, did you forget to scope the link by model name?"
 
 
-def clearing(jobs: "JobQueue", clear: Callable[[Any], Any], response: type) -> Callable[[Any], Any]:
+def clearing(jobs: JobQueue, clear: Callable[[Any], Any], response: type) -> Callable[[Any], Any]:
     """Handler that runs clear(request) as a job; an error is logged alone, as in gazebo_ros."""
 
     def work(request: Any) -> None:
@@ -45,7 +47,7 @@ def clearing(jobs: "JobQueue", clear: Callable[[Any], Any], response: type) -> C
     return empty_service_handler(work, response)
 
 
-def requested_steps(world: "World", request: Any) -> tuple[int, float]:
+def requested_steps(world: World, request: Any) -> tuple[int, float]:
     """The range of physics steps of a request with start_time and duration."""
     return step_range(
         world.step_count, world.time_step, request.start_time.to_sec(), request.duration.to_sec()
@@ -55,9 +57,7 @@ def requested_steps(world: "World", request: Any) -> tuple[int, float]:
 class LinkServices:
     """Services that read, move, change and push links."""
 
-    def __init__(
-        self, prefix: str, world: "World", jobs: "JobQueue", received: "ReceivedCounts"
-    ) -> None:
+    def __init__(self, prefix: str, world: World, jobs: JobQueue, received: ReceivedCounts) -> None:
         self._world, self._jobs = world, jobs
         for name, service, work in (
             ("get_link_state", srv.GetLinkState, self._get_state),
@@ -206,7 +206,7 @@ CHANGEABLE = ("damping", "loStop", "hiStop")
 class JointServices:
     """Services that read, change and drive joints."""
 
-    def __init__(self, prefix: str, world: "World", jobs: "JobQueue") -> None:
+    def __init__(self, prefix: str, world: World, jobs: JobQueue) -> None:
         self._world, self._jobs = world, jobs
         for name, service, work in (
             ("get_joint_properties", srv.GetJointProperties, self._get_properties),

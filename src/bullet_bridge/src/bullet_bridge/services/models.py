@@ -1,5 +1,7 @@
 """Services about models: spawn, delete, state, properties, namespaces."""
 
+from __future__ import annotations
+
 import gc
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -54,11 +56,11 @@ class ModelServices:
     def __init__(
         self,
         prefix: str,
-        world: "World",
-        jobs: "JobQueue",
+        world: World,
+        jobs: JobQueue,
         robots: ConnectedModels,
-        resolve: "Resolve",
-        server: "Server",
+        resolve: Resolve,
+        server: Server,
     ) -> None:
         self._world, self._jobs, self._robots, self._resolve = world, jobs, robots, resolve
         self._server = server
@@ -91,7 +93,7 @@ class ModelServices:
             rospy.logerr("%s (the root of '%s' is <%s>, not <robot>)", error, name, text.tag)
             raise rospy.ServiceException(error)
 
-        def work() -> "Model | None":
+        def work() -> Model | None:
             with refusing(SPAWN + NO_FRAME.format("reference_frame", "link")):
                 frame = find_frame(self._world, request.reference_frame).pose
             self._check(name, text)
@@ -137,7 +139,7 @@ class ModelServices:
             rospy.logwarn("%s", warning)
         self._robots.show_scene()
 
-    def _connect(self, model: "Model", namespace: str) -> None:
+    def _connect(self, model: Model, namespace: str) -> None:
         """Give a new model its plugins and controllers; without them it does not stay."""
         try:
             self._robots.connect(model, namespace)

@@ -1,5 +1,7 @@
 """Physics: services that get and set properties, pause, reset; dynamic_reconfigure."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -98,7 +100,7 @@ class PhysicsProperties:
         server: whose real time factor is read and set.
     """
 
-    def __init__(self, world: "World", server: "Server") -> None:
+    def __init__(self, world: World, server: Server) -> None:
         self._world, self._server = world, server
 
     def read(self) -> Properties:
@@ -149,7 +151,7 @@ class PhysicsServices:
     """Pausing, resetting, gravity, step and pace."""
 
     def __init__(
-        self, prefix: str, jobs: "JobQueue", server: "Server", properties: PhysicsProperties
+        self, prefix: str, jobs: JobQueue, server: Server, properties: PhysicsProperties
     ) -> None:
         self._jobs, self._server, self._properties = jobs, server, properties
         empty: dict[str, Callable[[], Any]] = {
@@ -239,7 +241,7 @@ def requested_changes(config: Mapping[str, Any], before: Mapping[str, Any]) -> d
 class PhysicsServer(ValuesServer):
     """dynamic_reconfigure server of the world; to be created before the simulation runs."""
 
-    def __init__(self, namespace: str, jobs: "JobQueue", properties: PhysicsProperties) -> None:
+    def __init__(self, namespace: str, jobs: JobQueue, properties: PhysicsProperties) -> None:
         self._jobs, self._properties = jobs, properties
         self._last = as_config(properties.read())
         super().__init__(physics_config, self._last, self._changed, namespace)

@@ -1,5 +1,7 @@
 """Services beyond Gazebo's: step, save and restore states, describe, statistics."""
 
+from __future__ import annotations
+
 import json
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -29,7 +31,7 @@ if TYPE_CHECKING:
 class StateServices:
     """Stores states by their names, in memory."""
 
-    def __init__(self, prefix: str, jobs: "JobQueue", server: "Server") -> None:
+    def __init__(self, prefix: str, jobs: JobQueue, server: Server) -> None:
         self._jobs, self._server = jobs, server
         self._states: dict[str, Any] = {}
         for name, work in (("save_state", self.save), ("restore_state", self.restore)):
@@ -65,7 +67,7 @@ class StateServices:
         return self._states[name]
 
 
-def advertise_json(name: str, jobs: "JobQueue", work: Callable[[], Any]) -> None:
+def advertise_json(name: str, jobs: JobQueue, work: Callable[[], Any]) -> None:
     """Advertise a std_srvs/Trigger service that responds with the result of a job, as JSON.
 
     Args:
@@ -90,9 +92,9 @@ class Describer:
 
     def __init__(
         self,
-        world: "World",
-        robots: "ConnectedModels",
-        described: "WorldDescription | None" = None,
+        world: World,
+        robots: ConnectedModels,
+        described: WorldDescription | None = None,
     ) -> None:
         self._world, self._robots = world, robots
         warnings = [] if described is None else described.warnings
@@ -110,7 +112,7 @@ class Describer:
             "models": [self._model(model) for model in self._world.models.values()],
         }
 
-    def _model(self, model: "Model") -> dict[str, Any]:
+    def _model(self, model: Model) -> dict[str, Any]:
         plugins, control = self._robots.parts(model.name)
         warnings = [warning for warning in model.description.warnings if self._is_new(warning)]
         return {
@@ -137,7 +139,7 @@ class Describer:
             ],
         }
 
-    def _extensions(self, model: "Model") -> list[str]:
+    def _extensions(self, model: Model) -> list[str]:
         """Messages about users' classes that the model uses."""
         known = self._robots.extensions
         used = [
@@ -155,7 +157,7 @@ class Describer:
         return warning not in self._warnings and warning not in self._losses
 
 
-def _static_props(described: "WorldDescription") -> set[str]:
+def _static_props(described: WorldDescription) -> set[str]:
     """Names of a world file's models that have no plugin and no sensor."""
     return {
         model.name
@@ -175,7 +177,7 @@ class StepService:
     """
 
     def __init__(
-        self, jobs: "JobQueue", server: "Server", received: "ReceivedCounts", timeout: float
+        self, jobs: JobQueue, server: Server, received: ReceivedCounts, timeout: float
     ) -> None:
         self._jobs, self._server, self._received = jobs, server, received
         self._timeout = timeout
@@ -196,7 +198,7 @@ class StepService:
             rospy.logerr("step: %s", steps.error)
         return StepResponse(not steps.error, steps.error)
 
-    def _begin(self, count: int, taken: "Taken") -> "Steps":
+    def _begin(self, count: int, taken: Taken) -> Steps:
         """Start the steps; if that fails, the messages count for the next call."""
         try:
             return self._jobs.call(lambda: self._server.begin_steps(count))

@@ -7,6 +7,8 @@ the publishing thread. Only what the kernel does not accept immediately is queue
 Nagle's algorithm is off, so that no message waits for an acknowledgement.
 """
 
+from __future__ import annotations
+
 import collections
 import socket
 import threading

@@ -1,5 +1,7 @@
 """Arrays and poses of the core <-> ROS messages."""
 
+from __future__ import annotations
+
 from typing import Any
 
 import cv2

@@ -1,5 +1,7 @@
 """Monitors the ROS master: without it no new node can connect to the simulation."""
 
+from __future__ import annotations
+
 import time
 from collections.abc import Callable
 from typing import Any

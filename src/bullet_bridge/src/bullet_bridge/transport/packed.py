@@ -8,6 +8,8 @@ genpy's; a test compares them.
 Wire format: http://wiki.ros.org/msg#Fields (little endian; strings and lists lead with a uint32).
 """
 
+from __future__ import annotations
+
 import struct
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
@@ -369,7 +371,7 @@ class PackedScan(Packed):
     """
 
     def __init__(
-        self, publisher: rospy.Publisher, spec: "RaySpec", increment: float, count: int
+        self, publisher: rospy.Publisher, spec: RaySpec, increment: float, count: int
     ) -> None:
         super().__init__(publisher)
         self._constant = pack_string(spec.frame_id) + struct.pack(

@@ -7,6 +7,8 @@ every subscriber has taken the message and nothing is dropped, so that all messa
 sent when the step returns.
 """
 
+from __future__ import annotations
+
 import contextlib
 import threading
 import warnings

@@ -1,5 +1,7 @@
 """dynamic_reconfigure: servers whose first values are the simulation's."""
 
+from __future__ import annotations
+
 import types
 from collections.abc import Callable, Mapping
 from typing import Any

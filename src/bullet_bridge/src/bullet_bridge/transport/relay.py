@@ -6,6 +6,8 @@ times as long as the write, and each message has several subscribers. So the sim
 writes to the relay process only, which writes to the subscribers: see relay_process.py.
 """
 
+from __future__ import annotations
+
 import collections
 import pathlib
 import select
@@ -126,7 +128,7 @@ class RelayChannel:
 class RelayedConnection(ConnectionWrapper):
     """Passes messages to the relay process, which writes them to the subscriber's socket."""
 
-    def __init__(self, connection: Any, relay: "Relay", number: int) -> None:
+    def __init__(self, connection: Any, relay: Relay, number: int) -> None:
         super().__init__(connection)
         self._relay, self._number = relay, number
         self._size, self._head = -1, b""  # of the last message; most topics have one size

@@ -14,6 +14,8 @@ Messages of one subscriber that it has read at once it sends at once: it has rea
 is behind, and then has the least to do.
 """
 
+from __future__ import annotations
+
 import collections
 import select
 import signal

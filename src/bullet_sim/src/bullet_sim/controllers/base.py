@@ -1,5 +1,7 @@
 """What all controllers share: life cycle, the check of their configuration, the registry."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar

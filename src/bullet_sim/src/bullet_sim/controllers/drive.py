@@ -1,5 +1,7 @@
 """diff_drive_controller, ackermann_steering_controller: odometry, commands."""
 
+from __future__ import annotations
+
 import collections
 import math
 from collections.abc import Sequence

@@ -1,5 +1,7 @@
 """Settings of controllers that drive a base: its measures in the URDF, speed limits."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

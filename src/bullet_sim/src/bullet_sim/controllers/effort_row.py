@@ -1,5 +1,7 @@
 """What computes a joint's effort before each of several steps that a solver makes in one call."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 

@@ -6,6 +6,8 @@ virtual middle wheel at the angle d with the speed v along it moves as the body 
 v cos(d) (tan(front) - tan(rear)) / wheel_base.
 """
 
+from __future__ import annotations
+
 import collections
 import math
 from collections.abc import Sequence

@@ -1,5 +1,7 @@
 """Opens and closes a gripper, as gripper_action_controller does."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -41,7 +43,7 @@ class GripperGoal:
 
     position: float
     max_effort: float
-    finished: "Callable[[str, Grip], object]"
+    finished: Callable[[str, Grip], object]
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,7 @@
 """A joint as the controllers of a robot see it: its state, and what they command."""
 
+from __future__ import annotations
+
 from typing import Protocol
 
 from bullet_sim.component import Stateful
@@ -13,9 +15,7 @@ from bullet_sim.description.model import Joint
 class CommandTarget(Protocol):
     """What passes commands on to joints, see hardware.Hardware."""
 
-    def command(
-        self, interface: str, joints: "tuple[JointHandle]", values: tuple[float]
-    ) -> None: ...
+    def command(self, interface: str, joints: tuple[JointHandle], values: tuple[float]) -> None: ...
     def release(self, names: tuple[str, ...]) -> None: ...
 
 

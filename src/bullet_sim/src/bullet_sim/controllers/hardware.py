@@ -7,6 +7,8 @@ follows velocity and position commands by an effort from a PID. What is commande
 of the joints; their limits hold where it is applied (limits.py).
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Protocol
 

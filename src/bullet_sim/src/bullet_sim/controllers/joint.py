@@ -1,5 +1,7 @@
 """Controllers of joints: states and sensors reported, commands forwarded, or through a PID."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar

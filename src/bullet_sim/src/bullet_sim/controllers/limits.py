@@ -1,5 +1,7 @@
 """Limits of a joint: the one place where what is commanded is held within them."""
 
+from __future__ import annotations
+
 from math import inf
 
 from bullet_sim.description.model import Joint

@@ -1,5 +1,7 @@
 """Life cycles of a robot's controllers: load, start, stop, switch, unload, list."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
@@ -341,7 +343,7 @@ class Manager(Stateful):
         """The loaded Controllers, in order of loading."""
         return tuple(self._loaded.values())
 
-    def list(self) -> "list[tuple[type[Controller], Any, str]]":
+    def list(self) -> list[tuple[type[Controller], Any, str]]:
         """(class, configuration, state) of every loaded controller, in order of loading."""
         return [(type(c), c.config, self._states[name]) for name, c in self._loaded.items()]
 

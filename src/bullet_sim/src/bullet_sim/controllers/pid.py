@@ -1,5 +1,7 @@
 """PIDs: gains and their checks, and one computation."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from math import isfinite, isnan, nan, remainder
 from typing import Any

@@ -1,5 +1,7 @@
 """Trajectories of joints: splines, tolerances, how a command replaces what is left of one."""
 
+from __future__ import annotations
+
 import copy
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -23,7 +25,7 @@ class Tolerance:
         """Whether errors of position and velocity are within; accelerations are not measured."""
         return not (abs(position) > self.position > 0.0 or abs(velocity) > self.velocity > 0.0)
 
-    def updated(self, other: "Tolerance") -> "Tolerance":
+    def updated(self, other: Tolerance) -> Tolerance:
         """With another's bounds: above 0 they replace, below 0 they remove, 0 leaves these."""
         return Tolerance(
             *(
@@ -56,7 +58,7 @@ class Tolerances:
         path: NamedTolerances,
         arrival: NamedTolerances,
         goal_time_tolerance: float,
-    ) -> "Tolerances":
+    ) -> Tolerances:
         """With those of a goal.
 
         Args:
@@ -106,7 +108,7 @@ class Segment:
         first: End,
         end: float,
         last: End,
-        goal: "Goal | None" = None,
+        goal: Goal | None = None,
         from_start: float = 0.0,
         path: Tolerance = NO_TOLERANCE,
         arrival: Tolerance = NO_TOLERANCE,
@@ -259,7 +261,7 @@ def join(
     now: float,
     ahead: float,
     continuous: Sequence[bool],
-    goal: "Goal | None" = None,
+    goal: Goal | None = None,
     tolerances: Tolerances | None = None,
 ) -> list[list[Segment]]:
     """Each joint's segments from now on: what it does until the command starts, then the command.
@@ -323,14 +325,14 @@ def _offset(here: float, there: float) -> float:
     return here + distance - there
 
 
-def _for_goal(segment: Segment, goal: "Goal | None") -> Segment:
+def _for_goal(segment: Segment, goal: Goal | None) -> Segment:
     """A segment that counts for another goal from now on, without tolerances."""
     copied = copy.copy(segment)
     copied.goal = goal
     return copied
 
 
-def hold(positions: Iterable[float], now: float, goal: "Goal | None" = None) -> list[list[Segment]]:
+def hold(positions: Iterable[float], now: float, goal: Goal | None = None) -> list[list[Segment]]:
     """Segments that hold positions [rad, m] from a time on."""
     return [[Segment(now, End(p), now, End(p), goal)] for p in positions]
 
@@ -340,7 +342,7 @@ def stop(
     velocities: Iterable[float],
     now: float,
     duration: float,
-    goal: "Goal | None" = None,
+    goal: Goal | None = None,
 ) -> list[list[Segment]]:
     """Segments that come to rest within a duration [s].
 

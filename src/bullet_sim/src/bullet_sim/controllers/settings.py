@@ -1,5 +1,7 @@
 """Settings of controllers: a mapping of a YAML file, read and checked, and what comes of it."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -110,7 +112,7 @@ class Settings:
         check_joints(names, self.label, known)
         return tuple(names)
 
-    def block(self, *keys: str) -> "Settings":
+    def block(self, *keys: str) -> Settings:
         """Settings of a mapping within this one; a missing one is empty."""
         inner = self
         for key in keys:

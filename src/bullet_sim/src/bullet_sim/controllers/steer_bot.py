@@ -4,6 +4,8 @@ Its controllers see a rear wheel and a front steering joint that need not exist;
 drive the four wheels and the two front hinges of the car.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

@@ -1,5 +1,7 @@
 """joint_trajectory_controller: settings, and the base of controllers with an action."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar

@@ -4,6 +4,8 @@ Lumping: links on fixed joints are merged into their parent, as in Gazebo. Other
 links without <inertial> 1 kg; fewer links also make a step faster.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace

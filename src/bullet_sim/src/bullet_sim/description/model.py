@@ -1,5 +1,7 @@
 """A robot's description: links, joints, shapes, their appearance."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -200,7 +202,7 @@ class Shape:
     surface: Surface | None = None
     laser_retro: float = 0.0
 
-    def at(self, pose: Pose) -> "Shape":
+    def at(self, pose: Pose) -> Shape:
         """The same shape in a frame in which its current frame has the given pose."""
         return replace(self, pose=pose * self.pose)
 

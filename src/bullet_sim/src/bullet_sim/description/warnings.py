@@ -1,5 +1,7 @@
 """Warnings of the readers: messages with their cause, logged in one line per cause."""
 
+from __future__ import annotations
+
 import re
 from collections.abc import Iterable
 from typing import Any
@@ -25,13 +27,13 @@ class ReadWarning(str):
     cause = ""
     item = ""
 
-    def __new__(cls, text: str, cause: str = "", item: str = "") -> "ReadWarning":
+    def __new__(cls, text: str, cause: str = "", item: str = "") -> ReadWarning:
         warning = super().__new__(cls, text)
         warning.cause, warning.item = cause, item
         return warning
 
 
-def add_warning(warnings: list["ReadWarning"], text: str, cause: str = "", item: str = "") -> None:
+def add_warning(warnings: list[ReadWarning], text: str, cause: str = "", item: str = "") -> None:
     """Append a ReadWarning to a list that does not contain this text yet."""
     if text not in warnings:
         warnings.append(ReadWarning(text, cause, item))

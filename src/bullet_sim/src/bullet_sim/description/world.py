@@ -1,5 +1,7 @@
 """A world's description: models, physics, lights, background and fog."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
 
 from bullet_sim.description.model import RGB, Finish, Geometry, Link, ModelDescription, Shape

@@ -1,5 +1,7 @@
 """Images by PyBullet's own renderers."""
 
+from __future__ import annotations
+
 import importlib.util
 
 import cv2

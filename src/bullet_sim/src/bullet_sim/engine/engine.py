@@ -1,5 +1,7 @@
 """Bodies in PyBullet: loaded, placed, driven and stepped by Bullet; their contacts."""
 
+from __future__ import annotations
+
 import functools
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
@@ -512,7 +514,7 @@ class Engine:
         joints = self.movable[body]
         return p.getJointStates(body, joints, physicsClientId=self.client) if joints else ()
 
-    def read_joints(self, body: int, handles: "Iterable[JointHandle]") -> None:
+    def read_joints(self, body: int, handles: Iterable[JointHandle]) -> None:
         """Read positions and velocities of the movable joints into handles, in their order."""
         for handle, state in zip(handles, self.joint_states(body)):
             handle.position, handle.velocity = state[:2]

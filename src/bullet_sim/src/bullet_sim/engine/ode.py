@@ -5,6 +5,8 @@ PyBullet when somebody asks it. PyBullet loads the bodies, and finds the contact
 quickstep does not know, such as meshes that cannot be read (ode_contacts.py).
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -48,7 +50,7 @@ class OdeSolver:
         settings: of the world.
     """
 
-    def __init__(self, engine: "Engine", client: int) -> None:
+    def __init__(self, engine: Engine, client: int) -> None:
         self._engine, self._client = engine, client
         self._numbers, self._gravity = np.zeros(q.S_SIZE), np.zeros(3)
         self.configure(OdeSettings())
@@ -463,7 +465,7 @@ class OdeSolver:
             (angle, rate, (), motor) for angle, rate, motor in zip(numbers, numbers[count:], motors)
         ]
 
-    def read_joints(self, body: int, handles: "Iterable[JointHandle]") -> None:
+    def read_joints(self, body: int, handles: Iterable[JointHandle]) -> None:
         """As Engine.read_joints."""
         self.refresh()
         part = self._parts.get(body)

@@ -1,5 +1,7 @@
 """The arrays of the solver 'ode' (see quickstep/layout.py), built of an engine's bodies."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -190,7 +192,7 @@ class ArrayBuilder:
     """
 
     def __init__(
-        self, engine: "Engine", shapes: ShapeCache, settings: OdeSettings, models: Models
+        self, engine: Engine, shapes: ShapeCache, settings: OdeSettings, models: Models
     ) -> None:
         self._engine, self._cache = engine, shapes
         self._settings, self._models = settings, models

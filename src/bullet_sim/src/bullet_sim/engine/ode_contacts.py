@@ -1,5 +1,7 @@
 """Contacts of the solver 'ode': those that PyBullet finds, and what is told of the last step's."""
 
+from __future__ import annotations
+
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,7 +36,7 @@ class Contacts:
         sleepers: the contacts with which links have fallen asleep, by (body, link).
     """
 
-    def __init__(self, engine: "Engine", client: int, models: Models) -> None:
+    def __init__(self, engine: Engine, client: int, models: Models) -> None:
         self._engine, self._client, self._models = engine, client, models
         self.sleepers: dict[BodyLink, list[Contact]] = {}
 

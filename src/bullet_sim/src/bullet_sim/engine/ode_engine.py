@@ -1,5 +1,7 @@
 """The engine whose bodies move as in Gazebo: an OdeSolver moves them, PyBullet's follow."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
@@ -161,7 +163,7 @@ class OdeEngine(Engine):
     def joint_states(self, body: int) -> Sequence[tuple[float, float, Sequence[float], float]]:
         return self.ode.joint_states(body)
 
-    def read_joints(self, body: int, handles: "Iterable[JointHandle]") -> None:
+    def read_joints(self, body: int, handles: Iterable[JointHandle]) -> None:
         self.ode.read_joints(body, handles)
 
     def joint_load(self, body: int, link: int) -> tuple[Array, Array, float]:

@@ -3,6 +3,8 @@
 Rows of a Scene's arrays are those of quickstep/layout.py.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,5 +1,7 @@
 """Meshes and boxes of shapes for the solver 'ode' and for rays: each mesh is read once."""
 
+from __future__ import annotations
+
 import functools
 import os
 from typing import Any

@@ -1,5 +1,7 @@
 """Shapes with <collide_without_contact>: what they overlap is told, but nothing is pushed."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np

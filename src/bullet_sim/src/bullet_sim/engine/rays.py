@@ -1,5 +1,7 @@
 """Rays of lidars at the shapes of an OdeSolver's bodies, which descriptions of models have."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any

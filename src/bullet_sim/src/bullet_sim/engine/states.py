@@ -1,5 +1,7 @@
 """The state of all bodies of an engine as a value, in memory."""
 
+from __future__ import annotations
+
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -1,5 +1,7 @@
 """Rows of the solver's tables (see quickstep/layout.py) of what a model's description has."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple

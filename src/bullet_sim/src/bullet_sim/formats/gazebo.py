@@ -1,5 +1,7 @@
 """<gazebo> elements of URDF, and contact properties of these and of <surface> of SDF."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any

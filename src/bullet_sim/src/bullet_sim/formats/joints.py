@@ -1,5 +1,7 @@
 """Joints of URDF and SDF: types, axes, limits, and the tree that they form."""
 
+from __future__ import annotations
+
 import numpy as np
 
 from bullet_sim.description.model import MOVABLE_TYPES, Joint, Link, Mimic, ModelDescription

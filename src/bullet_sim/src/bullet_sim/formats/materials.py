@@ -4,6 +4,8 @@ Gazebo draws a visual without any material as Gazebo/White. A color of <material
 what it leaves out is OGRE's default, ambient and diffuse white, no highlights.
 """
 
+from __future__ import annotations
+
 import math
 import os
 from collections.abc import Callable

@@ -6,6 +6,8 @@ name, or without a name the one at the same place, of its parent. What programs,
 environment maps do is not read.
 """
 
+from __future__ import annotations
+
 import math
 import re
 from collections.abc import Mapping, Sequence
@@ -36,9 +38,9 @@ class Section:
     name: str = ""
     parent: str = ""
     statements: list[Statement] = field(default_factory=list)
-    sections: list["Section"] = field(default_factory=list)
+    sections: list[Section] = field(default_factory=list)
 
-    def of_kind(self, kind: str) -> list["Section"]:
+    def of_kind(self, kind: str) -> list[Section]:
         """The sections of a kind in it."""
         return [section for section in self.sections if section.kind == kind]
 

@@ -1,5 +1,7 @@
 """Shapes of URDF and SDF: geometry."""
 
+from __future__ import annotations
+
 import os
 from dataclasses import replace
 

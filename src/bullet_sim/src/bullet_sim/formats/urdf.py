@@ -1,5 +1,7 @@
 """URDF -> ModelDescription."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Container
 from dataclasses import replace
 

@@ -1,5 +1,7 @@
 """COLLADA files (.dae) as trimesh's meshes, with the materials as Gazebo reads them."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterator
 from typing import IO, TYPE_CHECKING, Any
 
@@ -68,7 +70,7 @@ def _geometries(nodes: Any, pose: Array) -> Iterator[tuple[Any, Array]]:
             yield from _geometries(node.children, pose @ node.matrix)
 
 
-def _mesh(primitive: Any, look: Look | None) -> "trimesh.Trimesh":
+def _mesh(primitive: Any, look: Look | None) -> trimesh.Trimesh:
     import trimesh
 
     corners = primitive.vertex[primitive.vertex_index].reshape(-1, 3)

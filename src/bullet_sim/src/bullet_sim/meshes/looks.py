@@ -1,5 +1,7 @@
 """What the materials of a mesh file look like in Gazebo."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import Any
 

@@ -10,6 +10,8 @@ trimesh (loaded on demand) into a folder next to the prepared URDF, once for eac
 As in Gazebo and rviz, a DAE's <unit> counts and its <up_axis> does not.
 """
 
+from __future__ import annotations
+
 import functools
 import hashlib
 import json
@@ -226,7 +228,7 @@ def convert(
     return parts
 
 
-def _load(geometry: Geometry, errors: list[str] | None) -> list["trimesh.Trimesh"]:
+def _load(geometry: Geometry, errors: list[str] | None) -> list[trimesh.Trimesh]:
     """Trimeshes of a file in meters, transforms of its scene applied."""
     meshes = []
     for part, transform in read_parts(geometry, errors):
@@ -236,7 +238,7 @@ def _load(geometry: Geometry, errors: list[str] | None) -> list["trimesh.Trimesh
     return meshes
 
 
-def _appearance(mesh: "trimesh.Trimesh", shape: Shape) -> tuple[RGBA, "Image.Image | None"]:
+def _appearance(mesh: trimesh.Trimesh, shape: Shape) -> tuple[RGBA, Image.Image | None]:
     """(RGBA, Pillow image or None) of a trimesh as part of a Shape."""
     visual = mesh.visual
     uv = getattr(visual, "uv", None)
@@ -255,7 +257,7 @@ def _appearance(mesh: "trimesh.Trimesh", shape: Shape) -> tuple[RGBA, "Image.Ima
     return rgba(material.main_color), None
 
 
-def _save(image: "Image.Image", path: str) -> None:
+def _save(image: Image.Image, path: str) -> None:
     """Save an image with sides that are multiples of 4: EGL renders others as stripes."""
     try:
         image = image.convert("RGB")
@@ -270,7 +272,7 @@ def _save(image: "Image.Image", path: str) -> None:
 
 def _write(
     path: str,
-    meshes: list["trimesh.Trimesh"],
+    meshes: list[trimesh.Trimesh],
     signs: tuple[int, ...],
     head: Sequence[str] = (),
     textured: bool = False,
@@ -307,7 +309,7 @@ def _copy(source: str, path: str) -> None:
         _save(image, path)
 
 
-def _library(path: str, color: RGBA, image: "Image.Image | str | None" = None) -> list[str]:
+def _library(path: str, color: RGBA, image: Image.Image | str | None = None) -> list[str]:
     """Write the material library of an OBJ, and its image; returns the lines that refer to it.
 
     Args:

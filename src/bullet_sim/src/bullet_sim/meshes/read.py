@@ -1,5 +1,7 @@
 """Mesh files: their parts, the files next to them, colors and textures."""
 
+from __future__ import annotations
+
 import io
 import os
 import re
@@ -36,12 +38,12 @@ def rgba(color: Iterable[float]) -> RGBA:
     return r, g, b, a
 
 
-def image_of(material: Any) -> "Image.Image | None":
+def image_of(material: Any) -> Image.Image | None:
     """Pillow image of a trimesh's material, or None."""
     return getattr(material, "image", None) or getattr(material, "baseColorTexture", None)
 
 
-def opened(source: str | BinaryIO) -> "Image.Image":
+def opened(source: str | BinaryIO) -> Image.Image:
     """Pillow image of a file, not read yet; to be closed.
 
     Args:
@@ -70,7 +72,7 @@ def opened(source: str | BinaryIO) -> "Image.Image":
     return image
 
 
-def open_image(path: str, transparent: bool = False) -> "Image.Image":
+def open_image(path: str, transparent: bool = False) -> Image.Image:
     """Pillow image of a file; transparent: with its alpha channel if there is one.
 
     Raises:
@@ -139,7 +141,7 @@ MAX_SIZE = 1e6  # [m] larger meshes are refused
 
 def read_parts(
     geometry: Geometry, errors: list[str] | None = None
-) -> list[tuple["trimesh.Trimesh", Array]]:
+) -> list[tuple[trimesh.Trimesh, Array]]:
     """Trimeshes of a file with their transforms, (mesh, (4, 4) with the scale to meters).
 
     DAE: <unit> counts, <up_axis> does not (see prepare.py).
@@ -208,7 +210,7 @@ def _parts(geometry: Geometry, resolver: MeshFileResolver) -> tuple[list[Part], 
 def _collada(geometry: Geometry, resolver: MeshFileResolver) -> tuple[list[Part], float]:
     from PIL import Image
 
-    def image(name: str) -> "Image.Image":
+    def image(name: str) -> Image.Image:
         return Image.open(io.BytesIO(resolver.get(name)))
 
     try:

@@ -1,5 +1,7 @@
 """Shapes that become meshes: heightmaps from images, polygons extruded upwards."""
 
+from __future__ import annotations
+
 import os
 from collections.abc import Iterable, Sequence
 

@@ -1,5 +1,7 @@
 """Changes to loaded models: wrenches, efforts, properties of links and joints."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -43,7 +45,7 @@ def step_range(
 
 @dataclass(frozen=True)
 class _Load:
-    model: "Model"
+    model: Model
     part: str  # name of the link or joint
     type: str  # 'link' or 'joint'
     first: int
@@ -65,7 +67,7 @@ class Forces(Stateful):
         return bool(self._loads)
 
     def apply_wrench(
-        self, model: "Model", link: str, force: Vector, torque: Vector, steps: tuple[int, float]
+        self, model: Model, link: str, force: Vector, torque: Vector, steps: tuple[int, float]
     ) -> None:
         """Apply a force at the center of mass of a link's rigid part, and a torque.
 
@@ -82,7 +84,7 @@ class Forces(Stateful):
         self._add(model, link, "link", steps, lambda: model.apply_wrench(index, force, torque))
 
     def apply_effort(
-        self, model: "Model", joint: str, effort: float, steps: tuple[int, float]
+        self, model: Model, joint: str, effort: float, steps: tuple[int, float]
     ) -> float:
         """Apply an effort [N m, N] to a joint in addition to its controller; clipped to its limit.
 
@@ -99,7 +101,7 @@ class Forces(Stateful):
 
     def _add(
         self,
-        model: "Model",
+        model: Model,
         part: str,
         part_type: str,
         steps: tuple[int, float],
@@ -109,7 +111,7 @@ class Forces(Stateful):
             self._loads.append(_Load(model, part, part_type, *steps, apply))
 
     @staticmethod
-    def _check(model: "Model", label: str, values: Iterable[float]) -> None:
+    def _check(model: Model, label: str, values: Iterable[float]) -> None:
         for value in values:
             if not math.isfinite(value):
                 raise CommandError(f"{label} of '{model.name}' has {value}, must be finite")
@@ -129,19 +131,19 @@ class Forces(Stateful):
                 load.apply()
         self._loads = [load for load in self._loads if load.end > step + 1]
 
-    def clear_link(self, model: "Model", link: str) -> int:
+    def clear_link(self, model: Model, link: str) -> int:
         """Clear all wrenches on a link; returns how many there were."""
         return self._remove(
             lambda load: (load.model, load.type, load.part) == (model, "link", link)
         )
 
-    def clear_joint(self, model: "Model", joint: str) -> int:
+    def clear_joint(self, model: Model, joint: str) -> int:
         """Clear all efforts on a joint; returns how many there were."""
         return self._remove(
             lambda load: (load.model, load.type, load.part) == (model, "joint", joint)
         )
 
-    def remove_model(self, model: "Model") -> int:
+    def remove_model(self, model: Model) -> int:
         """Clear all wrenches and efforts on a model; returns how many there were."""
         return self._remove(lambda load: load.model is model)
 
@@ -159,7 +161,7 @@ class Forces(Stateful):
 TOLERANCE = 1e-6  # relative tolerance of values that cannot change
 
 
-def link_properties(model: "Model", link: str) -> tuple[float, Array, Array, bool]:
+def link_properties(model: Model, link: str) -> tuple[float, Array, Array, bool]:
     """Mass and inertia of a link, and whether gravity acts on it.
 
     A link that fixed joints merge into another, or a model's static link, has those of its
@@ -178,7 +180,7 @@ def link_properties(model: "Model", link: str) -> tuple[float, Array, Array, boo
 
 
 def set_link_properties(
-    model: "Model", link: str, mass: float, center: Vector, inertia: Any, gravity: bool
+    model: Model, link: str, mass: float, center: Vector, inertia: Any, gravity: bool
 ) -> None:
     """Change a link's mass and inertia; survives a reset of the world.
 
@@ -226,7 +228,7 @@ def set_link_properties(
     part.mass, part.inertia, part.gravity = float(mass), inertia, gravity
 
 
-def _moments(model: "Model", index: int, inertia: Array) -> Array | None:
+def _moments(model: Model, index: int, inertia: Array) -> Array | None:
     """Moments (3,) of an inertia along the loaded principal axes; None if those do not fit."""
     axes = matrix_from_quaternion(model.engine.principal_axes(model.body, index))
     rotated = axes.T @ inertia @ axes
@@ -235,7 +237,7 @@ def _moments(model: "Model", index: int, inertia: Array) -> Array | None:
 
 
 def set_joint_stops(
-    model: "Model", joint: str, lower: float | None = None, upper: float | None = None
+    model: Model, joint: str, lower: float | None = None, upper: float | None = None
 ) -> None:
     """Change a joint's limits [rad, m]; None leaves one; survives a reset of the world.
 
@@ -256,7 +258,7 @@ def set_joint_stops(
     limits.lower, limits.upper = low, high
 
 
-def set_joint_damping(model: "Model", joint: str, damping: float) -> None:
+def set_joint_damping(model: Model, joint: str, damping: float) -> None:
     """Change a joint's damping [N m s/rad, N s/m]; survives a reset of the world.
 
     Raises:

@@ -1,5 +1,7 @@
 """A robot's movable joints: state as arrays, motors by joint name, mimic joints."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from types import SimpleNamespace
@@ -28,7 +30,7 @@ class Joints(Stateful):
     STATE = ("_applied",)
     CACHE = ("_body", "_handles", "_in_order")
 
-    def __init__(self, engine: "Engine", body: int, joints: Iterable[Joint]) -> None:
+    def __init__(self, engine: Engine, body: int, joints: Iterable[Joint]) -> None:
         self._engine, self._body = engine, body
         by_name = {joint.name: joint for joint in joints}
         self._engine_order = engine.joint_names(body)

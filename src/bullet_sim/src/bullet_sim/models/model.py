@@ -1,5 +1,7 @@
 """A loaded model: its body in the engine, its links, whether its state is plausible."""
 
+from __future__ import annotations
+
 import itertools
 import math
 import os
@@ -34,7 +36,7 @@ FASTEST = 200.0  # [m/s]
 PERIOD = 0.25  # [s] of simulated time between two checks
 
 
-def implausible_state(model: "Model", engine: "Engine") -> str | None:
+def implausible_state(model: Model, engine: Engine) -> str | None:
     """Describe what is implausible about a model's position and velocity, or None.
 
     Returns:
@@ -89,7 +91,7 @@ class Model:
     """
 
     def __init__(
-        self, engine: "Engine", key: int, description: ModelDescription, pose: Pose, folder: str
+        self, engine: Engine, key: int, description: ModelDescription, pose: Pose, folder: str
     ) -> None:
         self.name = description.name
         self.description = description

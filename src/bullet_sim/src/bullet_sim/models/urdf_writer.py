@@ -1,5 +1,7 @@
 """LumpedModel -> a URDF text that PyBullet loads safely."""
 
+from __future__ import annotations
+
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable
 from typing import Any

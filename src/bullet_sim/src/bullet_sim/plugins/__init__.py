@@ -1,5 +1,7 @@
 """<sensor> and <plugin> elements: their specifications and readers."""
 
+from __future__ import annotations
+
 from difflib import get_close_matches
 from typing import Any
 from xml.etree.ElementTree import Element

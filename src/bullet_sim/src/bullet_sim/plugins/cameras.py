@@ -1,5 +1,7 @@
 """Cameras and depth cameras: their specifications and lenses, read from SDF and plugins."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from typing import Any

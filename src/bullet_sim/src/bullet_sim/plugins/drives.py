@@ -1,5 +1,7 @@
 """Joint control and states, drives, transforms: their specifications, read from plugins."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,5 +1,7 @@
 """Forces and contacts, applied and measured: their specifications, read from plugins."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin

@@ -1,5 +1,7 @@
 """IMU, GPS, magnetometer, ground truth: their specifications, read from SDF and plugins."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from typing import Any

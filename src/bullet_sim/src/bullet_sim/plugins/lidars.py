@@ -1,5 +1,7 @@
 """Lidars and range sensors: their specifications, read from SDF and plugins."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from typing import Any

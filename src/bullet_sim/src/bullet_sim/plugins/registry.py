@@ -5,6 +5,8 @@ no plugin. Readers from a source of a registry may lack them: they support any t
 sensors.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from typing import Any
 

@@ -4,6 +4,8 @@ Sources: the plugins of gazebo_ros_pkgs (noetic-devel), hector_gazebo (melodic-d
 velodyne_simulator, realsense_gazebo_plugin; tf::resolve and tf::getPrefixParam of tf.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 ROOT, MODEL = "root", "model"  # namespaces: Gazebo's own, or the name of the plugin's model
@@ -119,7 +121,7 @@ class FrameName(str):
 
     prefix: FramePrefix | None = None
 
-    def __new__(cls, name: str, prefix: FramePrefix | None = None) -> "FrameName":
+    def __new__(cls, name: str, prefix: FramePrefix | None = None) -> FrameName:
         made = super().__new__(cls, name)
         made.prefix = prefix
         return made

@@ -1,5 +1,7 @@
 """<plugin> and <sensor> elements for their readers: numbers, names, topics, links, poses."""
 
+from __future__ import annotations
+
 import copy
 from collections.abc import Iterable
 from typing import Literal, TypeVar, overload

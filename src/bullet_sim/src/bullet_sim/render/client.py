@@ -1,5 +1,7 @@
 """The client of the render process: it sends snapshots and requests and receives frames."""
 
+from __future__ import annotations
+
 import sys
 import threading
 import time
@@ -265,7 +267,7 @@ class RenderClient:
         elif self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join(5.0)
 
-    def __enter__(self) -> "RenderClient":
+    def __enter__(self) -> RenderClient:
         return self
 
     def __exit__(self, *exception: object) -> None:
@@ -298,7 +300,7 @@ class RenderClient:
                 self._blocking.fail(self._failed or "the render client was closed")
         self._worker.close(kill=True)
 
-    def _send_jobs(self, sent: "deque[RenderJob]", wait: bool) -> None:
+    def _send_jobs(self, sent: deque[RenderJob], wait: bool) -> None:
         """Send what is queued, until the worker has AHEAD jobs; wait for one when it has none."""
         while len(sent) < AHEAD:
             job = self._next_job(wait=wait and not sent)

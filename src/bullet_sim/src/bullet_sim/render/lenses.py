@@ -8,6 +8,8 @@ focal lengths. Points are moved one by one on a square map as wide as the longer
 them take the mean of their neighbors.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace

@@ -1,5 +1,7 @@
 """A copy of the world in an engine of PyBullet, whose renderers render it."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterable
 from typing import Any

@@ -1,5 +1,7 @@
 """What both renderers share: images of a request, the sources of models, the sky."""
 
+from __future__ import annotations
+
 import zlib
 from collections.abc import Collection, Iterable
 from functools import lru_cache

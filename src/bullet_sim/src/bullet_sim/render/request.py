@@ -1,5 +1,7 @@
 """Messages between the render client and its worker: picklable values."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, Distortion, Lens
@@ -47,9 +49,7 @@ class CameraRequest:
     labels: bool = False
 
     @classmethod
-    def from_spec(
-        cls, spec: CameraSpec, key: int, link_index: int, seed: int = 0
-    ) -> "CameraRequest":
+    def from_spec(cls, spec: CameraSpec, key: int, link_index: int, seed: int = 0) -> CameraRequest:
         """Request for a CameraSpec whose link is row `link_index` of body `key`."""
         return cls(
             spec.name,

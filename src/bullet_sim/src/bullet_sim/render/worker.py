@@ -12,6 +12,8 @@ that the parent has set. A failing driver crashes the process, which is one reas
 a separate one.
 """
 
+from __future__ import annotations
+
 import importlib
 import os
 import select
@@ -38,7 +40,7 @@ PROBE_URDF = """<robot name="probe"><link name="base"><visual>
 <material name="red"><color rgba="1 0 0 1"/></material></visual></link></robot>"""
 
 
-def check_renderer(renderer: "Renderer") -> None:
+def check_renderer(renderer: Renderer) -> None:
     """Render a red box and check the image: some drivers start but render nothing.
 
     Args:
@@ -65,7 +67,7 @@ def check_renderer(renderer: "Renderer") -> None:
         raise RenderError(f"the renderer shows a red box as RGB {(red, green, blue)}")
 
 
-def make_renderer(renderer_type: str, quality: Quality) -> "tuple[Renderer, str]":
+def make_renderer(renderer_type: str, quality: Quality) -> tuple[Renderer, str]:
     """The renderer of a type, and its details in a few words.
 
     Args:
@@ -86,9 +88,9 @@ def make_renderer(renderer_type: str, quality: Quality) -> "tuple[Renderer, str]
 
 def render(
     connection: Connection,
-    renderer: "Renderer",
+    renderer: Renderer,
     memory: SharedMemory,
-    sources: "tuple[Iterable[BodySource], Scene | None] | None",
+    sources: tuple[Iterable[BodySource], Scene | None] | None,
     snapshot: Snapshot,
     requests: Sequence[CameraRequest],
     layout: Sequence[Offsets],

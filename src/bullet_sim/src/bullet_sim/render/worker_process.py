@@ -1,5 +1,7 @@
 """The render process as its parent sees it: start, restart, shared memory."""
 
+from __future__ import annotations
+
 import mmap
 import os
 import pathlib

@@ -9,6 +9,8 @@ is ((width - 1) / 2, (height - 1) / 2) in these coordinates. Gazebo Classic writ
 (width + 1) / 2 in its camera_info, one pixel off its image; we do not follow it.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from typing import Any

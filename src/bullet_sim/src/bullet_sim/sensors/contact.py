@@ -1,5 +1,7 @@
 """Contacts of a body as a bumper reports them: grouped by pairs of collision shapes."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Ground truth, IMU, GPS, magnetometer and joint wrenches."""
 
+from __future__ import annotations
+
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -195,7 +197,7 @@ def field(magnitude: float, heading: float, declination: float, inclination: flo
     )
 
 
-def joint_wrench(model: "Model", joint: str) -> tuple[Array, Array]:
+def joint_wrench(model: Model, joint: str) -> tuple[Array, Array]:
     """Force and torque of a joint's child link on its parent link.
 
     Args:

@@ -1,5 +1,7 @@
 """Lidars of one layer and of several, by ray casts."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -34,7 +36,7 @@ class Lidar:
             noise.
     """
 
-    def __init__(self, spec: "RaySpec") -> None:
+    def __init__(self, spec: RaySpec) -> None:
         if int(spec.samples) != spec.samples or spec.samples < 1:
             raise ValueError(
                 f"lidar {spec.name}: samples {spec.samples}, a whole number >= 1 is expected"
@@ -70,7 +72,7 @@ class Lidar:
 
     def scan(
         self,
-        engine: "Engine",
+        engine: Engine,
         link_position: Vector,
         link_orientation: Vector,
         rng: Any = None,
@@ -119,7 +121,7 @@ class Lidar:
             ranges = np.where(np.isfinite(ranges), noisy, ranges)
         return ranges.astype(np.float32)
 
-    def intensities(self, models: "Iterable[Model]") -> Array | None:
+    def intensities(self, models: Iterable[Model]) -> Array | None:
         """Intensities (n,) float32 of the last scan; None: no model has a <laser_retro>."""
         models = list(models)
         if not any(shape.laser_retro for model in models for shape in model.collisions()):
@@ -142,7 +144,7 @@ class LayeredLidar(Lidar):
         ValueError: as Lidar; no layer.
     """
 
-    def __init__(self, spec: "LayeredRays") -> None:
+    def __init__(self, spec: LayeredRays) -> None:
         super().__init__(spec)
         if spec.layers < 1:
             raise ValueError(f"lidar {spec.name}: layers {spec.layers}, at least 1 is expected")

@@ -1,5 +1,7 @@
 """Intensities of lidars: the <laser_retro> of the collision that a ray hits."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
@@ -15,7 +17,7 @@ if TYPE_CHECKING:
 _CLOSE = 2e-3  # [m] of a hit to the shape that it is on
 
 
-def intensities(models: "Iterable[Model]", points: Array) -> Array | None:
+def intensities(models: Iterable[Model], points: Array) -> Array | None:
     """Intensities (n,) float32 of hits.
 
     Args:
@@ -40,7 +42,7 @@ def intensities(models: "Iterable[Model]", points: Array) -> Array | None:
     return found
 
 
-def _is_on(shape: "Shape", points: Array, engine: "Engine") -> Array:
+def _is_on(shape: Shape, points: Array, engine: Engine) -> Array:
     """Which points (n, 3), in a shape's axes, are on it; of a mesh: in the box around it."""
     kind, size = shape.geometry.kind, np.asarray(shape.geometry.size, float)
     with np.errstate(invalid="ignore"):

@@ -5,6 +5,8 @@ step; contacts are a third one, for those who want them. All are lists and dicts
 in m, angles in rad, quaternions (x, y, z, w).
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
@@ -82,7 +84,7 @@ class WorldViews:
             self._number, self._last = self._number + 1, present
 
 
-def body_fields(model: "Model") -> dict[str, Any]:
+def body_fields(model: Model) -> dict[str, Any]:
     """A model's part of a scene."""
     names = sorted(model.rigid_parts, key=model.index)
     joints = {joint.child: joint.name for joint in model.parts_joints}
@@ -105,6 +107,6 @@ def body_fields(model: "Model") -> dict[str, Any]:
     }
 
 
-def state_row(state: "BodyState") -> list[float]:
+def state_row(state: BodyState) -> list[float]:
     """Key, position, quaternion and joint positions of a body."""
     return [state.key, *state.position, *state.orientation, *state.joints]

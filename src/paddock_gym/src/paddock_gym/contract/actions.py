@@ -1,5 +1,7 @@
 """Actions: continuous ones from -1 to 1, or a model_metadata.json."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,5 +1,7 @@
 """DeepRacer's JSON files: action spaces, hyperparameters."""
 
+from __future__ import annotations
+
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass

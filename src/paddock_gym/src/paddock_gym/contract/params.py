@@ -1,5 +1,7 @@
 """DeepRacer's reward parameters: waypoints and state."""
 
+from __future__ import annotations
+
 import bisect
 import copy
 import math

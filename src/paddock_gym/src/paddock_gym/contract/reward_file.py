@@ -1,5 +1,7 @@
 """A user's reward_function.py, run as it is."""
 
+from __future__ import annotations
+
 import importlib.util
 import math
 import numbers

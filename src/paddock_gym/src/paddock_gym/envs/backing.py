@@ -1,5 +1,7 @@
 """Paddock/CyberTruckBacking-v1: a truck backs its trailer along a path."""
 
+from __future__ import annotations
+
 import math
 from typing import Any
 

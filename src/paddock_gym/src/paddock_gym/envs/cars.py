@@ -1,5 +1,7 @@
 """Several cars in one world, each as if it were alone: a vectorised environment."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterable, Sequence
 from typing import Any

@@ -1,5 +1,7 @@
 """Paddock/DeepRacer-v1: one car on one track."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from typing import Any
 

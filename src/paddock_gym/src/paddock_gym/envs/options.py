@@ -1,5 +1,7 @@
 """Options of the environments, checked."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any

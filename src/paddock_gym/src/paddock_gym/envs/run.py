@@ -1,5 +1,7 @@
 """One car's runs: observations, actions and rewards."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import Any, TypeAlias

@@ -1,5 +1,7 @@
 """Drives in the gym as replays: HTML files for any browser, where bullet_web is installed."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from typing import Any
 

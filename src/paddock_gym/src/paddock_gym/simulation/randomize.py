@@ -1,5 +1,7 @@
 """Random changes from run to run."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterable
 

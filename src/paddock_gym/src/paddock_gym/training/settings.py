@@ -1,5 +1,7 @@
 """Settings of a training, stored in its folder so that it can continue."""
 
+from __future__ import annotations
+
 import json
 import os
 from dataclasses import asdict, dataclass

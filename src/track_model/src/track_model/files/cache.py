@@ -1,5 +1,7 @@
 """Cache of generated tracks: one folder per content hash, written atomically; imports no numpy."""
 
+from __future__ import annotations
+
 import hashlib
 import os
 import pathlib

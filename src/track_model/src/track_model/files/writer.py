@@ -1,5 +1,7 @@
 """A track's files: textures, meshes, worlds."""
 
+from __future__ import annotations
+
 import os
 import pathlib
 from collections.abc import Iterable, Iterator

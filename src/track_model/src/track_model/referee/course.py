@@ -1,5 +1,7 @@
 """A track for the referee: projections onto its centreline, poses, curvatures."""
 
+from __future__ import annotations
+
 import math
 from typing import Any
 

@@ -1,5 +1,7 @@
 """The referee's node: its topics, display and log."""
 
+from __future__ import annotations
+
 import contextlib
 import csv
 import math

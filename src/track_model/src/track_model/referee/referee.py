@@ -1,5 +1,7 @@
 """The referee: rules, laps, penalties."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace

@@ -1,5 +1,7 @@
 """The controller types of controller_manager_tests: they claim joints and command nothing."""
 
+from __future__ import annotations
+
 from typing import Any, ClassVar
 
 from bullet_sim.controllers.base import Controller, ControllerConfig, Settings

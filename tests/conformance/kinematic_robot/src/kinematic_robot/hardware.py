@@ -5,6 +5,8 @@ commanded after one period. Here such joints take the place of a model's, below 
 that everything above them is tested as it is.
 """
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any

@@ -6,6 +6,8 @@ the image, x to the right and y down, colors RGB 0..255. What is random has a se
 that an image always has the same bytes.
 """
 
+from __future__ import annotations
+
 import zlib
 from collections.abc import Callable
 

@@ -4,6 +4,8 @@ What is random continues over the image's edges, where Gazebo repeats it. Length
 RGB 0..255, images float32 (height, width, 3).
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,5 +1,7 @@
 """Drawings of roads, pavements and steps: see drawings.py."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Drawings of walls, floors, boards and grass: see drawings.py."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 
 import cv2

@@ -1,5 +1,7 @@
 """Frames of an SDF model and their poses, which are relative to each other."""
 
+from __future__ import annotations
+
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import Node, child_text, sdf_pose
 

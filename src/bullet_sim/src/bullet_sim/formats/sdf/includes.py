@@ -5,6 +5,8 @@ all else of the included model are copied, and the names of the first four are r
 they are a whole attribute or a whole text, also in plugins and sensors.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 
 from bullet_sim.errors import ModelError

@@ -1,5 +1,7 @@
 """<model> of SDF: frames, links, poses -> ModelDescription."""
 
+from __future__ import annotations
+
 from dataclasses import replace
 
 import numpy as np

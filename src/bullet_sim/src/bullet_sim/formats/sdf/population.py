@@ -4,6 +4,8 @@ As Gazebo's physics/Population.cc does it, but with numbers of its own that are 
 start: Gazebo's random numbers depend on its seed.
 """
 
+from __future__ import annotations
+
 import math
 import zlib
 

@@ -3,6 +3,8 @@
 docs/support has a row of state "ignored" for each, which a test compares with these.
 """
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 
 from bullet_sim.xml_reader import Node

@@ -1,5 +1,7 @@
 """<world> of SDF: physics, models, scene, lights -> WorldDescription."""
 
+from __future__ import annotations
+
 import dataclasses
 import math
 import re

@@ -1,5 +1,7 @@
 """The OpenGL context, its framebuffers, and calls that moderngl does not have."""
 
+from __future__ import annotations
+
 import ctypes
 import os
 from typing import Any

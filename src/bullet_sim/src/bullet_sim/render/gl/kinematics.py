@@ -1,5 +1,7 @@
 """Where all links of all bodies are, from a snapshot: a few numpy calls however many there are."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
@@ -133,7 +135,7 @@ class Kinematics:
                 local[chosen, :3, 3:] += local[chosen, :3, :3] @ shift
             self.poses[level.rows] = self.poses[level.parents] @ local
 
-    def keep_from(self, other: "Kinematics") -> None:
+    def keep_from(self, other: Kinematics) -> None:
         """Take the states of bodies that another table has, too."""
         self._apply(other._states.values())
         self.changed[:] = True

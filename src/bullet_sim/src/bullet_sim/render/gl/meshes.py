@@ -1,5 +1,7 @@
 """Meshes and textures in the graphics memory; normals where files give none."""
 
+from __future__ import annotations
+
 import math
 import os
 from collections.abc import Callable

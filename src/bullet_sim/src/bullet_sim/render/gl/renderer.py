@@ -1,5 +1,7 @@
 """The OpenGL renderer: cameras, sky and surfaces -> images, depths, labels."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -117,7 +119,7 @@ class Lighting:
     shadow_sun: Light | None
 
     @classmethod
-    def of(cls, scene: Scene, shadows_enabled: bool) -> "Lighting":
+    def of(cls, scene: Scene, shadows_enabled: bool) -> Lighting:
         """The Lighting of a Scene; its sun is the first one that casts shadows, or the first."""
         suns = [light for light in scene.lights if light.kind == "directional"]
         shining = [light for light in suns if light.cast_shadows] + suns

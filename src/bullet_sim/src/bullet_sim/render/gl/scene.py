@@ -1,5 +1,7 @@
 """All visuals of the world, as instances of meshes that are rendered together."""
 
+from __future__ import annotations
+
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple

@@ -7,6 +7,8 @@ Gazebo Classic's per-pixel lighting does, in the colors' space, clamped at the e
     texel * (ambient + emissive + sum of diffuse * cosine * shadow * attenuation) + highlights
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any

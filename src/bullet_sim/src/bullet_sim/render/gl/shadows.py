@@ -5,6 +5,8 @@ to another part of it. The second is rendered for each snapshot and fits what mo
 fine.
 """
 
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np
