@@ -9,7 +9,6 @@ against a number that is known exactly in 4 and in 62.
 import math
 import statistics
 from dataclasses import asdict, dataclass
-from itertools import pairwise
 
 WITHIN = "within the spread"
 
@@ -40,7 +39,7 @@ def gap_figures(images, seconds):
     """Rate and gaps [ms] of received images [(receipt, stamp)]."""
     if len(images) < 3:
         raise BenchError(f"{len(images)} images in {seconds:g} s")
-    gaps = [(b[0] - a[0]) * 1e3 for a, b in pairwise(images)]
+    gaps = [(b[0] - a[0]) * 1e3 for a, b in zip(images, images[1:])]
     return {
         "window_s": seconds,
         "received": len(images),

@@ -14,6 +14,8 @@ import pathlib
 import subprocess
 import sys
 
+from pairs import matched
+
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 from figures import BenchError, Spread  # noqa: E402
@@ -169,7 +171,7 @@ def lines(found):
 def over(found, mine, its):
     """Spread of the ratio of two subjects' simulated time, round by round."""
     scale = found[mine]["period"] / found[its]["period"]
-    pairs = zip(found[mine]["ratios"], found[its]["ratios"], strict=True)
+    pairs = matched(found[mine]["ratios"], found[its]["ratios"])
     return Spread.of(scale * one / other for one, other in pairs)
 
 

@@ -22,6 +22,13 @@ def pairs_of(quick):
     return QUICK_PAIRS if quick else PAIRS
 
 
+def matched(one, other):
+    """Pairs of the items of two lists of equal length."""
+    if len(one) != len(other):
+        raise BenchError(f"{len(one)} items do not match {len(other)}")
+    return list(zip(one, other))
+
+
 @dataclass(frozen=True)
 class Round:
     """What a round measured, with details that are kept beside it.
@@ -49,9 +56,7 @@ class Pairs:
     @property
     def ratios(self):
         """Variant over reference, pair by pair."""
-        return [
-            mine.value / its.value for its, mine in zip(self.reference, self.variant, strict=True)
-        ]
+        return [mine.value / its.value for its, mine in matched(self.reference, self.variant)]
 
     @property
     def ratio(self):

@@ -112,7 +112,7 @@ def read(folder):
     """The same of a folder's files, thinned."""
     folder, found = pathlib.Path(folder), {}
     for file in sorted(folder.glob("*.gazebo.json")):
-        name = file.name.removesuffix(".gazebo.json")
+        name = file.name[: -len(".gazebo.json")]
         sides = {}
         for side in SIDES:
             path = folder / f"{name}.{side}.json"
@@ -139,7 +139,7 @@ def read(folder):
 def update(folder):
     """Take a folder's paths into the record."""
     cases = json.loads(RECORD.read_text())["cases"] if RECORD.exists() else {}
-    cases |= read(folder)
+    cases.update(read(folder))
     lines = []
     for name in sorted(cases):
         text = json.dumps(cases[name], separators=(",", ":"))

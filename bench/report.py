@@ -66,7 +66,7 @@ def spent_text(spent):
 def busiest(result):
     """The most processors that others had or that were stolen, a median of some figure's rounds."""
     values = result.values() if isinstance(result, dict) else result
-    found = [busiest(value) for value in values if isinstance(value, dict | list)]
+    found = [busiest(value) for value in values if isinstance(value, (dict, list))]
     own = []
     if isinstance(result, dict) and "others" in result:
         own = [result["others"] + result["stolen"]]

@@ -3,9 +3,9 @@
 import os
 import sys
 
-if sys.version_info < (3, 10):  # noqa: UP036 - this file is read by older ones, too
+if sys.version_info < (3, 8):  # noqa: UP036 - this file is read by older ones, too
     sys.exit(
-        "run: /usr/bin/python3 is Python {}.{}, and Paddock needs 3.10 to 3.13: a newer system, or "
+        "run: /usr/bin/python3 is Python {}.{}, and Paddock needs 3.8 to 3.13: a newer system, or "
         "a container with its desk in the browser (docs/container.md), will do".format(
             *sys.version_info
         )

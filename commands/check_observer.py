@@ -107,7 +107,7 @@ class Counter:
         return (self.count - 1) / (self.last - self.first)
 
 
-@functools.cache
+@functools.lru_cache(maxsize=None)
 def has_header(kind):
     """Whether a type of messages is known here and begins with a header."""
     found = roslib.message.get_message_class(kind)

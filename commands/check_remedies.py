@@ -88,7 +88,7 @@ def finding(text):
 
 def for_plugin(library):
     """A sentence's end: what takes the place of a plugin's library (libNAME.so)."""
-    name = library.removeprefix("lib").partition(".so")[0]
+    name = re.sub("^lib", "", library).partition(".so")[0]
     return PLUGINS.get(name, OWN_PLUGIN)
 
 

@@ -52,7 +52,7 @@ def handler_for(token):
             if self.path in ("/", ""):
                 path = {"path": f"/{token}/{WEB_SOCKET}"}
                 self.send_response(302)
-                self.send_header("Location", f"/{token}/{PAGE}?{urlencode(SETTINGS | path)}")
+                self.send_header("Location", f"/{token}/{PAGE}?{urlencode({**SETTINGS, **path})}")
                 self.send_header("Content-Length", "0")
                 self.end_headers()
                 return

@@ -270,7 +270,7 @@ def _build_track(track, environ):
     )
     if done.returncode:
         *_, sentence = done.stderr.strip().splitlines() or [f"exit status {done.returncode}"]
-        raise CommandError(sentence.removeprefix("make_track: "))
+        raise CommandError(re.sub("^make_track: ", "", sentence))
 
 
 def start(launch, environ, arguments, deadline):

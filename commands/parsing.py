@@ -32,13 +32,13 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message):
         """Turns argparse's error into one message."""
-        message = message.removeprefix("argument ")
+        message = re.sub("^argument ", "", message)
         for theirs, ours in (
             (": expected one argument", " needs a value"),
             (": expected at least one argument", " needs a value"),
         ):
             if message.endswith(theirs):
-                message = message.removesuffix(theirs) + ours
+                message = message[: -len(theirs)] + ours
         raise self.usage_error(message)
 
     def usage_error(self, message):

@@ -71,7 +71,8 @@ def program(words):
         return words[words.index("-m") + 1].rpartition(".")[2]
     names = [os.path.basename(word) for word in words if not word.startswith("-")]
     scripts = [] if "-c" in words else [name for name in names if not name.startswith("python")]
-    return (scripts or names or [""])[0].removesuffix(".py")
+    name = (scripts or names or [""])[0]
+    return name[: -len(".py")] if name.endswith(".py") else name
 
 
 def send(pid, number):

@@ -296,7 +296,7 @@ class Operator:
             address = urlparse(rng.choice(addresses))
             with socket.create_connection((address.hostname, address.port), 2.0) as link:
                 try:
-                    link.sendall(rng.randbytes(rng.choice((1, 4, 100, 5000))))
+                    link.sendall(bytes(rng.choices(range(256), k=rng.choice((1, 4, 100, 5000)))))
                 except OSError:
                     pass  # closed, as it should be
         return {}

@@ -5,6 +5,7 @@ import threading
 import time
 
 import rospy
+from figures import BenchError
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64
@@ -66,8 +67,9 @@ TURNED, ROLLING = 1e-4, 0.05
 
 def _joints(message):
     """Joint name -> (position, velocity)."""
-    values = zip(message.position, message.velocity, strict=True)
-    return dict(zip(message.name, values, strict=True))
+    if not len(message.name) == len(message.position) == len(message.velocity):
+        raise BenchError(f"joint states of {len(message.name)} names have other numbers of values")
+    return dict(zip(message.name, zip(message.position, message.velocity)))
 
 
 class States:

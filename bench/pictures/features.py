@@ -6,6 +6,7 @@ Each place has a camera or several, which see nothing of the others. The same fi
 from __future__ import annotations
 
 import os
+import re
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -386,7 +387,7 @@ def render(folder, quality=QUALITY):
         dict: name of the place -> Seen.
     """
     with open(os.path.join(folder, "features.world"), encoding="utf-8") as file:
-        described = parse_world(file.read(), lambda uri: uri.removeprefix("file://"), "features")
+        described = parse_world(file.read(), lambda uri: re.sub("^file://", "", uri), "features")
     world, renderer, seen = World(), GlRenderer(quality), {}
     try:
         world.load(described)

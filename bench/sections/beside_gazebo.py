@@ -12,7 +12,7 @@ import tempfile
 
 from figures import BenchError, Spread
 from launching import Launch
-from pairs import Round, alternate, pairs_of
+from pairs import Round, alternate, matched, pairs_of
 from report import Row
 from worlds import causes
 
@@ -70,7 +70,7 @@ def _messages(rounds):
     for topic in rounds.variant[0].details["received"]:
         ratios = [
             mine.details["received"][topic] / its.value
-            for its, mine in zip(rounds.reference, rounds.variant, strict=True)
+            for its, mine in matched(rounds.reference, rounds.variant)
         ]
         found[topic] = statistics.median(ratios)
         if not found[topic]:

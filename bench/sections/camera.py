@@ -64,8 +64,10 @@ def _measure(name, width, height, rate, pairs, log):
 
         measured = alternate(
             lambda: one_round("egl"),
-            {"received": lambda: one_round("received")}
-            | {name: partial(one_round, "gl", "/".join(quality)) for name, quality in BARE.items()},
+            {
+                "received": lambda: one_round("received"),
+                **{name: partial(one_round, "gl", "/".join(each)) for name, each in BARE.items()},
+            },
             pairs,
             Monitor(launch.roles()),
         )

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from figures import BenchError, Spread
 from launching import WORLDS, Launch
-from pairs import Round, alternate, pairs_of
+from pairs import Round, alternate, matched, pairs_of
 from report import Row, compared, ratio_row, spent_text
 from worlds.car_description import SPEED, WHEEL_RADIUS
 
@@ -145,7 +145,7 @@ def _own_time(bare, free):
 
     return Spread.of(
         per_processor(mine, "simulation") / per_processor(its, "reference")
-        for its, mine in zip(bare, free, strict=True)
+        for its, mine in matched(bare, free)
     ).figures()
 
 

@@ -8,6 +8,7 @@ everything else.
 import itertools
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -153,7 +154,7 @@ def setup_interrupted(trial):
 
 def _is_pinned(name, text):
     """Whether a .dist-info is of a package that a requirements' text pins: train brought it."""
-    project, _, version = name.removesuffix(".dist-info").partition("-")
+    project, _, version = re.sub(r"\.dist-info$", "", name).partition("-")
     return f"{project.replace('_', '-')}=={version}" in text.replace("_", "-")
 
 

@@ -50,9 +50,7 @@ def hills(path, cells, height=1.0):
     at = np.linspace(-20.0, 20.0, cells + 1)
     x, y = np.meshgrid(at, at)
     z = 1.0 + height * np.sin(x) * np.cos(1.3 * y)
-    lines = [
-        f"v {a:.4f} {b:.4f} {c:.4f}" for a, b, c in zip(*map(np.ravel, (x, y, z)), strict=True)
-    ]
+    lines = [f"v {a:.4f} {b:.4f} {c:.4f}" for a, b, c in np.dstack((x, y, z)).reshape(-1, 3)]
     row = cells + 1
     for i in range(cells):
         for j in range(cells):

@@ -217,7 +217,7 @@ def named_by_pip(settings):
     folders, files = [], []
     for name, value in settings:
         for word in value.split():
-            path = word.removeprefix("file://").rstrip("/")
+            path = re.sub("^file://", "", word).rstrip("/")
             if name in PIP_PLACES and path.startswith("/"):
                 if not os.path.isdir(path) or os.path.basename(path) == "simple":
                     path = os.path.dirname(path)

@@ -49,7 +49,7 @@ def main(lifeline):
     while status is None:
         ended, how = os.wait()  # orphans come here, too
         if ended == child:
-            status = os.waitstatus_to_exitcode(how)
+            status = os.WEXITSTATUS(how) if os.WIFEXITED(how) else -os.WTERMSIG(how)
     ending.acquire()
     return status if status >= 0 else 128 - status
 

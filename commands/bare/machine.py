@@ -36,6 +36,7 @@ PROJECT = "/project"  # in the machine
 ARCHIVES = "/var/cache/apt/archives"
 STAGED = os.path.join(CACHE, "bare-")  # results on their way, with the machine's name behind it
 GRACE = 3.0  # for a program to end after SIGINT, before everything is killed [s]
+F_SETPIPE_SZ = 1031  # of fcntl, which has it from Python 3.10
 POLL = 0.2  # between looks whether another run has made the Debian [s]
 TAIL = 15  # lines of debootstrap's log that are shown if it fails
 
@@ -258,7 +259,7 @@ class Machine:
         reader, writer = os.pipe()
         try:
             line = json.dumps(task).encode() + b"\n"
-            fcntl.fcntl(writer, fcntl.F_SETPIPE_SZ, max(65536, len(line)))
+            fcntl.fcntl(writer, F_SETPIPE_SZ, max(65536, len(line)))
             os.write(writer, line)
             status = processes.run_child(
                 [*(ISOLATED if self._isolated else ()), sys.executable, "-I", "-S", INSIDE]

@@ -10,7 +10,7 @@ import os
 from commands.errors import CommandError, say
 from commands.paths import PYTHON, ROOT, SYSTEM_PATH, VENV_STAMP, read
 
-OLDEST, NEWEST = (3, 10), (3, 13)  # versions of Python
+OLDEST, NEWEST = (3, 8), (3, 13)  # versions of Python
 LIST = os.path.join(ROOT, "config", "apt-ros.txt")
 OPTIONAL = "optional"  # the mark in LIST of what Paddock itself works without
 DEBIANS_SHARE = "/usr/share"
@@ -18,7 +18,10 @@ DEBIANS_SHARE = "/usr/share"
 PROBE = "import sys, rospy; print(*sys.version_info[:2])"
 ROS_2 = ("AMENT_PREFIX_PATH", "COLCON_PREFIX_PATH", "ROS_VERSION", "ROS_DISTRO")
 PATHS = ("PATH", "PYTHONPATH", "LD_LIBRARY_PATH", "CMAKE_PREFIX_PATH", "PKG_CONFIG_PATH")
-WAYS = "a ROS 1 for one of those (ROS-O, RoboStack), or a container (docs/container.md), will do"
+WAYS = (
+    "a ROS 1 for one of those (Noetic, ROS-O, RoboStack), or a container (docs/container.md), "
+    "will do"
+)
 
 _found = {}  # what this process has found out: of a prefix its environment and its Python
 
@@ -37,7 +40,7 @@ def sourced(environ):
     if not environ.get("ROS_DISTRO") or environ.get("ROS_VERSION", "1") != "1":
         return ""
     for folder in environ.get("CMAKE_PREFIX_PATH", "").split(":"):
-        folder = folder.removesuffix("/")
+        folder = folder[:-1] if folder.endswith("/") else folder
         if folder not in ("", "/usr") and _has_rospy(folder):
             return folder
     return ""

@@ -15,7 +15,7 @@ CHECK = """
 import sys
 import av, cv2, cv_bridge, numpy, pybullet, rospy, xacro, yaml
 from PyQt5 import QtWidgets
-if numpy.__file__.startswith(sys.argv[1]):
+if numpy.__file__.startswith(sys.argv[1]) and sys.version_info >= (3, 10):
     sys.exit(f"numpy is {numpy.__version__} of .venv; Debian's has to stay, cv_bridge needs it")
 """
 ADVICE = "Check the network (or your pip index settings) and that the disk is not full."

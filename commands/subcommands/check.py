@@ -103,7 +103,7 @@ def kept_replay(folder, package, file):
         Its path, or None where the check has left none: no simulator came up, or nothing could be
         recorded.
     """
-    name = os.path.basename(file).removesuffix(".launch")
+    name = re.sub(r"\.launch$", "", os.path.basename(file))
     kept = os.path.join(OUT, "check", package, f"{name}.html")
     try:
         os.makedirs(os.path.dirname(kept), exist_ok=True)

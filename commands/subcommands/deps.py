@@ -7,6 +7,7 @@ Exits 0 if everything is there or in Debian, 1 if something is nowhere.
 
 import glob
 import os
+import re
 import subprocess
 from dataclasses import dataclass, field
 
@@ -138,7 +139,7 @@ def candidates(name, built=True, debians_ros=True):
         return list(DEBIAN_NAMES[name])
     dashed = name.replace("_", "-").lower()
     if dashed.startswith("python-"):  # rosdep's names of the time of Python 2
-        return [f"python3-{dashed.removeprefix('python-')}"]
+        return ["python3-" + dashed[len("python-") :]]
     if dashed.startswith(("python3-", "lib")):
         return [dashed]
     if not debians_ros:
@@ -162,7 +163,7 @@ def existing(names):
     found, name = set(), ""
     for line in done.stdout.splitlines():
         if not line.startswith(" "):
-            name = line.removesuffix(":")
+            name = re.sub(":$", "", line)
         elif line.strip().startswith("Candidate:") and not line.endswith("(none)"):
             found.add(name)
     return found

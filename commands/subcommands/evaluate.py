@@ -7,6 +7,7 @@ ways for each track. Tracks that were not trained on are welcome.
 
 import json
 import os
+import re
 
 from commands import environment, launching, processes
 from commands.errors import UsageError
@@ -44,7 +45,7 @@ def run(options, _rest):
     environ = environment.ready()
     venv.prepare_extras("gym")
     settings = launching.policy_settings(options.policy)
-    name = settings.get("name") or os.path.basename(options.policy).removesuffix(".onnx")
+    name = settings.get("name") or re.sub(r"\.onnx$", "", os.path.basename(options.policy))
     table = {
         "policy": options.policy,
         "tracks": options.track or [],

@@ -13,6 +13,7 @@ nothing failed.
 """
 
 import os
+import re
 
 from commands import environment, processes
 from commands.errors import UsageError
@@ -75,7 +76,7 @@ def options(arguments):
         if word in ("-j", "--jobs"):
             jobs = count(next(rest, ""))
         elif word.startswith(("-j", "--jobs=")):
-            jobs = count(word.removeprefix("--jobs=").removeprefix("-j"))
+            jobs = count(re.sub("^(--jobs=|-j)", "", word))
         elif word == "--failed":
             words += ["--last-failed", "--last-failed-no-failures=none"]
         elif word == "--list":

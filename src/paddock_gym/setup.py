@@ -52,7 +52,7 @@ def standalone():
         "version": "0.2.0",
         "description": "Gymnasium environments on Paddock's simulation core",
         "license": "BSD-3-Clause",
-        "python_requires": ">=3.10",
+        "python_requires": ">=3.8",
         "packages": packages,
         "package_dir": folders,
         "data_files": data,

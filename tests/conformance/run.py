@@ -12,6 +12,8 @@ is written into the clones. Prints a table and what did not pass, and to standar
 file came to; exits 0 if all passed.
 """
 
+from __future__ import annotations
+
 import argparse
 import os
 import re

@@ -20,7 +20,7 @@ LINTERS = {
     "mypy": [sys.executable, "-m", "mypy", "--cache-dir=.cache/mypy"],
     "vermin": [
         Path(sys.executable).with_name("vermin"),
-        "-t=3.10-",
+        "-t=3.8-",
         "--violations",
         "--no-tips",
         *FILES,

@@ -112,7 +112,8 @@ class BackDemo(unittest.TestCase):
     def test_table(self):
         head, *rows = self.rows()
         self.assertEqual(tuple(head), HEAD)
-        values = [dict(zip(HEAD, map(float, row), strict=True)) for row in rows]
+        self.assertEqual({len(row) for row in rows}, {len(HEAD)})
+        values = [dict(zip(HEAD, map(float, row))) for row in rows]
         times = [row["time [s]"] for row in values]
         self.assertEqual((times[0], times), (0.0, sorted(times)))
         first, last = values[0], values[-1]

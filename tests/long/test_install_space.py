@@ -44,7 +44,7 @@ DESCRIPTIONS = {  # everything that a description can have
 }
 
 
-@functools.cache
+@functools.lru_cache(maxsize=None)
 def install_space():
     """Gives the install space that all tests share."""
     space = InstallSpace()

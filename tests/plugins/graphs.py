@@ -45,17 +45,18 @@ class Graph:
         from paddock_common.testing import free_port
 
         self.folder = folder
-        self._temporary = tempfile.TemporaryDirectory(prefix="paddock_", ignore_cleanup_errors=True)
+        self._temporary = tempfile.mkdtemp(prefix="paddock_")
         self.port = free_port()
         environment = dict(os.environ)
         for name in ("PYTEST_XDIST_WORKER", "PYTEST_CURRENT_TEST"):
             environment.pop(name, None)
-        self.environment = environment | {
-            MARK: os.path.basename(self._temporary.name),
+        self.environment = {
+            **environment,
+            MARK: os.path.basename(self._temporary),
             "ROS_HOME": str(folder / "ros_home"),
             "ROS_LOG_DIR": str(folder / "log"),
             "ROS_MASTER_URI": f"http://127.0.0.1:{self.port}",
-            "TMPDIR": self._temporary.name,
+            "TMPDIR": self._temporary,
         }
         self.launch_log = folder / "launch.log"
         start_fork_server()
@@ -105,7 +106,7 @@ class Graph:
                 os.kill(self._launch.pid, signal.SIGINT)
             self._launch.join(END_GRACE)
         problems += left_behind(self.environment[MARK], interrupted or bool(problems))
-        self._temporary.cleanup()
+        shutil.rmtree(self._temporary, ignore_errors=True)
         return problems
 
     def log_size(self):

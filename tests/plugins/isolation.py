@@ -18,6 +18,8 @@ when one such file alone is selected without -n, its tests run in the process of
 import contextlib
 import functools
 import os
+import re
+import shutil
 import signal
 import sys
 import tempfile
@@ -51,19 +53,18 @@ class Group:
 
     def __init__(self, item, root, timeout, graph=None):
         self.path, self.timeout = item.path, timeout
-        self.name = item.path.stem.removeprefix("test_")
+        self.name = re.sub("^test_", "", item.path.stem)
         self.folder = new_folder(root / "test-results" / item.path.parent.name / self.name)
         self._owns_graph = graph is None
         self.graph = graph or Graph(self.folder, getattr(item.module, "LAUNCH", None))
         self.environment = self.graph.environment
         self._temporary = None
         if not self._owns_graph:  # what the file leaves behind is told from the world's processes
-            self._temporary = tempfile.TemporaryDirectory(
-                prefix="paddock_", ignore_cleanup_errors=True
-            )
-            self.environment = self.environment | {
-                MARK: os.path.basename(self._temporary.name),
-                "TMPDIR": self._temporary.name,
+            self._temporary = tempfile.mkdtemp(prefix="paddock_")
+            self.environment = {
+                **self.environment,
+                MARK: os.path.basename(self._temporary),
+                "TMPDIR": self._temporary,
             }
         self._child = self._connection = None
         self.rosout_start = self.graph.rosout_size()
@@ -126,7 +127,7 @@ class Group:
         if self._owns_graph:
             return self.graph.close(interrupted, problems)
         problems += left_behind(self.environment[MARK], interrupted or bool(problems))
-        self._temporary.cleanup()
+        shutil.rmtree(self._temporary, ignore_errors=True)
         return problems
 
 

@@ -94,7 +94,7 @@ def pytest_configure(config):
         config.pluginmanager.register(Memory(config), "memory-of-runs")
 
 
-@functools.cache
+@functools.lru_cache(maxsize=None)
 def stage_of(path, root):
     """The stage of a test file or of a folder of them; None of other folders."""
     parts = path.relative_to(root).parts
@@ -111,21 +111,21 @@ def name_of(path, root):
     if parts[0] == "src":
         return f"{path.parent.parent.name}/{path.stem}"
     stage = parts[1]
-    name = path.stem.removeprefix("test_")
+    name = re.sub("^test_", "", path.stem)
     return name if stage == "ros" else f"{ {'unit': 'project'}.get(stage, stage) }/{path.stem}"
 
 
 def pytest_ignore_collect(collection_path, config):
     """Leaves out files that no filter matches, and stages that are not asked for."""
     root = config.rootpath
-    if not collection_path.is_relative_to(root) or collection_path in given_paths(config):
+    if root not in collection_path.parents or collection_path in given_paths(config):
         return None
     stage, filters = stage_of(collection_path, root), config.option.select
     if stage is None:
         return None
     if stage in ASKED and stage not in filters:
         inside = any(
-            p.is_relative_to(collection_path) or collection_path.is_relative_to(p)
+            collection_path in (p, *p.parents) or p in collection_path.parents
             for p in given_paths(config)
         )
         return None if inside else True
@@ -185,7 +185,7 @@ def pytest_collection_modifyitems(config, items):
     items.sort(key=lambda item: places[item.path])
 
 
-@functools.cache
+@functools.lru_cache(maxsize=None)
 def world_of(path):
     """Name in shared_worlds.py of the launch that a file of tests shares with others, or None."""
     if not path.is_file():
@@ -216,7 +216,7 @@ def pytest_xdist_make_scheduler(config, log):
 def expected(path, root, seconds):
     """Wall time of a file's tests [s]."""
     default = 10.0 if stage_of(path, root) in ("ros", "long") else 1.0
-    return seconds.get(str(path.relative_to(root)), default) if path.is_relative_to(root) else 0.0
+    return seconds.get(str(path.relative_to(root)), default) if root in path.parents else 0.0
 
 
 class Memory:

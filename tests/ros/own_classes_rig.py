@@ -1,5 +1,6 @@
 """A user's own controller, plugin and sensor: the package of the tutorial, built and launched."""
 
+import re
 import sys
 
 import rospy
@@ -21,7 +22,11 @@ CODE = "src/my_lab/simulation.py"
 
 def files():
     """The tutorial's files by their paths below the package."""
-    found = {box.path.removeprefix(HOME): box.text for box in boxes(PAGE) if box.kind == "file"}
+    found = {
+        re.sub(f"^{re.escape(HOME)}", "", box.path): box.text
+        for box in boxes(PAGE)
+        if box.kind == "file"
+    }
     return {**found, "src/my_lab/__init__.py": ""}
 
 

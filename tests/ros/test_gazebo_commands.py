@@ -125,7 +125,7 @@ class GazeboCommands(unittest.TestCase):
             "1.5",
         )
         place = state.pose.position
-        for value, expected in zip((place.x, place.y, place.z), (1.0, -2.0, 0.5), strict=True):
+        for value, expected in zip((place.x, place.y, place.z), (1.0, -2.0, 0.5)):
             self.assertAlmostEqual(value, expected, delta=1e-12)
         self.assertAlmostEqual(yaw_of(state.pose.orientation), 1.5, delta=1e-5)
         state = self.spawned(

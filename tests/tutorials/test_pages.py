@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -37,7 +38,7 @@ class Reader:
             self.environment.pop(name, None)
 
     def save(self, box):
-        path = self.home / box.path.removeprefix("~/")
+        path = self.home / re.sub("^~/", "", box.path)
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(box.text)
 

@@ -25,7 +25,7 @@ REFUSES = "echo 'unshare: refused' >&2; exit 1"
 GIT = '[ "$1" != clone ] || cp -r "$4" "$5"'  # where none is installed
 
 
-@functools.cache
+@functools.lru_cache(maxsize=None)
 def refusal():
     """Gives what ./run bare says where it cannot work; empty if it can.
 

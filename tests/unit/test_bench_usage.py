@@ -121,7 +121,7 @@ def test_a_process_that_has_ended_reads_as_nothing():
 
 def test_the_machine_is_busy_without_waiting_and_stolen_time(monkeypatch):
     fields = {"user": 10.0, "nice": 1.0, "system": 5.0, "idle": 900.0, "iowait": 3.0}
-    fields |= {"irq": 0.2, "softirq": 0.3, "steal": 0.4, "guest": 0.05, "guest_nice": 0.05}
+    fields.update(irq=0.2, softirq=0.3, steal=0.4, guest=0.05, guest_nice=0.05)
     times = type(psutil.cpu_times())(**fields)
     monkeypatch.setattr(psutil, "cpu_times", lambda: times)
     machine = Machine.read()

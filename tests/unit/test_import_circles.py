@@ -1,6 +1,7 @@
 """Holds that no modules import each other in a circle, at their top, in functions or for types."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
@@ -22,7 +23,7 @@ def modules_of(files):
     found = {}
     for path in files:
         root = import_root(path)
-        name = ".".join(path.relative_to(root).with_suffix("").parts).removesuffix(".__init__")
+        name = re.sub(r"\.__init__$", "", ".".join(path.relative_to(root).with_suffix("").parts))
         found.setdefault(root, {})[name] = path
     return found
 

@@ -31,7 +31,7 @@ ROS_CLIENTS = {
 }
 
 
-@functools.cache
+@functools.lru_cache(maxsize=None)
 def python_files(directory):
     """Lists a directory's Python files: *.py, and scripts whose first line names python.
 
@@ -56,20 +56,20 @@ def is_python_script(path):
     return first.startswith(b"#!") and b"python" in first
 
 
-@functools.cache
+@functools.lru_cache(maxsize=None)
 def import_nodes(source):
     """Lists the nodes of a source text that import, or call a function; each text is read once."""
     kinds = (ast.Import, ast.ImportFrom, ast.Call)
     return [node for node in ast.walk(ast.parse(source)) if isinstance(node, kinds)]
 
 
-@functools.cache
+@functools.lru_cache(maxsize=None)
 def text_of(path):
     """Returns a file's text."""
     return path.read_text()
 
 
-@functools.cache
+@functools.lru_cache(maxsize=None)
 def imports_of(source):
     """Returns the top-level names a source text imports, also inside functions.
 

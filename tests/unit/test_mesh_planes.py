@@ -19,7 +19,7 @@ def test_the_planes_of_few_large_triangles_leave_out_no_contact(tmp_path):
     heights = [0.0, 0.0, 0.01, 0.01, 0.0, 0.3, 0.3]
     strips = [
         [[x, -2, a], [x + 0.4, -2, b], [x + 0.4, 2, b], [x, -2, a], [x + 0.4, 2, b], [x, 2, a]]
-        for x, a, b in zip(np.arange(-1.2, 1.2, 0.4), heights[:-1], heights[1:], strict=True)
+        for x, a, b in zip(np.arange(-1.2, 1.2, 0.4), heights[:-1], heights[1:])
     ]
     write_triangles(tmp_path / "ground.stl", strips)
     trimesh.creation.cylinder(0.08, 0.05, sections=48).subdivide().export(tmp_path / "wheel.stl")

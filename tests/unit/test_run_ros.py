@@ -24,12 +24,12 @@ MINT = 'PRETTY_NAME="Linux Mint {0}"\nID=linuxmint\nVERSION_ID="{0}"\nUBUNTU_COD
 FEDORA = 'NAME="Fedora Linux"\nID=fedora\nVERSION_ID=41\nPRETTY_NAME="Fedora Linux 41"\n'
 ARCH = 'NAME="Arch Linux"\nPRETTY_NAME="Arch Linux"\nID=arch\n'
 REFUSAL = (
-    "run: {} has no ROS 1 that Paddock can use ({}): source one of your own for Python 3.10 to 3.13"
-    " (ROS-O, RoboStack) and start ./run again, or take a container, with its desk in the browser "
-    "(docs/container.md)\n"
+    "run: {} has no ROS 1 that Paddock can use ({}): source one of your own for Python 3.8 to 3.13"
+    " (Noetic, ROS-O, RoboStack) and start ./run again, or take a container, with its desk in the "
+    "browser (docs/container.md)\n"
 )
 NO_APT = "no dpkg-query or apt-get"
-ONLY_JAMMY = "of all Ubuntus, 22.04 alone has ROS 1 for Python 3.10 or later"
+ONLY_JAMMY = "of all Ubuntus, 22.04 alone has a ROS 1 of its own that Paddock builds on"
 
 
 def names(*files):
@@ -45,7 +45,7 @@ def names(*files):
         (UBUNTU.format("24.04", "noble"), True, "Ubuntu 24.04 LTS", ONLY_JAMMY),
         (UBUNTU.format("20.04", "focal"), True, "Ubuntu 20.04 LTS", ONLY_JAMMY),
         (MINT.format("22", "noble"), True, "Linux Mint 22", ONLY_JAMMY),
-        (DEBIAN.format("11"), True, "Debian GNU/Linux 11", "its Python is older than 3.10"),
+        (DEBIAN.format("11"), True, "Debian GNU/Linux 11", "Paddock does not build on its ROS 1"),
         (FEDORA, False, "Fedora Linux 41", NO_APT),
         (ARCH, False, "Arch Linux", NO_APT),
         (None, False, os.uname().sysname, NO_APT),  # macOS: Darwin
@@ -173,7 +173,7 @@ def found(monkeypatch, tmp_path):
     return source
 
 
-@pytest.mark.parametrize("version", ["3 10", "3 11", "3 13"])
+@pytest.mark.parametrize("version", ["3 8", "3 11", "3 13"])
 def test_its_python_is_the_one_that_imports_its_rospy(found, tmp_path, version):
     probe = f'[ "$ROS_PROBE" = here ] && echo a banner && echo {version}'
     one = found(ros_rig.make_ros(tmp_path / "one", ["rospy"], python=probe))
@@ -183,11 +183,11 @@ def test_its_python_is_the_one_that_imports_its_rospy(found, tmp_path, version):
 @pytest.mark.parametrize(
     "python, words",
     [
-        ("echo 3 8", "is for Python 3.8, and Paddock needs 3.10 to 3.13: "),
-        ("echo 3 14", "is for Python 3.14, and Paddock needs 3.10 to 3.13: "),
+        ("echo 3 7", "is for Python 3.7, and Paddock needs 3.8 to 3.13: "),
+        ("echo 3 14", "is for Python 3.14, and Paddock needs 3.8 to 3.13: "),
         ("echo No module named rospy >&2; exit 1",
-         "imports in no Python from 3.10 to 3.13 ({}/bin/python3: No module named rospy): "),
-        (None, "imports in no Python from 3.10 to 3.13 (there is none): "),
+         "imports in no Python from 3.8 to 3.13 ({}/bin/python3: No module named rospy): "),
+        (None, "imports in no Python from 3.8 to 3.13 (there is none): "),
     ],
 )  # fmt: skip
 def test_a_python_that_is_too_old_or_lacks_it_is_one_sentence(found, tmp_path, python, words):
@@ -196,7 +196,7 @@ def test_a_python_that_is_too_old_or_lacks_it_is_one_sentence(found, tmp_path, p
         ros.check()
     said = str(raised.value)
     assert said.startswith(f"rospy of the ROS that is sourced, {one}, {words.format(one)}")
-    assert said.endswith("(ROS-O, RoboStack), or a container (docs/container.md), will do")
+    assert said.endswith("(Noetic, ROS-O, RoboStack), or a container (docs/container.md), will do")
     assert raised.value.advice == ()
 
 

@@ -1,6 +1,7 @@
 """Signatures of files: they may say "changed" too often, but never too seldom."""
 
 import os
+import re
 
 import pytest
 
@@ -41,7 +42,7 @@ def test_a_signature_that_was_cut_off_counts_for_nothing(tmp_path, signatures):
     path.write_text("text")
     signatures.save("probe", "key", [str(path)])
     saved = tmp_path / "signatures" / "probe"
-    saved.write_text(saved.read_text().removesuffix("end"))
+    saved.write_text(re.sub("end$", "", saved.read_text()))
     assert not signatures.unchanged("probe", "key")
 
 

@@ -156,7 +156,7 @@ class Browser:
 
     def key(self, code, down):
         """Presses or releases a key, such as KeyW or ArrowUp."""
-        key = code.removeprefix("Key").lower() if code.startswith("Key") else code
+        key = code[len("Key") :].lower() if code.startswith("Key") else code
         self.call("Input.dispatchKeyEvent", type="keyDown" if down else "keyUp", code=code, key=key)
 
     def touch(self, kind, *points):

@@ -26,12 +26,10 @@ rospy.spin()
 
 @pytest.fixture(scope="module")
 def environment():
-    with (
-        testing.ros_master() as environment,
-        testing.flood(environment, TOPICS, "model_name='ground_plane'", "link_name='a::b'"),
-        testing.running(environment, [sys.executable, "-c", LISTENER]),
-    ):
-        yield environment
+    with testing.ros_master() as environment:
+        with testing.flood(environment, TOPICS, "model_name='ground_plane'", "link_name='a::b'"):
+            with testing.running(environment, [sys.executable, "-c", LISTENER]):
+                yield environment
 
 
 @pytest.mark.parametrize(

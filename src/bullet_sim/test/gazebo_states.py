@@ -387,7 +387,7 @@ ROBOTS = {
         turn(),
     ),
 }  # fmt: skip
-ROBOTS |= {
+ROBOTS.update({
     "efforts beyond a continuous joint's limits": (
         robot(BASE, WHEELS.replace("</joint>", f"{WEAK}</joint>")),
         0.12,
@@ -419,7 +419,7 @@ ROBOTS |= {
     "a tilted box in a tray": (robot(TILTED), 0.3, []),
     "a car in a tray": (robot(SMALL), 0.12, turn(("l", "r"), 3.0, 4.0)),
     "a mesh in a tray": (robot(link("base", 1.0, 0.01, MESH)), 0.25, []),
-}  # fmt: skip
+})  # fmt: skip
 CRATE, CAN = "<box><size>0.2 0.5 0.2</size></box>", "<radius>0.1</radius><length>0.2</length>"
 CAN, POST = f"<cylinder>{CAN}</cylinder>", "<radius>0.05</radius><length>0.5</length>"
 POST = f"<cylinder>{POST}</cylinder>"

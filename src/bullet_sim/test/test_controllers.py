@@ -2,12 +2,13 @@
 
 import dataclasses
 import math
+from typing import Any, ClassVar
 
 import pytest
 from bullet_sim.controllers import CONTROLLERS, Controller, ControllerConfig, configure
 from bullet_sim.controllers.base import INTERFACES
 from bullet_sim.controllers.manager import INITIALIZED, RUNNING, STOPPED, Manager
-from bullet_sim.controllers.pid import parse_pid
+from bullet_sim.controllers.pid import PidConfig, parse_pid
 from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.errors import CommandError, ControllerError
 from fake_joints import FakeJoints
@@ -526,3 +527,19 @@ def test_a_class_without_an_interface_or_a_configuration_is_refused(
     monkeypatch.setattr(Faulty, attribute, value)
     with pytest.raises(ControllerError, match="'bad' has a class.*velocity, position, effort"):
         manager.load("bad", {"type": "my/Faulty"})
+
+
+@pytest.mark.parametrize("base, value", [(ControllerConfig, {}), (PidConfig, {"gains": ()})])
+def test_fields_of_a_configuration_need_no_default_and_are_asked_for_by_name(base, value):
+    @dataclasses.dataclass(frozen=True)
+    class Config(base):
+        limits: ClassVar[Any]
+        effort: float
+        side: str = "left"
+
+    with pytest.raises(TypeError, match=r"Config\(\) needs effort="):
+        Config(name="arm", **value)
+    config = Config(name="arm", effort=2.0, **value)
+    assert (config.effort, config.side, config.publish_rate) == (2.0, "left", 50.0)
+    right = Config(name="arm", effort=2.0, side="right", **value)
+    assert dataclasses.replace(config, side="right") == right != config

@@ -55,7 +55,7 @@ def _folder(tmp_path_factory):
 def resolve(uri):
     if not uri.startswith("file:///"):
         raise ValueError("searched nowhere")
-    return uri.removeprefix("file://")
+    return uri[len("file://") :]
 
 
 def seen(gl, shapes, scene):

@@ -222,7 +222,7 @@ def test_bases_have_the_same_odometry(monkeypatch, kind, more):
                 world.step(count)
                 manager.observe()
                 state = {name: getattr(base, name) for name in base.STATE if name != "odometry"}
-                state |= {name: getattr(base.odometry, name) for name in base.odometry.STATE}
+                state.update({name: getattr(base.odometry, name) for name in base.odometry.STATE})
                 bits = world.engine.ode.bodies.tolist(), world.engine.ode.joints.tolist()
                 seen.append(repr((sorted(state.items(), key=str), manager.time, bits)))
         found.append(seen)

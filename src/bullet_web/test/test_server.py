@@ -292,11 +292,11 @@ def test_wild_messages_end_and_stall_nothing(running):
                 left -= 1
                 size = chance.choice((0, 1, 20, 200, 2000, 4096))
                 if chance.random() < 0.2:
-                    wild.send_binary(chance.randbytes(size))
+                    wild.send_binary(random_bytes(chance, size))
                 elif chance.random() < 0.3:
                     wild.send(json.dumps({"type": chance.choice(("do", "drive", "want", "ack"))}))
                 else:
-                    text = chance.randbytes(size).decode("latin1")
+                    text = random_bytes(chance, size).decode("latin1")
                     wild.send(chance.choice(("", '{"type": "drive", "speed":', "[[[")) + text)
         except (OSError, websocket.WebSocketException):
             closed += 1
@@ -308,6 +308,11 @@ def test_wild_messages_end_and_stall_nothing(running):
     witness.close()
 
 
+def random_bytes(chance, size):
+    """Bytes of a random.Random, whose randbytes() came with Python 3.9."""
+    return bytes(chance.choices(range(256), k=size))
+
+
 def test_broken_requests_end_nothing(running):
     chance = random.Random(6)
     token = running.server.token
@@ -315,7 +320,7 @@ def test_broken_requests_end_nothing(running):
         with socket.create_connection((LOOPBACK, running.port), PATIENCE) as client:
             head = f"GET /{token}/socket HTTP/1.1\r\nHost: x\r\nUpgrade: websocket\r\n"
             text = head.encode() if number % 2 else b""
-            client.sendall(text + chance.randbytes(chance.choice((1, 100, 20000))))
+            client.sendall(text + random_bytes(chance, chance.choice((1, 100, 20000))))
     assert running.request(f"/{token}/")[0] == 200
 
 

@@ -23,11 +23,9 @@ NODES = {
 
 @pytest.fixture(scope="module")
 def environment():
-    with (
-        testing.ros_master() as environment,
-        testing.flood(environment, TOPICS, "axes=[0.5] * 8", "buttons=[1] * 12"),
-    ):
-        yield environment
+    with testing.ros_master() as environment:
+        with testing.flood(environment, TOPICS, "axes=[0.5] * 8", "buttons=[1] * 12"):
+            yield environment
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -33,11 +33,9 @@ NODES = {
 
 @pytest.fixture(scope="module")
 def environment():
-    with (
-        testing.ros_master() as environment,
-        testing.flood(environment, TOPICS, *VALUES),
-    ):
-        yield environment
+    with testing.ros_master() as environment:
+        with testing.flood(environment, TOPICS, *VALUES):
+            yield environment
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -67,17 +67,16 @@ def test_a_node_that_has_ended_is_forgotten_and_post_does_not_stop_one():
 
     Whoever has that port by then waits for the rest of a header of 1.4 GB.
     """
-    with (
-        ros_master() as environment,
-        running(environment, [sys.executable, "-c", SERVES]) as server,
-    ):
-        master = environment["ROS_MASTER_URI"]
-        address = urlsplit(wait_for(lambda: call(master, "lookupService", "/serve"), "the service"))
-        with socket.create_connection((address.hostname, address.port)) as other:
-            other.sendall(b"POST /RPC2 HTTP/1.1\r\nHost: here\r\n\r\n")
-            client = [sys.executable, "-c", CALLS]
-            subprocess.run(client, env=environment, timeout=60.0, check=True)
-        assert call(master, "lookupNode", "/server")
-        server.terminate()
-        server.communicate(timeout=60.0)
-        assert call(master, "getPid") and call(master, "lookupNode", "/server") is None
+    with ros_master() as environment:
+        with running(environment, [sys.executable, "-c", SERVES]) as server:
+            master = environment["ROS_MASTER_URI"]
+            found = wait_for(lambda: call(master, "lookupService", "/serve"), "the service")
+            address = urlsplit(found)
+            with socket.create_connection((address.hostname, address.port)) as other:
+                other.sendall(b"POST /RPC2 HTTP/1.1\r\nHost: here\r\n\r\n")
+                client = [sys.executable, "-c", CALLS]
+                subprocess.run(client, env=environment, timeout=60.0, check=True)
+            assert call(master, "lookupNode", "/server")
+            server.terminate()
+            server.communicate(timeout=60.0)
+            assert call(master, "getPid") and call(master, "lookupNode", "/server") is None

@@ -104,8 +104,6 @@ def test_marker_server_answers_where_the_clock_stands(environment, tmp_path):
     """As in a paused world: it hears the clock before it makes its marker."""
     (tmp_path / "sitecustomize.py").write_text(AFTER_CLOCK)
     later = testing.with_path(environment, tmp_path)
-    with (
-        testing.running(environment, [sys.executable, "-c", STANDING]),
-        testing.running(later, [testing.executable(*NODE)]),
-    ):
-        assert_answers(environment)
+    with testing.running(environment, [sys.executable, "-c", STANDING]):
+        with testing.running(later, [testing.executable(*NODE)]):
+            assert_answers(environment)

@@ -59,11 +59,9 @@ NODES = {  # package/script -> name, topics, arguments
 
 @pytest.fixture(scope="module")
 def environment():
-    with (
-        testing.ros_master() as environment,
-        testing.flood(environment, TOPICS, *VALUES),
-    ):
-        yield environment
+    with testing.ros_master() as environment:
+        with testing.flood(environment, TOPICS, *VALUES):
+            yield environment
 
 
 @pytest.fixture

@@ -11,11 +11,9 @@ NODES = {"odom_tf": ["/odom"], "referee": ["/odom"]}
 
 @pytest.fixture(scope="module")
 def environment():
-    with (
-        testing.ros_master() as environment,
-        testing.flood(environment, {"/odom": "nav_msgs/Odometry"}, "child_frame_id='b'"),
-    ):
-        yield environment
+    with testing.ros_master() as environment:
+        with testing.flood(environment, {"/odom": "nav_msgs/Odometry"}, "child_frame_id='b'"):
+            yield environment
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

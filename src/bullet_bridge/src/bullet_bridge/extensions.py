@@ -16,6 +16,7 @@ from __future__ import annotations
 import functools
 import importlib
 import os
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -209,5 +210,5 @@ def _extension(attributes: Mapping[str, str], package: str, manifest: str) -> Ex
         )
     name = attributes[kind]
     if kind != "controller":
-        name = os.path.basename(name).removesuffix(".so").removeprefix("lib")
+        name = re.sub(r"^lib|\.so$", "", os.path.basename(name))
     return Extension(kind, name, target, package, manifest, attributes.get("type", ""))

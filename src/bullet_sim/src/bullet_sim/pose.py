@@ -7,17 +7,19 @@ rotates a vector written in B into the same vector written in A.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TYPE_CHECKING, Sequence, Tuple, Union
 
 import numpy as np
 
+if TYPE_CHECKING:
+    from typing_extensions import TypeAlias
+
 Array: TypeAlias = np.ndarray  # numpy.typing takes 6 to 30 ms to import
-Vector = Sequence[float] | Array
-Vec3 = tuple[float, float, float]
-Quat = tuple[float, float, float, float]
-Motion = tuple[Vec3, Quat, Vec3, Vec3]  # position, orientation, linear [m/s], angular [rad/s]
+Vector = Union[Sequence[float], Array]
+Vec3 = Tuple[float, float, float]
+Quat = Tuple[float, float, float, float]
+Motion = Tuple[Vec3, Quat, Vec3, Vec3]  # position, orientation, linear [m/s], angular [rad/s]
 
 MAX_POSITION = 1e9  # [m] bound of a placeable position
 QUATERNION_LENGTHS = (1e-6, 1e6)  # lengths that can be normalized

@@ -465,7 +465,7 @@ class World:
         known = state.engine.is_cleared or self.engine.layout == state.engine.layout
         if _bodies(self.models) != state.bodies or not known and _are_first(state.bodies):
             self._reload()
-        for part, saved in zip(self._parts(), state.parts, strict=True):
+        for part, saved in zip(self._parts(), state.parts):  # of the same models, see _check_state
             part.set_state(saved)
         same = restore_bodies(self.engine, state.engine)
         for model, placed in zip(state.models.values(), state.placed):

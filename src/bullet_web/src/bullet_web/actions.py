@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection
-from typing import Any
+from typing import Any, Tuple
 from xml.etree import ElementTree
 
 import roslib.message
@@ -24,7 +24,7 @@ from std_srvs.srv import Empty, Trigger
 
 TIMEOUT = 2.0  # [s] for a service to be there, and for an odometry
 ODOMETRY = "/odom"  # in whose frame goals are
-Planar = tuple[float, float, float]  # x, y [m], yaw [rad]
+Planar = Tuple[float, float, float]  # x, y [m], yaw [rad]
 CLEARANCE = 0.05  # [m] above what was clicked
 UPRIGHT = math.radians(10.0)  # a model that leans less keeps its height
 DESCRIPTION = "/robot_description"  # of the robot that "car" copies

@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -72,12 +73,12 @@ class BagError(Exception):
 def resolve(uri: str) -> str:
     """Path of a package:// or file:// address, or of a path."""
     if uri.startswith("package://"):
-        package, _, rest = uri.removeprefix("package://").partition("/")
+        package, _, rest = uri[len("package://") :].partition("/")
         try:
             return os.path.join(rospkg.RosPack().get_path(package), rest)
         except rospkg.ResourceNotFound:
             return uri
-    return uri.removeprefix("file://")
+    return re.sub("^file://", "", uri)
 
 
 def output_of(*command: str) -> str:

@@ -7,8 +7,8 @@ anything else is refused with a reason that names the field and its value.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Callable
 
 MAX_BYTES = 4096
 MAX_PLACE = 1e4  # [m]
@@ -24,7 +24,7 @@ class BadMessage(ValueError):
 
 def _number(low: float, high: float) -> tuple[Check, str]:
     def check(value: Any) -> bool:
-        valid = isinstance(value, int | float) and not isinstance(value, bool)
+        valid = isinstance(value, (int, float)) and not isinstance(value, bool)
         return valid and low <= value <= high  # not of NaN
 
     return check, f"a number from {low:g} to {high:g}"
@@ -99,16 +99,16 @@ def parse(text: str | bytes) -> dict[str, Any]:
     checked = {"type": kind, **_checked(message, fields)}
     if kind == "do":
         fields = ACTIONS[checked["action"]]
-        checked |= _checked(message, fields)
+        checked.update(_checked(message, fields))
         if "x" in fields and "yaw" in message:
-            checked |= _checked(message, OPTIONAL)
+            checked.update(_checked(message, OPTIONAL))
     return checked
 
 
 def _checked(message: Mapping[str, Any], fields: Mapping[str, tuple[Check, str]]) -> dict[str, Any]:
     for name, (check, valid) in fields.items():
         value = message.get(name)
-        if not isinstance(value, str | int | float) or not check(value):
+        if not isinstance(value, (str, int, float)) or not check(value):
             raise BadMessage(f"{name} is {_shown(value)}, must be {valid}")
     return {name: message[name] for name in fields}
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import io
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any, Dict, NamedTuple
 
 import numpy as np
 from bullet_sim.description.model import Finish, Geometry, Shape, TextureMapping
@@ -23,7 +23,7 @@ from PIL import Image
 MAX_SIDE = 4096  # [px] of an image; tablets have no larger textures
 QUALITY = 88  # of JPEG
 DIGITS = 20  # of an asset's name
-Scene = dict[str, Any]
+Scene = Dict[str, Any]
 
 
 class Asset(NamedTuple):

@@ -18,8 +18,8 @@ import secrets
 import socket
 import time
 from collections import OrderedDict, deque
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Mapping
+from typing import Any, Callable, NamedTuple, Optional, Protocol, Union
 from urllib.parse import urlsplit
 
 import tornado.httpserver
@@ -59,7 +59,7 @@ LOGIN = """<!doctype html><meta name="viewport" content="width=device-width">
 WRONG = LOGIN + "<p>That is not the password.</p>"
 
 
-Write = Callable[[str | bytes], "asyncio.Future[Any] | None"]
+Write = Callable[[Union[str, bytes]], Optional["asyncio.Future[Any]"]]
 
 
 class File(NamedTuple):

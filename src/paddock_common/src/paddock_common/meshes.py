@@ -6,12 +6,12 @@ import argparse
 import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, List
 
 import numpy as np
 import numpy.typing as npt
 
-Solid = list[npt.NDArray[Any]]
+Solid = List[npt.NDArray[Any]]
 
 
 class Mesh:

@@ -50,7 +50,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace
-from typing import Any, NoReturn, TypeVar
+from typing import Any, NoReturn, Tuple, Type, TypeVar, Union
 
 import rospy
 import rospy.exceptions
@@ -74,7 +74,7 @@ MASTER_TIMEOUT = 2.0  # [s] for a response of the master
 HEADER_TIMEOUT = 5.0  # [s] for the first bytes of a connection
 MAX_HEADER = 1 << 24  # [bytes] of a header; "POST" would be 1.4e9
 T = TypeVar("T")
-Errors = type[Exception] | tuple[type[Exception], ...]
+Errors = Union[Type[Exception], Tuple[Type[Exception], ...]]
 _reported: set[logging.Handler] = set()  # handlers that have failed
 
 

@@ -112,7 +112,7 @@ LAP, OFF_TRACK, CRASHED, STUCK, REVERSED = "lap", "off_track", "crashed", "stuck
 RUNNING = ""
 
 
-@dataclass(slots=True)
+@dataclass
 class RunState:
     """Where a car is, and how its run goes.
 
@@ -129,6 +129,11 @@ class RunState:
         steps: actions so far.
         end: why the run ended, "" while it runs.
     """
+
+    __slots__ = (
+        *("s", "lateral", "heading", "heading_error", "left", "right", "wheels_off"),
+        *("distance", "gain", "progress", "steps", "end"),
+    )
 
     s: float
     lateral: float

@@ -200,9 +200,7 @@ def test_an_odometry_of_a_known_frame():
         item.covariance = (0.01 * np.eye(6)).ravel().tolist()
     (item,) = measurements_of(parameters, message)
     values = dict(zip(item.index.tolist(), item.value.tolist()))
-    assert values == {0: 3.0, 1: 0.0, **dict.fromkeys((2, 3, 4, 5), 0.0), 6: 0.5} | dict.fromkeys(
-        (8, 9, 10, 11, 14), 0.0
-    )
+    assert values == {**dict.fromkeys((1, 2, 3, 4, 5, 8, 9, 10, 11, 14), 0.0), 0: 3.0, 6: 0.5}
     message.child_frame_id = "nowhere"
     (item,) = measurements_of(parameters, message)
     assert 6 not in item.index

@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Sequence
 from functools import partial
-from typing import Any
+from typing import Any, List, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -53,7 +53,7 @@ WING = (
 )
 
 loft, prism = partial(meshes.loft, fans=True), partial(meshes.prism, fans=True)
-Section = list[tuple[float, float, float]]
+Section = List[Tuple[float, float, float]]
 
 
 def _stations(table: npt.NDArray[Any], fine: int) -> npt.NDArray[Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from typing import Any
+from typing import Any, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,7 @@ MERGE_DISTANCE = 1e-3  # points closer than this are merged [m]
 CLOSING_GAP = 4.0  # a route whose ends are closer than this many median spacings is closed
 MIN_WIDTH = 0.2  # of a lane [m]
 # Points (N, 2), distances to the left and to the right edge (N,) [m].
-Columns = tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]
+Columns = Tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]
 
 
 def parse(content: bytes, path: str) -> TrackSpec:

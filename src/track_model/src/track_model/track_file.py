@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import reprlib
 from collections.abc import Collection, Sequence
-from typing import Any
+from typing import Any, Tuple
 
 import yaml  # type: ignore[import]
 
@@ -17,7 +17,7 @@ _SHORT.maxlevel, _SHORT.maxlist, _SHORT.maxdict = 3, 8, 8
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 80
 _formatted = _SHORT.repr  # of values of any size and nesting
 
-Points = tuple[tuple[float, float], ...]
+Points = Tuple[Tuple[float, float], ...]
 # Allowed ranges, both ends included.
 RANGES = {
     "width": (0.3, 3.0),

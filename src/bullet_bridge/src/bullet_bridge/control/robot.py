@@ -127,7 +127,7 @@ class RobotControl:
             "%s: controller '%s' is stopped, since it has raised an exception:\n%s",
             self._label,
             name,
-            "".join(traceback.format_exception(error)).rstrip(),
+            "".join(traceback.format_exception(type(error), error, error.__traceback__)).rstrip(),
         )
         self.refresh()
 

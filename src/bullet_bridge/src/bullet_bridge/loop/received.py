@@ -9,11 +9,11 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, Dict, Tuple
 
 import rospy
 
-Taken = tuple[int, dict[str, dict[Any, int]]]  # number of clears, the counts
+Taken = Tuple[int, Dict[str, Dict[Any, int]]]  # number of clears, the counts
 
 
 class ReceivedCounts:

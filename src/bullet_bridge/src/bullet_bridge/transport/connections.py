@@ -21,7 +21,7 @@ import rospy
 from rospy.exceptions import TransportTerminated
 from rospy.impl.registration import get_topic_manager
 
-from bullet_bridge.transport.relay_process import Queue, enqueue
+from bullet_bridge.transport.relay_process import enqueue
 
 
 class ConnectionWrapper:
@@ -72,7 +72,7 @@ class DirectConnection(ConnectionWrapper):
         self._socket = connection.socket
         prepare_socket(self._socket)
         self._changed = threading.Condition()
-        self._queue: Queue = collections.deque()
+        self._queue: collections.deque[bytes | memoryview] = collections.deque()
         self._thread: threading.Thread | None = None
         self._busy = False
         connection.set_cleanup_callback(self._on_close)

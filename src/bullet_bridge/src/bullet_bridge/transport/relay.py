@@ -8,6 +8,7 @@ writes to the relay process only, which writes to the subscribers: see relay_pro
 
 from __future__ import annotations
 
+import array
 import collections
 import pathlib
 import select
@@ -63,7 +64,8 @@ class RelayChannel:
             ChannelError: the process does not take it.
         """
         try:
-            socket.send_fds(self._socket, [record], [passed.fileno()])
+            descriptors = array.array("i", [passed.fileno()])
+            self._socket.sendmsg([record], [(socket.SOL_SOCKET, socket.SCM_RIGHTS, descriptors)])
         except OSError:
             raise ChannelError("does not take subscribers") from None
 

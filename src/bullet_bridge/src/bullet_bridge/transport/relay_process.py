@@ -29,15 +29,13 @@ NUMBER = struct.Struct("<I")
 MESSAGE, ADD, REMOVE, POLL, DRAIN = range(5)
 READ_SIZE = 1 << 14  # [bytes] read at once; topics may be behind each other by as much ...
 LARGEST_READ = 1 << 18  # [bytes] ... and this of the rest of a message
-MAX_DESCRIPTORS = 64  # largest number of file descriptors in one read
+DESCRIPTOR = struct.Struct("i")
+DESCRIPTORS_SIZE = socket.CMSG_SPACE(64 * DESCRIPTOR.size)  # of up to 64 in one read [bytes]
 POLL_PERIOD = 0.0005  # [s] between two reads while polling ...
 POLL_TIMEOUT = 0.05  # [s] ... and time without a record after which it blocks
 
 
-Queue = collections.deque[bytes | memoryview]
-
-
-def enqueue(queue: Queue, data: bytes, limit: int) -> None:
+def enqueue(queue: collections.deque[bytes | memoryview], data: bytes, limit: int) -> None:
     """Append a message to a queue (deque); beyond the limit the oldest one is dropped.
 
     A memoryview at the head is the rest of a message that is sent in part, and is not dropped.
@@ -52,7 +50,8 @@ class Subscriber:
 
     def __init__(self, sock: socket.socket, limit: int) -> None:
         self.socket, self._limit = sock, limit
-        self.queue: Queue = collections.deque()  # a memoryview at the head is the rest of a message
+        # a memoryview at the head is the rest of a message
+        self.queue: collections.deque[bytes | memoryview] = collections.deque()
 
     def send(self, messages: list[memoryview]) -> bool:
         """Send messages without blocking; what the kernel does not accept is queued.
@@ -109,7 +108,7 @@ class Relay:
 
     def __init__(self, channel: socket.socket) -> None:
         self._channel = channel
-        channel.setblocking(False)  # CPython 3.11 ignores the flags of recv_fds
+        channel.setblocking(False)
         self._subscribers: dict[int, Subscriber] = {}
         self._slow: dict[int, Subscriber] = {}
         self._parts: list[bytes] = []  # of an incomplete record
@@ -149,12 +148,15 @@ class Relay:
         """Bytes; b'' at the end of the stream; None when there is nothing to read."""
         try:
             size = max(READ_SIZE, min(self._missing, LARGEST_READ))
-            data, descriptors, _, _ = socket.recv_fds(self._channel, size, MAX_DESCRIPTORS)
+            data, passed, _, _ = self._channel.recvmsg(size, DESCRIPTORS_SIZE)
         except BlockingIOError:
             return None
         except ConnectionError:
             return b""
-        self._descriptors += descriptors
+        for level, kind, content in passed:
+            if (level, kind) == (socket.SOL_SOCKET, socket.SCM_RIGHTS):
+                whole = len(content) - len(content) % DESCRIPTOR.size
+                self._descriptors += (each for (each,) in DESCRIPTOR.iter_unpack(content[:whole]))
         return data
 
     def _parse(self, data: bytes) -> None:

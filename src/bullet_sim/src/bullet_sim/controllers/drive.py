@@ -374,10 +374,10 @@ class DiffDrive(Drive):
             settings, "wheel_separation", lambda: distance_between(description, left[0], right[0])
         )
         return DriveConfig(
-            left,
-            right,
-            separation * multipliers[0],
-            (radius * multipliers[1], radius * multipliers[2]),
+            left=left,
+            right=right,
+            separation=separation * multipliers[0],
+            radii=(radius * multipliers[1], radius * multipliers[2]),
             sizes=(separation, radius),
             multipliers=multipliers,
             publish_wheels=publish_wheels,
@@ -427,11 +427,12 @@ class Ackermann(Drive):
             "wheel_separation_h",
             lambda: abs(joint_origin(description, front)[0] - joint_origin(description, rear)[0]),
         )
+        multiplier = settings.number("wheel_separation_h_multiplier", 1.0, above=0.0)
         config = DriveConfig(
-            (rear,),
-            (front,),
-            separation * settings.number("wheel_separation_h_multiplier", 1.0, above=0.0),
-            (radius * settings.number("wheel_radius_multiplier", 1.0, above=0.0), radius),
+            left=(rear,),
+            right=(front,),
+            separation=separation * multiplier,
+            radii=(radius * settings.number("wheel_radius_multiplier", 1.0, above=0.0), radius),
             steer_multiplier=settings.number("steer_pos_multiplier", 1.0),
             **common(settings, (("velocity", (rear,)), ("position", (front,)))),
         )

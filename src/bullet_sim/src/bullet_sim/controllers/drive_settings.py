@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Tuple
 
-from bullet_sim.controllers.settings import ControllerConfig, Settings, as_number
+from bullet_sim.controllers.settings import REQUIRED, ControllerConfig, Settings, as_number
 from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.errors import ControllerError
 from bullet_sim.pose import Pose, Vec3
 
-Claims = tuple[tuple[str, tuple[str, ...]], ...]
+Claims = Tuple[Tuple[str, Tuple[str, ...]], ...]
 
 
 def _with_joint(description: ModelDescription | None, name: str) -> ModelDescription:
@@ -141,7 +141,7 @@ WITHOUT_EFFECT = (
 )
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class BaseConfig(ControllerConfig):
     """Configuration that all types of bases share.
 
@@ -184,10 +184,10 @@ class DriveConfig(BaseConfig):
         publish_wheels: what the wheels do, as a topic.
     """
 
-    left: tuple[str, ...]
-    right: tuple[str, ...]
-    separation: float
-    radii: tuple[float, float]
+    left: tuple[str, ...] = REQUIRED
+    right: tuple[str, ...] = REQUIRED
+    separation: float = REQUIRED
+    radii: tuple[float, float] = REQUIRED
     steer_multiplier: float = 1.0
     sizes: tuple[float, float] = (0.0, 0.0)
     multipliers: tuple[float, float, float] = (1.0, 1.0, 1.0)

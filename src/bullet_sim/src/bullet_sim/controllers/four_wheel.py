@@ -12,6 +12,7 @@ import collections
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Tuple
 
 from bullet_sim.component import Stateful
 from bullet_sim.controllers.base import CONTROLLERS
@@ -25,12 +26,12 @@ from bullet_sim.controllers.drive_settings import (
     wheel_radius,
 )
 from bullet_sim.controllers.hardware import Hardware
-from bullet_sim.controllers.settings import Settings
+from bullet_sim.controllers.settings import REQUIRED, Settings
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ControllerError
 from bullet_sim.pose import Vec3
 
-Outputs = tuple[tuple[float, ...], tuple[float, ...]]  # speeds [rad/s], steering angles [rad]
+Outputs = Tuple[Tuple[float, ...], Tuple[float, ...]]  # speeds [rad/s], steering angles [rad]
 
 _KEYS = ("front_wheel", "rear_wheel", "front_steering", "rear_steering")
 
@@ -47,12 +48,12 @@ class FourWheelConfig(BaseConfig):
         wheel_base: between the axles [m].
     """
 
-    wheels: tuple[str, ...]
-    steers: tuple[str, ...]
-    track: float
-    offset: float
-    radius: float
-    wheel_base: float
+    wheels: tuple[str, ...] = REQUIRED
+    steers: tuple[str, ...] = REQUIRED
+    track: float = REQUIRED
+    offset: float = REQUIRED
+    radius: float = REQUIRED
+    wheel_base: float = REQUIRED
 
 
 def _apart(description: ModelDescription | None, first: str, second: str) -> float:
@@ -273,7 +274,15 @@ class FourWheel(Drive):
             if not value > 0:
                 raise ControllerError(f"{settings.label} has {name} {value}, must be above 0 [m]")
         values = common(settings, (("velocity", wheels), ("position", steers)))
-        return FourWheelConfig(wheels, steers, track - 2 * offset, offset, radius, base, **values)
+        return FourWheelConfig(
+            wheels=wheels,
+            steers=steers,
+            track=track - 2 * offset,
+            offset=offset,
+            radius=radius,
+            wheel_base=base,
+            **values,
+        )
 
     def __init__(self, config: FourWheelConfig, hardware: Hardware) -> None:
         super().__init__(config, hardware)

@@ -14,7 +14,7 @@ from bullet_sim.controllers.trajectory import ActionControl
 from bullet_sim.description.model import ModelDescription
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class GripperConfig(PidConfig):
     """Configuration of a gripper's controller.
 

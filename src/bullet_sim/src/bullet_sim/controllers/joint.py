@@ -21,7 +21,7 @@ from bullet_sim.plugins.forces import ForceTorqueSpec
 from bullet_sim.plugins.inertial import ImuSpec
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class JointStateConfig(ControllerConfig):
     """Configuration of a joint state controller.
 

@@ -56,7 +56,7 @@ class PidGains:
     antiwindup: bool = False
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class PidConfig(ControllerConfig):
     """Configuration of a controller whose joints may have PIDs.
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import astuple, dataclass, field, replace
-from typing import Any
+from typing import Any, Iterable, Tuple
 
 from bullet_sim.component import Stateful
 from bullet_sim.controllers.pid import shortest_distance
@@ -36,7 +36,7 @@ class Tolerance:
 
 
 NO_TOLERANCE = Tolerance()
-NamedTolerances = Iterable[tuple[str, Tolerance]]  # by joint name
+NamedTolerances = Iterable[Tuple[str, Tolerance]]  # by joint name
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any, NoReturn
 
 from bullet_sim.errors import ControllerError
 
@@ -151,7 +152,15 @@ def check_joints(joints: Sequence[Any], label: str, known: Sequence[str]) -> Non
             raise ControllerError(f"{label} names joint '{joint}' twice, must be once")
 
 
-@dataclass(frozen=True, kw_only=True)
+REQUIRED: Any = object()  # for type checkers, in the place of a default that a field does not have
+
+
+def _missing(owner: str, name: str) -> NoReturn:
+    """Raise TypeError: a field without a default was not given."""
+    raise TypeError(f"{owner}() needs {name}=")
+
+
+@dataclass(frozen=True)
 class ControllerConfig:
     """One checked entry of the controllers' YAML; types of controllers add their own fields.
 
@@ -163,6 +172,8 @@ class ControllerConfig:
         publish_rate: of what it reports [Hz].
         notes: messages about keys that are accepted without effect.
         warnings: messages about keys that are ignored.
+
+    Fields are given by name, so those of a subclass need no defaults although these have some.
     """
 
     name: str
@@ -172,3 +183,9 @@ class ControllerConfig:
     publish_rate: float = 50.0
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+
+    def __init_subclass__(cls) -> None:
+        # What dataclass(kw_only=True) is for, which came with Python 3.10.
+        for name, kind in vars(cls).get("__annotations__", {}).items():
+            if vars(cls).get(name, REQUIRED) is REQUIRED and "ClassVar" not in str(kind):
+                setattr(cls, name, field(default_factory=partial(_missing, cls.__name__, name)))

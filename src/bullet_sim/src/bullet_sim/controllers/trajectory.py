@@ -26,12 +26,12 @@ from bullet_sim.controllers.segments import (
     motion_at,
     stop,
 )
-from bullet_sim.controllers.settings import Settings
+from bullet_sim.controllers.settings import REQUIRED, Settings
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ControllerError
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class TrajectoryConfig(PidConfig):
     """Configuration of a trajectory controller.
 
@@ -43,7 +43,7 @@ class TrajectoryConfig(PidConfig):
         feedforward: of each joint's velocity.
     """
 
-    tolerances: Tolerances
+    tolerances: Tolerances = REQUIRED
     stop_duration: float = 0.0
     monitor_rate: float = 20.0
     partial: bool = False

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Tuple
 
 import numpy as np
 
@@ -12,8 +12,8 @@ from bullet_sim.description.warnings import ReadWarning, add_warning
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Array, Pose, Vec3
 
-RGB = tuple[float, float, float]
-RGBA = tuple[float, float, float, float]
+RGB = Tuple[float, float, float]
+RGBA = Tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)

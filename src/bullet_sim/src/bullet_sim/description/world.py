@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Tuple
 
 from bullet_sim.description.model import RGB, Finish, Geometry, Link, ModelDescription, Shape
 from bullet_sim.description.warnings import ReadWarning, add_warning
@@ -76,7 +77,7 @@ SUN = Light(
 )
 
 
-Daytime = tuple[float, float, float]  # of a sky: its time, its sunrise and its sunset [h]
+Daytime = Tuple[float, float, float]  # of a sky: its time, its sunrise and its sunset [h]
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Callable, Tuple
 
 import numpy as np
 
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 _ALL_BITS = 0xFFFF  # collide_bitmask of what has none
 
-Measured = Callable[[Any], tuple[float, ...]]
+Measured = Callable[[Any], Tuple[float, ...]]
 
 
 @dataclass

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Tuple
 
 import numpy as np
 import pybullet as p
@@ -22,7 +22,7 @@ _MAX_FOUND = 64 * MAX_POINTS  # contacts that Bullet finds
 
 # Body, link, other body, its link, point [m], normal towards the first, depth [m], force (3,) [N]
 # on the first; world axes.
-Contact = tuple[int, int, int, int, Vec3, Vec3, float, Array]
+Contact = Tuple[int, int, int, int, Vec3, Vec3, float, Array]
 
 
 class Contacts:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Tuple
 
 import numpy as np
 
@@ -24,7 +24,7 @@ _SOLIDS = (q.BOX, q.SPHERE, q.CYLINDER, q.MESH)
 _MAX_ROOM = 64  # of a pair for which there is room in any case
 _MAX_CLOSE = 32  # bodies to one
 
-BodyLink = tuple[int, int]
+BodyLink = Tuple[int, int]
 
 
 @dataclass

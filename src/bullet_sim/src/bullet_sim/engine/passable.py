@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from typing import Tuple
 
 import numpy as np
 import pybullet as p
@@ -12,8 +13,8 @@ from bullet_sim.description.model import Link, Shape
 from bullet_sim.engine import tables
 from bullet_sim.pose import Array, Pose, Vec3
 
-BodyLink = tuple[int, int]
-Overlap = tuple[int, int, Vec3, Vec3, float]  # other body, its link, point, normal, depth
+BodyLink = Tuple[int, int]
+Overlap = Tuple[int, int, Vec3, Vec3, float]  # other body, its link, point, normal, depth
 _CLOSE = 1e-3  # [m] of a point to a shape that it is on
 
 

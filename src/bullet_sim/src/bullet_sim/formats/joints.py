@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Tuple
+
 import numpy as np
 
 from bullet_sim.description.model import MOVABLE_TYPES, Joint, Link, Mimic, ModelDescription
@@ -21,7 +23,7 @@ from bullet_sim.xml_reader import (
     urdf_origin,
 )
 
-Version = tuple[int, int]  # (major, minor) of an SDF document
+Version = Tuple[int, int]  # (major, minor) of an SDF document
 UNLIMITED = 1e9  # [rad, m] replaces a missing limit on one side
 
 

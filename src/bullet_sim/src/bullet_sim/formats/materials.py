@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, Callable
 
 from bullet_sim.description.model import (
     RGB,
@@ -208,8 +207,8 @@ def standard(name: str, resolve: Resolve | None = None) -> Material | None:
     if plain in _LAMPS:
         color = _LAMPS[plain]
         return Material((*color, 1.0), finish=_finish(color, BLACK, 0.0, emissive=color))
-    if plain.removesuffix("Glow") in _GLOWS and plain.endswith("Glow"):
-        emissive = _PLAIN[plain.removesuffix("Glow")][1]
+    if plain.endswith("Glow") and plain[: -len("Glow")] in _GLOWS:
+        emissive = _PLAIN[plain[: -len("Glow")]][1]
         return Material(finish=_finish(WHITE, BLACK, 0.0, emissive=emissive))
     if plain not in _PLAIN:
         return None

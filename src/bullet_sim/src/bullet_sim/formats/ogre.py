@@ -12,12 +12,13 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import List
 
 import numpy as np
 
 from bullet_sim.description.model import RGB, RGBA, Finish, Layer, TextureMapping
 
-Statement = list[str]
+Statement = List[str]
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 _TOKEN = re.compile(r'"[^"\n]*"|[{}\n]|[^\s{}"]+')
 MAX_DEPTH = 16  # of parents of parents

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from typing import IO, TYPE_CHECKING, Any
+from collections.abc import Iterator
+from typing import IO, TYPE_CHECKING, Any, Callable, Tuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from bullet_sim.pose import Array
 if TYPE_CHECKING:
     import trimesh
 
-Part = tuple[str, "trimesh.Trimesh", Array]  # name of its geometry, mesh, pose (4, 4) in the file
+Part = Tuple[str, "trimesh.Trimesh", Array]  # name of its geometry, mesh, pose (4, 4) in the file
 OpenImage = Callable[[str], Any]  # name in the file -> Pillow image; raises OSError, ModelError
 
 

@@ -19,9 +19,9 @@ import os
 import re
 import shutil
 import struct
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Callable, Dict
 
 import numpy as np
 
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     import trimesh
     from PIL import Image
 
-Part = dict[str, Any]  # a converted file: file; color RGBA or None; textured
+Part = Dict[str, Any]  # a converted file: file; color RGBA or None; textured
 Warn = Callable[[str, str, str], None]  # message, cause, item, see ReadWarning
 CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))  # of a side, (right, up)
 

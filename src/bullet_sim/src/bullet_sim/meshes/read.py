@@ -113,7 +113,7 @@ class MeshFileResolver:
         Raises:
             FileNotFoundError: it is in none of these folders.
         """
-        name = unquote(name.strip().removeprefix("file://"))
+        name = unquote(re.sub("^file://", "", name.strip()))
         plain = re.split(r"[\\/]", name)[-1]
         for relative in (name, plain, os.path.join(TEXTURES, plain)):
             path = os.path.normpath(os.path.join(self._folder, relative))
@@ -200,7 +200,7 @@ def _parts(geometry: Geometry, resolver: MeshFileResolver) -> tuple[list[Part], 
         return _collada(geometry, resolver)
     options: dict[str, Any] = {"process": False, "resolver": resolver}
     if geometry.submesh and geometry.path.lower().endswith(".obj"):
-        options |= {"split_objects": True, "group_material": False}
+        options.update(split_objects=True, group_material=False)
     scene = trimesh.load_scene(geometry.path, **options)
     placed = [(*scene.graph[node], node) for node in scene.graph.nodes_geometry]
     parts = [(name, scene.geometry[name], transform) for transform, name, _ in placed]

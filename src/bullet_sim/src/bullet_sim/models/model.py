@@ -7,7 +7,7 @@ import math
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Tuple
 
 import numpy as np
 
@@ -67,7 +67,7 @@ MAX_VELOCITY = 1e6  # [m/s, rad/s] bound of set_state along each axis
 _REST = (0.0, 0.0, 0.0)
 _SAME = Pose()
 _HULL_OVERLAP = 1e-3  # [m]
-Placed = tuple[Pose, Vector, Vector]  # pose and velocities of set_state
+Placed = Tuple[Pose, Vector, Vector]  # pose and velocities of set_state
 
 
 def _has_mesh(link: Link) -> bool:

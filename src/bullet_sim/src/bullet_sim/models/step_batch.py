@@ -1,5 +1,7 @@
 """Steps in one call of the solver 'ode', before which nothing but PIDs is computed."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -23,7 +25,7 @@ class StepBatch:
             to be now.
     """
 
-    def __init__(self, models: "Sequence[Model]", time_step: float) -> None:
+    def __init__(self, models: Sequence[Model], time_step: float) -> None:
         self._time_step, self.max_steps = time_step, MAX_STEPS
         self._robots: list[tuple[Model, Manager]] = []
         for model in models:
@@ -36,7 +38,7 @@ class StepBatch:
                 return
             self._robots.append((model, manager))
 
-    def make(self, engine: "Engine", count: int) -> None:
+    def make(self, engine: Engine, count: int) -> None:
         """Make steps, at most `max_steps`."""
         rows = [
             model.joints.effort_rows(manager.hardware.acting) for model, manager in self._robots

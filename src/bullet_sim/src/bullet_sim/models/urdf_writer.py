@@ -64,8 +64,18 @@ def prepared_urdf(lumped: LumpedModel, static: bool) -> str:
             _geometry(collision, shape.geometry)
     for joint in (*lumped.joints, *lumped.welds):
         _joint(robot, joint)
-    ET.indent(robot)  # PyBullet reads lines into a small buffer: a long line gets damaged
+    _indent(robot)  # PyBullet reads lines into a small buffer: a long line gets damaged
     return ET.tostring(robot, encoding="unicode")
+
+
+def _indent(element: ET.Element, end: str = "\n") -> None:
+    """Write each element into a line of its own, as ElementTree.indent does from Python 3.9 on."""
+    if len(element):
+        element.text = inner = end + "  "
+        for child in element:
+            _indent(child, inner)
+            child.tail = inner
+        child.tail = end
 
 
 def _inertial(element: ET.Element, link: Link, static: bool) -> None:

@@ -417,7 +417,7 @@ def depth_camera(xml: SensorXml) -> DepthCameraSpec:
     values, rate = _camera_values(xml), xml.rate(None)
     xml.warn_ignored("reflectanceTopicName", "normalsTopicName", "reduceNormals")
     if rate:
-        values |= dict(rate=rate, plugin_rate=0.0)
+        values.update(rate=rate, plugin_rate=0.0)
     return DepthCameraSpec(
         **dict(values, noise_mean=0.0, noise_stddev=0.0),
         depth_topic=xml.topic("depthImageTopicName", "depth/image_raw", group),

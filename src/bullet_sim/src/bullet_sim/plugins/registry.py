@@ -7,8 +7,7 @@ sensors.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from typing import Any, Callable
 
 from bullet_sim.plugins.xml import PluginXml, SensorXml
 from bullet_sim.registry import Registry

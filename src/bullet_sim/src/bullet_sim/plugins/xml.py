@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import copy
+import re
 from collections.abc import Iterable
-from typing import Literal, TypeVar, overload
+from typing import Literal, Tuple, TypeVar, overload
 from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import ModelDescription
@@ -22,7 +23,7 @@ from bullet_sim.xml_reader import (
     is_true,
 )
 
-PoseTuple = tuple[Vec3, Vec3]
+PoseTuple = Tuple[Vec3, Vec3]
 # typing.Self needs Python 3.11
 _Plugin = TypeVar("_Plugin", bound="PluginXml")
 _Sensor = TypeVar("_Sensor", bound="SensorXml")
@@ -34,7 +35,7 @@ DEFAULT_RATE = 30.0  # [Hz] of cameras and lidars without a rate; Gazebo's has n
 def library(plugin: Element) -> str:
     """Name of a plugin's library without folder, 'lib' and '.so': gazebo_ros_camera."""
     name = (plugin.get("filename") or "").strip().rsplit("/", 1)[-1]
-    return name.removesuffix(".so").removeprefix("lib")
+    return re.sub(r"^lib|\.so$", "", name)
 
 
 def merged_links(robot: Element, model: ModelDescription) -> dict[str, str]:

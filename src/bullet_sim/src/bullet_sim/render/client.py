@@ -7,7 +7,7 @@ import threading
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, Optional, Tuple
 
 from bullet_sim.description.world import Scene
 from bullet_sim.errors import RenderError
@@ -22,7 +22,7 @@ from bullet_sim.render.request import (
 from bullet_sim.render.worker_process import AHEAD, Offsets, Worker
 from bullet_sim.snapshot import BodySource, Snapshot
 
-Sources = tuple[tuple[BodySource, ...], Scene | None]
+Sources = Tuple[Tuple[BodySource, ...], Optional[Scene]]
 
 
 class BlockingRequest:

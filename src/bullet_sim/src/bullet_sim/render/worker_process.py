@@ -12,7 +12,7 @@ import subprocess
 import sys
 from collections.abc import Iterable, Mapping
 from multiprocessing.connection import Connection
-from typing import Any
+from typing import Any, Optional, Tuple
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from bullet_sim.errors import RenderError
 from bullet_sim.pose import Array
 from bullet_sim.render.request import DEFAULT, CameraRequest, Quality
 
-Offsets = tuple[int | None, ...]  # of the colors, distances and labels of an image [bytes]
+Offsets = Tuple[Optional[int], ...]  # of the colors, distances and labels of an image [bytes]
 ALIGNMENT = 64  # [bytes] of every array
 
 

@@ -88,9 +88,12 @@ def body_fields(model: Model) -> dict[str, Any]:
     """A model's part of a scene."""
     names = sorted(model.rigid_parts, key=model.index)
     joints = {joint.child: joint.name for joint in model.parts_joints}
+    sources = model.source.links or ()
+    if len(names) != len(sources):
+        raise ValueError(f"'{model.name}' has {len(names)} parts, its source {len(sources)}")
     links = [
         {**asdict(link), "name": name, "joint": joints.get(name, "")}
-        for name, link in zip(names, model.source.links or (), strict=True)
+        for name, link in zip(names, sources)
     ]
     rows = {model.index(name): row for row, name in enumerate(names)}
     frames = {}

@@ -105,7 +105,7 @@ ARROWS = {
     curses.KEY_LEFT: "left",
     curses.KEY_RIGHT: "right",
 }
-LETTERS = {letter: letter for letter in "qzwxrs"} | {"c": "mode"}
+LETTERS = {**{letter: letter for letter in "qzwxrs"}, "c": "mode"}
 
 
 def name_of(code):

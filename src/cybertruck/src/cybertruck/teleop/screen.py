@@ -1,6 +1,7 @@
 """The terminal's screen: car, keys, speeds."""
 
 import curses
+import os
 import textwrap
 from dataclasses import dataclass
 
@@ -173,6 +174,7 @@ class Screen:
         Raises:
             curses.error: The terminal's type is unknown.
         """
+        os.environ["ESCDELAY"] = "25"  # [ms] in which the rest of a key's sequence comes
         self._window = curses.initscr()
         curses.noecho()
         curses.cbreak()
@@ -182,7 +184,6 @@ class Screen:
             pass
         self._window.keypad(True)
         self._window.nodelay(True)
-        curses.set_escdelay(25)
         self._window.refresh()  # the terminal sends arrow keys as curses expects them from here on
         self._displayed = None
 

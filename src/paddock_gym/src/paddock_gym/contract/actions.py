@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Union
 
 import numpy as np
 
@@ -70,7 +70,7 @@ class Discrete:
         return distances.index(min(distances))
 
 
-Actions = Continuous | Discrete
+Actions = Union[Continuous, Discrete]
 
 
 def _normalize(interval: tuple[float, float], value: float) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Dict, Union
 
 import numpy as np
 from gymnasium import spaces
@@ -28,8 +28,11 @@ from paddock_gym.simulation.randomize import Randomizer
 from paddock_gym.simulation.scene import Obstacles, Scene
 from paddock_gym.simulation.sensors import CarCamera, CarLidar
 
+if TYPE_CHECKING:
+    from typing_extensions import TypeAlias
+
 AT_REST = (0.0, 0.0)  # speed, steering
-Observation: TypeAlias = np.ndarray | dict[str, np.ndarray]
+Observation: TypeAlias = Union[np.ndarray, Dict[str, np.ndarray]]
 
 
 def action_space(options: Options) -> spaces.Space:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import pathlib
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import Any, Tuple
 
 import cv2
 import numpy as np
@@ -17,7 +17,7 @@ from track_model.geometry import Lane
 from track_model.region import lane_area, rings
 from track_model.spec import TrackSpec
 
-Extent = tuple[float, float, float, float]  # xmin, xmax, ymin, ymax [m]
+Extent = Tuple[float, float, float, float]  # xmin, xmax, ymin, ymax [m]
 
 RESOLUTION = 0.005  # [m/px], coarser if the image would be larger than MAX_PIXELS
 MAX_PIXELS = 2048  # per side; tracks coarser than COARSE at this size get LARGE_PIXELS

@@ -8,7 +8,7 @@ import math
 import os
 import threading
 from collections.abc import Callable
-from typing import Any, TextIO
+from typing import Any, TextIO, Tuple
 
 import rospy
 from gazebo_msgs.msg import ModelState
@@ -32,7 +32,7 @@ from track_model.track import load_track
 
 SPACING = 0.05  # of the driven path's poses [m]
 MAX_POSES = 4000  # of the driven path
-Pose = tuple[float, float, float]  # x, y [m], yaw [rad]
+Pose = Tuple[float, float, float]  # x, y [m], yaw [rad]
 RATE = 5.0  # of path and text [Hz] of simulated time
 
 

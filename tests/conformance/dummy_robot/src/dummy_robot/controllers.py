@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Tuple
 
 from bullet_sim.controllers.base import Controller, ControllerConfig, Settings
 from bullet_sim.errors import ControllerError
 
-Claims = tuple[tuple[str, tuple[str, ...]], ...]
+Claims = Tuple[Tuple[str, Tuple[str, ...]], ...]
 
 
 class EffortTest(Controller):

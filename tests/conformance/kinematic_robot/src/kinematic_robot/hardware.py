@@ -48,7 +48,7 @@ class KinematicJoints:
     ) -> None:
         self._clock, self._time = clock, clock()
         self.names, self.limits, self._wrap = tuple(limits), dict(limits), wrap
-        self._position = {name: 0.0 for name in self.names} | dict(zip(self.names, start))
+        self._position = {**dict.fromkeys(self.names, 0.0), **dict(zip(self.names, start))}
         self._velocity = dict.fromkeys(self.names, 0.0)
         self._effort = dict.fromkeys(self.names, 0.0)
         self._commands: dict[str, tuple[str, float]] = {}

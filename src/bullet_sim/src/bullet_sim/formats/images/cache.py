@@ -18,7 +18,7 @@ def folder() -> str:
     return os.path.join(base, "paddock", "textures")
 
 
-@functools.cache
+@functools.lru_cache(maxsize=None)
 def _version(mean: RGB) -> str:
     """Of the code that draws and of its argument, so that another version draws anew."""
     sources = sorted(Path(__file__).parent.glob("*.py"))

@@ -7,14 +7,14 @@ RGB 0..255, images float32 (height, width, 3).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Tuple
 
 import cv2
 import numpy as np
 
 Array = Any  # float32 (height, width) or (height, width, 3)
 Random = Any  # numpy.random.Generator
-Color = tuple[float, float, float]
+Color = Tuple[float, float, float]
 
 
 def noise(random: Random, size: tuple[int, int], *layers: tuple[float, float, float]) -> Array:

@@ -7,13 +7,13 @@ they are a whole attribute or a whole text, also in plugins and sensors.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import Callable, Tuple
 
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.joints import Version
 from bullet_sim.xml_reader import Node, add_child, child_flag, child_text
 
-OpenInclude = Callable[[Node], tuple[Node, Version]]  # <include> -> <model> of its file
+OpenInclude = Callable[[Node], Tuple[Node, Version]]  # <include> -> <model> of its file
 Warn = Callable[[str, str, str], None]
 MAX_DEPTH = 10  # of models included by models
 MAX_INCLUDES = 1000  # of models that one model includes directly or indirectly

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import zlib
+from typing import List, Tuple
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from bullet_sim.errors import ModelError
 from bullet_sim.pose import Array
 from bullet_sim.xml_reader import Node, child_floats, child_text, sdf_pose
 
-Places = list[tuple[float, float, float]]
+Places = List[Tuple[float, float, float]]
 LINES = {"linear-x": 0, "linear-y": 1, "linear-z": 2}
 DISTRIBUTIONS = ("random", "uniform", "grid", *LINES)
 MAX_MODELS = 10_000

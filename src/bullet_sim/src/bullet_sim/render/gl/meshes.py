@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, List
 
 import cv2
 import numpy as np
@@ -19,8 +19,8 @@ from bullet_sim.meshes.prepare import CORNERS, box_sides
 from bullet_sim.meshes.read import check_corners, open_image, read_parts
 from bullet_sim.pose import Array
 
-Rows = list[list[float]]
-Triangles = list[list[int]]
+Rows = List[List[float]]
+Triangles = List[List[int]]
 
 CREASE = math.radians(35.0)  # faces that meet at a sharper angle have an edge between them
 

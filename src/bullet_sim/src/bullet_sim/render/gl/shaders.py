@@ -426,7 +426,7 @@ class Programs:
             "NEEDS_NORMAL": shiny or lights or bumpy,
             "NEEDS_POSITION": shiny or lights or fog or bumpy,
         }
-        values |= {f"OPERATION{i}": OPERATIONS[name] for i, name in enumerate(layers)}
+        values.update({f"OPERATION{i}": OPERATIONS[name] for i, name in enumerate(layers)})
         head = "".join(f"#define {name} {int(value)}\n" for name, value in values.items())
         program = self._program(
             "#define VARYING out\n" + VARYINGS + VERTEX,

@@ -6,6 +6,8 @@ Gazebo 11's dome has. Its clouds, moon and stars are not rendered: its cameras h
 moon either.
 """
 
+from __future__ import annotations
+
 from functools import lru_cache
 from typing import Any
 

@@ -1,0 +1,213 @@
+"""What Python 3.8 cannot run and vermin does not see.
+
+Regular expressions, methods of values whose types it does not know, and generic types, unions
+and starred items outside annotations and parentheses.
+"""
+
+import ast
+import re
+import subprocess
+import sys
+
+import pytest
+from run_rig import ROOT
+
+FUNCTIONS = (
+    "compile",
+    "match",
+    "search",
+    "fullmatch",
+    "sub",
+    "subn",
+    "split",
+    "findall",
+    "finditer",
+)
+# (?>...) and possessive quantifiers, which compile from Python 3.11
+LATER = ("ATOMIC_GROUP", "POSSESSIVE_REPEAT", "POSSESSIVE_REPEAT_ONE")
+METHODS = (  # of text, integers, paths, threads and random generators
+    "removeprefix",
+    "removesuffix",
+    "bit_count",
+    "is_relative_to",
+    "with_stem",
+    "hardlink_to",
+    "randbytes",
+)
+BUILTINS = ("bool", "bytes", "dict", "float", "frozenset", "int")
+BUILTINS += ("list", "set", "str", "tuple", "type")
+GENERIC = re.compile(
+    "(collections[.](abc[.])?|contextlib[.]|queue[.]|weakref[.]|subprocess[.]|os[.])"
+    "([A-Z][a-z]|deque|defaultdict|ref)|re[.](Pattern|Match)$"
+)
+
+
+def expressions(text):
+    """Yields (line, expression) of the literal arguments of re's functions."""
+    for node in ast.walk(ast.parse(text)):
+        if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Attribute):
+            continue
+        if getattr(node.func.value, "id", None) != "re" or node.func.attr not in FUNCTIONS:
+            continue
+        if node.args and isinstance(node.args[0], ast.Constant):
+            yield node.lineno, node.args[0].value
+
+
+def operations(parsed):
+    """Yields the names of the operations in a parsed expression."""
+    if isinstance(parsed, (list, tuple)) or hasattr(parsed, "data"):
+        for part in getattr(parsed, "data", parsed):
+            yield from operations(part)
+    else:
+        yield str(parsed)
+
+
+def later(expression):
+    """Whether an expression needs a later Python."""
+    try:
+        parsed = getattr(re, "_parser", None) or __import__("sre_parse")
+        return bool(set(LATER).intersection(operations(parsed.parse(expression))))
+    except re.error:
+        return True
+
+
+class Evaluated(ast.NodeVisitor):
+    """Finds what is evaluated and needs a later Python; annotations are not, with the import.
+
+    Attributes:
+        found: List of (line, text).
+    """
+
+    def __init__(self, tree):
+        self.found, self._generic = [], set(BUILTINS)
+        self._postponed = False
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom):
+                self._generic.update(
+                    each.asname or each.name
+                    for each in node.names
+                    if GENERIC.match(f"{node.module}.{each.name}")
+                )
+            if isinstance(node, ast.ImportFrom) and node.module == "__future__":
+                self._postponed = True
+        self.visit(tree)
+
+    def _add(self, node):
+        self.found.append((node.lineno, ast.dump(node)[:100]))
+
+    def visit_AnnAssign(self, node):  # noqa: N802
+        self._parts(node, "annotation")
+
+    def visit_arg(self, node):
+        self._parts(node, "annotation")
+
+    def visit_FunctionDef(self, node):  # noqa: N802
+        self._parts(node, "returns")
+
+    visit_AsyncFunctionDef = visit_FunctionDef
+
+    def _parts(self, node, annotation):
+        for name, value in ast.iter_fields(node):
+            if name == annotation and self._postponed:
+                continue
+            for part in value if isinstance(value, list) else [value]:
+                if isinstance(part, ast.AST):
+                    self.visit(part)
+
+    def visit_Subscript(self, node):  # noqa: N802
+        if isinstance(node.ctx, ast.Load) and self._is_generic(node.value):
+            self._add(node)
+        self.generic_visit(node)
+
+    def _is_generic(self, node):
+        if isinstance(node, ast.Attribute):
+            return bool(GENERIC.match(f"{getattr(node.value, 'id', '')}.{node.attr}"))
+        return isinstance(node, ast.Name) and node.id in self._generic
+
+    def visit_BinOp(self, node):  # noqa: N802
+        if isinstance(node.op, ast.BitOr) and any(map(self._unites, (node.left, node.right))):
+            self._add(node)
+        self.generic_visit(node)
+
+    def visit_For(self, node):  # noqa: N802
+        self._starred(node.iter)
+        self.generic_visit(node)
+
+    def _starred(self, node):
+        """Find a, *b without parentheses where Python 3.8 wants them."""
+        if isinstance(node, ast.Tuple) and any(isinstance(e, ast.Starred) for e in node.elts):
+            if node.col_offset == node.elts[0].col_offset:
+                self._add(node)
+
+    def visit_AugAssign(self, node):  # noqa: N802
+        self._starred(node.value)
+        if isinstance(node.op, ast.BitOr) and self._is_dict(node.value):
+            self._add(node)
+        self.generic_visit(node)
+
+    def _unites(self, node):
+        """Whether a value is a type, None, or a dictionary, which | joins from Python 3.9 on."""
+        if isinstance(node, ast.Constant):
+            return node.value is None
+        if isinstance(node, ast.Name):
+            return node.id in self._generic or bool(re.match("[A-Z][a-z]", node.id))
+        return self._is_dict(node)
+
+    def _is_dict(self, node):
+        is_call = isinstance(node, ast.Call) and getattr(node.func, "id", "") == "dict"
+        return is_call or isinstance(node, (ast.Dict, ast.DictComp))
+
+    def visit_Attribute(self, node):  # noqa: N802
+        if node.attr in METHODS:
+            self._add(node)
+        self.generic_visit(node)
+
+
+def sources():
+    """Yields (path, text) of all Python that ruff checks."""
+    files = subprocess.run(
+        [sys.executable, "-m", "ruff", "check", "--show-files"],
+        cwd=ROOT, capture_output=True, text=True, check=True,
+    ).stdout.split()  # fmt: skip
+    for path in files:
+        if not path.endswith((".toml", ".ipynb", ".pyi")):
+            with open(path, encoding="utf-8") as stream:
+                yield path, stream.read()
+
+
+@pytest.mark.parametrize("expression, expected", [
+    ("a++", True), ("(a|b)*+c", True), ("(?>a)", True), ("x(?:y(z?+))", True),
+    ("a+", False), (r"(?P<n>[+]+)\++", False), (rb"a*b+?", False),
+])  # fmt: skip
+def test_such_an_expression_is_found(expression, expected):
+    assert later(expression) == expected
+    found = list(expressions(f"import re\n\nre.compile({expression!r}, re.MULTILINE)\n"))
+    assert found == [(3, expression)]
+
+
+@pytest.mark.parametrize("text, expected", [
+    ("name.removesuffix('.py')", 1), ("path.parent.is_relative_to(root)", 1),
+    ("Pair = tuple[int, int]", 1), ("class A(dict[str, int]): pass", 1),
+    ("from collections.abc import Sequence\nPoint = Sequence[float]", 1),
+    ("from typing import Sequence\nPoint = Sequence[float]", 0),
+    ("Point = Pose | None", 1), ("isinstance(a, str | int)", 1), ("cast(dict[str, int], a)", 1),
+    ("a = {} | b", 1), ("a |= {'x': 1}", 1), ("a |= {1, 2}", 0), ("a = FLAG | OTHER", 0),
+    ("a += b, *c", 1), ("a += (b, *c)", 0), ("for a in *b, *c: pass", 1), ("a = b, *c", 0),
+    ("def f(a: int | None) -> list[int]: pass", 2),
+    ("from __future__ import annotations\ndef f(a: int | None) -> list[int]: pass", 0),
+    ("from __future__ import annotations\na: list[int] = []", 0),
+    ("from __future__ import annotations\na: B = list[int]", 1),
+])  # fmt: skip
+def test_what_is_evaluated_is_found(text, expected):
+    assert len(Evaluated(ast.parse(text)).found) == expected
+
+
+def test_none_is_in_the_sources():
+    count, found = 0, []
+    for path, text in sources():
+        for line, expression in expressions(text):
+            count += 1
+            if later(expression):
+                found.append(f"{path}:{line}: {expression!r}")
+        found += [f"{path}:{line}: {what}" for line, what in Evaluated(ast.parse(text)).found]
+    assert found == [] and count > 50
