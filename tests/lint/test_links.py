@@ -1,4 +1,4 @@
-"""Documents: each link and anchor leads somewhere, each page is in the site's tree."""
+"""Documents: each link and anchor leads somewhere, each page is in the site's tree; words are few."""
 
 import re
 import subprocess
@@ -11,6 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SKIPPED = ("http://", "https://", "mailto:")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 CODE = re.compile(r"^```.*?^```|`[^`\n]*`", re.DOTALL | re.MULTILINE)
+GENERATED = ("docs/beside-gazebo.md", "docs/supported.md", "docs/results.md")
 LEFT_OUT = ("docs/tutorials/class/", "docs/ci/", "docs/tools/", "docs/support/")  # as in mkdocs.yml
 
 
@@ -68,6 +69,12 @@ def test_each_page_of_docs_is_in_the_tree_once():
         name[5:] for name in PAGES if name.startswith("docs/") and not name.startswith(LEFT_OUT)
     }
     assert pages - set(listed) == set()
+
+
+def test_documents_are_short():
+    """Words of all documents but for the pages that programs make."""
+    words = sum(len((ROOT / name).read_text().split()) for name in PAGES if name not in GENERATED)
+    assert words <= 40_000
 
 
 def test_a_link_that_leads_nowhere_is_found(tmp_path):
