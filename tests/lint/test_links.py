@@ -1,4 +1,4 @@
-"""Documents: each link and anchor leads somewhere, each page is in the site's tree; words are few."""
+"""Documents: links lead somewhere, each page is in the tree of the site, words are few."""
 
 import re
 import subprocess
