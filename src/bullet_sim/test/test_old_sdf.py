@@ -35,3 +35,27 @@ def test_noise_of_an_imu_for_all_axes():
     (spec,) = parse_model(text, str)[0].sensors
     assert (spec.gyro_noise_mean, spec.gyro_noise_stddev) == pytest.approx((0.1, 0.2))
     assert (spec.accel_noise_mean, spec.accel_noise_stddev) == pytest.approx((0.3, 0.4))
+
+
+@pytest.mark.parametrize("root, version", [("gazebo", "1.2"), ("sdf", "1.2"), ("sdf", "1.3")])
+def test_physics_of_the_first_versions(root, version):
+    physics = (
+        "<physics type='ode'><update_rate>100</update_rate><ode><solver><dt>0.005</dt></solver>"
+        "</ode></physics>"
+    )
+    model = "<model name='m'><link name='l'/></model>"
+    text = f'<{root} version="{version}"><world name="w">{physics}{model}</world></{root}>'
+    world = parse_world(text, str)
+    assert (world.step, world.real_time_factor) == pytest.approx((0.005, 0.5))
+    assert [model.name for model, _ in world.models] == ["m"]
+
+
+def test_later_versions_have_no_such_physics():
+    physics = "<physics type='ode'><ode><solver><dt>0.005</dt></solver></ode></physics>"
+    text = f'<sdf version="1.4"><world name="w">{physics}</world></sdf>'
+    assert parse_world(text, str).step == 0.001
+
+
+def test_a_model_of_the_first_versions():
+    text = '<gazebo version="1.2"><model name="m"><link name="l"/></model></gazebo>'
+    assert parse_model(text, str)[0].name == "m"

@@ -161,6 +161,11 @@ DEFAULT_GRAVITY = (0.0, 0.0, -9.8)  # [m/s^2] where a world gives none, as in sd
 MAX_CONTACTS = 250  # of a pair of shapes, as in Gazebo
 MAX_TIME = 1e9  # [s] at which a world may begin
 DEFAULT_RATE = 1000.0  # [Hz] steps a second of wall time where a world gives no rate
+_OLD_PHYSICS = {
+    "update_rate": "real_time_update_rate",
+    "ode/solver/dt": "max_step_size",
+    "bullet/dt": "max_step_size",
+}
 # World plugins that provide gazebo_ros' services and topics, which exist here without them.
 BUILT_IN_PLUGINS = ("gazebo_ros_api_plugin", "gazebo_ros_paths_plugin", "gazebo_ros_init")
 # Tags of a world for Gazebo's windows and solvers, or read elsewhere; ignored without a warning.
@@ -193,9 +198,11 @@ def parse_world(
     """
     described = WorldDescription()
     sdf = parse(text, label, described.warnings)
-    world = sdf.find("world") if sdf.tag == "sdf" else None
+    world = sdf.find("world") if sdf.tag in ("sdf", "gazebo") else None  # gazebo: up to 1.2
     if world is None:
         raise ModelError(f"{label} has no <world> in an <sdf>")
+    if _version(sdf) < (1, 4):
+        _convert_physics(world)
     described.name = world.get("name") or "default"
     warn_unread(sdf)
     described.time = max(0.0, _seconds(world.find("state/sim_time")))
@@ -294,6 +301,15 @@ def _version(sdf: Node) -> Version:
     """(major, minor) of an <sdf>; (1, 6) where it gives no valid one."""
     match = re.match(r"\s*(\d+)\.(\d+)", sdf.get("version") or "")
     return (int(match.group(1)), int(match.group(2))) if match else (1, 6)
+
+
+def _convert_physics(world: Node) -> None:
+    """Give the <physics> of SDF 1.2 and 1.3 the elements of 1.4."""
+    for physics in world.findall("physics"):
+        for old, new in _OLD_PHYSICS.items():
+            text = child_text(physics, old)
+            if text is not None and physics.find(new) is None:
+                add_child(physics, new, text)
 
 
 def _choose_physics(world: Node) -> None:
