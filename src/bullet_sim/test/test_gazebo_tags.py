@@ -475,7 +475,7 @@ def test_cfm_damping_is_an_old_name_of_implicit_spring_damper(tag):
     [
         ("<mu1>0.4</mu1><mu2>0.4</mu2>", 0.4),
         ("<mu1>0.7</mu1>", 0.7),
-        ("<mu1>-1</mu1><mu2>-1</mu2>", 0.0),
+        ("<mu1>-1</mu1><mu2>-1</mu2>", 1e6),
         ('<mu1 value="0.4"/><mu2 value="0.4"/>', 0.4),
         ('<mu1 value="0.4">0.5</mu1><mu2 value="0.4"/>', 0.4),
         (

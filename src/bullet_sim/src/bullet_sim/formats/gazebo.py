@@ -27,6 +27,7 @@ from bullet_sim.xml_reader import (
     is_true,
 )
 
+ENDLESS_FRICTION = 1e6
 MAX_CONTACTS = 250  # of a pair of shapes, as in Gazebo
 MAX_STIFFNESS = 1e5  # [N/m] above which Bullet's default hard contacts are used
 
@@ -104,6 +105,12 @@ def _not_negative(text: str, label: str) -> float:
     return max(0.0, floats(text, 1, label)[0])
 
 
+def _friction(text: str, label: str) -> float:
+    """As FrictionPyramid of Gazebo: a negative coefficient is as good as infinite."""
+    value = floats(text, 1, label)[0]
+    return ENDLESS_FRICTION if value < 0.0 else value
+
+
 def _number(text: str, label: str) -> float:
     return floats(text, 1, label)[0]
 
@@ -132,8 +139,8 @@ def _flag(text: str, _label: str) -> bool:
 
 # property -> its reader, its tags in <gazebo reference=...> of a URDF, its paths in <collision>
 _PROPERTIES: dict[str, tuple[Callable[[str, str], Any], tuple[str, ...], tuple[str, ...]]] = {
-    "friction": (_not_negative, ("mu1",), ("surface/friction/ode/mu",)),
-    "friction2": (_not_negative, ("mu2",), ("surface/friction/ode/mu2",)),
+    "friction": (_friction, ("mu1",), ("surface/friction/ode/mu",)),
+    "friction2": (_friction, ("mu2",), ("surface/friction/ode/mu2",)),
     "direction": (_direction, ("fdir1",), ("surface/friction/ode/fdir1",)),
     "kp": (_not_negative, ("kp",), ("surface/contact/ode/kp",)),
     "kd": (_not_negative, ("kd",), ("surface/contact/ode/kd",)),

@@ -42,6 +42,8 @@ UNREAD: dict[str, tuple[str, ...]] = {
     "heightmap/texture/size": (),
     "heightmap/blend/fade_dist": (),
     "heightmap/blend/min_height": (),
+    "surface/contact/poissons_ratio": ("0.3",),
+    "surface/contact/elastic_modulus": ("-1", "0"),
     "surface/contact/category_bitmask": ("65535",),
     "camera/image/anti_aliasing": ("4",),
     "camera/lens/intrinsics/fx": ("1",),
