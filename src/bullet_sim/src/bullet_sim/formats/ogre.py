@@ -49,7 +49,8 @@ class Section:
 def read_script(text: str) -> list[Section]:
     """Materials of a script, abstract ones too; what is cut off ends where the text does."""
     root = Section("script")
-    open_sections, line = [root], Statement()
+    open_sections: list[Section] = [root]
+    line: Statement = []
     for token in [*_TOKEN.findall(_COMMENT.sub(" ", text)), "\n"]:
         if token == "{":
             section = _section(line or _last_statement(open_sections[-1]))
