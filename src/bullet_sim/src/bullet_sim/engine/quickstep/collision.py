@@ -3,7 +3,7 @@
 from bullet_sim.engine.quickstep import layout as col
 from bullet_sim.engine.quickstep.boxes import box_with_box
 from bullet_sim.engine.quickstep.broadphase import list_pairs
-from bullet_sim.engine.quickstep.compiled import compiled, switch, temporary
+from bullet_sim.engine.quickstep.compiled import compiled, inlined, switch, temporary
 from bullet_sim.engine.quickstep.contacts import (
     Pair,
     Table,
@@ -84,7 +84,7 @@ def _solid_contacts(n: int, pair: Pair, scene: Scene, table: Table) -> int:
     return keep_most(n, end, most_contacts(pair, table), table)
 
 
-@compiled
+@inlined
 def place_solids(system: System, scene: Scene) -> None:
     """Put the solids of bodies, and their directions of friction, where they are."""
     across = temporary(3)
@@ -108,7 +108,7 @@ def place_solids(system: System, scene: Scene) -> None:
                 solid[col.B_ROTATION + 3 * i + j] = total
 
 
-@compiled
+@inlined
 def find_contacts(
     step: float, system: System, sequence: Array, scene: Scene, contacts: Contacts, start: int
 ) -> int:

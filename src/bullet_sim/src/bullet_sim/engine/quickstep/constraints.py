@@ -384,7 +384,7 @@ def _push_at_limit(limit: int, joint: Array) -> float:
     return push
 
 
-@compiled
+@inlined
 def add_rows(
     step: float,
     n: int,

@@ -38,7 +38,7 @@ from bullet_sim.engine.quickstep.vectors import cross, matrix, multiply, rotate,
 from bullet_sim.pose import Array
 
 
-@compiled
+@inlined
 def _prepare(gravity: Array, system: System) -> None:
     """Rotations, inertias and forces of all bodies for a step."""
     bodies, work = system.bodies, system.work
@@ -121,7 +121,7 @@ def _fall_asleep(step: float, n: int, bodies: Array, owners: Array, touched: Arr
     return found
 
 
-@compiled
+@inlined
 def _relax(step: float, m: int, system: System, constraints: Constraints, settings: Array) -> None:
     """Right sides, scaled rows and the impulses to begin with."""
     bodies, joints, work = system.bodies, system.joints, system.work
@@ -190,7 +190,7 @@ def _decay(velocity: Array, fraction: float) -> None:
             velocity[k] *= 1.0 - fraction
 
 
-@compiled
+@inlined
 def _keep_impulses(m: int, system: System, constraints: Constraints) -> None:
     """Of the joints' rows: impulses to begin the next step with, motors' efforts, loads."""
     bodies, joints, work = system.bodies, system.joints, system.work
@@ -216,7 +216,7 @@ def _keep_impulses(m: int, system: System, constraints: Constraints) -> None:
                 joints[j, col.WRENCH + 3 + k] += row[col.R_L] * v[k]
 
 
-@compiled
+@inlined
 def _measure_contacts(
     m: int, n: int, bodies: Array, contacts: Contacts, constraints: Constraints
 ) -> None:
@@ -238,7 +238,7 @@ def _measure_contacts(
                     force[k] += row[col.R_L] * row[col.R_M + k] * mass
 
 
-@compiled
+@inlined
 def _move(step: float, system: System) -> None:
     """Velocities and positions of the solutions."""
     v, turn, quaternion = temporary(3), temporary(4), temporary(4)
