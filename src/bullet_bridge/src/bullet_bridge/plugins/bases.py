@@ -71,7 +71,6 @@ class ForceMovePlugin(PlanarMovePlugin):
         push = np.array(((x - own[0]) * gain_x, (y - own[1]) * gain_y, 0.0))
         turn = np.array((0.0, 0.0, (yaw_rate - angular[2]) * gain_yaw))
         if push.any() or turn.any():
-            self.world.engine.wake(model.body)
             rotation = model.link_state(spec.base)[0].matrix
             model.apply_wrench(self._index, rotation @ push, turn)
         if spec.holds and is_late:

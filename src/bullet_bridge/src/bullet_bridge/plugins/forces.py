@@ -52,7 +52,6 @@ class ForcePlugin(ModelPlugin):
     def update(self, time: float, period: float) -> None:
         force, torque = self._wrench
         if force.any() or torque.any():
-            self.world.engine.wake(self.model.body)
             self.model.apply_wrench(self._index, force, torque)
 
 
@@ -108,7 +107,6 @@ class VacuumGripperPlugin(ModelPlugin):
         distance = float(np.linalg.norm(away))
         if distance >= REACH:
             return False
-        model.engine.wake(model.body)
         if distance < NEAR:
             model.set_state(Pose(pose.position, own.orientation), linear, angular)
         else:

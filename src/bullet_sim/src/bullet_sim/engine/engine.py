@@ -359,7 +359,6 @@ class Engine:
         self._weightless = [each for each in self._weightless if each[:2] != (body, link)]
         if not is_on:
             self._weightless.append((body, link, mass, vector3(center)))
-        self.wake(body)
 
     def set_mass(self, body: int, link: int, mass: float, moments: Vector) -> None:
         """Change a link's mass [kg] and its moments of inertia (3,) along its principal axes."""

@@ -551,6 +551,7 @@ class OdeSolver:
         self.refresh()
         row = self._arrays.rows.get((body, link))
         if row is not None:
+            self.wake(body)
             self._parts[body].link(row).gravity = is_on
             self.bodies[row][q.GRAVITY] = float(is_on)
 

@@ -116,7 +116,6 @@ class OdeEngine(Engine):
         self, body: int, link: int, is_on: bool, mass: float, center: Vector
     ) -> None:
         self.ode.set_link_gravity(body, link, is_on)
-        self.wake(body)
 
     def set_joint_limits(self, body: int, joint: int, lower: float, upper: float) -> None:
         self.ode.set_limits(body, joint, lower, upper)
