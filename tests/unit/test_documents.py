@@ -107,6 +107,14 @@ def test_the_page_of_results_is_that_of_the_files():
     assert (ROOT / "docs" / "results.md").read_text() == results_page.page()
 
 
+def test_the_readme_has_the_figures_of_the_page_of_paths():
+    page = " ".join((ROOT / "docs" / "beside-gazebo.md").read_text().split())
+    alike, total = re.search(r"(\d+) of (\d+) are\.", page).groups()
+    packages = re.search(r"in Paddock: (\d+) of them", page)[1]
+    wanted = f"{alike} of {total} phases of {packages} packages"
+    assert wanted in (ROOT / "README.md").read_text()
+
+
 def test_environments_are_those_of_the_gym():
     text = (ROOT / "docs" / "environments.md").read_text()
     for index, name in enumerate(observations.NAMES):
