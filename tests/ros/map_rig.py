@@ -26,7 +26,6 @@ TEXT = """<launch>
     <arg name="headless" value="true"/>
     <arg name="lockstep" value="true"/>
   </include>
-  <param name="/robot_state_publisher/publish_frequency" value="5.0"/>
   <include file="$(find paddock_tests)/ros/pacer.launch">
     <arg name="topics" value="[/odom, /cmd_cyberdrive]"/>
     <arg name="settle" value="0.5"/>

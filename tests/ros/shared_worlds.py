@@ -20,11 +20,14 @@ from sim_client import (
 from std_srvs.srv import Empty
 from truck_client import wait_for_truck
 
+# state_rate is low: robot_state_publisher asks the master three times each time that it publishes.
+
 # The car at its start; /cmd_vel drives it in ackermann mode, /original/cmd_vel in the original's.
 CAR = """<launch>
   <include file="$(find track_model)/launch/world.launch">
     <arg name="headless" value="true"/>
     <arg name="lidar" value="false"/>
+    <arg name="state_rate" value="5"/>
   </include>
   <include file="$(find deepracer_control)/launch/control.launch">
     <arg name="mode" value="ackermann"/>
@@ -46,6 +49,7 @@ SEEING_CAR = """<launch>
     <arg name="camera_width" value="160"/>
     <arg name="camera_height" value="121"/>
     <arg name="camera_rate" value="10"/>
+    <arg name="state_rate" value="5"/>
   </include>
   <include file="$(find deepracer_control)/launch/control.launch"/>
   <include file="$(find track_model)/launch/referee.launch"/>
@@ -77,7 +81,6 @@ TRUE_TRUCK = """<launch>
     <arg name="headless" value="true"/>
     <arg name="lockstep" value="true"/>
   </include>
-  <param name="/robot_state_publisher/publish_frequency" value="5.0"/>
   <include file="$(find cybertruck)/launch/back_up.launch">
     <arg name="steering_map" value="$(find cybertruck)/config/steering_map.yaml"/>
   </include>

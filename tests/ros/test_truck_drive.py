@@ -25,7 +25,6 @@ LAUNCH = """<launch>
     <arg name="yaw" value="0.5"/>
     <arg name="joy" value="true"/>
   </include>
-  <param name="/robot_state_publisher/publish_frequency" value="5.0"/>
   <include file="$(find paddock_tests)/ros/pacer.launch">
     <arg name="topics" value="[/odom, /cmd_vel, /cmd_cyberdrive, /joy]"/>
     <arg name="lag" value="0.1"/>
