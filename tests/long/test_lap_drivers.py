@@ -1,9 +1,10 @@
-"""Whole laps through ./run lap's launch file: by slider, camera, buttons and a policy."""
+"""Whole laps through ./run lap's launch file: by pursuit, slider, camera, buttons and a policy."""
 
 import math
 import os
 
-from laps import LOOP, SMALL_LENGTH, LapCase, lap
+import numpy as np
+from laps import LOOP, SMALL_LENGTH, LapCase, lap, open_route
 from networks import lane_keeper
 from paced import paced
 
@@ -12,6 +13,16 @@ LEAD = 0.3  # before the line, where the lap's keeper puts the car [m]
 
 class LapDrivers(LapCase):
     """Each test is one launch."""
+
+    def test_pursuit_on_an_open_route(self):
+        track = os.path.join(self.folder, "route.npy")
+        np.save(track, open_route())
+        result = lap(self.folder, paced(*LOOP), driver="pursuit", track=track, camera_rate=5)
+        self.assertTrue(result["ok"], result["error"])
+        [start] = result["starts"]
+        self.assertEqual((start["outcome"], start["penalty"]), ("lap", 0.0))
+        self.assertLess(start["mean_lateral_error"], 0.03)
+        self.check_files(result["film_frames"])
 
     def test_slider(self):
         result = lap(
