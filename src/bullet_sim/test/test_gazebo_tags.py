@@ -376,6 +376,19 @@ def test_elements_of_sdf_within_a_urdf():
     assert model.warnings == [] and read("").auto_disable
 
 
+def test_what_is_within_a_visual_and_a_collision():
+    inside = "<transparency>0.25</transparency><cast_shadows>false</cast_shadows>"
+    model = read(
+        f'<gazebo reference="base"><material>Gazebo/Blue</material><visual>{inside}</visual>'
+        "<collision><laser_retro>9</laser_retro></collision></gazebo>"
+    )
+    link, blue = model.links["base"], standard("Gazebo/Blue").color
+    (visual,) = link.visuals
+    assert visual.color == (*blue[:3], 0.75) and not visual.finish.cast_shadows
+    assert [shape.laser_retro for shape in link.collisions] == [9.0] * len(link.collisions)
+    assert model.warnings == []
+
+
 @pytest.mark.parametrize("tag", ["kinematic", "gripper", "projector", "light"])
 def test_elements_that_are_ignored_are_named(tag):
     (warning,) = read(f'<gazebo reference="base"><{tag}>1</{tag}></gazebo>').warnings

@@ -11,6 +11,7 @@ from bullet_sim.description.model import (
     Joint,
     Link,
     ModelDescription,
+    Shape,
     Surface,
     Torsion,
 )
@@ -330,7 +331,10 @@ def _retros(robot: Node) -> dict[str, float]:
     found = {}
     for element in robot.findall("gazebo"):
         name = element.get("reference") or ""
-        retro = child_number(element, "laserRetro", f"<gazebo reference='{name}'>", None)
+        label = f"<gazebo reference='{name}'>"
+        retro = child_number(element, "laserRetro", label, None)
+        if retro is None:
+            retro = child_number(element, "collision/laser_retro", label, None)
         if retro is not None:
             found[name] = retro
     return found
@@ -351,9 +355,30 @@ def _assign(
                 shape = replace(shape, laser_retro=retros[owner])
             link.collisions[number] = shape
         for number, shape in enumerate(link.visuals):
-            material = materials.get(_owner(shape.name, name, root, "_visual"))
+            owner = _owner(shape.name, name, root, "_visual")
+            material = materials.get(owner)
             if material is not None:
-                link.visuals[number] = material.on(shape)
+                shape = material.on(shape)
+            link.visuals[number] = _seen(shape, robot, owner)
+
+
+def _seen(shape: Shape, robot: Node, link: str) -> Shape:
+    """A visual with what <gazebo><visual> of a link says of its transparency and its shadow."""
+    for element in robot.findall("gazebo") if link else ():
+        visual = element.find("visual")
+        if visual is None or element.get("reference") != link:
+            continue
+        label = f"<gazebo reference='{link}'> <visual>"
+        casts = child_flag(visual, "cast_shadows", label, shape.finish.cast_shadows)
+        left = 1.0 - min(1.0, max(0.0, child_number(visual, "transparency", label, 0.0)))
+        finish = replace(shape.finish, cast_shadows=casts)
+        if left < 1.0 and shape.color is None:  # a mesh with materials of its own
+            finish = replace(finish, opacity=finish.opacity * left)
+        elif left < 1.0 and shape.color is not None:
+            red, green, blue, alpha = shape.color
+            shape = replace(shape, color=(red, green, blue, alpha * left))
+        shape = replace(shape, finish=finish)
+    return shape
 
 
 def _owner(shape: str, link: str, root: str, suffix: str) -> str:
