@@ -6,10 +6,15 @@ import pytest
 from bullet_bridge.plugins import forces
 from bullet_sim.formats.sdf.world import ground_plane
 from bullet_sim.plugins.bases import ForceMoveSpec, ManyWheelsSpec, TricycleSpec
-from bullet_sim.plugins.forces import ForceSpec, VacuumGripperSpec
+from bullet_sim.plugins.forces import (
+    ForceSpec,
+    SlippingWheel,
+    VacuumGripperSpec,
+    WheelSlipSpec,
+)
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-from fake_impl import FakeReceivedCounts, fake_publishers, plugin_of
+from fake_impl import FakeReceivedCounts, FakeServer, fake_publishers, in_thread, plugin_of
 from geometry_msgs.msg import Twist, Wrench
 from std_srvs.srv import EmptyRequest
 
@@ -270,3 +275,69 @@ def test_a_vacuum_gripper_draws_what_is_near(world, topics):
     topics["/arm/off"].call(EmptyRequest())
     run(plugin, world, 1)
     assert topics["/arm/grasping"].messages[-1].data is False
+
+
+ROLLER = (
+    f'<robot name="r">{box("base", 2.0, 100.0)}<link name="wheel"><inertial><mass value="0.2"/>'
+    '<inertia ixx="1e-3" iyy="1e-3" izz="1e-3"/></inertial><collision><geometry><sphere '
+    'radius="0.1"/></geometry></collision></link><joint name="axle" type="continuous"><parent '
+    'link="base"/><child link="wheel"/><axis xyz="0 1 0"/></joint></robot>'
+)
+ROLLING, PUSH, NORMAL = 1.0, 2.0, 20.0  # [m/s], [N], [N] of the plugin
+
+
+def sideways(world, wheel, changed=None):
+    """Velocity [m/s] to the side of a ball that rolls and is pushed there with PUSH; slip1 and
+    slip2 of its contacts then [m/(N s)]."""
+    world.spawn(ground_plane())
+    world.engine.set_gravity((0.0, 0.0, -9.81))
+    model = world.spawn_urdf("r", ROLLER, Pose((0.0, 0.0, 0.1)), str)
+    plugin = in_thread(plugin_of(world, model, WheelSlipSpec("s", "base", (wheel,), "/r/slip")))
+    slips = []
+    set_slip = world.engine.set_slip
+    world.engine.set_slip = lambda body, link, *values: (
+        slips.append(values), set_slip(body, link, *values))  # fmt: skip
+    if changed is not None:
+        FakeServer.made["/r/slip"].callback(changed, 1)
+    model.joints.set_motor("axle", ROLLING / 0.1, 1.0)
+    for step in range(2000):
+        plugin.update(world.time, 0.001)
+        if step > 700:
+            model.apply_wrench(-1, (0.0, PUSH, 0.0), (0.0, 0.0, 0.0))
+        world.step(1)
+    _, linear, _ = model.link_state("base")
+    assert linear[0] == pytest.approx(ROLLING, rel=0.05)
+    return linear[1], slips[-1]
+
+
+def test_a_slipping_wheel_has_its_rims_speed_times_compliance_over_force(world, topics):
+    wheel = SlippingWheel("wheel", "axle", 0.1, NORMAL, lateral=0.5, longitudinal=0.25)
+    _, slips = sideways(world, wheel)
+    assert slips == pytest.approx((ROLLING * 0.5 / NORMAL, ROLLING * 0.25 / NORMAL), rel=0.01)
+
+
+@pytest.mark.parametrize("compliance", [0.25, 0.5])
+def test_a_wheel_slips_to_the_side_as_one_whose_surface_has_that_slip(world, topics, compliance):
+    wheel = SlippingWheel("wheel", "axle", 0.1, NORMAL, lateral=compliance)
+    found, (slip, _) = sideways(world, wheel)
+    other = World()
+    other.spawn(ground_plane())
+    model = other.spawn_urdf("r", ROLLER, Pose((0.0, 0.0, 0.1)), str)
+    link = model.link_in_body("wheel")[0]
+    for _ in range(1300):
+        other.engine.set_slip(model.body, link, slip, 0.0)
+        model.apply_wrench(-1, (0.0, PUSH, 0.0), (0.0, 0.0, 0.0))
+        other.step(1)
+    wanted = model.link_state("base")[1][1]
+    other.close()
+    assert wanted > 0.02 and found == pytest.approx(wanted, rel=0.06)
+
+
+def test_the_compliance_of_wheels_is_reconfigured(world, topics):
+    wheel = SlippingWheel("wheel", "axle", 0.1, NORMAL, longitudinal=0.1)
+    values = {
+        "slip_compliance_unitless_lateral": 0.5,
+        "slip_compliance_unitless_longitudinal": -1.0,
+    }
+    _, slips = sideways(world, wheel, values)
+    assert slips == pytest.approx((ROLLING * 0.5 / NORMAL, ROLLING * 0.1 / NORMAL), rel=0.01)

@@ -7,6 +7,7 @@ import pytest
 from bullet_sim.controllers.bases import TricycleMotion, after_arc
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.bases import UNLIMITED, ForceMoveSpec, ManyWheelsSpec, TricycleSpec
+from bullet_sim.plugins.forces import SlippingWheel
 
 JOINTS = ("steer", "front", "left", "right")
 ROBOT = (
@@ -247,3 +248,46 @@ def test_what_a_tricycle_has_measured_is_saved():
     other = tricycle()
     other.set_state(motion.get_state())
     assert SimpleNamespace(**vars(other)).pose == motion.pose
+
+
+SHAPE = '<collision><geometry><cylinder radius="0.2" length="0.1"/></geometry></collision>'
+SLIP = (
+    '<robot name="r"><link name="base"/><link name="w">{shape}</link><joint name="j" '
+    'type="continuous"><parent link="base"/><child link="w"/></joint><gazebo><plugin name="p" '
+    'filename="lib{library}.so">{tags}</plugin></gazebo></robot>'
+)
+WHEEL = (
+    '<wheel link_name="w"><slip_compliance_lateral>1</slip_compliance_lateral>'
+    "<slip_compliance_longitudinal>2</slip_compliance_longitudinal>{}</wheel>"
+)
+FORCE = "<wheel_normal_force>30</wheel_normal_force>"
+
+
+def slipping(tags, library="gazebo_ros_wheel_slip", shape=SHAPE):
+    return parse_urdf(SLIP.format(shape=shape, library=library, tags=tags), str, "bot")
+
+
+def test_wheels_that_slip():
+    (spec,) = slipping(WHEEL.format(FORCE)).sensors
+    assert spec.wheels == (SlippingWheel("w", "j", 0.2, 30.0, 1.0, 2.0),)
+    assert spec.namespace == "/bot/wheel_slip"
+    tags = WHEEL.format(FORCE + "<wheel_radius>0.5</wheel_radius>")
+    (spec,) = slipping(tags + "<robotNamespace>/ns/</robotNamespace>").sensors
+    assert (spec.wheels[0].radius, spec.namespace) == (0.5, "/bot/ns")
+    (spec,) = slipping(tags, "WheelSlipPlugin").sensors
+    assert spec.namespace == "", "Gazebo's own has no ROS"
+
+
+@pytest.mark.parametrize(
+    "tags, shape, word",
+    [
+        ("", SHAPE, "no <wheel>"),
+        (WHEEL.format(""), SHAPE, "normal force 0 N"),
+        (WHEEL.format(FORCE), "", "0 collisions"),
+        (WHEEL.format(FORCE), SHAPE.replace("cylinder", "box").replace("radius", "size"), "radius"),
+        (WHEEL.format(FORCE).replace('"w"', '"x"'), SHAPE, "0 joints"),
+    ],
+)
+def test_wheels_that_cannot_slip_are_left_out(tags, shape, word):
+    model = slipping(tags, shape=shape)
+    assert model.sensors == [] and any(word in warning for warning in model.warnings)

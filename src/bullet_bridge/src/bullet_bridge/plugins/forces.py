@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import rospy
 from bullet_sim.controllers import MAX_COMMAND
-from bullet_sim.plugins.forces import ForceSpec, VacuumGripperSpec
+from bullet_sim.plugins.forces import ForceSpec, VacuumGripperSpec, WheelSlipSpec
 from bullet_sim.pose import Pose
 from geometry_msgs.msg import Wrench
+from paddock_common.reconfigure import describe
 from std_msgs.msg import Bool
 from std_srvs.srv import Empty, EmptyResponse
 
@@ -115,3 +117,62 @@ class VacuumGripperPlugin(ModelPlugin):
             pull = min(1.0 / distance, MAX_PULL) * away / distance
             model.apply_wrench(model.index(root), pull, np.zeros(3))
         return True
+
+
+# As gazebo_plugins' cfg/WheelSlip.cfg: what is below 0 changes nothing.
+_SLIP = SimpleNamespace(
+    **describe(
+        tuple(
+            (
+                f"slip_compliance_unitless_{side}",
+                "double",
+                -1.0,
+                -1.0,
+                20.0,
+                f"Unitless slip compliance (slip over friction), {side}.",
+            )
+            for side in ("lateral", "longitudinal")
+        )
+    )
+)
+
+
+@ros_side(WheelSlipSpec)
+class WheelSlipPlugin(ModelPlugin):
+    """Sets slip1 and slip2 of wheels' contacts: their rims' speed times compliance over force."""
+
+    STATE = ("_lateral", "_longitudinal")
+    every_step = True
+    resets = False
+
+    def __init__(self, context: PluginContext) -> None:
+        super().__init__(context)
+        wheels, model = self.spec.wheels, self.model
+        self._lateral = [wheel.lateral for wheel in wheels]
+        self._longitudinal = [wheel.longitudinal for wheel in wheels]
+        self._links = [model.link_in_body(wheel.link)[0] for wheel in wheels]
+        if self.spec.namespace:
+            self.reconfigure(self.spec.namespace, _SLIP, dict(_SLIP.defaults), self._on_values)
+
+    def _on_values(self, config: Any, _level: int) -> Any:
+        lateral, longitudinal = (config[name] for name in sorted(_SLIP.defaults))
+        self.call(lambda: self._set(lateral, longitudinal))
+        return config
+
+    def _set(self, lateral: float, longitudinal: float) -> None:
+        """New compliances of all wheels; below 0: as they are."""
+        count = len(self.spec.wheels)
+        if lateral >= 0.0:
+            self._lateral = [lateral] * count
+        if longitudinal >= 0.0:
+            self._longitudinal = [longitudinal] * count
+
+    def update(self, time: float, period: float) -> None:
+        model = self.model
+        for number, wheel in enumerate(self.spec.wheels):
+            joint = model.description.joints[wheel.joint]
+            pose, _, angular = model.link_state(wheel.link)
+            axis = pose.matrix @ np.asarray(joint.axis) / np.linalg.norm(joint.axis)
+            scale = wheel.radius * abs(float(angular @ axis)) / wheel.force
+            slips = scale * self._lateral[number], scale * self._longitudinal[number]
+            model.engine.set_slip(model.body, self._links[number], *slips)

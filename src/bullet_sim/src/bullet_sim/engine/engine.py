@@ -644,6 +644,10 @@ class Engine:
 
     # Contacts
 
+    def set_slip(self, body: int, link: int, slip1: float, slip2: float) -> None:
+        """Set how fast a link slips for a force along both directions of friction [m/(N s)]; with
+        Bullet it has no effect."""
+
     def set_friction(self, body: int, link: int, friction: float) -> None:
         """Set the Coulomb coefficient of a link; that of a pair is the product of both."""
         p.changeDynamics(body, link, lateralFriction=friction, physicsClientId=self.client)

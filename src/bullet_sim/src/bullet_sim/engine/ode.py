@@ -157,6 +157,19 @@ class OdeSolver:
         """Set both coefficients of all shapes of a link."""
         self._models.friction[body, link], self._is_built = friction, False
 
+    def set_slip(self, body: int, link: int, slip1: float, slip2: float) -> None:
+        """Set slip1 and slip2 of all shapes of a link, until the arrays are built again."""
+        self.refresh()
+        row = self._arrays.rows.get((body, link))
+        if row is None:
+            return
+        scene = self._state.scene
+        for shape in np.flatnonzero(scene.kinds[:, 0] == row):
+            scene.shapes[shape, q.G_SLIP : q.G_SLIP + 2] = slip1, slip2
+            solid = scene.solid_of[shape]
+            if solid >= 0:
+                scene.faces[solid, q.P_SLIP : q.P_SLIP + 2] = slip1, slip2
+
     def _build(self) -> None:
         """Arrays of what is there now; states and what joints are told are kept."""
         kept = {

@@ -215,6 +215,9 @@ class OdeEngine(Engine):
         """Set mu and mu2 of a link; a pair has the smaller ones of both."""
         self.ode.set_friction(body, link, friction)
 
+    def set_slip(self, body: int, link: int, slip1: float, slip2: float) -> None:
+        self.ode.set_slip(body, link, slip1, slip2)
+
     def set_bitmask(self, body: int, link: int, bits: int) -> None:
         self.ode.set_bitmask(body, link, bits)
         super().set_bitmask(body, link, bits)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from xml.etree.ElementTree import Element
 
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
 from bullet_sim.plugins.rules import FrameName
-from bullet_sim.plugins.xml import MissingPart, PluginXml, SensorXml
+from bullet_sim.plugins.xml import MissingPart, PluginXml, SensorXml, Values, library
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,40 @@ class VacuumGripperSpec:
     link: str
     topic: str
     namespace: str = ""
+
+
+@dataclass(frozen=True)
+class SlippingWheel:
+    """A wheel whose contacts slip.
+
+    Attributes:
+        link, joint: of the wheel, and the one above it.
+        radius: [m].
+        force: normal force that the compliances are meant for [N].
+        lateral, longitudinal: compliances, slip over friction.
+    """
+
+    link: str
+    joint: str
+    radius: float
+    force: float
+    lateral: float = 0.0
+    longitudinal: float = 0.0
+
+
+@dataclass(frozen=True)
+class WheelSlipSpec:
+    """Gazebo's WheelSlipPlugin, and gazebo_ros_wheel_slip, whose compliances can be changed.
+
+    Attributes:
+        namespace: of its dynamic_reconfigure; empty: it has none.
+    """
+
+    name: str
+    link: str
+    wheels: tuple[SlippingWheel, ...]
+    namespace: str = ""
+    topic: str = ""
 
 
 @dataclass(frozen=True)
@@ -189,3 +224,40 @@ def _given_topic(xml: PluginXml) -> str:
     if not xml.text("topicName"):
         raise MissingPart(f"{xml.label} has no topicName; it is left out")
     return xml.topic("topicName", "")
+
+
+@model_plugin("gazebo_ros_wheel_slip", "WheelSlipPlugin")
+def wheel_slip(xml: PluginXml) -> WheelSlipSpec | None:
+    """WheelSlipSpec; a <wheel> that cannot be used is left out with a warning."""
+    wheels = [_slipping(xml, element) for element in xml.element.findall("wheel")]
+    usable = tuple(wheel for wheel in wheels if wheel is not None)
+    if not usable:
+        xml.warn(f"{xml.label} has no <wheel> that it can use; it is left out")
+        return None
+    namespace = ""
+    if library(xml.element) == "gazebo_ros_wheel_slip":
+        own = xml.text("robotNamespace").strip("/") or "wheel_slip"
+        namespace = f"/{xml.model.name}/{own}"
+    return WheelSlipSpec(xml.name or "wheel_slip", xml.model.root, usable, namespace)
+
+
+def _slipping(xml: PluginXml, element: Element) -> SlippingWheel | None:
+    """A <wheel>, or None, with a warning, where its link, joint or a number is unusable."""
+    name = element.get("link_name") or ""
+    link = xml.scope + name if xml.scope + name in xml.model.links else name
+    values = Values(element, f"{xml.label} <wheel> '{name}'")
+    joints = [joint.name for joint in xml.model.joints.values() if joint.child == link]
+    shapes = xml.model.links[link].collisions if link in xml.model.links else ()
+    radius, force = values.number("wheel_radius"), values.number("wheel_normal_force")
+    if radius <= 0.0 and len(shapes) == 1 and shapes[0].geometry.kind in ("cylinder", "sphere"):
+        radius = float(shapes[0].geometry.size[0])
+    if len(shapes) != 1 or len(joints) != 1 or radius <= 0.0 or force <= 0.0:
+        xml.warn(
+            f"{values.label} has {len(shapes)} collisions, {len(joints)} joints above it, radius "
+            f"{radius:g} m and normal force {force:g} N, must be 1, 1 and above 0; it is left out"
+        )
+        return None
+    lateral, longitudinal = (
+        values.number(f"slip_compliance_{side}") for side in ("lateral", "longitudinal")
+    )
+    return SlippingWheel(link, joints[0], radius, force, lateral, longitudinal)

@@ -56,6 +56,8 @@ RULES = {  # by the name of the library
     "diffdrive_plugin_multi_wheel": _BASE,
     "gazebo_ros_force": _NONE,
     "gazebo_ros_vacuum_gripper": _NONE,
+    "gazebo_ros_wheel_slip": _NONE,
+    "WheelSlipPlugin": _NONE,
     "gazebo_ros_block_laser": _PLAIN,
     "gazebo_ros_bumper": _PLAIN,
     "gazebo_ros_f3d": _PLAIN,
