@@ -37,8 +37,10 @@ FOREIGN = ("husky_gazebo", "my_car", "my_lab")  # packages that the reader has
 
 
 def commands(path):
-    """Every `./run ...` of a page: of indented and fenced boxes, and of the running text."""
-    text = path.read_text()
+    """Every `./run ...`, roslaunch and rosrun of a page: of boxes, and of the running text."""
+    text = re.sub(
+        r"^( +)(roslaunch|rosrun) ", r"\1./run exec \2 ", path.read_text(), flags=re.MULTILINE
+    )
     lines = re.findall(r"^\s*(\./run\b[^\n]*)", text, re.MULTILINE)
     lines += [" ".join(found.split()) for found in re.findall(r"`(\./run\b[^`]*)`", text)]
     return [re.sub(r"\s+#.*|\s\\$", "", line) for line in lines]
