@@ -13,13 +13,10 @@ import numpy as np
 from bullet_sim.description.model import RGB, ModelDescription
 from bullet_sim.description.warnings import ReadWarning
 from bullet_sim.description.world import (
-    DEFAULT_STEP,
     LIGHT_TYPES,
-    MIN_STEP,
     SUN,
     Fog,
     Light,
-    OdeSettings,
     Scene,
     WorldDescription,
     ground_plane,
@@ -30,6 +27,7 @@ from bullet_sim.formats.joints import Version
 from bullet_sim.formats.materials import Resolve, rgba_of
 from bullet_sim.formats.sdf.includes import OpenInclude
 from bullet_sim.formats.sdf.model import parse_model_element
+from bullet_sim.formats.sdf.physics import choose_physics, convert_physics, read_physics
 from bullet_sim.formats.sdf.population import places
 from bullet_sim.formats.sdf.unread import warn_unread
 from bullet_sim.plugins.xml import library
@@ -46,7 +44,6 @@ from bullet_sim.xml_reader import (
     leading_numbers,
     parse,
     sdf_pose,
-    warn_replaced,
 )
 
 D = TypeVar("D")
@@ -156,16 +153,7 @@ def _fog(element: Node | None, label: str) -> Fog | None:
     )
 
 
-MAX_ITERATIONS = 10_000  # of the solver per step
-DEFAULT_GRAVITY = (0.0, 0.0, -9.8)  # [m/s^2] where a world gives none, as in sdformat
-MAX_CONTACTS = 250  # of a pair of shapes, as in Gazebo
 MAX_TIME = 1e9  # [s] at which a world may begin
-DEFAULT_RATE = 1000.0  # [Hz] steps a second of wall time where a world gives no rate
-_OLD_PHYSICS = {
-    "update_rate": "real_time_update_rate",
-    "ode/solver/dt": "max_step_size",
-    "bullet/dt": "max_step_size",
-}
 # World plugins that provide gazebo_ros' services and topics, which exist here without them.
 BUILT_IN_PLUGINS = ("gazebo_ros_api_plugin", "gazebo_ros_paths_plugin", "gazebo_ros_init")
 # Tags of a world for Gazebo's windows and solvers, or read elsewhere; ignored without a warning.
@@ -202,12 +190,12 @@ def parse_world(
     if world is None:
         raise ModelError(f"{label} has no <world> in an <sdf>")
     if _version(sdf) < (1, 4):
-        _convert_physics(world)
+        convert_physics(world)
     described.name = world.get("name") or "default"
     warn_unread(sdf)
     described.time = max(0.0, _seconds(world.find("state/sim_time")))
-    _choose_physics(world)
-    _physics(world, described, f"world '{described.name}'")
+    choose_physics(world)
+    read_physics(world, described, f"world '{described.name}'")
     described.scene = parse_scene(world, label)
     states = {model.get("name"): model for model in world.findall("state/model")}
     of_lights = {light.get("name"): light for light in world.findall("state/light")}
@@ -303,68 +291,12 @@ def _version(sdf: Node) -> Version:
     return (int(match.group(1)), int(match.group(2))) if match else (1, 6)
 
 
-def _convert_physics(world: Node) -> None:
-    """Give the <physics> of SDF 1.2 and 1.3 the elements of 1.4."""
-    for physics in world.findall("physics"):
-        for old, new in _OLD_PHYSICS.items():
-            text = child_text(physics, old)
-            if text is not None and physics.find(new) is None:
-                add_child(physics, new, text)
-
-
-def _choose_physics(world: Node) -> None:
-    """Leave of several <physics> the first one that is the default, or the first one."""
-    every = world.findall("physics")
-    chosen = next((each for each in every if is_true(each.get("default"))), None)
-    for each in every:
-        if chosen is not None and each is not chosen:
-            world.remove(each)
-
-
 def _seconds(element: Node | None) -> float:
     """A time [s] as saved worlds have it: seconds and nanoseconds; 0 where it is none."""
     values, rest = leading_numbers(element.text if element is not None else None, 2)
     seconds, nanoseconds = (*values, 0.0, 0.0)[:2]
     time = seconds + 1e-9 * nanoseconds
     return time if not rest and math.isfinite(time) and time < MAX_TIME else 0.0
-
-
-def _physics(world: Node, described: WorldDescription, label: str) -> None:
-    gravity = child_floats(world, "physics/gravity", 3, label, DEFAULT_GRAVITY)
-    described.gravity = child_floats(world, "gravity", 3, label, gravity)
-    step = child_number(world, "physics/max_step_size", label, DEFAULT_STEP)
-    if not MIN_STEP <= step < 1:
-        warn_replaced(
-            world.find("physics/max_step_size"),
-            f"{label} <max_step_size>",
-            f"{step:g}",
-            f"{label} <max_step_size> is {step}, must be at least {MIN_STEP:g} and below 1 [s]",
-            DEFAULT_STEP,
-        )
-        step = DEFAULT_STEP
-    described.step = step
-    described.ode = _ode_settings(world, label)
-    rate = child_number(world, "physics/real_time_update_rate", label, DEFAULT_RATE)
-    described.real_time_factor = max(0.0, rate) * step
-
-
-def _ode_settings(world: Node, label: str) -> OdeSettings:
-    default = OdeSettings()
-
-    def number(path: str, value: float, lower: float) -> float:
-        return max(lower, child_number(world, f"physics/ode/{path}", label, value))
-
-    most = child_number(world, "physics/max_contacts", label, float(default.max_contacts))
-    even = child_text(world, "physics/ode/solver/use_dynamic_moi_rescaling", "false")
-    return OdeSettings(
-        iterations=int(min(number("solver/iters", default.iterations, 1.0), MAX_ITERATIONS)),
-        relaxation=number("solver/sor", default.relaxation, 0.0),
-        cfm=number("constraints/cfm", default.cfm, 0.0),
-        erp=number("constraints/erp", default.erp, 0.0),
-        max_speed=number("constraints/contact_max_correcting_vel", default.max_speed, 0.0),
-        evens_inertias=is_true(even),
-        max_contacts=int(most) if 0 < most < MAX_CONTACTS else MAX_CONTACTS,
-    )
 
 
 def _other(element: Node, described: WorldDescription, label: str) -> None:
