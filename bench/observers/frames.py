@@ -79,6 +79,7 @@ def receive():
     """Rounds of received images, with the car driving."""
     images = graph.record("/camera/image", 4)
     graph.wait_for_controllers()
+    graph.wait_for(images, "/camera/image")
     graph.start_circle(graph.publishers())
     simulation = graph.Simulation()
     time.sleep(1.5)

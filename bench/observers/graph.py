@@ -96,6 +96,15 @@ def record(topic, offset=None):
     return found
 
 
+def wait_for(received, topic):
+    """Returns once a list of record() has a message: a first image may take long to draw."""
+    limit = time.monotonic() + START_LIMIT
+    while not received:
+        if time.monotonic() > limit:
+            fail(f"nothing on {topic} within {START_LIMIT:g} s")
+        time.sleep(0.03)
+
+
 def counts(received):
     """Number of messages of each topic; received: topic -> list of record()."""
     return {topic: len(found) for topic, found in received.items()}

@@ -41,6 +41,7 @@ def drive():
     images, ticks = graph.record("/camera/image", 4), graph.record("/clock", 0)
     scans = graph.record("/scan", 4)
     graph.wait_for_controllers()
+    graph.wait_for(images, "/camera/image")
     outputs = graph.publishers()
     graph.start_circle(outputs)
     graph.say(ready=True)
