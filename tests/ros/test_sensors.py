@@ -51,7 +51,11 @@ class Sensors(unittest.TestCase):
             "the bot's topics",
             START_LIMIT,
         )
-        sleep_sim(0.5)
+
+    def setUp(self):
+        """Each test finds the bot facing the wall, however long it had to wait."""
+        self.place(0.0)
+        sleep_sim(0.3)
 
     def place(self, x):
         state = ModelState(model_name="bot")
