@@ -133,3 +133,54 @@ def test_a_parameter_without_an_effect_is_told(library, tag):
     assert not any(tag in warning for warning in read(library, {}).warnings)
     (warning,) = [text for text in read(library, {tag: "x"}).warnings if tag in text]
     assert f"<{tag}>, which have no effect here" in warning
+
+
+REALSENSE = {  # parameter -> text, camera, attribute, default, read
+    "colorTopicName": ("t", 0, "topic", "/p/color/image_raw", "/p/t"),
+    "infrared1TopicName": ("t", 1, "topic", "/p/infra1/image_raw", "/p/t"),
+    "infrared2TopicName": ("t", 2, "topic", "/p/infra2/image_raw", "/p/t"),
+    "depthTopicName": ("t", 3, "topic", "/p/depth/image_raw", "/p/t"),
+    "colorOpticalframeName": ("f", 0, "frame_id", "base", "f"),
+    "infrared1OpticalframeName": ("f", 1, "frame_id", "base", "f"),
+    "infrared2OpticalframeName": ("f", 2, "frame_id", "base", "f"),
+    "depthOpticalframeName": ("f", 3, "frame_id", "base", "f"),
+    "rangeMinDepth": ("3", 3, "range_min", 0.0, 3.0),
+    "rangeMaxDepth": ("3", 3, "range_max", 65.535, 3.0),
+    "pointCloud": ("true", 3, "points_topic", "", "/p/depth/color/points"),
+    "pointCloudTopicName": ("t", 3, "points_topic", "/p/depth/color/points", "/p/t"),
+    "pointCloudCutoff": ("3", 3, "cutoff", 0.0, 3.0),
+    "pointCloudCutoffMax": ("3", 3, "cutoff_max", 5.0, 3.0),
+}
+
+
+def realsense(tags, prefix=""):
+    """Specifications of the four cameras of a RealSense plugin."""
+    cameras = "".join(
+        f'<sensor name="{prefix}{name}" type="{kind}"><update_rate>30</update_rate>{CAMERA}'
+        "</sensor>"
+        for name, kind in (
+            ("color", "camera"),
+            ("ired1", "camera"),
+            ("ired2", "camera"),
+            ("depth", "depth"),
+        )
+    )
+    texts = "".join(f"<{tag}>{text}</{tag}>" for tag, text in tags.items())
+    plugin = f'<plugin name="p" filename="librealsense_gazebo_plugin.so">{texts}</plugin>'
+    body = f'<gazebo reference="base">{cameras}</gazebo><gazebo>{plugin}</gazebo>'
+    return parse_urdf(f'<robot name="r">{LINKS}{body}</robot>', str, "bot").sensors
+
+
+@pytest.mark.parametrize("tag", REALSENSE)
+def test_a_parameter_of_a_realsense(tag):
+    text, camera, attribute, default, wanted = REALSENSE[tag]
+    others = {"pointCloud": "true"} if tag.startswith("pointCloud") and tag != "pointCloud" else {}
+    assert getattr(realsense(others)[camera], attribute) == pytest.approx(default)
+    assert getattr(realsense({**others, tag: text})[camera], attribute) == pytest.approx(wanted)
+
+
+def test_the_prefix_of_a_realsenses_cameras():
+    found = realsense({"prefix": "front_"}, "front_")
+    assert [spec.name for spec in found] == [
+        f"front_{n}" for n in ("color", "ired1", "ired2", "depth")
+    ]
