@@ -3,6 +3,7 @@
 import re
 import subprocess
 
+from commands.errors import CommandError
 from commands.subcommands import deps
 
 # Packages that neither Debian nor Paddock has -> what does the same.
@@ -62,17 +63,18 @@ GENERIC = "./run deps PATH names Debian's packages, others have to be in your wo
 _NOT_FOUND = re.compile(r"Resource not found: ([\w-]+)|\b[Pp]ackage '([\w-]+)' not found")
 
 
-def for_package(name, existing=deps.existing):
+def for_package(name, existing=deps.existing, resolve=deps.resolve):
     """A sentence's end: where a ROS package comes from, or what does the same.
 
     Args:
         existing: From names of Debian packages to those that exist.
+        resolve: See deps.resolve().
     """
     if name in SAME:
         return f"{SAME[name]} does the same"
     try:
-        known = existing(deps.candidates(name, built=False))
-    except (OSError, subprocess.CalledProcessError):  # no apt here
+        known = existing(resolve([name])[name])
+    except (OSError, subprocess.CalledProcessError, CommandError, SystemExit):  # no apt here
         known = set()
     if known:
         return f"apt-get install {' '.join(sorted(known))}"

@@ -7,12 +7,13 @@ or behind the value, sets it, or leaves a given one alone. These changes are kep
 value of the caller's) and made to the caller's environment.
 """
 
+import glob
 import os
 import time
 
 from commands import bootstrap, signature
 from commands.bootstrap import ros
-from commands.bootstrap.workspace import STANDINS, in_ros, manifests_below
+from commands.bootstrap.workspace import MARKER, STANDINS, in_ros, manifests_below
 from commands.errors import CommandError
 from commands.paths import (
     CACHE,
@@ -283,9 +284,11 @@ def activated(environ):
     prepend(environ, "/usr/bin")
     apply_setup_bash(environ)
     prepend(environ, os.path.join(VENV, "bin"))
-    if not in_ros("xacro"):
+    if not in_ros("xacro") and not os.path.exists(os.path.join(STANDINS, "xacro", MARKER)):
         # For launch files that call a bare xacro: PyPI's in .venv cannot $(find) packages.
         prepend(environ, os.path.join(STANDINS, "xacro"))
+    if not has_sound(environ):  # SDL's mixer, of pygame, ends a program where nothing can sound
+        environ.setdefault("SDL_AUDIODRIVER", "dummy")
     environ["PADDOCK_ROOT"] = ROOT
     clean_up_logs()
     if not environ.get("ROS_LOG_DIR"):
@@ -293,6 +296,17 @@ def activated(environ):
     if not environ.get("ROS_IP") and not environ.get("ROS_HOSTNAME"):
         environ["ROS_IP"] = "127.0.0.1"
     return environ
+
+
+def has_sound(environ):
+    """Returns whether there is a sound card, or a sound server that was named or runs."""
+    runtime = environ.get("XDG_RUNTIME_DIR", "")
+    servers = (f"{runtime}/pulse/native", f"{runtime}/pipewire-0") if runtime else ()
+    return bool(
+        environ.get("PULSE_SERVER")
+        or glob.glob("/dev/snd/pcm*p")
+        or any(map(os.path.exists, servers))
+    )
 
 
 def prepend(environ, directory, name="PATH"):

@@ -85,8 +85,9 @@ class Step:
 
         Args:
             work: Generator function that gets this step. It yields (command line, environment) of
-                each program, and goes on when that has ended well; or the name of something that
-                another step promises, and goes on when that is there.
+                each program, and goes on when that has ended well; at a failure StepFailed is
+                raised there. Or it yields the name of something that another step promises, and
+                goes on when that is there.
             advice: What to look at if it fails.
             log: The log's name without suffix.
             promises: Names of what other steps may wait for: there when the step ends, or at
@@ -114,16 +115,17 @@ class Step:
             StepFailed, OSError: It failed.
         """
         while True:
+            failure = None
             if self._program is not None:
                 status = self._program.poll()
                 if status is None:
                     return True
                 name, self._program = os.path.basename(self._program.args[0]), None
-                self._ended(name, status)
+                failure = self._ended(name, status)
             if self._awaited in promised:
                 return True
             try:
-                wanted = next(self._work)
+                wanted = self._work.throw(failure) if failure else next(self._work)
             except StopIteration:
                 self.promises.clear()
                 if self.begun is not None:
@@ -199,8 +201,8 @@ class Step:
         )
 
     def _ended(self, name, status):
-        if status != 0:
-            raise StepFailed(f"{name} ended with exit status {status}")
+        """Returns the failure of a program that has ended; None: it ended well."""
+        return StepFailed(f"{name} ended with exit status {status}") if status else None
 
     def _seconds(self):
         return int(time.monotonic() - (self.begun or time.monotonic()))

@@ -7,23 +7,51 @@ import glob
 import os
 
 from commands import signature
-from commands.bootstrap import ros
-from commands.bootstrap.step import Step
-from commands.paths import BUILD, DEVEL, ROOT, SOURCES, SYSTEM_PATH, VENV, VENV_PYTHON, read, write
+from commands.bootstrap import left_out, old_code, packages, ros
+from commands.bootstrap.step import Step, StepFailed
+from commands.paths import (
+    BUILD,
+    DEVEL,
+    ROOT,
+    SOURCES,
+    SYSTEM_PATH,
+    VENV,
+    VENV_PYTHON,
+    read,
+    relative,
+    write,
+)
 
 STANDINS = os.path.join(SOURCES, "standins")
 NAMES = ("CMakeLists.txt", "package.xml", "setup.py", "CATKIN_IGNORE")
-SUFFIXES = (".msg", ".srv", ".action", ".cfg", ".cmake", ".in", ".cpp", ".h")
+SUFFIXES = (
+    *(".msg", ".srv", ".action", ".cfg", ".cmake", ".in"),
+    *(".c", ".cc", ".cpp", ".cxx", ".h", ".hh", ".hpp"),
+)
+RULE = os.path.join(STANDINS, "give_way.py")  # which stand-ins give way, and to what
+# The folders of src/ that are Paddock's; all others are what a user has put there.
+OURS = (
+    "bullet_bridge",
+    "bullet_sim",
+    "bullet_web",
+    "cybertruck",
+    "deepracer_control",
+    "deepracer_teleop",
+    "paddock_common",
+    "paddock_gym",
+    "standins",
+    "track_model",
+)
+GAZEBO_CMAKE = os.path.join(STANDINS, "gazebo_dev", "cmake")
+MARKER = "CATKIN_IGNORE"
 SIMULATOR = ("gazebo_ros",)  # its launch files start the simulator: always ours
 ALWAYS_FOUND = ("xacro",)  # though not built: $(find xacro)/xacro.py of old launch files
-SKIPPED = ("build", "devel", "install")  # by catkin ...
-IGNORE = ("CATKIN_IGNORE", "AMENT_IGNORE")  # ... as are folders with one of these
-MARKER, MARK = "CATKIN_IGNORE", "by ./run: the ROS has this package\n"
 LISTED = ("nodes", "scripts")  # folders whose files are linked or wrapped by the build
 GENERATED = os.path.join(SOURCES, "CMakeLists.txt")  # by catkin_make
 STAMP = os.path.join(BUILD, ".stamp")  # the key of a complete build
 BUILT_AT = os.path.join(BUILD, ".root")
 BUILT = os.path.join(BUILD, ".packages")
+GIVEN = os.path.join(BUILD, ".given")  # stand-ins that had given way
 SETUP = os.path.join(DEVEL, "setup.bash")
 # Other workspaces and compilers of the caller's environment have no part in the build, unless the
 # ROS is that of a conda environment, which is built with that environment's compilers.
@@ -47,40 +75,75 @@ if not sources.library_path().is_file():  # sources with new dates may be the sa
     from bullet_sim.engine.quickstep import entries
     entries.main()
 """
+_loaded = {}
 COMPILERS = ("CC", "CXX", "CFLAGS", "CXXFLAGS", "LDFLAGS")
 
 
+def rule():
+    """Loads src/standins/give_way.py, which users run in workspaces of their own, too."""
+    if "rule" not in _loaded:
+        import importlib.util
+
+        spec = importlib.util.spec_from_file_location("give_way", RULE)
+        _loaded["rule"] = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(_loaded["rule"])
+    return _loaded["rule"]
+
+
 def installed_elsewhere():
-    """Lists stand-ins whose real package the ROS has; they are left out of the build."""
+    """Lists stand-ins whose real package the ROS has."""
     names = sorted(os.listdir(STANDINS)) if os.path.isdir(STANDINS) else []
     return [name for name in names if name not in SIMULATOR and in_ros(name)]
 
 
-def hide():
-    """Hides the stand-ins that are left out from rospack and $(find), which search the sources."""
-    hidden = set(installed_elsewhere()) - set(ALWAYS_FOUND)
-    for name in os.listdir(STANDINS) if os.path.isdir(STANDINS) else []:
-        if not os.path.isdir(os.path.join(STANDINS, name)):
-            continue
-        marker = os.path.join(STANDINS, name, MARKER)
-        if name in hidden and not os.path.exists(marker):
-            write(marker, MARK)
-        elif name not in hidden and read(marker) == MARK:  # one by hand stays
-            os.remove(marker)
+def users_packages():
+    """Finds the packages that a user has put into src/: of each name its folder."""
+    return {
+        name: path
+        for name, path in manifests_of(SOURCES, skipped=STANDINS).items()
+        if os.path.relpath(path, SOURCES).split(os.sep)[0] not in OURS
+    }
+
+
+def given_way(users=None):
+    """Lists the stand-ins whose real package the ROS has, or the user's sources; they are left out
+    of the build.
+
+    Args:
+        users: See users_packages(); None to look.
+    """
+    if not os.path.isdir(STANDINS):
+        return []
+    users = users_packages() if users is None else users
+    real = (set(users) - set(rule().NEED_GAZEBO)) & set(os.listdir(STANDINS))
+    return sorted({*installed_elsewhere(), *real})
+
+
+def hide(users=None):
+    """Hides the stand-ins that are left out from rospack and $(find), which search the sources.
+
+    Args:
+        users: See users_packages(); None to look.
+
+    Returns:
+        Names of the user's packages that are hidden, as they need Gazebo itself.
+    """
+    if not os.path.isdir(STANDINS):
+        return []
+    users = users_packages() if users is None else users
+    found = [name for name in ALWAYS_FOUND if name not in users]
+    rule().give_way(STANDINS, set(given_way(users)), found)
+    return rule().keep_ours(users)
 
 
 def manifests_below(folder):
     """Lists the package.xml files at and below a folder, as catkin finds them."""
-    found = []
-    for directory, below, files in os.walk(folder):
-        if any(name in files for name in IGNORE):
-            below[:] = []
-        elif "package.xml" in files:
-            found.append(os.path.join(directory, "package.xml"))
-            below[:] = []
-        else:
-            below[:] = sorted(n for n in below if not n.startswith(".") and n not in SKIPPED)
-    return found
+    return rule().manifests_below(folder)
+
+
+def manifests_of(folder, skipped=None):
+    """Finds the packages at and below a folder: of each name its folder."""
+    return rule().packages_below(folder, skipped)
 
 
 def in_ros(name):
@@ -98,7 +161,9 @@ def scan():
     """
     directories, inputs, names = [], [], []
     for directory, subdirectories, files in os.walk(SOURCES):
-        subdirectories[:] = sorted(name for name in subdirectories if name != "__pycache__")
+        subdirectories[:] = sorted(
+            name for name in subdirectories if name != "__pycache__" and not name.startswith(".")
+        )
         directories.append(directory)
         listed = any(name in LISTED for name in os.path.relpath(directory, ROOT).split(os.sep))
         for name in sorted(files):
@@ -121,9 +186,19 @@ def build_key(inputs, names):
         inputs: Files whose content counts.
         names: Files whose presence counts.
     """
+    return _key(_hash(inputs, names))
+
+
+def _key(sources):
     import hashlib
 
-    whole = hashlib.sha256("\n".join([*_base(), *names]).encode())
+    return hashlib.sha256("\n".join([*_base(), sources]).encode()).hexdigest()
+
+
+def _hash(inputs, names):
+    import hashlib
+
+    whole = hashlib.sha256("\n".join(names).encode())
     for path in inputs:
         with open(path, "rb") as stream:
             content = hashlib.sha256(stream.read()).hexdigest()
@@ -141,8 +216,12 @@ def list_packages(inputs):
 
 
 def _base():
-    """Lists what else a build is bound to: the place of the clone, the ROS, what that has."""
-    return [ROOT, *filter(None, [ros.prefix()]), *installed_elsewhere()]
+    """Lists what else a build is bound to: the place of the clone, the ROS, what that has; and what
+    is installed at all, if something was left out."""
+    base = [ROOT, *filter(None, [ros.prefix()]), *installed_elsewhere()]
+    if left_out.saved() and os.path.exists(packages.INSTALLED):  # it may be there now
+        base.append(f"installed at {os.stat(packages.INSTALLED).st_mtime_ns}")
+    return base
 
 
 def _complete(inputs, names):
@@ -206,11 +285,15 @@ def _compile(_step):
     write(f"{SOLVER}/__pycache__/sources.built", "")  # with its library, or for want of a linker
 
 
-def _build(_step):
-    hide()
+def _build(step):
+    users = users_packages()
+    hidden = hide(users)
+    for name in hidden:
+        step.note(f"not built: {relative(users[name])}: it needs Gazebo itself, ours is used")
     _, inputs, names = scan()
-    packages = list_packages(inputs)
-    gone = set(read(BUILT).split("\n")[:-1]) - set(packages)
+    folders = list_packages(inputs)
+    sources = _hash(inputs, names)  # before: what changes meanwhile is built the next time
+    gone = set(read(BUILT).split("\n")[:-1]) - set(folders)
     folder = ros.prefix()
     built_at = f"{ROOT} {folder}".rstrip()
     # A moved clone, another ROS, or a package that is gone: what was built before would mislead.
@@ -223,28 +306,126 @@ def _build(_step):
             if os.path.isdir(directory):
                 shutil.rmtree(directory)
     write(BUILT_AT, f"{built_at}\n")
-    if os.path.exists(STAMP):
-        os.remove(STAMP)
-    write(BUILT, "".join(f"{name}\n" for name in packages))
-    key = build_key(inputs, names)
-    left_out = (*LEFT_OUT, *(() if os.path.isdir(f"{folder}/conda-meta") else COMPILERS))
-    environ = {name: value for name, value in os.environ.items() if name not in left_out}
+    given = given_way(users)
+    for name in set(given) - set(read(GIVEN).split("\n")):
+        _forget(name)
+    write(GIVEN, "".join(f"{name}\n" for name in given))
+    for stamp in (STAMP, left_out.FILE):
+        if os.path.exists(stamp):
+            os.remove(stamp)
+    write(BUILT, "".join(f"{name}\n" for name in folders))
+    users = {name: path for name, path in users.items() if name not in hidden}
+    for line in old_code.prepare(users):
+        step.note(line)
+    environ = _environment(folder)
+    refused = yield from _configure(step, environ, users)
+    failed = yield from _make(step, environ, users)
+    left_out.save([*refused, *failed])
+    for entry in (*refused, *failed):
+        step.note(entry.line())
+    write(STAMP, f"{_key(sources)}\n")
+
+
+def _forget(name):
+    """Deletes what was built of a stand-in that gives way now: it would be found beside the real
+    package."""
+    import shutil
+
+    places = ("lib", "share", "include", "lib/python3*/dist-packages")
+    for path in [path for place in places for path in glob.glob(f"{DEVEL}/{place}/{name}")]:
+        shutil.rmtree(path)
+    shutil.rmtree(os.path.join(BUILD, "standins", name), ignore_errors=True)
+
+
+def _environment(folder):
+    left_out_names = (*LEFT_OUT, *(() if os.path.isdir(f"{folder}/conda-meta") else COMPILERS))
+    environ = {name: value for name, value in os.environ.items() if name not in left_out_names}
     environ["PATH"] = SYSTEM_PATH
     ros.enter(environ, folder)
     environ.pop("ROS_DISTRO", None)  # catkin fails where it is another one than the ROS sets
     environ.update(PATH=f"{VENV}/bin:{environ['PATH']}", PYTHONNOUSERSITE="1", VIRTUAL_ENV=VENV)
-    yield (
-        [
-            "catkin_make",
-            "-C",
-            ROOT,
-            f"-j{len(os.sched_getaffinity(0))}",
-            f"-DPYTHON_EXECUTABLE={VENV_PYTHON}",
-            f"-DCMAKE_PREFIX_PATH={environ.get('CMAKE_PREFIX_PATH', '').replace(':', ';')}",
-            "-DCMAKE_BUILD_TYPE=Release",
-            "-DCATKIN_ENABLE_TESTING=OFF",
-            "-DCATKIN_BLACKLIST_PACKAGES=" + ";".join(installed_elsewhere()),
-        ],
-        environ,
-    )
-    write(STAMP, f"{key}\n")
+    environ["LC_ALL"] = "C.UTF-8"  # messages in English, which left_out.py reads
+    return environ
+
+
+def _configure(step, environ, users):
+    """Configures the workspace, without the users' packages that cannot be.
+
+    Returns:
+        List of LeftOut.
+    """
+    ours = set(manifests_of(SOURCES))
+    refused = left_out.before_configuration(users, lambda name: in_ros(name) or name in ours)
+    while True:
+        begin = os.path.getsize(step.log) if step.begun is not None else 0
+        # By names: a user's package of a stand-in's name is not among them, the stand-in is hidden.
+        given = set(installed_elsewhere()) - set(users)
+        without = sorted({*given, *(entry.package for entry in refused)})
+        prefixes = environ.get("CMAKE_PREFIX_PATH", "").replace(":", ";")
+        try:
+            yield (
+                [
+                    "catkin_make",
+                    "-C",
+                    ROOT,
+                    f"-DPYTHON_EXECUTABLE={VENV_PYTHON}",
+                    f"-DCMAKE_PREFIX_PATH={prefixes}",
+                    "-DCMAKE_BUILD_TYPE=Release",
+                    "-DCATKIN_ENABLE_TESTING=OFF",
+                    "-DCATKIN_BLACKLIST_PACKAGES=" + ";".join(without),
+                    *old_code.options(),
+                    *_gazebo(),
+                    "cmake_check_build_system",
+                ],
+                environ,
+            )
+            return refused
+        except StepFailed:
+            found = left_out.of_configuration(_log(step, begin))
+            if not found or any(entry.package not in users for entry in found):
+                raise
+            refused += found
+
+
+def _gazebo():
+    """Returns the arguments of cmake by which find_package(gazebo) finds our stand-in."""
+    if glob.glob("/usr/lib/*/cmake/gazebo") or not os.path.isdir(GAZEBO_CMAKE):
+        return []
+    return [f"-D{name}_DIR={GAZEBO_CMAKE}" for name in ("gazebo", "GAZEBO", "Gazebo")]
+
+
+def _make(step, environ, users):
+    """Builds all that can be: messages first, as some packages forget that they need their own.
+
+    Returns:
+        List of LeftOut.
+    """
+    make = ["make", "-C", BUILD, "-k", "-O", f"-j{len(os.sched_getaffinity(0))}"]
+    begin = os.path.getsize(step.log)
+    found = {}
+    for targets in (_message_targets(users), ["all"]):
+        try:
+            if targets:
+                yield [*make, *targets], environ
+        except StepFailed:
+            ours = {os.path.relpath(path, SOURCES): name for name, path in users.items()}
+            failed = left_out.of_build(_log(step, begin), ours)
+            if not failed or not all(entry.package for entry in failed):
+                raise
+            found.update({(entry.package, entry.program): entry for entry in failed})
+    return list(found.values())
+
+
+def _message_targets(users):
+    """Lists the users' targets that make messages and parameters of dynamic_reconfigure."""
+    import re
+
+    rules = read(os.path.join(BUILD, "Makefile"))
+    found = re.findall(r"^((\w+)_(?:generate_messages|gencfg)):", rules, re.M)
+    return sorted({target for target, name in found if name in users})
+
+
+def _log(step, begin):
+    with open(step.log, encoding="utf-8", errors="replace") as stream:
+        stream.seek(begin)
+        return stream.read()

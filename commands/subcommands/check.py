@@ -5,6 +5,8 @@ need, controllers, each sensor's topic with its nominal and its measured rate (i
 what is missing or was ignored, whether the robots stand still and upright, the real-time factor.
 Problems come in the order in which to mend them, with what would replace what cannot work. The last
 line says whether the file works, works without something, or does not work, and why.
+Behind a + there may be another file, which is started beside it: a world, + its navigation. What is
+judged is what comes up of all together.
 It runs on a ROS master of its own and without a screen: windows such as rviz are not looked at.
 out/check/PACKAGE/FILE.html shows in 3-D, in any browser, what happened meanwhile.
 Exits 0 if nothing is wrong, 1 if something is. The log of the launch is in .cache/ros/check-PORT/.
@@ -24,7 +26,7 @@ from commands.errors import CommandError, UsageError, say
 from commands.paths import OUT, ROOT, VENV_PYTHON, relative
 from commands.windows import needs_screen
 
-USAGE = "PACKAGE FILE.launch [--json] [--seconds N] [ARG:=VALUE ...]"
+USAGE = "PACKAGE FILE.launch [--json] [--seconds N] [ARG:=VALUE ...] [+ PACKAGE FILE.launch ...]"
 LAUNCH = None  # takes the arguments of any launch file
 OBSERVER = os.path.join(ROOT, "commands", "check_observer.py")
 LIMIT = 240.0  # wall time beyond the seconds of watching [s]
@@ -47,9 +49,7 @@ def add_arguments(parser):
 
 def run(options, rest):
     """Runs the check; raises CommandError where something is wrong."""
-    for argument in rest:
-        if ":=" not in argument:
-            raise UsageError(f"unknown argument {argument!r}; launch arguments are NAME:=VALUE")
+    files = files_of(options.package, options.file, rest)
     environ = environment.ready()
     _, port = launching.use_own_master(environ)
     folder = os.path.join(environment.LOG_FOLDER, f"check-{port}")
@@ -60,7 +60,10 @@ def run(options, rest):
     environ.update(ROS_LOG_DIR=folder, QT_QPA_PLATFORM="offscreen")
     result, log = (os.path.join(folder, name) for name in ("result.json", "roslaunch.txt"))
     command = [VENV_PYTHON, OBSERVER, result, log, port, str(options.seconds)]
-    words = [options.package, options.file, *rest]
+    if len(files) == 1:
+        words = [options.package, options.file, *rest]
+    else:
+        words = [together(files, os.path.join(folder, "together.launch"), environ)]
     try:
         processes.run_child(
             [*command, *words],
@@ -90,6 +93,75 @@ def run(options, rest):
         say("\n".join(lines))
     if found["problems"]:
         raise SystemExit(1)
+
+
+def files_of(package, file, rest):
+    """Parts the command line into launch files.
+
+    Args:
+        package, file: Of the first one.
+        rest: What is behind it.
+
+    Returns:
+        List of (package, file, list of NAME:=VALUE).
+
+    Raises:
+        UsageError: A word is no argument, or a + has no package and file behind it.
+    """
+    found = [(package, file, [])]
+    words = iter(rest)
+    for word in words:
+        if word == "+":
+            package, file = next(words, ""), next(words, "")
+            if not file or ":=" in package + file or "+" in (package, file):
+                raise UsageError("behind + there must be PACKAGE FILE.launch")
+            found.append((package, file, []))
+        elif ":=" in word:
+            found[-1][2].append(word)
+        else:
+            raise UsageError(f"unknown argument {word!r}; launch arguments are NAME:=VALUE")
+    return found
+
+
+def together(files, path, environ):
+    """Writes a launch file that includes several.
+
+    Args:
+        files: See files_of().
+        path: Where it is written.
+        environ: In which rospack finds packages.
+
+    Returns:
+        Its path.
+
+    Raises:
+        CommandError: A package or a file is not there.
+    """
+    from xml.sax.saxutils import quoteattr
+
+    lines = ["<launch>"]
+    for package, file, arguments in files:
+        lines.append(f"  <include file={quoteattr(_launch_file(package, file, environ))}>")
+        for argument in arguments:
+            name, _, value = argument.partition(":=")
+            lines.append(f"    <arg name={quoteattr(name)} value={quoteattr(value)}/>")
+        lines.append("  </include>")
+    with open(path, "w", encoding="utf-8") as stream:
+        stream.write("\n".join([*lines, "</launch>\n"]))
+    return path
+
+
+def _launch_file(package, file, environ):
+    done = subprocess.run(
+        ["rospack", "find", package], env=environ, capture_output=True, text=True, check=False
+    )
+    if done.returncode != 0:
+        raise CommandError(f"there is no package {package!r}", check_remedies.for_package(package))
+    for directory, below, names in os.walk(done.stdout.strip()):
+        below.sort()
+        if file in names:
+            return os.path.join(directory, file)
+    raise CommandError(f"the package {package!r} has no file {file!r}")
 
 
 def kept_replay(folder, package, file):

@@ -1,7 +1,9 @@
 """Names what the package.xml files at and below PATH ask for, and which Debian package has it.
 
-Packages of the folder itself, of Paddock (with its stand-ins for what Debian lacks) and of a ROS
-that is sourced count as there. --names prints only the Debian packages to install, for scripts.
+The names are rosdep's: Debian's list of ROS packages, config/rosdep/paddock.yaml, and what
+`rosdep update` has brought, if it was run. Packages of the folder itself, of Paddock (with its
+stand-ins for what Debian lacks) and of a ROS that is sourced count as there. --names prints only
+the Debian packages to install, for scripts.
 Exits 0 if everything is there or in Debian, 1 if something is nowhere.
 """
 
@@ -12,9 +14,9 @@ import subprocess
 from dataclasses import dataclass, field
 
 from commands.bootstrap import ros
-from commands.bootstrap.workspace import installed_elsewhere, manifests_below
+from commands.bootstrap.workspace import given_way, manifests_below
 from commands.errors import CommandError, UsageError, say
-from commands.paths import SOURCES
+from commands.paths import CACHE, PYTHON, ROOT, SOURCES, read, write
 
 USAGE = "[--names] [PATH]"
 DEPEND_TAGS = (
@@ -27,27 +29,12 @@ DEPEND_TAGS = (
     "run_depend",
     "test_depend",
 )
-RUN_ONLY = ("exec_depend", "run_depend", "test_depend")
-# rosdep's names that follow no rule below; {} is empty where Python itself has it.
-DEBIAN_NAMES = {
-    "boost": ("libboost-all-dev",),
-    "curl": ("libcurl4-openssl-dev",),
-    "eigen": ("libeigen3-dev",),
-    "ffmpeg": ("ffmpeg",),
-    "libopencv-dev": ("libopencv-dev",),
-    "libpcl-all-dev": ("libpcl-dev",),
-    "opencv": ("libopencv-dev",),
-    "opencv3": ("libopencv-dev",),
-    "python": ("python3",),
-    "python-opencv": ("python3-opencv",),
-    "python-qt-bindings": ("python3-pyqt5",),
-    "python3-pillow": ("python3-pil",),
-    "python3-qt5-bindings": ("python3-pyqt5",),
-    "sdl": ("libsdl1.2-dev",),
-    "tinyxml": ("libtinyxml-dev",),
-    "tinyxml2": ("libtinyxml2-dev",),
-    "yaml-cpp": ("libyaml-cpp-dev",),
-}
+OUR_LIST = os.path.join(ROOT, "config", "rosdep", "paddock.yaml")
+DEBIANS_LIST = "/usr/share/python3-rosdep2/debian.yaml"
+LOOKUP = os.path.join(ROOT, "commands", "rosdep_lookup.py")
+ROSDEP, VCS = "/usr/bin/rosdep", "/usr/bin/vcs"
+OS_RELEASE = "/etc/os-release"
+WANTED = os.path.join(CACHE, "apt-users.txt")  # what packages in src/ need of Debian
 WIDTH = 96
 
 
@@ -125,27 +112,58 @@ def _for_ros_1(condition):
     return (words[2] == "1") == (words[1] == "==")
 
 
-def candidates(name, built=True, debians_ros=True):
-    """Lists the names that Debian may give the packages of a dependency.
-
-    A ROS package is split there: headers and package.xml are in lib*-dev, Python modules in
-    python3-*, definitions of messages in ros-*, nodes and tools under the name itself.
+def resolve(names, debians_ros=True):
+    """Asks rosdep which Debian packages names stand for; installs rosdep if it is missing.
 
     Args:
-        built: Whether something is built against it, and not only run.
+        names: Of dependencies.
         debians_ros: Whether a ROS package may be Debian's.
+
+    Returns:
+        Dict from each name to a list of Debian packages, empty where rosdep does not know it. Names
+        of Python modules and libraries that it does not know are taken for Debian's own.
+
+    Raises:
+        CommandError: rosdep's library ended with an error.
     """
-    if name in DEBIAN_NAMES:
-        return list(DEBIAN_NAMES[name])
+    import json
+
+    prepare()
+    lists = [OUR_LIST, *([DEBIANS_LIST] if debians_ros else [])]
+    names = sorted(set(names))
+    done = subprocess.run(
+        [PYTHON, "-I", LOOKUP, _codename(), *lists],
+        input=json.dumps(names),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if done.returncode != 0:
+        raise CommandError(f"rosdep: {(done.stderr.strip().splitlines() or ['it died'])[-1]}")
+    known = json.loads(done.stdout)
+    return {name: known.get(name) or _as_debian(name) for name in names}
+
+
+def _as_debian(name):
     dashed = name.replace("_", "-").lower()
     if dashed.startswith("python-"):  # rosdep's names of the time of Python 2
-        return ["python3-" + dashed[len("python-") :]]
-    if dashed.startswith(("python3-", "lib")):
-        return [dashed]
-    if not debians_ros:
-        return []
-    to_build = [f"lib{dashed}-dev", f"libros-{dashed}-dev"] if built else []
-    return [*to_build, f"python3-{dashed}", f"ros-{dashed}", dashed]
+        return [f"python3-{dashed[len('python-') :]}"]
+    return [dashed] if dashed.startswith(("python3-", "lib")) else []
+
+
+def _codename():
+    found = [line for line in read(OS_RELEASE).splitlines() if line.startswith("VERSION_CODENAME=")]
+    return found[0].partition("=")[2].strip('"') if found else "sid"
+
+
+def prepare():
+    """Installs what looks names up and brings sources, if it is missing."""
+    if not all(map(os.path.exists, (ROSDEP, VCS))):
+        from commands.bootstrap.packages import prepare_more
+        from commands.bootstrap.step import SetupLock
+
+        with SetupLock():
+            prepare_more("apt-sources.txt")
 
 
 def existing(names):
@@ -206,9 +224,9 @@ class Answer:
 
 
 def ours():
-    """Lists the packages of Paddock's workspace."""
+    """Lists the packages of Paddock's workspace, and what its stand-ins answer for."""
     files = glob.glob(f"{SOURCES}/**/package.xml", recursive=True)
-    return {read_manifest(path)[0] for path in files} - set(installed_elsewhere())
+    return {read_manifest(path)[0] for path in files} - set(given_way()) | {"gazebo"}
 
 
 def of_sourced_ros():
@@ -217,27 +235,30 @@ def of_sourced_ros():
     return {os.path.basename(os.path.dirname(path)) for path in files}
 
 
-def find(folder, existing=existing, installed=installed, paddock=None):
+def find(folder, existing=existing, installed=installed, paddock=None, resolve=resolve):
     """Looks up everything that the packages of a folder ask for.
 
     Args:
+        folder: Or a list of folders.
         existing, installed: From names of Debian packages to those of which it is true.
+        resolve: See resolve().
         paddock: Names of Paddock's packages; None to look.
 
     Returns:
         Answer.
     """
-    read = [read_manifest(path) for path in find_manifests(folder)]
+    folders = [folder] if isinstance(folder, str) else folder
+    manifests = [read_manifest(path) for each in folders for path in find_manifests(each)]
     paddock = ours() if paddock is None else paddock
     sourced = of_sourced_ros()
-    answer = Answer(packages=[name for name, _ in read])
-    asking, built = {}, set()
-    for name, wanted in read:
-        for dependency, tags in wanted.items():
+    answer = Answer(packages=[name for name, _ in manifests])
+    asking = {}
+    for name, wanted in manifests:
+        for dependency in wanted:
             asking.setdefault(dependency, []).append(name)
-            built |= set() if set(tags) <= set(RUN_ONLY) else {dependency}
-    own = not ros.prefix()
-    possible = {name: candidates(name, name in built, own) for name in asking}
+    elsewhere = {*(name for name, _ in manifests), *paddock, *sourced}
+    possible = dict.fromkeys(asking, ())
+    possible.update(resolve(set(asking) - elsewhere, not ros.prefix()))
     known = existing([choice for choices in possible.values() for choice in choices])
     there = installed(known)
     for name, askers in sorted(asking.items()):
@@ -283,6 +304,33 @@ def page(answer):
 def to_install(answer):
     """Lists the Debian packages to install."""
     return sorted({package for found in answer.missing.values() for package in found})
+
+
+def offer(folders, ask):
+    """Installs what packages need of Debian, after naming it.
+
+    Args:
+        folders: The packages' folders.
+        ask: Function of a question that returns whether to do it.
+
+    Raises:
+        SystemExit: Debian packages could not be installed, and ./run has said why.
+    """
+    from commands.bootstrap.packages import prepare_more
+    from commands.bootstrap.step import SetupLock
+
+    if not has_lists():
+        return
+    answer = find(folders)
+    names = to_install(answer)
+    if not names:
+        return
+    for line in _wrapped(f"packages in src/ need of Debian: {' '.join(names)}"):
+        say(line)
+    if ask("Install them?"):
+        write(WANTED, "".join(f"{name}\n" for name in names))
+        with SetupLock():
+            prepare_more(os.path.relpath(WANTED, os.path.join(ROOT, "config")))
 
 
 def _wrapped(text):

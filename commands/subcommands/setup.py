@@ -5,17 +5,21 @@ packages of config/requirements.txt into .venv, builds the catkin workspace into
 and compiles the solver. What tests and learning need besides comes with ./run test, ./run train and
 the others that need it. ROS 1 is Debian's (config/apt-ros.txt), unless another one is sourced in
 the shell: then everything is built on that one, now and in later shells, until .venv is deleted.
+Packages that you have put into src/ are built, too: what rosdep says that they need of Debian is
+named and installed (asked for on a terminal), and what cannot be built is left out and named.
 Steps whose inputs have not changed are skipped; an interrupted set-up can be started again. Details
 go to .cache/log/.
 """
 
 import os
+import sys
 
 from commands import bootstrap
-from commands.bootstrap import venv
+from commands.bootstrap import left_out, venv, workspace
 from commands.bootstrap.venv import EXTRAS
 from commands.errors import UsageError, say
 from commands.paths import ROOT
+from commands.subcommands import deps
 
 USAGE = "[--with LIST] [--environment]"
 
@@ -43,10 +47,22 @@ def run(options, _rest):
     """Sets up."""
     if options.environment:
         return print_environment()
+    users = workspace.users_packages()
+    if users:
+        deps.offer(list(users.values()), asked)
     bootstrap.prepare()
     if options.lists:
         venv.prepare_extras(*options.lists)
+    for entry in left_out.saved():
+        say(entry.line())
     say(f"ready: {ROOT}")
+
+
+def asked(question):
+    """Asks on a terminal; without one, as for Paddock's own packages, the answer is yes."""
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        return True
+    return input(f"{question} [Y/n] ").strip().lower() in ("", "y", "yes")
 
 
 def _lists(value):

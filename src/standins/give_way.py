@@ -1,64 +1,172 @@
 #!/usr/bin/env python3
-"""Disable the stand-ins of packages that are installed on the machine.
+"""Disable the stand-ins of packages that are there: installed, or brought by a user.
 
-Puts an (untracked) CATKIN_IGNORE file into each stand-in whose package rospkg finds outside
-this source folder, removes it from the others, and prints the names of those disabled.
-Run it before the build, with no environment of this workspace sourced.
+Puts an (untracked) CATKIN_IGNORE file into each stand-in whose real package is below a ROS, below
+ROS_PACKAGE_PATH or beside the stand-ins in the same workspace, removes it from the others, and
+prints the names of those disabled. Run it before the build, with no environment of this workspace
+sourced. ./run does the same by the functions below.
 """
 
 import os
+import re
 import sys
-
-import rospkg
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 MARKER = "CATKIN_IGNORE"
+MARK = "by ./run: a real package of this name is used\n"
+OURS_MARK = "by ./run: the stand-in of this name is used, as the real package needs Gazebo itself\n"
+IGNORE = (MARKER, "AMENT_IGNORE")
+SKIPPED = ("build", "devel", "install")
 DEFAULT_FOLDERS = ("/opt/ros/noetic/share", "/usr/share")
+# Sources of these cannot be built without Gazebo: of what a user brings, these do not replace ours.
+NEED_GAZEBO = (
+    "gazebo_dev",
+    "gazebo_plugins",
+    "gazebo_ros",
+    "gazebo_ros_control",
+    "hector_gazebo_plugins",
+    "realsense_gazebo_plugin",
+    "roboticsgroup_gazebo_plugins",
+    "roboticsgroup_upatras_gazebo_plugins",
+    "steer_bot_hardware_gazebo",
+)
+
+
+def read(path):
+    """Returns a file's text; empty where there is no such file."""
+    try:
+        with open(path, encoding="utf-8", errors="replace") as stream:
+            return stream.read()
+    except OSError:
+        return ""
+
+
+def manifests_below(folder, skipped=None):
+    """Lists the package.xml files at and below a folder, as catkin finds them.
+
+    Args:
+        skipped: A folder that is not searched; None: all are.
+    """
+    found, seen = [], set()
+    for directory, below, files in os.walk(folder, followlinks=True):
+        real = os.path.realpath(directory)
+        if real in seen:  # a link to a folder above
+            below[:] = []
+            continue
+        seen.add(real)
+        own = "package.xml" in files and read(os.path.join(directory, MARKER)) == OURS_MARK
+        if any(name in files for name in IGNORE) and not own:
+            below[:] = []
+        elif "package.xml" in files:
+            found.append(os.path.join(directory, "package.xml"))
+            below[:] = []
+        else:
+            below[:] = sorted(
+                name
+                for name in below
+                if not name.startswith(".")
+                and name not in SKIPPED
+                and os.path.join(directory, name) != skipped
+            )
+    return found
+
+
+def packages_below(folder, skipped=None):
+    """Finds the packages at and below a folder: of each name its folder."""
+    found = {}
+    for path in manifests_below(folder, skipped):
+        named = re.search(r"<name>\s*(\S+?)\s*</name>", read(path))
+        if named:
+            found.setdefault(named[1], os.path.dirname(path))
+    return found
 
 
 def real_packages(folders):
     """Returns the names of all packages below some folders.
 
     Args:
-        folders: where to search; packages in this workspace, also through links, are skipped.
+        folders: where to search; stand-ins, also through links, are skipped.
     """
-    workspace = os.path.dirname(os.path.dirname(os.path.realpath(HERE))) + os.sep
+    standins = os.path.realpath(HERE) + os.sep
+    found = set()
+    for folder in filter(os.path.isdir, folders):
+        if os.path.basename(os.path.normpath(folder)) == "share":  # installed: one folder a package
+            below = {os.path.basename(path): path for path in _folders_of(folder)}
+        else:
+            below = packages_below(folder)
+        found |= {
+            name
+            for name, path in below.items()
+            if not (os.path.realpath(path) + os.sep).startswith(standins)
+        }
+    return found
 
-    def _outside(path):
-        return not (os.path.realpath(path) + os.sep).startswith(workspace)
 
-    rospack = rospkg.RosPack([p for p in folders if os.path.isdir(p) and _outside(p)])
-    return {name for name in rospack.list() if _outside(rospack.get_path(name))}
+def _folders_of(share):
+    for entry in os.scandir(share):
+        if os.path.isfile(os.path.join(entry.path, "package.xml")):
+            yield entry.path
 
 
-def give_way(folder, real):
-    """Disables the stand-ins of installed packages and enables the others.
+def give_way(folder, real, found=()):
+    """Disables the stand-ins of real packages and enables the others.
 
     Args:
         folder: the folder of the stand-ins, one package per folder.
         real: names of the packages that exist elsewhere.
+        found: names of stand-ins that are left out of the build, but stay findable.
 
     Returns:
         Sorted names of the disabled stand-ins.
     """
     disabled = []
-    for name in sorted(os.listdir(folder)):
+    for name in sorted(os.listdir(folder)) if os.path.isdir(folder) else []:
         package = os.path.join(folder, name)
         if not os.path.isfile(os.path.join(package, "package.xml")):
             continue
         marker = os.path.join(package, MARKER)
         if name in real:
             disabled.append(name)
-            with open(marker, "w", encoding="utf-8"):
-                pass
-        elif os.path.exists(marker):
+        if name in real and name not in found:
+            if not os.path.exists(marker):
+                _write(marker, MARK)
+        elif os.path.exists(marker) and _is_ours(read(marker)):  # one by hand stays
             os.remove(marker)
     return disabled
 
 
+def keep_ours(users):
+    """Hides a user's copies of packages that need Gazebo, in whose place the stand-ins stay.
+
+    Args:
+        users: the user's packages: of each name its folder.
+
+    Returns:
+        Sorted names of the user's packages that are hidden.
+    """
+    hidden = sorted(set(users) & set(NEED_GAZEBO))
+    for name in hidden:
+        marker = os.path.join(users[name], MARKER)
+        if not os.path.exists(marker):
+            _write(marker, OURS_MARK)
+    return hidden
+
+
+def _is_ours(text):
+    return text.startswith("by ./run:")
+
+
+def _write(path, text):
+    with open(path, "w", encoding="utf-8") as stream:
+        stream.write(text)
+
+
 def main():
     folders = os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep)
-    for name in give_way(HERE, real_packages(list(DEFAULT_FOLDERS) + folders)):
+    users = packages_below(os.path.dirname(HERE), skipped=HERE)
+    real = real_packages(list(DEFAULT_FOLDERS) + folders)
+    real |= set(users) - set(keep_ours(users))
+    for name in give_way(HERE, real):
         print(name)
     return 0
 

@@ -36,8 +36,9 @@ def make_ros(folder, names, python=None):
         names: Its packages.
         python: Text of its own bin/python3, a shell script; None for none.
     """
+    (folder / "share").mkdir(parents=True, exist_ok=True)
     for name in names:
-        (folder / "share" / name).mkdir(parents=True)
+        (folder / "share" / name).mkdir()
         (folder / "share" / name / "package.xml").write_text(
             f"<package><name>{name}</name></package>"
         )

@@ -72,6 +72,8 @@ def small_clone(folder):
     for name in ("commands", "config"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copy(ROOT / "run", folder / "run")
+    (folder / "src" / "standins").mkdir(parents=True)
+    shutil.copy(ROOT / "src" / "standins" / "give_way.py", folder / "src" / "standins")
     (folder / "config" / "requirements.txt").write_text("paddock-probe==1.0\n")
     package = folder / "src" / "probe"
     (package / "nodes").mkdir(parents=True)

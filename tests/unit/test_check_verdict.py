@@ -2,11 +2,14 @@
 
 import copy
 import math
+import os
 import signal
+from xml.etree import ElementTree
 
 import pytest
 
 from commands import check_observer, check_remedies, check_roslaunch, cli
+from commands.errors import CommandError, UsageError
 from commands.subcommands import check
 
 STATE = {"position": (1.0, 2.0, 0.05), "orientation": (0.0, 0.0, 0.0, 1.0), "speed": 0.0}
@@ -408,11 +411,11 @@ def test_sources_of_what_is_missing(tmp_path, monkeypatch):
 
 
 def test_what_would_replace_it():
-    def existing(names):
-        return {name for name in names if name == "laser-filters"}
+    def resolve(names):
+        return {name: ["laser-filters"] if name == "laser_filters" else [] for name in names}
 
     remedies = {
-        name: check_remedies.for_package(name, existing)
+        name: check_remedies.for_package(name, set, resolve)
         for name in ("laser_filters", "move_base", "robot_pose_ekf", "my_own")
     }
     assert remedies["laser_filters"] == "apt-get install laser-filters"
@@ -499,3 +502,38 @@ def test_a_check_records_the_simulator_that_it_has_found(monkeypatch):
         "_title:=my_car drive.launch gui=true",  # rospy takes one := in an argument
         "_simulator:=/depot/gazebo",
     } <= set(recorder.command)
+
+
+def test_several_launch_files():
+    words = ["gui:=false", "+", "car", "navigate.launch", "map:=a:=b", "+", "car", "view.launch"]
+    assert check.files_of("car", "world.launch", words) == [
+        ("car", "world.launch", ["gui:=false"]),
+        ("car", "navigate.launch", ["map:=a:=b"]),
+        ("car", "view.launch", []),
+    ]
+    for words, sentence in (
+        (["+", "car"], "behind [+] there must be PACKAGE FILE.launch"),
+        (["+", "a:=b", "c.launch"], "behind [+] there must be"),
+        (["gui"], "unknown argument 'gui'"),
+    ):
+        with pytest.raises(UsageError, match=sentence):
+            check.files_of("car", "world.launch", words)
+
+
+def test_several_launch_files_are_one(tmp_path):
+    environ = {**os.environ, "ROS_PACKAGE_PATH": str(tmp_path / "src")}
+    for name in ("world", "navigate"):
+        folder = tmp_path / "src" / name / "launch"
+        folder.mkdir(parents=True)
+        (folder.parent / "package.xml").write_text(f"<package><name>{name}</name></package>")
+        (folder / f"{name}.launch").write_text("<launch/>")
+    files = [("world", "world.launch", []), ("navigate", "navigate.launch", ['words:=<"a">'])]
+    path = check.together(files, str(tmp_path / "both.launch"), environ)
+    root = ElementTree.parse(path).getroot()
+    assert [each.get("file") for each in root] == [
+        str(tmp_path / "src" / name / "launch" / f"{name}.launch") for name in ("world", "navigate")
+    ]
+    (argument,) = root.iter("arg")
+    assert (argument.get("name"), argument.get("value")) == ("words", '<"a">')
+    with pytest.raises(CommandError, match="the package 'world' has no file 'other.launch'"):
+        check.together([("world", "other.launch", [])], path, environ)

@@ -1,5 +1,10 @@
 """./run deps: package.xml files read, names looked up, the four lists, and a real answer."""
 
+import hashlib
+import json
+import pickle
+import subprocess
+
 import pytest
 from run_rig import ROOT, run
 
@@ -48,30 +53,51 @@ def test_the_four_lists(workspace, debians_ros):
     assert found.packages == ["my_car", "my_msgs"]
     assert (found.here, found.paddock) == (["my_msgs"], ["gazebo_ros"])
     assert list(found.installed) == ["catkin", "python-numpy", "rospy"]
-    assert found.missing == {"move_base_msgs": ["python3-move-base-msgs", "ros-move-base-msgs"]}
+    names = ["libmove-base-msgs-dev", "python3-move-base-msgs", "ros-move-base-msgs"]
+    assert found.missing == {"move_base_msgs": names}
     assert found.nowhere == {"laser_driver": ["my_car"]}
     lines = deps.page(found)
-    assert (
-        "  apt-get install --no-install-recommends python3-move-base-msgs ros-move-base-msgs"
-        in (lines)
-    )
+    assert f"  apt-get install --no-install-recommends {' '.join(names)}" in lines
     assert lines[-2:] == ["neither in Debian nor in Paddock:", "  laser_driver, for my_car"]
 
 
-@pytest.mark.parametrize(
-    "name, built, expected",
-    [
-        ("rviz", False, ["python3-rviz", "ros-rviz", "rviz"]),
-        ("tf2_ros", True, ["libtf2-ros-dev", "libros-tf2-ros-dev", "python3-tf2-ros",
-                           "ros-tf2-ros", "tf2-ros"]),
-        ("python-yaml", True, ["python3-yaml"]),
-        ("python3-scipy", True, ["python3-scipy"]),
-        ("libjpeg-dev", True, ["libjpeg-dev"]),
-        ("eigen", True, ["libeigen3-dev"]),
-    ],
-)  # fmt: skip
-def test_names_of_debian(name, built, expected):
-    assert deps.candidates(name, built) == expected
+NAMES = {
+    "tf": ["libtf-dev", "python3-tf", "tf-tools"],  # and never tf, which is a game
+    "tf2_py": ["python3-tf2"],
+    "pluginlib": ["pluginlib-dev"],
+    "gtest": ["libgtest-dev"],
+    "sdl-image": ["libsdl-image1.2-dev"],
+    "eigen": ["libeigen3-dev"],
+    "python-yaml": ["python3-yaml"],
+    "python3-scipy": ["python3-scipy"],
+    "libjpeg-dev": ["libjpeg-dev"],
+    "move_base": [],
+}
+
+
+def test_names_of_debian():
+    assert deps.resolve(NAMES) == NAMES
+    of_a_sourced_ros = deps.resolve(NAMES, debians_ros=False)
+    assert of_a_sourced_ros["tf"] == [] and of_a_sourced_ros["eigen"] == ["libeigen3-dev"]
+
+
+def test_a_name_that_is_listed_twice_is_ours_and_updated_sources_count(tmp_path):
+    home = tmp_path / "ros"
+    lookup = {"HOME": str(tmp_path), "ROS_HOME": str(home), "PATH": "/usr/bin:/bin"}
+    (home / "rosdep" / "sources.cache").mkdir(parents=True)
+    (home / "rosdep" / "sources.cache" / "index").write_text("yaml file:///mine.yaml \n")
+    pickled = (
+        home / "rosdep" / "sources.cache" / f"{hashlib.sha1(b'file:///mine.yaml').hexdigest()}"
+    )
+    rules = {"my_lib": {"debian": ["my-lib"]}, "eigen": {"debian": ["no-eigen"]}}
+    pickled.with_suffix(".pickle").write_bytes(pickle.dumps(rules, 2))
+    done = subprocess.run(
+        ["/usr/bin/python3", "-I", deps.LOOKUP, "bookworm", deps.OUR_LIST],
+        input=json.dumps(["my_lib", "eigen", "nowhere"]),
+        env=lookup, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == {"my_lib": ["my-lib"], "eigen": ["libeigen3-dev"]}
 
 
 def test_what_is_no_package_xml(tmp_path):

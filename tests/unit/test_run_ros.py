@@ -280,8 +280,8 @@ def test_stand_ins_that_give_way_are_not_found_in_the_sources(found, monkeypatch
 def test_debian_packages_of_ros_are_no_answer_for_a_sourced_one(found, tmp_path):
     found(ros_rig.make_ros(tmp_path / "one", ["rospy", "tf2_ros"]))
     assert deps.of_sourced_ros() == {"rospy", "tf2_ros"} and "gazebo_ros" in deps.ours()
-    assert deps.candidates("move_base_msgs", debians_ros=False) == []
-    assert deps.candidates("python3-scipy", debians_ros=False) == ["python3-scipy"]
+    assert deps.resolve(["move_base_msgs"], debians_ros=False) == {"move_base_msgs": []}
+    assert deps.resolve(["python3-scipy"], debians_ros=False)["python3-scipy"] == ["python3-scipy"]
     package = tmp_path / "package.xml"
     package.write_text(
         "<package><name>a</name><depend>tf2_ros</depend><depend>rviz</depend>"

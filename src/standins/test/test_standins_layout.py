@@ -43,6 +43,7 @@ NAMED_IN_FIND_PACKAGE = (
     "gazebo_ros",
     "gazebo_plugins",
     "gazebo_ros_control",
+    "gazebo_dev",
     "controller_manager",
     "ros_control",
     "ros_controllers",

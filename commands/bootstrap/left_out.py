@@ -1,0 +1,210 @@
+"""What could not be built: which package and program, by what cause, and what helps.
+
+Read from the logs of cmake and of make -k, which builds all that does not need it.
+"""
+
+import os
+import re
+from dataclasses import asdict, dataclass
+
+from commands.paths import BUILD, read, write
+
+FILE = os.path.join(BUILD, ".left_out")
+OWN = "a Python class can take its place (docs/tutorials/your_own_simulation.md)"
+SIMULATOR_HEADERS = ("gazebo", "ignition", "gz", "sdf")
+CONTROL_HEADERS = (
+    "combined_robot_hw",
+    "controller_interface",
+    "controller_manager",
+    "effort_controllers",
+    "gazebo_ros",
+    "gazebo_ros_control",
+    "gazebo_plugins",
+    "hardware_interface",
+    "joint_limits_interface",
+    "joint_trajectory_controller",
+    "position_controllers",
+    "transmission_interface",
+    "velocity_controllers",
+)
+_ESCAPES = re.compile(r"\x1b\[[0-9;]*m")
+_PROCESSING = re.compile(r"-- (?:\+\+\+ processing catkin package: '(\S+)'|~~  - (\S+))")
+_NO_CONFIG = re.compile(r"Could not find a package configuration file provided by\s+\"([^\"]+)\"")
+_NO_MODULE = re.compile(r"Could NOT find (\w+)")
+_NO_PKG_CONFIG = re.compile(r"No package '([^']+)' found")
+_NO_HEADER = re.compile(r"fatal error: ([^\s:]+): No such file or directory")
+_COMPILER = re.compile(r"^(/\S+?):(\d+):(?:\d+:)? (?:fatal )?error: (.*)$")
+_LINKER = re.compile(r"(undefined reference to .*|cannot find -l\S+.*)$")
+_FAILED = re.compile(r"\*\*\* \[(.+)\] Error \d+")
+_TARGET = re.compile(r"^(?:\./)?(.+)/CMakeFiles/([^/]+)\.dir/")
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """A package or a program that is not built.
+
+    Attributes:
+        package: The package's name.
+        program: Its target; empty: the whole package.
+        cause: Why.
+        remedy: What helps; may be empty.
+        missing: Name of the package that is missing; may be empty.
+    """
+
+    package: str
+    program: str
+    cause: str
+    remedy: str = ""
+    missing: str = ""
+
+    def line(self):
+        """Returns what is printed."""
+        what = f"{self.package} ({self.program})" if self.program else self.package
+        return f"left out: {what}: {self.cause}{self.remedy and f'; {self.remedy}'}"
+
+
+def saved():
+    """Lists what the last build left out."""
+    text = read(FILE)
+    if not text:
+        return []
+    import json
+
+    return [LeftOut(**fields) for fields in json.loads(text)]
+
+
+def save(entries):
+    """Keeps what a build left out."""
+    import json
+
+    write(FILE, json.dumps([asdict(entry) for entry in entries]))
+
+
+def before_configuration(users, is_there):
+    """Finds packages that cmake would refuse: what they ask for as components of catkin is missing.
+
+    Args:
+        users: Packages of a user: of each name its folder.
+        is_there: From the name of a package to whether the ROS, or Paddock, has it.
+
+    Returns:
+        List of LeftOut; packages that need another one of it follow it.
+    """
+    wanted = {name: _components(folder) for name, folder in users.items()}
+    found = {}
+    while True:
+        more = {}
+        for name in users.keys() - found.keys():
+            for each in wanted[name]:
+                if each in found:
+                    more[name] = LeftOut(name, "", f"it needs {each}, which is left out")
+                elif each not in users and not is_there(each):
+                    more[name] = LeftOut(name, "", *_missing(each, f"it needs {each}"))
+        if not more:
+            return list(found.values())
+        found.update(sorted(more.items()))
+
+
+def _components(folder):
+    """Lists the components of catkin that the CMakeLists.txt of a package requires in any case."""
+    text = re.sub(r"#.*", "", read(os.path.join(folder, "CMakeLists.txt")))
+    found, depth = [], 0
+    for call in re.finditer(r"\b(if|endif|find_package)\s*\(([^()]*)\)", text, re.I):
+        kind, words = call[1].lower(), call[2].split()
+        depth += {"if": 1, "endif": -1}.get(kind, 0)
+        if kind == "find_package" and depth == 0 and words[:1] == ["catkin"]:
+            rest = words[words.index("REQUIRED") + 1 :] if "REQUIRED" in words else []
+            found += [word for word in rest if re.fullmatch(r"[a-z][a-z0-9_-]*", word)]
+    return found
+
+
+def of_configuration(log):
+    """Finds the packages that cmake could not configure.
+
+    Args:
+        log: What cmake printed.
+
+    Returns:
+        List of LeftOut, one a package; empty: none is to blame.
+    """
+    package, found = "", {}
+    lines = _ESCAPES.sub("", log).splitlines()
+    for at, line in enumerate(lines):
+        named = _PROCESSING.match(line)
+        if named and named[1]:
+            package = named[1]
+        if line.startswith("CMake Error") and package and package not in found:
+            found[package] = _configuration(package, lines[at : at + 25])
+    return list(found.values())
+
+
+def _configuration(package, lines):
+    end = next((n for n, line in enumerate(lines) if n and re.match(r"-- |CMake", line)), 25)
+    text = " ".join(" ".join(lines[:end]).split())
+    for pattern in (_NO_CONFIG, _NO_PKG_CONFIG, _NO_MODULE):
+        match = pattern.search(text)
+        if match:
+            return LeftOut(package, "", *_missing(match[1], f"it needs {match[1]}"))
+    words = re.sub(r"^CMake Error(?: at \S+:\d+)?[^:]*:(?:\d+ \(\w+\):)?\s*", "", text)
+    return LeftOut(package, "", f"cmake: {words.partition(' Call Stack')[0][:200].strip()}")
+
+
+def _missing(name, cause):
+    return cause, "./run deps names the Debian package that has it, if there is one", name
+
+
+def of_build(log, packages):
+    """Finds the programs that make could not build.
+
+    Args:
+        log: What make -k -O printed: what each compiler says is in one piece, before make's line.
+        packages: Folders in the workspace, relative to src/, of all packages: folder -> name.
+
+    Returns:
+        List of LeftOut, one a target; package is empty where it is not known.
+    """
+    found, errors = {}, []
+    for line in _ESCAPES.sub("", log).replace("‘", "'").replace("’", "'").splitlines():
+        match = _COMPILER.match(line)
+        if match:
+            errors.append((match[1], f"{os.path.basename(match[1])}:{match[2]}: {match[3]}"))
+        elif _LINKER.search(line):
+            errors.append(("", _LINKER.search(line)[1]))
+        elif _FAILED.search(line):
+            failed = _FAILED.search(line)[1]
+            match = _TARGET.match(failed.split(": ")[-1])
+            if not match:  # a whole target, of which a file has failed before
+                continue
+            package, target = _package_at(match[1], packages), match[2]
+            if (package, target) not in found:
+                found[package, target] = _entry(package, target, _error_of(failed, errors))
+            errors = []
+    return list(found.values())
+
+
+def _package_at(folder, packages):
+    while folder and folder not in packages:
+        folder = os.path.dirname(folder)
+    return packages.get(folder, "")
+
+
+def _error_of(failed, errors):
+    """Returns the error that belongs to what make names: PACKAGE/CMakeFiles/TARGET.dir/FILE.o."""
+    source = failed.partition(".dir/")[2].partition(".dir/")[2] or failed.partition(".dir/")[2]
+    source = re.sub(r"\.o$", "", source)
+    for path, error in errors:
+        if source and path.endswith(f"/{source}"):
+            return error
+    return errors[0][1] if errors else "the log has no error of it"
+
+
+def _entry(package, target, error):
+    header = _NO_HEADER.search(f"fatal error: {error.partition(': ')[2]}")
+    if header:
+        first = header[1].partition("/")[0]
+        if first in SIMULATOR_HEADERS:
+            return LeftOut(package, target, f"it includes Gazebo's {header[1]}", OWN)
+        if first in CONTROL_HEADERS:
+            return LeftOut(package, target, f"it includes {header[1]} of ros_control", OWN)
+        return LeftOut(package, target, *_missing(first, f"it includes {header[1]}"))
+    return LeftOut(package, target, error[:200], "see .cache/log/build_workspace.log")

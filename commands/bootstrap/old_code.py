@@ -1,0 +1,125 @@
+"""What old C++ of users' packages lacks for the compilers and libraries of today.
+
+Found by reading their sources before the build, so that no failure has to come first. Packages are
+not changed: config/cmake/users_packages.cmake adds options to their targets.
+"""
+
+import os
+import re
+
+from commands.bootstrap import ros
+from commands.paths import BUILD, ROOT, read, write
+
+HOOK = os.path.join(ROOT, "config", "cmake", "users_packages.cmake")
+HEADERS = os.path.join(ROOT, "config", "include")
+HELP = os.path.join(BUILD, "users_packages.cmake")
+SOURCES = (".c", ".cc", ".cpp", ".cxx", ".h", ".hh", ".hpp", ".hxx")
+LARGEST = 1_000_000  # [bytes] of a source that is read
+# Boost's libraries that packages forget to link, as those of ROS brought them once
+BOOST = ("date_time", "filesystem", "program_options", "regex", "serialization")
+OLDEST_STANDARD = 17  # that log4cxx 1.0, which ros/console.h includes, compiles with
+_BARE = re.compile(r"\bbind\s*[(<][^;]*?[\s,(]_[1-9]\b")
+_STANDARD = re.compile(
+    r"std=(?:c|gnu)\+\+(?:98|03|0x|11|1y|14)\b|CXX_STANDARD\s+\"?(?:98|11|14)\b|cxx_std_(?:98|11|14)\b"
+)
+_COMMENT = re.compile(r"#.*")
+WORDS = {
+    "placeholders": "boost's placeholders _1, _2 ... in the global namespace",
+    "headers": "headers under their old names",
+    "standard": f"C++ {OLDEST_STANDARD} in place of an older one, which log4cxx needs",
+}
+
+
+def needs_of(folder):
+    """Tells what a package needs.
+
+    Args:
+        folder: Its folder.
+
+    Returns:
+        List of placeholders, headers, standard and boost_NAME.
+    """
+    cmake, sources = _texts(folder)
+    found = []
+    if any(_has_bare_placeholders(text) for text in sources) and not any(
+        re.search(r"using namespace std::placeholders|using std::placeholders", text)
+        for text in sources
+    ):
+        found.append("placeholders")
+    if any(f"{name}>" in text or f'{name}"' in text for name in _lacking() for text in sources):
+        found.append("headers")
+    if _needs_standard() and _STANDARD.search(cmake):
+        found.append("standard")
+    for name in BOOST:
+        used = re.compile(rf"#\s*include\s*<boost/{name}(?:\.hpp|/)")
+        if name not in cmake and sources and any(used.search(text) for text in sources):
+            found.append(f"boost_{name}")
+    return found
+
+
+def _texts(folder):
+    """Returns the text of all CMakeLists.txt without comments, and of each source a text."""
+    cmake, sources = [], []
+    for directory, below, files in os.walk(folder):
+        below[:] = sorted(name for name in below if not name.startswith("."))
+        for name in sorted(files):
+            path = os.path.join(directory, name)
+            if name == "CMakeLists.txt":
+                cmake.append(_COMMENT.sub("", read(path)))
+            elif name.endswith(SOURCES) and os.path.getsize(path) <= LARGEST:
+                with open(path, encoding="utf-8", errors="replace") as stream:
+                    sources.append(stream.read())
+    return "\n".join(cmake), sources
+
+
+def _has_bare_placeholders(text):
+    brought = "placeholders" in text or "boost/bind.hpp" in text
+    return "bind" in text and not brought and bool(_BARE.search(text))
+
+
+def _lacking():
+    """Lists the old headers that the ROS lacks, as they are included."""
+    above = f"{ros.prefix()}/include" if ros.prefix() else "/usr/include"
+    found = []
+    for package in sorted(os.listdir(HEADERS)):
+        for name in sorted(os.listdir(os.path.join(HEADERS, package))):
+            places = (f"{above}/{package}/{name}", f"{above}/{package}/{package}/{name}")
+            if not any(os.path.exists(place) for place in places):
+                found.append(f"{package}/{name}")
+    return found
+
+
+def _needs_standard():
+    """Returns whether there is a log4cxx that older standards do not compile."""
+    for above in filter(None, (ros.prefix(), "/usr")):
+        text = read(f"{above}/include/log4cxx/log4cxx.h")
+        major = re.search(r"LOG4CXX_VERSION_MAJOR (\d+)", text)
+        if major:
+            return int(major[1]) >= 1
+    return False
+
+
+def prepare(packages):
+    """Writes what the build includes for packages.
+
+    Args:
+        packages: Of each name the folder.
+
+    Returns:
+        Lines that say what is helped.
+    """
+    lines, said = [f'set(PADDOCK_HEADERS "{HEADERS}")\n'], []
+    for name, folder in sorted(packages.items()):
+        needs = needs_of(folder)
+        if needs:
+            lines.append(f'set("paddock_help_{folder}" "{";".join(needs)}")\n')
+            words = [WORDS.get(need, f"lib{need}") for need in needs]
+            said.append(f"{name} is built with {', '.join(words)}")
+    if read(HELP) != "".join(lines):
+        write(HELP, "".join(lines))
+    return said
+
+
+def options():
+    """Returns the arguments of cmake."""
+    return [f"-DCMAKE_PROJECT_INCLUDE={HOOK}", f"-DPADDOCK_HELP={HELP}"]

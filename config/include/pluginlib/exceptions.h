@@ -1,0 +1,3 @@
+// The name that pluginlib had for exceptions.hpp until ROS Melodic.
+#pragma once
+#include <pluginlib/exceptions.hpp>

@@ -1,0 +1,246 @@
+"""Packages that a user puts into src/: they win over stand-ins, and building goes on."""
+
+import json
+import pathlib
+import shutil
+import subprocess
+
+import pytest
+import run_rig
+from run_rig import ROOT, run
+
+from commands.bootstrap import left_out, old_code, workspace
+from commands.subcommands import setup
+
+MANIFEST = (
+    '<package format="2"><name>{}</name><version>1.0.0</version><description>x</description>'
+    '<license>BSD</license><maintainer email="a@example.org">a</maintainer>'
+    "<buildtool_depend>catkin</buildtool_depend></package>\n"
+)
+HEAD = "cmake_minimum_required(VERSION 3.0.2)\nproject({})\nfind_package(catkin REQUIRED {})\n"
+OLD = """#include <boost/bind/bind.hpp>
+#include <boost/program_options.hpp>
+#include <iostream>
+#include <string_view>
+double half(double number) { return number / 2; }
+int main(int count, char** words) {
+  boost::program_options::options_description options("none");
+  std::cout << boost::bind(half, _1)(count) << std::string_view("") << options << std::endl;
+}
+"""
+# Programs of it: one needs Gazebo, one does not, one does not compile, one is not linked.
+MIXED = (
+    HEAD.format("mixed", "")
+    + "find_package(gazebo REQUIRED)\ncatkin_package()\n"
+    + "include_directories(${catkin_INCLUDE_DIRS} ${GAZEBO_INCLUDE_DIRS})\n"
+    + "link_directories(${GAZEBO_LIBRARY_DIRS})\n"
+    + "".join(
+        f"add_executable({name} src/{name}.cpp)\n"
+        f"target_link_libraries({name} ${{GAZEBO_LIBRARIES}})\n"
+        for name in ("good", "world", "wrong", "loose")
+    )
+)
+SOURCES = {
+    "good": "int main() { return 0; }\n",
+    "world": "#include <gazebo/gazebo.hh>\nint main() { return 0; }\n",
+    "wrong": "int main() { return no_such_name; }\n",
+    "loose": "int far();\nint main() { return far(); }\n",
+}
+
+
+def package(folder, name, cmake, **sources):
+    """Writes a package with its sources in src/."""
+    (folder / "src").mkdir(parents=True)
+    (folder / "package.xml").write_text(MANIFEST.format(name))
+    (folder / "CMakeLists.txt").write_text(cmake)
+    for source, text in sources.items():
+        (folder / "src" / f"{source}.cpp").write_text(text)
+    return folder
+
+
+def test_folders_of_ours_are_all_that_the_repository_has():
+    found = {path.parent.name for path in (ROOT / "src").glob("*/package.xml")}
+    assert set(workspace.OURS) - {"standins"} <= found
+    for name in workspace.OURS:
+        assert (ROOT / "src" / name).is_dir()
+
+
+@pytest.fixture(scope="module")
+def filled(clone, tmp_path_factory, package_index):
+    """A small clone into which a user puts packages after its set-up, and the next set-up."""
+    root = tmp_path_factory.mktemp("users") / "paddock"
+    shutil.copytree(clone, root, symlinks=True)
+    standins = root / "src" / "standins"
+    shutil.copytree(ROOT / "src" / "standins" / "gazebo_dev", standins / "gazebo_dev")
+    package(standins / "map_server", "map_server", HEAD.format("map_server", "")
+            + "catkin_package()\n"
+            "catkin_install_python(PROGRAMS src/map_server.cpp DESTINATION x)\n",
+            map_server="#!/usr/bin/env python3\n")  # fmt: skip
+    before = run("setup", root=root, env=package_index.environment())
+    assert before.returncode == 0, before.stdout
+    chained = root.parent / "chained"
+    package(chained / "src" / "map_server", "map_server",
+            HEAD.format("map_server", "") + "find_package(gazebo REQUIRED)\ncatkin_package()\n"
+            "add_executable(map_server src/main.cpp)\n",
+            main="int main() { return 8; }\n")  # fmt: skip
+    built = run("exec", "catkin_make", "-C", str(chained), root=root)
+    assert built.returncode == 0, built.stdout + built.stderr
+    package(root / "src" / "brought" / "map_server", "map_server",
+            HEAD.format("map_server", "") + "catkin_package()\n"
+            "add_executable(map_server src/main.cpp)\n",
+            main="int main() { return 7; }\n")  # fmt: skip
+    package(root / "src" / "mixed", "mixed", MIXED, **SOURCES)
+    package(root / "src" / "needs_mixed", "needs_mixed",
+            HEAD.format("needs_mixed", "COMPONENTS mixed no_such_thing"))  # fmt: skip
+    package(root / "src" / "follows", "follows",
+            HEAD.format("follows", "COMPONENTS needs_mixed") + "catkin_package()\n")  # fmt: skip
+    package(root / "src" / "asks", "asks",
+            HEAD.format("asks", "") + "find_package(NoSuchLibrary REQUIRED)\n")  # fmt: skip
+    package(root / "src" / "old", "old",
+            HEAD.format("old", "") + "add_compile_options(-std=c++11)\ncatkin_package()\n"
+            "add_executable(old src/old.cpp)\n", old=OLD)  # fmt: skip
+    own = HEAD.format("own_words", "COMPONENTS message_generation std_msgs") + (
+        "add_message_files(FILES Word.msg)\ngenerate_messages(DEPENDENCIES std_msgs)\n"
+        "catkin_package()\ninclude_directories(${catkin_INCLUDE_DIRS})\n"
+        "add_executable(speak src/speak.cpp)\n"  # without add_dependencies
+    )
+    words = package(root / "src" / "own_words", "own_words", own,
+                    speak="#include <own_words/Word.h>\nint main() { return 0; }\n")  # fmt: skip
+    (words / "msg").mkdir()
+    (words / "msg" / "Word.msg").write_text("string data\n")
+    package(root / "src" / "gazebo_ros", "gazebo_ros", HEAD.format("gazebo_ros", "") + "error\n")
+    done = run("setup", root=root, env=package_index.environment())
+    return root, done
+
+
+def test_a_users_package_takes_the_place_of_a_stand_in(filled):
+    root, done = filled
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert (root / "src" / "standins" / "map_server" / "CATKIN_IGNORE").exists()
+    program = root / "devel" / "lib" / "map_server" / "map_server"
+    assert program.read_bytes().startswith(b"\x7fELF")
+    found = run("exec", "rospack", "find", "map_server", root=root)
+    assert found.stdout == f"{root}/src/brought/map_server\n"
+
+
+def test_a_chained_workspace_comes_first(filled):
+    """It was built beside a stand-in, for find_package(gazebo), too."""
+    root, _ = filled
+    chained = root.parent / "chained" / "devel"
+    words = (
+        f". {chained}/setup.bash && {root}/run exec catkin_find --first-only --libexec map_server"
+    )
+    done = subprocess.run(["bash", "-c", words], capture_output=True, text=True, check=False)
+    assert done.stdout == f"{chained}/lib/map_server\n", done.stderr
+
+
+def test_what_cannot_be_built_is_named_and_the_rest_is_there(filled):
+    root, done = filled
+    lines = [line for line in done.stdout.splitlines() if line.startswith("left out: ")]
+    said = "\n".join(dict.fromkeys(lines))
+    assert "left out: mixed (world): it includes Gazebo's gazebo/gazebo.hh; a Python class" in said
+    assert "left out: mixed (wrong): wrong.cpp:1: 'no_such_name' was not declared" in said
+    assert "left out: mixed (loose): undefined reference to `far()'" in said
+    assert "left out: needs_mixed: it needs no_such_thing; " in said
+    assert "left out: follows: it needs needs_mixed, which is left out" in said
+    assert "left out: asks: it needs NoSuchLibrary; " in said
+    assert len(set(lines)) == 6, said
+    built = {path.name for path in (root / "devel" / "lib").glob("*/*")}
+    assert {"good", "old", "speak", "map_server"} <= built and not {"world", "wrong"} & built
+    assert run("exec", "rospack", "find", "asks", root=root).stdout == f"{root}/src/asks\n"
+
+
+def test_old_code_is_helped_and_said_so(filled):
+    _, done = filled
+    helped = [line for line in done.stdout.splitlines() if line.startswith("old is built with ")]
+    assert len(helped) == 1
+    assert "placeholders" in helped[0] and "libboost_program_options" in helped[0]
+    assert ("C++ 17" in helped[0]) == old_code._needs_standard()
+
+
+def test_the_stand_in_of_what_needs_gazebo_stays(filled):
+    root, done = filled
+    assert "not built: src/gazebo_ros: it needs Gazebo itself, ours is used\n" in done.stdout
+    assert (root / "src" / "gazebo_ros" / "CATKIN_IGNORE").read_text().startswith("by ./run: ")
+
+
+def test_it_is_said_again_and_not_built_again(filled):
+    root, _ = filled
+    again = run("setup", root=root)
+    assert again.returncode == 0 and "Workspace" not in again.stdout
+    assert again.stdout.count("left out: ") == 6
+
+
+def test_stand_ins_come_back_with_the_users_package_gone(filled, package_index):
+    root, _ = filled
+    for name in ("brought", "mixed", "needs_mixed", "follows", "asks", "old", "own_words"):
+        shutil.rmtree(root / "src" / name)
+    done = run("exec", "rospack", "find", "map_server", root=root)
+    assert done.stdout.endswith(f"{root}/src/standins/map_server\n"), done.stdout + done.stderr
+    assert left_out_of(root) == []
+
+
+def left_out_of(root):
+    """What the last build of a clone has left out."""
+    return json.loads((pathlib.Path(root) / "build" / ".left_out").read_text())
+
+
+def test_a_failure_of_ours_ends_the_set_up(filled, package_index):
+    root, _ = filled
+    (root / "src" / "paddock_common").mkdir()
+    package(root / "src" / "paddock_common" / "x", "paddock_common",
+            HEAD.format("paddock_common", "") + "catkin_package()\nadd_executable(x src/x.cpp)\n",
+            x="int main() { return no_such_name; }\n")  # fmt: skip
+    done = run("setup", root=root)
+    assert done.returncode == 1 and "no_such_name" in done.stdout
+    assert "run: the step 'Workspace' failed" in done.stderr
+
+
+@pytest.mark.parametrize(
+    "cmake, source, needs",
+    [
+        ("", "x = boost::bind(&A::b, this, _1);", ["placeholders"]),
+        ("", "x = boost::bind(&A::b, this,\n    _1, 3);", ["placeholders"]),
+        ("", "#include <boost/bind.hpp>\nx = boost::bind(&A::b, _1);", []),
+        ("", "using namespace std::placeholders;\nx = std::bind(&A::b, _1);", []),
+        ("", "x = std::bind(&A::b, std::placeholders::_1);", []),
+        ("", "x = boost::bind(&A::b, this); y = name_1;", []),
+        ("find_package(Boost program_options)", "#include <boost/program_options.hpp>", []),
+        ("", "#include <boost/filesystem/path.hpp>", ["boost_filesystem"]),
+        ("# -std=c++11", "", []),
+    ],
+)  # fmt: skip
+def test_what_old_code_needs(tmp_path, cmake, source, needs):
+    folder = package(tmp_path / "old", "old", HEAD.format("old", "") + cmake, old=source)
+    assert old_code.needs_of(str(folder)) == needs
+
+
+@pytest.mark.parametrize("major, needs", [(0, []), (1, ["standard"])])
+def test_older_standards_are_left_where_log4cxx_takes_them(tmp_path, monkeypatch, major, needs):
+    header = tmp_path / "ros" / "include" / "log4cxx" / "log4cxx.h"
+    header.parent.mkdir(parents=True)
+    header.write_text(f"#define LOG4CXX_VERSION_MAJOR {major}\n")
+    monkeypatch.setattr(old_code.ros, "prefix", lambda: str(tmp_path / "ros"))
+    for line in ("add_compile_options(-std=c++11)", "set(CMAKE_CXX_STANDARD 14)"):
+        shutil.rmtree(tmp_path / "old", ignore_errors=True)
+        folder = package(tmp_path / "old", "old", HEAD.format("old", "") + line)
+        assert old_code.needs_of(str(folder)) == needs
+
+
+def test_without_a_terminal_debian_packages_are_installed_after_they_are_named(monkeypatch):
+    assert setup.asked("Install them?")  # as those of Paddock itself
+
+
+def test_components_that_are_asked_for_only_sometimes_refuse_nothing(tmp_path):
+    text = HEAD.format("a", "COMPONENTS roscpp") + (
+        "if(CATKIN_ENABLE_TESTING)\n  find_package(catkin REQUIRED COMPONENTS rostest)\nendif()\n"
+    )
+    folder = package(tmp_path / "a", "a", text)
+    assert left_out.before_configuration({"a": str(folder)}, {"roscpp"}.__contains__) == []
+    (entry,) = left_out.before_configuration({"a": str(folder)}, set().__contains__)
+    assert (entry.package, entry.missing) == ("a", "roscpp")
+
+
+def test_rig_has_the_rule(tmp_path):
+    root = run_rig.small_clone(tmp_path / "paddock")
+    assert (root / "src" / "standins" / "give_way.py").exists()
