@@ -9,14 +9,13 @@ from commands.subcommands import deps
 # Packages that neither Debian nor Paddock has -> what does the same.
 SAME = {
     "cmd_vel_mux": "twist_mux",
-    "joint_state_publisher_gui": "joint_state_publisher, without a window,",
     "key_teleop": "teleop_twist_keyboard",
     "robot_pose_ekf": "robot_localization (ekf_localization_node)",
     "turtlebot_teleop": "teleop_twist_keyboard",
     "yocs_cmd_vel_mux": "twist_mux",
 }
-# Packages that neither has -> repository of their sources, for ROS 1.
-SOURCES = {
+# Packages that ./run add brings -> its name there.
+ADDED = {
     **dict.fromkeys(
         (
             "amcl",
@@ -33,9 +32,24 @@ SOURCES = {
             "rotate_recovery",
             "voxel_grid",
         ),
-        "ros-planning/navigation",
+        "navigation",
     ),
-    **dict.fromkeys(("gmapping", "slam_gmapping"), "ros-perception/slam_gmapping"),
+    **dict.fromkeys(("gmapping", "openslam_gmapping", "slam_gmapping"), "gmapping"),
+    **dict.fromkeys(
+        (
+            "turtlebot3_bringup",
+            "turtlebot3_description",
+            "turtlebot3_gazebo",
+            "turtlebot3_msgs",
+            "turtlebot3_navigation",
+            "turtlebot3_slam",
+            "turtlebot3_teleop",
+        ),
+        "turtlebot3",
+    ),
+}
+# Packages that neither has -> repository of their sources, for ROS 1.
+SOURCES = {
     **dict.fromkeys(
         ("hector_mapping", "hector_slam_launch", "hector_geotiff", "hector_trajectory_server"),
         "tu-darmstadt-ros-pkg/hector_slam",
@@ -78,6 +92,8 @@ def for_package(name, existing=deps.existing, resolve=deps.resolve):
         known = set()
     if known:
         return f"apt-get install {' '.join(sorted(known))}"
+    if name in ADDED:
+        return f"./run add {ADDED[name]}"
     if name in SOURCES:
         return f"neither Debian nor Paddock has it; its sources are {SOURCES[name]}"
     return GENERIC

@@ -23,6 +23,7 @@ COMMANDS = {
     "check": "start a launch file of yours and tell what came up",
     "ci": "build and test packages of yours as a CI does it: JUnit files, logs, films",
     "deps": "name the Debian packages that package.xml files ask for, and what Debian lacks",
+    "add": "bring ROS packages from their sources: navigation, gmapping, a URL ...; build them",
     "exec": "run a command with the environment and the workspace active",
     "bench": "measure speed, latency and memory",
     "soak": "run everything under faults for minutes or hours; a page goes to out/soak/",

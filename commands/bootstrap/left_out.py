@@ -150,7 +150,7 @@ def _configuration(package, lines):
 
 
 def _missing(name, cause):
-    return cause, "./run deps names the Debian package that has it, if there is one", name
+    return cause, "./run deps names the Debian package that has it, ./run add --list sources", name
 
 
 def of_build(log, packages):

@@ -39,6 +39,7 @@ OURS = (
     "deepracer_teleop",
     "paddock_common",
     "paddock_gym",
+    "paddock_navigation",
     "standins",
     "track_model",
 )

@@ -419,7 +419,7 @@ def test_what_would_replace_it():
         for name in ("laser_filters", "move_base", "robot_pose_ekf", "my_own")
     }
     assert remedies["laser_filters"] == "apt-get install laser-filters"
-    assert "ros-planning/navigation" in remedies["move_base"]
+    assert remedies["move_base"] == "./run add navigation"
     assert "robot_localization" in remedies["robot_pose_ekf"]
     assert "./run deps" in remedies["my_own"]
     assert "Python class" in check_remedies.for_plugin("libhover.so")

@@ -78,7 +78,7 @@ def check_exec(words):
 
 def test_there_are_pages():
     names = [path.stem for path in tutorial.PAGES]
-    assert len(names) == 9
+    assert len(names) == 10
     index = tutorial.links(ROOT / "docs" / "tutorials" / "README.md")
     assert sorted(target for target in index) == [f"{name}.md" for name in names]
 

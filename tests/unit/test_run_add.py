@@ -1,0 +1,152 @@
+"""./run add: the lists of sources, what is taken from a folder, and a clone that it fills."""
+
+import re
+import shutil
+import subprocess
+import tarfile
+import zipfile
+
+import pytest
+from run_rig import run
+
+from commands import check_remedies
+from commands.errors import CommandError, UsageError
+from commands.subcommands import add
+
+MANIFEST = (
+    '<package format="2"><name>{}</name><version>1.0.0</version><description>x</description>'
+    '<license>BSD</license><maintainer email="a@example.org">a</maintainer>'
+    "<buildtool_depend>catkin</buildtool_depend></package>\n"
+)
+CMAKE = (
+    "cmake_minimum_required(VERSION 3.0.2)\nproject({})\n"
+    "find_package(catkin REQUIRED)\ncatkin_package()\n"
+)
+LIST = """# about: a thing of two repositories
+# version: noetic, as it is the last
+# next: ./run exec rospack find thing
+repositories:
+  thing:
+    type: git
+    url: https://example.org/nowhere/thing.git
+    version: noetic
+  packed:
+    type: git
+    url: https://example.org/nowhere/packed.git
+    version: noetic
+"""
+
+
+def git(folder, *words):
+    """Runs git with a name of its own."""
+    named = ("-c", "user.name=A", "-c", "user.email=a@example.org")
+    subprocess.run(["git", *named, *words], cwd=folder, check=True, capture_output=True)
+
+
+@pytest.fixture(scope="module")
+def sources(tmp_path_factory):
+    """A folder with a bare clone, thing.git (branches main and noetic), and archives of packed."""
+    folder = tmp_path_factory.mktemp("sources")
+    work = folder / "work"
+    work.mkdir()
+    git(work, "init", "-q", "-b", "main")
+    (work / "README").write_text("other branch\n")
+    git(work, "add", ".")
+    git(work, "commit", "-q", "-m", "first")
+    git(work, "checkout", "-q", "-b", "noetic")
+    for name in ("package.xml", "CMakeLists.txt"):
+        text = MANIFEST if name == "package.xml" else CMAKE
+        (work / name).write_text(text.format("thing"))
+    git(work, "add", ".")
+    git(work, "commit", "-q", "-m", "second")
+    git(folder, "clone", "-q", "--bare", "work", "thing.git")
+    packed = folder / "packed-noetic"
+    packed.mkdir()
+    (packed / "package.xml").write_text(MANIFEST.format("packed"))
+    (packed / "CMakeLists.txt").write_text(CMAKE.format("packed"))
+    with tarfile.open(folder / "packed-noetic.tar.gz", "w:gz") as archive:
+        archive.add(packed, "packed-noetic")
+    shutil.rmtree(packed)
+    return folder
+
+
+@pytest.mark.parametrize("name", add.listed())
+def test_each_list_is_complete(name):
+    entry = add.entry_of(name)
+    assert entry.about and entry.version and entry.next and entry.repositories
+    for each in entry.repositories:
+        assert each.kind == "git" and each.version
+        assert re.fullmatch(r"https://github\.com/[\w.-]+/[\w.-]+\.git", each.url)
+    for command in entry.next:
+        assert "./run " in command
+
+
+def test_check_names_what_can_be_added():
+    assert set(check_remedies.ADDED.values()) == set(add.listed())
+
+
+def test_the_list_is_printed():
+    done = run("add", "--list")
+    assert done.returncode == 0 and "navigation" in done.stdout
+    assert "https://github.com/ros-planning/navigation.git noetic-devel" in done.stdout
+
+
+@pytest.mark.parametrize(
+    "text, folder, version",
+    [
+        ("https://github.com/somebody/their_robot", "their_robot", ""),
+        ("https://github.com/somebody/their_robot.git#noetic-devel", "their_robot", "noetic-devel"),
+        ("git@github.com:somebody/robot.git", "robot", ""),
+        ("file:///srv/git/robot/", "robot", ""),
+    ],
+)
+def test_urls(text, folder, version):
+    (found,) = add.entry_of(text).repositories
+    assert (found.name, found.kind, found.version) == (folder, "git", version)
+    assert found.url == text.partition("#")[0]
+
+
+def test_what_is_neither_in_the_list_nor_a_url():
+    with pytest.raises(UsageError, match="name is 'navigatoin'; there are .*navigation"):
+        add.entry_of("navigatoin")
+    with pytest.raises(UsageError, match="its last part must name"):
+        add.entry_of("https://example.org/?")
+
+
+def test_what_is_no_list(tmp_path):
+    path = tmp_path / "a.repos"
+    path.write_text(LIST + "    branch: x\n")
+    with pytest.raises(CommandError, match="the line '    branch: x' is not of a .repos file"):
+        add.read_list(str(path))
+
+
+def test_where_a_folder_has_a_repository(sources, tmp_path):
+    thing = add.Repository("thing", "git", "https://example.org/thing.git", "noetic")
+    assert add.local(thing, str(sources)).url == str(sources / "thing.git")
+    packed = add.local(add.Repository("packed", "git", "x", "noetic"), str(sources))
+    assert (packed.kind, packed.version) == ("tar", "packed-noetic")
+    with zipfile.ZipFile(tmp_path / "packed.zip", "w") as archive:
+        archive.writestr("package.xml", "")
+    zipped = add.local(add.Repository("packed", "git", "x", "noetic"), str(tmp_path))
+    assert (zipped.kind, zipped.version, zipped.url) == ("zip", "", f"file://{tmp_path}/packed.zip")
+    with pytest.raises(CommandError, match=r"has neither pack, a clone, nor an archive of it"):
+        add.local(add.Repository("pack", "git", "x", "noetic"), str(sources))
+
+
+def test_a_clone_is_filled(clone, tmp_path, sources, package_index):
+    root = tmp_path / "paddock"
+    shutil.copytree(clone, root, symlinks=True)
+    (root / "config" / "sources" / "thing.repos").write_text(LIST)
+    options = {"root": root, "env": package_index.environment()}
+    done = run("add", "--from", str(sources), "thing", **options)
+    assert done.returncode == 0, done.stdout + done.stderr
+    end = "here now: packed, thing\n  ./run exec rospack find thing\n"
+    assert done.stdout.endswith(end), done.stdout
+    for name in ("thing", "packed"):
+        assert (root / "devel" / "share" / name / "cmake" / f"{name}Config.cmake").exists()
+    again = run("add", "--from", str(sources), "thing", **options)
+    assert "src/thing is there already, and stays as it is\n" in again.stdout
+    assert "here now: nothing new\n" in again.stdout
+    wrong = run("add", f"file://{sources}/nowhere.git", **options)
+    assert wrong.returncode == 1 and "nowhere.git cannot be brought" in wrong.stderr
+    assert not (root / "src" / "nowhere").exists()
