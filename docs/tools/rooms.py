@@ -22,6 +22,7 @@ PLACES = {
     "deepracer_teleop": (4.95, 3.4),
     "cybertruck": (6.6, 3.4),
     "paddock_gym": (8.25, 1.3),
+    "paddock_navigation": (9.9, 3.4),
 }
 WIDTH, HEIGHT, LINE = 1.45, 3.0, 0.17
 TALL = {"paddock_gym": 3.8}
@@ -79,13 +80,13 @@ def draw(axes, package):
 
 def main():
     """Writes the picture."""
-    figure, axes = pyplot.subplots(figsize=(14.2, 8.6))
+    figure, axes = pyplot.subplots(figsize=(16.5, 8.6))
     for package in PLACES:
         draw(axes, package)
     axes.text(0.0, 6.55, "robot packages: no import of the simulator", fontsize=9, style="italic")
     axes.text(8.25, 5.25, "learning", fontsize=9, style="italic")
     axes.text(0.0, -0.3, "simulator; numbers: modules in a folder", fontsize=9, style="italic")
-    axes.set(xlim=(-0.2, 9.95), ylim=(-0.6, 6.8))
+    axes.set(xlim=(-0.2, 11.6), ylim=(-0.6, 6.8))
     axes.axis("off")
     target = ROOT / "docs" / "images" / "rooms.png"
     figure.savefig(target, dpi=90, bbox_inches="tight")
