@@ -206,7 +206,8 @@ def bring(repository, folder=None):
 
         shutil.rmtree(target, ignore_errors=True)  # half of it is none
         lines = [line for line in done.stdout.splitlines() if line.strip(" .=E")]
-        raise CommandError(f"{found.url} {found.version} cannot be brought".rstrip(), *lines[-3:])
+        what = f"{found.url} {found.version}".rstrip()
+        raise CommandError(f"{what} cannot be brought", *lines[-3:])
 
 
 def local(repository, folder):
