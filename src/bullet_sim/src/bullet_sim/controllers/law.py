@@ -5,6 +5,8 @@ PIDs in each of several steps (engine/quickstep/pids.py). Both give the same bit
 not there is NaN.
 """
 
+from __future__ import annotations
+
 import math
 
 TOLERANCE = 1e-9  # [rad] by which rounding may put an angle beyond a limit

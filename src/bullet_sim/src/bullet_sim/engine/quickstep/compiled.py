@@ -8,6 +8,8 @@ Records (NamedTuples) are passed to compiled functions as the arrays and numbers
 are read as `col.NAME`; only temporary() needs a name of its own module.
 """
 
+from __future__ import annotations
+
 import math
 import os
 from collections.abc import Mapping

@@ -6,6 +6,8 @@ bounds. Functions that add rows take the number m of the first, and give the num
 Source: R. Smith, "Constraints in rigid body dynamics" (2004).
 """
 
+from __future__ import annotations
+
 import math
 
 from bullet_sim.engine.quickstep import layout as col

@@ -5,6 +5,8 @@ is done on all at once; processors with narrower registers do the same in parts,
 Nothing is fused or reordered.
 """
 
+from __future__ import annotations
+
 import operator
 from typing import Any
 

@@ -4,9 +4,11 @@ Columns of one quantity are named by their first: bodies[b, col.VEL : col.VEL + 
 rad; world axes if nothing else is said.
 """
 
+# codes of joints and of shapes; of OTHER the caller finds the contacts, PLANE is one for rays alone
+from __future__ import annotations
+
 from bullet_sim.pose import Array
 
-# codes of joints and of shapes; of OTHER the caller finds the contacts, PLANE is one for rays alone
 HINGE, SLIDER, FIXED = 0, 1, 2
 SPHERE, CYLINDER, BOX, MESH, OTHER, PLANE = range(6)
 # what is done with two bodies: they never collide; collided here; collided by the caller

@@ -6,6 +6,8 @@ Where there is none of these sources, for what this processor can do and of this
 functions are called, which it has compiled before or compiles now. Both have the same bits.
 """
 
+from __future__ import annotations
+
 import ctypes
 import os
 from collections.abc import Callable

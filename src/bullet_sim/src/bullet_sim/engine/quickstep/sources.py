@@ -12,7 +12,7 @@ CACHE = _FOLDER / "__pycache__"
 _START = 1 << 14  # bytes of /proc/cpuinfo that have the first processor
 
 
-@functools.cache
+@functools.lru_cache(maxsize=None)
 def sources_hash() -> str:
     """Hash of all sources of what is compiled."""
     sources = hashlib.sha256()

@@ -4,6 +4,8 @@ Compiled code is given one table of the addresses and lengths of all its arrays;
 they have to be: "f8.2" is a float64 array with two dimensions, in C's order.
 """
 
+from __future__ import annotations
+
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -333,7 +335,10 @@ def make_table(arrays: Any) -> Array:
 
 
 def _append(numbers: list[int], arrays: Any) -> None:
-    for name, each, wanted in zip(arrays._fields, arrays, KINDS[type(arrays)], strict=True):
+    kinds = KINDS[type(arrays)]
+    if len(kinds) != len(arrays):
+        raise TypeError(f"{type(arrays).__name__} has {len(arrays)} arrays and {len(kinds)} kinds")
+    for name, each, wanted in zip(arrays._fields, arrays, kinds):
         if isinstance(each, tuple):
             _append(numbers, each)
             continue
@@ -341,4 +346,4 @@ def _append(numbers: list[int], arrays: Any) -> None:
         if found != wanted or not each.flags.c_contiguous:
             order = "" if each.flags.c_contiguous else ", not in C's order"
             raise TypeError(f"{name} is {found}{order}, must be {wanted}")
-        numbers += each.ctypes.data, *each.shape
+        numbers += (each.ctypes.data, *each.shape)

@@ -3,6 +3,8 @@
 Triangles are nine numbers, their corners.
 """
 
+from __future__ import annotations
+
 import math
 
 from bullet_sim.engine.quickstep import layout as col
