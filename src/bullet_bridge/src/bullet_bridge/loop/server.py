@@ -41,6 +41,9 @@ class ModelOutputs(Reporter, Protocol):
 
     waits_for_renderer: bool
 
+    def restart(self, fresh: bool = True) -> None:
+        """Restart the schedule; fresh: commands and plugins, too, as after a new start."""
+
     def apply_commands(self) -> None:
         """Pass the latest commands to the controllers."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from bullet_sim.controllers.bases import TricycleMotion, after_arc
@@ -74,7 +74,7 @@ class ForceMovePlugin(PlanarMovePlugin):
             rotation = model.link_state(spec.base)[0].matrix
             model.apply_wrench(self._index, rotation @ push, turn)
         if spec.holds and is_late:
-            self._held = self._held or Pose(tuple(position), tuple(orientation))
+            self._held = self._held or Pose(position, orientation)
             model.set_state(self._held)
         if spec.rate > 0.0 and self._due.due(self.world.step_count):
             self._publish(time, own, turning)
@@ -97,7 +97,7 @@ class ForceMovePlugin(PlanarMovePlugin):
 class DrivenBase(ModelPlugin):
     """Takes velocity commands, publishes Odometry and its transform at the rate of its commands."""
 
-    STATE = ("_command", "_before")
+    STATE: ClassVar[tuple[str, ...]] = ("_command", "_before")
     reports = True
 
     def __init__(self, context: PluginContext) -> None:
@@ -214,10 +214,11 @@ class TricyclePlugin(DrivenBase):
         return [
             conversions.transform_to_msg(
                 time,
-                *frames,
+                parent,
+                child,
                 root * self.model.link_state(self.model.description.joints[name].child)[0],
             )
-            for name, frames in zip(self._names, self.spec.wheel_frames)
+            for name, (parent, child) in zip(self._names, self.spec.wheel_frames)
         ]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import rospy
@@ -52,7 +52,7 @@ class WheelDrivePlugin(ModelPlugin):
     comes before the first update (the world is paused, other plugins are being loaded) counts.
     """
 
-    STATE = ("_command", "_before", "_drive")
+    STATE: ClassVar[tuple[str, ...]] = ("_command", "_before", "_drive")
     reports = True
 
     def __init__(self, context: PluginContext) -> None:
@@ -158,7 +158,7 @@ class PlanarMovePlugin(ModelPlugin):
     Upstream sets the vertical velocity and the others of rotation to zero, so does this.
     """
 
-    STATE = ("_command", "_since", "_new", "_due")
+    STATE: ClassVar[tuple[str, ...]] = ("_command", "_since", "_new", "_due")
     every_step = reports = True
     resets = False
 

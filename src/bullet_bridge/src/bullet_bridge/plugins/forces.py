@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -81,9 +82,9 @@ class VacuumGripperPlugin(ModelPlugin):
         self._is_on = False
         self._grasping = self.publisher(self.spec.topic, Bool)
         for name, is_on in (("on", True), ("off", False)):
-            self.service(f"{namespace}/{name}", Empty, lambda _, is_on=is_on: self._switch(is_on))
+            self.service(f"{namespace}/{name}", Empty, partial(self._switch, is_on))
 
-    def _switch(self, is_on: bool) -> Any:
+    def _switch(self, is_on: bool, _request: Any) -> Any:
         if self._is_on == is_on:
             word = "on" if is_on else "off"
             rospy.logwarn("gazebo_ros_vacuum_gripper: already status is '%s'", word)

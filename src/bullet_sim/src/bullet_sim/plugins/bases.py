@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import Any
 
 from bullet_sim.plugins.drives import PLANAR, link_frames, movable, odometry_names
 from bullet_sim.plugins.registry import model_plugin
@@ -267,7 +268,7 @@ def multi_wheel(xml: PluginXml) -> ManyWheelsSpec | None:
 
 
 def _many_wheels(
-    xml: PluginXml, left: tuple[str, ...], right: tuple[str, ...], **values: object
+    xml: PluginXml, left: tuple[str, ...], right: tuple[str, ...], **values: Any
 ) -> ManyWheelsSpec | None:
     if any([len(movable(xml, side)) < max(1, len(side)) for side in (left, right)]):
         return None
