@@ -29,7 +29,7 @@ from genpy import Message
 from geometry_msgs.msg import Point, Pose, Quaternion, Twist
 from std_srvs.srv import Empty
 
-from bullet_bridge.srv import Step
+from bullet_bridge.srv import State, Step
 from observers import graph
 from observers.page import Page, start_node
 
@@ -48,7 +48,8 @@ BALL = """<sdf version="1.6"><model name="ball"><link name="link"><inertial><mas
 <sphere><radius>0.1</radius></sphere></geometry></collision><visual name="v"><geometry><sphere>
 <radius>0.1</radius></sphere></geometry></visual></link></model></sdf>"""
 CONTROLLERS = {"/racecar": 7, "/cybertruck": 3}
-REST = 300  # physics steps after a reset whose result is compared
+REST = 300  # physics steps from a state whose result is compared
+SAVED = "soak"  # name of that state
 # What a method may raise where the simulator refuses or does not answer.
 REFUSALS = (
     rospy.ServiceException,
@@ -126,6 +127,10 @@ class Operator:
     """What can be requested; each method answers with a dict."""
 
     def __init__(self):
+        self._return = (
+            ("/gazebo/reset_simulation", Empty, {}),
+            ("/gazebo/save_state", State, {"name": SAVED}),
+        )  # services by which digest() comes to its first state
         self._driver = Driver()
         self._driver.start()
 
@@ -213,15 +218,22 @@ class Operator:
         return {"deleted": len(extra)}
 
     def digest(self):
-        """Resets, steps and gives a digest of all states; commands rest meanwhile."""
+        """Goes back to the state of the first call, steps and gives a digest of all states.
+
+        Commands rest meanwhile. The state is saved after a reset.
+        """
         self._driver.active = False
         time.sleep(0.5)
         call("/gazebo/pause_physics", Empty)
         try:
-            call("/gazebo/reset_simulation", Empty)
-            answer = call("/gazebo/step", Step, n=REST)
-            if not answer.success:
-                raise rospy.ServiceException(answer.status_message)
+            for name, kind, fields in (
+                *self._return,
+                ("/gazebo/step", Step, {"n": REST}),
+            ):
+                answer = call(name, kind, **fields)
+                if not getattr(answer, "success", True):
+                    raise rospy.ServiceException(answer.status_message)
+            self._return = (("/gazebo/restore_state", State, {"name": SAVED}),)
             states = {}
             for model in ("racecar", "cybertruck"):
                 states.update(states_of(model))

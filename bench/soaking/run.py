@@ -15,7 +15,7 @@ from soaking.session import Session
 CALM = (1.0, 4.0)  # [s] between two faults
 RECOVERY = 60.0  # wall time after a fault until all topics deliver [s]
 DIGEST_EVERY = 6  # faults between two comparisons of resets
-HOLD = ("control", "drive")  # stopped while resets are compared: they send commands
+HOLD = ("control", "drive")  # stopped while states are compared: they send commands
 
 
 @dataclass
@@ -179,7 +179,7 @@ class Soak:
             raise Failure(str(error)) from None
 
     def _digest(self, session, reference):
-        """Compares what a reset and 300 steps give with the first time; returns the answer."""
+        """Compares what 300 steps from the saved state give with the first time; the answer."""
         begin, failure = self.timeline.now(), ""
         for role in HOLD:
             session.send(role, signal.SIGSTOP)
@@ -191,6 +191,6 @@ class Soak:
             session.send(role, signal.SIGCONT)
         if found and reference and found["digest"] != reference["digest"]:
             names = [n for n, s in found["states"].items() if s != reference["states"].get(n)]
-            failure = f"after a reset and 300 steps these are not as before: {', '.join(names)}"
-        self._note(Event(begin, self.timeline.now(), "reset compared", "bit-identical", failure))
+            failure = f"300 steps after a saved state these are not as before: {', '.join(names)}"
+        self._note(Event(begin, self.timeline.now(), "state compared", "bit-identical", failure))
         return found

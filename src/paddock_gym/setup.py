@@ -18,7 +18,7 @@ REQUIRES = (
     "glcontext>=2.3",
     "gymnasium>=1.0,<1.1",
     "moderngl>=5.8,<6",
-    "numpy>=1.24,<2",
+    "numpy>=1.23.5,<2",
     "onnxruntime>=1.17",
     "opencv-python-headless>=4.8,<5",
     "pillow",
@@ -30,7 +30,8 @@ REQUIRES = (
     "trimesh",
     "xacro>=2",
 )
-CLUSTER, SWEEP = ("ray==2.60.0",), ("optuna==5.0.0",)
+CLUSTER = ("ray==2.60.0; python_version >= '3.10'", "ray==2.10.0; python_version < '3.10'")
+SWEEP = ("optuna==5.0.0; python_version >= '3.10'", "optuna==4.5.0; python_version < '3.10'")
 TRAINING = ("matplotlib", "onnx>=1.12", "stable-baselines3==2.4.1", "torch>=1.13")
 
 

@@ -1,13 +1,14 @@
 """Documents: links lead somewhere, each page is in the tree of the site, words are few."""
 
+import os
 import re
-import subprocess
 from pathlib import Path
 
 import pytest
 import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
+BUILT = ("build", "devel", "install", "out", "out-fresh", "site", "test-results")
 SKIPPED = ("http://", "https://", "mailto:")
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 CODE = re.compile(r"^```.*?^```|`[^`\n]*`", re.DOTALL | re.MULTILINE)
@@ -16,15 +17,14 @@ LEFT_OUT = ("docs/tutorials/class/", "docs/ci/", "docs/tools/", "docs/support/")
 
 
 def documents():
-    """All *.md of the repository; of an unpacked archive those that are there."""
-    git = ["git", "-C", ROOT, "ls-files", "-co", "--exclude-standard", "*.md"]
-    done = subprocess.run(git, capture_output=True, text=True, check=False)
-    names = done.stdout.split() or [
-        path.relative_to(ROOT).as_posix()
-        for folder in ("docs", "src")
-        for path in (ROOT / folder).rglob("*.md")
-    ]
-    return sorted(name for name in names if (ROOT / name).is_file())
+    """All *.md of the repository, without those that programs bring; git is not needed."""
+    found = []
+    for folder, folders, files in os.walk(ROOT):
+        folders[:] = [name for name in folders if not name.startswith(".") or name == ".github"]
+        if Path(folder) == ROOT:
+            folders[:] = [name for name in folders if name not in BUILT]
+        found += [Path(folder, name) for name in files if name.endswith(".md")]
+    return sorted(path.relative_to(ROOT).as_posix() for path in found)
 
 
 PAGES = documents()

@@ -140,22 +140,23 @@ def _at_triangle(t: Array, c: Any, v: Any) -> Any:
 
 @inlined
 def _next_leaf(
-    node: int, waiting: int, first: int, boxes: Array, children: Array, stack: Any, c: Any,
-    at: int, rays: Array,
-) -> Any:  # fmt: skip
+    node: int, waiting: int, first: int, tree: Any, stack: Any, c: Any, at: int, rays: Array
+) -> Any:
     """The next leaf of a tree that one of the rays enters, the nearer of two branches before the
     other.
 
     Args:
         node: with which to go on; -1: with what waits.
         waiting, first: places of `todo` after the last node that waits, and of the first.
+        tree: boxes and children of its nodes.
         stack: todo and entries.
         c, at: where the rays come from, and the place of their directions.
 
     Returns:
         (its number, -1: there is none any more; how far `todo` is filled).
     """
-    inner, (todo, entries) = len(children), stack
+    (boxes, children), (todo, entries) = tree, stack
+    inner = len(children)
     while True:
         while 0 <= node < inner:
             one, two = children[node, 0], children[node, 1]
@@ -182,10 +183,11 @@ def _meet_mesh(root: int, c: Any, start: float, first: int, casting: Casting, ra
     Args:
         first: place of `todo` that is free, and those after it.
     """
-    nodes, children, stack = casting.nodes, casting.children, (casting.todo, casting.entries)
+    nodes, stack = casting.nodes, (casting.todo, casting.entries)
+    tree = nodes, casting.children
     node, waiting = root if _enter(nodes[root], c, _LOCAL, rays) < math.inf else -1, first
     while True:
-        leaf, waiting = _next_leaf(node, waiting, first, nodes, children, stack, c, _LOCAL, rays)
+        leaf, waiting = _next_leaf(node, waiting, first, tree, stack, c, _LOCAL, rays)
         if leaf < 0:
             break
         v = load_eight(rays, _LOCAL), load_eight(rays, _LOCAL + 8), load_eight(rays, _LOCAL + 16)
@@ -257,7 +259,8 @@ def _fit(casting: Casting) -> None:
 @inlined
 def _meet_all(near: float, own: int, look_near: bool, casting: Casting, rays: Array) -> None:
     """Note what rays hit first."""
-    boxes, branches, stack = casting.boxes, casting.branches, (casting.todo, casting.entries)
+    boxes, branches = casting.boxes, casting.branches
+    tree, stack = (boxes, branches), (casting.todo, casting.entries)
     c, owners = casting.center, casting.owners
     u, v, w = load_eight(rays, 0), load_eight(rays, 8), load_eight(rays, 16)
     for s in range(len(casting.extents), len(casting.kinds)):  # planes
@@ -270,7 +273,7 @@ def _meet_all(near: float, own: int, look_near: bool, casting: Casting, rays: Ar
     origin = c[0], c[1], c[2]
     node, waiting = 0 if _enter(boxes[0], origin, _WORLD, rays) < math.inf else -1, 0
     while True:
-        leaf, waiting = _next_leaf(node, waiting, 0, boxes, branches, stack, origin, _WORLD, rays)
+        leaf, waiting = _next_leaf(node, waiting, 0, tree, stack, origin, _WORLD, rays)
         if leaf < 0:
             break
         start = 0.0 if look_near and owners[leaf] != own else near
