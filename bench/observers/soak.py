@@ -93,7 +93,7 @@ def fill(message, rng):
             setattr(message, name, rng.choices(values, k=rng.choice((0, 1, 3, 40))))
 
 
-def call(name, kind, **fields):
+def call(name, kind, /, **fields):
     """Calls a service."""
     rospy.wait_for_service(name, 20.0)
     return rospy.ServiceProxy(name, kind)(**fields)
