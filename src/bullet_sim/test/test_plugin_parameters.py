@@ -6,27 +6,11 @@ import pathlib
 import pytest
 import yaml
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.plugins import PLUGINS, SENSOR_PLUGINS
+from plugin_robots import CAMERA, LINKS, robot_with
 
 TABLE = yaml.safe_load(
     pathlib.Path(__file__).with_name("plugin_parameters.yaml").read_text(encoding="utf-8")
 )
-NAMES = (
-    "front_steering", "front_wheel", "left_wheel", "right_wheel", "left", "right", "front_left",
-    "front_right", "rear_left", "rear_right", "spare",
-)  # fmt: skip
-LINKS = (
-    '<link name="foot"/><link name="base"/><joint name="f" type="fixed"><parent link="foot"/>'
-    '<child link="base"/></joint>'
-    + "".join(
-        f'<link name="{name}"/><joint name="{name}_joint" type="continuous"><parent link="base"/>'
-        f'<child link="{name}"/></joint>'
-        for name in NAMES
-    )
-)
-CAMERA = "<camera name='left'><horizontal_fov>1</horizontal_fov></camera>"
-SENSORS = {"camera": CAMERA, "multicamera": CAMERA, "depth": CAMERA, "ray": "<ray/>", "imu": "",
-           "contact": "<contact><collision>base_collision</collision></contact>"}  # fmt: skip
 MIMIC = {"joint": "left_joint", "mimicJoint": "right_joint"}
 NEEDED = {  # library -> parameters without which it does nothing, or has no default
     "gazebo_ros_camera": {"cameraName": "cam"},
@@ -54,17 +38,7 @@ ABSOLUTE = (  # their default topic begins with a slash, so that no namespace go
 
 def read(library, tags):
     """The description of a robot with this plugin, of the model or of a sensor."""
-    texts = "".join(f"<{tag}>{text}</{tag}>" for tag, text in tags.items())
-    plugin = f'<plugin name="p" filename="lib{library}.so">{texts}</plugin>'
-    if library in PLUGINS.names():
-        body = f"<gazebo>{plugin}</gazebo>"
-    else:
-        kind = next(kind for kind in SENSORS if kind in SENSOR_PLUGINS.find(library).types)
-        body = (
-            f'<gazebo reference="base"><sensor name="s" type="{kind}"><update_rate>10'
-            f"</update_rate>{SENSORS[kind]}{plugin}</sensor></gazebo>"
-        )
-    return parse_urdf(f'<robot name="r">{LINKS}{body}</robot>', str, "bot")
+    return robot_with(library, "".join(f"<{tag}>{text}</{tag}>" for tag, text in tags.items()))
 
 
 def value(library, tags, attribute):

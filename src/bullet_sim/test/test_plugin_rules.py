@@ -13,16 +13,8 @@ from bullet_sim.plugins.rules import (
     FramePrefix,
     rule_of,
 )
+from plugin_robots import LINKS, robot_with
 
-LINKS = (
-    '<link name="foot"/><link name="base"/><joint name="f" type="fixed"><parent link="foot"/>'
-    '<child link="base"/></joint>'
-    + "".join(
-        f'<link name="{side}"/><joint name="{side}_joint" type="continuous"><parent link="base"/>'
-        f'<child link="{side}"/></joint>'
-        for side in ("left", "right", "front_left", "front_right", "rear_left", "rear_right")
-    )
-)
 TAGS = (
     "<bodyName>base</bodyName><jointName>left_joint</jointName><linkName>base</linkName>"
     "<joint>left_joint</joint><mimicJoint>right_joint</mimicJoint><frameName>eye</frameName>"
@@ -36,29 +28,11 @@ TAGS = (
     "<frontRightJoint>front_right_joint</frontRightJoint>"
     "<rearRightJoint>rear_right_joint</rearRightJoint>"
 )
-CAMERA = "<camera name='left'><horizontal_fov>1</horizontal_fov></camera>"
-SENSORS = {  # type of <sensor> -> its content
-    "camera": CAMERA,
-    "multicamera": CAMERA,
-    "depth": CAMERA,
-    "ray": "<ray/>",
-    "imu": "",
-    "contact": "",
-}
 
 
 def specs_of(library, namespace):
     """The specifications of a plugin of the model 'bot', as a plugin of a model or of a sensor."""
-    plugin = f'<plugin name="p" filename="lib{library}.so">{namespace}{TAGS}</plugin>'
-    if library in PLUGINS.names():
-        body = f"<gazebo>{plugin}</gazebo>"
-    else:
-        kind = next(kind for kind in SENSORS if kind in SENSOR_PLUGINS.find(library).types)
-        body = (
-            f'<gazebo reference="base"><sensor name="s" type="{kind}"><update_rate>10'
-            f"</update_rate>{SENSORS[kind]}{plugin}</sensor></gazebo>"
-        )
-    return parse_urdf(f'<robot name="r">{LINKS}{body}</robot>', str, "bot")
+    return robot_with(library, namespace + TAGS)
 
 
 def test_every_plugin_has_a_rule():
