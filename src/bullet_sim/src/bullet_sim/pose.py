@@ -35,6 +35,11 @@ def cross(a: Vector, b: Vector) -> Array:
     return np.array((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx))
 
 
+def quaternion_from_yaw(yaw: float) -> Quat:
+    """Quaternion of an angle [rad] about z."""
+    return 0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)
+
+
 def quaternion_from_rpy(roll: float, pitch: float, yaw: float) -> Quat:
     """Quaternion of fixed-axis angles [rad], as URDF and SDF define them (Rz Ry Rx)."""
     cr, sr = math.cos(roll / 2), math.sin(roll / 2)

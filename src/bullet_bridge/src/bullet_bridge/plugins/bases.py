@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from bullet_sim.controllers.bases import TricycleMotion, after_arc
 from bullet_sim.plugins.bases import ForceMoveSpec, ManyWheelsSpec, TricycleSpec
-from bullet_sim.pose import Pose, rpy_from_quaternion
+from bullet_sim.pose import Pose, quaternion_from_yaw, rpy_from_quaternion
 from bullet_sim.sensors import inertial
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
@@ -88,7 +88,7 @@ class ForceMovePlugin(PlanarMovePlugin):
         self._senders[abs(angular[2]) >= STILL].send(
             time,
             (x, y, 0.0),
-            (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)),
+            quaternion_from_yaw(yaw),
             (linear[0], sideways, 0.0),
             (0.0, 0.0, angular[2]),
         )
@@ -189,7 +189,7 @@ class TricyclePlugin(DrivenBase):
         spec, motion = self.spec, self._motion
         if spec.from_wheels:
             (x, y, yaw), (vx, vy, rate) = motion.pose, motion.twist
-            turn = (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
+            turn = quaternion_from_yaw(yaw)
             self._sender.send(time, (x, y, 0.0), turn, (vx, vy, 0.0), (0.0, 0.0, rate))
         else:
             self._sender.send(time, *self._true_motion())

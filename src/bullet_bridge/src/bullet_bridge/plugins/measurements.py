@@ -17,7 +17,7 @@ from bullet_sim.plugins.inertial import (
     MagneticSpec,
     ModelImuSpec,
 )
-from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, multiply
+from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, multiply, quaternion_from_yaw
 from bullet_sim.sensors import inertial
 from bullet_sim.sensors.contact import nearest, watched_links
 from bullet_sim.sensors.errors import Bias, SensorErrors
@@ -256,8 +256,7 @@ class BiasedImuSensor(ImuSensor):
         if gravity > 0.0 and any(tilting):
             orientation = inertial.tilt_error(orientation, tilting, gravity)
         if yaw := self._heading.bias[0]:
-            turn = (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
-            orientation = multiply(turn, orientation)
+            orientation = multiply(quaternion_from_yaw(yaw), orientation)
         if self._bias_sender is not None:
             self._bias_sender.send(
                 time,

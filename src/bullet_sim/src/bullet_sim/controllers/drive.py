@@ -27,7 +27,7 @@ from bullet_sim.controllers.settings import Settings, check_joints
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ControllerError
 from bullet_sim.plugins.drives import WheelDriveSpec
-from bullet_sim.pose import Pose, Vec3
+from bullet_sim.pose import Pose, Vec3, quaternion_from_yaw
 
 MIN_PERIOD = 1e-4  # [s] shorter periods give no velocity
 STRAIGHT = 1e-6  # [rad] an arc that rotates less counts as straight
@@ -518,7 +518,7 @@ class WheelDrive(Stateful):
     def pose(self) -> Pose:
         """Pose in the odometry frame by the wheels."""
         x, y, yaw = self._pose2d
-        return Pose((x, y, 0.0), (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)))
+        return Pose((x, y, 0.0), quaternion_from_yaw(yaw))
 
     @property
     def twist(self) -> tuple[Vec3, Vec3]:
