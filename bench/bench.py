@@ -20,8 +20,12 @@ ROOT = pathlib.Path(os.environ.get("PADDOCK_ROOT", pathlib.Path(__file__).resolv
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
-def run(names, quick, log):
-    """The figures of some sections; a section that fails says why and the others go on."""
+def run(names, quick, log, save=False):
+    """The figures of some sections; a section that fails says why and the others go on.
+
+    Args:
+        save: bool, whether each section's results are written as soon as it has ended.
+    """
     result = {
         "quick": quick,
         "machine": results.machine(),
@@ -37,6 +41,8 @@ def run(names, quick, log):
             errors = {f"{name} {part}": text for part, text in figures.pop("errors", {}).items()}
             if figures:
                 result[name] = figures
+            if figures and save:
+                print(f"bench: wrote {results.save(name, figures)}", file=sys.stderr)
         except BenchError as error:
             errors = {name: str(error)}
         for part, text in errors.items():
@@ -51,12 +57,9 @@ def measure(names, quick, save):
     folder = ROOT / "out" / "bench"
     folder.mkdir(parents=True, exist_ok=True)
     with open(folder / "bench.log", "w") as log:
-        result = run(names, quick, log)
+        result = run(names, quick, log, save)
     text = json.dumps(result, indent=2)
     (folder / "bench.json").write_text(text + "\n")
-    for name in names if save else ():
-        if name in result:
-            print(f"bench: wrote {results.save(name, result[name])}", file=sys.stderr)
     print(text)
     print(table(result), file=sys.stderr)
     return 1 if result["errors"] else 0

@@ -25,6 +25,7 @@ from sections import section
 
 FOLDER = pathlib.Path(__file__).resolve().parent / "results"
 FORMAT = 1
+CHANGES = ("status", "--porcelain", "--", ".", ":(exclude)bench/results")
 KEYS = {
     "format": int,
     "name": str,
@@ -53,8 +54,8 @@ def machine():
 
 
 def commit():
-    """Which commit is checked out, with a + if files differ from it; "" outside of a clone and
-    without git."""
+    """Which commit is checked out, with a + if files other than results differ from it; "" outside
+    of a clone and without git."""
 
     def git(*words):
         command = ["git", "-C", str(FOLDER.parent), *words]
@@ -62,7 +63,7 @@ def commit():
             return ""
         return subprocess.run(command, capture_output=True, text=True, check=False).stdout.strip()
 
-    return git("rev-parse", "--short=8", "HEAD") + ("+" if git("status", "--porcelain") else "")
+    return git("rev-parse", "--short=8", "HEAD") + ("+" if git(*CHANGES) else "")
 
 
 def document(name, figures, others, date=None):

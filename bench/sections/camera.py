@@ -16,9 +16,7 @@ from usage import Monitor
 CAMERAS = (
     (640, 480, 250, True),
     (160, 120, 1000, True),
-    (320, 240, 500, False),
     (1280, 720, 100, False),
-    (1920, 1080, 50, False),
 )
 # Bare renderers beside the reference: shadows and antialiasing.
 BARE = {

@@ -12,7 +12,7 @@ sys.path.insert(0, str(BENCH))
 import results  # noqa: E402
 from figures import Spread  # noqa: E402
 from pairs import alternate  # noqa: E402
-from sections import SECTIONS  # noqa: E402
+from sections import SECTIONS, section  # noqa: E402
 
 import bench  # noqa: E402
 
@@ -81,3 +81,25 @@ def test_a_quick_run_is_not_kept(monkeypatch, capsys):
     with pytest.raises(SystemExit) as ended:
         bench.main()
     assert ended.value.code == 2 and "not to be quoted" in capsys.readouterr().err
+
+
+def test_each_section_is_saved_as_it_ends(tmp_path, monkeypatch):
+    """What was measured is kept, whatever happens to the sections that follow."""
+
+    class Section:
+        rows = staticmethod(section("solver").rows)
+
+        @staticmethod
+        def measure(_quick, _log):
+            return figures(80.0, 70.0, 90.0)
+
+    def sections(name):
+        if name == "solver":
+            return Section
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(results, "FOLDER", tmp_path)
+    monkeypatch.setattr(bench, "section", sections)
+    with pytest.raises(KeyboardInterrupt):
+        bench.run(["solver", "camera"], quick=False, log=None, save=True)
+    assert results.check((tmp_path / "solver.json").read_text())["name"] == "solver"
