@@ -230,6 +230,7 @@ def test_lidar(kind, plugin):
         "head",
         True,
         0.1,
+        sees_visuals=kind == "gpu_ray",
     )
 
 

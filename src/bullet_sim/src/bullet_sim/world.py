@@ -162,6 +162,7 @@ class World:
         self.step_count = 0
         self._next_check = 0.0  # simulated time of the next check for implausible states
         self._order = ModelOrder()
+        self._visible: Any = None  # a VisibleScene, once it is wanted
 
     @property
     def time_step(self) -> float:
@@ -172,6 +173,18 @@ class World:
     def gravity(self) -> Vec3:
         """Gravity [m/s^2] in the world frame."""
         return self.engine.gravity
+
+    @property
+    def visible(self) -> Any:
+        """What lidars of the type gpu_ray see, with the rays of an Engine: the visuals; with the
+        solver 'bullet' what collides."""
+        if self._visible is None:
+            if not self.engine.computes_pids:
+                return self.engine
+            from bullet_sim.sensors.visible import VisibleScene  # needs the compiled rays
+
+            self._visible = VisibleScene(self)
+        return self._visible
 
     @property
     def time(self) -> float:

@@ -34,7 +34,7 @@ class RaysSensor(Sensor):
     def _scan(self) -> Array:
         position, orientation, _, _ = self.model.link_motion(self.spec.link)
         return self._lidar.scan(
-            self.world.engine,
+            self.world.visible if self.spec.sees_visuals else self.world.engine,
             position,
             orientation,
             self.rng,

@@ -118,6 +118,7 @@ class Geometry:
 
 
 EVERYTHING = 0xFFFF  # collide_bitmask where none is given
+EVERYWHERE = 0xFFFFFFFF  # visibility_flags where none are given
 
 
 @dataclass(frozen=True)
@@ -188,7 +189,8 @@ class Shape:
         link: link that had it in the file, before links were merged.
         surface: contact properties of a collision, the direction in its own axes, for the solver
             'ode'; None: its link's.
-        laser_retro: of a collision, the intensity that a lidar measures.
+        laser_retro: intensity that a lidar measures: of a collision, or of a visual for gpu_ray.
+        visibility: of a visual, its visibility_flags.
     """
 
     geometry: Geometry
@@ -201,6 +203,7 @@ class Shape:
     finish: Finish = PLAIN
     surface: Surface | None = None
     laser_retro: float = 0.0
+    visibility: int = EVERYWHERE
 
     def at(self, pose: Pose) -> Shape:
         """The same shape in a frame in which its current frame has the given pose."""

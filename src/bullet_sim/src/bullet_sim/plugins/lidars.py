@@ -22,6 +22,7 @@ class RaySpec:
     Attributes:
         rate: scans per simulated second [Hz].
         noise_stddev, noise_mean: of Gaussian noise on ranges [m].
+        sees_visuals: it sees what a camera would see, not what collides (gpu_ray).
     """
 
     name: str
@@ -38,6 +39,7 @@ class RaySpec:
     frame_id: str = "laser"
     visualize: bool = False
     noise_mean: float = 0.0
+    sees_visuals: bool = False
 
 
 @dataclass(frozen=True)
@@ -132,6 +134,7 @@ def _scan(xml: SensorXml, ray: Values, samples: int) -> dict[str, Any]:
         range_min=near,
         range_max=far,
         visualize=is_true(child_text(xml.sensor, "visualize")),
+        sees_visuals=xml.type == "gpu_ray",
     )
 
 

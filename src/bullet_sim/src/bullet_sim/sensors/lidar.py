@@ -85,7 +85,7 @@ class Lidar:
         range_min, in which the sensor's body (its housing) does not count.
 
         Args:
-            engine: casts the rays, see Engine.cast_rays.
+            engine: casts the rays, see Engine.cast_rays: an engine, or World.visible.
             link_position: (3,) [m], the sensor's link in the world.
             link_orientation: (x, y, z, w), the sensor's link in the world.
             rng: numpy.random.Generator for the noise; needed when noise_stddev > 0.
@@ -123,12 +123,13 @@ class Lidar:
 
     def intensities(self, models: Iterable[Model]) -> Array | None:
         """Intensities (n,) float32 of the last scan; None: no model has a <laser_retro>."""
-        models = list(models)
-        if not any(shape.laser_retro for model in models for shape in model.collisions()):
+        models, seen = list(models), "visuals" if self.spec.sees_visuals else "collisions"
+        links = (link for model in models for link in model.rigid_parts.values())
+        if not any(shape.laser_retro for link in links for shape in getattr(link, seen)):
             return None
         position, directions, ranges = self.hits
         hits = np.where(np.isfinite(ranges), ranges, np.nan)[:, None]
-        return intensities(models, position + hits * directions)
+        return intensities(models, position + hits * directions, seen)
 
 
 class LayeredLidar(Lidar):

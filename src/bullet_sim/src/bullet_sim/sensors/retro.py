@@ -1,4 +1,4 @@
-"""Intensities of lidars: the <laser_retro> of the collision that a ray hits."""
+"""Intensities of lidars: the <laser_retro> of the collision or visual that a ray hits."""
 
 from __future__ import annotations
 
@@ -15,13 +15,15 @@ if TYPE_CHECKING:
     from bullet_sim.models.model import Model
 
 _CLOSE = 2e-3  # [m] of a hit to the shape that it is on
+_FLAT = 0.01  # of a radius, by which a polygon of a visual is inside of it
 
 
-def intensities(models: Iterable[Model], points: Array) -> Array | None:
+def intensities(models: Iterable[Model], points: Array, seen: str = "collisions") -> Array | None:
     """Intensities (n,) float32 of hits.
 
     Args:
         points: (n, 3) [m] in the world, without noise; what is not finite has none.
+        seen: what the rays hit: 'collisions' or 'visuals'.
 
     Returns:
         0 where nothing with a <laser_retro> is hit; None: no model has one.
@@ -29,7 +31,7 @@ def intensities(models: Iterable[Model], points: Array) -> Array | None:
     found = None
     for model in models:
         for part, link in model.rigid_parts.items():
-            shapes = [shape for shape in link.collisions if shape.laser_retro]
+            shapes = [shape for shape in getattr(link, seen) if shape.laser_retro]
             if not shapes:
                 continue
             if found is None:
@@ -47,11 +49,13 @@ def _is_on(shape: Shape, points: Array, engine: Engine) -> Array:
     kind, size = shape.geometry.kind, np.asarray(shape.geometry.size, float)
     with np.errstate(invalid="ignore"):
         if kind == "sphere":
-            near: Array = np.abs(np.linalg.norm(points, axis=1) - size[0]) <= _CLOSE
+            outside = np.linalg.norm(points, axis=1) - size[0]
+            near: Array = (outside <= _CLOSE) & (outside >= -_CLOSE - _FLAT * size[0])
         elif kind == "cylinder":
             radial = np.hypot(points[:, 0], points[:, 1]) - size[0]
             axial = np.abs(points[:, 2]) - size[1] / 2.0
-            near = np.abs(np.maximum(radial, axial)) <= _CLOSE
+            outside = np.maximum(radial, axial)
+            near = (outside <= _CLOSE) & (outside >= -_CLOSE - _FLAT * size[0])
         elif kind == "box":
             near = np.abs((np.abs(points) - size / 2.0).max(axis=1)) <= _CLOSE
         elif kind == "plane":

@@ -7,7 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from bullet_sim.description.lump import moved
-from bullet_sim.description.model import INERTIA, Joint, Link, ModelDescription, Surface
+from bullet_sim.description.model import (
+    EVERYWHERE,
+    INERTIA,
+    Joint,
+    Link,
+    ModelDescription,
+    Surface,
+)
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.gazebo import read_surface
 from bullet_sim.formats.joints import Version, read_joint
@@ -217,9 +224,13 @@ class ModelReader:
                 shape = parse_shape(part, tag, link.name, in_link, self.model, self._resolve)
                 if shape is None:
                     continue
+                retro = child_number(part, "laser_retro", f"{label} {tag}", 0.0)
+                shape = replace(shape, laser_retro=retro)
                 if shapes is link.collisions:
-                    retro = child_number(part, "laser_retro", f"{label} {tag}", 0.0)
-                    shape = replace(shape, surface=surfaces[number], laser_retro=retro)
+                    shape = replace(shape, surface=surfaces[number])
+                else:
+                    flags = child_number(part, "visibility_flags", f"{label} {tag}", EVERYWHERE)
+                    shape = replace(shape, visibility=int(flags) & EVERYWHERE)
                 shapes.append(shape)
         self.model.links[link.name] = link
         self.poses[link.name] = pose * inner

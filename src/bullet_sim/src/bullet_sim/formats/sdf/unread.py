@@ -35,7 +35,6 @@ UNREAD: dict[str, tuple[str, ...]] = {
     "projector/fov": (),
     "projector/near_clip": (),
     "projector/far_clip": (),
-    "visual/laser_retro": ZERO,
     "visual/visibility_flags": ("4294967295",),
     "heightmap/texture/diffuse": (),
     "heightmap/texture/normal": (),

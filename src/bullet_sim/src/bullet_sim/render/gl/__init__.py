@@ -16,7 +16,7 @@ world. With several cameras of one snapshot: `apply(snapshot)` once, then `rende
 each. A renderer belongs to the thread that made it, and its numbers are the same for the same
 snapshot and camera on one driver.
 
-`renderer` puts an image together; `scene` has the instances of all visuals, `meshes` the
-uploaded triangles and textures, `kinematics` the poses of links, `shadows` the sun's shadow maps,
-`shaders` the programs with their uniforms, `context` the framebuffers.
+`renderer` puts an image together; `scene` has the instances of all visuals (bullet_sim.kinematics
+the poses of their links), `meshes` the uploaded triangles and textures, `shadows` the sun's shadow
+maps, `shaders` the programs with their uniforms, `context` the framebuffers.
 """

@@ -10,9 +10,9 @@ import numpy as np
 
 from bullet_sim.description.model import RGB, RGBA, Geometry, Shape, VisualLink
 from bullet_sim.errors import ModelError
+from bullet_sim.kinematics import Kinematics, pose_matrix
 from bullet_sim.meshes.looks import Look
 from bullet_sim.pose import Array, Vec3, Vector
-from bullet_sim.render.gl.kinematics import Kinematics, pose_matrix
 from bullet_sim.render.gl.meshes import AssetCache, Surface
 from bullet_sim.snapshot import Snapshot
 

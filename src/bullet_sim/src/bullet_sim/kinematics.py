@@ -44,6 +44,27 @@ def rotations(axes: Array, angles: Array) -> Array:
     return result
 
 
+def quaternions(poses: Array) -> Array:
+    """Quaternions (n, 4) (x, y, z, w) of the rotations of (n, 4, 4): of each the largest of its
+    four numbers first, which divides the others (Shepperd, 1978)."""
+    a, b, c = poses[:, 0, 0], poses[:, 1, 1], poses[:, 2, 2]
+    squares = 0.25 * np.column_stack(
+        [1.0 + a - b - c, 1.0 - a + b - c, 1.0 - a - b + c, 1.0 + a + b + c]
+    )
+    sums = 0.25 * (poses + poses.transpose(0, 2, 1))
+    gaps = 0.25 * (poses - poses.transpose(0, 2, 1))
+    products = np.empty((len(poses), 4, 4))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        products[:, i, i] = squares[:, i]
+        products[:, i, j] = products[:, j, i] = sums[:, i, j]
+        products[:, i, 3] = products[:, 3, i] = gaps[:, k, j]
+    products[:, 3, 3] = squares[:, 3]
+    largest = np.argmax(squares, axis=1)
+    each = np.arange(len(poses))
+    found: Array = products[each, largest]
+    return found / np.sqrt(squares[each, largest])[:, None]
+
+
 class Level:
     """Links at one depth of the trees: rows, those of their parents, and their joints."""
 
