@@ -221,6 +221,7 @@ SUITES = {
         "child",
         "description",
         "snapshot",
+        "kinematics",
         "xml_reader",
         "plugins",
         "formats",

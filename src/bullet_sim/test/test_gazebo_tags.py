@@ -204,6 +204,18 @@ RAY = (
 )
 
 
+@pytest.mark.parametrize("text, mask", [("", 0x0FFFFFFC), ("7", 4), ("4294967295", 0x0FFFFFFC)])
+def test_the_mask_of_a_camera(text, mask):
+    tag = f"<visibility_mask>{text}</visibility_mask>" if text else ""
+    inner = f"<camera><horizontal_fov>1</horizontal_fov>{tag}</camera>"
+    assert (
+        one(
+            sensor("camera", "libgazebo_ros_camera.so", "<updateRate>9</updateRate>", inner)
+        ).visibility
+        == mask
+    )
+
+
 @pytest.mark.parametrize(
     "kind, plugin",
     [

@@ -71,6 +71,15 @@ def test_known_colours_under_a_known_light(gl, color, finish, expected):
     assert np.abs(picture[20:180, 20:180] - 255.0 * np.array(expected)).max() <= 2.0
 
 
+@pytest.mark.parametrize(
+    "flags, seen", [(0xFFFFFFFF, True), (0x30, True), (0x40, False), (3, False)]
+)
+def test_a_camera_sees_what_shares_a_bit_with_its_mask(gl, flags, seen):
+    shape = replace(FLOOR, color=(0.2, 0.4, 0.6, 1.0), visibility=flags)
+    picture = show(gl, PLAIN, shape, request=view(visibility=0x10))
+    assert (np.abs(picture[100, 100] - 0.7 * 255 * np.array((0.2, 0.4, 0.6))).max() <= 2.0) == seen
+
+
 def test_gazebos_sun_on_a_floor_and_on_a_wall(gl):
     """0.4 of ambient light, and 0.8 times the cosine between the sun and the normal."""
     gray = replace(FLOOR, color=(0.5, 0.5, 0.5, 1.0))

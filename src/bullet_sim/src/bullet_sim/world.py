@@ -23,6 +23,7 @@ from bullet_sim.models.changes import Forces
 from bullet_sim.models.model import PERIOD, Model, Placed, implausible_state
 from bullet_sim.models.step_batch import StepBatch
 from bullet_sim.pose import PLACEABLE, Pose, Vec3
+from bullet_sim.sensors.visible import VisibleScene
 from bullet_sim.snapshot import BodySource, Snapshot
 from bullet_sim.xml_reader import Node
 
@@ -179,10 +180,8 @@ class World:
         """What lidars of the type gpu_ray see, with the rays of an Engine: the visuals; with the
         solver 'bullet' what collides."""
         if self._visible is None:
-            if not self.engine.computes_pids:
+            if not self.engine.casts_at_meshes:
                 return self.engine
-            from bullet_sim.sensors.visible import VisibleScene  # needs the compiled rays
-
             self._visible = VisibleScene(self)
         return self._visible
 

@@ -119,6 +119,7 @@ class Geometry:
 
 EVERYTHING = 0xFFFF  # collide_bitmask where none is given
 EVERYWHERE = 0xFFFFFFFF  # visibility_flags where none are given
+VISIBLE = 0x0FFFFFFC  # bits that sensors see; the others are those of Gazebo's window
 
 
 @dataclass(frozen=True)

@@ -89,12 +89,14 @@ class Engine:
         computes_pids: whether controlled() can be used.
         adds_motor_effort: whether the effort of a joint is what is applied and its motor's, or the
             former alone, as Gazebo's Joint::GetForce.
+        casts_at_meshes: whether mesh_scene() can be used.
     """
 
     position_gain = 0.1
     placements = 0
     computes_pids = False
     adds_motor_effort = True
+    casts_at_meshes = False
 
     def __init__(
         self,
@@ -769,6 +771,12 @@ class Engine:
             parts, bodies = self._first_hits(np.broadcast_to(center, ends.shape), ends)
             ranges[np.isfinite(parts) & (bodies != own)] = -np.inf
         return ranges
+
+    def mesh_scene(
+        self, meshes: Sequence[tuple[int, Pose, Array]], positions: Array, orientations: Array
+    ) -> Any:
+        """Triangles at which rays are cast, see OdeEngine."""
+        raise NotImplementedError
 
     def _first_hits(self, starts: Array, ends: Array) -> tuple[Array, Array]:
         """Of rays between points (n, 3) the part (n,) of the way to the first hit, inf: none, and

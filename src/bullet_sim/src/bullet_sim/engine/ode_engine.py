@@ -15,7 +15,9 @@ from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine.engine import Contact, Engine, stacked, vector3
 from bullet_sim.engine.ode import OdeSolver
-from bullet_sim.pose import Array, Motion, Quat, Vec3, Vector, compose, velocity_at
+from bullet_sim.engine.rays import MeshScene
+from bullet_sim.engine.tables import Tree, make_tree
+from bullet_sim.pose import Array, Motion, Pose, Quat, Vec3, Vector, compose, velocity_at
 
 if TYPE_CHECKING:
     from bullet_sim.controllers.handle import JointHandle
@@ -29,10 +31,12 @@ class OdeEngine(Engine):
 
     computes_pids = True
     adds_motor_effort = False
+    casts_at_meshes = True
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
         self.ode = OdeSolver(self, self._client)
+        self._trees: dict[int, tuple[Array, Tree]] = {}  # of triangles, by their id
 
     def _sync(self) -> None:
         self.ode.sync()
@@ -273,3 +277,18 @@ class OdeEngine(Engine):
             others = super().cast_rays(center, directions, near, far, own, look_near)
             ranges = np.minimum(ranges, others)
         return ranges
+
+    def mesh_scene(
+        self, meshes: Sequence[tuple[int, Pose, Array]], positions: Array, orientations: Array
+    ) -> MeshScene:
+        """Triangles at which rays are cast, of links that are put anywhere, see MeshScene.
+
+        Args:
+            meshes: row of the link, pose in it and triangles (n, 3, 3) [m] of each.
+            positions, orientations: of the links (n, 3) [m] and (n, 4).
+        """
+        for _, _, triangles in meshes:
+            if id(triangles) not in self._trees:
+                self._trees[id(triangles)] = triangles, make_tree(triangles, (1.0, 1.0, 1.0))
+        trees = [(row, pose, self._trees[id(each)][1]) for row, pose, each in meshes]
+        return MeshScene(trees, positions, orientations)

@@ -109,6 +109,32 @@ class RayScene:
         return casting.ranges.copy()
 
 
+class MeshScene:
+    """Triangles of links that are put anywhere, at which rays are cast from both sides.
+
+    Args:
+        meshes: row of the link, pose in it and tree of each.
+        positions, orientations: of the links (n, 3) [m] and (n, 4).
+    """
+
+    def __init__(
+        self,
+        meshes: Sequence[tuple[int, Pose, tables.Tree]],
+        positions: Array,
+        orientations: Array,
+    ) -> None:
+        self._bodies = np.zeros((len(positions), q.B_SIZE))
+        self.place(np.arange(len(positions)), positions, orientations)
+        kind = Geometry("mesh")
+        shapes = [RayShape(-1, row, kind, pose, tree) for row, pose, tree in meshes]
+        self.cast = RayScene(shapes, self._bodies).cast
+
+    def place(self, rows: Array, positions: Array, orientations: Array) -> None:
+        """Put links, by their rows (n,), where these say."""
+        self._bodies[rows, q.POS : q.POS + 3] = positions
+        self._bodies[rows, q.QUAT : q.QUAT + 4] = orientations
+
+
 def _sorted(shapes: Sequence[RayShape], bodies: Array) -> tuple[list[RayShape], Array, int]:
     """Shapes in the order of a tree of boxes around them, its branches, how deep it is."""
     if not shapes:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 from xml.etree.ElementTree import Element
 
-from bullet_sim.description.model import ModelDescription
+from bullet_sim.description.model import EVERYWHERE, VISIBLE, ModelDescription
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
 from bullet_sim.plugins.xml import ZERO_POSE, PluginXml, PoseTuple, SensorXml, Values, library
 from bullet_sim.pose import Pose
@@ -89,6 +89,7 @@ class CameraSpec:
         namespace: of its service set_camera_info; "": it has none.
         tunable: its rate can be changed by dynamic_reconfigure in that namespace.
         plugin_rate: the plugin's limit of the rate [Hz]; 0: none.
+        visibility: it sees what has one of these bits in its visibility_flags.
     """
 
     name: str
@@ -116,6 +117,7 @@ class CameraSpec:
     namespace: str = ""
     tunable: bool = False
     plugin_rate: float = 0.0
+    visibility: int = VISIBLE
 
 
 @dataclass(frozen=True)
@@ -324,6 +326,7 @@ def _camera_values(
         height=camera.whole("image/height", 240),
         horizontal_fov=field_of_view(camera, xml.type == WIDE),
         near=near,
+        visibility=int(camera.number("visibility_mask", EVERYWHERE)) & VISIBLE,
         far=far,
         rate=0.0 if triggered else xml.output_rate(),
         plugin_rate=max(0.0, plugin.number("updateRate")),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from bullet_sim.description.model import VISIBLE
 from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, Distortion, Lens
 from bullet_sim.plugins.xml import PoseTuple
 from bullet_sim.pose import Array
@@ -27,6 +28,7 @@ class CameraRequest:
         noise_stddev, noise_mean: of the full scale, see sensors.camera.add_noise.
         seed: of the noise; the noise of a frame depends on seed, name and step alone.
         labels: whether a label image is requested.
+        visibility: the OpenGL renderer shows what has one of these bits in its visibility_flags.
         distortion: of the colors and labels, see lenses; None: a pinhole.
         lens: a wide-angle Lens, see lenses; horizontal_fov has no effect then.
     """
@@ -47,6 +49,7 @@ class CameraRequest:
     distortion: Distortion | None = None
     lens: Lens | None = None
     labels: bool = False
+    visibility: int = VISIBLE
 
     @classmethod
     def from_spec(cls, spec: CameraSpec, key: int, link_index: int, seed: int = 0) -> CameraRequest:
@@ -67,6 +70,7 @@ class CameraRequest:
             isinstance(spec, DepthCameraSpec),
             spec.distortion,
             spec.lens,
+            visibility=spec.visibility,
         )
 
 

@@ -7,25 +7,18 @@ both sides and up to the polygons of round shapes; nothing that is nearer than t
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from bullet_sim.description.model import Geometry, Shape
-from bullet_sim.engine import tables
-from bullet_sim.engine.quickstep import layout as q
-from bullet_sim.engine.rays import RayScene, RayShape
+from bullet_sim.description.model import VISIBLE, Geometry, Shape
 from bullet_sim.errors import ModelError
 from bullet_sim.kinematics import Kinematics, quaternions
 from bullet_sim.meshes.prepare import box_sides
 from bullet_sim.meshes.read import read_parts
-from bullet_sim.pose import Array
-
-if TYPE_CHECKING:
-    from bullet_sim.world import World
+from bullet_sim.pose import Array, Pose
 
 SEGMENTS = 32  # around a cylinder, around a sphere and from pole to pole, as in Gazebo
-SEEN = 0x0FFFFFFC  # visibility_flags of which a visual needs one: all but those of Gazebo's window
 
 
 class VisibleScene:
@@ -35,13 +28,12 @@ class VisibleScene:
         world: World, to be used in the thread that owns its engine.
     """
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: Any) -> None:
         self._world = world
         self._sources: list[Any] = []  # that the scene is made of
-        self._trees: dict[Any, tables.Tree | None] = {}
+        self._triangles: dict[Any, Array | None] = {}  # of geometries
         self._kinematics = Kinematics({})
-        self._bodies = np.zeros((0, q.B_SIZE))
-        self._scene: RayScene | None = None
+        self._scene: Any = None  # of Engine.mesh_scene()
 
     def cast_rays(
         self,
@@ -53,46 +45,45 @@ class VisibleScene:
         look_near: bool = True,
     ) -> Array:
         """As Engine.cast_rays, but that nothing nearer than `near` is seen, of whatever body."""
-        return self._placed().cast(center, directions, near, far, None, False)
+        self._place()
+        found: Array = self._scene.cast(center, directions, near, far, None, False)
+        return found
 
-    def _placed(self) -> RayScene:
-        """The scene with all visuals where they are now."""
-        sources = self._world.sources()
-        known = self._sources
+    def _place(self) -> None:
+        """Put all visuals where they are now."""
+        sources, known = self._world.sources(), self._sources
         if len(sources) != len(known) or any(a is not b for a, b in zip(sources, known)):
             self._sources, self._scene = sources, None
-            links = {source.key: source.links or () for source in sources}
-            self._kinematics = Kinematics(links)
-            self._bodies = np.zeros((sum(map(len, links.values())), q.B_SIZE))
+            self._kinematics = Kinematics({source.key: source.links or () for source in sources})
         self._kinematics.apply(self._world.snapshot())
+        poses = self._kinematics.poses
+        if self._scene is None:
+            self._scene = self._world.engine.mesh_scene(
+                self._meshes(), poses[:, :3, 3], quaternions(poses)
+            )
+            return
         rows = np.flatnonzero(self._kinematics.changed)
         if len(rows):
-            poses = self._kinematics.poses[rows]
-            self._bodies[rows, q.POS : q.POS + 3] = poses[:, :3, 3]
-            self._bodies[rows, q.QUAT : q.QUAT + 4] = quaternions(poses)
-        if self._scene is None:
-            self._scene = RayScene(self._shapes(), self._bodies)
-        return self._scene
+            self._scene.place(rows, poses[rows, :3, 3], quaternions(poses[rows]))
 
-    def _shapes(self) -> list[RayShape]:
-        mesh, shapes = Geometry("mesh"), []
+    def _meshes(self) -> list[tuple[int, Pose, Array]]:
+        """Row of the link, pose in it and triangles of each visual."""
+        meshes = []
         for source in self._sources:
             first = self._kinematics.firsts[source.key]
             for row, link in enumerate(source.links or (), first):
                 for shape in link.shapes:
-                    tree = self._tree(shape) if shape.visibility & SEEN else None
-                    if tree is not None:
-                        shapes.append(RayShape(-1, row, mesh, shape.pose, tree))
-        return shapes
+                    found = self._of(shape) if shape.visibility & VISIBLE else None
+                    if found is not None:
+                        meshes.append((row, shape.pose, found))
+        return meshes
 
-    def _tree(self, shape: Shape) -> tables.Tree | None:
-        """The tree of a visual's triangles; None: a mesh that cannot be read."""
+    def _of(self, shape: Shape) -> Array | None:
         it = shape.geometry
         key = it.kind, it.size, it.path, it.scale, it.submesh, it.centered, it.flat
-        if key not in self._trees:
-            found = triangles_of(it)
-            self._trees[key] = None if found is None else tables.make_tree(found, (1.0, 1.0, 1.0))
-        return self._trees[key]
+        if key not in self._triangles:
+            self._triangles[key] = triangles_of(it)
+        return self._triangles[key]
 
 
 def triangles_of(geometry: Geometry) -> Array | None:

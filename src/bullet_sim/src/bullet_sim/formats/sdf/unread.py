@@ -35,7 +35,6 @@ UNREAD: dict[str, tuple[str, ...]] = {
     "projector/fov": (),
     "projector/near_clip": (),
     "projector/far_clip": (),
-    "visual/visibility_flags": ("4294967295",),
     "heightmap/texture/diffuse": (),
     "heightmap/texture/normal": (),
     "heightmap/texture/size": (),
@@ -51,7 +50,6 @@ UNREAD: dict[str, tuple[str, ...]] = {
     "camera/lens/intrinsics/cy": ("1",),
     "camera/lens/intrinsics/s": ZERO,
     "camera/save@enabled": NO,
-    "camera/visibility_mask": ("4294967295",),
     "sensor/enable_metrics": NO,
     "imu/enable_orientation": YES,
 }

@@ -231,6 +231,7 @@ class GlRenderer(Renderer):
         clip = projection(request.horizontal_fov, aspect, request.near, request.far) @ eye
         planes = view_planes(clip)
         visible = in_view(planes, instances.centers - instances.origin, instances.radii)
+        visible &= (instances.visibility & request.visibility) != 0
         return View(position, rotation, clip, planes, visible)
 
     def image(

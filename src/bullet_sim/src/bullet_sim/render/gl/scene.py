@@ -118,6 +118,7 @@ class Instance(NamedTuple):
         radius: of a sphere around it [m].
         casts, fixed: whether it casts shadows, never moves.
         colors: 20 numbers of the table.
+        visibility: visibility_flags of the visual.
     """
 
     surface: Surface
@@ -128,6 +129,7 @@ class Instance(NamedTuple):
     casts: bool
     fixed: bool
     colors: list[float]
+    visibility: int
 
 
 WHITE: RGBA = (1.0, 1.0, 1.0, 1.0)
@@ -180,6 +182,7 @@ def describe(key: int, row: int, fixed: bool, shape: Shape, surface: Surface) ->
             *(*emissive, 0.0),
             *_label(key),
         ],
+        shape.visibility,
     )
 
 
@@ -218,6 +221,7 @@ class Instances:
         origin: (3,) [m] in the world.
         centers (n, 3), radii (n,): spheres around the instances in the world [m].
         casts, fixed: (n,) bool: casts shadows on something else, never moves.
+        visibility: (n,) visibility_flags.
         moving_version, fixed_version: count the changes of poses: of any, of those that never
             move.
     """
@@ -295,6 +299,7 @@ class Instances:
         self._may_cast = np.array([instance.casts for instance in ordered], bool)
         self.casts = self._may_cast
         self.fixed = np.array([instance.fixed for instance in ordered], bool)
+        self.visibility = np.array([instance.visibility for instance in ordered], np.int64)
         if ordered:
             self.table[:, ROWS:] = [instance.colors for instance in ordered]
         self._poses = np.zeros((len(ordered), 4, 4))
