@@ -15,8 +15,10 @@ from bullet_bridge.services.physics import PhysicsProperties, PhysicsServices
 from bullet_sim.errors import WorldError
 from bullet_sim.world import World
 from gazebo_msgs import srv
-from gazebo_msgs.msg import LinkState, ModelState
+from gazebo_msgs.msg import LinkState, ModelState, ODEJointProperties
+from geometry_msgs.msg import Point, Quaternion, Twist, Vector3
 from geometry_msgs.msg import Pose as PoseMsg
+from rospy import Duration
 from std_srvs.srv import EmptyRequest
 
 URDF = (
@@ -524,3 +526,94 @@ def test_physics_properties_are_those_of_ode(desk):
     empty = srv.SetPhysicsPropertiesRequest(time_step=0.001, max_update_rate=1000.0)
     assert desk.call("set_physics_properties", empty).success
     assert desk.world.engine.settings.relaxation == 1.0, "an empty ode_config changes nothing"
+
+
+HINGED = (
+    '<robot name="r"><link name="base"><inertial><mass value="2"/><inertia ixx="1" iyy="1" '
+    'izz="1"/></inertial></link><link name="arm"><inertial><mass value="1"/><inertia ixx="0.1" '
+    'iyy="0.1" izz="0.1"/></inertial></link><joint name="hinge" type="continuous"><parent '
+    'link="base"/><child link="arm"/><axis xyz="0 0 1"/></joint></robot>'
+)
+
+
+def test_what_is_set_of_physics_is_read(desk):
+    config = desk.call("get_physics_properties", srv.GetPhysicsPropertiesRequest()).ode_config
+    config.max_contacts, config.contact_surface_layer = 33, 0.01
+    config.contact_max_correcting_vel, config.sor_pgs_precon_iters = 10.0, 2
+    config.auto_disable_bodies = True
+    request = srv.SetPhysicsPropertiesRequest(0.001, 1000.0, Vector3(0, 0, -9.8), config)
+    assert desk.call("set_physics_properties", request).success
+    seen = desk.call("get_physics_properties", srv.GetPhysicsPropertiesRequest()).ode_config
+    config.auto_disable_bodies = False  # which Gazebo never answers
+    assert seen == config
+
+
+def test_every_parameter_of_a_joint_is_taken(desk):
+    """Also with several values, or those without effect: gazebo_ros answers success."""
+    assert desk.spawn("bot", HINGED).success
+    config = ODEJointProperties(
+        damping=[0.1, 0.2], hiStop=[0.5], loStop=[-0.5], erp=[0.2], cfm=[0.1], stop_erp=[0.3],
+        stop_cfm=[0.1], fudge_factor=[1.0], fmax=[2.0], vel=[1.5],
+    )  # fmt: skip
+    answer = desk.call("set_joint_properties", srv.SetJointPropertiesRequest("hinge", config))
+    assert (answer.success, answer.status_message) == (True, "SetJointProperties: properties set")
+    desk.world.step(100)
+    model = desk.world.model("bot")
+    assert model.joints.arrays()[1][0] == pytest.approx(1.5, rel=0.2), "its motor turns it"
+    desk.world.step(2000)
+    assert model.joints.arrays()[0][0] == pytest.approx(0.5, abs=0.05)
+
+
+def test_link_properties_are_read_as_they_were_set(desk):
+    assert desk.spawn("bot", HINGED).success
+    set_ = srv.SetLinkPropertiesRequest(
+        link_name="bot::arm", mass=3.0, ixx=0.3, iyy=0.4, izz=0.5, ixy=0.01, ixz=0.02, iyz=0.03
+    )
+    set_.com.position.x, set_.gravity_mode = 0.1, False
+    assert desk.call("set_link_properties", set_).success
+    seen = desk.call("get_link_properties", srv.GetLinkPropertiesRequest("bot::arm"))
+    names = ("mass", "ixx", "iyy", "izz", "ixy", "ixz", "iyz", "gravity_mode")
+    assert [getattr(seen, name) for name in names] == [getattr(set_, name) for name in names]
+    assert seen.com.position == set_.com.position
+
+
+TURNED = PoseMsg(orientation=Quaternion(0, 0, math.sqrt(0.5), math.sqrt(0.5)))
+
+
+@pytest.mark.parametrize(
+    "frame, expected",
+    [("bot::base", (0.2, 0.0)), ("world", (0.2, 0.0)), ("post", (0.0, -0.2)), ("", (0.2, 0.0))],
+)
+def test_a_wrench_in_a_frame_acts_as_gazebo_ros_turns_it(desk, frame, expected):
+    """By the rotation from the frame to the body, though it acts along the world's axes."""
+    assert desk.spawn("bot", HINGED).success and desk.spawn("post").success
+    desk.call("set_model_state", srv.SetModelStateRequest(ModelState("bot", TURNED, Twist(), "")))
+    request = srv.ApplyBodyWrenchRequest(
+        body_name="bot::base", reference_frame=frame, duration=Duration(0.1)
+    )
+    request.wrench.force.x = 6.0  # on 3 kg for 0.1 s
+    assert desk.call("apply_body_wrench", request).success
+    desk.world.engine.set_gravity((0.0, 0.0, 0.0))
+    desk.world.step(100)
+    _, linear, _ = desk.world.model("bot").link_state("base")
+    assert linear[:2] == pytest.approx(expected, abs=1e-3)
+
+
+def test_a_links_velocity_is_less_its_frames_along_the_worlds_axes(desk):
+    assert desk.spawn("bot").success and desk.spawn("post", HINGED).success
+    moving = Twist(linear=Vector3(1, 0, 0))
+    desk.call("set_model_state", srv.SetModelStateRequest(ModelState("post", TURNED, moving, "")))
+    place = PoseMsg(position=Point(2, 0, 0), orientation=Quaternion(0, 0, 0, 1))
+    state = LinkState("bot::base", place, Twist(linear=Vector3(0, 3, 0)), "post::base")
+    assert desk.call("set_link_state", srv.SetLinkStateRequest(state)).success
+    pose, linear, _ = desk.world.model("bot").link_state("base")
+    assert pose.position == pytest.approx((0, 2, 0)) and tuple(linear) == pytest.approx((-1, 3, 0))
+    state.reference_frame = "post"
+    answer = desk.call("set_link_state", srv.SetLinkStateRequest(state))
+    assert (answer.success, answer.status_message) == (False, "SetLinkState: failed")
+
+
+def test_the_canonical_body_is_never_named(desk):
+    assert desk.spawn().success
+    answer = desk.call("get_model_properties", srv.GetModelPropertiesRequest("bot"))
+    assert answer.success and answer.canonical_body_name == ""

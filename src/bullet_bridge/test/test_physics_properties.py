@@ -74,6 +74,16 @@ def test_the_solvers_settings_are_those_of_ode_and_change(properties):
     properties.change(ode={"sor_pgs_w": 1.0, "erp": 0.5})
     settings = properties.world.engine.settings
     assert (settings.relaxation, settings.erp, settings.cfm) == (1.0, 0.5, 0.0)
+    other = {
+        "sor_pgs_precon_iters": 3,
+        "contact_surface_layer": 0.02,
+        "max_contacts": 7,
+        "contact_max_correcting_vel": 5.0,
+    }
+    properties.change(ode=other)
+    now.update(other)
+    assert (properties.world.engine.settings.max_contacts, settings.max_contacts) == (7, 20)
+    properties.change(ode={"max_contacts": 0, "contact_max_correcting_vel": 0.0})
     assert properties.read().ode == {**now, "sor_pgs_w": 1.0, "erp": 0.5}
     assert properties.read().iterations == 50
 
@@ -110,7 +120,7 @@ def test_reconfiguring_asks_only_for_what_differs(properties):
     before = physics.as_config(properties.read())
     assert set(before) == set(physics_config.type) == set(physics_config.defaults)
     assert physics.requested_changes(dict(before), before) == {}
-    config = dict(before, gravity_x=1.0, sor_pgs_iters=7, erp=0.9, max_contacts=3)
+    config = dict(before, gravity_x=1.0, sor_pgs_iters=7, erp=0.9, auto_disable_bodies=True)
     assert physics.requested_changes(config, before) == {
         "gravity": (1.0, 0.0, -9.81),
         "iterations": 7,

@@ -89,7 +89,8 @@ def test_the_last_wrench_on_a_link_counts_begins_late_and_ends_when_cleared(worl
     world.forces.apply_wrench(model, "link", (0, 3, 0), (0, 0, 0), step_range(0, 0.001, 0.1, -1.0))
     world.step(200)
     assert model.link_state("link")[1] == pytest.approx((0.1 / MASS, 0.3 / MASS, 0.0), abs=1e-9)
-    assert world.forces.clear_link(model, "link") == 2
+    assert world.forces.clear_link("link") == 0, "as in gazebo_ros, which compares MODEL::LINK"
+    assert world.forces.clear_link(f"{model.name}::link") == 2
     world.step(100)
     assert model.link_state("link")[1] == pytest.approx((0.1 / MASS, 0.3 / MASS, 0.0), abs=1e-9)
 
@@ -100,6 +101,14 @@ def test_efforts_on_a_joint_add_up(world):
         world.forces.apply_effort(model, "axle", 0.1, step_range(0, 0.001, 0.0, 0.5))
     world.step(600)
     assert model.joints.arrays()[1][0] == pytest.approx(0.2 * 0.5 / 0.1, rel=1e-3)
+
+
+def test_efforts_on_joints_of_one_name_are_cleared_together(world):
+    for name in ("one", "two"):
+        model = world.spawn_urdf(name, ARM.format(effort=0), Pose(), str)
+        world.forces.apply_effort(model, "axle", 0.1, (0, math.inf))
+    assert world.forces.clear_joint("two::axle") == 0, "as in gazebo_ros: the plain name counts"
+    assert world.forces.clear_joint("axle") == 2 and not world.forces.active
 
 
 def test_one_batch_of_steps_is_the_same_as_single_steps():
@@ -127,7 +136,7 @@ def test_effort_on_a_joint_within_its_limit(world, effort, limit, acting):
     )
     world.step(700)
     assert model.joints.arrays()[1][0] == pytest.approx(acting * 0.5 / 0.1, rel=1e-3)
-    assert world.forces.clear_joint(model, "axle") == 0
+    assert world.forces.clear_joint("axle") == 0
 
 
 def test_bad_wrenches_are_named(world):

@@ -67,6 +67,13 @@ def test_settings_of_ode():
         "</constraints></ode></physics>"
     )
     assert world.ode == OdeSettings(150, 1.4, 1e-5, 0.3, 20.0, True)
+    answered = (
+        "<physics><max_contacts>500</max_contacts><ode><solver><precon_iters>4</precon_iters>"
+        "</solver><constraints><contact_surface_layer>0.01</contact_surface_layer></constraints>"
+        "</ode></physics>"
+    )
+    expected = OdeSettings(max_contacts=500, surface_layer=0.01, precon_iterations=4)
+    assert world_of(answered).ode == expected, "get_physics_properties answers them"
     many = "<physics><ode><solver><iters>1e12</iters><sor>-1</sor></solver></ode></physics>"
     assert world_of(many).ode == OdeSettings(iterations=10_000, relaxation=0.0)
 

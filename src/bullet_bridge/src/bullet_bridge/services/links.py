@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import rospy
-from bullet_sim.errors import ModelError, SimError
+from bullet_sim.errors import ModelError
 from bullet_sim.models import changes
 from bullet_sim.models.changes import step_range
 from bullet_sim.pose import PLACEABLE, Array, Pose
@@ -15,7 +15,13 @@ from gazebo_msgs import srv
 from gazebo_msgs.msg import LinkState
 from geometry_msgs.msg import Pose as PoseMsg
 
-from bullet_bridge.services.entities import WORLD_FRAMES, find_frame, find_joint, find_link
+from bullet_bridge.services.entities import (
+    WORLD_FRAMES,
+    Frame,
+    find_frame,
+    find_joint,
+    find_link,
+)
 from bullet_bridge.services.handlers import (
     NO_FRAME,
     empty_service_handler,
@@ -36,15 +42,8 @@ NO_LINK = "link not found, did you forget to scope the link by model name?"
 
 
 def clearing(jobs: JobQueue, clear: Callable[[Any], Any], response: type) -> Callable[[Any], Any]:
-    """Handler that runs clear(request) as a job; an error is logged alone, as in gazebo_ros."""
-
-    def work(request: Any) -> None:
-        try:
-            jobs.call(lambda: clear(request))
-        except SimError as error:
-            rospy.logerr("%s", error)
-
-    return empty_service_handler(work, response)
+    """Handler that runs clear(request) as a job; whatever it clears, it succeeds, as upstream."""
+    return empty_service_handler(lambda request: jobs.call(lambda: clear(request)), response)
 
 
 def requested_steps(world: World, request: Any) -> tuple[int, float]:
@@ -72,7 +71,7 @@ class LinkServices:
             srv.BodyRequest,
             clearing(
                 jobs,
-                lambda r: world.forces.clear_link(*find_link(world, r.body_name, "body")),
+                lambda r: world.forces.clear_link(r.body_name),
                 srv.BodyRequestResponse,
             ),
         )
@@ -97,7 +96,19 @@ class LinkServices:
             status_message="GetLinkState: got state",
         )
 
+    def _link_frame(self, name: str) -> Frame:
+        """Frame of a link's name or of the world; that of a model is none here, as in gazebo_ros.
+
+        Raises:
+            WorldError: there is none.
+        """
+        if name in WORLD_FRAMES:
+            return Frame()
+        model, link = find_link(self._world, name, "reference frame")
+        return Frame(*model.link_state(link))
+
     def _set_state(self, state: LinkState) -> srv.SetLinkStateResponse:
+        """Place a link; its velocity is along the world's axes, less the frame's, as upstream."""
         pose = pose_from_msg(state.pose)
         linear, angular = vector(state.twist.linear), vector(state.twist.angular)
 
@@ -105,7 +116,7 @@ class LinkServices:
             with refusing("SetLinkState: link does not exist"):
                 model, link = find_link(self._world, state.link_name)
             with refusing("SetLinkState: failed"):
-                frame = find_frame(self._world, state.reference_frame).pose
+                frame = self._link_frame(state.reference_frame)
             index, offset = model.link_in_body(link)
             if index >= 0:
                 raise ModelError(
@@ -113,7 +124,7 @@ class LinkServices:
                     f"set the model's by '{model.name}::{model.description.root}', its joints "
                     "with set_model_configuration"
                 )
-            target, angular_in_world = frame * pose, frame.matrix @ angular
+            target, turning = frame.pose * pose, angular - frame.angular
             if not target.is_placeable():
                 raise ModelError(
                     f"pose for link '{state.link_name}' is {pose.position}, "
@@ -121,8 +132,8 @@ class LinkServices:
                 )
             root = target.normalized() * offset.inverse()
             arm = np.subtract(root.position, target.position)
-            linear_of_root = frame.matrix @ linear + np.cross(angular_in_world, arm)
-            model.set_state(root, linear_of_root, angular_in_world)
+            moving = linear - frame.linear + np.cross(turning, arm)
+            model.set_state(root, moving, turning)
 
         self._jobs.call(work)
         return srv.SetLinkStateResponse(status_message="SetLinkState: success")
@@ -173,10 +184,11 @@ class LinkServices:
         return srv.SetLinkPropertiesResponse(status_message="SetLinkProperties: properties set")
 
     def _push(self, request: Any) -> srv.ApplyBodyWrenchResponse:
-        """Wrench of a request, rotated into world axes about the center of mass.
+        """Apply a wrench.
 
-        As in gazebo_ros, the force acts at the body's center of mass; reference_point and, for
-        an entity's frame, the offset between the two origins add their torque.
+        As in gazebo_ros the force acts at the body's center of mass, and reference_point and, for
+        an entity's frame, the offset between the two origins add their torque. That frame's wrench
+        is turned into the body's axes and then acts along the world's.
         """
         force, torque = vector(request.wrench.force), vector(request.wrench.torque)
         torque = torque + np.cross(vector(request.reference_point), force)
@@ -188,11 +200,9 @@ class LinkServices:
             if request.reference_frame not in WORLD_FRAMES:
                 with refusing("ApplyBodyWrench: reference_frame not found"):
                     frame = find_frame(self._world, request.reference_frame).pose
-                body = model.link_state(link)[0]
-                rotated = frame.matrix @ force
-                moment = frame.matrix @ torque + np.cross(
-                    np.subtract(frame.position, body.position), rotated
-                )
+                in_body = model.link_state(link)[0].inverse() * frame
+                rotated = in_body.matrix @ force
+                moment = in_body.matrix @ torque + np.cross(in_body.position, rotated)
             steps = requested_steps(self._world, request)
             self._world.forces.apply_wrench(model, link, rotated, moment, steps)
 
@@ -200,7 +210,7 @@ class LinkServices:
         return srv.ApplyBodyWrenchResponse()  # without a text, as upstream
 
 
-CHANGEABLE = ("damping", "loStop", "hiStop")
+PARAMETERS = ("stop_erp", "stop_cfm", "fudge_factor", "fmax", "vel")
 
 
 class JointServices:
@@ -219,7 +229,7 @@ class JointServices:
             srv.JointRequest,
             clearing(
                 jobs,
-                lambda r: world.forces.clear_joint(*find_joint(world, r.joint_name)),
+                lambda r: world.forces.clear_joint(r.joint_name),
                 srv.JointRequestResponse,
             ),
         )
@@ -243,21 +253,13 @@ class JointServices:
         return response
 
     def _set_properties(self, request: Any) -> srv.SetJointPropertiesResponse:
+        """Change what is given, of a joint's one axis the first value, as gazebo_ros does."""
         config = request.ode_joint_config
         given = {
             name: list(getattr(config, name)) for name in config.__slots__ if getattr(config, name)
         }
-        for name, values in given.items():
-            if name not in CHANGEABLE:
-                raise ModelError(
-                    f"joint '{request.joint_name}': {name} belongs to the engine ODE; "
-                    f"what can change here is {', '.join(CHANGEABLE)}"
-                )
-            if len(values) != 1:
-                raise ModelError(
-                    f"joint '{request.joint_name}': {name} has {len(values)} values, "
-                    "must have 1, for its one axis"
-                )
+        without_effect = [name for name in ("erp", "cfm") if name in given]
+        without_effect += [f"{name}[1]" for name, values in given.items() if len(values) > 1]
 
         def work() -> None:
             with refusing("SetJointProperties: joint not found"):
@@ -268,8 +270,19 @@ class JointServices:
                 )
             if "damping" in given:
                 changes.set_joint_damping(model, joint, given["damping"][0])
+            for name in PARAMETERS:
+                if name in given and not changes.set_joint_parameter(
+                    model, joint, name, given[name][0]
+                ):
+                    without_effect.append(name)
 
         self._jobs.call(work)
+        if without_effect:
+            rospy.logwarn(
+                "set_joint_properties: %s of '%s' have no effect",
+                ", ".join(without_effect),
+                request.joint_name,
+            )
         return srv.SetJointPropertiesResponse(status_message="SetJointProperties: properties set")
 
     def _drive(self, request: Any) -> srv.ApplyJointEffortResponse:

@@ -244,7 +244,6 @@ class ModelServices:
         bodies = model.rigid_parts if described.is_urdf else described.links
         return srv.GetModelPropertiesResponse(
             parent_model_name=found.parent,
-            canonical_body_name="" if found.path else described.root,
             body_names=found.plain(bodies),
             geom_names=[
                 f"{name}_collision" + (f"_{number}" if number else "")

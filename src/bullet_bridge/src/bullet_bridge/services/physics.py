@@ -28,15 +28,9 @@ if TYPE_CHECKING:
 
 MAX_ITERATIONS = 1000
 # Settings of ODE that do not change here, by the solver; requests to change them are ignored. Those
-# of 'ode' are Gazebo's defaults, or mean nothing in it (sor_pgs_rms_error_tol is never answered).
+# of 'ode' do not change in Gazebo either: it answers neither what was set of them.
 FIXED = {
-    "ode": dict(
-        auto_disable_bodies=False,
-        sor_pgs_precon_iters=0,
-        sor_pgs_rms_error_tol=0.0,
-        contact_surface_layer=0.001,
-        max_contacts=20,
-    ),
+    "ode": dict(auto_disable_bodies=False, sor_pgs_rms_error_tol=0.0),
     "bullet": dict(
         auto_disable_bodies=False,
         sor_pgs_precon_iters=0,
@@ -50,7 +44,16 @@ FIXED = {
     ),
 }
 # Those that change with the solver 'ode': name -> field of OdeSettings.
-SOLVER = dict(sor_pgs_w="relaxation", cfm="cfm", erp="erp")
+SOLVER = dict(
+    sor_pgs_precon_iters="precon_iterations",
+    sor_pgs_w="relaxation",
+    cfm="cfm",
+    erp="erp",
+    contact_surface_layer="surface_layer",
+    contact_max_correcting_vel="max_speed",
+    max_contacts="max_contacts",
+)
+KEEPING = ("contact_max_correcting_vel", "max_contacts")  # of which 0 leaves what there is
 
 
 @dataclass(frozen=True)
@@ -137,14 +140,17 @@ class PhysicsProperties:
             self._world.engine.set_solver_iterations(new.iterations)
         settings = self._world.engine.settings
         if settings is not None:
-            given = {SOLVER[name]: new.ode[name] for name in SOLVER}
+            given = {
+                SOLVER[name]: new.ode[name]
+                for name in SOLVER
+                if new.ode[name] or name not in KEEPING
+            }
             self._world.engine.configure(replace(settings, **given))
 
 
-def _of_solver(settings: OdeSettings) -> dict[str, float]:
+def _of_solver(settings: OdeSettings) -> dict[str, Any]:
     """Settings of a world by gazebo_ros' names."""
-    values = {name: getattr(settings, attribute) for name, attribute in SOLVER.items()}
-    return dict(values, contact_max_correcting_vel=settings.max_speed)
+    return {name: getattr(settings, attribute) for name, attribute in SOLVER.items()}
 
 
 class PhysicsServices:

@@ -14,15 +14,15 @@ _PARAMETERS = (
     ("gravity_y", "double", 0.0, -100.0, 100.0, "Gravity along y [m/s^2]."),
     ("gravity_z", "double", -9.8, -100.0, 100.0, "Gravity along z [m/s^2]."),
     ("auto_disable_bodies", "bool", False, False, True, "Of ODE, without effect."),
-    ("sor_pgs_precon_iters", "int", 0, 0, 10000, "Of ODE, without effect."),
+    ("sor_pgs_precon_iters", "int", 0, 0, 10000, "Is kept, without effect."),
     ("sor_pgs_iters", "int", 50, 0, 10000, "Iterations of the constraint solver per step."),
     ("sor_pgs_w", "double", 1.3, 0.0, 5.0, "Factor of each correction of the constraint solver."),
     ("sor_pgs_rms_error_tol", "double", 0.0, -1.0, 10000.0, "Of ODE, without effect."),
     ("cfm", "double", 0.0, 0.0, 10.0, "Constraint force mixing of joints [s/kg]."),
     ("erp", "double", 0.2, 0.0, 10.0, "Fraction of a joint's error that is corrected in a step."),
-    ("contact_surface_layer", "double", 0.001, 0.0, 10.0, "Of ODE, without effect."),
-    ("contact_max_correcting_vel", "double", 100.0, 0.0, 1e7, "Of ODE, without effect."),
-    ("max_contacts", "int", 100, 0, 10000000, "Of ODE, without effect."),
+    ("contact_surface_layer", "double", 0.001, 0.0, 10.0, "Is kept, without effect [m]."),
+    ("contact_max_correcting_vel", "double", 100.0, 0.0, 1e7, "Of contacts [m/s]; of new models."),
+    ("max_contacts", "int", 100, 0, 10000000, "Of a pair of shapes; of new models."),
 )
 
 globals().update(describe(_PARAMETERS))

@@ -104,6 +104,7 @@ GROUND_COLOR = (0.7, 0.7, 0.7, 1.0)
 GROUND = Finish(ambient=(0.3,) * 3, specular=(0.01,) * 3, shininess=1.5, cast_shadows=False)
 MIN_STEP = 1e-6  # [s] minimum physics step
 DEFAULT_STEP = 0.001  # [s]
+MAX_CONTACTS = 250  # of a pair of shapes, as in Gazebo
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,9 @@ class OdeSettings:
         cfm: constraint force mixing of joints [s/kg].
         erp: fraction of a joint's error that is corrected in a step.
         max_speed: at which contacts push bodies apart, at most [m/s].
-        max_contacts: of a pair of shapes.
+        max_contacts: of a pair of shapes; above MAX_CONTACTS it counts as that.
+        surface_layer: depth of contacts where no body has one of its own, which all have [m].
+        precon_iterations: those before; no step makes any.
         evens_inertias: inertias of hinged bodies are at most 200:1 (use_dynamic_moi_rescaling).
     """
 
@@ -127,6 +130,8 @@ class OdeSettings:
     max_speed: float = 100.0
     evens_inertias: bool = False
     max_contacts: int = 20
+    surface_layer: float = 0.001
+    precon_iterations: int = 0
 
 
 @dataclass

@@ -20,7 +20,17 @@ from bullet_sim.engine.ode_shapes import mesh_triangles
 from bullet_sim.engine.passable import Passable
 from bullet_sim.errors import ModelError
 from bullet_sim.files import silenced
-from bullet_sim.pose import Array, Motion, Pose, Quat, Vec3, Vector, compose, velocity_at
+from bullet_sim.pose import (
+    Array,
+    Motion,
+    Pose,
+    Quat,
+    Vec3,
+    Vector,
+    compose,
+    matrix_from_quaternion,
+    velocity_at,
+)
 
 if TYPE_CHECKING:
     from bullet_sim.controllers.handle import JointHandle
@@ -362,14 +372,17 @@ class Engine:
         if not is_on:
             self._weightless.append((body, link, mass, vector3(center)))
 
-    def set_mass(self, body: int, link: int, mass: float, moments: Vector) -> None:
-        """Change a link's mass [kg] and its moments of inertia (3,) along its principal axes."""
+    def set_mass(self, body: int, link: int, mass: float, inertia: Array) -> None:
+        """Change a link's mass [kg] and its inertia (3, 3) [kg m^2]; PyBullet's principal axes
+        stay."""
+        axes = matrix_from_quaternion(self.principal_axes(body, link))
+        moments = np.diag(axes.T @ inertia @ axes).tolist()
         p.changeDynamics(
-            body, link, mass=mass, localInertiaDiagonal=tuple(moments), physicsClientId=self.client
+            body, link, mass=mass, localInertiaDiagonal=moments, physicsClientId=self.client
         )
 
     def principal_axes(self, body: int, link: int) -> Quat:
-        """Quaternion of the axes that set_mass's moments belong to, in the link frame."""
+        """Quaternion of the axes of a link's moments of inertia, in the link frame."""
         return p.getDynamicsInfo(body, link, physicsClientId=self.client)[4]
 
     def set_joint_limits(self, body: int, joint: int, lower: float, upper: float) -> None:
@@ -387,6 +400,14 @@ class Engine:
         p.changeDynamics(
             body, self.movable[body][joint], jointDamping=damping, physicsClientId=self.client
         )
+
+    def set_joint_parameter(self, body: int, joint: int, name: str, value: float) -> bool:
+        """Change a parameter of a joint that ODE alone has: see OdeSolver.set_parameter.
+
+        Returns:
+            Whether this solver has it.
+        """
+        return False
 
     # Motion
 

@@ -31,6 +31,14 @@ if TYPE_CHECKING:
     from bullet_sim.controllers.handle import JointHandle
     from bullet_sim.engine.engine import Engine
 
+# Parameters of joints by ODE's names -> column of their rows, attribute of Joint.
+_PARAMETERS = {
+    "stop_erp": (q.STOP_ERP, "stop_erp"),
+    "stop_cfm": (q.STOP_CFM, "stop_cfm"),
+    "fudge_factor": (q.STOP_PUSH, "stop_push"),
+    "fmax": (q.FMAX, "friction"),
+    "vel": (q.SPEED, ""),
+}
 _ROUNDING = 1e-15  # [m] and of a quaternion: what PyBullet leaves of 0 between two frames
 _UNTURNED = (0.0, 0.0, 0.0, 1.0)
 
@@ -466,6 +474,17 @@ class OdeSolver:
         """Change a joint's damping."""
         self._joint(body, joint)[q.DAMPING] = damping
 
+    def set_parameter(self, body: int, joint: int, name: str, value: float) -> None:
+        """Change a joint's stop_erp, stop_cfm, fudge_factor, fmax or vel.
+
+        The last two are the effort [N m, N] and the velocity [rad/s, m/s] of its motor. The effort
+        is that of its friction, too, which it has again when it is released.
+        """
+        column, attribute = _PARAMETERS[name]
+        self._joint(body, joint)[column] = value
+        if attribute:
+            setattr(self._parts[body].joint(joint), attribute, value)
+
     def joint_states(self, body: int) -> list[tuple[float, float, tuple[float, ...], float]]:
         """(position, velocity, (), motor's effort) of each of the engine's joints."""
         self.refresh()
@@ -546,15 +565,13 @@ class OdeSolver:
         self._is_ahead = True
         return True
 
-    def set_mass(self, body: int, link: int, mass: float, moments: Sequence[float]) -> None:
-        """Change a link's mass and moments of inertia along its principal axes."""
+    def set_mass(self, body: int, link: int, mass: float, inertia: Array) -> None:
+        """Change a link's mass and inertia (3, 3)."""
         self.refresh()
         row = self._arrays.rows.get((body, link))
         if row is None:
             return
         self.wake(body)
-        axes = matrix_from_quaternion(self._engine.principal_axes(body, link))
-        inertia = axes @ np.diag(moments) @ axes.T
         described = self._parts[body].link(row)
         described.mass, described.inertia = mass, inertia
         tables.set_inertia(self.bodies[row], mass, inertia)

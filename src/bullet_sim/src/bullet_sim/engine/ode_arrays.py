@@ -13,7 +13,7 @@ import numpy as np
 from bullet_sim.controllers.effort_row import MAX_NOTED_STEPS
 from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.model import Joint, Link
-from bullet_sim.description.world import OdeSettings
+from bullet_sim.description.world import MAX_CONTACTS, OdeSettings
 from bullet_sim.engine import tables
 from bullet_sim.engine.ode_scene import (
     BodyLink,
@@ -216,7 +216,7 @@ class ArrayBuilder:
         bits = np.array([models.bits_of(key) for key in system.owner], np.int64)
         collide = may_collide(bodies, self._shapes, bits, models.ghosts, system.touching)
         scene = pack_scene(self._shapes, static, solids, bodies, bits, collide)
-        most = self._settings.max_contacts
+        most = min(self._settings.max_contacts, MAX_CONTACTS)
         for table, column in (
             (scene.shapes, q.G_MOST), (scene.faces, q.P_MOST), (scene.planes, q.P_MOST),
         ):  # fmt: skip

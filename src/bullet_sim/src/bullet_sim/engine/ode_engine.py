@@ -112,9 +112,9 @@ class OdeEngine(Engine):
         self.ode.remove(body)
         super().remove(body)
 
-    def set_mass(self, body: int, link: int, mass: float, moments: Vector) -> None:
-        super().set_mass(body, link, mass, moments)
-        self.ode.set_mass(body, link, mass, tuple(moments))
+    def set_mass(self, body: int, link: int, mass: float, inertia: Array) -> None:
+        super().set_mass(body, link, mass, inertia)
+        self.ode.set_mass(body, link, mass, inertia)
 
     def set_link_gravity(
         self, body: int, link: int, is_on: bool, mass: float, center: Vector
@@ -128,6 +128,10 @@ class OdeEngine(Engine):
     def set_joint_damping(self, body: int, joint: int, damping: float) -> None:
         self.ode.set_damping(body, joint, damping)
         super().set_joint_damping(body, joint, damping)
+
+    def set_joint_parameter(self, body: int, joint: int, name: str, value: float) -> bool:
+        self.ode.set_parameter(body, joint, name, value)
+        return True
 
     # Motion; the solver does not know what never moves
 

@@ -15,6 +15,7 @@ from bullet_sim.description.model import (
     Surface,
     Torsion,
 )
+from bullet_sim.description.world import MAX_CONTACTS
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.materials import Material, Resolve, material_of, named_material
 from bullet_sim.plugins import parse_plugin, parse_sensor
@@ -29,7 +30,6 @@ from bullet_sim.xml_reader import (
 )
 
 ENDLESS_FRICTION = 1e6
-MAX_CONTACTS = 250  # of a pair of shapes, as in Gazebo
 MAX_STIFFNESS = 1e5  # [N/m] above which Bullet's default hard contacts are used
 
 

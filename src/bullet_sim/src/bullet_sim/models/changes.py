@@ -131,17 +131,23 @@ class Forces(Stateful):
                 load.apply()
         self._loads = [load for load in self._loads if load.end > step + 1]
 
-    def clear_link(self, model: Model, link: str) -> int:
-        """Clear all wrenches on a link; returns how many there were."""
+    def clear_link(self, name: str) -> int:
+        """Clear all wrenches on the link MODEL::LINK, the only name that Gazebo compares.
+
+        Returns:
+            How many there were.
+        """
         return self._remove(
-            lambda load: (load.model, load.type, load.part) == (model, "link", link)
+            lambda load: load.type == "link" and f"{load.model.name}::{load.part}" == name
         )
 
-    def clear_joint(self, model: Model, joint: str) -> int:
-        """Clear all efforts on a joint; returns how many there were."""
-        return self._remove(
-            lambda load: (load.model, load.type, load.part) == (model, "joint", joint)
-        )
+    def clear_joint(self, name: str) -> int:
+        """Clear all efforts on joints of a plain name, of all models, as Gazebo does.
+
+        Returns:
+            How many there were.
+        """
+        return self._remove(lambda load: (load.type, load.part) == ("joint", name))
 
     def remove_model(self, model: Model) -> int:
         """Clear all wrenches and efforts on a model; returns how many there were."""
@@ -159,6 +165,7 @@ class Forces(Stateful):
 
 
 TOLERANCE = 1e-6  # relative tolerance of values that cannot change
+NO_STOP = 1e16  # [rad, m] Gazebo's limit of a joint without one
 
 
 def link_properties(model: Model, link: str) -> tuple[float, Array, Array, bool]:
@@ -176,7 +183,7 @@ def link_properties(model: Model, link: str) -> tuple[float, Array, Array, bool]
     """
     model.link_in_body(link)
     part = model.rigid_parts.get(link) or model.description.links[link]
-    return part.mass, part.center, part.inertia, part.gravity
+    return part.mass, model.told_centers.get(link, part.center), part.inertia, part.gravity
 
 
 def set_link_properties(
@@ -186,7 +193,8 @@ def set_link_properties(
 
     Args:
         mass: [kg].
-        center: (3,) [m], inertia: (3, 3) [kg m^2], as link_properties gives them.
+        center: (3,) [m], inertia: (3, 3) [kg m^2], as link_properties gives them. The center is
+            kept for link_properties alone: links move as they are loaded.
         gravity: whether gravity acts on it.
 
     Raises:
@@ -208,17 +216,17 @@ def set_link_properties(
             f"{label}: mass is {mass} kg, inertia {inertia.tolist()}; must be finite, "
             "the mass above 0"
         )
-    if not np.allclose(center, part.center, rtol=0.0, atol=1e-6):
-        raise ModelError(f"{label}: the center of mass cannot move, it is {part.center.tolist()} m")
-    moments, before = _moments(model, index, inertia), part.inertia
-    if moments is None:
+    told = np.asarray(center, float)
+    if not np.isfinite(told).all():
+        raise ModelError(f"{label}: the center of mass is {told.tolist()} m, must be finite")
+    if model.engine.settings is None and not _keeps_axes(model, index, inertia):
         raise ModelError(
             f"{label}: inertia {inertia.tolist()} has other principal axes than "
-            f"{before.tolist()}, which cannot change"
+            f"{part.inertia.tolist()}, which cannot change"
         )
-    if moments.min() <= 0:
+    if np.linalg.eigvalsh(inertia).min() <= 0:
         raise ModelError(f"{label}: inertia {inertia.tolist()} is not positive definite")
-    values = mass, moments
+    values = mass, inertia
     if index >= 0 or not model.source.fixed_base:  # PyBullet would release a fixed base
         model.change(("mass", link), lambda: model.engine.set_mass(model.body, index, *values))
         model.change(
@@ -226,14 +234,15 @@ def set_link_properties(
             lambda: model.engine.set_link_gravity(model.body, index, gravity, mass, part.center),
         )
     part.mass, part.inertia, part.gravity = float(mass), inertia, gravity
+    model.told_centers[link] = told
 
 
-def _moments(model: Model, index: int, inertia: Array) -> Array | None:
-    """Moments (3,) of an inertia along the loaded principal axes; None if those do not fit."""
+def _keeps_axes(model: Model, index: int, inertia: Array) -> bool:
+    """Whether an inertia has the loaded principal axes, which PyBullet's solver keeps."""
     axes = matrix_from_quaternion(model.engine.principal_axes(model.body, index))
     rotated = axes.T @ inertia @ axes
     off = rotated - np.diag(np.diag(rotated))
-    return np.diag(rotated) if np.abs(off).max() <= TOLERANCE * np.abs(rotated).max() else None
+    return bool(np.abs(off).max() <= TOLERANCE * np.abs(rotated).max())
 
 
 def set_joint_stops(
@@ -246,16 +255,43 @@ def set_joint_stops(
     """
     index, limits = model.joints.index(joint), model.joints.limits[joint]
     label = f"joint '{joint}' of '{model.name}'"
-    if limits.lower is None or limits.upper is None:
+    ends = limits.lower, limits.upper
+    if None in ends and model.engine.settings is None:  # PyBullet's own solver
         raise ModelError(f"{label} is {limits.kind} and has no stops to change")
-    low = limits.lower if lower is None else float(lower)
-    high = limits.upper if upper is None else float(upper)
+    old = [-NO_STOP if ends[0] is None else ends[0], NO_STOP if ends[1] is None else ends[1]]
+    low = old[0] if lower is None else float(lower)
+    high = old[1] if upper is None else float(upper)
     if not (math.isfinite(low) and math.isfinite(high) and low <= high):
         raise ModelError(f"{label}: stops are {low} and {high}, must be finite, the lower first")
     model.change(
         ("stops", joint), lambda: model.engine.set_joint_limits(model.body, index, low, high)
     )
     limits.lower, limits.upper = low, high
+
+
+def set_joint_parameter(model: Model, joint: str, name: str, value: float) -> bool:
+    """Change a parameter of a joint that ODE alone has; survives a reset of the world.
+
+    Args:
+        name: see OdeSolver.set_parameter.
+
+    Returns:
+        Whether the world's solver has it.
+
+    Raises:
+        ModelError: the value is not finite.
+    """
+    index = model.joints.index(joint)
+    if not math.isfinite(value):
+        raise ModelError(f"joint '{joint}' of '{model.name}': {name} is {value}, must be finite")
+    if not model.engine.set_joint_parameter(model.body, index, name, value):
+        return False
+
+    def change() -> None:
+        model.engine.set_joint_parameter(model.body, index, name, value)
+
+    model.change((name, joint), change)
+    return True
 
 
 def set_joint_damping(model: Model, joint: str, damping: float) -> None:

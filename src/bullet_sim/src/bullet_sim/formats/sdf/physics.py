@@ -1,7 +1,12 @@
 """<physics> of SDF: step, pace, gravity and the settings of ODE."""
 
-from bullet_sim.description.world import DEFAULT_STEP, MIN_STEP, OdeSettings, WorldDescription
-from bullet_sim.formats.gazebo import MAX_CONTACTS
+from bullet_sim.description.world import (
+    DEFAULT_STEP,
+    MAX_CONTACTS,
+    MIN_STEP,
+    OdeSettings,
+    WorldDescription,
+)
 from bullet_sim.xml_reader import (
     Node,
     add_child,
@@ -75,5 +80,7 @@ def _ode_settings(world: Node, label: str) -> OdeSettings:
         erp=number("constraints/erp", default.erp, 0.0),
         max_speed=number("constraints/contact_max_correcting_vel", default.max_speed, 0.0),
         evens_inertias=is_true(even),
-        max_contacts=int(most) if 0 < most < MAX_CONTACTS else MAX_CONTACTS,
+        max_contacts=int(most) if most > 0 else MAX_CONTACTS,
+        surface_layer=number("constraints/contact_surface_layer", default.surface_layer, 0.0),
+        precon_iterations=int(number("solver/precon_iters", default.precon_iterations, 0.0)),
     )
