@@ -12,6 +12,7 @@ import rospy
 from paddock_common.master import find_service
 
 POLL_PERIOD = 0.05  # [s]
+RESPONSE_TIMEOUT = 10.0  # [s] for one where there is no limit
 MIN_TIMEOUT = 0.5  # [s] for a response of the master, and for a service that is registered
 T = TypeVar("T")
 
@@ -53,13 +54,13 @@ def wait_until(
 
 
 def wait_for_service(
-    name: str, timeout: float, is_shutdown: Callable[[], bool] | None = None
+    name: str, timeout: float | None, is_shutdown: Callable[[], bool] | None = None
 ) -> None:
     """Waits until a service is advertised and responds to a probe.
 
     Args:
         name: service name, resolved against this node's namespace.
-        timeout: wall-clock limit [s].
+        timeout: wall-clock limit [s]; None waits without limit.
         is_shutdown: whether a shutdown was requested; None: rospy.is_shutdown.
 
     Raises:
@@ -69,6 +70,8 @@ def wait_for_service(
     resolved, start = rospy.resolve_name(name), time.monotonic()
 
     def _left() -> float:
+        if timeout is None:
+            return RESPONSE_TIMEOUT
         return max(MIN_TIMEOUT, timeout - (time.monotonic() - start))
 
     def _registered() -> str | None:
@@ -81,6 +84,9 @@ def wait_for_service(
     except rospy.ROSInterruptException:
         raise
     except rospy.ROSException:
+        if timeout is None:
+            wait_for_service(name, None, is_shutdown)
+            return
         raise WaitTimeout(
             f"{label} is registered but did not respond within {timeout:g} s"
         ) from None

@@ -19,11 +19,19 @@ def test_defaults_are_upstream_s():
         ("--namespace=/racecar a", "namespace", "/racecar"),
         ("-n racecar a", "namespace", "racecar"),
         ("--timeout 3.5 a", "timeout", 3.5),
-        ("--shutdown-timeout 1 a", "shutdown_timeout", 1.0),
+        ("--timeout 0 a", "timeout", None),
+        ("--timeout=-1 a", "timeout", None),
+        ("--no-timeout a", "timeout", None),
+        ("--shutdown-timeout 1 a", "controllers", ["a"]),
     ],
 )
 def test_flags(line, field, value):
     assert getattr(command_line.parse_spawner(line.split()), field) == value
+
+
+def test_an_unspawner_waits_without_limit_as_upstream():
+    assert command_line.parse_unspawner(["a"]).timeout is None
+    assert command_line.parse_unspawner("--timeout 5 a".split()).timeout == 5.0
 
 
 def test_yaml_file_gives_controllers_and_parameters(tmp_path):

@@ -120,3 +120,26 @@ def test_lines_of_the_log_are_upstreams(monkeypatch, tmp_path, success):
         "Spawn status: SpawnModel: the answer",
         *([] if success else ["Spawn service failed. Exiting."]),
     ]
+
+
+def test_it_waits_without_limit_and_reads_the_text_after_that_as_upstream(monkeypatch):
+    """A parameter may be set while it waits for another model."""
+    order = []
+
+    class Simulator:
+        def __init__(self, _namespace, timeout):
+            order.append(timeout)
+
+        def wait_for_model(self, model):
+            order.append(model)
+
+        def call(self, service, *_, **values):
+            order.append((service, values["model_xml"]))
+
+    monkeypatch.setattr(spawn_model, "Simulator", Simulator)
+    monkeypatch.setattr(spawn_model.rospy, "loginfo", lambda *_: None)
+    monkeypatch.setattr(spawn_model, "read_model", lambda _: order.append("read") or "text")
+    line = "-urdf -param robot_description -model car -wait house"
+    spawn_model.spawn(spawn_model.parse_options(line.split()), threading.Event())
+    assert order == [None, "house", "read", ("spawn_urdf_model", "text")]
+    assert spawn_model.parse_options(f"{line} -timeout 5".split()).timeout == 5.0

@@ -34,7 +34,7 @@ class Spawner:
     def bring_up(self, controllers, start):
         """Loads controllers and starts those that loaded, in one step.
 
-        If one of them cannot start (for example its joint is claimed), the others start without it.
+        If one of them cannot start (for example its joint is claimed), none does, as upstream.
 
         Args:
             start: False leaves them stopped.
@@ -47,22 +47,20 @@ class Spawner:
 
     def _bring_up(self, controllers, start):
         for name in controllers:
+            self._log(f"Loading controller: {name}")
             if self._manager.load(name):
                 self.loaded.append(name)
             else:
-                self.warn(f"Controller '{name}' did not load; see the simulator's log")
-        if not start or not self.loaded:
+                self.warn(f"Failed to load {name}")
+        names = ", ".join(self.loaded)
+        self._log(f"Controller Spawner: Loaded controllers: {names}")
+        if not start:
             return list(self.loaded)
-        self.started = list(self.loaded)
-        if not self._manager.switch(start=self.loaded):
-            self._manager.switch(start=self.loaded, strict=False)
-            running = self._manager.running()
-            self.started = [name for name in self.loaded if name in running]
-            self.warn(
-                "Controllers did not start: {}; see the simulator's log".format(
-                    ", ".join(name for name in self.loaded if name not in running)
-                )
-            )
+        if self._manager.switch(start=self.loaded):
+            self.started = list(self.loaded)
+            self._log(f"Started controllers: {names}")
+        else:
+            self.warn(f"Failed to start controllers: {names}")
         return list(self.loaded)
 
     def take_down(self):
@@ -71,10 +69,15 @@ class Spawner:
             names, self.loaded = self.loaded, []
             if not names:
                 return
-            self._log("Stopping and unloading {}".format(", ".join(names)))
+            self._log("Shutting down spawner. Stopping and unloading controllers...")
+            self._log("Stopping all controllers...")
             self._manager.switch(stop=names, strict=False)
+            self._log("Unloading all loaded controllers...")
             for name in reversed(names):
-                if not self._manager.unload(name):
+                self._log(f"Trying to unload {name}")
+                if self._manager.unload(name):
+                    self._log(f"Succeeded in unloading {name}")
+                else:
                     self.warn(f"Controller '{name}' did not unload")
 
 
@@ -105,7 +108,7 @@ class ManagerClient:
 
     def __init__(self, namespace="", stop_requested=None):
         self._stop_requested = stop_requested
-        prefix = namespace.rstrip("/") + "/" if namespace else ""
+        self.prefix = prefix = namespace.rstrip("/") + "/" if namespace else ""
         self._names = {
             name: rospy.resolve_name(f"{prefix}controller_manager/{name}") for name in SERVICES
         }
@@ -114,16 +117,16 @@ class ManagerClient:
         """Waits until services are available.
 
         Args:
-            timeout: wall-clock limit for all of them together [s].
+            timeout: wall-clock limit for all of them together [s]; None: there is none.
             services: keys of SERVICES.
 
         Raises:
             ManagerError: the limit passed.
         """
-        deadline = time.monotonic() + timeout
+        deadline = None if timeout is None else time.monotonic() + timeout
         for name in services:
             try:
-                left = max(0.0, deadline - time.monotonic())
+                left = None if deadline is None else max(0.0, deadline - time.monotonic())
                 waiting.wait_for_service(self._names[name], left, self._stop_requested)
             except waiting.WaitTimeout:
                 raise ManagerError(

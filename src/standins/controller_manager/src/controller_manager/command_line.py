@@ -7,7 +7,7 @@ import sys
 import rospy
 
 from controller_manager import controller_manager_interface as interface
-from controller_manager.client import ManagerClient, ManagerError
+from controller_manager.client import ManagerError
 from paddock_common import nodes, yaml_file
 
 
@@ -26,19 +26,19 @@ def parse_spawner(argv):
     )
     _common(parser)
     parser.add_argument(
-        "--shutdown-timeout",
-        metavar="T",
-        type=float,
-        default=2.0,
-        help="wall-clock limit for stopping and unloading on exit [s] (default: 2)",
+        "--no-timeout", action="store_true", help="wait without a limit, as --timeout 0"
     )
+    parser.add_argument("--shutdown-timeout", metavar="T", help="deprecated, without effect")
     parser.add_argument(
         "controllers",
         nargs="+",
         metavar="CONTROLLER",
         help="name, or YAML file whose top-level keys are controllers",
     )
-    return parser.parse_args(argv)
+    options = parser.parse_args(argv)
+    if options.no_timeout:
+        options.timeout = 0.0
+    return _with_limit(options)
 
 
 def parse_unspawner(argv):
@@ -46,12 +46,19 @@ def parse_unspawner(argv):
     parser = argparse.ArgumentParser(
         prog="unspawner", description="Stop controllers; start them again on exit."
     )
-    _common(parser)
+    _common(parser, limit=0.0)
     parser.add_argument("controllers", nargs="+", metavar="CONTROLLER")
-    return parser.parse_args(argv)
+    return _with_limit(parser.parse_args(argv))
 
 
-def _common(parser):
+def _with_limit(options):
+    """The options with None for a time-out without limit."""
+    if options.timeout <= 0.0:
+        options.timeout = None
+    return options
+
+
+def _common(parser, limit=30.0):
     parser.add_argument(
         "-n",
         "--namespace",
@@ -63,8 +70,8 @@ def _common(parser):
         "--timeout",
         metavar="T",
         type=float,
-        default=30.0,
-        help="wall-clock limit for the services to be available [s] (default: 30)",
+        default=limit,
+        help=f"wall-clock limit for the services [s]; 0: none (default: {limit:g})",
     )
 
 
@@ -99,9 +106,6 @@ def expand(names):
             names = list(content)
         controllers.extend(c for c in names if c not in controllers)
     return controllers, parameters
-
-
-TIMEOUT = 30.0  # [s], wall clock; launch files start it with the simulator
 
 
 def _for_each(function):
@@ -159,25 +163,21 @@ def usage():
 
 
 def main():
-    """Runs one command; returns 0 when it succeeded, 1 when not, 2 for a wrong command line."""
+    """Runs one command; returns 0, as upstream's also when the manager refuses; 1 for another."""
     argv = rospy.myargv()[1:]
     if not argv or argv[0] in ("-h", "--help"):
         print(usage())
-        return 0 if argv else 2
-    function, needs_names, _ = COMMANDS.get(SHORT.get(argv[0], argv[0]), (None, False, ""))
+        return 0
+    function, _, _ = COMMANDS.get(SHORT.get(argv[0], argv[0]), (None, False, ""))
     if function is None:
         print(f"controller_manager: no command '{argv[0]}'\n{usage()}", file=sys.stderr)
-        return 2
-    if needs_names and not argv[1:]:
-        print(f"controller_manager {argv[0]}: names of controllers are missing", file=sys.stderr)
-        return 2
-    nodes.init_node("controller_manager_command", anonymous=True, disable_rosout=True)
-    manager = ManagerClient()
-    try:
-        manager.wait(TIMEOUT, ["list_controllers"])
-        return 0 if function(argv[1:]) else 1
-    except rospy.ROSInterruptException:
         return 1
+    nodes.init_node("controller_manager_command", anonymous=True, disable_rosout=True)
+    try:
+        function(argv[1:])
+        return 0
+    except rospy.ROSInterruptException:
+        return 0
     except ManagerError as error:
         print(f"controller_manager: {error}", file=sys.stderr)
         return 1

@@ -10,6 +10,7 @@ from controller_manager import command_line
 from controller_manager.client import ManagerClient, ManagerError, Spawner, run_bounded
 from paddock_common import nodes, waiting
 
+SHUTDOWN_TIMEOUT = 2.0  # [s], wall clock
 LEAVING_TIME = 1.0  # [s] time for a simulator that shuts down at the same time to respond
 
 
@@ -43,6 +44,36 @@ def wait_for_true(topic, stop_requested):
     subscriber.unregister()
 
 
+def wait_for_manager(manager, timeout, stop_requested):
+    """Waits for a manager's services, as upstream: as long as there is no simulated time yet.
+
+    Args:
+        timeout: wall-clock limit for each service [s]; None: there is none.
+        stop_requested: of start_node.
+
+    Returns:
+        Whether they are there.
+    """
+    while True:
+        try:
+            for service in ("load_controller", "switch_controller", "unload_controller"):
+                name = f"{manager.prefix}controller_manager/{service}"
+                rospy.loginfo("Controller Spawner: Waiting for service %s", name)
+                manager.wait(timeout, [service])
+            return True
+        except ManagerError as error:
+            if stop_requested():
+                return False
+            if not (rospy.get_param("/use_sim_time", False) and rospy.get_rostime().is_zero()):
+                rospy.logwarn(
+                    "Controller Spawner couldn't find the expected controller_manager ROS "
+                    "interface."
+                )
+                rospy.logwarn("%s", error)
+                return False
+            rospy.loginfo("Waiting for /clock to be available...")
+
+
 def take_down_quietly(spawner, manager, timeout):
     """Stops and unloads controllers; warns about failures unless the manager shuts down, too.
 
@@ -66,13 +97,15 @@ def take_down_quietly(spawner, manager, timeout):
 
 
 def main():
-    """Runs the node; returns its exit code: 0, or 1 when no controller loaded."""
+    """Runs the node; returns its exit code: 0, or 1 when a call of the manager failed."""
     opts = command_line.parse_spawner(rospy.myargv()[1:])
     stop_requested = start_node("spawner")
+    if opts.shutdown_timeout is not None:
+        rospy.logwarn("DEPRECATION warning: --shutdown-timeout has no effect.")
     manager = ManagerClient(opts.namespace, stop_requested)
     spawner = Spawner(manager, rospy.loginfo, rospy.logerr)
     # rosnode kill: later than in this hook a node reads no responses of services.
-    rospy.on_shutdown(lambda: take_down_quietly(spawner, manager, opts.shutdown_timeout))
+    rospy.on_shutdown(lambda: take_down_quietly(spawner, manager, SHUTDOWN_TIMEOUT))
     try:
         return run(opts, manager, spawner, stop_requested)
     except rospy.ROSInterruptException:
@@ -83,7 +116,7 @@ def main():
         rospy.logfatal("spawner: %s", error)
         return 1
     finally:
-        take_down_quietly(spawner, manager, opts.shutdown_timeout)
+        take_down_quietly(spawner, manager, SHUTDOWN_TIMEOUT)
         rospy.signal_shutdown("the spawner has stopped")
 
 
@@ -93,50 +126,46 @@ def run(opts, manager, spawner, stop_requested):
     Args:
         stop_requested: of start_node.
     """
-    start_time = time.monotonic()
+    if not wait_for_manager(manager, opts.timeout, stop_requested):
+        return 0
+    if opts.wait_for:
+        wait_for_true(opts.wait_for, stop_requested)
     controllers, parameters = command_line.expand(opts.controllers)
     for name, value in parameters.items():
         rospy.set_param(name, value)
-    manager.wait(opts.timeout)
-    if opts.wait_for:
-        wait_for_true(opts.wait_for, stop_requested)
-    loaded = spawner.bring_up(controllers, start=not opts.stopped)
-    if not loaded and not stop_requested():
-        rospy.logfatal("spawner: none of the controllers loaded: %s", ", ".join(controllers))
-        return 1
-    done = spawner.started or loaded
-    rospy.loginfo(
-        "%s %d of %d controllers in %.2f s: %s",
-        "Started" if spawner.started else "Loaded",
-        len(done),
-        len(controllers),
-        time.monotonic() - start_time,
-        ", ".join(done),
-    )
+    spawner.bring_up(controllers, start=not opts.stopped)
     while not stop_requested():
         time.sleep(waiting.POLL_PERIOD)
     return 0
 
 
-SHUTDOWN_TIMEOUT = 2.0  # [s], wall clock
+INHIBIT_PERIOD = 3.0  # [s], simulated
+CALL_TIMEOUT = 10.0  # [s], wall clock
+
+
+def inhibit(manager, names, stopped):
+    """Stops those of some controllers that run, and adds them to a list of names."""
+    running = [name for name in manager.running() if name in names]
+    if running:
+        rospy.loginfo("Inhibiting controllers: %s", ", ".join(running))
+        manager.switch(stop=running, strict=False)
+        stopped += [name for name in running if name not in stopped]
 
 
 def unspawn():
-    """Runs the node; returns its exit code: 0, or 1 when the controllers could not be stopped."""
+    """Runs the node: stops controllers that run, also later; returns its exit code, see main()."""
     opts = command_line.parse_unspawner(rospy.myargv()[1:])
     stop_requested = start_node("unspawner")
-    manager = ManagerClient(opts.namespace, stop_requested)
+    manager, stopped = ManagerClient(opts.namespace, stop_requested), []
     try:
-        manager.wait(opts.timeout, ["switch_controller"])
-        if not manager.switch(stop=opts.controllers):
-            raise ManagerError("controllers did not stop: {}".format(", ".join(opts.controllers)))
+        manager.wait(opts.timeout, ["switch_controller", "list_controllers"])
+        inhibit(manager, opts.controllers, stopped)
     except rospy.ROSInterruptException:
         return 0
     except ManagerError as error:
         rospy.logfatal("unspawner: %s", error)
         return 1
-    rospy.loginfo("Stopped %s", ", ".join(opts.controllers))
-    restarts = [lambda: manager.switch(start=opts.controllers, strict=False)]
+    restarts = [lambda: manager.switch(start=stopped, strict=False)]
 
     def restart():
         """Starts them again, once: at a signal, or in a hook at rosnode kill as the spawner."""
@@ -145,8 +174,14 @@ def unspawn():
             rospy.logwarn(f"Controllers were not started again: {reason}")
 
     rospy.on_shutdown(restart)
+    last = rospy.get_time()
     while not stop_requested():
         time.sleep(waiting.POLL_PERIOD)
+        if not 0.0 <= rospy.get_time() - last < INHIBIT_PERIOD:
+            last = rospy.get_time()
+            reason = run_bounded(lambda: inhibit(manager, opts.controllers, stopped), CALL_TIMEOUT)
+            if reason:
+                rospy.logwarn("unspawner: %s", reason)
     restart()
     rospy.signal_shutdown("the unspawner has stopped")
     return 0

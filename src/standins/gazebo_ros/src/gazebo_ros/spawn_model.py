@@ -40,6 +40,7 @@ def parse_options(argv, default_robot_namespace="/"):
         options.joints = [(name, float(position)) for name, position in options.joints]
     except ValueError as error:
         parser.exit(1, f"spawn_model: -J wants a joint name and a number: {error}\n")
+    options.timeout = options.timeout if options.timeout > 0.0 else None
     options.gazebo_namespace = options.gazebo_namespace.rstrip("/")
     return options
 
@@ -116,9 +117,9 @@ def _add_behavior(parser):
     parser.add_argument(
         "-timeout",
         type=float,
-        default=60.0,
+        default=0.0,
         metavar="T",
-        help="wall-clock limit for services and for -wait [s] (default: 60)",
+        help="wall-clock limit for services and for -wait [s] (default: 0, none)",
     )
 
 
@@ -211,7 +212,7 @@ class Simulator:
 
     Args:
         namespace: e.g. /gazebo.
-        timeout: wall-clock limit for each service to appear [s].
+        timeout: wall-clock limit for each service to appear [s]; None: there is none.
     """
 
     def __init__(self, namespace, timeout):
@@ -275,11 +276,11 @@ def spawn(opts, spawned):
     Raises:
         SpawnError, model_text.ModelTextError: spawning failed.
     """
-    text = read_model(opts)
     simulator = Simulator(opts.gazebo_namespace, opts.timeout)
     if opts.wait:
         rospy.loginfo("Waiting for model %s before proceeding.", opts.wait)
         simulator.wait_for_model(opts.wait)
+    text = read_model(opts)
     pose = Pose(
         Point(opts.x, opts.y, opts.z),
         Quaternion(*quaternion_from_rpy(opts.R, opts.P, opts.Y)),
