@@ -2,27 +2,54 @@
 
     ./run exec python docs/tools/results_page.py
 
-The page has a table for each section, with the machine, the commit and the day of its run.
+The page has a section for each file, in the bench's order: what it says in a sentence, how it is
+measured, a table with the spread, and a plot where there are many figures of one kind.
 """
 
 from __future__ import annotations
 
+import json
 import pathlib
+import statistics
 import sys
+from typing import Callable, NamedTuple
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "bench"))
 
 import results  # noqa: E402
+from sections import SECTIONS  # noqa: E402
 
-PAGE = ROOT / "docs" / "results.md"
+PAGE, IMAGES = ROOT / "docs" / "results.md", ROOT / "docs" / "images"
+PACES = ROOT / "bench" / "worlds" / "gazebo_paces.json"
+GAZEBO = "beside Gazebo, "  # before the names of worlds
 HEAD = """# Results
 
-Made by `docs/tools/results_page.py` from what `./run bench -- --save` writes to `bench/results/`.
-Each value is the median of its runs; the spread is the least and the greatest of them. How they are
-measured, and what limits what: [performance](performance.md).
+Made by `docs/tools/results_page.py` from the files that `./run bench -- --save` writes to
+`bench/results/`. A value is the median of its runs, the spread their least and greatest. A ratio
+counts against a reference that ran in alternation with it, so it says more than a pace of one
+machine. What limits what: [performance](performance.md).
 """
 NONE = "\nNo results are recorded for this version yet.\n"
+IDLE = 0.1  # processors that others may have beside a measurement
+
+
+class Told(NamedTuple):
+    """What the page says about a section.
+
+    Attributes:
+        title: Its heading.
+        method: How it is measured, sentences.
+        summary: Gives a sentence of its figures, {name: figure}; "" where they lack.
+        plot: First words of the names of what is plotted; empty: nothing.
+        unit: Of a ratio in the table.
+    """
+
+    title: str
+    method: str
+    summary: Callable[[dict], str] = lambda figures: ""
+    plot: str = ""
+    unit: str = "x"
 
 
 def number(value: float) -> str:
@@ -31,25 +58,150 @@ def number(value: float) -> str:
     return f"{value:.{digits}f}"
 
 
+def value_of(figures: dict, name: str) -> str:
+    """A figure's value and unit as text; "" where it lacks."""
+    if name not in figures:
+        return ""
+    return f"{number(figures[name]['value'])} {figures[name]['unit']}".rstrip()
+
+
+def told_if(text: str, *names: str) -> Callable[[dict], str]:
+    """A sentence with values in the places of {}; "" where one of them lacks."""
+
+    def summary(figures: dict) -> str:
+        values = [value_of(figures, name) for name in names]
+        return text.format(*values) if all(values) else ""
+
+    return summary
+
+
+def beside_gazebo(figures: dict) -> str:
+    """In how many worlds Paddock is as fast as Gazebo."""
+    times = [quotient[0] for quotient in map(times_gazebo, figures.values()) if quotient]
+    if not times:
+        return ""
+    faster = sum(value >= 1.0 for value in times)
+    return (
+        f"Paddock is at least as fast as Gazebo in {faster} of {len(times)} worlds: "
+        f"{number(min(times))} to {number(max(times))} times its pace, "
+        f"{number(statistics.median(times))} in the median."
+    )
+
+
+def times_gazebo(figure: dict) -> tuple[float, float, float] | None:
+    """Paddock's pace over Gazebo's in a world: value, least, greatest; None: not recorded."""
+    worlds = json.loads(PACES.read_text(encoding="utf-8"))["worlds"]
+    its = worlds.get(figure["name"][len(GAZEBO) :])
+    if its is None or not figure["name"].startswith(GAZEBO):
+        return None
+    least, greatest = figure["spread"] or (figure["value"],) * 2
+    theirs = its["ratio"]["median"]
+    return figure["value"] / theirs, least / theirs, greatest / theirs
+
+
+TOLD = {
+    "start": Told(
+        "Start",
+        "Wall time from `roslaunch` to the first message of each kind; files are in the cache.",
+        told_if("All controllers of the car run {} after `roslaunch`.", "start to 7 controllers"),
+    ),
+    "efficiency": Told(
+        "Efficiency of the node",
+        "The node as fast as possible, over PyBullet's bare stepping of the same scene, in pairs. "
+        "Own time counts the processor time of the stepping thread alone.",
+        told_if("As launched the node has {} of bare stepping's pace.", "free, as_launched"),
+    ),
+    "driving": Told(
+        "Driving in real time",
+        "The car drives a circle with its camera on. `/clock` is late by what a subscriber in "
+        "another process measures.",
+        told_if("The real-time factor with camera is {}.", "real-time factor"),
+    ),
+    "camera": Told(
+        "Images",
+        "Images a second of the bare renderer, and as a subscriber receives them, over PyBullet's "
+        "EGL renderer, in pairs. Without a GPU both are Mesa's software.",
+        plot="images, ",
+    ),
+    "latency": Told(
+        "Latency",
+        "Wall time from a command to the joint states that show it, in real time. Joint states "
+        "follow within their period.",
+        told_if("Half of the commands to a hinge show within {}.", "latency hinge_camera, p50"),
+    ),
+    "scale": Told(
+        "Many cars",
+        "Cars with a lidar of 360 rays each in one world, as fast as possible. Cars times pace "
+        "counts against bare stepping of one car; equal ratios mean equal cost for each car.",
+        told_if("A further car takes {} of memory.", "memory per car"),
+        "cars x pace, ",
+    ),
+    "learning": Told(
+        "Learning",
+        "Actions a second of the environments in one process, over bare stepping of the same car "
+        "on the same circle, in pairs.",
+        plot="gym, ",
+    ),
+    "solver": Told(
+        "Solver",
+        "Steps a second of the solver `ode` over those of `bullet` in the same scene, without "
+        "ROS, in pairs. `ode` does Gazebo's work in each step, `bullet` less.",
+        plot="ode, ",
+    ),
+    "beside_gazebo": Told(
+        "Beside Gazebo",
+        "Worlds with one cause of slowness each, as fast as possible. Both simulators are counted "
+        "against the same bare stepping on their machine; the quotient of both is how many times "
+        "Gazebo's pace Paddock reaches.",
+        beside_gazebo,
+        GAZEBO,
+        "x bare stepping",
+    ),
+}
+
+
+def row(figure: dict, unit: str) -> str:
+    """A line of the table; worlds beside Gazebo have one column more."""
+    spread = "" if figure["spread"] is None else " to ".join(map(number, figure["spread"]))
+    value = f"{number(figure['value'])} {figure['unit'] or unit}".rstrip()
+    text = f"| {figure['name']} | {value} | {spread} | {figure['runs']} |"
+    times = times_gazebo(figure)
+    return text if times is None else f"{text} {number(times[0])} |"
+
+
+def picture(name: str) -> str:
+    """The file name of a section's plot."""
+    return f"results_{name}.png"
+
+
 def section(found: dict) -> str:
     """The text of a section.
 
     Args:
         found: A document of bench/results.py.
     """
-    machine = found["machine"]
-    text = (
-        f"\n## {found['name'].replace('_', ' ')}\n\n"
-        f"{machine['processor']}, {machine['cores']} cores, Python {machine['python']}; "
-        f"commit {found['commit']}, {found['date'][:10]}; "
-        f"others had at most {found['others']:.2f} processors.\n\n"
-        "| | value | spread | runs |\n| --- | --- | --- | --- |\n"
+    told, machine = TOLD[found["name"]], found["machine"]
+    summary = told.summary({figure["name"]: figure for figure in found["figures"]})
+    busy = ""
+    if found["others"] > IDLE:
+        busy = f" Others had up to {found['others']:.2f} processors meanwhile: it was disturbed."
+    text = f"\n## {told.title}\n\n" + (f"**{summary}** " if summary else "")
+    text += (
+        f"{told.method}\n\n*{machine['processor']}, {machine['cores']} cores, Python "
+        f"{machine['python']}; commit {found['commit']}, {found['date'][:10]}.{busy}*\n\n"
     )
-    for figure in found["figures"]:
-        spread = "" if figure["spread"] is None else " to ".join(map(number, figure["spread"]))
-        value = f"{number(figure['value'])} {figure['unit']}".rstrip()
-        text += f"| {figure['name']} | {value} | {spread} | {figure['runs']} |\n"
-    return text
+    if told.plot:
+        text += f"![{told.title}](images/{picture(found['name'])})\n\n"
+    gazebo = any(map(times_gazebo, found["figures"]))
+    text += f"| | value | spread | runs |{' times Gazebo |' if gazebo else ''}\n"
+    text += "| --- |" + " --- |" * (4 if gazebo else 3) + "\n"
+    return text + "".join(f"{row(figure, told.unit)}\n" for figure in found["figures"])
+
+
+def documents(folder: pathlib.Path) -> list[dict]:
+    """The results that a folder has, in the bench's order."""
+    files = [folder / f"{name}.json" for name in SECTIONS]
+    return [results.check(path.read_text(encoding="utf-8")) for path in files if path.is_file()]
 
 
 def page(folder: pathlib.Path = results.FOLDER) -> str:
@@ -58,10 +210,53 @@ def page(folder: pathlib.Path = results.FOLDER) -> str:
     Args:
         folder: With files as bench/results.py writes them.
     """
-    documents = [results.check(path.read_text()) for path in sorted(folder.glob("*.json"))]
-    return HEAD + ("".join(map(section, documents)) or NONE)
+    return HEAD + ("".join(map(section, documents(folder))) or NONE)
+
+
+def draw(found: dict, path: pathlib.Path) -> None:
+    """Draws the figures of one kind of a section as bars with their spread.
+
+    Args:
+        found: A document of bench/results.py.
+        path: Of the picture.
+    """
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    told = TOLD[found["name"]]
+    shown = [each for each in found["figures"] if each["name"].startswith(told.plot)][::-1]
+    names, bars, of = [each["name"][len(told.plot) :] for each in shown], [], told.unit
+    for each in shown:
+        least, greatest = each["spread"] or (each["value"],) * 2
+        bars.append(times_gazebo(each) or (each["value"], least, greatest))
+    if any(map(times_gazebo, shown)):
+        of = "times Gazebo's pace"
+    elif of == "x":
+        of = "times the reference"
+    figure, axes = pyplot.subplots(figsize=(9.0, 0.8 + 0.3 * len(shown)))
+    errors = ([a - b for a, b, _ in bars], [c - a for a, _, c in bars])
+    colors = ["#2f6f8f" if value >= 1.0 else "#b3541e" for value, *_ in bars]
+    axes.barh(names, [value for value, *_ in bars], xerr=errors, color=colors, capsize=2)
+    axes.axvline(1.0, color="black", linewidth=0.8)
+    axes.set(xscale="log", xlabel=of)
+    axes.grid(axis="x", alpha=0.3)
+    figure.tight_layout()
+    figure.savefig(path, dpi=80)
+    pyplot.close(figure)
+
+
+def main() -> None:
+    """Writes the page and its plots; plots of sections that are gone go, too."""
+    for old in IMAGES.glob(picture("*")):
+        old.unlink()
+    for found in documents(results.FOLDER):
+        if TOLD[found["name"]].plot:
+            draw(found, IMAGES / picture(found["name"]))
+    PAGE.write_text(page(), encoding="utf-8")
+    print(PAGE)
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
-    print(PAGE)
+    main()

@@ -22,10 +22,11 @@ PLACES = {
     "deepracer_teleop": (4.95, 3.4),
     "cybertruck": (6.6, 3.4),
     "paddock_gym": (8.25, 1.3),
-    "paddock_navigation": (9.9, 3.4),
+    "paddock_navigation": (10.05, 3.4),
 }
 WIDTH, HEIGHT, LINE = 1.45, 3.0, 0.17
 TALL = {"paddock_gym": 3.8}
+WIDE = {"bullet_sim": 2 * WIDTH, "bullet_bridge": 2 * WIDTH, "paddock_navigation": 1.75}
 ROWS = 14  # of folders in a column; more go into the next
 
 
@@ -37,6 +38,8 @@ def folder_of(package):
 def rooms(package):
     """(name, number of modules) of the package's folders; its top comes first."""
     base = folder_of(package)
+    if not base.is_dir():
+        return []
     found = [("", len([path for path in base.glob("*.py") if path.name != "__init__.py"]))]
     for path in sorted(base.rglob("__init__.py")):
         if path.parent != base:
@@ -60,7 +63,7 @@ def imported(package):
 def draw(axes, package):
     """A box with the package's name and folders."""
     x, y = PLACES[package]
-    wide = 2 * WIDTH if package in ("bullet_sim", "bullet_bridge") else WIDTH
+    wide = WIDE.get(package, WIDTH)
     high = TALL.get(package, HEIGHT)
     axes.add_patch(
         FancyBboxPatch(
@@ -68,7 +71,7 @@ def draw(axes, package):
         )
     )
     axes.text(x + 0.08, y + high - 0.2, package, weight="bold", fontsize=10)
-    for number, (name, count) in enumerate(rooms(package)):
+    for number, (name, count) in enumerate(rooms(package) or [("launch files", "")]):
         column, row = divmod(number, ROWS)
         place = (x + 0.12 + WIDTH * column, y + high - 0.45 - LINE * row)
         axes.text(*place, f"{name or '(top)'}  {count}", fontsize=8, color="#263238")
@@ -80,13 +83,13 @@ def draw(axes, package):
 
 def main():
     """Writes the picture."""
-    figure, axes = pyplot.subplots(figsize=(16.5, 8.6))
+    figure, axes = pyplot.subplots(figsize=(17.4, 8.6))
     for package in PLACES:
         draw(axes, package)
     axes.text(0.0, 6.55, "robot packages: no import of the simulator", fontsize=9, style="italic")
     axes.text(8.25, 5.25, "learning", fontsize=9, style="italic")
     axes.text(0.0, -0.3, "simulator; numbers: modules in a folder", fontsize=9, style="italic")
-    axes.set(xlim=(-0.2, 11.6), ylim=(-0.6, 6.8))
+    axes.set(xlim=(-0.2, 12.0), ylim=(-0.6, 6.8))
     axes.axis("off")
     target = ROOT / "docs" / "images" / "rooms.png"
     figure.savefig(target, dpi=90, bbox_inches="tight")

@@ -1,5 +1,6 @@
 """Documents: their commands exist, texts of errors are in the sources, tables are the code's."""
 
+import json
 import re
 import sys
 from pathlib import Path
@@ -107,6 +108,44 @@ def test_texts_of_errors_are_in_the_sources():
 
 def test_the_page_of_results_is_that_of_the_files():
     assert (ROOT / "docs" / "results.md").read_text() == results_page.page()
+
+
+def recorded(name, *figures):
+    """A document of bench/results.py; figures: (name, median, unit)."""
+    return {
+        "name": name,
+        "date": "2026-01-02T03:04:05+0000",
+        "commit": "12345678",
+        "machine": {"processor": "Fast", "cores": 2, "kernel": "6", "python": "3.11.2"},
+        "others": 0.0,
+        "figures": [
+            {"name": label, "value": value, "unit": unit, "runs": 3, "spread": [value, value]}
+            for label, value, unit in figures
+        ],
+    }
+
+
+def test_each_section_of_the_bench_is_told_on_the_page_of_results():
+    assert set(results_page.TOLD) == set(results_page.SECTIONS)
+
+
+def test_a_section_of_results_has_a_sentence_its_method_and_a_table(tmp_path):
+    text = results_page.section(recorded("start", ("start to 7 controllers", 2.5, "s")))
+    assert "**All controllers of the car run 2.50 s after `roslaunch`.** Wall time" in text
+    assert "*Fast, 2 cores, Python 3.11.2; commit 12345678, 2026-01-02.*" in text
+    assert "| start to 7 controllers | 2.50 s | 2.50 to 2.50 | 3 |" in text
+    paces = json.loads(results_page.PACES.read_text())["worlds"]
+    (first, one), (second, other) = list(paces.items())[:2]
+    found = recorded(
+        "beside_gazebo",
+        (f"beside Gazebo, {first}", 3.0 * one["ratio"]["median"], ""),
+        (f"beside Gazebo, {second}", 0.5 * other["ratio"]["median"], ""),
+    )
+    text = results_page.section(found)
+    assert "at least as fast as Gazebo in 1 of 2 worlds: 0.500 to 3.00 times" in text
+    assert "| 3 | 3.00 |" in text and "| 3 | 0.500 |" in text
+    results_page.draw(found, tmp_path / "plot.png")
+    assert (tmp_path / "plot.png").stat().st_size > 5000
 
 
 def test_the_readme_has_the_figures_of_the_page_of_paths():
