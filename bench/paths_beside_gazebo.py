@@ -235,9 +235,9 @@ def draw_six(cases, file):
 
 HEAD = """# Paths beside Gazebo
 
-Public packages, unmodified, driven by one plan of commands in Gazebo Classic 11.1 and in Paddock:
-{count} of them, one run of each. Where they went, from where they stood and in the direction in
-which they looked then (orange: Gazebo, blue: Paddock):
+One plan of commands drives public packages, unmodified, in Gazebo Classic 11.1 and in Paddock:
+{count} of them, one run each. All paths begin at the same place and heading (orange: Gazebo, blue:
+Paddock):
 
 ![Paths](images/beside_gazebo_paths.png)
 
@@ -247,15 +247,13 @@ Their speed over the ground and their yaw rate over simulated time:
 
 ![Yaw rates](images/beside_gazebo_yaw_rates.png)
 
-Commands come from a program outside, so they arrive at other steps each time, in Gazebo as here; a
-path that depends on the step of a command differs from run to run in both. A phase counts as alike
-when the speed and the yaw rate of its second half agree within 5 %, or within 0.01 m/s and 0.015
-rad/s; at rest, when the way is at most 3 mm, or half as much again as Gazebo's. {alike} of {total}
-are. Why the others differ, as far as it is known, is in
-[compared with Gazebo](gazebo-comparison.md#motion).
+Commands come from a program outside and arrive at other steps each time. A path that depends on the
+step of a command differs from run to run in both simulators. A phase counts as alike when the speed
+and the yaw rate of its second half agree within 5 %, or within 0.01 m/s and 0.015 rad/s; at rest,
+when the way is at most 3 mm, or half as much again as Gazebo's. {alike} of {total}
+are. The others, by cause: [compared with Gazebo](gazebo-comparison.md#motion).
 
-What cameras see in both, in a world with a place for each of their features (Gazebo's image on the
-left):
+What cameras see of a world with a place for each of their features (Gazebo's image on the left):
 
 ![Images](images/pictures_beside_gazebo.png)
 

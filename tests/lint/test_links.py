@@ -77,6 +77,28 @@ def test_documents_are_short():
     assert words <= 40_000
 
 
+# Wordings that readers could not use -> what to say instead.
+UNCLEAR = {
+    r"(Gazebo|Bullet)'s steps": "the solver `ode`, the solver `bullet`",
+    r"as here\b|\b(than|as) there\b|\bthere and here\b|\bhere and there\b": "which one, by name",
+    r"\b(runs?|works?|compiled|ignored|effect) here\b": "in Paddock",
+    r"measured since|has come to until|as far as it is known|[Ww]hy is not known": "what is so",
+    r"the (five|six|four|others) among them|of the (five|six) that": "names, or a number",
+    r"empty seat|after one zero": "what happens, in plain words",
+    r"\bbefore / now\b|\bone run each\b, of other": "one state: that of today",
+    r"it is used instead of ours|made from between": "which one is used; untested",
+    r"github\.com/OWNER": "REPOSITORY, and what it stands for",
+}
+
+
+@pytest.mark.parametrize("name", [name for name in PAGES if name != "docs/supported.md"])
+def test_wordings_are_clear(name):
+    text = " ".join((ROOT / name).read_text().split())
+    for pattern, better in UNCLEAR.items():
+        found = re.search(f".{{0,40}}(?:{pattern}).{{0,20}}", text)
+        assert not found, f"{name}: {found[0]!r}; say {better}"
+
+
 def test_a_link_that_leads_nowhere_is_found(tmp_path):
     page = tmp_path / "page.md"
     page.write_text("# A page of `./run`\n\n```bash\n# no heading\n```\n## What, and why?\n")

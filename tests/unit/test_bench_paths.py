@@ -71,7 +71,7 @@ def test_a_recording_is_taken_and_drawn(tmp_path, monkeypatch):
     write(tmp_path, "car", gazebo=drives, paddock=drives)
     assert command.main(["--update", str(tmp_path)]) == 0
     text = (tmp_path / "docs" / "beside-gazebo.md").read_text()
-    assert "1 of 2 are. Why" in text.replace("\n", " ")
+    assert "1 of 2 are. The others" in text.replace("\n", " ")
     assert "| bot | turn | 0.499, 0.800 | 0.599, 0.800 | no |" in text
     assert "| car | turn | 0.499, 0.800 | 0.499, 0.800 | yes |" in text
     for kind in ("paths", "speeds", "yaw_rates"):

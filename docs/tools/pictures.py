@@ -1,0 +1,455 @@
+"""Makes the pictures of the documents that show Paddock at work.
+
+    ./run exec python docs/tools/pictures.py                # all but those of `--from`
+    ./run exec python docs/tools/pictures.py page lap       # these
+    ./run exec python docs/tools/pictures.py robots --from FOLDER
+    ./run exec python docs/tools/pictures.py film           # out/film.mp4, one minute
+
+FOLDER has clones of husky/husky, jackal/jackal and clearpathrobotics/LMS1xx (melodic-devel) and of
+ROBOTIS-GIT/turtlebot3 (noetic), each by its name. rooms.py, solver_data.py and
+bench/paths_beside_gazebo.py draw the diagrams. Chromium comes with `./run test web`, the screen of
+window and rviz with `./run desk`. Nothing else should run: the pictures show the real-time factor.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import html
+import math
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import time
+
+import cv2
+import numpy as np
+from PIL import Image, ImageDraw
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT / "tests" / name) for name in ("web", "desk", "ros")]
+
+from deepracer_control.ackermann import Geometry  # noqa: E402
+from deepracer_control.drivers.pursuit import Path, Pursuit  # noqa: E402
+from paddock_common.testing import free_port  # noqa: E402
+from track_model.referee.referee import Car  # noqa: E402
+from track_model.track import load_track  # noqa: E402
+
+IMAGES = ROOT / "docs" / "images"
+OUT = ROOT / "out"
+LARGEST = 300_000  # bytes of a picture
+CAR, REAR_AXLE = Geometry(), Car().rear  # x of the rear axle in the car's frame [m]
+LARGEST_ANGLE = math.radians(60.0)  # hinge angle of a full steering slider
+HIDDEN = "for (const e of document.querySelectorAll('{}')) e.style.display = 'none';"
+BLUE, WHITE = (40, 140, 255), (255, 255, 255)
+
+
+def save(picture: np.ndarray, name: str) -> None:
+    """Writes a picture, (H, W, 3) RGB, with as many colors as fit into LARGEST bytes."""
+    path = IMAGES / name
+    image = Image.fromarray(picture)
+    image.save(path, optimize=True)
+    if path.stat().st_size > LARGEST:
+        image.quantize(256, Image.Quantize.MEDIANCUT, dither=Image.Dither.FLOYDSTEINBERG).save(
+            path, optimize=True
+        )
+    told(path)
+
+
+def told(path: pathlib.Path) -> None:
+    """Says what was written.
+
+    Raises:
+        SystemExit: It is too large.
+    """
+    size = path.stat().st_size
+    print(f"{path.relative_to(ROOT)}: {size // 1000} kB", flush=True)
+    if size > LARGEST:
+        raise SystemExit(f"{path} has more than {LARGEST // 1000} kB")
+
+
+@contextlib.contextmanager
+def running(thing):
+    """What has a close() or an end() is ended afterwards."""
+    try:
+        yield thing
+    finally:
+        (thing.close if hasattr(thing, "close") else thing.end)()
+
+
+class Driver:
+    """Drives the car on a page by its controls, along the center line.
+
+    Args:
+        browser: With the page.
+        track: Of the world.
+        speed: On straights [m/s].
+    """
+
+    def __init__(self, browser, track, speed):
+        self._browser = browser
+        self._pursuit = Pursuit(Path(track.centreline, closed=True), lookahead=0.5, max_speed=speed)
+        browser.run("byId('top').value = arguments[0]; byId('top').oninput()", self.share(speed))
+
+    def share(self, speed):
+        """A speed [m/s] as the position of the slider for the top speed."""
+        largest = self._browser.run("return page.topSpeed.speed")
+        unit = self._browser.run("return page.topSpeed.unit")
+        return min(1.0, speed / (largest * (1.0 if unit == "m/s" else CAR.wheel_radius)))
+
+    def drive(self, seconds):
+        """Drives for a time [s]; the world is not drawn meanwhile."""
+        self._browser.run("page.world.render = () => {}")
+        self._browser.key("KeyW", True)
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            self.steer()
+        self._browser.run("delete page.world.render")
+
+    def steer(self):
+        """Turns the steering slider to where the path leads."""
+        x, y, yaw = self._browser.run(
+            "const b = page.world.body('racecar');"
+            "return [b.state[1], b.state[2], page.world.yaw(b)]"
+        )
+        axle = x + REAR_AXLE * math.cos(yaw), y + REAR_AXLE * math.sin(yaw)
+        _, curvature = self._pursuit.command(*axle, yaw)
+        angle = -math.atan(CAR.wheelbase * curvature) / LARGEST_ANGLE
+        self._browser.run(
+            "byId('steer').value = arguments[0]; page.hands.update()", max(-1.0, min(1.0, angle))
+        )
+
+
+def open_page(web, **size):
+    """A browser with the page of a world that can be driven."""
+    from web_rig import Browser, wait
+
+    browser = Browser(**size)
+    browser.open(web.url)
+    wait(lambda: browser.run("return page.topSpeed && page.topSpeed.speed"), "a topic to drive")
+    return browser
+
+
+def freeze(*browsers):
+    """Pages show from now on what they know: drawing a picture takes a busy browser seconds."""
+    for browser in browsers:
+        browser.run("page.receive = () => {}")
+
+
+def start_web(*words):
+    """A world with its page."""
+    from web_rig import Web
+
+    camera = ("camera_width:=320", "camera_height:=240", "camera_rate:=10")
+    return Web("web", "--port", str(free_port()), *camera, *words, master=free_port())
+
+
+def page() -> None:
+    """The page while somebody drives: camera, path and plots."""
+    with running(start_web()) as web, running(open_page(web, width=1024, height=640)) as browser:
+        for panel in ("look", "plots"):
+            browser.run(f"document.querySelector('[data-panel={panel}]').click()")
+        browser.run("byId('camera').selectedIndex = 1; byId('camera').onchange()")
+        browser.run("byId('path').click()")
+        driver = Driver(browser, load_track("default"), 0.6)
+        driver.drive(32.0)
+        freeze(browser)
+        picture = browser.picture()
+    save(picture, "web.png")
+
+
+def classroom() -> None:
+    """A projector with the track from above, and the phone that drives."""
+    from web_rig import wait
+
+    with running(start_web("track:=easy")) as web, contextlib.ExitStack() as stack:
+        projector = stack.enter_context(running(open_page(web, width=1120, height=700)))
+        phone = stack.enter_context(running(open_page(web, width=390, height=700, touch=True)))
+        projector.run("page.world.render = () => {}")
+        projector.run("document.querySelector('[data-view=above]').click()")
+        projector.run("document.querySelector('[data-panel=plots]').click(); byId('path').click()")
+        track = load_track("easy")
+        for share in (0.25, 0.5, 0.75):
+            x, y = np.array(track.centreline)[int(share * len(track.centreline))]
+            cone = {"kind": "cone", "x": float(x) + 0.45, "y": float(y) + 0.2, "z": 0}
+            projector.run("page.act('spawn', arguments[0])", cone)
+        Driver(phone, track, 0.5).drive(14.0)
+        wait(lambda: projector.run("return document.body.dataset.driver") == "other", "who drives")
+        freeze(projector, phone)
+        projector.run("delete page.world.render")
+        seen = projector.picture(), phone.picture()
+    both = np.hstack([seen[0], np.full((700, 30, 3), 255, np.uint8), seen[1]])
+    save(cv2.resize(both, None, fx=0.7, fy=0.7, interpolation=cv2.INTER_AREA), "classroom.png")
+
+
+def on_desk(size, words, shown):
+    """A picture of the desk with a command.
+
+    Args:
+        size: Of the screen.
+        words: Behind ./run desk.
+        shown: Whether a picture, (H, W, 3), has what is waited for.
+    """
+    from desk_rig import Desk
+    from vnc_client import VncClient
+    from web_rig import wait
+
+    with running(Desk("--size", size, *words, master=free_port())) as desk:
+        screen = VncClient(desk.url.replace("http:", "ws:") + "websockify")
+        wait(lambda: shown(screen.picture()), "the windows")
+        screen.pointer(0, 0)
+        time.sleep(5.0)  # until the real-time factor is that of driving, and all displays are there
+        return screen.picture()
+
+
+def window() -> None:
+    """The window, with the camera's image in its middle."""
+    picture = on_desk(
+        "600x440", ("track:=easy", "referee:=true"), lambda seen: seen[170:400, 130:570].std() > 40
+    )
+    save(picture, "../tutorials/images/window.png")
+
+
+def rviz() -> None:
+    """rviz with the truck, its trailer and what their lidars meet, in red."""
+
+    def scans(seen):
+        red = (seen[..., 0] > 200) & (seen[..., 1] < 90) & (seen[..., 2] < 90)
+        return np.count_nonzero(red[80:670, 366:1180]) > 100
+
+    save(on_desk("1200x700", ("truck",), scans), "rviz.png")
+
+
+def open_replay(path, width, height):
+    """A browser with a replay that stands still, without its controls."""
+    from web_rig import Browser
+
+    browser = Browser(width, height)
+    browser.open(f"file://{path}")
+    browser.run("page.play(false)")
+    browser.run(HIDDEN.format("header, footer, aside, #notices"))
+    return browser
+
+
+class Above:
+    """A track from above.
+
+    Args:
+        name: Of the track.
+        height: Of the picture [px].
+    """
+
+    def __init__(self, name, height):
+        found = load_track(name)
+        picture = cv2.cvtColor(cv2.imread(found.texture), cv2.COLOR_BGR2RGB)
+        width = round(picture.shape[1] * height / picture.shape[0])
+        self._picture = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
+        xmin, xmax, _, ymax = found.extent
+        self._origin, self._pixels = np.array([xmin, ymax]), width / (xmax - xmin)  # [px/m]
+
+    def with_path(self, path):
+        """Gives the picture with a path, (N, 2) [m], and the car at its end."""
+        points = ((path - self._origin) * (self._pixels, -self._pixels) * 16).astype(np.int32)
+        drawn = self._picture.copy()
+        cv2.polylines(drawn, [points], False, BLUE, 2, cv2.LINE_AA, shift=4)
+        cv2.circle(drawn, tuple(int(v) for v in points[-1]), 5 * 16, WHITE, -1, cv2.LINE_AA, 4)
+        return drawn
+
+
+def run(*words, refused=False) -> str:
+    """Runs a command of ./run to its end, which may be a refusal; gives what it prints."""
+    environ = dict(os.environ, ROS_MASTER_URI=f"http://127.0.0.1:{free_port()}")
+    done = subprocess.run(
+        [str(ROOT / "run"), *words], env=environ, stdout=subprocess.PIPE, text=True, check=False
+    )
+    if done.returncode and not refused:
+        raise SystemExit(f"./run {' '.join(words)}: exit status {done.returncode}")
+    return done.stdout
+
+
+def lap() -> None:
+    """A lap by the line follower, four times as fast: the car from behind, and its path."""
+    run("lap", "--driver", "line")
+    height, every, pace = 240, 0.72, 180  # [px], [s] of the lap, [ms] of the film
+    above, path, frames = Above("default", height), [], []
+    with running(open_replay(OUT / "lap" / "replay.html", 320, height)) as browser:
+        length = browser.run("return page.length")
+        steps = round(length / every) * 6
+        browser.run("page.world.render = () => {}")
+        for index in range(steps + 1):
+            browser.run("page.at = arguments[0]; return page.show()", length * index / steps)
+            path.append(browser.run("const p = page.world.body('racecar').root.position;"
+                                    "return [p.x, p.y]"))  # fmt: skip
+            if index and index % 6 == 0:
+                browser.run("delete page.world.render")
+                seen = browser.picture()
+                browser.run("page.world.render = () => {}")
+                frames.append(Image.fromarray(np.hstack([seen, above.with_path(np.array(path))])))
+    target = IMAGES / "lap.webp"
+    style = {"duration": pace, "loop": 0, "quality": 40, "method": 6}
+    frames[0].save(target, save_all=True, append_images=frames[1:], **style)
+    told(target)
+
+
+TERMINAL = """<body style="margin:0;background:#1e2329;color:#dfe5ea;padding:14px 18px">
+<pre style="font:13px/1.38 'DejaVu Sans Mono',monospace;margin:0;white-space:pre-wrap">
+<b style="color:#8fd18f">$ {command}</b>
+{text}</pre></body>"""
+
+
+def check() -> None:
+    """The report of ./run check, and the replay that it writes."""
+    from web_rig import Browser
+
+    words = ("check", "campus_rover", "campus.launch")
+    packages = str(ROOT / "tests" / "drop_in")
+    os.environ["ROS_PACKAGE_PATH"] = f"{packages}:{os.environ.get('ROS_PACKAGE_PATH', '')}"
+    report = run(*words, refused=True).strip()
+    with tempfile.TemporaryDirectory() as folder:
+        file = pathlib.Path(folder, "report.html")
+        file.write_text(
+            TERMINAL.format(command=" ".join(("./run", *words)), text=html.escape(report))
+        )
+        with running(Browser(860, 900)) as browser:
+            browser.driver.get(f"file://{file}")
+            box = "return document.querySelector('pre').getBoundingClientRect()"
+            text = shot(browser)[: math.ceil(browser.run(f"{box}.bottom")) + 14]
+    with running(
+        open_replay(OUT / "check" / "campus_rover" / "campus.html", 440, len(text))
+    ) as browser:
+        browser.run("page.at = page.length; return page.show()")
+        seen = browser.picture()
+    save(np.hstack([text, seen]), "check.png")
+
+
+def shot(browser):
+    """A page without a world, (H, W, 3) RGB."""
+    import base64
+    import io
+
+    data = base64.b64decode(browser.call("Page.captureScreenshot")["data"])
+    return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
+
+
+YARD = """<sdf version="1.6"><world name="yard">
+  <scene><ambient>0.75 0.75 0.75 1</ambient><background>0.8 0.88 0.97 1</background></scene>
+  <light name="sun" type="directional"><cast_shadows>1</cast_shadows><pose>0 0 10 0 0 0</pose>
+    <diffuse>1 1 1 1</diffuse><specular>0.4 0.4 0.4 1</specular><direction>-0.5 0.3 -0.8</direction>
+  </light><include><uri>model://ground_plane</uri></include></world></sdf>"""
+ROBOTS = {  # name -> (package, xacro file, its arguments, camera's place and target [m])
+    "Husky": ("husky_description", "urdf/husky.urdf.xacro", (), (1.25, -1.1, 0.8), (0, 0, 0.16)),
+    "TurtleBot3": (
+        "turtlebot3_description",
+        "urdf/turtlebot3_waffle_pi.urdf.xacro",
+        (),
+        (0.33, -0.32, 0.24),
+        (-0.06, 0, 0.06),
+    ),
+}
+
+
+def robots(folder) -> None:
+    """Published robots as Paddock's cameras see them.
+
+    Args:
+        folder: With their clones.
+    """
+    from bullet_sim.formats.sdf.world import parse_world
+    from bullet_sim.render.gl.renderer import GlRenderer
+    from bullet_sim.render.request import CameraRequest, Quality
+    from bullet_sim.world import World
+
+    from bullet_sim import Pose
+
+    os.environ["ROS_PACKAGE_PATH"] = f"{folder}:{os.environ.get('ROS_PACKAGE_PATH', '')}"
+    pictures = []
+    for name, (package, file, arguments, eye, target) in ROBOTS.items():
+        path = found_package(package) / file
+        urdf = subprocess.run(
+            ["xacro", str(path), *arguments], stdout=subprocess.PIPE, text=True, check=True
+        ).stdout
+        world, renderer = World(), GlRenderer(Quality("true", "true"))
+        with running(world), running(renderer):
+            described = parse_world(YARD, in_packages, "yard")
+            world.load(described)
+            world.spawn_urdf(name, urdf, Pose((0.0, 0.0, 0.15)), in_packages)
+            world.step(2000)
+            renderer.sync_sources(world.sources(), described.scene)
+            renderer.apply(world.snapshot())
+            away = np.subtract(target, eye)
+            turn = (0.0, -math.atan2(away[2], math.hypot(*away[:2])), math.atan2(away[1], away[0]))
+            request = CameraRequest(name, None, 0, (eye, turn), 480, 340, 0.9, 0.02, 100.0)
+            pictures.append(renderer.render(request).copy())
+    save(np.hstack(pictures), "robots.png")
+
+
+def found_package(name) -> pathlib.Path:
+    """The folder of a package."""
+    import rospkg
+
+    return pathlib.Path(rospkg.RosPack().get_path(name))
+
+
+def in_packages(uri):
+    """The path of a file in a package, by its URI."""
+    scheme, package, rest = re.fullmatch(r"(\w+)://([^/]*)/(.*)", uri).groups()
+    return f"/{rest}" if scheme == "file" else str(found_package(package) / rest)
+
+
+SHOTS = (  # title, replay, seconds of it per second of the film
+    ("A lap by the line follower", "lap/replay.html", 2.0),
+    ("The truck parks its trailer backwards", "back_park.html", 2.0),
+    ("./run check of a package", "check/campus_rover/campus.html", 1.0),
+)
+
+
+def film() -> None:
+    """A film of at most a minute of replays, out/film.mp4."""
+    import av
+
+    size, rate, longest = (960, 540), 15, 20.0  # [px], [Hz], of a shot [s]
+    run("lap", "--driver", "line")
+    run("truck", "--back", "park")
+    check()
+    target = OUT / "film.mp4"
+    with av.open(str(target), "w") as container:
+        stream = container.add_stream("libx264", rate=rate)
+        stream.width, stream.height = size
+        stream.pix_fmt, stream.options = "yuv420p", {"crf": "28", "preset": "slow"}
+        for title, name, pace in SHOTS:
+            with running(open_replay(OUT / name, *size)) as browser:
+                seconds = min(longest, browser.run("return page.length") / pace)
+                for index in range(round(rate * seconds)):
+                    browser.run("page.at = arguments[0]; return page.show()", index * pace / rate)
+                    image = Image.fromarray(browser.picture())
+                    ImageDraw.Draw(image).text((20, 500), title, fill=WHITE, stroke_width=2,
+                                               stroke_fill=(0, 0, 0), font_size=24)  # fmt: skip
+                    frame = av.VideoFrame.from_ndarray(np.asarray(image), format="rgb24")
+                    container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+    told_film = target.stat().st_size
+    print(f"{target.relative_to(ROOT)}: {told_film // 1000} kB")
+
+
+PICTURES = {each.__name__: each for each in (page, classroom, window, rviz, lap, check)}
+
+
+def main() -> int:
+    """Makes what is asked for."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("names", nargs="*", choices=[*PICTURES, "robots", "film", []])
+    parser.add_argument("--from", dest="folder", help="clones of published robots")
+    options = parser.parse_args()
+    for name in options.names or PICTURES:
+        if name == "robots":
+            robots(os.path.abspath(options.folder))
+        else:
+            {**PICTURES, "film": film}[name]()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
