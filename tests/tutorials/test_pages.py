@@ -1,4 +1,4 @@
-"""Runs each tutorial as its reader does: files saved, terminals opened, commands typed."""
+"""Runs each tutorial, and what other pages name, as a reader does: files, terminals, commands."""
 
 import contextlib
 import os
@@ -13,6 +13,7 @@ from xmlrpc.client import ServerProxy
 import page as tutorial
 import pytest
 from paddock_common.testing import free_port, start_x_server
+from page_commands import OTHERS
 
 LIMIT = 240.0  # of one box [s]
 UP = 120.0  # until a world and a robot in it are up [s]
@@ -126,7 +127,7 @@ def display():
     server.wait(30)
 
 
-@pytest.mark.parametrize("path", tutorial.PAGES, ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", [*tutorial.PAGES, OTHERS], ids=lambda path: path.stem)
 def test_page(path, display, tmp_path):
     reader = Reader(tmp_path, display)
     (tmp_path / "lessons").mkdir()

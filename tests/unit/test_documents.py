@@ -14,6 +14,7 @@ sys.path[:0] = [
     str(ROOT / "bench"),
 ]
 
+import page_commands  # noqa: E402
 import results_page  # noqa: E402
 from test_tutorials import PACKAGES, check, words_of  # noqa: E402
 
@@ -75,6 +76,38 @@ def check_line(line):
         check(line)
     elif tool == "python" and not arguments[0].startswith("-"):
         assert arguments[0] == "example.py" or (ROOT / arguments[0]).is_file(), line
+
+
+def documents():
+    """All pages with commands of ours."""
+    pages = [*PAGES, *(ROOT / "docs" / "tutorials").glob("*.md"), *(ROOT / "src").rglob("*.md")]
+    return sorted({page for page in pages if "build" not in page.parts})
+
+
+def test_each_command_is_run_or_has_a_reason():
+    run, used = page_commands.run_elsewhere(), set()
+    for page in documents():
+        for line in page_commands.lines(page):
+            why = page_commands.reason(line, run)
+            assert why is not None, (
+                f"{page.relative_to(ROOT)}: {line}: see {page_commands.__file__}"
+            )
+            used.add(why)
+    assert set(page_commands.UNRUN.values()) - used == set()
+
+
+def test_what_is_run_is_on_a_page():
+    typed = {line for page in documents() for line in page_commands.lines(page)}
+    for line in page_commands.run_elsewhere():
+        assert {line, line[len("./run exec ") :]} & typed, line
+
+
+def test_the_example_of_the_api_runs(capsys):
+    text = (ROOT / "docs" / "api" / "world.md").read_text()
+    (example,) = re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+    exec(compile(example, "example.py", "exec"), {})
+    time, x, y, z = map(float, re.findall(r"-?[\d.]+(?:e-?\d+)?", capsys.readouterr().out))
+    assert (time, x, y) == (1.0, 0.0, 0.0) and abs(z - 0.1) < 1e-3
 
 
 def sources():
