@@ -1,8 +1,8 @@
 """Every command of every page: whether it runs as a test, and if not, why.
 
 `lines()` collects what a reader can type: the lines of indented boxes and the commands in running
-text. Tutorials' boxes and those of other_pages.md are run by test_pages.py. All else has to match a
-pattern of UNRUN, which names the test that does the same, or what forbids a test.
+text. Tutorials' boxes and those of other_pages.txt are run by test_pages.py. All else has to match
+a pattern of UNRUN, which names the test that does the same, or what forbids a test.
 """
 
 import re
@@ -11,13 +11,13 @@ from pathlib import Path
 import page as tutorial
 
 ROOT = tutorial.ROOT
-OTHERS = Path(__file__).with_name("other_pages.md")
+OTHERS = Path(__file__).with_name("other_pages.txt")
 TOOLS = r"(?:\./run|PADDOCK/run|/opt/paddock/run|(?:roslaunch|rosrun|rosservice|rostopic|git|podman"
 TOOLS += r"|apt-get|sudo|export|source|\.|cd|rm|mkdir|ssh|sed|pip|timeout|[A-Z_]+=\S+)(?= ))"
 BOX = re.compile(rf"^    ({TOOLS}[^\n]*)$", re.MULTILINE)
 INLINE = re.compile(r"`((?:\./run|roslaunch|rosrun|rosservice|rostopic|source|ssh) [^`]*)`")
 FENCE = re.compile(r"^```.*?^```", re.DOTALL | re.MULTILINE)
-LEFT_OUT = ("CHANGELOG.md", "tests/tutorials/other_pages.md")
+
 
 # pattern of commands -> how else they are tried, or why not. The first that matches counts.
 UNRUN = {
@@ -69,7 +69,7 @@ def lines(path):
 
 
 def run_elsewhere():
-    """The commands of other_pages.md."""
+    """The commands of other_pages.txt."""
     typed = [box for box in tutorial.boxes(OTHERS) if box.kind in ("run", "terminal")]
     return {line for box in typed for line in box.text.splitlines()}
 
