@@ -183,15 +183,24 @@ def test_image(encoding):
 @pytest.mark.parametrize("time", TIMES)
 def test_clock(time, latch):
     fake = FakePublisher(latch=latch)
-    packed.PackedClock(fake).send(time)
+    packed.PackedClock(fake).send([time])
     assert fake.sent == [bytes_of(Clock(conversions.stamp(time)))]
+
+
+def test_times_of_several_steps_leave_as_messages_of_their_own():
+    fake = FakePublisher()
+    fake.connections = [SimpleNamespace(write_data=fake.sent.append)]
+    packed.PackedClock(fake).send([1.0, 1.001, 1.002])
+    stream = b"".join(fake.sent)
+    wanted = [bytes_of(Clock(conversions.stamp(time))) for time in (1.0, 1.001, 1.002)]
+    assert stream == b"".join(struct.pack("<I", len(data)) + data for data in wanted)
 
 
 def test_the_lock_is_released_when_sending_fails():
     fake = FakePublisher(latch=True)
     fake.publish = lambda message: 1 / 0
     with pytest.raises(ZeroDivisionError):
-        packed.PackedClock(fake).send(1.0)
+        packed.PackedClock(fake).send([1.0])
     assert fake._lock.acquire(blocking=False)
 
 
@@ -199,7 +208,7 @@ def test_a_connection_that_fails_is_closed_and_the_others_get_the_message():
     fake, broken = FakePublisher(), FakePublisher()
     broken.write_data = lambda data: 1 / 0
     fake.connections = [broken, fake]
-    packed.PackedClock(fake).send(1.0)
+    packed.PackedClock(fake).send([1.0])
     assert len(fake.sent) == 1 and (broken.ended, fake.ended) == (1, 0)
     assert fake.message_data_sent == 12 and fake._lock.acquire(blocking=False)
 
@@ -207,7 +216,7 @@ def test_a_connection_that_fails_is_closed_and_the_others_get_the_message():
 def test_without_a_subscriber_nothing_is_done():
     fake = FakePublisher()
     fake.connections = []
-    packed.PackedClock(fake).send(1.0)
+    packed.PackedClock(fake).send([1.0])
     assert (fake.sent, fake.seq, fake.message_data_sent) == ([], 41, 0)
 
 

@@ -114,7 +114,9 @@ class Rig:
         self.world, self.robots = World(self.wall, cost), Robots(rate)
         self.published = []
         clock = SimClock(
-            clock_rate, 0.001, lambda time: self.published.append((time, self.wall.time))
+            clock_rate,
+            0.001,
+            lambda times: self.published.extend((time, self.wall.time) for time in times),
         )
         self.server = Server(
             self.world,
@@ -223,6 +225,20 @@ def test_clock_at_a_pace_comes_at_its_rate():
     assert [round(time, 9) for time, _ in rig.published[:100]] == [
         pytest.approx(0.005 * k) for k in range(1, 101)
     ]
+
+
+def test_without_a_rate_every_step_has_its_clock_message_as_in_gazebo():
+    rig = Rig(clock_rate=0.0, paused=True)
+    rig.run_steps(rig.server.begin_steps(23))
+    rig.server.set_paused(False)
+    rig.run(0.1)
+    rig.server.set_paused(True)
+    times = [round(time * 1000) for time, _ in rig.published]
+    assert times == sorted(times) and set(times) == set(range(1, times[-1] + 1)), "none is left out"
+    assert times[-1] >= 120
+    rig.published.clear()
+    rig.server.reset()
+    assert [time for time, _ in rig.published] == [0.0]
 
 
 @pytest.mark.parametrize(
@@ -399,7 +415,7 @@ def test_reporters_are_called_at_their_steps():
 def test_the_process_time_is_the_published_time(monkeypatch):
     own = []
     published = []
-    clock = SimClock(200.0, 0.001, published.append, own.append)
+    clock = SimClock(200.0, 0.001, published.extend, own.append)
     clock.publish(1.25)
     assert [time.to_sec() for time in own] == [1.25] == published
     monkeypatch.setattr(clock_module.rospy.rostime, "_rostime_initialized", True)

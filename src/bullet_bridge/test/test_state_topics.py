@@ -47,7 +47,7 @@ def test_without_subscribers_nothing_is_published(topics, world):
     assert all(not topic.messages for topic in topics.values())
 
 
-@pytest.mark.parametrize("rate, expected", [(100.0, 50), (30.0, 15), (5000.0, 500)])
+@pytest.mark.parametrize("rate, expected", [(100.0, 50), (30.0, 15), (5000.0, 500), (0.0, 500)])
 def test_rate_is_kept_and_never_more_than_one_a_step(topics, world, rate, expected):
     reporter = StateTopics("/gazebo", world, rate)
     topics["/gazebo/model_states"].subscribers = 1

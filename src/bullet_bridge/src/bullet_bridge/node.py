@@ -52,8 +52,10 @@ class Config:
         renderer: auto, gl or tiny.
         shadows, antialias: auto, true or false: see bullet_sim.render.request.Quality.
         labels: every camera also publishes which model each pixel shows.
-        clock_rate: messages on /clock per simulated second [Hz].
-        states_rate: of model_states and link_states in simulated time [Hz].
+        clock_rate: messages on /clock per simulated second [Hz]; 0 or less: one a step, as in
+            Gazebo.
+        states_rate: of model_states and link_states in simulated time [Hz]; 0: one a step, as in
+            Gazebo.
         seed: of all sensor noise.
         monotonic_clock: a reset does not set simulated time back to 0.
         step_timeout: wall time that /gazebo/step waits for commands [s].
@@ -73,8 +75,8 @@ class Config:
     shadows: str = choice("auto", SWITCHES)
     antialias: str = choice("auto", SWITCHES)
     labels: bool = flag(False)
-    clock_rate: float = number(200.0, min=0.0, unit="Hz", name="pub_clock_frequency")
-    states_rate: float = number(100.0, above=0.0, unit="Hz", name="pub_states_frequency")
+    clock_rate: float = number(0.0, unit="Hz", name="pub_clock_frequency")
+    states_rate: float = number(0.0, min=0.0, unit="Hz", name="pub_states_frequency")
     seed: int = number(0)
     monotonic_clock: bool = flag(False)
     step_timeout: float = number(10.0, min=0.0, unit="s")
@@ -101,7 +103,7 @@ def parse_config(get: Callable[[str, Any], Any]) -> Config:
         config,
         world_pace=get("real_time_factor", None) is None,
         paused=config.paused or config.lockstep,
-        clock_rate=config.clock_rate or Config.clock_rate,  # 0: the default
+        clock_rate=max(0.0, config.clock_rate),
         seed=int(config.seed),
         niceness=int(config.niceness),
     )

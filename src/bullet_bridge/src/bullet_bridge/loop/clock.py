@@ -6,7 +6,7 @@ import collections
 import math
 import operator
 import time as wall
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
 
 import rospy
@@ -17,6 +17,8 @@ from bullet_bridge.transport.conversions import stamp
 from bullet_bridge.transport.packed import PackedClock
 from bullet_bridge.transport.publishing import publisher
 
+PACKETS = 200.0  # [Hz] of simulated time: of messages on /clock that leave together
+MAX_PACKET = 1000  # messages on /clock that leave together; after a longer jump one goes alone
 CLOCK_GAP = 0.002  # [s] minimum wall time between two messages on /clock when running free ...
 CLOCK_STRIDE = 0.05  # [s] ... and maximum simulated time
 
@@ -271,12 +273,15 @@ def set_process_time(now: rospy.Time) -> None:
 
 
 class SimClock(Schedule):
-    """Publishes simulated time, at times k / rate and on request.
+    """Publishes simulated time, as gazebo_ros after every step or at a rate, and on request.
+
+    The messages of steps that are made in one batch leave together, PACKETS times a simulated
+    second or more often.
 
     Args:
-        rate: messages per simulated second [Hz].
+        rate: messages per simulated second [Hz]; 0: one a step.
         time_step: physics step [s].
-        send: function of a simulated time [s], instead of the topic /clock (tests).
+        send: function of a list of simulated times [s], instead of the topic /clock (tests).
         set_time: function of a rospy.Time that sets the time of this process.
     """
 
@@ -284,7 +289,7 @@ class SimClock(Schedule):
         self,
         rate: float,
         time_step: float,
-        send: Callable[[float], None] | None = None,
+        send: Callable[[Sequence[float]], None] | None = None,
         set_time: Callable[[rospy.Time], None] | None = None,
     ) -> None:
         self._set_time = set_time
@@ -292,21 +297,39 @@ class SimClock(Schedule):
             send = PackedClock(publisher("/clock", Clock, latch=True)).send
         self._send = send
         self._rate = rate
+        self._sent = 0.0  # the last time
         self.set_time_step(time_step, 0)
 
     def set_time_step(self, time_step: float, step: int) -> None:
         """Continue after a step with another physics step [s]; at most one message per step."""
-        self.set_step(time_step, min(self._rate, 1.0 / time_step), step)
+        fastest = 1.0 / time_step
+        rate = whole_rate(min(self._rate, fastest), time_step) if self._rate else PACKETS
+        self.set_step(time_step, min(rate, fastest), step)
 
-    def publish_due(self, step: int, time: float) -> bool:
-        """Publish the time [s] if it is due at this step; returns whether it was."""
-        if not self.due(step):
-            return False
-        self.publish(time)
-        return True
+    def publish_due(self, step: int, time: float, thinned: bool = False) -> bool:
+        """Publish the time [s] if it is due at this step.
+
+        Args:
+            thinned: False: where each step has a message, those of a batch leave at its end.
+
+        Returns:
+            Whether it was due.
+        """
+        is_due = self.due(step)
+        if is_due or not (thinned or self._rate):
+            self.publish(time)
+        return is_due
 
     def publish(self, time: float) -> None:
         """Publish the time [s] now."""
         if self._set_time is not None:
             self._set_time(stamp(time))
-        self._send(time)
+        self._send([*self._before(time), time])
+        self._sent = time
+
+    def _before(self, time: float) -> list[float]:
+        """Times of the steps since the last message, where each gets one."""
+        count = round((time - self._sent) / self._time_step)
+        if self._rate or not 1 < count <= MAX_PACKET:
+            return []
+        return [time - number * self._time_step for number in range(count - 1, 0, -1)]

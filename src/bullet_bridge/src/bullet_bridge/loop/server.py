@@ -258,7 +258,7 @@ class Server:
 
     def _publish(self, throttle: bool) -> None:
         step, time = self._world.step_count, self._world.time
-        if self._clock.publish_due(step, time) and throttle:
+        if self._clock.publish_due(step, time, thinned=throttle) and throttle:
             self._throttle.skip(step)
         self._robots.publish(step, time)
         for reporter in self._reporters:

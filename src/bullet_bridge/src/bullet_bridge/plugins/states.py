@@ -74,7 +74,7 @@ class StateTopics:
 
     Args:
         prefix: of the topic names.
-        rate: [Hz] of simulated time, limited to one message per step.
+        rate: [Hz] of simulated time, limited to one message per step; 0: one per step.
     """
 
     def __init__(self, prefix: str, world: World, rate: float) -> None:
@@ -88,8 +88,9 @@ class StateTopics:
     def restart(self) -> None:
         """Restart the schedule, after a reset or a change of the physics step."""
         step = self._world.time_step
+        fastest = 1.0 / step
         self._schedule = SubscribedSchedule(
-            min(self._rate, 1.0 / step), step, self._world.step_count, self._subscribed
+            min(self._rate or fastest, fastest), step, self._world.step_count, self._subscribed
         )
 
     def _subscribed(self) -> list[StateTopic]:

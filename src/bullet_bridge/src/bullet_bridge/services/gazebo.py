@@ -21,7 +21,7 @@ class GazeboServices:
     """Creates all of them.
 
     Args:
-        states_rate: of model_states and link_states [Hz].
+        states_rate: of model_states and link_states [Hz]; 0: one a step.
         prefix: of all names.
     """
 
@@ -32,7 +32,7 @@ class GazeboServices:
         robots: "ConnectedModels",
         server: "Server",
         resolve: "Resolve",
-        states_rate: float = 100.0,
+        states_rate: float = 0.0,
         prefix: str = "/gazebo",
     ) -> None:
         server.add_reporter(StateTopics(prefix, world, states_rate))

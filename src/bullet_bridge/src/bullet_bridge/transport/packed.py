@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from bullet_sim.plugins.lidars import RaySpec
 
 _LENGTH = struct.Struct("<I")
+_CLOCK = struct.Struct("<III")  # length, seconds, nanoseconds
 _HEADER = struct.Struct("<III")  # seq, stamp: seconds, nanoseconds
 
 
@@ -424,6 +425,16 @@ class PackedImage(Packed):
 class PackedClock(Packed):
     """rosgraph_msgs/Clock, latched: a new subscriber gets the last message."""
 
-    def send(self, time: float) -> None:
-        """Publish a simulated time [s]."""
-        self._send(struct.pack("<II", *to_sec_nsec(time)))
+    def send(self, times: Sequence[float]) -> None:
+        """Publish simulated times [s]; those before the last in one piece."""
+        *earlier, last = times
+        if earlier:
+            connections = self._impl.connections  # replaced, not changed, by other threads
+            if connections:
+                data = b"".join(_CLOCK.pack(8, *to_sec_nsec(time)) for time in earlier)
+                for connection in connections:
+                    try:
+                        connection.write_data(data)
+                    except Exception as error:  # the last time's message closes it
+                        rospy.logdebug("connection to %s ended: %s", connection.endpoint_id, error)
+        self._send(struct.pack("<II", *to_sec_nsec(last)))
