@@ -381,6 +381,8 @@ def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, t
     assert (odometry.header.frame_id, odometry.child_frame_id) == ("odom", "base_footprint")
     transform = topics["/tf"].messages[-1].transforms[0]
     assert transform.transform.translation.x == odometry.pose.pose.position.x
+    twist = odometry.twist.twist
+    assert (twist.linear.z, twist.angular.x, twist.angular.y) == (0.0, 0.0, 0.0), "as upstream"
     command.linear.x = math.nan
     received.take(command)
     world.step(20)
@@ -388,6 +390,53 @@ def test_diff_drive_moves_the_wheels_and_publishes(topics, world, monkeypatch, t
     assert topics["/n/odom"].messages[-1].twist.twist.linear.x == pytest.approx(0.3, rel=0.05)
     assert len(logged) == 1 and "/n/cmd_vel" in logged[0] and "nan" in logged[0]
     output.close()
+
+
+@pytest.mark.parametrize("source, sign", [("world", -1.0), ("encoder", 1.0)])
+def test_the_encoders_odometry_has_no_sign_backwards_as_upstream(topics, world, source, sign):
+    text = CART.format(f"<odometrySource>{source}</odometrySource>")
+    cart = world.spawn_urdf("cart", text, Pose((0.0, 0.0, 0.1)), str)
+    received = FakeReceivedCounts()
+    output = plugin_of(world, cart, cart.description.sensors[0], received=received)
+    command = Twist()
+    command.linear.x = -0.3
+    received.take(command)
+    for _ in range(100):
+        world.step(20)
+        output.update(world.time, 0.0)
+    odometry = topics["/n/odom"].messages[-1]
+    assert odometry.twist.twist.linear.x == pytest.approx(0.3 * sign, rel=0.05)
+    assert odometry.pose.pose.position.x < -0.5
+    output.close()
+
+
+def test_odometry_on_a_slope_is_along_the_heading_in_the_plane(topics, world):
+    """Of the velocity in the world x and y alone count; its height is left out by skid steering."""
+    text = CART.format("").replace("gazebo_ros_diff_drive", "gazebo_ros_skid_steer_drive")
+    joints = "".join(
+        f"<{side}{end}Joint>{side}_joint</{side}{end}Joint>"
+        for side in ("left", "right")
+        for end in ("Front", "Rear")
+    )
+    skid = text.replace("</plugin>", f"{joints}<broadcastTF>true</broadcastTF></plugin>")
+    place = Pose.from_xyz_rpy((0.0, 0.0, 5.0), (0.1, 0.3, 0.5))
+    for name, content, height in (("diff", CART.format(""), 5.0), ("skid", skid, 0.0)):
+        cart = world.spawn_urdf(name, content, place, str)
+        output = plugin_of(world, cart, cart.description.sensors[0])
+        cart.set_state(place, (0.4, 0.2, 0.3), (0.1, 0.2, 0.7))
+        output.update(world.time, 0.0)
+        odometry = topics["/n/odom"].messages[-1]
+        linear, angular = odometry.twist.twist.linear, odometry.twist.twist.angular
+        c, s = math.cos(0.5), math.sin(0.5)
+        assert (linear.x, linear.y, linear.z) == pytest.approx(
+            (0.4 * c + 0.2 * s, 0.2 * c - 0.4 * s, 0.0)
+        )
+        assert (angular.x, angular.y, angular.z) == pytest.approx((0.0, 0.0, 0.7))
+        assert odometry.pose.pose.position.z == height
+        transform = topics["/tf"].messages[-1].transforms[0].transform
+        assert transform.translation.z == 5.0
+        output.close()
+        world.delete(name)
 
 
 @pytest.mark.parametrize(

@@ -343,6 +343,8 @@ def test_planar_move(topics, world, cart, monkeypatch):
     assert (x, y) == pytest.approx((0.16, 0.08), abs=1e-3)
     odometry = topics["/odom"].messages[-1]
     assert odometry.twist.twist.linear.y == pytest.approx(0.2, abs=1e-3)
+    assert odometry.pose.pose.position.z == 0.0, "upstream does not set it"
+    assert topics["/tf"].messages[-1].transforms[0].transform.translation.z == pytest.approx(1.0)
     assert len(topics["/odom"].messages) == pytest.approx(8, abs=1)  # 20 Hz for 0.4 s
     assert topics["/tf"].messages[-1].transforms[0].child_frame_id == "base_footprint"
     for _ in range(400):  # beyond the timeout

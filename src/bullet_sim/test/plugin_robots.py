@@ -5,7 +5,8 @@ from bullet_sim.plugins import PLUGINS, SENSOR_PLUGINS
 
 NAMES = (
     "front_steering", "front_wheel", "left_wheel", "right_wheel", "left", "right", "front_left",
-    "front_right", "rear_left", "rear_right", "spare",
+    "front_right", "rear_left", "rear_right", "left_front", "right_front", "left_rear",
+    "right_rear", "spare",
 )  # fmt: skip
 LINKS = (
     '<link name="foot"/><link name="base"/><joint name="f" type="fixed"><parent link="foot"/>'

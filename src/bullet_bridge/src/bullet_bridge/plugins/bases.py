@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
 from bullet_sim.controllers.bases import TricycleMotion, after_arc
 from bullet_sim.plugins.bases import ForceMoveSpec, ManyWheelsSpec, TricycleSpec
-from bullet_sim.pose import Pose, quaternion_from_yaw, rpy_from_quaternion
+from bullet_sim.pose import Pose, quaternion_from_yaw
 from bullet_sim.sensors import inertial
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
@@ -17,7 +16,7 @@ from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 
 from bullet_bridge.plugins.base import ModelPlugin, PluginContext, ros_side
-from bullet_bridge.plugins.drives import PlanarMovePlugin, command_of
+from bullet_bridge.plugins.drives import PlanarMovePlugin, command_of, planar_motion
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedBase
 
@@ -136,11 +135,7 @@ class DrivenBase(ModelPlugin):
 
     def _true_motion(self) -> Any:
         """The model's pose; its velocity along the axes of its heading, yaw rate in the world."""
-        position, orientation, linear, angular = self.model.link_motion(self.spec.link)
-        yaw = rpy_from_quaternion(orientation)[2]
-        c, s = math.cos(yaw), math.sin(yaw)
-        along = (c * linear[0] + s * linear[1], c * linear[1] - s * linear[0], 0.0)
-        return position, orientation, along, (0.0, 0.0, angular[2])
+        return planar_motion(self.model.link_motion(self.spec.link))
 
 
 @ros_side(TricycleSpec)

@@ -13,8 +13,7 @@ from bullet_sim.controllers.drive import WheelDrive
 from bullet_sim.errors import SimError
 from bullet_sim.plugins.drives import JointStatesSpec, PlanarMoveSpec, WheelDriveSpec
 from bullet_sim.plugins.forces import HandOfGodSpec, JointPosesSpec
-from bullet_sim.pose import Pose, rpy_from_quaternion
-from bullet_sim.sensors import inertial
+from bullet_sim.pose import Motion, Pose, Vec3, rpy_from_quaternion
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
@@ -111,7 +110,7 @@ class WheelDrivePlugin(ModelPlugin):
             out is not None and out.get_num_connections() > 0
             for out in (self._odometry, self._transform)
         ):
-            self._sender.send(time, *self._motion())
+            self._sender.send(time, *self._motion(), flat=self.spec.flat)
 
     def _publish_wheels(self, time: float) -> None:
         """Positions of the wheels, and their frames below the links that carry them."""
@@ -124,9 +123,10 @@ class WheelDrivePlugin(ModelPlugin):
             frames.publish(TFMessage([self._wheel_transform(name, time) for name in names]))
 
     def _wheel_transform(self, name: str, time: float) -> Any:
+        """As upstream the frame's parent is the joint's, and its pose that in the model's frame."""
         joint = self.model.description.joints[name]
-        parent, child = (self.model.link_state(link)[0] for link in (joint.parent, joint.child))
-        pose = parent.inverse() * child
+        model, child = (self.model.link_state(link)[0] for link in (self.spec.link, joint.child))
+        pose = model.inverse() * child
         frame_id, child_frame_id = self.spec.wheel_frames[name]
         return conversions.transform_to_msg(time, frame_id, child_frame_id, pose)
 
@@ -135,8 +135,17 @@ class WheelDrivePlugin(ModelPlugin):
         if self.spec.from_wheels:
             pose = self._drive.pose
             return (pose.position, pose.orientation, *self._drive.twist)
-        position, orientation, linear, angular = self.model.link_motion(self.spec.link)
-        return (position, orientation, *inertial.twist(orientation, linear, angular))
+        return planar_motion(self.model.link_motion(self.spec.link))
+
+
+def planar_motion(motion: Motion) -> Motion:
+    """A base's pose as it is; of its velocity what is along its heading and to its left, and the
+    yaw rate in the world, which is all that upstream's odometry has."""
+    position, orientation, linear, angular = motion
+    yaw = rpy_from_quaternion(orientation)[2]
+    c, s = math.cos(yaw), math.sin(yaw)
+    along = (c * linear[0] + s * linear[1], c * linear[1] - s * linear[0], 0.0)
+    return position, orientation, along, (0.0, 0.0, angular[2])
 
 
 def command_of(topic: str, values: tuple[float, ...]) -> tuple[float, ...] | None:
@@ -155,10 +164,11 @@ def command_of(topic: str, values: tuple[float, ...]) -> tuple[float, ...] | Non
 class PlanarMovePlugin(ModelPlugin):
     """Sets the model's velocity in every step; publishes Odometry and its transform.
 
-    Upstream sets the vertical velocity and the others of rotation to zero, so does this.
+    Upstream sets the vertical velocity and the others of rotation to zero, so does this. The
+    odometry's twist is the way since its last message over the time.
     """
 
-    STATE: ClassVar[tuple[str, ...]] = ("_command", "_since", "_new", "_due")
+    STATE: ClassVar[tuple[str, ...]] = ("_command", "_since", "_new", "_due", "_last")
     every_step = reports = True
     resets = False
 
@@ -186,6 +196,29 @@ class PlanarMovePlugin(ModelPlugin):
     def start(self, time: float) -> None:
         """Messages from now on."""
         self._due.restart(self.world.step_count)
+        self._last = (time, *self._place())  # of the last message
+
+    def _place(self) -> tuple[float, float, float]:
+        """x, y [m] and yaw [rad] of the model."""
+        position, orientation = self.model.link_motion(self.spec.link)[:2]
+        return position[0], position[1], rpy_from_quaternion(orientation)[2]
+
+    def _moved(self, time: float, yaw_rate: float) -> tuple[Vec3, Vec3]:
+        """Velocity [m/s] along the heading, yaw rate [rad/s], means since the last message.
+
+        Args:
+            yaw_rate: commanded; where half a turn or more would pass the messages' time, it counts.
+        """
+        before, (x, y, yaw) = self._last, self._place()
+        self._last = (time, x, y, yaw)
+        elapsed = time - before[0]
+        if elapsed <= 0.0:
+            return (0.0, 0.0, 0.0), (0.0, 0.0, yaw_rate)
+        u, v = (x - before[1]) / elapsed, (y - before[2]) / elapsed
+        if yaw_rate <= math.pi / elapsed:
+            yaw_rate = math.remainder(yaw - before[3], 2.0 * math.pi) / elapsed
+        c, s = math.cos(yaw), math.sin(yaw)
+        return (c * u + s * v, c * v - s * u, 0.0), (0.0, 0.0, yaw_rate)
 
     def reset(self, time: float) -> None:
         """Without a command."""
@@ -206,7 +239,7 @@ class PlanarMovePlugin(ModelPlugin):
             self._since, self._new = time, False
         if 0.0 <= self.spec.timeout < time - (time if self._since is None else self._since):
             self._command = (0.0, 0.0, 0.0)
-        position, orientation, linear, angular = self.model.link_motion(self.spec.link)
+        position, orientation = self.model.link_motion(self.spec.link)[:2]
         x, y, yaw_rate = self._command
         yaw = rpy_from_quaternion(orientation)[2]
         c, s = math.cos(yaw), math.sin(yaw)
@@ -214,8 +247,8 @@ class PlanarMovePlugin(ModelPlugin):
             self.model.body, (c * x - s * y, s * x + c * y, 0.0), (0.0, 0.0, yaw_rate)
         )
         if self._due.due(self.world.step_count):
-            linear, angular = inertial.twist(orientation, linear, angular)
-            self._sender.send(time, position, orientation, linear, angular)
+            twist = self._moved(time, yaw_rate)
+            self._sender.send(time, position, orientation, *twist, flat=True)
 
 
 @ros_side(HandOfGodSpec)

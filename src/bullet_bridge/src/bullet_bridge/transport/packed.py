@@ -354,11 +354,17 @@ class PackedBase:
         linear: Iterable[float],
         angular: Iterable[float],
         with_transform: bool = True,
+        flat: bool = False,
     ) -> None:
-        """Publish for a simulated time [s]: pose, and twist in the base's frame [m/s, rad/s]."""
+        """Publish for a simulated time [s]: pose, and twist in the base's frame [m/s, rad/s].
+
+        Args:
+            flat: the odometry's height is 0, its transform's is not.
+        """
         seq = 0
         if self._odometry is not None:
-            seq = self._odometry.send(time, position, orientation, linear, angular)
+            place = (*tuple(position)[:2], 0.0) if flat else position
+            seq = self._odometry.send(time, place, orientation, linear, angular)
         if with_transform and self._transform is not None:
             self._transform.send(time, [(position, orientation)], seq)
 

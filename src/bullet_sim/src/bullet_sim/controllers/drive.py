@@ -511,7 +511,7 @@ class WheelDrive(Stateful):
                 y + forward * math.sin(mean_yaw),
                 yaw + turned,
             )
-            self._twist = forward / elapsed, turned / elapsed
+            self._twist = abs(forward) / elapsed, turned / elapsed
         self._angles = left, right
 
     @property
@@ -522,6 +522,9 @@ class WheelDrive(Stateful):
 
     @property
     def twist(self) -> tuple[Vec3, Vec3]:
-        """Linear (3,) [m/s] and angular (3,) [rad/s] velocity by the wheels, base's axes."""
+        """Linear (3,) [m/s] and angular (3,) [rad/s] velocity by the wheels, base's axes.
+
+        As upstream the linear one has no sign: backwards, too, it is positive.
+        """
         forward, turn = self._twist
         return (forward, 0.0, 0.0), (0.0, 0.0, turn)

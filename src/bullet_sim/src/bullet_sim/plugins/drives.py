@@ -50,6 +50,7 @@ class WheelDriveSpec:
         publish_tf: also publish the odometry's transform on /tf.
         pose_covariance, twist_covariance: diagonals of the odometry's.
         from_wheels: odometry by the wheels' angles, from zero; else the true pose.
+        flat: the height of the odometry is 0.
         wheel_states_topic: of JointState with the wheels' positions; empty: none.
         resets: a reset of its model drops its command and restarts its odometry.
         wheel_frames: joint -> (parent, child), for the wheels' transforms on /tf; empty: none.
@@ -73,6 +74,7 @@ class WheelDriveSpec:
     pose_covariance: tuple[float, ...] = PLANAR
     twist_covariance: tuple[float, ...] = NO_COVARIANCE
     from_wheels: bool = False
+    flat: bool = False
     wheel_states_topic: str = ""
     resets: bool = False
     wheel_frames: Mapping[str, tuple[str, str]] = field(default_factory=dict)
@@ -209,7 +211,7 @@ def diff_drive(xml: PluginXml) -> WheelDriveSpec | None:
 def skid_steer(xml: PluginXml) -> WheelDriveSpec | None:
     left, right = (
         tuple(
-            xml.in_scope(xml.text(f"{side}{end}Joint", f"{end.lower()}_{side}_joint"))
+            xml.in_scope(xml.text(f"{side}{end}Joint", f"{side}_{end.lower()}_joint"))
             for end in ("Front", "Rear")
         )
         for side in ("left", "right")
@@ -228,6 +230,7 @@ def skid_steer(xml: PluginXml) -> WheelDriveSpec | None:
         publish_tf=is_true(xml.text("broadcastTF")),
         pose_covariance=covariance,
         twist_covariance=covariance,
+        flat=True,
     )
 
 
