@@ -30,6 +30,11 @@ OTHERS = [  # other values that are accepted
     {"type": "do", "action": "step", "count": 100},
     {"type": "do", "action": "pace", "factor": 0},
     {"type": "do", "action": "goal", "x": 1.0, "y": -2, "z": 0.0},
+    {"type": "do", "action": "goal", **PLACE, "yaw": 1.5, "model": "truck"},
+    {
+        **{"type": "want", "camera": "", "lidar": "", "data": True, "contacts": False},
+        "layers": "/map /particlecloud",
+    },
 ]
 MUTATIONS = 10000
 

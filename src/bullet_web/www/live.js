@@ -57,6 +57,7 @@ class Live {
     else if (message.type === "scene") this.setScene(message.number);
     else if (message.type === "data") this.setData(message);
     else if (message.type === "contacts") this.world.showContacts(byId("contacts").checked ? message.rows : []);
+    else if (message.type === "frames") this.world.setFrames(message.frames);
     else if (message.type === "waiting") cover(message.text);
     else if (message.type === "notice") notice(message.text, message.good);
   }
@@ -76,7 +77,7 @@ class Live {
         this.missing = head.frame;
         notice(`The lidar's frame ${head.frame} is no link of a model: its points cannot be shown.`);
       }
-    }
+    } else if (this.layers().includes(head.topic)) this.world.showLayer(head.topic, head, payload);
   }
 
   setScene(number) {
@@ -122,6 +123,7 @@ class Live {
     document.body.dataset.driver = mine ? "me" : status.driver === null ? "nobody" : "other";
     this.options(byId("camera"), [["", "none"], ...status.cameras.map((name) => [name, name])]);
     this.options(byId("lidar"), [["", "none"], ...status.lidars.map((name) => [name, name])]);
+    this.listLayers(status.layers);
     this.options(byId("topic"), status.drives.map((each) => [each.topic, each.topic]));
     byId("topic").hidden = status.drives.length < 2;
     byId("topic").value = status.topic || "";
@@ -130,6 +132,34 @@ class Live {
     const drive = status.drives.find((each) => each.topic === status.topic);
     this.topSpeed = drive || null;
     this.showTop();
+  }
+
+  /* A box to tick for each topic of navigation: maps, costmaps, plans, particles. */
+  listLayers(topics) {
+    const list = byId("layers");
+    if (list.dataset.topics === topics.join(" ")) return;
+    list.dataset.topics = topics.join(" ");
+    const ticked = this.layers();
+    list.hidden = !topics.length;
+    list.replaceChildren(...topics.map((topic) => {
+      const label = document.createElement("label");
+      const box = document.createElement("input");
+      box.type = "checkbox";
+      box.value = topic;
+      box.checked = ticked.includes(topic);
+      box.onchange = () => {
+        if (!box.checked) this.world.showLayer(topic, null);
+        this.want();
+      };
+      label.append(box, ` ${topic}`);
+      return label;
+    }));
+    for (const topic of ticked) if (!topics.includes(topic)) this.world.showLayer(topic, null);
+  }
+
+  /* Topics that are ticked. */
+  layers() {
+    return [...byId("layers").querySelectorAll("input:checked")].map((box) => box.value);
   }
 
   showTop() {
@@ -205,12 +235,14 @@ class Live {
       lidar: byId("lidar").value,
       data: !byId("plots").hidden,
       contacts: byId("contacts").checked,
+      layers: this.layers().join(" "),
     });
   }
 
   act(action, values = {}) {
     if (action === "step") values = { count: Number(byId("steps").value) };
     if (action === "remove") values = { model: this.panels.chosen };
+    if (action === "goal" && this.world.followed) values = { ...values, model: this.world.followed.name };
     this.send({ type: "do", action, ...values });
   }
 

@@ -11,6 +11,8 @@ const NORMAL = 0.05; // length of a contact's normal, of the distance to the cam
 const NAME = 0.017; // height of a frame's name, of the page at a distance of 1
 const SAME_PLACE = 0.03; // [m] between two frames whose names would cover each other
 const SHADOW_PIXELS = 2048;
+const LAYER_HEIGHTS = { grid: 0.012, path: 0.04, poses: 0.05 }; // [m] above the ground
+const POSE_LENGTH = 0.2; // [m] of a pose's line
 const SLOW_FRAME = 80; // [ms] the median between two frames above which shadows are switched off
 const FRAMES = 30; // that are looked at
 const HIDDEN = 1000; // [ms] a longer time: the page was in the background
@@ -60,6 +62,9 @@ class World {
     this.axes = [];
     this.marks = new THREE.Group();
     this.three.add(this.marks);
+    this.frames = new Map(); // of navigation: name -> group
+    this.layers = new Map(); // topic -> object in one of them
+    this.newest = new Map(); // topic -> head of its newest message
     this.resize();
     new ResizeObserver(() => this.resize()).observe(canvas);
   }
@@ -534,6 +539,87 @@ class World {
       return true;
     }
     return false;
+  }
+
+  // navigation -----------------------------------------------------------------------------------
+  /* Puts the frames of navigation (map, odom) where they are in the world: name -> [x, y, yaw].
+     Of others it is not known: what is in them is not shown. */
+  setFrames(places) {
+    for (const name of Object.keys(places)) this.frame(name);
+    for (const [name, group] of this.frames) {
+      const place = places[name];
+      group.visible = Boolean(place);
+      if (place) { group.position.set(place[0], place[1], 0); group.rotation.z = place[2]; }
+    }
+    this.touch();
+  }
+
+  frame(name) {
+    if (!this.frames.has(name)) {
+      const group = new THREE.Group();
+      group.visible = false;
+      this.frames.set(name, group);
+      this.three.add(group);
+    }
+    return this.frames.get(name);
+  }
+
+  /* Shows what a topic of navigation has, by the head and the payload of its message; no head: none. */
+  showLayer(topic, head, payload) {
+    const shown = (object) => {
+      if (this.layers.has(topic)) this.unmark(this.layers.get(topic));
+      this.layers.delete(topic);
+      if (object) { this.layers.set(topic, object); this.frame(head.frame).add(object); }
+      this.touch();
+    };
+    this.newest.set(topic, head);
+    if (!head) { shown(null); return; }
+    if (head.type !== "grid") {
+      shown(this.lineLayer(topic, head.type, new Float32Array(payload)));
+      return;
+    }
+    const image = new Image();
+    image.onload = () => {
+      URL.revokeObjectURL(image.src);
+      if (this.newest.get(topic) === head) shown(this.gridLayer(topic, head, image));
+    };
+    image.src = URL.createObjectURL(new Blob([payload], { type: "image/png" }));
+  }
+
+  gridLayer(topic, head, image) {
+    const map = new THREE.Texture(image);
+    map.magFilter = THREE.NearestFilter;
+    map.minFilter = THREE.LinearFilter; // sizes are no powers of two
+    map.needsUpdate = true;
+    const [width, height] = head.size;
+    const material = new THREE.MeshBasicMaterial({ map, transparent: true, depthWrite: false, fog: false });
+    const mesh = new THREE.Mesh(new THREE.PlaneBufferGeometry(width, height), material);
+    const rank = /costmap/.test(topic) ? (/local/.test(topic) ? 3 : 2) : 1;
+    mesh.renderOrder = rank;
+    mesh.position.set(head.at[0] + width / 2, head.at[1] + height / 2, rank * LAYER_HEIGHTS.grid);
+    const group = new THREE.Group();
+    group.position.set(head.origin[0], head.origin[1], 0);
+    group.rotation.z = head.origin[2];
+    group.add(mesh);
+    return group;
+  }
+
+  lineLayer(topic, type, numbers) {
+    const height = LAYER_HEIGHTS[type];
+    const places = [];
+    if (type === "path") {
+      for (let at = 0; at < numbers.length; at += 2) places.push(numbers[at], numbers[at + 1], height);
+    } else {
+      for (let at = 0; at < numbers.length; at += 3) {
+        const [x, y, yaw] = numbers.subarray(at, at + 3);
+        places.push(x, y, height, x + POSE_LENGTH * Math.cos(yaw), y + POSE_LENGTH * Math.sin(yaw), height);
+      }
+    }
+    const color = type === "poses" ? 0x50a0ff : /local/.test(topic) ? 0xffbe28 : 0x3cdc3c;
+    const material = new THREE.LineBasicMaterial({ color, depthTest: false, transparent: true });
+    const lines = this.marked(type === "path" ? THREE.Line : THREE.LineSegments, new Float32Array(places), material);
+    lines.renderOrder = 4;
+    return lines;
   }
 
   /* Shows contact points with their normals, in front of everything: rows of position, unit normal

@@ -22,6 +22,8 @@ from geometry_msgs.msg import Pose
 from nav_msgs.msg import Odometry
 from std_srvs.srv import Empty, Trigger
 
+from bullet_web.navigation import Navigation, Navigator
+
 TIMEOUT = 2.0  # [s] for a service to be there, and for an odometry
 ODOMETRY = "/odom"  # in whose frame goals are
 Planar = Tuple[float, float, float]  # x, y [m], yaw [rad]
@@ -107,6 +109,7 @@ class Actions:
         names: function that lists the models.
         pose: function from a model's name to its position and quaternion, or None.
         link_pose: function from a link's name to its x, y, yaw in the world, or None.
+        navigation: what takes goals as move_base does; None: nothing.
 
     Attributes:
         goal: the last goal: x, y in the frame of the odometry, and x, y in the world; or None.
@@ -117,8 +120,10 @@ class Actions:
         names: Callable[[], Collection[str]],
         pose: Callable[[str], list[float] | None],
         link_pose: Callable[[str], Planar | None],
+        navigation: Navigation | None = None,
     ) -> None:
         self._names, self._pose, self._link_pose = names, pose, link_pose
+        self._navigation = navigation
         self.goal: tuple[tuple[float, float], tuple[float, float]] | None = None
 
     def execute(self, message: dict[str, Any]) -> str:
@@ -215,7 +220,21 @@ class Actions:
         self._call("/gazebo/delete_model", DeleteModel, message["model"])
         return f"{message['model']} is removed"
 
+    def _navigator(self, message: dict[str, Any]) -> Navigator | None:
+        found = self._navigation
+        return None if found is None else found.of_model(message.get("model", ""))
+
     def _goal(self, message: dict[str, Any]) -> str:
+        navigator = self._navigator(message)
+        if navigator is not None and self._navigation is not None:
+            place = message["x"], message["y"]
+            try:
+                return self._navigation.send_goal(navigator, place, message.get("yaw"))
+            except LookupError as error:
+                raise ActionError(str(error)) from error
+        return self._goal_of_truck(message)
+
+    def _goal_of_truck(self, message: dict[str, Any]) -> str:
         kind = roslib.message.get_service_class("cybertruck/Goal")
         if kind is None:
             raise ActionError("the package cybertruck is not there")
@@ -243,7 +262,10 @@ class Actions:
         yaw = rpy_from_quaternion((q.x, q.y, q.z, q.w))[2]
         return carried(place, here, (pose.position.x, pose.position.y, yaw))
 
-    def _cancel(self, _: dict[str, Any]) -> str:
+    def _cancel(self, message: dict[str, Any]) -> str:
+        navigator = self._navigator(message)
+        if navigator is not None and self._navigation is not None:
+            return self._navigation.cancel(navigator)
         self._call("/goal/cancel", Trigger)
         return "the goal is cancelled"
 

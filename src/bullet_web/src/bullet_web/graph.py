@@ -1,4 +1,4 @@
-"""What the ROS graph has for pages: topics to drive, cameras, lidars, the goal service."""
+"""What the ROS graph has for pages: topics to drive, cameras, lidars, navigation, goals."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import rosgraph
 import rospy
 
 from bullet_web.driving import Drive, drive_of
+from bullet_web.navigation import Navigator, layers, navigators
 
 TWIST = "geometry_msgs/Twist"
 IMAGE = "sensor_msgs/Image"
@@ -24,15 +25,19 @@ class Graph:
 
     Attributes:
         cameras, lidars: names of topics; lidars are all that measure points.
+        layers: topics with maps, costmaps, plans and arrays of poses.
         types: of these topics.
         goal: whether there is a service that takes goals.
+        navigators: nodes that take them as move_base does.
     """
 
     drives: tuple[Drive, ...] = ()
     cameras: tuple[str, ...] = ()
     lidars: tuple[str, ...] = ()
+    layers: tuple[str, ...] = ()
     types: Mapping[str, str] = field(default_factory=dict)
     goal: bool = False
+    navigators: tuple[Navigator, ...] = ()
     referee: bool = field(default=False)
 
 
@@ -55,12 +60,19 @@ def look(caller: str) -> Graph:
         for topic, nodes in sorted(listening.items(), key=lambda item: (item[0] != STANDARD, item))
         if nodes and types.get(topic) == TWIST
     ]
+    shown = layers(sent, types)
     return Graph(
         tuple(drives),
         _of_type(sent, types, (IMAGE,)),
         _of_type(sent, types, POINTS),
-        {topic: types[topic] for topic in sent if types.get(topic) in (IMAGE, *POINTS)},
+        shown,
+        {
+            topic: types[topic]
+            for topic in sent
+            if types.get(topic) in (IMAGE, *POINTS) or topic in shown
+        },
         GOAL in {name for name, _ in services},
+        navigators(listening, types, rospy.get_param),
         types.get("/referee/status") == "track_model/LapStatus",
     )
 

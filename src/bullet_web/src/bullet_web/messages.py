@@ -72,7 +72,9 @@ FIELDS: dict[str, dict[str, tuple[Check, str]]] = {
     "want": {"camera": NAME, "lidar": NAME, "data": _flag(), "contacts": _flag()},
     "do": {"action": _one_of(*ACTIONS)},
 }
-OPTIONAL = {"yaw": _number(-10.0, 10.0)}  # [rad] of place, spawn and goal
+# Fields that may be there: [rad] of place, spawn and goal; the model that gets the goal.
+OPTIONAL = {"yaw": _number(-10.0, 10.0), "model": NAME}
+LAYERS = {"layers": _text(2000)}  # of want: topics of navigation, with blanks between them
 
 
 def parse(text: str | bytes) -> dict[str, Any]:
@@ -97,11 +99,14 @@ def parse(text: str | bytes) -> dict[str, Any]:
         raise BadMessage(f"type is {_shown(kind)}, must be one of {', '.join(FIELDS)}")
     fields = dict(FIELDS[kind])
     checked = {"type": kind, **_checked(message, fields)}
+    if kind == "want" and "layers" in message:
+        checked.update(_checked(message, LAYERS))
     if kind == "do":
         fields = ACTIONS[checked["action"]]
         checked.update(_checked(message, fields))
-        if "x" in fields and "yaw" in message:
-            checked.update(_checked(message, OPTIONAL))
+        if "x" in fields:
+            more = {name: row for name, row in OPTIONAL.items() if name in message}
+            checked.update(_checked(message, more))
     return checked
 
 

@@ -28,6 +28,7 @@ from paddock_common.waiting import flush
 from bullet_web import files, graph, window
 from bullet_web.actions import ActionError, Actions
 from bullet_web.driving import Drive, Seat
+from bullet_web.navigation import Navigation
 from bullet_web.sensors import Sensors
 from bullet_web.server import LOOPBACK, File, Page, Server, listen, machine_address
 from bullet_web.simulator import Simulator
@@ -107,10 +108,12 @@ class WebNode:
             self._safely(self._new_contacts),
             self._safely(self._no_simulator),
         )
+        self._navigation = Navigation(self._safely(self._new_layer), self._simulator.link_pose)
         self._actions = Actions(
             lambda: set(self._simulator.names.values()),
             self._simulator.pose,
             self._simulator.link_pose,
+            self._navigation,
         )
         self._sensors = Sensors(self._safely(self._new_sensor_data))
         self._worker = ThreadPoolExecutor(1, "web-actions")  # one action after the other
@@ -149,6 +152,7 @@ class WebNode:
         await asyncio.gather(*tasks, return_exceptions=True)
         self._server.stop()
         self._sensors.close()
+        self._navigation.close()
         self._simulator.close()
 
     def _end(self) -> None:
@@ -253,8 +257,7 @@ class WebNode:
             if self._seat.driver != before:
                 self._send_status()
         elif kind == "want":
-            page.wanted = message
-            self._subscribe()
+            self._want(page, message)
         elif kind in ("take", "release"):
             (self._seat.take if kind == "take" else self._seat.release)(page.number)
             self._send_status()
@@ -302,7 +305,8 @@ class WebNode:
             "topic": self._drive.topic if self._drive else None,
             "cameras": found.cameras,
             "lidars": found.lidars,
-            "goal": found.goal,
+            "layers": found.layers,
+            "goal": found.goal or bool(found.navigators),
             "pace": self._pace,
         }
         for page in self._server.pages.values():
@@ -314,6 +318,7 @@ class WebNode:
             return
         try:
             found = await self._loop.run_in_executor(self._looker, graph.look, rospy.get_name())
+            await self._loop.run_in_executor(self._looker, self._navigation.flush)
         except Exception as error:  # of the master: XML-RPC's, sockets', rosgraph's
             rospy.logwarn_throttle(60.0, f"the ROS master does not answer: {error}")
             return
@@ -376,6 +381,10 @@ class WebNode:
                 if page.wanted.get(want) in topics
             }
         )
+        layers = {topic for page in pages for topic in self._layers_of(page)}
+        self._navigation.set_wanted({topic: self._graph.types[topic] for topic in layers})
+        navigates = bool(layers or self._graph.navigators)
+        self._navigation.watch(self._graph.navigators, bool(pages) and navigates)
         self._simulator.wants_contacts = any(page.wanted.get("contacts") for page in pages)
         wanted = any(page.wanted.get("data") for page in pages)
         goal = bool(pages) and self._graph.goal
@@ -387,6 +396,36 @@ class WebNode:
                 self._follow("/referee/status", kind, self._new_lap, True)
         else:
             self._follow("/referee/status", None, self._new_lap, False)
+
+    def _layers_of(self, page: Page) -> list[str]:
+        """Topics of navigation that a page wants and the graph has."""
+        wanted = page.wanted.get("layers", "").split()
+        return [topic for topic in wanted if topic in self._graph.layers]
+
+    def _want(self, page: Page, message: dict[str, Any]) -> None:
+        before = self._layers_of(page)
+        page.wanted = message
+        self._subscribe()
+        for topic in set(self._layers_of(page)) - set(before):
+            last = self._navigation.last(topic)
+            if last:  # a map is published once
+                page.put(f"layer {topic}", last)
+
+    def _new_layer(self, topic: str, message: bytes) -> None:
+        for page in self._server.pages.values():
+            if topic in self._layers_of(page):
+                page.put(f"layer {topic}", message)
+
+    def _send_frames(self) -> None:
+        """Tell pages where the frames of what they show are in the world."""
+        frames = self._navigation.layer_frames()
+        if not frames:
+            return
+        anchors = self._navigation.anchors(frames)
+        message = json.dumps({"type": "frames", "frames": anchors})
+        for page in self._server.pages.values():
+            if page.wanted.get("layers"):
+                page.put("frames", message)
 
     def _follow(self, topic: str, kind: Any, callback: Callable[[Any], None], wanted: bool) -> None:
         if wanted and topic not in self._subscribers:
@@ -424,7 +463,11 @@ class WebNode:
         self._data["lap"] = ", ".join(filter(None, times))
 
     def _send_data(self) -> None:
-        goal = {"goal": self._goal} if self._goal and self._has_goal else {}
+        self._send_frames()
+        place = self._goal if self._goal and self._has_goal else None
+        if place is None:
+            place = self._navigation.goal_in_world()
+        goal = {"goal": place[:2]} if place else {}
         data = {**self._data, **goal}
         if not data and not self._sent_data:
             return

@@ -33,7 +33,11 @@ LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
 ELSEWHERE = ("192.0.2.1", 9)  # outside any network of one's own (RFC 5737)
 PORTS = range(7080, 7100)  # the first free one is taken
 WINDOW = 3  # messages that a page has not acknowledged, or its connection not taken yet
-ORDER = ("status", "scene", "waiting", "notice", "view", "contacts", "data", "points", "image")
+# Kinds of messages, the first go first; others go behind them as they come.
+ORDER = (
+    *("status", "scene", "waiting", "notice", "view", "contacts", "data", "frames"),
+    *("points", "image"),
+)
 NOTICES = 20  # kept for a page
 RATE = 200.0  # messages a page may send a second, and ...
 BURST = 600.0  # ... at once; then it is closed
@@ -169,7 +173,7 @@ class Page:
                 return self._notices.popleft()
             if kind in self._slots:
                 return self._slots.pop(kind)
-        return None
+        return self._slots.popitem(last=False)[1] if self._slots else None
 
 
 class Guarded(tornado.web.RequestHandler):

@@ -81,14 +81,14 @@ class Simulator(threading.Thread):
                 return row[1:8]
         return None
 
-    def link_pose(self, link: str) -> tuple[float, float, float] | None:
+    def link_pose(self, link: str, model: str = "") -> tuple[float, float, float] | None:
         """x, y [m], yaw [rad] of a link's frame in the newest view.
 
-        None: no model has that link, or it is behind a joint that moves. Of several models the one
-        that was spawned first counts.
+        None: no model has that link, or it is behind a joint that moves. Of several models that
+        of the name counts, else the one that was spawned first.
         """
         rows = {row[0]: row for row in self.last.get("bodies", ())}
-        for body in self.scene.get("bodies", ()):
+        for body in sorted(self.scene.get("bodies", ()), key=lambda each: each["name"] != model):
             row, frame = rows.get(body["key"]), body["frames"].get(link)
             if row is not None and frame is not None and not frame[0]:
                 position, orientation = compose(row[1:4], row[4:8], frame[1:4], frame[4:8])
