@@ -106,6 +106,17 @@ def users_packages():
     }
 
 
+def copies():
+    """Finds the packages of a user that are in several places of src/: of each name the folders."""
+    found = {}
+    for path in rule().manifests_below(SOURCES, STANDINS):
+        folder = os.path.dirname(path)
+        if os.path.relpath(folder, SOURCES).split(os.sep)[0] not in OURS:
+            named = rule().name_of(path)
+            found.setdefault(named, []).append(folder)
+    return {name: folders for name, folders in found.items() if name and len(folders) > 1}
+
+
 def given_way(users=None):
     """Lists the stand-ins whose real package the ROS has, or the user's sources; they are left out
     of the build.

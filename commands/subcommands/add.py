@@ -5,7 +5,8 @@ URL of a git repository, with #BRANCH at its end if it is not to be the default 
   ./run add navigation gmapping
   ./run add https://github.com/somebody/their_robot.git#noetic-devel
 Packages in src/ take the place of stand-ins of the same name. What cannot be built is left out and
-named. A repository that is in src/ already stays as it is.
+named. A repository that is in src/ already stays as it is. Submodules come, too. Of a package that
+is in two repositories the one of --list is used, else the one that came last.
 """
 
 import glob
@@ -83,10 +84,10 @@ def run(options, _rest):
     wanted = [(name, entry_of(name)) for name in options.names]
     before = set(workspace.users_packages())
     deps.prepare()
-    for repository in {
-        each.name: each for _, entry in wanted for each in entry.repositories
-    }.values():
+    repositories = {each.name: each for _, entry in wanted for each in entry.repositories}
+    for repository in repositories.values():
         bring(repository, options.folder)
+    leave_copies([*repositories])
     users = workspace.users_packages()
     deps.offer(list(users.values()), setup.asked)
     bootstrap.prepare()
@@ -117,7 +118,7 @@ def entry_of(name):
     """
     if URL.fullmatch(name):
         url, _, version = name.partition("#")
-        folder = re.sub(r"\.git$", "", url.rstrip("/").rpartition("/")[2].rpartition(":")[2])
+        folder = folder_of(url)
         if not re.fullmatch(r"[\w.-]+", folder):
             raise UsageError(f"URL is {name!r}; its last part must name the repository")
         return Listed("", "", (), (Repository(folder, "git", url, version),))
@@ -126,6 +127,11 @@ def entry_of(name):
             f"name is {name!r}; there are {', '.join(listed())}, or the URL of a repository"
         )
     return read_list(os.path.join(FOLDER, f"{name}.repos"))
+
+
+def folder_of(url):
+    """Returns the name of the folder into which git clones a URL."""
+    return re.sub(r"\.git$", "", url.rstrip("/").rpartition("/")[2].rpartition(":")[2])
 
 
 def read_list(path):
@@ -208,6 +214,101 @@ def bring(repository, folder=None):
         lines = [line for line in done.stdout.splitlines() if line.strip(" .=E")]
         what = f"{found.url} {found.version}".rstrip()
         raise CommandError(f"{what} cannot be brought", *lines[-3:])
+    bring_submodules(target, folder)
+
+
+def bring_submodules(target, folder=None):
+    """Fills the empty submodules of a repository and theirs; one that cannot be had is named.
+
+    Args:
+        target: The repository's folder.
+        folder: Where clones are; None: from the network.
+    """
+    for path, url in submodules(target):
+        into = os.path.join(target, path)
+        if os.path.isdir(into) and os.listdir(into):
+            continue
+        if folder is None:
+            done = _git(target, "submodule", "update", "--init", "--", path)
+        else:
+            name = folder_of(url)
+            try:
+                source = local(Repository(name, "git", url), folder).url
+            except CommandError as error:
+                say(f"left out: submodule {relative(into)} ({url}): {error}")
+                continue
+            done = _git(target, "clone", "--quiet", source, path)
+            commit = _git(target, "rev-parse", f"HEAD:{path}").stdout.strip()
+            if done.returncode == 0 and _git(into, "checkout", "--quiet", commit).returncode != 0:
+                say(f"{relative(into)}: {source} does not have {commit}, its newest commit is used")
+        if done.returncode != 0:
+            lines = [line for line in done.stderr.splitlines() if line.strip()]
+            reason = next((line for line in lines if "fatal" in line), "".join(lines[-1:]))
+            say(f"left out: submodule {relative(into)} ({url}): {reason}")
+            continue
+        say(f"{relative(into)}: {url}, a submodule")
+        bring_submodules(into, folder)
+
+
+def submodules(target):
+    """Lists the (path, URL) of a repository's submodules."""
+    file = os.path.join(target, ".gitmodules")
+    if not (os.path.exists(file) and os.path.exists(os.path.join(target, ".git"))):
+        return []
+    fields = {}
+    for line in _git(target, "config", "-f", file, "--list").stdout.splitlines():
+        key, _, value = line.partition("=")
+        name, _, field = key.rpartition(".")
+        fields.setdefault(name, {})[field] = value
+    return [
+        (each["path"], each["url"]) for each in fields.values() if {"path", "url"} <= each.keys()
+    ]
+
+
+def _git(folder, *words):
+    """Runs git; GitHub's addresses for those who have a key become those for everybody."""
+    instead = [
+        word
+        for address in ("git@github.com:", "ssh://git@github.com/", "git://github.com/")
+        for word in ("-c", f"url.https://github.com/.insteadOf={address}")
+    ]
+    return subprocess.run(
+        ["git", *instead, *words],
+        cwd=folder,
+        env={**os.environ, "GIT_TERMINAL_PROMPT": "0", "LC_ALL": "C"},
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def leave_copies(names):
+    """Disables all but one of the packages of a name, by CATKIN_IGNORE: catkin wants one.
+
+    Args:
+        names: Repositories that have just been brought.
+    """
+    of_list = {
+        each.name
+        for name in listed()
+        for each in read_list(os.path.join(FOLDER, f"{name}.repos")).repositories
+    }
+
+    def rank(path):
+        repository = os.path.relpath(path, SOURCES).split(os.sep)[0]
+        last = names.index(repository) if repository in names else -1
+        return repository in of_list, last
+
+    for name, folders in sorted(workspace.copies().items()):
+        used = max(folders, key=rank)
+        for path in folders:
+            if path != used:
+                write(os.path.join(path, "CATKIN_IGNORE"), "")
+                say(
+                    f"{name}: {relative(used)} is used; {relative(path)} is disabled by its file "
+                    "CATKIN_IGNORE"
+                )
 
 
 def local(repository, folder):

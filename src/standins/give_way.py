@@ -75,10 +75,16 @@ def packages_below(folder, skipped=None):
     """Finds the packages at and below a folder: of each name its folder."""
     found = {}
     for path in manifests_below(folder, skipped):
-        named = re.search(r"<name>\s*(\S+?)\s*</name>", read(path))
-        if named:
-            found.setdefault(named[1], os.path.dirname(path))
+        name = name_of(path)
+        if name:
+            found.setdefault(name, os.path.dirname(path))
     return found
+
+
+def name_of(manifest):
+    """Returns the name of the package of a package.xml; empty: it has none."""
+    named = re.search(r"<name>\s*(\S+?)\s*</name>", read(manifest))
+    return named[1] if named else ""
 
 
 def real_packages(folders):

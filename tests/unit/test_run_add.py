@@ -10,6 +10,7 @@ import pytest
 from run_rig import run
 
 from commands import check_remedies
+from commands.bootstrap import workspace
 from commands.errors import CommandError, UsageError
 from commands.subcommands import add
 
@@ -131,6 +132,56 @@ def test_where_a_folder_has_a_repository(sources, tmp_path):
     assert (zipped.kind, zipped.version, zipped.url) == ("zip", "", f"file://{tmp_path}/packed.zip")
     with pytest.raises(CommandError, match=r"has neither pack, a clone, nor an archive of it"):
         add.local(add.Repository("pack", "git", "x", "noetic"), str(sources))
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """An empty src/; returns it."""
+    folder = tmp_path / "clone" / "src"
+    folder.mkdir(parents=True)
+    for module in (add, workspace):
+        monkeypatch.setattr(module, "SOURCES", str(folder))
+    monkeypatch.setattr(add, "CACHE", str(tmp_path))
+    return folder
+
+
+def package(folder, name):
+    """Writes a package into a folder."""
+    folder.mkdir(parents=True)
+    (folder / "package.xml").write_text(MANIFEST.format(name))
+    return folder
+
+
+def test_submodules_come_with_their_repository(sources, here, tmp_path, capsys):
+    robot = package(tmp_path / "from" / "robot", "robot")
+    git(robot, "init", "-q")
+    url = f"file://{sources}/thing.git"
+    git(robot, "-c", "protocol.file.allow=always", "submodule", "add", "-q", url, "things")
+    with (robot / ".gitmodules").open("a") as modules:
+        modules.write('[submodule "lost"]\npath = lost\nurl = git@github.com:nobody/lost.git\n')
+    git(robot, "add", ".")
+    git(robot, "commit", "-q", "-m", "first")
+    shutil.copytree(sources / "thing.git", tmp_path / "from" / "thing.git")
+    add.bring(add.Repository("robot", "git", "https://example.org/robot.git"), str(robot.parent))
+    assert (here / "robot" / "things" / "README").exists()
+    said = capsys.readouterr().out
+    assert f"{here}/robot/things: file://{sources}/thing.git, a submodule\n" in said
+    assert f"left out: submodule {here}/robot/lost (git@github.com:nobody/lost.git): " in said
+
+
+def test_of_two_packages_of_a_name_one_is_used(here, capsys):
+    old = package(here / "first" / "my_robot", "my_robot")
+    new = package(here / "second" / "my_robot", "my_robot")
+    copy = package(here / "second" / "amcl", "amcl")
+    real = package(here / "navigation" / "amcl", "amcl")
+    assert set(workspace.copies()) == {"my_robot", "amcl"}
+    add.leave_copies(["second"])
+    assert workspace.users_packages() == {"my_robot": str(new), "amcl": str(real)}
+    assert (old / "CATKIN_IGNORE").exists() and (copy / "CATKIN_IGNORE").exists()
+    said = capsys.readouterr().out
+    assert f"my_robot: {new} is used; {old} is disabled by its file CATKIN_IGNORE\n" in said
+    add.leave_copies(["second"])
+    assert capsys.readouterr().out == ""
 
 
 def test_a_clone_is_filled(clone, tmp_path, sources, package_index):
