@@ -22,6 +22,7 @@ import shutil
 import subprocess
 
 from commands import check_remedies, environment, launching, processes
+from commands.check_roslaunch import TOGETHER
 from commands.errors import CommandError, UsageError, say
 from commands.paths import OUT, ROOT, VENV_PYTHON, relative
 from commands.windows import needs_screen
@@ -64,6 +65,7 @@ def run(options, rest):
         words = [options.package, options.file, *rest]
     else:
         words = [together(files, os.path.join(folder, "together.launch"), environ)]
+        environ[TOGETHER] = "true"
     try:
         processes.run_child(
             [*command, *words],

@@ -537,3 +537,23 @@ def test_several_launch_files_are_one(tmp_path):
     assert (argument.get("name"), argument.get("value")) == ("words", '<"a">')
     with pytest.raises(CommandError, match="the package 'world' has no file 'other.launch'"):
         check.together([("world", "other.launch", [])], path, environ)
+
+
+def test_a_node_that_two_files_start_is_that_of_the_last():
+    """As on a master: who registers with a name ends the node that had it."""
+    from roslaunch.config import ROSLaunchConfig
+    from roslaunch.core import Node, RLException
+
+    def nodes(config_class):
+        config = config_class()
+        for package, namespace in (("first", "/"), ("other", "/robot"), ("second", "/")):
+            config.add_node(Node(package, "rviz", name="rviz", namespace=namespace))
+        return [(node.package, node.namespace) for node in config.nodes]
+
+    class Config(ROSLaunchConfig):
+        pass
+
+    with pytest.raises(RLException, match="multiple nodes named"):
+        nodes(Config)
+    check_roslaunch.keep_last_of_a_name(Config)
+    assert nodes(Config) == [("other", "/robot/"), ("second", "/")]
