@@ -22,6 +22,7 @@ SECTIONS = {
     "driving": "camera, pace and processor time at real time",
     "camera": "images, bare and received, over PyBullet's EGL renderer",
     "latency": "command to the joint states that show it",
+    "navigation": "mapping and navigating at real time, truck and TurtleBot3",
     "scale": "1 to 32 cars with a lidar each",
     "learning": "actions a second of the learner's environments over bare stepping",
     "solver": "steps and scans with the solver ode over bullet's, in worlds that were slow",
