@@ -18,6 +18,7 @@ from typing import Any
 from llvmlite import ir
 from numba import njit, types
 from numba.core import cgutils
+from numba.core import ir as numba_ir
 from numba.extending import intrinsic
 from numba.np.arrayobj import populate_array
 
@@ -42,6 +43,10 @@ def _forget_older() -> None:
 
 
 _forget_older()
+# Before numba 0.59, each statement of what is inlined is copied with a scope of its own, which has
+# all names of the function: minutes, and gigabytes. It is read only, so that one does for all.
+if "__deepcopy__" not in vars(numba_ir.Var):
+    numba_ir.Scope.__deepcopy__ = lambda scope, _copied: scope
 # Without counting references to arrays, which costs more than the arithmetic: slices are free.
 # A division by 0 gives inf or NaN, as in C: a robot whose gains are unstable must not end the
 # simulation of the others.
