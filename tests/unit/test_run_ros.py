@@ -3,12 +3,14 @@
 import os
 import pathlib
 import shutil
+import subprocess
 
 import pytest
 import ros_rig
 import run_rig
 from run_rig import ROOT, run
 
+from commands import environment
 from commands.bootstrap import ros, venv, workspace
 from commands.errors import CommandError
 from commands.subcommands import deps
@@ -101,6 +103,17 @@ def test_an_alternative_that_is_there_is_enough_only_where_apt_has_none_before_i
     (system.root / "config" / "apt-first.txt").write_text("new|old\n")
     system.run("setup", KNOWN=known, INSTALLED="old")
     assert system.installed() == installed
+
+
+@pytest.mark.parametrize("codename, wanted", [("focal", ["other"]), ("jammy", ["onnx", "other"])])
+def test_what_a_release_of_ubuntu_has_not_is_not_asked_for(tmp_path, codename, wanted):
+    system = ros_rig.System(tmp_path, UBUNTU.format("20.04", codename))
+    (system.root / "config" / "apt-first.txt").write_text(
+        "onnx  !focal  # PyPI's there\nother # not !focal\n"
+    )
+    one = ros_rig.make_ros(tmp_path / "one", ["rospy"])
+    system.run("setup", **ros_rig.sourced(one, {}))
+    assert system.installed() == wanted
 
 
 def test_a_sourced_ros_is_named_first_and_debians_is_not_installed(tmp_path):
@@ -255,6 +268,31 @@ def test_stand_ins_give_way_to_the_sourced_ros_alone(found, tmp_path):
     found(ros_rig.make_ros(tmp_path / "other", ["rospy", "xacro", "joy"]))
     assert workspace.installed_elsewhere() == ["joy", "xacro"]
     assert workspace.build_key(files, listed) != before
+
+
+@pytest.mark.parametrize("shell", [["bash", "--norc", "-c"], ["zsh", "-f", "-c"]])
+def test_gazebo_ros_is_ours_in_our_shells_alone(tmp_path, shell):
+    """A ROS that has the real one, as most of Noetic do: who does not start ./run keeps it."""
+    noetic = ros_rig.make_ros(tmp_path / "noetic", ["rospy", "gazebo_ros"])
+    before = {path: path.stat().st_mtime_ns for path in noetic.rglob("*")}
+
+    def found(environ):
+        done = subprocess.run(
+            [*shell, f". '{noetic}/setup.bash' && exec env -0"], env=environ, check=True,
+            capture_output=True, text=True,
+        )  # fmt: skip
+        there = dict(entry.split("=", 1) for entry in done.stdout.split("\0")[:-1])
+        ours = environment.activated(dict(there))
+        find = ["/usr/bin/rospack", "find", "gazebo_ros"]
+        return [
+            subprocess.run(find, env=each, check=True, capture_output=True, text=True).stdout
+            for each in (there, ours)
+        ]
+
+    plain = {"PATH": "/usr/bin:/bin", "HOME": str(tmp_path)}
+    real, standin = f"{noetic}/share/gazebo_ros\n", f"{ROOT}/src/standins/gazebo_ros\n"
+    assert found(plain) == [real, standin]
+    assert {path: path.stat().st_mtime_ns for path in noetic.rglob("*")} == before
 
 
 def test_stand_ins_that_give_way_are_not_found_in_the_sources(found, monkeypatch, tmp_path):
