@@ -298,6 +298,19 @@ class World:
         del self.models[name]
         self._order.deleted()
 
+    def attach(self, key: Any, model: str, link: str, other: str, other_link: str) -> None:
+        """Hold a link of a model where it is now relative to one of another, see Engine.attach().
+
+        Args:
+            key: of Engine.attach().
+
+        Raises:
+            WorldError, ModelError: there is no such model, or link.
+        """
+        one, two = self.model(model), self.model(other)
+        first, second = one.link_in_body(link)[0], two.link_in_body(other_link)[0]
+        self.engine.attach(key, (one.body, first), (two.body, second))
+
     def step(self, count: int = 1) -> None:
         """Advance by `count` time steps; before each, periodic controllers and forces act."""
         controlled = [

@@ -179,6 +179,7 @@ class Engine:
         # (body, link, mass [kg], center [m] in the link's frame) of what gravity does not act on
         self._weightless: list[tuple[int, int, float, Vec3]] = []
         self._motors: dict[tuple[int, int], tuple[str, tuple[Any, ...]]] = {}  # see motors()
+        self._attached: dict[Any, tuple[int, tuple[int, int], tuple[int, int]]] = {}
         self.layout = 0
         p.setTimeStep(self.time_step, physicsClientId=self._client)
         p.setGravity(*self.gravity, physicsClientId=self._client)
@@ -296,6 +297,10 @@ class Engine:
 
     def remove(self, body: int) -> None:
         """Remove a body."""
+        for key, (_, one, other) in list(self._attached.items()):
+            if body in (one[0], other[0]):
+                self.detach(key)
+                del self._attached[key]
         p.removeBody(body, physicsClientId=self.client)
         del self.movable[body], self._inertial[body], self._outward[body]
         self.free.discard(body)
@@ -664,6 +669,61 @@ class Engine:
     def body_pose(self, body: int) -> tuple[Vec3, Quat]:
         """World pose of the root link's principal axes, the cheapest pose to ask for."""
         return p.getBasePositionAndOrientation(body, physicsClientId=self.client)
+
+    # Attaching
+
+    def attach(self, key: Any, one: tuple[int, int], other: tuple[int, int]) -> None:
+        """Hold a link where it is now relative to another one, by a fixed joint; meanwhile they do
+        not collide.
+
+        Args:
+            key: hashable, for the methods that follow; what it had attached is let go.
+            one, other: (body, link).
+        """
+        self.detach(key)
+        moving, still = (one, other) if self.moves(one[0]) else (other, one)
+        there, joint = Pose(*self._center_frame(*moving)), -1
+        if self.moves(still[0]):
+            there = there.inverse() * Pose(*self._center_frame(*still))
+            pivots, second = (there.position, (0, 0, 0), there.orientation), still
+        else:  # of what is static PyBullet has no body for it
+            pivots, second = ((0, 0, 0), there.position, (0, 0, 0, 1), there.orientation), (-1, -1)
+        if self.moves(moving[0]):
+            joint = p.createConstraint(
+                *moving, *second, p.JOINT_FIXED, (0, 0, 0), *pivots, physicsClientId=self.client
+            )
+        self._attached[key] = joint, one, other
+        self.set_pair_collision(*one, *other, False)
+
+    def attach_again(self, key: Any) -> bool:
+        """Attach what was let go, as it was attached first; with Bullet where it is now.
+
+        Returns:
+            Whether the key is known.
+        """
+        if key not in self._attached:
+            return False
+        _, one, other = self._attached[key]
+        self.attach(key, one, other)
+        return True
+
+    def detach(self, key: Any) -> bool:
+        """Let go what attach() holds; whether the key is known, also of what is let go by now."""
+        if key not in self._attached:
+            return False
+        joint, one, other = self._attached[key]
+        if joint >= 0:
+            p.removeConstraint(joint, physicsClientId=self.client)
+            self.set_pair_collision(*one, *other, True)
+        self._attached[key] = -1, one, other
+        return True
+
+    def _center_frame(self, body: int, link: int) -> tuple[Vec3, Quat]:
+        """World pose of the principal axes of a link at its center of mass."""
+        if link < 0:
+            return p.getBasePositionAndOrientation(body, physicsClientId=self.client)
+        state = p.getLinkState(body, link, computeForwardKinematics=1, physicsClientId=self.client)
+        return state[0], state[1]
 
     # Contacts
 

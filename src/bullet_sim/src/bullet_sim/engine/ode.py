@@ -19,7 +19,13 @@ from bullet_sim.controllers.effort_row import EffortRow
 from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine import tables
-from bullet_sim.engine.ode_arrays import ArrayBuilder, DynamicModel, Models, StaticModel
+from bullet_sim.engine.ode_arrays import (
+    ArrayBuilder,
+    Attachment,
+    DynamicModel,
+    Models,
+    StaticModel,
+)
 from bullet_sim.engine.ode_contacts import Contact, Contacts
 from bullet_sim.engine.ode_shapes import ShapeCache
 from bullet_sim.engine.quickstep import layout as q
@@ -141,6 +147,9 @@ class OdeSolver:
         self._unread.discard(body)
         self._arrays.models.discard(body)  # another body may get its number
         self._models.ghosts.discard(body)
+        attached = self._models.attached
+        for key in [k for k, it in attached.items() if body in (it.parent[0], it.child[0])]:
+            del attached[key]
         for told in (self._models.filtered, self._models.friction):
             for key in [key for key in told if key[0] == body]:
                 del told[key]
@@ -151,6 +160,17 @@ class OdeSolver:
         if body in self._models.static:
             self.wake()
             self._is_built = False  # planes and boxes
+
+    def attach(self, key: Any, attachment: Attachment) -> None:
+        """A link is held by another one, or not any more."""
+        self.refresh()
+        self.wake(attachment.parent[0])
+        self.wake(attachment.child[0])
+        self._models.attached[key], self._is_built = attachment, False
+
+    def attachment(self, key: Any) -> Attachment | None:
+        """What was attached by this key, also where it is let go by now."""
+        return self._models.attached.get(key)
 
     def set_bitmask(self, body: int, link: int, bits: int) -> None:
         """A link touches only what shares a bit."""
@@ -326,10 +346,13 @@ class OdeSolver:
             "bodies": {b: self._rows(part).copy() for b, part in self._parts.items()},
             "joints": {b: self._joint_rows(part).copy() for b, part in self._parts.items()},
             "sleepers": self._contacts.sleepers,
+            "attached": dict(self._models.attached),
         }
 
     def restore(self, state: dict[str, Any]) -> None:
         """Go back to a state of save(); the bodies have to be the same."""
+        if state["attached"] != self._models.attached:
+            self._models.attached, self._is_built = dict(state["attached"]), False
         self.refresh()
         for body, part in self._parts.items():
             self._rows(part)[:, : q.MASS] = state["bodies"][body][:, : q.MASS]

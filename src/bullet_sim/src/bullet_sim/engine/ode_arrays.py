@@ -91,6 +91,22 @@ class StaticModel:
     link: Link
 
 
+@dataclass(frozen=True)
+class Attachment:
+    """A link that is held where it was relative to another one.
+
+    Attributes:
+        parent, child: (body, link).
+        frame: pose of the child's frame in the parent's.
+        is_on: it is held now.
+    """
+
+    parent: BodyLink
+    child: BodyLink
+    frame: Pose
+    is_on: bool = True
+
+
 @dataclass
 class Models:
     """What the arrays are built of.
@@ -100,6 +116,7 @@ class Models:
         filtered: collide_bitmask of links that have one.
         ghosts: bodies that touch only what never moves.
         friction: coefficients of links for which one was set.
+        attached: by any key.
     """
 
     moving: dict[int, DynamicModel] = field(default_factory=dict)
@@ -107,6 +124,7 @@ class Models:
     filtered: dict[BodyLink, int] = field(default_factory=dict)
     ghosts: set[int] = field(default_factory=set)
     friction: dict[BodyLink, float] = field(default_factory=dict)
+    attached: dict[Any, Attachment] = field(default_factory=dict)
 
     def bits_of(self, key: BodyLink) -> int:
         """collide_bitmask of a (body, link), which touches only what shares a bit."""
@@ -150,6 +168,7 @@ class SystemRows:
         owner: (body, link) of each row of bodies.
         bodies, joints, types: rows of System.
         touching: pairs of bodies that collide in their model.
+        attached: pairs of bodies that are attached to each other, and so do not collide.
     """
 
     owner: list[BodyLink] = field(default_factory=list)
@@ -157,9 +176,10 @@ class SystemRows:
     joints: list[Array] = field(default_factory=list)
     types: list[tuple[int, int, int]] = field(default_factory=list)
     touching: list[tuple[int, int]] = field(default_factory=list)
+    attached: list[tuple[int, int]] = field(default_factory=list)
 
     def pack(self) -> System:
-        """The arrays of these."""
+        """The arrays of these; joints of what is attached are the last ones."""
         count = len(self.bodies)
         types = tables.table(self.types, 3, np.int64)
         lists: list[list[int]] = [[] for _ in range(count)]
@@ -173,6 +193,11 @@ class SystemRows:
             below[j, one] = True
             for k in np.flatnonzero(types[:, 2] == one):
                 below[j] |= below[k]
+        for _ in self.attached:  # what hangs on what is attached, however long the chain
+            for j in range(len(types)):
+                for k in range(len(types)):
+                    if types[k, 2] >= 0 and below[j, types[k, 2]]:
+                        below[j] |= below[k]
         return System(
             bodies=tables.table(self.bodies, q.B_SIZE),
             work=np.zeros((count + 1, q.W_SIZE)),
@@ -209,12 +234,17 @@ class ArrayBuilder:
         moving, static, solids = models.moving.values(), StaticShapes(), Solids()
         for model in moving:
             self._add(model)
+        for attachment in models.attached.values():
+            if attachment.is_on:
+                self._attach(attachment)
         for body, immobile in models.static.items():
             frame, mask = Pose(*self._engine.base_pose(body)), models.bits_of((body, -1))
             static.add(body, immobile.link, frame, mask, self._cache, solids)
         bodies = [body for body, _ in system.owner]
         bits = np.array([models.bits_of(key) for key in system.owner], np.int64)
-        collide = may_collide(bodies, self._shapes, bits, models.ghosts, system.touching)
+        collide = may_collide(
+            bodies, self._shapes, bits, models.ghosts, system.touching, system.attached
+        )
         scene = pack_scene(self._shapes, static, solids, bodies, bits, collide)
         most = min(self._settings.max_contacts, MAX_CONTACTS)
         for table, column in (
@@ -277,6 +307,43 @@ class ArrayBuilder:
             places = columns + q.J_SIZE * np.array(order)
             measured = itemgetter(*places.ravel().tolist())
         self._placed.append((model, first, first_joint, order, measured))
+
+    def _attach(self, attachment: Attachment) -> None:
+        """A fixed joint of two links, of which one may never move."""
+        system = self._system
+        rows = {key: row for row, key in enumerate(system.owner)}
+        (parent, child), frame = (attachment.parent, attachment.child), attachment.frame
+        if child not in rows:
+            parent, child, frame = child, parent, frame.inverse()
+        if child not in rows:
+            return  # neither moves
+        one, other = rows[child], rows.get(parent, -1)
+        center = np.zeros(3)
+        if other < 0:
+            frame = Pose(*self._engine.link_motion(*parent)[:2]) * frame
+        else:
+            center = self._link(parent).center
+            system.attached.append((one, other))
+        for number in (one, other):
+            if number >= 0:
+                system.bodies[number][q.MAY_SLEEP] = 0.0
+        row, axis = np.zeros(q.J_SIZE), np.array((0.0, 0.0, 1.0))
+        row[q.ANCHOR2 : q.ANCHOR2 + 3] = (
+            np.array(frame.position) - center + frame.matrix @ self._link(child).center
+        )
+        row[q.AXIS1 : q.AXIS1 + 3], row[q.AXIS2 : q.AXIS2 + 3] = axis, frame.matrix @ axis
+        row[q.QREL : q.QREL + 4] = frame.orientation
+        row[q.LOWER], row[q.UPPER] = 1.0, -1.0
+        row[q.TARGET] = row[q.IMPOSED] = math.nan
+        row[q.STOP_ERP], row[q.STOP_CFM] = self._settings.erp, self._settings.cfm
+        row[q.STOP_PUSH] = 1.0
+        system.joints.append(row)
+        system.types.append((q.FIXED, one, other))
+
+    def _link(self, key: BodyLink) -> Link:
+        """The link of a (body, link) that moves."""
+        model = self._models.moving[key[0]]
+        return next(model.shapes.links[name] for name in model.names if model.links[name] == key[1])
 
     def _joint_row(self, model: DynamicModel, joint: Joint) -> Array:
         row = np.zeros(q.J_SIZE)

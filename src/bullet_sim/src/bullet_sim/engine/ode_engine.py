@@ -15,6 +15,8 @@ from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine.engine import Contact, Engine, stacked, vector3
 from bullet_sim.engine.ode import OdeSolver
+from bullet_sim.engine.ode_arrays import Attachment
+from bullet_sim.engine.ode_scene import BodyLink
 from bullet_sim.engine.rays import MeshScene
 from bullet_sim.engine.tables import Tree, make_tree
 from bullet_sim.pose import Array, Motion, Pose, Quat, Vec3, Vector, compose, velocity_at
@@ -216,6 +218,24 @@ class OdeEngine(Engine):
     def is_asleep(self, body: int) -> bool:
         """Whether a body sleeps, until something awake touches it, or a force acts on it."""
         return self.ode.is_asleep(body)
+
+    # Attaching
+
+    def attach(self, key: Any, one: BodyLink, other: BodyLink) -> None:
+        pose, there = (Pose(*self.link_motion(*link)[:2]) for link in (one, other))
+        self.ode.attach(key, Attachment(one, other, pose.inverse() * there))
+
+    def attach_again(self, key: Any) -> bool:
+        found = self.ode.attachment(key)
+        if found is not None:
+            self.ode.attach(key, replace(found, is_on=True))
+        return found is not None
+
+    def detach(self, key: Any) -> bool:
+        found = self.ode.attachment(key)
+        if found is not None:
+            self.ode.attach(key, replace(found, is_on=False))
+        return found is not None
 
     # Contacts
 

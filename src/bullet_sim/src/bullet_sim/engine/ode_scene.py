@@ -264,6 +264,7 @@ def may_collide(
     bits: Array,
     ghosts: Iterable[int],
     touching: Iterable[tuple[int, int]],
+    attached: Iterable[tuple[int, int]] = (),
 ) -> Array:
     """Scene.may_collide (n, n) of bodies.
 
@@ -272,12 +273,15 @@ def may_collide(
         bits: (n,) collide_bitmask of each body.
         ghosts: models that touch only what never moves.
         touching: pairs of bodies of one model that collide with each other.
+        attached: pairs of bodies that do not, as a joint connects them.
     """
     body, rows = np.array(models, np.int64), np.arange(len(models))
     ghost = np.isin(body, list(ghosts))
     collide = (body[:, None] != body) & ~(ghost[:, None] | ghost)
     for one, two in touching:
         collide[one, two] = collide[two, one] = True
+    for one, two in attached:
+        collide[one, two] = collide[two, one] = False
     shaped = np.isin(rows, moving.bodies)
     collide &= ((bits[:, None] & bits) != 0) & shaped[:, None] & shaped
     unknown = [body for body, kind in zip(moving.bodies, moving.kinds) if kind not in _SOLIDS]
