@@ -29,6 +29,7 @@ from bullet_bridge.loop.server import Server
 from bullet_bridge.plugins.cameras import Cameras
 from bullet_bridge.resolve import Resolver, load_world
 from bullet_bridge.robots import Robots
+from bullet_bridge.services.attaching import LinkAttacher
 from bullet_bridge.services.gazebo import GazeboServices
 from bullet_bridge.services.simulation import Describer, StepService, advertise_json
 from bullet_bridge.transport import publishing
@@ -198,6 +199,8 @@ def make_server(parts: ExitStack) -> Server:
     if networked or config.lockstep:
         StepService(jobs, server, received, config.step_timeout)
     robots.connect_world_models()
+    if described is not None and "gazebo_ros_link_attacher" in described.plugins:
+        LinkAttacher(world, jobs)
     factor = config.real_time_factor
     pace = f"real time x {factor:g}" if factor else "as fast as possible"
     rospy.loginfo("world '%s' is up: step %g s, %s", world.name, world.time_step, pace)

@@ -1,5 +1,23 @@
 """What the families of plugins and sensors do in ROS; importing this enters them all."""
 
-from bullet_bridge.plugins import bases, cameras, drives, forces, lidars, measurements, transforms
+from bullet_bridge.plugins import (
+    bases,
+    cameras,
+    drives,
+    forces,
+    grasping,
+    lidars,
+    measurements,
+    transforms,
+)
 
-__all__ = ["bases", "cameras", "drives", "forces", "lidars", "measurements", "transforms"]
+__all__ = [
+    "bases",
+    "cameras",
+    "drives",
+    "forces",
+    "grasping",
+    "lidars",
+    "measurements",
+    "transforms",
+]

@@ -1,7 +1,8 @@
-"""Forces on links: a wrench by topic, a vacuum gripper."""
+"""Forces on links: a wrench by topic, a vacuum gripper, slip, a fluid, a lift."""
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from types import SimpleNamespace
 from typing import Any
@@ -9,11 +10,18 @@ from typing import Any
 import numpy as np
 import rospy
 from bullet_sim.controllers import MAX_COMMAND
-from bullet_sim.plugins.forces import ForceSpec, VacuumGripperSpec, WheelSlipSpec
+from bullet_sim.plugins.forces import (
+    BuoyancySpec,
+    ElevatorSpec,
+    Floating,
+    ForceSpec,
+    VacuumGripperSpec,
+    WheelSlipSpec,
+)
 from bullet_sim.pose import Pose
 from geometry_msgs.msg import Wrench
 from paddock_common.reconfigure import describe
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, String
 from std_srvs.srv import Empty, EmptyResponse
 
 from bullet_bridge.plugins.base import ModelPlugin, PluginContext, ros_side
@@ -177,3 +185,123 @@ class WheelSlipPlugin(ModelPlugin):
             scale = wheel.radius * abs(float(angular @ axis)) / wheel.force
             slips = scale * self._lateral[number], scale * self._longitudinal[number]
             model.engine.set_slip(model.body, self._links[number], *slips)
+
+
+@ros_side(BuoyancySpec)
+class BuoyancyPlugin(ModelPlugin):
+    """Lifts each link by the weight of the fluid that it displaces, wherever it is, as Gazebo's."""
+
+    every_step = True
+    resets = False
+
+    def __init__(self, context: PluginContext) -> None:
+        super().__init__(context)
+        given = {it.link: it for it in self.spec.given}
+        parts = self.model.rigid_parts.items()
+        self._parts = [given.get(name) or self._displaced(name, link) for name, link in parts]
+
+    def _displaced(self, name: str, link: Any) -> Floating:
+        """The volume of a link's collisions, of a mesh that of the box around it."""
+        volumes, places = [0.0], [np.zeros(3)]
+        for shape in link.collisions:
+            kind, size = shape.geometry.kind, shape.geometry.size
+            if kind == "box":
+                volume = float(np.prod(size))
+            elif kind == "sphere":
+                volume = 4.0 / 3.0 * math.pi * size[0] ** 3
+            elif kind == "cylinder":
+                volume = math.pi * size[0] ** 2 * size[1]
+            elif kind == "mesh":
+                low, high = self.world.engine.mesh_box(shape.geometry.path)
+                volume = float(np.prod((high - low) * np.abs(shape.geometry.scale)))
+            else:
+                continue
+            volumes.append(volume)
+            places.append(np.array(shape.pose.position))
+        total = sum(volumes)
+        middle = np.average(places, axis=0, weights=volumes) if total else np.zeros(3)
+        x, y, z = middle.tolist()
+        return Floating(name, total, (x, y, z))
+
+    def update(self, time: float, period: float) -> None:
+        if self.model.is_static:
+            return
+        for part in self._parts:
+            index, offset = self.model.link_in_body(part.link)
+            frame = Pose(*self.model.frame_at(index)) * offset
+            point = (frame * Pose(part.center)).position
+            force = [-self.spec.density * part.volume * each for each in self.world.gravity]
+            self.world.engine.apply_force(self.model.body, index, force, point)
+
+
+CLOSED, OPEN = 0.0, 1.0  # positions of a lift's door
+LIFT_GAINS, DOOR_GAINS = (1e5, 1e5), (2.0, 1.0)  # P, D
+LIFT_NEAR, DOOR_NEAR = 0.15, 0.05  # errors at which they count as there
+
+
+@ros_side(ElevatorSpec)
+class ElevatorPlugin(ModelPlugin):
+    """Closes the door, goes to a floor, opens, waits and closes; meanwhile it takes no other floor.
+
+    As upstream the derivative of the door's error is over the time since the start. It waits in
+    simulated time.
+    """
+
+    STATE = ("_floor", "_door", "_steps", "_began", "_errors", "_there", "_until")
+    every_step = True
+
+    def listen(self) -> None:
+        """Subscribe to the floors."""
+        self.subscribe(self.spec.topic, String, self._on_floor)
+
+    def reset(self, time: float) -> None:
+        """As it was loaded, but for where it goes and whether its door is to be open."""
+        self._floor: int = getattr(self, "_floor", 0)
+        self._door: float = getattr(self, "_door", CLOSED)
+        self._steps: tuple[tuple[str, int], ...] = ()  # that are to be made, each with a floor
+        self._began = self._until = math.nan
+        self._errors, self._there = (0.0, 0.0), (True, True)  # of the lift and the door
+        super().reset(time)
+
+    def _on_floor(self, message: Any) -> None:
+        try:
+            floor = int(message.data.split()[0])
+        except (ValueError, IndexError):
+            rospy.logerr("%s: '%s' is no number of a floor", self.spec.topic, message.data)
+            return
+        if not self._steps:
+            steps = ("close", "move", "open", "wait", "close")
+            self._steps = tuple((step, floor) for step in steps)
+            self._until = math.nan
+
+    def update(self, time: float, period: float) -> None:
+        if self._steps and self._is_done(time, *self._steps[0]):
+            self._steps, self._until = self._steps[1:], math.nan
+        if math.isnan(self._began):
+            self._began = time
+            return
+        positions = self.model.joints.state()[0]
+        lift = positions[self.spec.lift] - self._floor * self.spec.height
+        door = positions[self.spec.door] - self._door
+        step = self.world.time_step
+        for joint, error, old, gains, elapsed in (
+            (self.spec.lift, lift, self._errors[0], LIFT_GAINS, step),
+            (self.spec.door, door, self._errors[1], DOOR_GAINS, time - self._began),
+        ):
+            effort = -gains[0] * error - gains[1] * (error - old) / elapsed
+            self.model.joints.add_effort(joint, effort)
+        self._errors = lift, door
+        self._there = abs(lift) < LIFT_NEAR, abs(door) < DOOR_NEAR
+
+    def _is_done(self, time: float, step: str, floor: int) -> bool:
+        """Begin a step, or tell whether it is made."""
+        if math.isnan(self._until):
+            self._until = time + (self.spec.wait if step == "wait" else 0.0)
+            if step == "move":
+                self._floor = floor
+            elif step != "wait":
+                self._door = OPEN if step == "open" else CLOSED
+            return False
+        if step == "wait":
+            return time >= self._until
+        return self._there[0 if step == "move" else 1]

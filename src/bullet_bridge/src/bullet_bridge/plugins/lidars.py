@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
+import os
 from typing import Any, ClassVar
 
 import numpy as np
-from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec, RaySpec
-from bullet_sim.pose import Array
+import rospkg
+from bullet_sim.errors import ModelError
+from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, PatternSpec, RangeSpec, RaySpec
+from bullet_sim.pose import Array, Pose
 from bullet_sim.sensors.errors import SensorErrors
-from bullet_sim.sensors.lidar import LayeredLidar, Lidar
+from bullet_sim.sensors.lidar import LayeredLidar, Lidar, PatternLidar
 from geometry_msgs.msg import Point32
 from sensor_msgs.msg import ChannelFloat32, LaserScan, PointCloud, PointCloud2, PointField, Range
+from tf2_msgs.msg import TFMessage
 
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
 from bullet_bridge.transport import conversions
@@ -29,7 +33,10 @@ class RaysSensor(Sensor):
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
-        self._lidar: Any = self.lidar(self.spec)
+        self._lidar: Any = self._make_lidar()
+
+    def _make_lidar(self) -> Any:
+        return self.lidar(self.spec)
 
     def _scan(self) -> Array:
         position, orientation, _, _ = self.model.link_motion(self.spec.link)
@@ -173,3 +180,125 @@ class RangeSensor(RaysSensor):
             max_range=spec.range_max,
             range=minimum,
         )
+
+
+# livox_laser_simulation's layouts of a point.
+_XYZ = np.dtype({"names": ["xyz"], "formats": ["(3,)<f4"], "offsets": [0], "itemsize": 16})
+_XYZRTL = np.dtype(
+    {
+        "names": ["xyz", "reflectivity", "tag", "line"],
+        "formats": ["(3,)<f4", "<f4", "u1", "u1"],
+        "offsets": [0, 16, 20, 21],
+        "itemsize": 32,
+    }
+)
+_XYZ_FIELDS = _FIELDS[:3]
+_XYZRTL_FIELDS = _XYZ_FIELDS + [
+    PointField(name=name, offset=offset, datatype=datatype, count=1)
+    for name, offset, datatype in (
+        ("reflectivity", 16, PointField.FLOAT32),
+        ("tag", 20, PointField.UINT8),
+        ("line", 21, PointField.UINT8),
+    )
+]
+_MIN_XYZ = 0.1  # [m] of a point of the second kind of message
+
+
+@ros_side(PatternSpec)
+class PatternSensor(RaysSensor):
+    """The messages of livox_laser_simulation, and its transforms of the sensor and its link.
+
+    Raises:
+        ModelError: the pattern cannot be read, or the kind of message is unknown or not built.
+    """
+
+    STATE = ("_first",)
+    relayed = False
+
+    def __init__(self, context: PluginContext) -> None:
+        self.message = self._message_of(context.spec.message)
+        super().__init__(context)
+        self._parent = f"{self.model.name}::{self.spec.link}"
+        self._tf = self.publisher("/tf", TFMessage, relayed=False)
+
+    @staticmethod
+    def _message_of(number: int) -> Any:
+        if number == 3:
+            try:
+                from livox_ros_driver.msg import CustomMsg
+            except ImportError as error:
+                raise ModelError(
+                    f"publish_pointcloud_type 3 needs livox_ros_driver: {error}"
+                ) from error
+            return CustomMsg
+        if number not in (0, 1, 2):
+            raise ModelError(f"publish_pointcloud_type is {number}, must be 0, 1, 2 or 3")
+        return PointCloud if number == 0 else PointCloud2
+
+    def _make_lidar(self) -> PatternLidar:
+        path = self.spec.pattern
+        scheme, _, rest = path.partition("://")
+        try:
+            if scheme == "package":
+                package, _, rest = rest.partition("/")
+                file = os.path.join(rospkg.RosPack().get_path(package), rest)
+            else:
+                file = rest if scheme == "file" else path
+            pattern = np.genfromtxt(file, delimiter=",", skip_header=1, ndmin=2)
+            pattern = pattern[np.isfinite(pattern).all(axis=1)]
+        except (OSError, ValueError, rospkg.ResourceNotFound) as error:
+            raise ModelError(f"the pattern '{path}' of a livox cannot be read: {error}") from error
+        if pattern.shape[1] != 3 or not len(pattern):
+            raise ModelError(f"the pattern '{path}' of a livox has no rows of three numbers")
+        return PatternLidar(self.spec, pattern)
+
+    def reset(self, time: float) -> None:
+        """From the first ray of the pattern on."""
+        self._first = 0
+        super().reset(time)
+
+    def measure(self, time: float) -> Any:
+        self._first = self._lidar.next(self._first)
+        points, rays = self._lidar.points(self._scan())
+        found = self._intensities()
+        values = np.zeros(len(rays), np.float32) if found is None else found[rays]
+        lines, frame = self._lidar.lines[rays], self.spec.frame_id
+        self._send_transforms(time)
+        kind = self.spec.message
+        if kind == 0:
+            return PointCloud(
+                header=conversions.header(time, frame),
+                points=[Point32(*point) for point in points.tolist()],
+            )
+        if kind == 1:
+            points = points[np.linalg.norm(points, axis=1) >= _MIN_XYZ]
+            data = np.zeros((1, len(points)), _XYZ)
+            data["xyz"][0] = points
+            return conversions.cloud(conversions.header(time, "livox"), data, _XYZ_FIELDS, True)
+        if kind == 2:
+            data = np.zeros((1, len(points)), _XYZRTL)
+            data["xyz"][0], data["reflectivity"][0], data["line"][0] = points, values, lines
+            return conversions.cloud(conversions.header(time, frame), data, _XYZRTL_FIELDS, True)
+        return self._custom(time, points, values, lines)
+
+    def _custom(self, time: float, points: Array, values: Array, lines: Array) -> Any:
+        from livox_ros_driver.msg import CustomPoint
+
+        header = conversions.header(time, self.spec.frame_id)
+        message = self.message(header=header, timebase=header.stamp.to_nsec())
+        message.points = [
+            CustomPoint(x=x, y=y, z=z, reflectivity=int(value), line=int(line))
+            for (x, y, z), value, line in zip(points.tolist(), values.tolist(), lines.tolist())
+        ]
+        message.point_num = len(message.points)
+        return message
+
+    def _send_transforms(self, time: float) -> None:
+        """Upstream names them with Gazebo's scoped names."""
+        link = self.model.link_state(self.spec.link)[0]
+        offset = Pose.from_xyz_rpy(*self.spec.pose)
+        transforms = [
+            conversions.transform_to_msg(time, self.world.name, self._parent, link),
+            conversions.transform_to_msg(time, self._parent, self.spec.frame_id, offset),
+        ]
+        self._tf.publish(TFMessage(transforms))

@@ -147,6 +147,7 @@ class WorldDescription:
         time: simulated time of its <state> [s], at which it starts; a reset sets it to 0.
         starts: by the names of models: the poses of its <state>, where they start; a reset puts
             them to those of `models`, as in Gazebo.
+        plugins: names of libraries of its plugins that are known here.
         warnings: what was ignored or repaired, also in the models of its file.
     """
 
@@ -159,6 +160,7 @@ class WorldDescription:
     scene: Scene = Scene()
     time: float = 0.0
     starts: dict[str, Pose] = field(default_factory=dict)
+    plugins: list[str] = field(default_factory=list)
     warnings: list[ReadWarning] = field(default_factory=list)
 
     def warn(self, text: str, cause: str = "", item: str = "") -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
 from bullet_sim.plugins.rules import FrameName
 from bullet_sim.plugins.xml import MissingPart, PluginXml, SensorXml, Values, library
+from bullet_sim.pose import Vec3
 
 
 @dataclass(frozen=True)
@@ -143,6 +145,85 @@ class JointPosesSpec:
     topic: str = "/set_joint_trajectory"
 
 
+@dataclass(frozen=True)
+class GraspingArm:
+    """A gripper: its name, the link that holds, and those that touch."""
+
+    name: str
+    palm: str
+    fingers: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class GraspFixSpec:
+    """libgazebo_grasp_fix: attaches what a gripper's links press from opposite sides.
+
+    Attributes:
+        link: the palm of the first arm.
+        angle: between two forces that are opposite, at least [rad].
+        decisions: a second [Hz].
+        most: highest count of decisions for which an object was gripped.
+        threshold: count above which it is attached.
+        tolerance: by which a finger may leave a held object [m].
+        passes: a held object collides with nothing.
+    """
+
+    name: str
+    link: str
+    arms: tuple[GraspingArm, ...]
+    angle: float
+    decisions: float = 5.0
+    most: int = 10
+    threshold: int = 5
+    tolerance: float = 0.005
+    passes: bool = False
+    topic: str = ""
+
+
+@dataclass(frozen=True)
+class Floating:
+    """A link that displaces a volume [m^3], whose center (3,) [m] is in its frame."""
+
+    link: str
+    volume: float
+    center: Vec3
+
+
+@dataclass(frozen=True)
+class BuoyancySpec:
+    """Gazebo's BuoyancyPlugin: everything is in a fluid of a density [kg/m^3].
+
+    Attributes:
+        given: links whose volume the file gives.
+    """
+
+    name: str
+    link: str
+    density: float
+    given: tuple[Floating, ...] = ()
+    topic: str = ""
+
+
+@dataclass(frozen=True)
+class ElevatorSpec:
+    """libgazebo_ros_elevator: a lift that goes to floors, and its door.
+
+    Attributes:
+        lift, door: joints.
+        height: of a floor [m].
+        wait: for which the door is open [s].
+        topic: of std_msgs/String, the number of a floor.
+    """
+
+    name: str
+    link: str
+    lift: str
+    door: str
+    height: float
+    wait: float
+    topic: str
+
+
 @sensor_plugin("gazebo_ros_bumper", types=("contact",))
 def bumper(xml: SensorXml) -> ContactSpec:
     named = [(element.text or "").strip() for element in xml.sensor.findall("contact/collision")]
@@ -261,3 +342,83 @@ def _slipping(xml: PluginXml, element: Element) -> SlippingWheel | None:
         values.number(f"slip_compliance_{side}") for side in ("lateral", "longitudinal")
     )
     return SlippingWheel(link, joints[0], radius, force, lateral, longitudinal)
+
+
+@model_plugin("gazebo_grasp_fix")
+def grasp_fix(xml: PluginXml) -> GraspFixSpec:
+    """GraspFixSpec; an <arm> that cannot be used is left out with a warning.
+
+    Raises:
+        MissingPart: no arm is left.
+    """
+    found = [_arm(xml, element) for element in xml.element.findall("arm")]
+    arms = {arm.name: arm for arm in found if arm is not None}
+    if not arms:
+        raise MissingPart(f"{xml.label} has no <arm> that it can use; it is left out")
+    most = int(xml.number("max_grip_count", 10.0))
+    palm = next(iter(arms.values())).palm
+    return GraspFixSpec(
+        xml.name or "grasp_fix",
+        palm,
+        tuple(arms.values()),
+        math.radians(xml.number("forces_angle_tolerance", 120.0)),
+        max(0.0, float(int(xml.number("update_rate", 5.0)))),
+        most,
+        int(xml.number("grip_count_threshold", float(most // 2))),
+        xml.number("release_tolerance", 0.005),
+        xml.text("disable_collisions_on_attach") in ("true", "1"),
+    )
+
+
+def _arm(xml: PluginXml, element: Element) -> GraspingArm | None:
+    """An <arm>, or None, with a warning, without a palm or a link that touches."""
+    values = Values(element, f"{xml.label} <arm>")
+    name, links = values.text("arm_name"), xml.model.links
+    palm = xml.scope + values.text("palm_link")
+    wanted = [xml.scope + (each.text or "").strip() for each in element.findall("gripper_link")]
+    fingers = tuple(link for link in wanted if link in links)
+    if name and palm in links and fingers:
+        return GraspingArm(name, palm, fingers)
+    xml.warn(
+        f"{values.label} '{name}' has palm_link '{palm}' and the gripper_links "
+        f"{', '.join(wanted) or '(none)'}, must be links of '{xml.model.name}'; it is left out"
+    )
+    return None
+
+
+@model_plugin("BuoyancyPlugin")
+def buoyancy(xml: PluginXml) -> BuoyancySpec:
+    """BuoyancySpec; a <link> without a link, a center or a volume is left out with a warning."""
+    given = []
+    for element in xml.element.findall("link"):
+        values = Values(element, f"{xml.label} <link>")
+        link, volume = xml.scope + (element.get("name") or ""), values.number("volume")
+        center = element.find("center_of_volume")
+        if link in xml.model.links and center is not None and volume > 0.0:
+            given.append(Floating(link, volume, values.vector("center_of_volume")))
+        else:
+            xml.warn(
+                f"{values.label} '{link}' has volume {volume:g}, must be a link of "
+                f"'{xml.model.name}' with a center_of_volume and a volume above 0; it is left out"
+            )
+    density = xml.number("fluid_density", 999.1026)  # of water
+    return BuoyancySpec(xml.name or "buoyancy", xml.model.root, density, tuple(given))
+
+
+@model_plugin("gazebo_ros_elevator")
+def elevator(xml: PluginXml) -> ElevatorSpec:
+    lift, door = xml.joint("lift_joint"), xml.joint("door_joint")
+    return ElevatorSpec(
+        xml.name or "elevator",
+        xml.model.joints[lift].child,
+        lift,
+        door,
+        xml.number("floor_height", 3.0),
+        xml.number("door_wait_time", 5.0),
+        xml.topic("topic", "elevator"),
+    )
+
+
+@model_plugin("gazebo_ros_template")
+def template(_: PluginXml) -> None:
+    """The example of gazebo_plugins, which does nothing."""

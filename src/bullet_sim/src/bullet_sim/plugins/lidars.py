@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from bullet_sim.errors import ModelError
 from bullet_sim.plugins.inertial import ErrorModel, sensor_errors
 from bullet_sim.plugins.registry import sensor_plugin
 from bullet_sim.plugins.xml import ZERO_POSE, PoseTuple, SensorXml, Values
@@ -72,6 +73,27 @@ class CloudSpec(LayeredRays):
 @dataclass(frozen=True)
 class BlockCloudSpec(LayeredRays):
     """A lidar that publishes its hits as PointCloud, as libgazebo_ros_block_laser."""
+
+
+@dataclass(frozen=True)
+class PatternSpec(RaySpec):
+    """liblivox_laser_simulation: each scan has the next rays of a pattern; samples are its rays.
+
+    Attributes:
+        pattern: URI of a CSV file of rays: time, azimuth and zenith [deg].
+        taken, step: rays of the pattern that a scan goes on, of which it has each step-th.
+        fields: (lowest angle [rad], between two rows [rad], rows) of azimuth and of elevation,
+            outside of which hits are left out.
+        message: 0: PointCloud, 1: PointCloud2, 2: with reflectivity, 3: livox_ros_driver/CustomMsg.
+        shift: added to all ranges [m], as upstream does it.
+    """
+
+    pattern: str = ""
+    taken: int = 0
+    step: int = 1
+    fields: tuple[tuple[float, float, int], tuple[float, float, int]] = ((0.0, 0.0, 1),) * 2
+    message: int = 0
+    shift: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -244,4 +266,48 @@ def sonar(xml: SensorXml) -> RangeSpec:
         infrared=False,
         field_of_view=min(angles, default=0.0),
         errors=sensor_errors(xml),
+    )
+
+
+@sensor_plugin("livox_laser_simulation", types=("ray",))
+def livox(xml: SensorXml) -> PatternSpec:
+    """PatternSpec; the numbers are in the plugin's own <ray>, and none of its noise is added.
+
+    Raises:
+        ModelError: without <ray>, <csv_file_name>, <samples> or <ros_topic>, or with angles of one
+            row alone.
+    """
+    plugin, element = xml.plugin("livox"), xml.element.find("ray")
+    missing = [tag for tag in ("csv_file_name", "samples", "ros_topic") if not xml.text(tag)]
+    if element is None or missing:
+        raise ModelError(f"{plugin.label} has no {', '.join(missing) or 'ray'} in its plugin")
+    ray = Values(element, plugin.label)
+    fields = []
+    for axis in ("horizontal", "vertical"):
+        low, high = (ray.number(f"scan/{axis}/{end}_angle") for end in ("min", "max"))
+        rows = rays_of(ray, axis, 1)
+        if rows < 2 or high <= low:
+            raise ModelError(f"{plugin.label} <{axis}> has {rows} samples, must be at least 2")
+        fields.append((low, (high - low) / (rows - 1), rows))
+    near, far = scan_range(ray)
+    taken, step = plugin.whole("samples", 1), plugin.whole("downsample", 1)
+    return PatternSpec(
+        name=xml.name,
+        link=xml.parent,
+        pose=xml.pose,
+        samples=-(-taken // step),
+        min_angle=0.0,
+        max_angle=0.0,
+        range_min=0.0,  # its rays begin at the sensor, and are as long as if at the minimum
+        range_max=far - near,
+        shift=near,
+        rate=xml.output_rate(None),
+        topic="/" + xml.text("ros_topic").strip("/"),
+        frame_id=xml.name,
+        pattern=xml.text("csv_file_name"),
+        taken=taken,
+        step=step,
+        fields=(fields[0], fields[1]),
+        message=int(plugin.number("publish_pointcloud_type")),
+        visualize=is_true(child_text(xml.sensor, "visualize")),
     )

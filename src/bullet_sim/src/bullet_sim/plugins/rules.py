@@ -55,6 +55,11 @@ RULES = {  # by the name of the library
     "diffdrive_plugin_6w": _NONE,  # which publishes nothing
     "diffdrive_plugin_multi_wheel": _BASE,
     "gazebo_ros_force": _NONE,
+    "gazebo_ros_elevator": _NONE,
+    "gazebo_ros_template": _NONE,
+    "gazebo_grasp_fix": _NONE,
+    "BuoyancyPlugin": _NONE,
+    "livox_laser_simulation": _NONE,
     "gazebo_ros_vacuum_gripper": _NONE,
     "gazebo_ros_wheel_slip": _NONE,
     "WheelSlipPlugin": _NONE,

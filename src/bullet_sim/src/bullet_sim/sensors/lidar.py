@@ -13,7 +13,7 @@ from bullet_sim.sensors.retro import intensities
 if TYPE_CHECKING:
     from bullet_sim.engine import Engine
     from bullet_sim.models.model import Model
-    from bullet_sim.plugins.lidars import LayeredRays, RaySpec
+    from bullet_sim.plugins.lidars import LayeredRays, PatternSpec, RaySpec
 
 MAX_RAYS = 1_000_000  # of a scan; it costs some 100 bytes for each
 
@@ -59,7 +59,7 @@ class Lidar:
                 f"lidar {spec.name}: noise_stddev {spec.noise_stddev}, >= 0 m is expected"
             )
         n = int(spec.samples)
-        self.spec = spec
+        self.spec: Any = spec
         self.angles = np.linspace(spec.min_angle, spec.max_angle, n)
         self.angle_increment = (spec.max_angle - spec.min_angle) / (n - 1) if n > 1 else 0.0
         self.directions = np.column_stack([np.cos(self.angles), np.sin(self.angles), np.zeros(n)])
@@ -167,3 +167,47 @@ class LayeredLidar(Lidar):
         """Points (n, 3) float32 [m] in the sensor frame; NaN where nothing was hit."""
         hits = np.where(np.isfinite(ranges), ranges, np.nan)
         return (self.directions * hits[:, None]).astype(np.float32)
+
+
+class PatternLidar(Lidar):
+    """Rays of a PatternSpec; each scan has the next ones of the pattern.
+
+    Args:
+        pattern: (n, 3): time, azimuth and zenith [deg] of all rays.
+
+    Attributes:
+        lines: (samples,) of the last scan.
+        inside: (samples,) bool: rays of the last scan that are in the fields of view.
+    """
+
+    def __init__(self, spec: PatternSpec, pattern: Array) -> None:
+        super().__init__(spec)
+        self._azimuth = np.radians(pattern[:, 1])
+        self._tilt = np.radians(pattern[:, 2]) - 0.5 * np.pi  # positive down
+        self.next(0)
+
+    def next(self, first: int) -> int:
+        """Aim the rays from one of the pattern on; the first one of the next scan."""
+        spec, count = self.spec, len(self._azimuth)
+        rows = np.arange(first, first + spec.taken, spec.step) % count
+        self.lines = rows % 6
+        azimuth, tilt = self._azimuth[rows], self._tilt[rows]
+        level = np.cos(tilt)
+        self.directions = np.column_stack(
+            [level * np.cos(azimuth), level * np.sin(azimuth), -np.sin(tilt)]
+        )
+        self.inside = np.ones(len(rows), bool)
+        for angles, (low, step, number) in zip((azimuth, tilt), spec.fields):
+            row = np.rint((angles - low) / step)
+            self.inside &= (row >= 0) & (row < number)
+        self._aim()
+        first += spec.taken
+        return first - count if first > count else first
+
+    def points(self, ranges: Array) -> tuple[Array, Array]:
+        """Points (n, 3) float32 [m] in the sensor frame, and which rays they are of."""
+        spec = self.spec
+        far = ranges + spec.shift
+        hit = self.inside & (far < spec.range_max + spec.shift) & (far > spec.shift)
+        rays = np.flatnonzero(hit)
+        return (self.directions[rays] * far[rays, None]).astype(np.float32), rays

@@ -156,6 +156,8 @@ def _fog(element: Node | None, label: str) -> Fog | None:
 MAX_TIME = 1e9  # [s] at which a world may begin
 # World plugins that provide gazebo_ros' services and topics, which exist here without them.
 BUILT_IN_PLUGINS = ("gazebo_ros_api_plugin", "gazebo_ros_paths_plugin", "gazebo_ros_init")
+# Others that are known; whoever loads the world makes them.
+WORLD_PLUGINS = ("gazebo_ros_link_attacher",)
 # Tags of a world for Gazebo's windows and solvers, or read elsewhere; ignored without a warning.
 _IGNORED = {
     "gravity",
@@ -304,7 +306,9 @@ def _other(element: Node, described: WorldDescription, label: str) -> None:
         return
     if element.tag == "plugin":
         name = element.get("filename")
-        if library(element) not in BUILT_IN_PLUGINS:
+        if library(element) in WORLD_PLUGINS:
+            described.plugins.append(library(element))
+        elif library(element) not in BUILT_IN_PLUGINS:
             described.warn(
                 f"{label}: world plugin '{name}' is not known here and is ignored",
                 "world plugins are not known here and are ignored",

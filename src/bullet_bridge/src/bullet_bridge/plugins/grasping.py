@@ -1,0 +1,180 @@
+"""Grippers that hold what they press from opposite sides."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import combinations
+from typing import Any, Dict, NamedTuple, Tuple
+
+import numpy as np
+import rospy
+from bullet_sim.description.model import EVERYTHING
+from bullet_sim.plugins.forces import GraspFixSpec, GraspingArm
+from bullet_sim.pose import Array, Pose
+
+from bullet_bridge.plugins.base import ModelPlugin, PluginContext, ros_side
+
+WEAKEST = 1e-4  # [N] of a force that counts
+RATIO = 0.3  # of the weaker of two opposite forces to the other
+Part = Tuple[int, int]  # body and link of the engine
+
+
+class Touch(NamedTuple):
+    """Sums over the steps in which a gripper's link touched an object.
+
+    Attributes:
+        force: on the object (3,) [N], world axes.
+        point, center: of the contact and of the object, in the link's frame (3,) [m].
+    """
+
+    force: Array
+    point: Array
+    center: Array
+    count: int
+
+
+Touches = Dict[Part, Dict[Part, Touch]]  # object -> link of a gripper -> sums
+
+
+@ros_side(GraspFixSpec)
+class GraspFixPlugin(ModelPlugin):
+    """Counts for each object how often it is pressed from opposite sides, attaches it to the palm,
+    and lets it go when it is not pressed any more and a finger has left it: as GazeboGraspFix.
+
+    Objects are links, upstream collisions; decisions are made in simulated time, upstream in that
+    of the clock on the wall. Its grasp events are topics of Gazebo's own transport.
+    """
+
+    STATE = ("_touches", "_counts", "_held", "_first", "_next")
+    every_step = True
+    resets = False
+
+    def __init__(self, context: PluginContext) -> None:
+        super().__init__(context)
+        self._held: dict[str, Part] = {}  # by the arm's name
+        self._fingers = {
+            (self.model.body, self.model.link_in_body(name)[0]): arm
+            for arm in self.spec.arms
+            for name in arm.fingers
+        }
+
+    def reset(self, time: float) -> None:
+        """With nothing held."""
+        for arm in list(self._held):
+            self.world.engine.detach(self._key(arm))
+        self._touches: Touches = {}
+        self._counts: dict[Part, int] = {}
+        self._held, self._first, self._next = {}, {}, time  # type: ignore[assignment]
+        super().reset(time)
+
+    def restart(self, time: float) -> None:
+        """Decisions go on from this time."""
+        self._next = time
+        super().restart(time)
+
+    def _key(self, arm: str) -> tuple[str, str, str]:
+        return "grasp_fix", self.model.name, arm
+
+    def _parts(self) -> Iterator[tuple[Part, GraspingArm]]:
+        """Links of the grippers, also after a reload."""
+        for (_, link), arm in self._fingers.items():
+            yield (self.model.body, link), arm
+
+    def _frame(self, part: Part) -> Pose:
+        return Pose(*self.world.engine.link_motion(*part)[:2])
+
+    def update(self, time: float, period: float) -> None:
+        for part, _ in self._parts():
+            self._note(part)
+        if time < self._next - 1e-9:
+            return
+        rate = self.spec.decisions
+        self._next = time + (1.0 / rate if rate else 0.0)
+        touches, self._touches = self._touches, {}
+        gripped = {each for each, of_links in touches.items() if self._is_pressed(of_links)}
+        for each in sorted(gripped):
+            self._grip(each, touches[each])
+        self._loosen(gripped)
+
+    def _note(self, part: Part) -> None:
+        """Add what a link touches."""
+        engine = self.world.engine
+        found: dict[Part, list[Any]] = {}
+        for contact in engine.contacts(*part):
+            if contact.body != part[0] and engine.moves(contact.body):
+                found.setdefault((contact.body, contact.link), []).append(contact)
+        for each, contacts in found.items():
+            inward = self._frame(part).inverse()
+            force = -np.mean([contact.force for contact in contacts], axis=0)
+            place = np.mean([contact.position for contact in contacts], axis=0)
+            point = np.array((inward * Pose(tuple(place))).position)
+            center = np.array((inward * self._frame(each)).position)
+            old = self._touches.setdefault(each, {}).get(part)
+            if old is not None:
+                force, point, center = force + old.force, point + old.point, center + old.center
+            count = 1 if old is None else old.count + 1
+            self._touches[each][part] = Touch(force, point, center, count)
+
+    def _is_pressed(self, of_links: dict[Part, Touch]) -> bool:
+        """Whether two of the mean forces on an object are opposite, and about as strong."""
+        forces = [touch.force / touch.count for touch in of_links.values()]
+        for one, two in combinations(forces, 2):
+            lengths = float(np.linalg.norm(one)), float(np.linalg.norm(two))
+            if min(lengths) < WEAKEST or min(lengths) < RATIO * max(lengths):
+                continue
+            cosine = float(one @ two) / (lengths[0] * lengths[1])
+            if math.acos(max(-1.0, min(1.0, cosine))) > self.spec.angle:
+                return True
+        return False
+
+    def _grip(self, each: Part, of_links: dict[Part, Touch]) -> None:
+        """Count a pressed object, and attach it above the threshold."""
+        self._counts[each] = min(self._counts.get(each, 0) + 1, self.spec.most)
+        if self._counts[each] <= self.spec.threshold or each in self._held.values():
+            return
+        arms = dict(self._parts())
+        touching = [arms[part].name for part in of_links]
+        name = max(sorted(set(touching)), key=touching.count)
+        if name in self._held:
+            rospy.logerr_throttle(5.0, f"grasp_fix: gripper '{name}' holds another object already")
+            return
+        palm = next(arm.palm for arm in self.spec.arms if arm.name == name)
+        own = self.model.body, self.model.link_in_body(palm)[0]
+        self.world.engine.attach(self._key(name), own, each)
+        if self.spec.passes:
+            self.world.engine.set_bitmask(*each, 0)
+        self._held[name] = each
+        self._first[name] = {
+            part: touch for part, touch in of_links.items() if arms[part].name == name
+        }
+        rospy.loginfo("grasp_fix: %s is attached to gripper '%s'", self._label(each), name)
+
+    def _loosen(self, gripped: set[Part]) -> None:
+        """Count objects that are not pressed down, and let go those that a finger has left."""
+        for each in [each for each in self._counts if each not in gripped]:
+            self._counts[each] = max(0, self._counts[each] - 1)
+            if self._counts[each] > self.spec.threshold:
+                continue
+            for name in [name for name, held in self._held.items() if held == each]:
+                if any(self._has_left(part, each, it) for part, it in self._first[name].items()):
+                    self._let_go(name, each)
+
+    def _has_left(self, part: Part, each: Part, touch: Touch) -> bool:
+        """Whether the distance between a link's contact point and the object has changed."""
+        point, center = touch.point / touch.count, touch.center / touch.count
+        now = np.array((self._frame(part) * Pose(tuple(point))).position)
+        away = np.linalg.norm(now - np.array(self._frame(each).position))
+        return bool(abs(np.linalg.norm(point - center) - away) > self.spec.tolerance)
+
+    def _let_go(self, name: str, each: Part) -> None:
+        self.world.engine.detach(self._key(name))
+        if self.spec.passes:
+            self.world.engine.set_bitmask(*each, EVERYTHING)
+        del self._held[name], self._first[name]
+        self._counts[each] = 0
+        rospy.loginfo("grasp_fix: %s is let go by gripper '%s'", self._label(each), name)
+
+    def _label(self, part: Part) -> str:
+        names = [model.name for model in self.world.models.values() if model.body == part[0]]
+        return f"'{names[0]}'" if names else "an object"
