@@ -195,7 +195,7 @@ def test_world_elements_that_mean_nothing():
         '<state world_name="w"><model name="box"><pose>5 6 7 0 0 0</pose></model></state>'
     )
     assert len(world.warnings) == 3
-    for word, text in zip(("<actor> 'walker'", "<road> 'r'", "libworld.so"), world.warnings):
+    for word, text in zip(("<road> 'r'", "libworld.so", "actor 'walker'"), world.warnings):
         assert word in text and "my.world" in text
     assert world.models[0][1].position == (1, 0, 0)  # where a reset puts it
     assert world.starts["box"].position == (5, 6, 7)  # as Gazebo saved it

@@ -19,6 +19,7 @@ from bullet_sim.files import OwnFolder
 from bullet_sim.formats import urdf
 from bullet_sim.formats.materials import Resolve
 from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.models.actor import ActorEngine
 from bullet_sim.models.changes import Forces
 from bullet_sim.models.model import PERIOD, Model, Placed, implausible_state
 from bullet_sim.models.step_batch import StepBatch
@@ -60,7 +61,7 @@ class WorldState:
 
 
 def _bodies(models: Mapping[str, Model]) -> tuple[int, ...]:
-    return tuple(model.body for model in models.values())
+    return tuple(model.body for model in models.values() if model.body >= 0)  # not of actors
 
 
 def _are_first(bodies: tuple[int, ...]) -> bool:
@@ -268,8 +269,11 @@ class World:
                 f"pose of '{name}' is {pose.position}, {pose.orientation}; {PLACEABLE}"
             )
         self._next_key += 1
+        engine: Any = self.engine
+        if description.motion is not None:
+            engine = ActorEngine(description, lambda: self.time)
         try:
-            model = Model(self.engine, self._next_key, description, pose.normalized(), folder)
+            model = Model(engine, self._next_key, description, pose.normalized(), folder)
         except OSError as error:  # the disk is full, or the folder was removed
             raise ModelError(
                 f"'{name}' cannot be prepared in {folder}: {error.strerror or error}"
@@ -308,6 +312,9 @@ class World:
             WorldError, ModelError: there is no such model, or link.
         """
         one, two = self.model(model), self.model(other)
+        for each in (one, two):
+            if each.body < 0:
+                raise WorldError(f"'{each.name}' is an actor, which cannot be attached")
         first, second = one.link_in_body(link)[0], two.link_in_body(other_link)[0]
         self.engine.attach(key, (one.body, first), (two.body, second))
 
@@ -348,7 +355,7 @@ class World:
         """Tell once of each model with an implausible state."""
         for name, model in self.models.items():
             if name not in self._reported and not model.is_static:
-                text = implausible_state(model, self.engine)
+                text = implausible_state(model, model.engine)
                 if text is not None:
                     self._reported.add(name)
                     self.on_implausible(text)

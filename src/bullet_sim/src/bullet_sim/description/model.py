@@ -326,6 +326,7 @@ class ModelDescription:
         auto_disable: it may sleep while it rests.
         has_sensors: also such as are left out; with the solver 'ode' it does not sleep then.
         is_urdf: its file is a URDF, which Gazebo turns into SDF.
+        motion: ActorMotion of an actor, which nothing else moves.
     """
 
     name: str
@@ -347,6 +348,7 @@ class ModelDescription:
     auto_disable: bool = True
     has_sensors: bool = False
     is_urdf: bool = False
+    motion: Any = None
     warnings: list[ReadWarning] = field(default_factory=list)
 
     def warn(self, text: str, cause: str = "", item: str = "") -> None:

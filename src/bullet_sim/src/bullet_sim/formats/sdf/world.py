@@ -25,6 +25,7 @@ from bullet_sim.errors import ModelError
 from bullet_sim.files import MAX_TEXT, read_file
 from bullet_sim.formats.joints import Version
 from bullet_sim.formats.materials import Resolve, rgba_of
+from bullet_sim.formats.sdf.actor import parse_actor
 from bullet_sim.formats.sdf.includes import OpenInclude
 from bullet_sim.formats.sdf.model import parse_model_element
 from bullet_sim.formats.sdf.physics import choose_physics, convert_physics, read_physics
@@ -210,10 +211,11 @@ def parse_world(
             state = of_lights.get(element.get("name"))
             there = None if state is None else sdf_pose(state, f"{label} state of a light")
             _add_light(described, parse_light(element, label, there))
-        elif element.tag == "population":
-            continue  # its models come after all others
+        elif element.tag in ("actor", "population"):
+            continue  # their models come after all others
         else:
             _other(element, described, label)
+    described.models += [parse_actor(element, label) for element in world.findall("actor")]
     for population in world.findall("population"):
         _populate(population, described, resolve, label, _version(sdf))
     _number_names(described, label)
