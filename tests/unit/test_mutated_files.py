@@ -3,6 +3,7 @@
 `MUTATIONS=500 ./run exec python -m pytest tests/unit/test_mutated_files.py` tries more of them.
 """
 
+import contextlib
 import os
 import pathlib
 import subprocess
@@ -146,7 +147,9 @@ def test_controllers(path, robots, resolve):
                 loaded.append(name)
             except SimError as error:
                 assert name in str(error) and len(str(error)) < 5000
-        manager.switch(loaded, [], strict=False)
+        for name in loaded:
+            with contextlib.suppress(SimError):  # its joints are claimed by another
+                manager.switch([name], [])
         world.step(30)
 
     items = changed(named(path), mutations.yaml_changed)[:: len(CONTROLLERS)]

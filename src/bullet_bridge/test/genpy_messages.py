@@ -64,7 +64,6 @@ def laser_scan(time, spec, increment, ranges):
         angle_min=spec.min_angle,
         angle_max=spec.max_angle,
         angle_increment=increment,
-        scan_time=1.0 / spec.rate,
         range_min=spec.range_min,
         range_max=spec.range_max,
         ranges=ranges.tolist(),

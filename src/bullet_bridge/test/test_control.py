@@ -143,6 +143,16 @@ def test_best_effort_starts_what_it_can(bot):
     assert bot.states() == {"drive": "running"} and "'ghost'" in bot.log[-1]
 
 
+@pytest.mark.parametrize("strictness", [0, 1, 7])
+def test_only_strict_is_strict_as_in_ros_control(bot, strictness):
+    bot.load("drive")
+    bot.load("rival")
+    assert bot.switch(start=["drive", "ghost"], strictness=strictness)
+    assert bot.states()["drive"] == "running"
+    assert not bot.switch(start=["rival"], strictness=strictness), "a joint is claimed twice"
+    assert bot.states() == {"drive": "running", "rival": "initialized"}
+
+
 def test_the_latest_command_wins(bot):
     bot.load("drive")
     bot.switch(start=["drive"])

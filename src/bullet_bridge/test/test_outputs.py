@@ -69,6 +69,7 @@ def test_every_specification_has_a_plugin():
         for kind in vars(module).values()
         if isinstance(kind, type) and kind.__name__.endswith("Spec")
     }
+    kinds.remove(lidars.LayeredScanSpec)  # that of its base
     assert kinds == set(ROS_SIDE)
 
 
@@ -224,6 +225,7 @@ def test_bumper_names_shapes_and_sums_forces(topics, world, bot):
         (state,) = message.states
         assert state.collision1_name == "bot::base::base_collision"
         assert state.collision2_name == "ground_plane::link::collision"
+        assert state.info.startswith("Debug:  i:(0/1)     my geom:bot::base::base_collision   other")
         assert sum(w.force.z for w in state.wrenches) == pytest.approx(state.total_wrench.force.z)
         force, torque = state.total_wrench.force, state.total_wrench.torque
         wrenches.append((force.z, torque.x, torque.y))
@@ -257,6 +259,28 @@ def test_bumper_of_an_unknown_collision_is_refused(topics, world, bot):
     with pytest.raises(ModelError, match="'nose'.*rubber"):
         plugin_of(world, bot, ContactSpec("c", "base", ("nose",)))
     assert topics == {}
+
+
+def test_a_scan_of_several_layers_has_the_ranges_of_all(topics, world):
+    ray = (
+        '<gazebo reference="base"><sensor name="s" type="ray"><update_rate>10</update_rate><ray>'
+        "<scan><horizontal><samples>3</samples><min_angle>-0.4</min_angle><max_angle>0.4"
+        "</max_angle></horizontal><vertical><samples>2</samples><min_angle>-0.5</min_angle>"
+        "<max_angle>0.0</max_angle></vertical></scan><range><min>0.1</min><max>9</max></range>"
+        '</ray><plugin name="l" filename="libgazebo_ros_laser.so"><topicName>scan</topicName>'
+        "</plugin></sensor></gazebo></robot>"
+    )
+    post = '<robot name="p"><link name="base"/></robot>'
+    cart = world.spawn_urdf("cart", post.replace("</robot>", ray), Pose((0, 0, 1)), str)
+    (spec,) = [each for each in cart.description.sensors if each.topic == "/scan"]
+    output = plugin_of(world, cart, spec)
+    output.update(world.time, 0.1)
+    scan = topics["/scan"].messages[-1]
+    down = 1.0 / math.sin(0.5)
+    assert list(scan.ranges) == pytest.approx([down] * 3 + [math.inf] * 3, rel=1e-4)
+    assert len(scan.intensities) == 6 and scan.angle_increment == pytest.approx(0.4)
+    assert (scan.scan_time, scan.time_increment) == (0.0, 0.0), "as upstream"
+    output.close()
 
 
 def test_lidar_pose_counts_once(topics, world, bot):

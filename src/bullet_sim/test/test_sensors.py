@@ -144,6 +144,11 @@ def test_lidar_counts_counter_clockwise_from_min_angle():
     np.testing.assert_allclose(turned, [2.5, 1.5, 3.5], rtol=1e-6)
 
 
+def test_a_single_ray_points_ahead_as_in_gazebo():
+    lidar = Lidar(ray_spec(samples=1, min_angle=-1.0, max_angle=1.0))
+    np.testing.assert_allclose(lidar.directions, [(1.0, 0.0, 0.0)])
+
+
 def test_lidar_offset_pose():
     spec = ray_spec(samples=1, min_angle=0.0, max_angle=0.0, pose=((0.5, 0, 0), (0, 0, math.pi)))
     np.testing.assert_allclose(Lidar(spec).scan(Room(3.0, 2.0), (0, 0, 0), LEVEL), [3.5])

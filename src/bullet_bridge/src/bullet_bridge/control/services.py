@@ -68,7 +68,12 @@ class ControllerServices:
             [self._name(name) for name in names]
             for names in (request.start_controllers, request.stop_controllers)
         )
-        strict = request.strictness != srv.SwitchControllerRequest.BEST_EFFORT
+        strict = request.strictness == srv.SwitchControllerRequest.STRICT
+        if request.strictness == 0:
+            rospy.logwarn(
+                "%s: switch_controller: no strictness is given; it is BEST_EFFORT",
+                self._namespace or "/",
+            )
         skipped = self._run_job(lambda: self._manager.switch(start, stop, strict))
         if skipped is None:
             return srv.SwitchControllerResponse(ok=False)

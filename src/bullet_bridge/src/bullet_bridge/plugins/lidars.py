@@ -56,18 +56,25 @@ class RaysSensor(Sensor):
 
 @ros_side(RaySpec)
 class LidarSensor(RaysSensor):
-    """sensor_msgs/LaserScan."""
+    """sensor_msgs/LaserScan; of several layers all ranges, layer by layer, as upstream."""
 
     message = LaserScan
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
-        self._sender = PackedScan(
-            self.pub, self.spec, self._lidar.angle_increment, len(self._lidar.angles)
-        )
+        self._layers = getattr(self.spec, "layers", 1)
+        if self._layers > 1:
+            self._lidar = LayeredLidar(self.spec)
+        count = len(self._lidar.angles) * self._layers
+        self._sender = PackedScan(self.pub, self.spec, self._lidar.angle_increment, count)
 
     def update(self, time: float, period: float) -> None:
-        self._sender.send(time, self._scan(), self._intensities())
+        ranges, intensities = self._scan(), self._intensities()
+        if self._layers > 1:
+            ranges = ranges.reshape(-1, self._layers).T.ravel()
+            if intensities is not None:
+                intensities = intensities.reshape(-1, self._layers).T.ravel()
+        self._sender.send(time, ranges, intensities)
 
 
 # velodyne_gazebo_plugins' layout of a point, 22 bytes.

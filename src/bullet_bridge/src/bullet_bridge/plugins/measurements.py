@@ -431,8 +431,14 @@ class ContactSensor(Sensor):
                     continue
                 other = self._other(contact)
                 pairs.setdefault((mine, other), (index, []))[1].append(contact)
-        for (mine, other), (index, contacts) in pairs.items():
-            message.states.append(self._state(mine, other, index, contacts))
+        stamp = message.header.stamp
+        for number, ((mine, other), (index, contacts)) in enumerate(pairs.items()):
+            state = self._state(mine, other, index, contacts)
+            state.info = (  # upstream's text
+                f"Debug:  i:({number}/{len(pairs)})     my geom:{mine}   other geom:{other}"
+                f"         time:{stamp.secs}.{stamp.nsecs:09d}\n"
+            )
+            message.states.append(state)
         return message
 
     def _is_monitored(self, shape: Shape | None) -> bool:
@@ -463,7 +469,6 @@ class ContactSensor(Sensor):
         state = ContactState(
             collision1_name=mine,
             collision2_name=other,
-            info=f"{len(contacts)} contact points of {mine} and {other}",
         )
         total = np.zeros(6)
         for contact in contacts:

@@ -370,7 +370,7 @@ class PackedBase:
 
 
 class PackedScan(Packed):
-    """sensor_msgs/LaserScan.
+    """sensor_msgs/LaserScan, as upstream without a scan_time.
 
     Args:
         increment: between rays [rad].
@@ -387,7 +387,7 @@ class PackedScan(Packed):
             spec.max_angle,
             increment,
             0.0,
-            1.0 / spec.rate if spec.rate else 0.0,
+            0.0,  # scan_time, as upstream
             spec.range_min,
             spec.range_max,
             count,

@@ -122,10 +122,16 @@ class Manager(Stateful):
             Reasons why names were skipped (best effort).
 
         Raises:
-            ControllerError: strict and a name is invalid; nothing has changed then.
+            ControllerError: strict and a name is invalid, or, as upstream in any case, a joint is
+                claimed twice or a running controller is to start and to stop; nothing has changed
+                then.
         """
         skipped: list[str] = []
+        start = list(start)
         stopping = self._select(stop, strict, skipped, self.is_running, "is not running")
+        both = [name for name in stopping if name in start]
+        if both:
+            raise ControllerError(f"controller '{both[0]}' cannot start and stop at once")
         starting = self._startable(start, stopping, strict, skipped)
         for name in stopping:
             self._states[name] = STOPPED
@@ -160,13 +166,10 @@ class Manager(Stateful):
             for joint in self._claims(name)
         }
         starting: list[str] = []
-        for name in self._select(
-            start,
-            strict,
-            skipped,
-            lambda n: not self.is_running(n) or n in stopping,
-            "is running already",
-        ):
+        names = self._select(
+            start, strict, skipped, lambda n: not self.is_running(n), "is running already"
+        )
+        for name in names:
             mine = self._claims(name)
             taken = [joint for joint in mine if joint in claimed]
             twice = [joint for joint in mine if mine.count(joint) > 1]
@@ -178,10 +181,7 @@ class Manager(Stateful):
                 rival = f"joint '{taken[0]}' is claimed by '{claimed[taken[0]]}'"
             else:
                 rival = f"it claims joint '{twice[0]}' twice, by different interfaces"
-            reason = f"controller '{name}' cannot start: {rival}"
-            if strict:
-                raise ControllerError(reason)
-            skipped.append(reason)
+            raise ControllerError(f"controller '{name}' cannot start: {rival}")
         return starting
 
     def _select(

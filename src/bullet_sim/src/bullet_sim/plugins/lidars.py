@@ -58,6 +58,11 @@ class LayeredRays(RaySpec):
 
 
 @dataclass(frozen=True)
+class LayeredScanSpec(LayeredRays):
+    """A LaserScan whose ranges are those of all layers, one after the other from the first."""
+
+
+@dataclass(frozen=True)
 class CloudSpec(LayeredRays):
     """A velodyne: PointCloud2 with x, y, z, intensity, ring, time.
 
@@ -166,11 +171,18 @@ def _layers(xml: SensorXml) -> dict[str, Any]:
     mean, stddev = ray.noise("noise")
     return dict(
         _scan(xml, ray, 1),
+        **_elevations(ray),
+        noise_mean=mean,
+        noise_stddev=stddev,
+    )
+
+
+def _elevations(ray: Values) -> dict[str, Any]:
+    """Number of layers, elevations of the first and the last one."""
+    return dict(
         layers=rays_of(ray, "vertical", 1),
         min_elevation=ray.number("scan/vertical/min_angle"),
         max_elevation=ray.number("scan/vertical/max_angle"),
-        noise_mean=mean,
-        noise_stddev=stddev,
     )
 
 
@@ -197,12 +209,15 @@ def _frame(xml: SensorXml, default: str = "/world") -> str:
 
 @sensor_plugin("gazebo_ros_laser", "gazebo_ros_gpu_laser", types=TYPES)
 def laser(xml: SensorXml) -> RaySpec:
+    """RaySpec; with several layers LayeredScanSpec."""
     ray = xml.part("ray", "lidar")
-    if ray.number("scan/vertical/samples", 1) > 1:
-        xml.warn(f"{ray.label} has several layers (<vertical>); only the level one is scanned")
     mean, stddev = ray.noise("noise")
-    return RaySpec(
-        **_scan(xml, ray, 640),
+    values, layers = _scan(xml, ray, 640), _elevations(ray)
+    spec = RaySpec
+    if layers["layers"] > 1:
+        spec, values = LayeredScanSpec, {**values, **layers}
+    return spec(
+        **values,
         rate=xml.output_rate(None),  # the laser plugins ignore <updateRate>
         noise_stddev=stddev or xml.plugin("lidar").number("gaussianNoise"),
         noise_mean=mean,

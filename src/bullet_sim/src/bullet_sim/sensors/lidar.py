@@ -22,7 +22,7 @@ class Lidar:
     """Ray directions of one RaySpec, computed once.
 
     Rays lie in the x-y plane of the sensor frame, counted counter-clockwise from min_angle to
-    max_angle, both included (sensor_msgs/LaserScan).
+    max_angle, both included (sensor_msgs/LaserScan). As in Gazebo a single one points ahead.
 
     Attributes:
         angles: (n,) [rad].
@@ -60,7 +60,7 @@ class Lidar:
             )
         n = int(spec.samples)
         self.spec: Any = spec
-        self.angles = np.linspace(spec.min_angle, spec.max_angle, n)
+        self.angles = np.linspace(spec.min_angle, spec.max_angle, n) if n > 1 else np.zeros(1)
         self.angle_increment = (spec.max_angle - spec.min_angle) / (n - 1) if n > 1 else 0.0
         self.directions = np.column_stack([np.cos(self.angles), np.sin(self.angles), np.zeros(n)])
         self._position = np.asarray(spec.pose[0], dtype=float)  # in the link's frame, as the rays
@@ -136,7 +136,7 @@ class LayeredLidar(Lidar):
     """Rays of a specification with layers; `scan` returns (samples * layers,) ranges.
 
     The layers of one direction follow each other from min_elevation to max_elevation, as in Gazebo,
-    where the first may be above the last.
+    where the first may be above the last; a single one is level.
 
     Attributes:
         rings: (samples * layers,) index of each ray's layer.
@@ -149,7 +149,9 @@ class LayeredLidar(Lidar):
         super().__init__(spec)
         if spec.layers < 1:
             raise ValueError(f"lidar {spec.name}: layers {spec.layers}, at least 1 is expected")
-        elevations = np.linspace(spec.min_elevation, spec.max_elevation, spec.layers)
+        elevations = np.zeros(1)
+        if spec.layers > 1:
+            elevations = np.linspace(spec.min_elevation, spec.max_elevation, spec.layers)
         azimuth, elevation = (
             a.ravel() for a in np.meshgrid(self.angles, elevations, indexing="ij")
         )
