@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import rospy
@@ -30,6 +30,7 @@ from sensor_msgs.srv import SetCameraInfo, SetCameraInfoResponse
 from std_msgs.msg import Empty, String
 
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
+from bullet_bridge.plugins.compressed import CompressedImages
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedImage
 from bullet_bridge.transport.publishing import publisher
@@ -222,11 +223,16 @@ IMAGER = SimpleNamespace(  # gazebo_plugins/GazeboRosCamera.cfg
 
 @ros_side(CameraSpec)
 class CameraSensor(Sensor):
-    """sensor_msgs/Image and CameraInfo; images come from the render worker."""
+    """sensor_msgs/Image, CompressedImage and CameraInfo; images come from the render worker.
+
+    Attributes:
+        compresses: it has the compressed topic, too.
+    """
 
     CACHE = ("_labels", "_label_sender", "_assigned")
     message = Image
     relayed = False
+    compresses: ClassVar[bool] = True
 
     def __init__(self, context: PluginContext) -> None:
         spec, model = context.spec, context.model
@@ -235,6 +241,11 @@ class CameraSensor(Sensor):
         self._info_publisher = self.publisher(spec.info_topic, CameraInfo, relayed=False)
         self._labels: Any = None
         self._sender = PackedImage(self.pub, spec.frame_id, spec.encoding)
+        self._compressed = (
+            CompressedImages(self, spec.topic, spec.frame_id, spec.encoding)
+            if self.compresses
+            else None
+        )
         self._info = camera.camera_info_arrays(
             spec.width,
             spec.height,
@@ -297,7 +308,10 @@ class CameraSensor(Sensor):
     def publish_frame(self, frame: Frame) -> None:
         """Publish a finished image and its camera_info with the snapshot's stamp."""
         self._info_publisher.publish(self.info_message(frame.time))
-        self._sender.send(frame.time, conversions.pixels(frame.rgb, self.spec.encoding))
+        pixels = conversions.pixels(frame.rgb, self.spec.encoding)
+        self._sender.send(frame.time, pixels)
+        if self._compressed is not None:
+            self._compressed.publish(frame.time, pixels)
 
     def info_message(self, time: float) -> CameraInfo:
         """camera_info for a simulated time [s]."""
@@ -454,6 +468,8 @@ class DepthCameraSensor(CameraSensor):
 @ros_side(RangeCameraSpec)
 class RangeCameraSensor(CameraSensor):
     """The depth camera of a RealSense: depths as 16UC1, their camera_info, and points."""
+
+    compresses = False
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)

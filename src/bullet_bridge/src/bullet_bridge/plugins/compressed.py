@@ -1,0 +1,97 @@
+"""The topic that image_transport has beside an image: compressed, as JPEG or PNG."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import cv2
+import numpy as np
+import rospy
+from bullet_sim.pose import Array
+from paddock_common.reconfigure import describe
+from sensor_msgs.msg import CompressedImage
+
+from bullet_bridge.transport import conversions
+
+if TYPE_CHECKING:
+    from bullet_bridge.plugins.base import RosPart
+
+_COLORS = {  # of encodings of sensor_msgs: how they become OpenCV's order
+    "rgb8": cv2.COLOR_RGB2BGR,
+    "rgb16": cv2.COLOR_RGB2BGR,
+    "bgr8": None,
+}
+JPEG, PNG = "jpeg", "png"
+CONFIG = SimpleNamespace(  # compressed_image_transport/CompressedPublisher.cfg
+    **describe(
+        [
+            ("format", "str", JPEG, "", "", "Compression format: jpeg or png."),
+            ("jpeg_progressive", "bool", False, False, True, "Progressive JPEG."),
+            ("jpeg_quality", "int", 80, 1, 100, "JPEG quality percentile."),
+            ("jpeg_optimize", "bool", False, False, True, "Optimized Huffman tables of JPEG."),
+            ("jpeg_restart_interval", "int", 0, 0, 65535, "JPEG restart interval; 0: none."),
+            ("png_level", "int", 9, 1, 9, "PNG compression level."),
+        ]
+    )
+)
+
+
+def compress(pixels: Array, encoding: str, config: Any) -> tuple[str, bytes]:
+    """An image as compressed_image_transport compresses it.
+
+    Args:
+        pixels: (H, W) or (H, W, 3), in the encoding.
+        encoding: of sensor_msgs.
+        config: values of CONFIG by their names.
+
+    Returns:
+        Its format, such as "rgb8; jpeg compressed bgr8", and the file.
+    """
+    is_color, is_png = encoding in _COLORS, config["format"] == PNG
+    if _COLORS.get(encoding) is not None:
+        pixels = cv2.cvtColor(pixels, _COLORS[encoding])
+    if pixels.dtype != np.uint8 and not is_png:  # which JPEG does not have
+        pixels = (pixels >> 8).astype(np.uint8)
+    if is_png:
+        file, options = ".png", [cv2.IMWRITE_PNG_COMPRESSION, config["png_level"]]
+    else:
+        file = ".jpg"
+        options = [
+            *(cv2.IMWRITE_JPEG_QUALITY, config["jpeg_quality"]),
+            *(cv2.IMWRITE_JPEG_PROGRESSIVE, int(config["jpeg_progressive"])),
+            *(cv2.IMWRITE_JPEG_OPTIMIZE, int(config["jpeg_optimize"])),
+            *(cv2.IMWRITE_JPEG_RST_INTERVAL, config["jpeg_restart_interval"]),
+        ]
+    kind = f"bgr{8 * pixels.itemsize}" if is_color else ""
+    _, data = cv2.imencode(file, pixels, options)
+    return f"{encoding}; {PNG if is_png else JPEG} compressed {kind}", data.tobytes()
+
+
+class CompressedImages:
+    """TOPIC/compressed of an image's topic, with its parameters by dynamic_reconfigure.
+
+    Args:
+        part: whose topic it is; it closes this one, too.
+    """
+
+    def __init__(self, part: RosPart, topic: str, frame: str, encoding: str) -> None:
+        self._frame, self._encoding = frame, encoding
+        self._config: dict[str, Any] = dict(CONFIG.defaults)
+        name = f"{topic}/compressed"
+        self._publisher = part.publisher(name, CompressedImage, relayed=False)
+        part.reconfigure(name, CONFIG, self._config, self._on_config)
+
+    def _on_config(self, config: Any, _level: int) -> Any:
+        if config["format"] not in (JPEG, PNG):
+            rospy.logwarn("format is %r, must be jpeg or png; it stays", config["format"])
+            config["format"] = self._config["format"]
+        self._config = {name: config[name] for name in CONFIG.defaults}
+        return config
+
+    def publish(self, time: float, pixels: Array) -> None:
+        """Publish an image in the encoding, of a simulated time [s], if there are subscribers."""
+        if self._publisher.get_num_connections() > 0:
+            kind, data = compress(pixels, self._encoding, self._config)
+            header = conversions.header(time, self._frame)
+            self._publisher.publish(CompressedImage(header=header, format=kind, data=data))
