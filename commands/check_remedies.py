@@ -48,28 +48,52 @@ ADDED = {
         "turtlebot3",
     ),
 }
-# Packages that neither has -> repository of their sources, for ROS 1.
+# Packages that neither has -> repository of their sources and its branch for ROS 1, where that is
+# not the default one: ./run add brings it.
 SOURCES = {
-    **dict.fromkeys(
-        ("hector_mapping", "hector_slam_launch", "hector_geotiff", "hector_trajectory_server"),
-        "tu-darmstadt-ros-pkg/hector_slam",
-    ),
-    "cartographer_ros": "cartographer-project/cartographer_ros",
-    "costmap_converter": "rst-tu-dortmund/costmap_converter",
-    "depthimage_to_laserscan": "ros-perception/depthimage_to_laserscan",
-    "laser_filters": "ros-perception/laser_filters",
-    "pointcloud_to_laserscan": "ros-perception/pointcloud_to_laserscan",
-    "slam_toolbox": "SteveMacenski/slam_toolbox",
-    "teb_local_planner": "rst-tu-dortmund/teb_local_planner",
-    "velodyne_pointcloud": "ros-drivers/velodyne",
+    name: repository
+    for repository, names in {
+        "cartographer-project/cartographer_ros": ("cartographer_ros",),
+        "rst-tu-dortmund/costmap_converter": ("costmap_converter",),
+        "ros-perception/depthimage_to_laserscan": ("depthimage_to_laserscan",),
+        "hrnr/m-explore": ("explore_lite", "multirobot_map_merge"),
+        "paulbovbel/frontier_exploration": ("frontier_exploration",),
+        "tu-darmstadt-ros-pkg/hector_slam": (
+            *("hector_geotiff", "hector_mapping", "hector_slam_launch", "hector_trajectory_server"),
+        ),
+        "husky/husky": (
+            *("husky_base", "husky_control", "husky_description", "husky_gazebo"),
+            *("husky_navigation", "husky_viz"),
+        ),
+        "jackal/jackal": (
+            *("jackal_control", "jackal_description", "jackal_navigation", "jackal_tutorials"),
+        ),
+        "jackal/jackal_simulator": ("jackal_gazebo", "jackal_simulator"),
+        "yujinrobot/kobuki": ("kobuki_description", "kobuki_node", "kobuki_safety_controller"),
+        "yujinrobot/kobuki_desktop": ("kobuki_gazebo", "kobuki_gazebo_plugins"),
+        "ros-perception/laser_filters": ("laser_filters",),
+        "dfki-ric/mir_robot#noetic": ("mir_description", "mir_gazebo", "mir_navigation"),
+        "ros-perception/pointcloud_to_laserscan#lunar-devel": ("pointcloud_to_laserscan",),
+        "PR2/pr2_common": ("pr2_description", "pr2_msgs"),
+        "locusrobotics/robot_navigation": ("dlux_global_planner", "dwb_local_planner", "nav_core2"),
+        "RobotWebTools/rosbridge_suite#ros1": ("rosapi", "rosbridge_library", "rosbridge_server"),
+        "introlab/rtabmap_ros": ("rtabmap_ros",),
+        "agilexrobotics/scout_ros": ("scout_base", "scout_bringup", "scout_msgs"),
+        "agilexrobotics/ugv_gazebo_sim": ("scout_control", "scout_description", "scout_gazebo_sim"),
+        "SteveMacenski/slam_toolbox#noetic-devel": ("slam_toolbox",),
+        "rst-tu-dortmund/teb_local_planner": ("teb_local_planner",),
+        "turtlebot/turtlebot": ("turtlebot_bringup", "turtlebot_description"),
+        "turtlebot/turtlebot_apps": ("turtlebot_navigation",),
+        "turtlebot/turtlebot_interactions": ("turtlebot_rviz_launchers",),
+        "turtlebot/turtlebot_simulator": ("turtlebot_gazebo",),
+        "ros-drivers/velodyne": ("velodyne_pointcloud",),
+        "RobotWebTools/web_video_server#ros1": ("web_video_server",),
+    }.items()
+    for name in names
 }
 # Libraries of Gazebo plugins that are not here -> what is.
 PLUGINS = {
-    "gazebo_ros_force": "the service /gazebo/apply_body_wrench does the same",
     "gazebo_ros_prosilica": "libgazebo_ros_camera.so does the same without its own services",
-    "gazebo_ros_tricycle_drive": "ackermann_steering_controller drives such a base",
-    "gazebo_ros_wheel_slip": "<mu1> and <mu2> of the wheels are what there is",
-    "hector_gazebo_ros_force_based_move": "libgazebo_ros_planar_move.so moves a model so",
     "hector_gazebo_thermal_camera": "libgazebo_ros_camera.so has the image in its own colors",
 }
 OWN_PLUGIN = "a Python class can take its place (docs/tutorials/your_own_simulation.md)"
@@ -95,7 +119,8 @@ def for_package(name, existing=deps.existing, resolve=deps.resolve):
     if name in ADDED:
         return f"./run add {ADDED[name]}"
     if name in SOURCES:
-        return f"neither Debian nor Paddock has it; its sources are {SOURCES[name]}"
+        repository, _, branch = SOURCES[name].partition("#")
+        return f"./run add https://github.com/{repository}.git{branch and f'#{branch}'}"
     return GENERIC
 
 

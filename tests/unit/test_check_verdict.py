@@ -416,14 +416,22 @@ def test_what_would_replace_it():
 
     remedies = {
         name: check_remedies.for_package(name, set, resolve)
-        for name in ("laser_filters", "move_base", "robot_pose_ekf", "my_own")
+        for name in ("laser_filters", "move_base", "robot_pose_ekf", "my_own", "rosbridge_server")
     }
     assert remedies["laser_filters"] == "apt-get install laser-filters"
     assert remedies["move_base"] == "./run add navigation"
+    url = "https://github.com/RobotWebTools/rosbridge_suite.git#ros1"
+    assert remedies["rosbridge_server"] == f"./run add {url}"
     assert "robot_localization" in remedies["robot_pose_ekf"]
     assert "./run deps" in remedies["my_own"]
     assert "Python class" in check_remedies.for_plugin("libhover.so")
-    assert "apply_body_wrench" in check_remedies.for_plugin("libgazebo_ros_force.so")
+    assert "libgazebo_ros_camera" in check_remedies.for_plugin("libgazebo_ros_prosilica.so")
+
+
+def test_what_there_is_has_no_remedy():
+    from bullet_sim.plugins import rules
+
+    assert not set(check_remedies.PLUGINS) & set(rules.RULES)
 
 
 def test_remedies_are_told_with_their_problems():
