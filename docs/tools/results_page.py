@@ -129,6 +129,12 @@ TOLD = {
         "follow within their period.",
         told_if("Half of the commands to a hinge show within {}.", "latency hinge_camera, p50"),
     ),
+    "navigation": Told(
+        "Mapping and navigating",
+        "At real time: the robot alone, then with gmapping, or with amcl and move_base. What it "
+        "has needs `./run add navigation gmapping turtlebot3`.",
+        told_if("TurtleBot3 maps at {} of real time.", "real-time factor, turtlebot3_maps"),
+    ),
     "scale": Told(
         "Many cars",
         "Cars with a lidar of 360 rays each in one world, as fast as possible. Cars times pace "
