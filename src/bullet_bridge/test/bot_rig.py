@@ -46,9 +46,10 @@ class Bot:
         urdf: of the robot 'bot'.
         params: parameter server, by full names.
         pose: where it is spawned.
+        world: where it is; None: one without gravity and ground.
     """
 
-    def __init__(self, monkeypatch, urdf, params, pose=Pose()):
+    def __init__(self, monkeypatch, urdf, params, pose=Pose(), world=None):
         self.endpoints, self.pid_servers, self.log = {}, {}, []
 
         def make(name, kind, call=None, **_):
@@ -73,7 +74,7 @@ class Bot:
         monkeypatch.setattr(
             control.rospy, "logerr_throttle", lambda _period, text, *rest: self._log(text, *rest)
         )
-        self.world, self.jobs = World(gravity=(0.0, 0.0, 0.0)), JobQueue()
+        self.world, self.jobs = world or World(gravity=(0.0, 0.0, 0.0)), JobQueue()
         self.model = self.world.spawn_urdf("bot", urdf, pose, None)
         self.control = RobotControl(self.jobs, self.world, self.model, "bot/")
 
