@@ -200,7 +200,7 @@ def on_desk(size, words, shown):
     with running(Desk("--size", size, *words, master=free_port())) as desk:
         screen = VncClient(desk.url.replace("http:", "ws:") + "websockify")
         wait(lambda: shown(screen.picture()), "the windows")
-        screen.pointer(0, 0)
+        screen.pointer(screen.width - 1, screen.height - 1)
         time.sleep(5.0)  # until the real-time factor is that of driving, and all displays are there
         return screen.picture()
 
