@@ -93,7 +93,8 @@ class Effort(unittest.TestCase):
 
     def test_effort_accelerates_a_mass_within_its_limit(self):
         for effort, acting in ((1.0, 1.0), (-50.0, -SLIDER_LIMIT)):
-            self.assertTrue(self.switch(start=["slider_effort"], stop=["slider_effort"]))
+            self.assertTrue(self.switch(stop=["slider_effort"]))
+            self.assertTrue(self.switch(start=["slider_effort"]))
             self.joints.next()
             self.command["slider_effort"].publish(effort)
             wait_until(
