@@ -136,7 +136,8 @@ def test_a_restart_goes_on_from_the_new_time(topics, world):
 
 def test_performance(topics, world):
     now, counts = [50.0], {}
-    metrics = PerformanceTopic("/gazebo", world, lambda: counts, lambda: now[0])
+    cameras = set()
+    metrics = PerformanceTopic("/gazebo", world, lambda: counts, lambda: now[0], lambda: cameras)
     topic = topics["/gazebo/performance_metrics"]
     assert metrics.next_due() == math.inf
     topic.subscribers = 1
@@ -154,6 +155,7 @@ def test_performance(topics, world):
     sensor = message.sensors[0]
     assert (sensor.name, sensor.sim_update_rate) == ("w::bot::base::imu", pytest.approx(100))
     assert sensor.real_update_rate == pytest.approx(20 / METRICS_PERIOD)
+    assert sensor.fps == -1.0, "it is no camera"
     now[0] += METRICS_PERIOD
     metrics.publish(world.step_count, world.time)  # no simulated time has passed
     assert len(topic.messages) == 1

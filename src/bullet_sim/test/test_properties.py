@@ -214,9 +214,23 @@ def test_another_time_step(world):
     for step in (0.0, -0.001, math.nan, 5.0):
         with pytest.raises(WorldError, match="time_step is"):
             world.set_time_step(step)
-    world.forces.apply_effort(world.model("r"), "axle", 1.0, (0, math.inf))
-    with pytest.raises(WorldError, match="wrench or an effort"):
-        world.set_time_step(0.001)
+
+
+def test_an_effort_keeps_its_time_when_the_time_step_changes(world, model):
+    world.forces.apply_effort(model, "axle", 0.1, step_range(0, 0.001, 0.1, 0.2))
+    world.step(200)
+    world.set_time_step(0.002)
+    world.step(20)
+    half = model.joints.arrays()[1][1]
+    assert half == pytest.approx(0.1 * 0.14 / 0.1, rel=0.02)
+    world.step(80)
+    assert not world.forces.active
+    assert model.joints.arrays()[1][1] == pytest.approx(0.1 * 0.2 / 0.1, rel=0.02)
+    world.forces.apply_effort(model, "axle", 0.1, (world.step_count, math.inf))
+    world.set_time_step(0.001)
+    world.step(100)
+    assert world.forces.active
+    assert model.joints.arrays()[1][1] == pytest.approx(0.1 * 0.3 / 0.1, rel=0.02)
 
 
 @pytest.mark.parametrize("solver", ["bullet", "ode"])

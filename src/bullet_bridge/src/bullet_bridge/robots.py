@@ -295,11 +295,15 @@ class Robots:
 
     def sensor_counts(self) -> dict[str, int]:
         """Messages so far of each sensor with subscribers, by WORLD::MODEL::LINK::SENSOR."""
-        return {
-            f"{self._world.name}::{plugin.model.name}::{plugin.spec.link}::"
-            f"{getattr(plugin.spec, 'name', plugin.spec.topic)}": count
-            for plugin, count in self._counts.items()
-        }
+        return {self._full_name(plugin): count for plugin, count in self._counts.items()}
+
+    def camera_names(self) -> set[str]:
+        """Names of the cameras among those of sensor_counts()."""
+        return {self._full_name(plugin) for plugin in self._counts if plugin.takes_images}
+
+    def _full_name(self, plugin: ModelPlugin) -> str:
+        name = getattr(plugin.spec, "name", plugin.spec.topic)
+        return f"{self._world.name}::{plugin.model.name}::{plugin.spec.link}::{name}"
 
     def take_failures(self) -> list[str]:
         """Messages about due outputs that could not be made since the last call."""

@@ -194,18 +194,17 @@ class World:
     def set_time_step(self, time_step: float) -> None:
         """Change the physics step [s] between two steps.
 
-        Simulated time stays, or goes on to the next multiple of the new step.
+        Simulated time stays, or goes on to the next multiple of the new step. Wrenches and efforts
+        keep their times.
 
         Raises:
-            WorldError: out of bounds, or a wrench or an effort is applied for a time.
+            WorldError: out of bounds.
         """
         if not MIN_STEP <= time_step < 1:
             raise WorldError(f"time_step is {time_step} s, must be from {MIN_STEP:g} to below 1")
-        if self.forces.active:
-            raise WorldError(
-                "time_step cannot change while a wrench or an effort is applied; clear it first"
-            )
+        before, count = self.time_step, self.step_count
         self.step_count = math.ceil(self.time / time_step - 1e-6)
+        self.forces.rescale(count, self.step_count, before / time_step)
         self.engine.set_time_step(time_step)
 
     def close(self) -> None:

@@ -167,6 +167,7 @@ class ModelPlugin(RosPart, Component):
         resets: /gazebo/reset_world resets it, as upstream's Reset() does; as an attribute of the
             specification it counts instead.
         reports: it publishes periodically, so that its rate can be measured.
+        takes_images: it is a camera.
     """
 
     STATE: ClassVar[tuple[str, ...]] = ("schedule", "rng", "updated", "_asked")
@@ -175,6 +176,7 @@ class ModelPlugin(RosPart, Component):
     whole_periods: ClassVar[bool] = False
     always: ClassVar[bool] = True
     reports: ClassVar[bool] = False
+    takes_images: ClassVar[bool] = False
     resets: ClassVar[bool] = True
 
     def __init__(self, context: PluginContext) -> None:

@@ -232,6 +232,7 @@ class CameraSensor(Sensor):
     CACHE = ("_labels", "_label_sender", "_assigned")
     message = Image
     relayed = False
+    takes_images = True
     compresses: ClassVar[bool] = True
 
     def __init__(self, context: PluginContext) -> None:

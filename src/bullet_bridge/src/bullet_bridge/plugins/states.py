@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as wall
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING
 
 from bullet_sim.models.model import Model
@@ -114,6 +114,7 @@ class PerformanceTopic:
         prefix: of the topic's name.
         counts: function -> {sensor name: messages so far}.
         clock: function -> wall time [s].
+        cameras: function -> names of the cameras among them; the fps of others is -1, as upstream.
     """
 
     def __init__(
@@ -122,8 +123,10 @@ class PerformanceTopic:
         world: World,
         counts: Callable[[], dict[str, int]],
         clock: Callable[[], float] = wall.monotonic,
+        cameras: Callable[[], Collection[str]] = tuple,
     ) -> None:
         self._world, self._counts, self._clock = world, counts, clock
+        self._cameras = cameras
         self._topic = publisher(f"{prefix}/performance_metrics", PerformanceMetrics)
         self.restart()
 
@@ -146,6 +149,7 @@ class PerformanceTopic:
             return
         factor = (time - sim_start) / (now - start)
         message = PerformanceMetrics(header=header(time), real_time_factor=factor)
+        cameras = self._cameras()
         for name, count in counts.items():
             count -= before.get(name, 0)
             message.sensors.append(
@@ -153,7 +157,7 @@ class PerformanceTopic:
                     name=name,
                     sim_update_rate=count / (time - sim_start),
                     real_update_rate=count / (now - start),
-                    fps=count / (now - start),
+                    fps=count / (now - start) if name in cameras else -1.0,
                 )
             )
         self._topic.publish(message)

@@ -62,6 +62,9 @@ class ConnectedModels(Protocol):
     def sensor_counts(self) -> dict[str, int]:
         """Messages so far of each sensor with subscribers, by WORLD::MODEL::LINK::SENSOR."""
 
+    def camera_names(self) -> set[str]:
+        """Names of the cameras among them."""
+
     def show_scene(self) -> None:
         """Show the world's present lights in the images."""
 

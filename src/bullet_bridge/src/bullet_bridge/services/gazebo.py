@@ -36,7 +36,9 @@ class GazeboServices:
         prefix: str = "/gazebo",
     ) -> None:
         server.add_reporter(StateTopics(prefix, world, states_rate))
-        server.add_reporter(PerformanceTopic(prefix, world, robots.sensor_counts))
+        server.add_reporter(
+            PerformanceTopic(prefix, world, robots.sensor_counts, cameras=robots.camera_names)
+        )
         ModelServices(prefix, world, jobs, robots, resolve, server)
         LinkServices(prefix, world, jobs, robots.received)
         JointServices(prefix, world, jobs)

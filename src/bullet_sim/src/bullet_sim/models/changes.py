@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -130,6 +130,22 @@ class Forces(Stateful):
             if load.type == "joint" or last[load.model, load.part] is load:
                 load.apply()
         self._loads = [load for load in self._loads if load.end > step + 1]
+
+    def rescale(self, before: int, now: int, ratio: float) -> None:
+        """Keep the times of all after a change of the physics step.
+
+        Args:
+            before, now: number of steps made, of the old and of the new size.
+            ratio: the old step over the new one.
+        """
+
+        def moved(load: _Load) -> _Load:
+            first = now + max(0, round((load.first - before) * ratio))
+            left = load.end - max(load.first, before)
+            end = first + (left if math.isinf(left) else max(1, round(left * ratio)))
+            return replace(load, first=first, end=end)
+
+        self._loads = [moved(load) for load in self._loads]
 
     def clear_link(self, name: str) -> int:
         """Clear all wrenches on the link MODEL::LINK, the only name that Gazebo compares.
