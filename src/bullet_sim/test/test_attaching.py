@@ -163,6 +163,18 @@ def test_states_have_it():
     world.close()
 
 
+def test_it_lasts_when_models_are_sorted_before_the_first_step(world):
+    other = spawned(world, "z", (0.5, 0.0, 2.0))
+    spawned(world, "a", (0.0, 0.0, 2.0), static=True)
+    world.attach("key", "a", "l", "z", "l")
+    assert world.sort_before_start()
+    world.step(500)
+    assert other.pose.position == pytest.approx((0.5, 0.0, 2.0), abs=2e-3)
+    assert list(world.engine.attachments()) == ["key"]
+    world.engine.detach("key")
+    assert world.engine.attachments() == {}
+
+
 def test_deleted_models_hold_nothing(world):
     spawned(world, "post", (0.0, 0.0, 2.0), static=True)
     spawned(world, "load", (0.5, 0.0, 2.0))

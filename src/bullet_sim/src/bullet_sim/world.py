@@ -440,9 +440,17 @@ class World:
         if not changed or not (self.sort_models() or deleted):
             return False
         saved = [model.save_state() for model in self.models.values()]
+        owners = {model.body: model for model in self.models.values()}
+        held = [
+            (key, [(owners[body], link) for body, link in pair])
+            for key, pair in self.engine.attachments().items()
+        ]
         self._reload()
         for model, state in zip(self.models.values(), saved):
             model.restore_state(state)
+        for key, pair in held:
+            one, other = ((model.body, link) for model, link in pair)
+            self.engine.attach(key, one, other)
         return True
 
     def _reload(self) -> None:

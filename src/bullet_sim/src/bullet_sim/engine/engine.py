@@ -718,6 +718,11 @@ class Engine:
         self._attached[key] = -1, one, other
         return True
 
+    def attachments(self) -> dict[Any, tuple[tuple[int, int], tuple[int, int]]]:
+        """What is held now: key -> both (body, link)."""
+        held = self._attached.items()
+        return {key: (one, other) for key, (joint, one, other) in held if joint >= 0}
+
     def _center_frame(self, body: int, link: int) -> tuple[Vec3, Quat]:
         """World pose of the principal axes of a link at its center of mass."""
         if link < 0:

@@ -168,6 +168,10 @@ class OdeSolver:
         self.wake(attachment.child[0])
         self._models.attached[key], self._is_built = attachment, False
 
+    def attachments(self) -> dict[Any, Attachment]:
+        """What was attached, by its keys, also where it is let go by now."""
+        return self._models.attached
+
     def attachment(self, key: Any) -> Attachment | None:
         """What was attached by this key, also where it is let go by now."""
         return self._models.attached.get(key)

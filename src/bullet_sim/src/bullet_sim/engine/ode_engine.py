@@ -237,6 +237,10 @@ class OdeEngine(Engine):
             self.ode.attach(key, replace(found, is_on=False))
         return found is not None
 
+    def attachments(self) -> dict[Any, tuple[BodyLink, BodyLink]]:
+        held = self.ode.attachments().items()
+        return {key: (it.parent, it.child) for key, it in held if it.is_on}
+
     # Contacts
 
     def set_friction(self, body: int, link: int, friction: float) -> None:
