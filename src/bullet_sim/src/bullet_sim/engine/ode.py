@@ -62,9 +62,11 @@ class OdeSolver:
 
     Attributes:
         settings: of the world.
+        unlocked: let other threads of Python run during steps: where each has a world of its own.
     """
 
     def __init__(self, engine: Engine, client: int) -> None:
+        self.unlocked = False
         self._engine, self._client = engine, client
         self._numbers, self._gravity = np.zeros(q.S_SIZE), np.zeros(3)
         self.configure(OdeSettings())
@@ -417,9 +419,8 @@ class OdeSolver:
     def _advance(self, count: int, given: int) -> int:
         step, iterations = self._engine.time_step, self.settings.iterations
         arrays = self._arrays
-        done: int = advance(
-            count, given, step, iterations, arrays.watch, arrays.sleepy, arrays.table
-        )
+        numbers = count, given, step, iterations, arrays.watch, arrays.sleepy
+        done: int = advance(*numbers, arrays.table, unlocked=self.unlocked)
         if arrays.sleepy:
             self._contacts.note_sleepers()
         return done

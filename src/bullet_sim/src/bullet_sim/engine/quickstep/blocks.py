@@ -19,7 +19,7 @@ Gauss-Seidel).
 """
 
 from bullet_sim.engine.quickstep import layout as col
-from bullet_sim.engine.quickstep.compiled import compiled, temporary
+from bullet_sim.engine.quickstep.compiled import compiled, inlined, temporary
 from bullet_sim.engine.quickstep.lanes import (
     first_two,
     greatest,
@@ -211,7 +211,7 @@ def unpack(m: int, rows: Array, links: Array, blocks: Blocks) -> None:
             rows[i, col.R_L + k] = blocks.numbers[links[i, 5] + k]
 
 
-@compiled
+@inlined
 def _solve_joint(block: Array, n: Array, w: Array) -> None:
     """Solve a joint's block: the residuals of all rows, the bounds of the last, the changes.
 
@@ -262,7 +262,7 @@ def _solve_joint(block: Array, n: Array, w: Array) -> None:
         store(w, two + k, (t + u) + (v + f * load(n, g + 120)))
 
 
-@compiled
+@inlined
 def _solve_contact(block: Array, n: Array, w: Array) -> None:
     """Solve a contact's block: its first row, and the second after what the first has changed;
     arguments as those of _solve_joint()."""

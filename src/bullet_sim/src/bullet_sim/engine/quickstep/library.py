@@ -16,15 +16,19 @@ from typing import Any
 
 from bullet_sim.engine.quickstep.sources import CACHE, library_path
 from bullet_sim.engine.quickstep.state import CALLS, Building, Casting, make_table
-from bullet_sim.pose import Array
 
 
-def _open(path: Path) -> dict[str, Callable[..., int]] | None:
-    """Functions of a library; None: it is not there, or is none."""
+def _open(path: Path, kind: Any = ctypes.PyDLL) -> dict[str, Callable[..., int]] | None:
+    """Functions of a library; None: it is not there, or is none.
+
+    Args:
+        kind: of ctypes: CDLL gives up Python's lock while a function runs, which costs a thread
+            whose lock others take at once up to 5 ms; PyDLL keeps it.
+    """
     if not path.is_file():
         return None
     try:
-        library = ctypes.PyDLL(str(path))
+        library = kind(str(path))
         found = {name: getattr(library, f"quickstep_{name}") for name in CALLS}
     except (OSError, AttributeError):
         return None
@@ -36,6 +40,7 @@ def _open(path: Path) -> dict[str, Callable[..., int]] | None:
 
 
 _library = _open(library_path())
+_unlocked = _open(library_path(), ctypes.CDLL)
 if _library is None:
     from bullet_sim.engine.quickstep import entries
 
@@ -51,27 +56,29 @@ def compile_once() -> None:
         entries.main()
 
 
-def _call(name: str, *arguments: Any) -> int:
+def _call(name: str, *arguments: Any, unlocked: bool = False) -> int:
     """Call a function; the last argument is its table.
+
+    Args:
+        unlocked: let other threads of Python run meanwhile.
 
     Raises:
         RuntimeError: the function raised an error.
     """
-    if _library is None:
+    library = _unlocked if unlocked else _library
+    if library is None:
         found: int = entries.FUNCTIONS[name](*arguments)
         return found
     *numbers, table = arguments
-    done = _library[name](*numbers, table.ctypes.data, len(table))
+    done = library[name](*numbers, table.ctypes.data, len(table))
     if done < 0:
         raise RuntimeError(f"{name}() of the solver 'ode' raised an error")
     return done
 
 
-def advance(
-    count: int, given: int, step: float, iterations: int, watch: bool, sleepy: bool, table: Array
-) -> int:
-    """Make up to `count` steps, see solver.advance()."""
-    return _call("advance", count, given, step, iterations, watch, sleepy, table)
+def advance(*arguments: Any, unlocked: bool = False) -> int:
+    """Make steps, see solver.advance(); unlocked: as of _call()."""
+    return _call("advance", *arguments, unlocked=unlocked)
 
 
 def caster(casting: Casting) -> Callable[[float, float, int, bool], int]:
