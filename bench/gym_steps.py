@@ -26,7 +26,7 @@ class Course:
 
     def __init__(self, time_step):
         self.env = gymnasium.make(paddock_gym.IDS[0], time_step=time_step).unwrapped
-        self._car, self._scene = self.env.scene.cars[0], self.env.scene
+        self._car, self._scene = self.env.scene.car, self.env.scene
         self.env.action_space.seed(0)
 
     def circle(self, speed, steering):

@@ -48,7 +48,7 @@ class Paddock:
         if self._many:
             self._action = np.tile(action, (cars, 1))  # cars that end start again by themselves
         scene = self.env.unwrapped.scene
-        self.period, self.time_step = scene.period, scene.period / scene.substeps
+        self.period, self.time_step = scene.period, scene.world.time_step
         self.env.reset(seed=0)
 
     def step(self):

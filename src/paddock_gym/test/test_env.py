@@ -109,25 +109,36 @@ def test_leaving_the_lane_terminates_with_a_penalty(env):
     assert distance + reward + 3.0 == pytest.approx(env.run.state.distance)
 
 
-def test_a_step_of_any_length_is_fitted_to_the_control_period():
-    env = gymnasium.make(ID, time_step=0.001, control_rate=20.0).unwrapped
-    assert env.scene.substeps == 50
-    assert env.scene.world.time_step == pytest.approx(0.001)
-    env.close()
-    env = gymnasium.make(ID, time_step=0.002).unwrapped
-    assert env.scene.substeps == 33
-    assert env.scene.world.time_step == pytest.approx(1 / 15 / 33)
+@pytest.mark.parametrize(
+    "time_step, rate, counts",
+    [
+        (0.001, 20.0, [50, 50, 50]),
+        (0.001, 15.0, [67, 66, 67]),
+        (0.002, 15.0, [33, 34, 33]),
+        (0.005, 100.0, [2, 2, 2]),
+    ],
+)
+def test_actions_take_the_steps_between_multiples_of_the_control_period(time_step, rate, counts):
+    env = gymnasium.make(ID, time_step=time_step, control_rate=rate).unwrapped
+    assert env.scene.world.time_step == time_step
+    for seed in (1, 2):  # each run begins alike
+        env.reset(seed=seed)
+        found = [0]
+        for _ in range(6):
+            env.step(STRAIGHT_ON)
+            found.append(env.scene.world.step_count)
+        assert np.diff(found).tolist() == 2 * counts
     env.close()
 
 
 def test_the_step_is_that_of_the_worlds_and_the_circle_that_of_coarser_ones(env):
     """As long as the tires hold; where they slide, it changes by a tenth (docs/learning.md)."""
-    assert env.scene.world.time_step == pytest.approx(0.001, rel=0.01)
+    assert env.scene.world.time_step == 0.001
     assert env.scene.world.engine.ode.settings.iterations == 100  # of track.world
     radii = []
     for time_step in (0.001, 0.003):
         env = gymnasium.make(ID, time_step=time_step).unwrapped
-        car, scene = env.scene.cars[0], env.scene
+        car, scene = env.scene.car, env.scene
         env.reset(seed=1)
         car.drive(1.0, 0.13)
         scene.advance(round(2.0 / scene.world.time_step))
@@ -140,7 +151,7 @@ def test_the_step_is_that_of_the_worlds_and_the_circle_that_of_coarser_ones(env)
 
 def test_friction_bounds_how_the_car_pulls_away(env):
     """All four wheels are driven: mu g, until the commanded speed is reached."""
-    car, engine = env.scene.cars[0], env.scene.world.engine
+    car, engine = env.scene.car, env.scene.world.engine
     wheels = [car.model.index(name) for name in car.model.rigid_parts if "wheel" in name]
     for mu in (0.35, 0.65, 0.5):  # at last what the URDF has
         for wheel in wheels:

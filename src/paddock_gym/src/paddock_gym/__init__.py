@@ -19,7 +19,7 @@ def register() -> None:
         gymnasium.register(
             IDS[0],
             entry_point="paddock_gym.envs.deepracer:DeepRacerEnv",
-            vector_entry_point="paddock_gym.envs.cars:CarsEnv",
+            vector_entry_point="paddock_gym.envs.worlds:WorldsEnv",
             max_episode_steps=MAX_STEPS,
         )
         gymnasium.register(

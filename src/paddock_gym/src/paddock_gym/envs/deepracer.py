@@ -30,8 +30,9 @@ class DeepRacerEnv(gymnasium.Env):
         race: time_trial, object_avoidance or head_to_bot.
         randomize: some of start, friction, mass, latency, camera, light, colours; True: all.
             Without start each run starts 5 % of the track further on, as in AWS DeepRacer.
-        time_step: physics step [s]; the closest that divides the control period is taken.
-        control_rate: actions per simulated second [Hz].
+        time_step: physics step [s].
+        control_rate: actions per simulated second [Hz]; an action takes the steps between two
+            multiples of its period.
         walls: True or False: with or without walls along the lane; None: as the track's file says.
         colour: color camera images instead of gray ones.
         render_mode: rgb_array, human, or None.
@@ -66,7 +67,7 @@ class DeepRacerEnv(gymnasium.Env):
         self.scene = Scene(track, time_step, control_rate, walls=walls)
         object_type = self.options.objects
         self._obstacles = Obstacles(self.scene, object_type) if object_type else None
-        self.run = Run(self.scene, self.scene.cars[0], self.options, self._obstacles)
+        self.run = Run(self.scene, self.scene.car, self.options, self._obstacles)
         self._window = Window() if render_mode == "human" else None
         self._observer_camera: ObserverCamera | None = None
 
@@ -91,7 +92,7 @@ class DeepRacerEnv(gymnasium.Env):
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Apply an action and advance by one control period."""
         self.run.decide(action)
-        advance(self.scene, (self.run,))
+        advance(self.scene, self.run)
         result = self.run.finish_step()
         self._show()
         return result
@@ -105,7 +106,7 @@ class DeepRacerEnv(gymnasium.Env):
     def observer_image(self) -> np.ndarray:
         """(360, 480, 3) uint8 RGB from behind the car."""
         if self._observer_camera is None:
-            self._observer_camera = ObserverCamera(self.scene.renderer, self.scene.cars[0])
+            self._observer_camera = ObserverCamera(self.scene.renderer, self.scene.car)
         return self._observer_camera.image()
 
     def close(self) -> None:

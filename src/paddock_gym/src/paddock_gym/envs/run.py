@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Dict, Union
 
@@ -60,7 +60,7 @@ class Run:
     """One car's runs.
 
     Args:
-        car: one of the scene's.
+        car: the scene's.
 
     Attributes:
         state: after the last action.
@@ -186,13 +186,12 @@ class Run:
         return observations.image(rgb, self._options.colour)
 
 
-def advance(scene: Scene, runs: Iterable[Run]) -> None:
-    """Advance by one action; each run's command takes effect after its delay."""
-    done = 0
-    for run in sorted(runs, key=lambda run: run.delay):
-        if run.delay > done:
-            scene.advance(min(run.delay, scene.substeps) - done)
-            done = min(run.delay, scene.substeps)
-        run.apply()
-    if done < scene.substeps:
-        scene.advance(scene.substeps - done)
+def advance(scene: Scene, run: Run) -> None:
+    """Advance by one action; the run's command takes effect after its delay."""
+    steps = scene.begin_action()
+    delay = min(run.delay, steps)
+    if delay > 0:
+        scene.advance(delay)
+    run.apply()
+    if delay < steps:
+        scene.advance(steps - delay)

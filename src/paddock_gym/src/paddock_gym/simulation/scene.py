@@ -1,6 +1,7 @@
-"""A track with cars and obstacles, and its renderer."""
+"""A track with a car and obstacles, and its renderer."""
 
 import dataclasses
+import math
 
 from bullet_sim.errors import RenderError
 from bullet_sim.pose import Pose
@@ -136,26 +137,25 @@ WINDOW = 0.5  # searched around the last arc length; one action moves a car less
 
 
 class Scene:
-    """A track with cars.
+    """A track with a car.
 
     Args:
         track: name or path of a track.
-        time_step: physics step [s]; the closest that divides the control period is used.
+        time_step: physics step [s].
         control_rate: actions per simulated second [Hz].
-        cars: how many; they pass through each other.
         walls: see description.track_sdf.
 
     Attributes:
         projector: Projector of its lane.
-        cars: list of Car.
-        substeps: physics steps of an action.
+        car: Car.
+        substeps: physics steps of an action, in the mean and rounded.
         period: of control [s].
 
     Raises:
         GymError, TrackError: an option is wrong.
     """
 
-    def __init__(self, track="default", time_step=TIME_STEP, control_rate=15.0, cars=1, walls=None):
+    def __init__(self, track="default", time_step=TIME_STEP, control_rate=15.0, walls=None):
         STEPS.check("time_step", time_step, GymError)
         CONTROL_RATE.check("control_rate", control_rate, GymError)
         self.track = load_track(track)
@@ -163,33 +163,38 @@ class Scene:
         self.period = 1.0 / control_rate
         self.substeps = max(1, round(self.period / time_step))
         self.world = World()
-        self.world.load(description.world(self.period / self.substeps))
+        self.world.load(description.world(time_step))
         sdf = description.track_sdf(self.track, walls)
         ground = self.world.spawn_sdf("track", sdf, Pose(), description.resolve)
         self.ground = frozenset({(ground.body, ground.link_in_body("ground")[0])})
         self.has_walls = "walls" in ground.link_names
-        self.cars = [
-            Car(self.world, f"car{index}", Pose((0.0, 0.0, 0.0)), description.car_urdf())
-            for index in range(cars)
-        ]
-        if cars > 1:
-            for car in self.cars:
-                car.model.make_ghost()
+        self.car = Car(self.world, "racecar", Pose(), description.car_urdf())
+        self.world.engine.ode.unlocked = True  # one thread alone has this world
         self.world.step(round(SETTLING / self.world.time_step))
-        for car in self.cars:
-            car.settled()
-        self.world.step_count = 0
+        self.car.settled()
+        self.world.step_count = self._actions = 0
         self._rested = self._renderer = None
 
     def restore(self):
-        """Restore the state of the first start, bit-identical; set the cars' poses after it."""
+        """Restore the state of the first start, bit-identical; set the car's pose after it."""
         if self._rested is None:
             self._rested = self.world.save_state()
         self.world.restore_state(self._rested)
+        self._actions = 0
+
+    def begin_action(self):
+        """Physics steps of the next action: those up to the step that is closest to its end, since
+        a control period need not be a multiple of a step; 67, 66 and 67 ms at 15 Hz."""
+        self._actions += 1
+        before, after = (
+            math.floor(count * self.period / self.world.time_step + 0.5)
+            for count in (self._actions - 1, self._actions)
+        )
+        return after - before
 
     def advance(self, substeps=None):
         """Advance by one action, or by some physics steps."""
-        self.world.step(self.substeps if substeps is None else substeps)
+        self.world.step(self.begin_action() if substeps is None else substeps)
 
     @property
     def renderer(self):
