@@ -115,6 +115,9 @@ def pytest_addoption(parser):
 
 def pytest_configure(config):
     """Registers a marker for each stage, and what the last runs have told."""
+    # The order is that of pytest_collection_modifyitems(). The pytest-xdist for Python 3.8 does not
+    # know this: it puts the files with most tests first.
+    config.option.loadscopereorder = False
     for stage, text in STAGES.items():
         config.addinivalue_line("markers", f"{stage}: {text}")
     if hasattr(config, "cache") and not hasattr(config, "workerinput"):

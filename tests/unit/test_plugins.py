@@ -21,7 +21,7 @@ DEADLINE = 300.0  # wall time of a small run [s]
 INI = """[pytest]
 testpaths = src tests
 pythonpath = tests/ros
-addopts = --import-mode=importlib --dist=loadfile --no-loadscope-reorder
+addopts = --import-mode=importlib --dist=loadfile
 timeout = 60
 """
 PASSES = "def test_it():\n    pass\n"
