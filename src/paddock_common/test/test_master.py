@@ -21,7 +21,7 @@ def test_a_web_server_is_no_master():
 def test_an_unresponsive_and_a_missing_server():
     with socket.create_server(("127.0.0.1", 0)) as server_socket:  # accepts and never responds
         address = f"http://127.0.0.1:{server_socket.getsockname()[1]}"
-        with pytest.raises(TimeoutError), proxy(address, 0.1) as server:
+        with pytest.raises(socket.timeout), proxy(address, 0.1) as server:
             server.getPid("/test")
     with pytest.raises(ConnectionRefusedError), proxy(address, 10.0) as server:
         server.getPid("/test")
