@@ -26,12 +26,13 @@ class Touch(NamedTuple):
     Attributes:
         force: on the object (3,) [N], world axes.
         point, center: of the contact and of the object, in the link's frame (3,) [m].
+        steps: their number.
     """
 
     force: Array
     point: Array
     center: Array
-    count: int
+    steps: int
 
 
 Touches = Dict[Part, Dict[Part, Touch]]  # object -> link of a gripper -> sums
@@ -65,7 +66,9 @@ class GraspFixPlugin(ModelPlugin):
             self.world.engine.detach(self._key(arm))
         self._touches: Touches = {}
         self._counts: dict[Part, int] = {}
-        self._held, self._first, self._next = {}, {}, time  # type: ignore[assignment]
+        self._held = {}
+        self._first: dict[str, dict[Part, Touch]] = {}  # of what each arm holds
+        self._next = time
         super().reset(time)
 
     def restart(self, time: float) -> None:
@@ -113,12 +116,12 @@ class GraspFixPlugin(ModelPlugin):
             old = self._touches.setdefault(each, {}).get(part)
             if old is not None:
                 force, point, center = force + old.force, point + old.point, center + old.center
-            count = 1 if old is None else old.count + 1
+            count = 1 if old is None else old.steps + 1
             self._touches[each][part] = Touch(force, point, center, count)
 
     def _is_pressed(self, of_links: dict[Part, Touch]) -> bool:
         """Whether two of the mean forces on an object are opposite, and about as strong."""
-        forces = [touch.force / touch.count for touch in of_links.values()]
+        forces = [touch.force / touch.steps for touch in of_links.values()]
         for one, two in combinations(forces, 2):
             lengths = float(np.linalg.norm(one)), float(np.linalg.norm(two))
             if min(lengths) < WEAKEST or min(lengths) < RATIO * max(lengths):
@@ -162,7 +165,7 @@ class GraspFixPlugin(ModelPlugin):
 
     def _has_left(self, part: Part, each: Part, touch: Touch) -> bool:
         """Whether the distance between a link's contact point and the object has changed."""
-        point, center = touch.point / touch.count, touch.center / touch.count
+        point, center = touch.point / touch.steps, touch.center / touch.steps
         now = np.array((self._frame(part) * Pose(tuple(point))).position)
         away = np.linalg.norm(now - np.array(self._frame(each).position))
         return bool(abs(np.linalg.norm(point - center) - away) > self.spec.tolerance)

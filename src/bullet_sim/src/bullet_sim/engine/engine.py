@@ -683,14 +683,21 @@ class Engine:
         self.detach(key)
         moving, still = (one, other) if self.moves(one[0]) else (other, one)
         there, joint = Pose(*self._center_frame(*moving)), -1
+        pivot, second = (0.0, 0.0, 0.0), (-1, -1)  # of what is static PyBullet has no body for it
         if self.moves(still[0]):
-            there = there.inverse() * Pose(*self._center_frame(*still))
-            pivots, second = (there.position, (0, 0, 0), there.orientation), still
-        else:  # of what is static PyBullet has no body for it
-            pivots, second = ((0, 0, 0), there.position, (0, 0, 0, 1), there.orientation), (-1, -1)
+            there = Pose(*self._center_frame(*still)).inverse() * there
+            second = still
         if self.moves(moving[0]):
             joint = p.createConstraint(
-                *moving, *second, p.JOINT_FIXED, (0, 0, 0), *pivots, physicsClientId=self.client
+                *moving,
+                *second,
+                p.JOINT_FIXED,
+                (0, 0, 0),
+                pivot,
+                there.position,
+                (0, 0, 0, 1),
+                there.orientation,
+                physicsClientId=self.client,
             )
         self._attached[key] = joint, one, other
         self.set_pair_collision(*one, *other, False)
