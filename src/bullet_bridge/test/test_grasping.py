@@ -136,6 +136,53 @@ def test_its_parameters(world, topics):
     assert model.sensors == [] and "has no <arm> that it can use" in model.warnings[0]
 
 
+SDF_GRIPPER = """<sdf version="1.6"><model name="bot"><link name="palm">{inertial}</link>
+<joint name="hold" type="fixed"><parent>world</parent><child>palm</child></joint>
+<link name="shelf"><pose>0 0 -0.2 0 0 0</pose>{inertial}<collision name="c"><geometry><box><size>
+0.3 0.3 0.02</size></box></geometry></collision></link><joint name="down" type="prismatic"><parent>
+palm</parent><child>shelf</child><axis><xyz>0 0 1</xyz><limit><lower>-2</lower><upper>2</upper>
+</limit></axis></joint><gripper name="g"><palm_link>palm</palm_link>
+<gripper_link>{finger}</gripper_link><grasp_check><attach_steps>1</attach_steps>
+<detach_steps>{detach}</detach_steps><min_contact_count>{least}</min_contact_count></grasp_check>
+</gripper></model></sdf>"""
+MASS = (
+    "<inertial><mass>1</mass><inertia><ixx>.1</ixx><iyy>.1</iyy><izz>.1</izz></inertia></inertial>"
+)
+
+
+def sdf_gripper(**values):
+    values = {"inertial": MASS, "finger": "shelf", "detach": 1, "least": 2, **values}
+    return SDF_GRIPPER.format(**values)
+
+
+def test_a_gripper_of_sdf_holds_what_rests_on_it(world, topics):
+    assert topics == {}
+    bot = world.spawn_sdf("bot", sdf_gripper(), Pose((0.0, 0.0, 2.0)), str)
+    ball = world.spawn_urdf("ball", BALL, Pose((0.0, 0.0, 1.835)), str)
+    (spec,) = bot.description.sensors
+    plugin = plugin_of(world, bot, spec)
+    bot.joints.set_motor("down", 0.0, 1e4)
+    run(world, plugin, 6.0)
+    assert world.engine.attachments() == {}  # it has to rest for ten decisions
+    run(world, plugin, 3.5)
+    assert list(world.engine.attachments()) == [("gripper", "bot", "g")]
+    height = ball.pose.position[2]
+    bot.joints.set_motor("down", -1.0, 1e4)
+    run(world, plugin, 0.5)
+    assert ball.pose.position[2] == pytest.approx(height, abs=1e-3)  # the palm has it
+    run(world, plugin, 2.0)
+    assert world.engine.attachments() == {} and ball.pose.position[2] < height - 0.1
+
+
+def test_parameters_of_a_gripper_of_sdf(world):
+    bot = world.spawn_sdf("bot", sdf_gripper(detach=7, least=3), Pose(), str)
+    (spec,) = bot.description.sensors
+    assert (spec.attach, spec.detach, spec.least, spec.fingers) == (1, 7, 3, ("shelf",))
+    other = world.spawn_sdf("other", sdf_gripper(finger="x"), Pose(), str)
+    assert other.description.sensors == []
+    assert any("must be links of the model" in text for text in other.description.warnings)
+
+
 def test_its_state_is_saved_with_the_worlds(world, topics):
     _, ball, plugin = held(world, topics)
     run(world, plugin, 2.0)

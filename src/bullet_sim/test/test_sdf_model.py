@@ -180,11 +180,11 @@ def test_unknown_shapes_are_named_once(geometry, tag):
 
 def test_unknown_tags_and_plugins_are_named_once():
     model = model_of(
-        '<link name="a"/><gripper name="g"/><gripper name="h"/>'
+        '<link name="a"/><zipper name="g"/><zipper name="h"/>'
         '<plugin name="p" filename="libparty.so"/>'
     )
     assert len(model.warnings) == 2
-    assert "<gripper>" in model.warnings[0] and "libparty.so" in model.warnings[1]
+    assert "<zipper>" in model.warnings[0] and "libparty.so" in model.warnings[1]
 
 
 def test_world_elements_that_mean_nothing():

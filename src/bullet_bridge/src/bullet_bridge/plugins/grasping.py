@@ -10,7 +10,7 @@ from typing import Any, Dict, NamedTuple, Tuple
 import numpy as np
 import rospy
 from bullet_sim.description.model import EVERYTHING
-from bullet_sim.plugins.forces import GraspFixSpec, GraspingArm
+from bullet_sim.plugins.forces import GraspFixSpec, GraspingArm, GripperSpec
 from bullet_sim.pose import Array, Pose
 
 from bullet_bridge.plugins.base import ModelPlugin, PluginContext, ros_side
@@ -181,3 +181,77 @@ class GraspFixPlugin(ModelPlugin):
     def _label(self, part: Part) -> str:
         names = [model.name for model in self.world.models.values() if model.body == part[0]]
         return f"'{names[0]}'" if names else "an object"
+
+
+GRIPPER_PERIOD = 0.75  # [s] between two decisions
+SAMPLES = 10  # decisions over which an object has to rest
+RESTS = 1e-5  # [m^2] of a square of a distance, and of its variance
+
+
+@ros_side(GripperSpec)
+class GripperPlugin(ModelPlugin):
+    """Attaches an object to the palm that its links touch for long enough and that rests relative
+    to it, until they touch nothing for long enough: as Gazebo's physics::Gripper.
+
+    Decisions are made in simulated time, Gazebo's in that of the clock on the wall.
+    """
+
+    STATE = ("_contacts", "_touching", "_away", "_held", "_last", "_moves", "_next")
+    every_step = True
+    resets = False
+
+    def reset(self, time: float) -> None:
+        """With nothing held."""
+        self.world.engine.detach(self._key())
+        self._contacts: list[Part] = []  # what was touched, once for each step and link
+        self._touching = self._away = 0
+        self._held = False
+        self._last: tuple[float, ...] = (0.0, 0.0, 0.0)
+        self._moves: tuple[float, ...] = (math.inf,) * SAMPLES
+        self._next = time
+        super().reset(time)
+
+    def restart(self, time: float) -> None:
+        """Decisions go on from this time."""
+        self._next = time
+        super().restart(time)
+
+    def _key(self) -> tuple[str, str, str]:
+        return "gripper", self.model.name, self.spec.name
+
+    def update(self, time: float, period: float) -> None:
+        engine, body = self.world.engine, self.model.body
+        for name in self.spec.fingers:
+            touched = engine.contacts(body, self.model.link_in_body(name)[0])
+            parts = {(contact.body, contact.link) for contact in touched}
+            self._contacts += sorted(
+                part for part in parts if part[0] != body and engine.moves(part[0])
+            )
+        if time < self._next - 1e-9:
+            return
+        self._next = time + GRIPPER_PERIOD
+        if len(self._contacts) >= self.spec.least:
+            self._touching, self._away = self._touching + 1, 0
+        else:
+            self._touching, self._away = max(0, self._touching - 1), self._away + 1
+        if self._touching > self.spec.attach and not self._held:
+            self._attach()
+        elif self._away > self.spec.detach and self._held:
+            self.world.engine.detach(self._key())
+            self._held = False
+        self._contacts = []
+
+    def _attach(self) -> None:
+        """Attach what rests relative to the palm."""
+        engine = self.world.engine
+        palm = self.model.body, self.model.link_in_body(self.spec.link)[0]
+        for part in sorted(set(self._contacts)):
+            if self._contacts.count(part) < 2 or self._held:
+                continue
+            frame, there = (Pose(*engine.link_motion(*each)[:2]) for each in (palm, part))
+            place = (frame.inverse() * there).position
+            moved = sum((a - b) ** 2 for a, b in zip(place, self._last))
+            self._last, self._moves = place, (*self._moves[1:], moved)
+            if max(self._moves) < RESTS and float(np.var(self._moves)) < RESTS:
+                engine.attach(self._key(), palm, part)
+                self._held = True

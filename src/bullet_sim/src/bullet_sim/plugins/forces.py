@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
+from bullet_sim.description.model import ModelDescription
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
 from bullet_sim.plugins.rules import FrameName
 from bullet_sim.plugins.xml import MissingPart, PluginXml, SensorXml, Values, library
@@ -177,6 +178,25 @@ class GraspFixSpec:
     threshold: int = 5
     tolerance: float = 0.005
     passes: bool = False
+    topic: str = ""
+
+
+@dataclass(frozen=True)
+class GripperSpec:
+    """SDF's <gripper>: attaches what its links touch while it rests relative to the palm.
+
+    Attributes:
+        link, fingers: the palm, and the links that touch.
+        least: contacts between two decisions with which one counts as touching.
+        attach, detach: decisions in a row, more of which attach an object, or let it go.
+    """
+
+    name: str
+    link: str
+    fingers: tuple[str, ...]
+    least: int = 2
+    attach: int = 20
+    detach: int = 40
     topic: str = ""
 
 
@@ -422,3 +442,28 @@ def elevator(xml: PluginXml) -> ElevatorSpec:
 @model_plugin("gazebo_ros_template")
 def template(_: PluginXml) -> None:
     """The example of gazebo_plugins, which does nothing."""
+
+
+def parse_gripper(element: Element, model: ModelDescription, scope: str) -> None:
+    """Read a <gripper> of a model into its description; an unusable one is a warning.
+
+    Args:
+        scope: prefix of the names of its model's links.
+    """
+    values = Values(element, f"gripper '{element.get('name')}' of '{model.name}'")
+    palm = scope + values.text("palm_link")
+    named = [scope + (each.text or "").strip() for each in element.findall("gripper_link")]
+    fingers = tuple(name for name in named if name in model.links)
+    if palm not in model.links or not fingers:
+        model.warn(
+            f"{values.label} has palm_link '{palm}' and the gripper_links {', '.join(named)}, must "
+            "be links of the model; it is left out",
+            "grippers name links that do not exist and are left out",
+            values.label,
+        )
+        return
+    counts = (
+        int(values.number(f"grasp_check/{tag}", default))
+        for tag, default in (("min_contact_count", 2), ("attach_steps", 20), ("detach_steps", 40))
+    )
+    model.sensors.append(GripperSpec(element.get("name") or "gripper", palm, fingers, *counts))

@@ -23,6 +23,7 @@ from bullet_sim.formats.sdf.frames import Frames
 from bullet_sim.formats.sdf.includes import Includes, OpenInclude, unused
 from bullet_sim.formats.shapes import parse_shape
 from bullet_sim.plugins import parse_plugin, parse_sensor
+from bullet_sim.plugins.forces import parse_gripper
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import Node, child_number, child_text, is_true, sdf_pose
 
@@ -93,6 +94,7 @@ _MODEL_TAGS = {
     "frame",
     "allow_auto_disable",
     "enable_wind",
+    "gripper",
     "placement_frame",
     "name",
     "uri",
@@ -125,6 +127,8 @@ def parse_model_element(
         model.nested[name] = link, reader.poses[link].inverse() * pose
     for plugin, scope in reader.plugins:
         parse_plugin(plugin, model, scope)
+    for gripper, scope in reader.grippers:
+        parse_gripper(gripper, model, scope)
     return model
 
 
@@ -178,7 +182,8 @@ class ModelReader:
         poses: link name -> Pose in the outermost model's frame.
         nested: name of a model inside it -> (its first link, Pose of its frame in the outermost
             model's).
-        plugins: (<plugin>, prefix of its model's names), to be read when the root link is known.
+        plugins, grippers: (<plugin> or <gripper>, prefix of its model's names), to be read when the
+            root link is known.
     """
 
     def __init__(self, model: ModelDescription, resolve: Resolve) -> None:
@@ -186,6 +191,7 @@ class ModelReader:
         self.poses: dict[str, Pose] = {}
         self.nested: dict[str, tuple[str, Pose]] = {}
         self.plugins: list[tuple[Node, str]] = []
+        self.grippers: list[tuple[Node, str]] = []
 
     def read(self, element: Node, prefix: str, pose: Pose, version: Version) -> None:
         """Add a <model> with a prefix of its names and its frame's pose in the outermost model."""
@@ -203,6 +209,7 @@ class ModelReader:
         for joint in element.findall("joint"):
             read_joint(joint, self.model, self.poses, prefix, frames, version)
         self.plugins += [(plugin, prefix) for plugin in element.findall("plugin")]
+        self.grippers += [(gripper, prefix) for gripper in element.findall("gripper")]
         for part in element:
             if isinstance(part.tag, str) and part.tag not in _MODEL_TAGS and ":" not in part.tag:
                 self.model.warn(
