@@ -462,8 +462,9 @@ def parse_gripper(element: Element, model: ModelDescription, scope: str) -> None
             values.label,
         )
         return
-    counts = (
+    least, attach, detach = (
         int(values.number(f"grasp_check/{tag}", default))
         for tag, default in (("min_contact_count", 2), ("attach_steps", 20), ("detach_steps", 40))
     )
-    model.sensors.append(GripperSpec(element.get("name") or "gripper", palm, fingers, *counts))
+    name = element.get("name") or "gripper"
+    model.sensors.append(GripperSpec(name, palm, fingers, least, attach, detach))
