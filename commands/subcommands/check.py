@@ -360,7 +360,7 @@ def _reason(found, program):
 
 def _lost(found, text):
     library = LIBRARY.search(check_remedies.finding(text))
-    if library is None:
+    if library is None or "which is no link" in text:  # a known plugin, a fault of the file
         return text
     remedy = check_remedies.for_plugin(library.group())
     for name, (package, *_) in found.get("builders", {}).items():

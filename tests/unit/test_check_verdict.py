@@ -565,3 +565,10 @@ def test_a_node_that_two_files_start_is_that_of_the_last():
         nodes(Config)
     check_roslaunch.keep_last_of_a_name(Config)
     assert nodes(Config) == [("other", "/robot/"), ("second", "/")]
+
+
+def test_a_plugin_on_a_link_that_is_none_has_no_remedy():
+    text = (
+        "plugin 'libhector_gazebo_ros_imu.so' has bodyName 'imu', which is no link; it is left out"
+    )
+    assert check.problems(changed(lost=[text])) == [text]
