@@ -44,6 +44,7 @@ STOP_LIMIT = 20.0  # wall time for the launch to end [s]
 REPLAY = "paddock_check_replay"  # its node
 REPLAY_RATE = 10.0  # frames of the replay a second of wall time
 REPLAY_LIMIT = 60.0  # wall time for the replay's first frame, and for it to be written [s]
+BEFORE = 4  # lines before a node's death in which its last error is looked for
 ERRORS = 50  # lines of errors that are kept, of the first and of the last
 REFUSED_LINES = 2  # lines of roslaunch's own error that are kept
 _COLORS = re.compile(r"\x1b(\[[0-9;]*m|\][^\x07]*\x07)")
@@ -326,26 +327,35 @@ def read_launch_log(path):
         path: Of the file that holds it.
 
     Returns:
-        died: (node, exit code, name of its program); cannot: (package, type) of nodes that could
+        died: (node, exit code, name of its program); before: of such a node the error that was
+        logged just before, which may be another's; cannot: (package, type) of nodes that could
         not start; unable: nodes whose program could not be run; interpreters: (script, missing
         interpreter); errors: lines of errors; refused: why roslaunch refuses the file, or None.
     """
     with open(path, encoding="utf-8", errors="replace") as stream:
         text = _COLORS.sub("", stream.read())
-    lines = [line.strip() for line in text.splitlines()]
-    errors = [line for line in lines if re.match(r"\[?(ERROR|FATAL)\b", line)]
+    errors = _errors(text.splitlines())
     return {
         "died": [
             (name, int(code), os.path.basename(program))
             for name, code, program in _DIED.findall(text)
             if int(code) != 0
         ],
+        "before": {
+            match[1]: said[-1]
+            for match in _DIED.finditer(text)
+            if (said := _errors(text[: match.start()].splitlines()[-BEFORE:]))
+        },
         "cannot": sorted(set(_CANNOT.findall(text))),
         "unable": sorted(set(_UNABLE.findall(text))),
         "interpreters": missing_interpreters(_NOT_FOUND.findall(text)),
         "errors": errors[:ERRORS] + errors[ERRORS:][-ERRORS:],
         "refused": _refused(text),
     }
+
+
+def _errors(lines):
+    return [line.strip() for line in lines if re.match(r"\[?(ERROR|FATAL)\b", line.strip())]
 
 
 def missing_interpreters(paths):

@@ -246,7 +246,7 @@ def _findings(found):
     for name, code, program in found["died"]:
         if not needs_screen(program):
             text = f"node {name} ({program}) died with exit code {code}"
-            add([text + _reason(found, program)], f"node {name}")
+            add([text + (_reason(found, program) or _before(found, name))], f"node {name}")
     return said
 
 
@@ -356,6 +356,12 @@ def _reason(found, program):
     if len({name for name, _, other in found["died"] if other == program}) == 1:
         said = said[-1:]
     return f": {' | '.join(dict.fromkeys(said))}" if said else ""
+
+
+def _before(found, name):
+    """The error that was logged just before a node died, or ""."""
+    text = LOGGED.fullmatch(found.get("before", {}).get(name, ""))
+    return f"; just before: {text.group(1)}" if text else ""
 
 
 def _lost(found, text):

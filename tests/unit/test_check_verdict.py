@@ -572,3 +572,20 @@ def test_a_plugin_on_a_link_that_is_none_has_no_remedy():
         "plugin 'libhector_gazebo_ros_imu.so' has bodyName 'imu', which is no link; it is left out"
     )
     assert check.problems(changed(lost=[text])) == [text]
+
+
+def test_the_error_before_a_death_is_told(tmp_path):
+    """Programs in C++ do not begin their errors with their names."""
+    log = tmp_path / "roslaunch.txt"
+    log.write_text(
+        '[ERROR] [1795828120.5]: failed to open image file "/maps/a.pgm"\n'
+        "================\n"
+        "[map_server-8] process has died [pid 7, exit code 255, cmd /lib/map_server a.yaml].\n"
+        "log file: /log/map_server-8*.log\n\n\n\n"
+        "[amcl-9] process has died [pid 8, exit code 1, cmd /lib/amcl/amcl __name:=amcl].\n"
+    )
+    said = check_observer.read_launch_log(str(log))
+    assert set(said["before"]) == {"map_server"}
+    first, second = check.problems(changed(died=said["died"], before=said["before"]))
+    assert first.endswith('exit code 255; just before: failed to open image file "/maps/a.pgm"')
+    assert second == "node amcl (amcl) died with exit code 1"
