@@ -378,7 +378,7 @@ def _lost(found, text):
 def _refused(found):
     """What roslaunch refuses, and where the packages come from that it misses."""
     sentence = f"roslaunch refuses the file: {found['refused']}"
-    named = check_remedies.named_packages(found["refused"])
+    named = dict.fromkeys(check_remedies.named_packages(found["refused"]))
     remedies = [f"{name}: {found.get('remedies', {}).get(name)}" for name in named]
     return "; ".join([sentence, *(text for text in remedies if not text.endswith(": None"))])
 
