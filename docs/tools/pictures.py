@@ -27,7 +27,7 @@ import time
 
 import cv2
 import numpy as np
-from PIL import Image, ImageDraw
+from PIL import Image
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "tests" / name) for name in ("web", "desk", "ros")]
@@ -172,9 +172,11 @@ def classroom() -> None:
         projector.run("document.querySelector('[data-view=above]').click()")
         projector.run("document.querySelector('[data-panel=plots]').click(); byId('path').click()")
         track = load_track("easy")
-        for share in (0.25, 0.5, 0.75):
-            x, y = np.array(track.centreline)[int(share * len(track.centreline))]
-            cone = {"kind": "cone", "x": float(x) + 0.45, "y": float(y) + 0.2, "z": 0}
+        line = np.array(track.centreline)
+        middle = line.mean(axis=0)
+        for index in (len(line) // 8, 3 * len(line) // 8, 5 * len(line) // 8):
+            x, y = middle + 1.35 * (line[index] - middle)  # on the grass
+            cone = {"kind": "cone", "x": float(x), "y": float(y), "z": 0}
             projector.run("page.act('spawn', arguments[0])", cone)
         Driver(phone, track, 0.5).drive(14.0)
         wait(lambda: projector.run("return document.body.dataset.driver") == "other", "who drives")
@@ -406,6 +408,15 @@ SHOTS = (  # title, replay, seconds of it per second of the film
 )
 
 
+def captioned(picture, title):
+    """A picture with a title at its lower edge, white on black."""
+    drawn = np.ascontiguousarray(picture)
+    for color, width in ((0, 0, 0), 6), (WHITE, 2):
+        place = (24, drawn.shape[0] - 28)
+        cv2.putText(drawn, title, place, cv2.FONT_HERSHEY_SIMPLEX, 0.9, color, width, cv2.LINE_AA)
+    return drawn
+
+
 def film() -> None:
     """A film of at most a minute of replays, out/film.mp4."""
     import av
@@ -424,10 +435,8 @@ def film() -> None:
                 seconds = min(longest, browser.run("return page.length") / pace)
                 for index in range(round(rate * seconds)):
                     browser.run("page.at = arguments[0]; return page.show()", index * pace / rate)
-                    image = Image.fromarray(browser.picture())
-                    ImageDraw.Draw(image).text((20, 500), title, fill=WHITE, stroke_width=2,
-                                               stroke_fill=(0, 0, 0), font_size=24)  # fmt: skip
-                    frame = av.VideoFrame.from_ndarray(np.asarray(image), format="rgb24")
+                    image = captioned(browser.picture(), title)
+                    frame = av.VideoFrame.from_ndarray(image, format="rgb24")
                     container.mux(stream.encode(frame))
         container.mux(stream.encode())
     told_film = target.stat().st_size
