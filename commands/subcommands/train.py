@@ -85,6 +85,12 @@ def add_arguments(parser):
     add("--steps", metavar="N", type=_number("steps", 1), help="actions in all (60000 for state)")
     add("--workers", metavar="N", type=_number("workers", 1), help="processes (twice the cores)")
     add(
+        "--threads",
+        action="store_true",
+        default=None,
+        help="workers in threads of one process, on all cores, instead of processes",
+    )
+    add(
         "--ray",
         metavar="ADDRESS",
         type=_address,
@@ -113,7 +119,9 @@ def wanted(options):
         for key in OF_THE_CAR:
             if key in table:
                 raise UsageError(f"--{key} is an option of the DeepRacer; --env backing has none")
-    if options.workers and options.workers > max_processes():
+    if options.threads and options.ray:
+        raise UsageError(f"ray is {options.ray!r}; with --threads there are no actors of Ray")
+    if options.workers and options.workers > max_processes() and not options.threads:
         table.setdefault("ray", "auto")
     if not options.resume:
         observation = table.setdefault("observation", ["state"])

@@ -53,6 +53,41 @@ def test_a_car_learns_to_drive_from_its_state(training):
     assert report["mean_lap_time"] < report["track_length"] / 1.5  # [s]: 1.5 m/s and more
 
 
+def test_threads_give_what_environments_one_after_the_other_give():
+    from paddock_gym.training.worker import make
+    from paddock_gym.training.workers import Threads
+    from stable_baselines3.common.vec_env import DummyVecEnv
+
+    count, rng = 3, np.random.default_rng(2)
+    actions = rng.uniform(-1.0, 1.0, (50, count, 2)).astype(np.float32)
+    together = Threads({"observation": ("state", "lidar")}, count)
+    alone = DummyVecEnv([lambda: make({"observation": ("state", "lidar")})] * count)
+    for env in (together, alone):
+        env.seed(5)
+    one, other, ends = together.reset(), alone.reset(), 0
+    for row in actions:
+        assert all((one[name] == other[name]).all() for name in ("state", "lidar"))
+        one, rewards, dones, infos = together.step(row)
+        other, *expected = alone.step(row)
+        assert (rewards == expected[0]).all() and (dones == expected[1]).all()
+        for mine, its, done in zip(infos, expected[2], dones):
+            assert mine["TimeLimit.truncated"] == its["TimeLimit.truncated"]
+            assert ("episode" in mine) == ("terminal_observation" in mine) == done
+            assert mine["end"] == its["end"] and mine["x"] == its["x"]
+        ends += dones.sum()
+    assert ends >= 2
+    assert together.env_method("reset", indices=[1])[0][1]["end"] == ""
+    assert together.get_attr("render_mode") == [None] * count
+    together.close(), alone.close()
+
+
+def test_a_training_in_threads(training):
+    report = training.run(threads=True, **SHORT)
+    assert report["steps"] == 2048 and report["workers_lost"] == 0
+    assert len(report["ends"]) == report["evaluated_starts"] == 10
+    assert training.run(resume=True, threads=True, steps=3072)["steps"] == 3072
+
+
 @pytest.mark.parametrize("reward", ["centre_line", "waypoints", "fewer_steps"])
 def test_rewards_in_a_published_style_train_as_they_are(training, reward):
     report = training.run(

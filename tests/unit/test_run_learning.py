@@ -62,6 +62,14 @@ def test_a_training_with_everything(tmp_path):
     assert (table["steps"], table["workers"], table["seed"]) == (1000, 3, 5)
 
 
+def test_a_training_in_threads():
+    many = train.max_processes() + 1
+    table = train.wanted(parsed(train, "train", "--threads", "--workers", str(many)))
+    assert table["threads"] is True and table["workers"] == many and "ray" not in table
+    with pytest.raises(UsageError, match="ray is 'auto'; with --threads there are no actors"):
+        train.wanted(parsed(train, "train", "--threads", "--ray", "auto"))
+
+
 @pytest.mark.parametrize(
     "value, names",
     [("nothing", []), ("all", list(train.RANDOM)), ("mass,friction", ["mass", "friction"])],

@@ -16,7 +16,7 @@ from torch import nn
 from torch.nn import functional
 
 from paddock_gym.contract import hyperparameters
-from paddock_gym.training.workers import Workers
+from paddock_gym.training.workers import Threads, Workers
 
 IMAGE_FEATURES = 128
 
@@ -76,10 +76,10 @@ def of(settings, workers):
     """The class of a training's algorithm.
 
     Args:
-        workers: Workers or RayWorkers.
+        workers: Workers, Threads or RayWorkers.
     """
     base = PPO
-    if not isinstance(workers, Workers):
+    if not isinstance(workers, (Workers, Threads)):
         from paddock_gym.training.ray_actors import RayPPO
 
         base = RayPPO

@@ -13,7 +13,7 @@ from paddock_gym.training import algorithm, checkpoint
 from paddock_gym.training.algorithm import Features
 from paddock_gym.training.finish import STARTS, finish, success
 from paddock_gym.training.monitor import TrainingMonitor
-from paddock_gym.training.workers import Workers, factory
+from paddock_gym.training.workers import Threads, Workers, factory
 
 REPORT = "report.json"
 INITIAL_DEVIATION = -0.7  # logarithm of the standard deviation of the first actions
@@ -67,6 +67,8 @@ def train(settings, folder, resume=False, log=print, ray=None):
 
 def _workers(settings, folder, address, log):
     """(settings with the number of workers, the workers)."""
+    if settings.threads:
+        return settings, Threads(settings.environment(), settings.workers)
     if not address:
         return settings, Workers([factory(settings.environment())] * settings.workers)
     from paddock_gym.training import ray_actors

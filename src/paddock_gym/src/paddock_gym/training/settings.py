@@ -12,7 +12,7 @@ from paddock_gym.ids import BACKING, ENVS
 
 FILE = "settings.json"
 
-MAY_CHANGE = ("steps", "workers")  # by --resume
+MAY_CHANGE = ("steps", "workers", "threads")  # by --resume
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,7 @@ class Settings:
         hyperparameters: absolute path of a hyperparameters.json, or "".
         steps: actions of the full training.
         workers: processes or Ray actors with one car each; 0: one for each processor of Ray.
+        threads: workers are worlds in threads of one process, not processes or actors.
         seed: of the network, the starts and the noise.
     """
 
@@ -45,6 +46,7 @@ class Settings:
     hyperparameters: str = ""
     steps: int = 60_000
     workers: int = 4
+    threads: bool = False
     seed: int = 0
 
     def __post_init__(self):

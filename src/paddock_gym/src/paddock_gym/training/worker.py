@@ -59,7 +59,12 @@ def environment(options):
         options: keyword arguments of the environment; id: its Gymnasium id (DeepRacer).
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.environ.setdefault("LP_NUM_THREADS", "0")  # Mesa renders in this process's one thread
+    return make(options)
+
+
+def make(options):
+    """As environment(), in any thread."""
+    os.environ.setdefault("LP_NUM_THREADS", "0")  # Mesa renders in the thread that asks it
     from paddock_gym.ids import IDS  # the package registers the environments
 
     env = Reporting(gymnasium.make(**{"id": IDS[0], **options}))
