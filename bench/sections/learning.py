@@ -1,9 +1,14 @@
 """Actions a second of the learner's environments, over bare stepping and bare images; no ROS.
 
 The car drives round a ring by one action that never changes. Bare stepping is that of the same
-engine with the same car on the same circle: nothing but PyBullet's steps.
+engine with the same car on the same circle: nothing but the solver's steps. Eight worlds in one
+process, by as many threads as there are processors, are beside one environment; and beside that of
+another checkout, if the environment variable PADDOCK_BEFORE is its folder, built. Where ./run train
+has installed its packages, trainings as of ./run train first are timed.
 """
 
+import importlib.util
+import json
 import math
 import os
 import pathlib
@@ -27,6 +32,27 @@ KINDS = {
     "camera_160x120": {"observation": "camera"},
 }
 CHILD = "import sys; from sections.learning import child; child(*sys.argv[1:])"
+WORLDS = 8  # side by side
+SEEDS = 5  # of trainings
+# An environment of any version: its actions a second, by the lines of its input. It needs nothing
+# of this folder, so that another checkout's can be compared.
+BEFORE = f"""
+import json, math, sys, time
+import gymnasium, paddock_gym
+options = json.loads(sys.argv[1])
+env = gymnasium.make(paddock_gym.IDS[0], randomize=(), **options).unwrapped
+env.reset(seed=0)
+action = env.options.actions.action({SPEED}, math.atan(0.164 / {RADIUS}))
+print("ready", flush=True)
+for _ in sys.stdin:
+    done, start = 0, time.perf_counter()
+    while time.perf_counter() - start < {SECONDS}:
+        for _ in range({ACTIONS}):
+            if any(env.step(action)[2:4]):
+                env.reset()
+        done += {ACTIONS}
+    print(done / (time.perf_counter() - start), flush=True)
+"""
 
 
 def ring(folder):
@@ -85,7 +111,131 @@ class Circling:
         self.actions()
 
 
-def measure(quick, _log):
+class Before:
+    """An environment of another checkout, in a process of its own.
+
+    Args:
+        folder: of the checkout.
+        options: of the environment.
+    """
+
+    def __init__(self, folder, **options):
+        paths = [str(path) for path in sorted(pathlib.Path(folder).glob("src/*/src"))]
+        self._process = subprocess.Popen(
+            [sys.executable, "-c", BEFORE, json.dumps(options)],
+            env=dict(os.environ, PYTHONPATH=os.pathsep.join(paths)), text=True,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+        )  # fmt: skip
+        if self._process.stdout.readline() != "ready\n":
+            raise BenchError(f"the environment of {folder} did not start")
+
+    def rate(self):
+        """Actions a second of a round."""
+        self._process.stdin.write("go\n")
+        self._process.stdin.flush()
+        return float(self._process.stdout.readline())
+
+    def close(self):
+        """End the process."""
+        self._process.stdin.close()
+        self._process.wait()
+        self._process.stdout.close()
+
+
+class Worlds:
+    """Environments side by side, each of which goes round and round as Circling."""
+
+    def __init__(self, track, **options):
+        from paddock_gym.envs.worlds import WorldsEnv
+
+        self.env = WorldsEnv(WORLDS, track=track, randomize=(), **options)
+        action = self.env.envs[0].unwrapped.options.actions.action(SPEED, math.atan(0.164 / RADIUS))
+        self._actions = np.tile(action, (WORLDS, 1))
+        self.env.reset(seed=0)
+        self.actions()
+
+    def actions(self):
+        """Take some actions; returns how many."""
+        for _ in range(3):
+            self.env.step(self._actions)
+        return 3 * WORLDS
+
+
+def side_by_side(track, options, quick):
+    """Worlds side by side over one environment: of PADDOCK_BEFORE, else of this checkout."""
+    folder = os.environ.get("PADDOCK_BEFORE") or pathlib.Path(__file__).resolve().parents[2]
+    one, worlds = Before(folder, track=track, **options), Worlds(track, **options)
+    try:
+        return alternate(
+            one.rate, {"worlds": lambda: rate_of_work(worlds.actions, SECONDS)}, pairs_of(quick)
+        )["worlds"].figures()
+    finally:
+        one.close()
+        worlds.env.close()
+
+
+def memory():
+    """[MB] of one more car, `state`."""
+    import psutil
+
+    with tempfile.TemporaryDirectory() as folder:
+        first = Worlds(ring(folder))
+        before = psutil.Process().memory_info().rss
+        second = Worlds(ring(folder))
+        grown = psutil.Process().memory_info().rss - before
+        first.env.close(), second.env.close()
+    return grown / WORLDS / 1e6
+
+
+def trainings(quick, log):
+    """Reports of trainings as of ./run train first, of several seeds and both kinds of workers."""
+    found = []
+    for seed in range(1 if quick else SEEDS):
+        for threads in (False, True):
+            with tempfile.TemporaryDirectory() as folder:
+                table = {
+                    "name": "bench", "folder": os.path.join(folder, "bench"), "resume": False,
+                    "workers": 2 * len(os.sched_getaffinity(0)), "seed": seed, "threads": threads,
+                }  # fmt: skip
+                words = [sys.executable, "-m", "paddock_gym.training.cli", json.dumps(table)]
+                subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
+                report = json.loads(pathlib.Path(folder, "bench", "report.json").read_text())
+                curve = pathlib.Path(folder, "bench", "episodes.csv").read_text().splitlines()
+            columns = curve[0].split(",")
+            time, end = columns.index("wall_time"), columns.index("end")
+            laps = [row.split(",") for row in curve[1:]]
+            found.append(
+                {
+                    "seed": seed,
+                    "threads": threads,
+                    "seconds": report["seconds_this_time"],
+                    "steps": report["steps"],
+                    "laps": report["laps"],
+                    "mean_lap_time": report["mean_lap_time"],
+                    "ten_laps_in_a_row_after": ten_in_a_row(
+                        [(float(row[time]), row[end] == "lap") for row in laps]
+                    ),
+                }
+            )
+            log(f"learning: {found[-1]}")
+    return found
+
+
+def ten_in_a_row(runs):
+    """Time [s] of the tenth lap of the first ten in a row, or None.
+
+    Args:
+        runs: (time [s], whether it was a lap) of each run.
+    """
+    count = 0
+    for seconds, lap in runs:
+        count = count + 1 if lap else 0
+        if count == 10:
+            return seconds
+    return None
+
+
+def measure(quick, log):
     """Each kind of observation over bare stepping, the camera over bare images, two processes."""
     figures = {}
     with tempfile.TemporaryDirectory() as folder:
@@ -118,9 +268,14 @@ def measure(quick, _log):
                 )[name].figures()
                 figures["renderer"] = circling.env.scene.renderer.backend
             circling.env.close()
+            figures[f"worlds_{name}"] = side_by_side(track, options, quick)
+        figures["before"] = os.environ.get("PADDOCK_BEFORE", "")
+        figures["memory_of_a_car"] = memory()
         figures["two_processes"] = alternate(
             lambda: together(1, track), {"two": lambda: together(2, track)}, pairs_of(quick)
         )["two"].figures()
+    if importlib.util.find_spec("stable_baselines3"):
+        figures["trainings"] = trainings(quick, log)
     return figures
 
 
@@ -165,3 +320,17 @@ def rows(figures):
     yield ratio_row("gym, camera over bare images", drawn, "bare images", "per s")
     yield Row("  renderer", figures["renderer"])
     yield ratio_row("gym, two processes", figures["two_processes"], "one", "actions per s")
+    one = f"one of {figures['before']}" if figures["before"] else "one"
+    for name in KINDS:
+        worlds = figures[f"worlds_{name}"]
+        yield ratio_row(f"gym, {name}, {WORLDS} worlds", worlds, one, "actions per s")
+    grown = figures["memory_of_a_car"]
+    yield Row("  memory of one more car", f"{grown:.1f} MB", grown, "MB")
+    for found in figures.get("trainings", ()):
+        kind = "threads" if found["threads"] else "processes"
+        mean = found["mean_lap_time"]
+        text = f"{found['laps']} of 10 laps after {found['seconds']:.0f} s, {found['steps']} steps"
+        text += f", {mean:.2f} s a lap" if mean else ""
+        if found["ten_laps_in_a_row_after"] is not None:
+            text += f"; ten in a row after {found['ten_laps_in_a_row_after']:.0f} s"
+        yield Row(f"./run train first, {kind}, seed {found['seed']}", text)
