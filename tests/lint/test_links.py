@@ -68,7 +68,8 @@ def test_each_page_of_docs_is_in_the_tree_once():
     pages = {
         name[5:] for name in PAGES if name.startswith("docs/") and not name.startswith(LEFT_OUT)
     }
-    assert pages - set(listed) == set()
+    packages = {f"packages/{path.parent.name}.md" for path in (ROOT / "src").glob("*/README.md")}
+    assert (pages | packages) - set(listed) == set()
 
 
 def test_documents_are_short():
