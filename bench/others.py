@@ -26,9 +26,9 @@ REFERENCE = "paddock_state_1"
 # Name -> (which Python, what a step of it contains).
 SUBJECTS = {
     REFERENCE: ("paddock", "state, multi-body physics"),
-    "paddock_state_16": ("paddock", "the same for 16 cars in one world (make_vec)"),
+    "paddock_state_16": ("paddock", "the same for 16 cars, each in its world (make_vec)"),
     "paddock_lidar_1": ("paddock", "64 rays, multi-body physics"),
-    "paddock_lidar_16": ("paddock", "the same for 16 cars in one world (make_vec)"),
+    "paddock_lidar_16": ("paddock", "the same for 16 cars, each in its world (make_vec)"),
     "f1tenth_1": ("f1tenth", "1080 rays, single-track model in 2D"),
     "f1tenth_16": ("f1tenth", "the same for 16 agents that also see and hit each other"),
     "car_racing": ("box2d", "96x96 colour image, Box2D in 2D"),

@@ -15,7 +15,7 @@ WARM_UP = 2.0  # [s] before anything is measured, after the first step, in which
 
 
 class Paddock:
-    """The DeepRacer round a ring, one car or several in one world."""
+    """The DeepRacer round a ring, one car or several, each in its world."""
 
     radius, width, speed, wheelbase = 2.0, 1.4, 1.5, 0.164  # [m], [m], [m/s], [m]
 
@@ -47,7 +47,7 @@ class Paddock:
         self._action, self._many, self.cars = action, cars > 1, cars
         if self._many:
             self._action = np.tile(action, (cars, 1))  # cars that end start again by themselves
-        scene = self.env.unwrapped.scene
+        scene = (self.env.envs[0] if self._many else self.env).unwrapped.scene
         self.period, self.time_step = scene.period, scene.world.time_step
         self.env.reset(seed=0)
 

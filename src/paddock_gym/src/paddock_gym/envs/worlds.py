@@ -140,10 +140,12 @@ class WorldsEnv(gymnasium.vector.VectorEnv):
             seed: of the first, the others have the following ones; or one for each.
             options: of each, see DeepRacerEnv.
         """
-        if seed is None or np.ndim(seed) == 0:
-            seeds = [None if seed is None else int(seed) + k for k in range(self.num_envs)]  # type: ignore[call-overload]
+        if seed is None:
+            seeds: list[int | None] = [None] * self.num_envs
+        elif isinstance(seed, (int, np.integer)):
+            seeds = [int(seed) + k for k in range(self.num_envs)]
         else:
-            seeds = [None if each is None else int(each) for each in seed]  # type: ignore[union-attr]
+            seeds = [None if each is None else int(each) for each in seed]
         if len(seeds) != self.num_envs:
             raise GymError(f"seed has {len(seeds)} numbers; it must be one, or {self.num_envs}")
         self._over[:] = False
