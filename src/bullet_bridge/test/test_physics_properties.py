@@ -103,7 +103,7 @@ def test_gravity_and_iterations_survive_a_reset(properties):
         ({"gravity": (0.0, math.inf, 0.0)}, "gravity is .*inf"),
         ({"max_update_rate": -1.0}, "max_update_rate is -1.0"),
         ({"max_update_rate": math.inf}, "max_update_rate is inf"),
-        ({"iterations": 5000}, "sor_pgs_iters is 5000"),
+        ({"iterations": 50000}, "sor_pgs_iters is 50000"),
         ({"ode": {"erp": -1.0}}, "erp is -1.0"),
         ({"time_step": 2.0, "gravity": (0.0, 0.0, 0.0)}, "time_step is 2.0"),
     ],

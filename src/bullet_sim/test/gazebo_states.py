@@ -420,6 +420,104 @@ ROBOTS.update({
     "a car in a tray": (robot(SMALL), 0.12, turn(("l", "r"), 3.0, 4.0)),
     "a mesh in a tray": (robot(link("base", 1.0, 0.01, MESH)), 0.25, []),
 })  # fmt: skip
+
+
+def surface(bounce="", friction="", contact=""):
+    """<surface> of SDF; in a URDF it is in <collision> of a <gazebo> element."""
+    parts = ("bounce", bounce), ("friction", friction), ("contact", contact)
+    inner = "".join(f"<{key}>{text}</{key}>" for key, text in parts if text)
+    return f"<surface>{inner}</surface>"
+
+
+def torsional(coefficient, **values):
+    """<torsional> of <friction>."""
+    inner = "".join(f"<{key}>{value}</{key}>" for key, value in values.items())
+    return f"<torsional><coefficient>{coefficient}</coefficient>{inner}</torsional>"
+
+
+BOUNCE = (
+    "<restitution_coefficient>0.6</restitution_coefficient><threshold>0.1</threshold>",
+    "",
+    "<ode><max_vel>100</max_vel></ode>",
+)
+SMALL_PATCH, LARGE_PATCH = torsional(0.8, patch_radius=0.05), torsional(1.0, patch_radius=0.08)
+ROUND = torsional(0.8, use_patch_radius=0, surface_radius=0.1)
+TWIST = torsional(0.8, patch_radius=0.05, ode="<slip>2</slip>")
+
+
+def twisting(friction):
+    """A base on four balls with torsional friction."""
+    own = (tags(name, collision=surface(friction=friction)) for name in CORNERS)
+    return robot(BASE, BALLS, *own), 0.12, turn()
+
+
+# name -> <surface> of the ground, where it is another one
+GROUNDS = {
+    "a ball that bounces": surface(*BOUNCE),
+    "balls that twist": surface(friction=LARGE_PATCH),
+    "balls that twist by their depth": surface(friction=ROUND),
+    "balls that twist and slip": surface(friction=TWIST),
+}
+NARROW = '<cylinder radius="0.1" length="0.002"/>'
+ROBOTS.update({
+    "a ball that bounces": (
+        robot(
+            link("base", 3.0, 0.02, '<sphere radius="0.2"/>'),
+            tags("base", collision=surface(*BOUNCE)),
+        ),
+        0.3,
+        [],
+    ),
+    "a decay that does not count": (
+        robot(
+            link("base", 3.0, 0.02, '<sphere radius="0.2"/>'),
+            tags("base", gravity="false", velocity_decay="<linear>0.01</linear>"),
+        ),
+        0.3,
+        [],
+    ),
+    "balls that twist": twisting(SMALL_PATCH),
+    "balls that twist by their depth": twisting(ROUND),
+    "balls that twist and slip": twisting(TWIST),
+    "a box on two contacts": (
+        robot(
+            link("base", 3.0, 0.02, '<box size="0.4 0.4 0.3"/>'), tags("base", maxContacts=2)
+        ),
+        0.2,
+        [],
+    ),
+    "wheels on one contact each": (
+        robot(BASE, WHEELS, *(tags(name, maxContacts=1) for name in CORNERS)), 0.12, turn(),
+    ),
+    "narrow wheels and a castor": (
+        on_a_castor(0, link("ball", 0.2, 1e-4, BALL), -0.15, mu1=0.1, mu2=0.1).replace(
+            '<cylinder radius="0.1" length="0.05"/>', NARROW
+        ),
+        0.12,
+        turn(("l", "r"), 3.0, 3.0) + turn(("l", "r"), 0.0, 0.0, at=300),
+    ),
+    "a slider pushed against its stop": (
+        robot(
+            BASE,
+            WHEELS,
+            link("lift", 1.0, 0.01, center="0.05 0 0.1"),
+            joint("mast", "prismatic", "base", "lift", "-0.2 0.05 0.1", "0 0 1",
+                  more='<limit lower="0" upper="0.1" effort="500" velocity="1"/>'),
+        ),
+        0.12,
+        [(200, "mast", "velocity", 0.0, 60.0)],
+    ),
+    "two wheels between two castors": (
+        robot(
+            BASE,
+            wheel("l", 0, 0.15),
+            wheel("r", 0, -0.15),
+            *on_the_base("ball", BALL, (-0.15, 0, -0.05), (0.15, 0, -0.05)),
+        ),
+        0.12,
+        turn(("l", "r"), 5.0, 5.0),
+    ),
+})  # fmt: skip
 CRATE, CAN = "<box><size>0.2 0.5 0.2</size></box>", "<radius>0.1</radius><length>0.2</length>"
 CAN, POST = f"<cylinder>{CAN}</cylinder>", "<radius>0.05</radius><length>0.5</length>"
 POST = f"<cylinder>{POST}</cylinder>"
@@ -482,11 +580,11 @@ def ground(name):
         shape, height = f"<box><size>{BOX}</size></box>", -0.5
     elif name.endswith(ON_A_MESH):
         shape = "<mesh><uri>file://{folder}/waves.stl</uri></mesh>"
+    rough = surface(friction="<ode><mu>100</mu><mu2>50</mu2></ode>")
     return (
         f'<model name="ground_plane"><static>1</static><pose>0 0 {height} 0 0 0</pose>'
         f'<link name="link"><collision name="collision"><geometry>{shape}</geometry>'
-        "<surface><friction><ode><mu>100</mu><mu2>50</mu2></ode></friction></surface>"
-        "</collision></link></model>"
+        f"{GROUNDS.get(name, rough)}</collision></link></model>"
     )
 
 

@@ -39,12 +39,13 @@ def body(world, pose=TURNED, center=(0.0, 0.0, 0.0)):
     "start, duration, expected",
     [
         (0.0, 0.1, (50, 150)),  # what is past means now
-        (0.2, 0.1, (200, 300)),
-        (0.2004, 0.001, (201, 202)),  # not before its time
-        (0.0, 0.0001, (50, 51)),  # shorter than a step: one step
+        (0.2, 0.1, (199, 300)),  # also in the step at whose end it begins, as in Gazebo
+        (0.199999999, 0.1, (199, 300)),  # cut to whole nanoseconds
+        (0.2004, 0.001, (200, 201)),
+        (0.0, 0.0001, (50, 50)),  # shorter than a step: nothing
         (0.0, 0.0, (50, 50)),  # nothing
         (0.0, -1.0, (50, math.inf)),
-        (0.3, -1.0, (300, math.inf)),
+        (0.3, -1.0, (299, math.inf)),
     ],
 )
 def test_span(start, duration, expected):
@@ -88,11 +89,11 @@ def test_the_last_wrench_on_a_link_counts_begins_late_and_ends_when_cleared(worl
     world.forces.apply_wrench(model, "link", (1, 0, 0), (0, 0, 0), step_range(0, 0.001, 0.0, -1.0))
     world.forces.apply_wrench(model, "link", (0, 3, 0), (0, 0, 0), step_range(0, 0.001, 0.1, -1.0))
     world.step(200)
-    assert model.link_state("link")[1] == pytest.approx((0.1 / MASS, 0.3 / MASS, 0.0), abs=1e-9)
+    assert model.link_state("link")[1] == pytest.approx((0.099 / MASS, 0.303 / MASS, 0.0), abs=1e-9)
     assert world.forces.clear_link("link") == 0, "as in gazebo_ros, which compares MODEL::LINK"
     assert world.forces.clear_link(f"{model.name}::link") == 2
     world.step(100)
-    assert model.link_state("link")[1] == pytest.approx((0.1 / MASS, 0.3 / MASS, 0.0), abs=1e-9)
+    assert model.link_state("link")[1] == pytest.approx((0.099 / MASS, 0.303 / MASS, 0.0), abs=1e-9)
 
 
 def test_efforts_on_a_joint_add_up(world):

@@ -379,14 +379,16 @@ def test_what_merged_links_say_first_about_decay_counts():
 
 
 def test_elements_of_sdf_within_a_urdf():
-    """What sdformat does not know it copies into the link or the model."""
+    """What sdformat does not know it copies into the link, behind its own, or into the model."""
     decay = "<velocity_decay><linear>0.1</linear><angular>0.2</angular></velocity_decay>"
     model = read(
         f'<gazebo reference="base">{decay}</gazebo>'
         "<gazebo><allow_auto_disable>false</allow_auto_disable></gazebo>"
     )
-    assert model.links["base"].decay == (0.1, 0.2) and not model.auto_disable
-    assert model.warnings == [] and read("").auto_disable
+    assert model.links["base"].decay == (0.0, 0.0) and not model.auto_disable
+    (warning,) = model.warnings
+    assert "<velocity_decay> has no effect" in warning and "<dampingFactor>" in warning
+    assert read("").auto_disable
 
 
 def test_what_is_within_a_visual_and_a_collision():

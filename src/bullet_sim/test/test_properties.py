@@ -175,10 +175,11 @@ def test_stops(world, model):
     assert model.joints.arrays()[0][0] == pytest.approx(0.2, abs=0.01)
     model.joints.set_positions({"hinge": 0.9})
     assert model.joints.arrays()[0][0] == pytest.approx(0.2, abs=1e-6)
-    for bad, reason in (((0.5, None), "0.5 and 0.2"), ((math.nan, None), "nan")):
-        with pytest.raises(ModelError, match=reason):
-            changes.set_joint_stops(model, "hinge", *bad)
+    with pytest.raises(ModelError, match="nan"):
+        changes.set_joint_stops(model, "hinge", math.nan)
     if world.engine.settings is None:
+        with pytest.raises(ModelError, match="0.5 and 0.2"):
+            changes.set_joint_stops(model, "hinge", 0.5)
         with pytest.raises(ModelError, match="'axle' of 'r' is continuous"):
             changes.set_joint_stops(model, "axle", -1, 1)
         return
@@ -186,6 +187,9 @@ def test_stops(world, model):
     world.forces.apply_effort(model, "axle", 0.3, (0, math.inf))
     world.step(3000)
     assert model.joints.arrays()[0][1] == pytest.approx(0.5, abs=0.01)
+    changes.set_joint_stops(model, "axle", lower=1.0, upper=-1.0)  # none, as in Gazebo
+    world.step(3000)
+    assert model.joints.arrays()[0][1] > 1.5
 
 
 def test_damping_slows_to_the_ratio_of_effort_and_damping(world, model):

@@ -241,8 +241,12 @@ class World:
     def spawn_urdf(
         self, name: str, text: str | bytes | Node, pose: Pose, resolve: Resolve
     ) -> Model:
-        """Spawn a robot from URDF text; returns the Model (see its description.warnings)."""
-        return self.spawn(urdf.parse_urdf(text, resolve, name), pose)
+        """Spawn a robot from URDF text; returns the Model (see its description.warnings).
+
+        The <origin> of its <robot> applies within the given pose, as by gazebo_ros.
+        """
+        description = urdf.parse_urdf(text, resolve, name)
+        return self.spawn(description, pose * description.origin)
 
     def spawn_sdf(self, name: str, text: str | bytes | Node, pose: Pose, resolve: Resolve) -> Model:
         """Spawn an SDF model; its own <pose> applies within the given one.

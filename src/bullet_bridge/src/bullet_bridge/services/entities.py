@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from bullet_bridge.control.robot import RobotControl
     from bullet_bridge.plugins.base import ModelPlugin
 
-WORLD_FRAMES = ("", "world", "map", "/world", "/map")
+WORLD_FRAMES = ("", "world", "map", "/map")
 LISTED = 30  # names in an error message
 
 

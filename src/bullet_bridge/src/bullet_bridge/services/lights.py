@@ -70,7 +70,8 @@ class LightServices:
         return srv.SetLightPropertiesResponse()
 
     def _delete(self, request: Any) -> srv.DeleteLightResponse:
-        with _refusing_unknown("DeleteLight", request):
+        # what gazebo_ros answers also for a light that is not there
+        with refusing(f'DeleteLight: Timeout reached while removing light "{request.light_name}"'):
             self._jobs.call(lambda: self._change(request.light_name, lambda _: None))
         status = f"DeleteLight: {request.light_name} successfully deleted"
         return srv.DeleteLightResponse(status_message=status)

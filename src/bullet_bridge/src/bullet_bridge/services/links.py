@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import rospy
@@ -24,6 +25,7 @@ from bullet_bridge.services.entities import (
 )
 from bullet_bridge.services.handlers import (
     NO_FRAME,
+    Refusal,
     empty_service_handler,
     refusing,
     service_handler,
@@ -32,6 +34,7 @@ from bullet_bridge.services.handlers import (
 from bullet_bridge.transport.conversions import pose_from_msg, pose_to_msg, twist_to_msg, vector
 
 if TYPE_CHECKING:
+    from bullet_sim.models.model import Model
     from bullet_sim.world import World
 
     from bullet_bridge.loop.jobs import JobQueue
@@ -58,6 +61,9 @@ class LinkServices:
 
     def __init__(self, prefix: str, world: World, jobs: JobQueue, received: ReceivedCounts) -> None:
         self._world, self._jobs = world, jobs
+        # mass, center and inertia that were set, of links by their model
+        self._told: WeakKeyDictionary[Model, dict[str, tuple[float, Array, Array]]]
+        self._told = WeakKeyDictionary()
         for name, service, work in (
             ("get_link_state", srv.GetLinkState, self._get_state),
             ("set_link_state", srv.SetLinkState, lambda r: self._set_state(r.link_state)),
@@ -141,8 +147,11 @@ class LinkServices:
     def _get_properties(self, request: Any) -> srv.GetLinkPropertiesResponse:
         def work() -> tuple[float, Array, Array, bool]:
             with refusing(f"GetLinkProperties: {NO_LINK}"):
-                found = find_link(self._world, request.link_name)
-            return changes.link_properties(*found)
+                model, link = find_link(self._world, request.link_name)
+            found = changes.link_properties(model, link)
+            if model.is_static:  # of which Gazebo has no mass
+                found = 0.0, found[1], np.zeros((3, 3)), False
+            return self._told.get(model, {}).get(link, found[:3]) + found[3:]
 
         mass, center, inertia, gravity = self._jobs.read(work)
         com = PoseMsg()
@@ -162,6 +171,8 @@ class LinkServices:
         )
 
     def _set_properties(self, request: Any) -> srv.SetLinkPropertiesResponse:
+        """As Gazebo 11 does: gravity changes; mass and inertia are what get_link_properties tells
+        from then on, and the link moves as before."""
         inertia = [
             [request.ixx, request.ixy, request.ixz],
             [request.ixy, request.iyy, request.iyz],
@@ -171,14 +182,10 @@ class LinkServices:
         def work() -> None:
             with refusing(f"SetLinkProperties: {NO_LINK}"):
                 model, link = find_link(self._world, request.link_name)
-            changes.set_link_properties(
-                model,
-                link,
-                request.mass,
-                vector(request.com.position),
-                inertia,
-                request.gravity_mode,
-            )
+            told = self._told.setdefault(model, {})
+            told[link] = request.mass, vector(request.com.position), np.array(inertia)
+            if not model.is_static:
+                changes.set_link_gravity(model, link, request.gravity_mode)
 
         self._jobs.call(work)
         return srv.SetLinkPropertiesResponse(status_message="SetLinkProperties: properties set")
@@ -213,6 +220,21 @@ class LinkServices:
 PARAMETERS = ("stop_erp", "stop_cfm", "fudge_factor", "fmax", "vel")
 
 
+def gazebos_joint(world: World, name: str, refusal: str) -> tuple[Model, str]:
+    """As find_joint, of those that Gazebo has: sdformat merges the links of fixed joints.
+
+    Raises:
+        Refusal: there is none.
+    """
+    with refusing(refusal):
+        model, name = find_joint(world, name)
+    described, joint = model.description, model.description.joints[name]
+    to_world = joint.parent == "world" and described.fixed_base
+    if described.is_urdf and joint.kind == "fixed" and name not in described.kept and not to_world:
+        raise Refusal(refusal, f"joint '{name}' is fixed, and its links are one")
+    return model, name
+
+
 class JointServices:
     """Services that read, change and drive joints."""
 
@@ -238,9 +260,10 @@ class JointServices:
         """Position and rate; each joint is REVOLUTE and has no damping, as gazebo_ros answers."""
 
         def work() -> srv.GetJointPropertiesResponse:
-            with refusing("GetJointProperties: joint not found"):
-                model, joint = find_joint(self._world, request.joint_name)
+            refusal = "GetJointProperties: joint not found"
+            model, joint = gazebos_joint(self._world, request.joint_name, refusal)
             response = srv.GetJointPropertiesResponse(type=srv.GetJointPropertiesResponse.REVOLUTE)
+            response.position, response.rate = [0.0], [0.0]  # of a fixed one
             if joint in model.joints.names:
                 index = model.joints.names.index(joint)
                 positions, rates, _ = model.joints.arrays()
@@ -262,8 +285,10 @@ class JointServices:
         without_effect += [f"{name}[1]" for name, values in given.items() if len(values) > 1]
 
         def work() -> None:
-            with refusing("SetJointProperties: joint not found"):
-                model, joint = find_joint(self._world, request.joint_name)
+            refusal = "SetJointProperties: joint not found"
+            model, joint = gazebos_joint(self._world, request.joint_name, refusal)
+            if joint not in model.joints.names:
+                return  # a fixed one
             if "loStop" in given or "hiStop" in given:
                 changes.set_joint_stops(
                     model, joint, *(given.get(name, (None,))[0] for name in ("loStop", "hiStop"))
@@ -287,8 +312,10 @@ class JointServices:
 
     def _drive(self, request: Any) -> srv.ApplyJointEffortResponse:
         def work() -> float:
-            with refusing("ApplyJointEffort: joint not found"):
-                model, joint = find_joint(self._world, request.joint_name)
+            refusal = "ApplyJointEffort: joint not found"
+            model, joint = gazebos_joint(self._world, request.joint_name, refusal)
+            if joint not in model.joints.names:
+                return float(request.effort)  # a fixed one
             steps = requested_steps(self._world, request)
             return self._world.forces.apply_effort(model, joint, request.effort, steps)
 

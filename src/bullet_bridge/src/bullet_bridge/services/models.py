@@ -213,7 +213,9 @@ class ModelServices:
                     "SetModelConfiguration: joint name and position list have different lengths",
                     f"joint_names has {len(names)} entries and joint_positions {len(positions)}",
                 )
-            values = dict(zip(names, positions))
+            scope = f"{request.model_name}::"
+            plain = [name[len(scope) :] if name.startswith(scope) else name for name in names]
+            values = dict(zip(plain, positions))
             joints.set_positions({name: values[name] for name in values if name in joints.names})
             return [name for name in values if name not in joints.names]
 

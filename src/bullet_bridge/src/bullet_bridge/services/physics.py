@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from bullet_bridge.loop.jobs import JobQueue
     from bullet_bridge.loop.server import Server
 
-MAX_ITERATIONS = 1000
+MAX_ITERATIONS = 10_000
 # Settings of ODE that do not change here, by the solver; requests to change them are ignored. Those
 # of 'ode' do not change in Gazebo either: it answers neither what was set of them.
 FIXED = {

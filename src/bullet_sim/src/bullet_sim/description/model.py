@@ -327,6 +327,7 @@ class ModelDescription:
         has_sensors: also such as are left out; with the solver 'ode' it does not sleep then.
         is_urdf: its file is a URDF, which Gazebo turns into SDF.
         motion: ActorMotion of an actor, which nothing else moves.
+        origin: <origin> of a URDF's <robot>, within the pose at which it is spawned.
     """
 
     name: str
@@ -349,6 +350,7 @@ class ModelDescription:
     has_sensors: bool = False
     is_urdf: bool = False
     motion: Any = None
+    origin: Pose = field(default_factory=Pose)
     warnings: list[ReadWarning] = field(default_factory=list)
 
     def warn(self, text: str, cause: str = "", item: str = "") -> None:

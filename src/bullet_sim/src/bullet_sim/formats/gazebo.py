@@ -224,29 +224,26 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
     """
     _keep_joints(robot, model)
     gravity: dict[str, bool] = {}
-    decay: dict[str, tuple[float, float]] = {}
+    decay: dict[str, float] = {}
     for element in robot.findall("gazebo"):
         for child in element:  # <mu1 value="0.8"/>, which counts before a text, as in sdformat
             child.text = child.get("value", child.text)
         name = element.get("reference") or ""
         label = f"<gazebo reference='{name}'>"
         gravity[name] = not is_true(child_text(element, "turnGravityOff", "false"))
-        if not is_true(child_text(element, "gravity", "true")):
-            model.warn(
-                f"{label}: <gravity> has no effect, as in Gazebo; <turnGravityOff> has",
-                "<gazebo> elements turn <gravity> off, which has no effect, as in Gazebo; "
-                "<turnGravityOff> has",
-                f"'{name}'",
-            )
+        for tag, does in (("gravity", "turnGravityOff"), ("velocity_decay", "dampingFactor")):
+            if element.find(tag) is not None and not (
+                tag == "gravity" and is_true(child_text(element, tag, "true"))
+            ):  # sdformat writes it behind one of its own, and the first counts
+                model.warn(
+                    f"{label}: <{tag}> has no effect, as in Gazebo; <{does}> has",
+                    f"<gazebo> elements have <{tag}>, which has no effect, as in Gazebo; <{does}> "
+                    "has",
+                    f"'{name}'",
+                )
         lost = child_number(element, "dampingFactor", label, None)
         if lost is not None:
-            decay.setdefault(name, (max(0.0, lost),) * 2)
-        elif element.find("velocity_decay") is not None:
-            linear, angular = (
-                max(0.0, child_number(element, f"velocity_decay/{key}", label, 0.0))
-                for key in ("linear", "angular")
-            )
-            decay.setdefault(name, (linear, angular))
+            decay.setdefault(name, max(0.0, lost))
     for name in model.links:
         _set_merged(name, gravity, decay, model)
     materials: dict[str, Material] = {}
@@ -403,7 +400,7 @@ def _owner(shape: str, link: str, root: str, suffix: str) -> str:
 def _set_merged(
     name: str,
     gravity: dict[str, bool],
-    decay: dict[str, tuple[float, float]],
+    decay: dict[str, float],
     model: ModelDescription,
 ) -> None:
     """Whether gravity acts on a link, and on those that fixed joints merge into it; their decay.
@@ -425,9 +422,9 @@ def _set_merged(
         fixed = [joint for joint in model.joints_of(name) if _merges(joint, model)]
         fixed.sort(key=lambda joint: joint.name, reverse=True)
         pending += [joint.child for joint in fixed]
-    lost = next((decay[name] for name in names if name in decay), (0.0, 0.0))
+    lost = next((decay[name] for name in names if name in decay), 0.0)
     for merged in names:
-        model.links[merged].gravity, model.links[merged].decay = said, lost
+        model.links[merged].gravity, model.links[merged].decay = said, (lost, lost)
 
 
 def _unknown(element: Node, model: ModelDescription, reference: str | None) -> None:

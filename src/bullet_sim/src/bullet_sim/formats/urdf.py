@@ -91,6 +91,7 @@ def parse_urdf(text: str | bytes | Node, resolve: Resolve, name: str = "robot") 
     robot = parse(text, f"URDF of '{name}'", model.warnings)
     if robot.tag != "robot":
         raise ModelError(f"URDF of '{name}' starts with <{robot.tag}>, must be <robot>")
+    model.origin = urdf_origin(robot, f"robot '{name}'")
     xacro_tag = _xacro_tag(robot, name)
     materials: dict[str | None, RGBA | None] = {}
     for element in robot.findall("material"):

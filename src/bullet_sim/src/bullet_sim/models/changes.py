@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from bullet_sim.models.model import Model
 
 
+ROUNDING = 1e-5  # of a step: of times that ROS cuts to whole nanoseconds
+
+
 def step_range(
     step_count: int, time_step: float, start: float, duration: float
 ) -> tuple[int, float]:
@@ -26,7 +29,7 @@ def step_range(
         step_count: steps made so far.
         time_step: [s].
         start: simulated time [s]; a past one means now.
-        duration: [s]; negative: without end; shorter than a step: one step; 0: not at all.
+        duration: [s]; negative: without end; shorter than a step: not at all, as in gazebo_ros.
 
     Returns:
         (first, end): it acts in the steps first <= index < end; end may be infinite.
@@ -37,10 +40,12 @@ def step_range(
     for name, value in (("start_time", start), ("duration", duration)):
         if not math.isfinite(value):
             raise CommandError(f"{name} is {value} s, must be finite")
-    first = max(step_count, math.ceil(start / time_step - 1e-6))
+    now = step_count * time_step
+    # gazebo_ros compares with the time at the end of the step that is to be made
+    first = max(step_count, math.ceil(start / time_step - ROUNDING) - 1)
     if duration < 0:
         return first, math.inf
-    return first, first + (max(1, round(duration / time_step)) if duration > 0 else 0)
+    return first, max(first, math.floor((max(start, now) + duration) / time_step + ROUNDING))
 
 
 @dataclass(frozen=True)
@@ -253,6 +258,25 @@ def set_link_properties(
     model.told_centers[link] = told
 
 
+def set_link_gravity(model: Model, link: str, gravity: bool) -> None:
+    """Switch gravity on a link on or off, and on those that fixed joints merge with it; survives a
+    reset of the world.
+
+    Raises:
+        ModelError: no such link.
+    """
+    index, _ = model.link_in_body(link)
+    name, part = next(
+        item for item in model.rigid_parts.items() if model.link_in_body(item[0])[0] == index
+    )
+    if index >= 0 or not model.source.fixed_base:
+        values = gravity, part.mass, part.center
+        model.change(
+            ("gravity", name), lambda: model.engine.set_link_gravity(model.body, index, *values)
+        )
+    part.gravity = gravity
+
+
 def _keeps_axes(model: Model, index: int, inertia: Array) -> bool:
     """Whether an inertia has the loaded principal axes, which PyBullet's solver keeps."""
     axes = matrix_from_quaternion(model.engine.principal_axes(model.body, index))
@@ -266,8 +290,11 @@ def set_joint_stops(
 ) -> None:
     """Change a joint's limits [rad, m]; None leaves one; survives a reset of the world.
 
+    As in Gazebo, a lower one above the upper one means none.
+
     Raises:
-        ModelError: the joint has no stops, or lower is above upper, or not finite.
+        ModelError: not finite; with PyBullet's own solver also of a joint without stops, and where
+            the lower one is above the upper one.
     """
     index, limits = model.joints.index(joint), model.joints.limits[joint]
     label = f"joint '{joint}' of '{model.name}'"
@@ -277,12 +304,13 @@ def set_joint_stops(
     old = [-NO_STOP if ends[0] is None else ends[0], NO_STOP if ends[1] is None else ends[1]]
     low = old[0] if lower is None else float(lower)
     high = old[1] if upper is None else float(upper)
-    if not (math.isfinite(low) and math.isfinite(high) and low <= high):
+    crossed = low > high and model.engine.settings is None
+    if not (math.isfinite(low) and math.isfinite(high)) or crossed:
         raise ModelError(f"{label}: stops are {low} and {high}, must be finite, the lower first")
     model.change(
         ("stops", joint), lambda: model.engine.set_joint_limits(model.body, index, low, high)
     )
-    limits.lower, limits.upper = low, high
+    limits.lower, limits.upper = (low, high) if low <= high else (None, None)
 
 
 def set_joint_parameter(model: Model, joint: str, name: str, value: float) -> bool:

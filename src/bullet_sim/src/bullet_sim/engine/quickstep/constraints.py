@@ -359,10 +359,10 @@ def _limit_row(
     elif limit:
         if powered:
             push = _push_at_limit(limit, joint)
-            for k in range(3):
-                work[one, col.W_F + shift + k] -= push * axis[k]
+            for k in range(6):
+                work[one, col.W_F + k] -= push * row[col.R_J + k]
                 if two >= 0:
-                    work[two, col.W_F + shift + k] += push * axis[k]
+                    work[two, col.W_F + k] -= push * row[col.R_J + 6 + k]
         stop = joint[col.LOWER] if limit == 1 else joint[col.UPPER]
         row[col.R_C] = -joint[col.STOP_ERP] / step * (position - stop)
         row[col.R_CFM] = joint[col.STOP_CFM]

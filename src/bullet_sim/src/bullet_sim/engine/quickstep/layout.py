@@ -135,12 +135,12 @@ def softness(step: float, kp1: float, kd1: float, kp2: float, kd2: float) -> tup
 
 
 def set_torsion(row: Array, shape: Array, plane: Array) -> None:
-    """Torsional friction of a contact, of its surfaces' rows: the smaller coefficient and the
-    larger patch, or the surfaces' radii in series where one of both says so."""
+    """Torsional friction of a contact, of its surfaces' rows: the smaller coefficient, both slips
+    and the larger patch, or the surfaces' radii in series where one of both says so."""
     row[C_TORSION] = min(shape[G_TORSION], plane[P_TORSION])
     row[C_PATCH] = max(shape[G_PATCH], plane[P_PATCH])
     row[C_RADIUS] = 0.0
-    row[C_TWIST_SLIP] = min(shape[G_TWIST_SLIP], plane[P_TWIST_SLIP])
+    row[C_TWIST_SLIP] = shape[G_TWIST_SLIP] + plane[P_TWIST_SLIP]
     if shape[G_BY_PATCH] == 0.0 or plane[P_BY_PATCH] == 0.0:
         row[C_PATCH] = 0.0
         if shape[G_RADIUS] > 0.0 and plane[P_RADIUS] > 0.0:
