@@ -11,10 +11,10 @@ fields alone. Where an original changed, the sum is that of its last form, as No
 GetModelState has a header since Jade (before: af0f702011820738976b120226dc9d96),
 SwitchController has start_asap and timeout.
 
-Those of geographic_msgs, hector_gazebo_plugins, robot_localization, twist_mux_msgs and
-four_wheel_steering_msgs were
-computed from the originals' definitions; of these GeoPoint, GeoPath, SetPose, GetState, FromLL,
-ToggleFilterProcessing and FourWheelSteering were found in such code, too.
+Those of gazebo_ros_link_attacher, geographic_msgs, hector_gazebo_plugins, robot_localization,
+twist_mux_msgs and four_wheel_steering_msgs were computed from the originals' definitions; of these
+GeoPoint, GeoPath, SetPose, GetState, FromLL, ToggleFilterProcessing and FourWheelSteering were
+found in such code, too.
 """
 
 EMPTY = "d41d8cd98f00b204e9800998ecf8427e"
@@ -143,6 +143,7 @@ SUMS = {
     "geographic_msgs/msg/GeoPoseWithCovariance.msg": ("84c133e7220362d3d8aff8e415075357",),
     "geographic_msgs/msg/GeoPoseWithCovarianceStamped.msg": ("2cc818b24aae5ffa4fd33f5ee0bb5421",),
     "geographic_msgs/msg/KeyValue.msg": ("cf57fdc6617a881a88c16e768132149c",),
+    "gazebo_ros_link_attacher/srv/Attach.srv": ("ff39d0bc8e054b10e21a2f298cb7fb05", OK),
     "hector_gazebo_plugins/srv/SetBias.srv": ("af1f260075d9ba9bd73ca10c6a45df07", EMPTY),
     "hector_gazebo_plugins/srv/SetReferenceGeoPose.srv": (
         "fe903ca95d0210defda73a1629604439",
@@ -230,6 +231,7 @@ CONNECTION = {
     "gazebo_msgs/srv/SetModelState.srv": ("5b3ab0281d4f5445def017e3a2e4a07b",),
     "gazebo_msgs/srv/SetPhysicsProperties.srv": ("97e2057080558ce4730434b5fae75c91",),
     "gazebo_msgs/srv/SpawnModel.srv": ("9ed9c82c96abe1a00c3e8cdaeee24413",),
+    "gazebo_ros_link_attacher/srv/Attach.srv": ("c91fb3be70ce66d19130d40294cf4bd5",),
     "hector_gazebo_plugins/srv/SetBias.srv": ("af1f260075d9ba9bd73ca10c6a45df07",),
     "hector_gazebo_plugins/srv/SetReferenceGeoPose.srv": ("fe903ca95d0210defda73a1629604439",),
     "robot_localization/srv/FromLL.srv": ("a6cd7064e35acbe3e4c3ac3dc5fd8265",),

@@ -64,6 +64,7 @@ NAMED_IN_FIND_PACKAGE = (
     "force_torque_sensor_controller",
     "roboticsgroup_gazebo_plugins",
     "roboticsgroup_upatras_gazebo_plugins",
+    "gazebo_ros_link_attacher",
     "hector_gazebo_plugins",
     "realsense_gazebo_plugin",
     "control_msgs",
