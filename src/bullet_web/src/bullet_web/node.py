@@ -464,7 +464,7 @@ class WebNode:
 
     def _send_data(self) -> None:
         self._send_frames()
-        place = self._goal if self._goal and self._has_goal else None
+        place: tuple[float, ...] | None = self._goal if self._has_goal else None
         if place is None:
             place = self._navigation.goal_in_world()
         goal = {"goal": place[:2]} if place else {}
