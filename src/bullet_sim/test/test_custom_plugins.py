@@ -72,8 +72,7 @@ def test_without_a_source_they_are_not_known():
     ("gazebo_ros_contol", "libgazebo_ros_control.so"),
     ("/opt/libgazebo_ros_planarmove.so", "libgazebo_ros_planar_move.so"),
     ("hector_gazebo_ros_magnetc", "libhector_gazebo_ros_magnetic.so"),
-    ("libgazebo_ros_template.so", None),  # other plugins
-    ("libgazebo_ros_steer_drive.so", None),
+    ("libgazebo_ros_steer_drive.so", None),  # other plugins
     ("libhector_gazebo_ros_baro.so", None),
     ("libhector_gazebo_ros_sonar.so", None),  # is known, in a <sensor>
     ("libcontroller.so", None),

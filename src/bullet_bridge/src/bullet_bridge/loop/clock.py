@@ -285,6 +285,8 @@ class SimClock(Schedule):
         set_time: function of a rospy.Time that sets the time of this process.
     """
 
+    STATE = ("_sent",)
+
     def __init__(
         self,
         rate: float,

@@ -28,7 +28,7 @@ STILL = 1e-4  # [rad/s] below which it does not turn
 class ForceMovePlugin(PlanarMovePlugin):
     """Pushes and turns a link in every step; publishes Odometry and its transform."""
 
-    STATE = ("_pose2d", "_last", "_held")
+    STATE = ("_pose2d", "_sent_at", "_held")
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
@@ -48,7 +48,7 @@ class ForceMovePlugin(PlanarMovePlugin):
     def start(self, time: float) -> None:
         """Messages from now on."""
         super().start(time)
-        self._last = time
+        self._sent_at = time
 
     def reset(self, time: float) -> None:
         """Without a command, odometry at zero."""
@@ -80,7 +80,7 @@ class ForceMovePlugin(PlanarMovePlugin):
 
     def _publish(self, time: float, linear: Any, angular: Any) -> None:
         """Add the velocity [m/s, rad/s] since the last message to the odometry, and publish it."""
-        elapsed, self._last = time - self._last, time
+        elapsed, self._sent_at = time - self._sent_at, time
         sideways = linear[1] if self.spec.sideways else 0.0
         self._pose2d = after_arc(self._pose2d, linear[0], sideways, angular[2], elapsed)
         x, y, yaw = self._pose2d

@@ -110,7 +110,8 @@ class WheelDrivePlugin(ModelPlugin):
             out is not None and out.get_num_connections() > 0
             for out in (self._odometry, self._transform)
         ):
-            self._sender.send(time, *self._motion(), flat=self.spec.flat)
+            position, orientation, linear, angular = self._motion()
+            self._sender.send(time, position, orientation, linear, angular, flat=self.spec.flat)
 
     def _publish_wheels(self, time: float) -> None:
         """Positions of the wheels, and their frames below the links that carry them."""
