@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 from bullet_bridge.loop.jobs import JobQueue
+from bullet_bridge.plugins.states import link_names
 from bullet_bridge.services import handlers
 from bullet_bridge.services import models as model_services
 from bullet_bridge.services.lights import LightServices
@@ -140,7 +141,9 @@ def test_spawn_ask_and_delete(desk):
         False,
     )
     state = desk.call("get_model_state", srv.GetModelStateRequest("bot", "bot::plate"))
-    assert state.success and state.header.frame_id == "bot::plate" and state.header.seq == 1
+    assert not state.success, "sdformat merges the plate into the base"
+    state = desk.call("get_model_state", srv.GetModelStateRequest("bot", "bot::base"))
+    assert state.success and state.header.frame_id == "bot::base" and state.header.seq == 1
     assert desk.call("delete_model", srv.DeleteModelRequest("bot")).success
     assert desk.world.models == {} and desk.robots.closed == [True]
 
@@ -151,7 +154,7 @@ def test_spawn_ask_and_delete(desk):
         ("get_model_state", srv.GetModelStateRequest("bot", "")),
         ("get_model_properties", srv.GetModelPropertiesRequest("bot")),
         ("get_world_properties", srv.GetWorldPropertiesRequest()),
-        ("get_link_state", srv.GetLinkStateRequest("bot::plate", "")),
+        ("get_link_state", srv.GetLinkStateRequest("bot::base", "")),
         ("get_link_properties", srv.GetLinkPropertiesRequest("bot::base")),
         ("get_joint_properties", srv.GetJointPropertiesRequest("axle")),
         ("get_light_properties", srv.GetLightPropertiesRequest("sun")),
@@ -685,3 +688,63 @@ def test_joints_are_placed_by_their_scoped_names_too(desk):
     request = srv.SetModelConfigurationRequest("bot", "", ["bot::axle"], [0.5])
     assert desk.call("set_model_configuration", request).success
     assert desk.world.model("bot").joints.arrays()[0][0] == pytest.approx(0.5)
+
+
+ON_A_WORLD = (
+    '<robot name="r"><link name="world"/>'
+    + "".join(
+        f'<link name="{name}"><inertial><origin xyz="{x} 0 0"/><mass value="{mass}"/><inertia '
+        'ixx="0.1" iyy="0.1" izz="0.1"/></inertial></link>'
+        for name, x, mass in (("base", 0.1, 1), ("plate", 0, 3), ("arm", 0, 1), ("tip", 0, 1))
+    )
+    + '<joint name="anchor" type="fixed"><parent link="world"/><child link="base"/>'
+    '<origin xyz="0 0 2"/></joint><joint name="weld" type="fixed"><parent link="base"/>'
+    '<child link="plate"/><origin xyz="0.5 0 0"/></joint><joint name="hinge" type="revolute">'
+    '<parent link="base"/><child link="arm"/><limit lower="-1" upper="1" effort="9" velocity="9"/>'
+    '</joint><joint name="kept" type="fixed"><parent link="arm"/><child link="tip"/></joint>'
+    '<gazebo reference="kept"><preserveFixedJoint>true</preserveFixedJoint></gazebo></robot>'
+)
+
+
+def test_links_and_joints_are_those_of_gazebo(desk):
+    """Links that sdformat merges and `world` are none; joints that stay are, fixed ones, too."""
+    assert desk.spawn(text=ON_A_WORLD).success
+    found = desk.call("get_model_properties", srv.GetModelPropertiesRequest("bot"))
+    assert found.body_names == ["base", "arm", "tip"]
+    assert sorted(found.joint_names) == ["anchor", "hinge", "kept"]
+    for link in ("world", "plate"):
+        for name in (link, f"bot::{link}"):
+            answer = desk.call("get_link_state", srv.GetLinkStateRequest(name, ""))
+            said = "GetLinkState: link not found, " + SCOPE.format("link")
+            assert not answer.success and answer.status_message == said
+            answer = desk.call("get_link_properties", srv.GetLinkPropertiesRequest(name))
+            assert not answer.success
+    base = desk.call("get_link_state", srv.GetLinkStateRequest("bot::base", "")).link_state
+    assert (base.pose.position.z, base.pose.orientation.w) == (2.0, 1.0)
+    base = desk.call("get_link_properties", srv.GetLinkPropertiesRequest("bot::base"))
+    assert (base.mass, base.com.position.z) == (4.0, 0.0)  # with the plate, in its own frame
+    assert base.com.position.x == pytest.approx((0.1 + 3 * 0.5) / 4)
+    (model,) = desk.world.models.values()
+    assert link_names(model) == ["bot::base", "bot::arm", "bot::tip"]
+    assert [motion[0][2] for motion in model.body_motions()] == pytest.approx([2.0] * 3)
+
+
+def test_links_of_a_fixed_joint_of_an_sdf_keep_their_mass(desk):
+    text = (
+        '<sdf version="1.6"><model name="m">'
+        + "".join(
+            f'<link name="{name}"><pose>{x} 0 0 0 0 0</pose><inertial><mass>{mass}</mass>'
+            "</inertial></link>"
+            for name, x, mass in (("b", 0, 1), ("a", 2, 3), ("loose", 4, 5))
+        )
+        + '<joint name="weld" type="fixed"><parent>b</parent><child>a</child></joint></model></sdf>'
+    )
+    assert desk.spawn(text=text, kind="sdf").success
+    for name, mass in (("a", 3.0), ("b", 1.0)):
+        answer = desk.call("get_link_properties", srv.GetLinkPropertiesRequest(f"bot::{name}"))
+        assert (answer.mass, answer.com.position.x) == (mass, 0.0)
+    found = desk.call("get_model_properties", srv.GetModelPropertiesRequest("bot"))
+    assert (found.body_names, found.joint_names) == (["b", "a", "loose"], ["weld"])
+    (model,) = desk.world.models.values()
+    assert link_names(model) == ["bot::b", "bot::a", "bot::loose"]
+    assert [motion[0][0] for motion in model.body_motions()] == [0.0, 2.0, 4.0]

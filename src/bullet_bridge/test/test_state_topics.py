@@ -117,7 +117,7 @@ def test_all_links_at_once_are_as_one_by_one(topics, world):
     model.set_state(Pose((0, 0, 1)), (0.3, 0.2, 0.1), (0.5, -0.4, 0.3))
     model.joints.drive_velocities(model.joints.names, (1.0, 2.0, 3.0))
     world.step(20)
-    motions = dict(zip(model.rigid_parts, model.part_motions()))
+    motions = dict(zip(model.bodies, model.body_motions()))
     assert len(motions) == 4
     for link, motion in motions.items():
         assert motion == model.link_motion(link)

@@ -232,7 +232,7 @@ def test_it_is_a_model_that_nothing_moves(world):
     world.step(200)
     assert at(model) == pytest.approx((5.0, 5.0, 0.0))
     assert not model.is_static and list(world.models) == ["walker"]
-    assert "LeftUpLeg_joint" in model.joints.names and len(model.part_motions()) == 9
+    assert "LeftUpLeg_joint" in model.joints.names and len(model.body_motions()) == 9
     with pytest.raises(WorldError, match="is an actor"):
         world.attach("key", "walker", "walker_pose", "walker", "LeftLeg")
 

@@ -35,8 +35,8 @@ def model_names(model: Model) -> list[str]:
 
 
 def link_names(model: Model) -> list[str]:
-    """Names in link_states: of all links but those that fixed joints merge into others."""
-    return [f"{model.name}::{link}" for link in model.rigid_parts]
+    """Names in link_states: of the links that Gazebo has."""
+    return [f"{model.name}::{link}" for link in model.bodies]
 
 
 class StateTopic:
@@ -81,7 +81,7 @@ class StateTopics:
         self._world, self._rate = world, rate
         self._topics = [
             StateTopic(f"{prefix}/model_states", ModelStates, model_names, root_motions),
-            StateTopic(f"{prefix}/link_states", LinkStates, link_names, Model.part_motions),
+            StateTopic(f"{prefix}/link_states", LinkStates, link_names, Model.body_motions),
         ]
         self.restart()
 

@@ -157,14 +157,15 @@ def find_frame(world: World, name: str) -> Frame:
 def find_link(world: World, name: str, label: str = "link") -> tuple[Model, str]:
     """(Model, link name) of MODEL::LINK or of a plain link name (the first model's that has it).
 
+    As in Gazebo a link that a URDF's fixed joint merges into another is none.
+
     Raises:
         WorldError: there is none; lists the links.
     """
-    match = _find(world, name, lambda model: model.link_names)
+    match = _find(world, name, lambda model: model.bodies)
     if match is None:
         raise WorldError(
-            f"{label} '{name}' does not exist; "
-            f"{_known(world, lambda model: model.link_names, 'links')}"
+            f"{label} '{name}' does not exist; {_known(world, lambda model: model.bodies, 'links')}"
         )
     return match
 

@@ -148,7 +148,7 @@ class LinkServices:
         def work() -> tuple[float, Array, Array, bool]:
             with refusing(f"GetLinkProperties: {NO_LINK}"):
                 model, link = find_link(self._world, request.link_name)
-            found = changes.link_properties(model, link)
+            found = changes.gazebos_properties(model, link)
             if model.is_static:  # of which Gazebo has no mass
                 found = 0.0, found[1], np.zeros((3, 3)), False
             return self._told.get(model, {}).get(link, found[:3]) + found[3:]
@@ -228,9 +228,7 @@ def gazebos_joint(world: World, name: str, refusal: str) -> tuple[Model, str]:
     """
     with refusing(refusal):
         model, name = find_joint(world, name)
-    described, joint = model.description, model.description.joints[name]
-    to_world = joint.parent == "world" and described.fixed_base
-    if described.is_urdf and joint.kind == "fixed" and name not in described.kept and not to_world:
+    if not model.stays(name):
         raise Refusal(refusal, f"joint '{name}' is fixed, and its links are one")
     return model, name
 

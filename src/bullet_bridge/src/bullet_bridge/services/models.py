@@ -242,11 +242,9 @@ class ModelServices:
         with refusing("GetModelProperties: model does not exist"):
             found = self._jobs.read(lambda: find_model(self._world, request.model_name))
         model, described = found.model, found.model.description
-        # Links of a URDF that fixed joints merge are none, as in Gazebo.
-        bodies = model.rigid_parts if described.is_urdf else described.links
         return srv.GetModelPropertiesResponse(
             parent_model_name=found.parent,
-            body_names=found.plain(bodies),
+            body_names=found.plain(model.bodies),
             geom_names=[
                 f"{name}_collision" + (f"_{number}" if number else "")
                 if described.is_urdf
@@ -254,7 +252,7 @@ class ModelServices:
                 for name in found.own(described.links)
                 for number, shape in enumerate(described.links[name].collisions)
             ],
-            joint_names=found.plain(model.joints.names),
+            joint_names=found.plain(filter(model.stays, described.joints)),
             child_model_names=found.children,
             is_static=model.is_static,
             status_message="GetModelProperties: got properties",

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bullet_sim.component import Stateful
+from bullet_sim.description.lump import moved
 from bullet_sim.errors import CommandError, ModelError
 from bullet_sim.pose import Array, Vector, matrix_from_quaternion
 
@@ -205,6 +206,24 @@ def link_properties(model: Model, link: str) -> tuple[float, Array, Array, bool]
     model.link_in_body(link)
     part = model.rigid_parts.get(link) or model.description.links[link]
     return part.mass, model.told_centers.get(link, part.center), part.inertia, part.gravity
+
+
+def gazebos_properties(model: Model, link: str) -> tuple[float, Array, Array, bool]:
+    """As link_properties, of a link as Gazebo has it: a fixed joint of an SDF does not merge its
+    links, and what a URDF fixes to the world carries what is merged into it."""
+    index, offset = model.link_in_body(link)
+    mass, center, inertia, gravity = link_properties(model, link)
+    name, carrier = next(
+        item for item in model.rigid_parts.items() if model.link_in_body(item[0])[0] == index
+    )
+    if not model.description.is_urdf:
+        if any(model.link_in_body(other)[0] == index for other in model.bodies if other != link):
+            own = model.description.links[link]
+            mass, center, inertia = own.mass, own.center, own.inertia
+    elif name != link and link in model.bodies:
+        whole = moved(carrier, offset.inverse())
+        mass, center, inertia = whole.mass, whole.center, whole.inertia
+    return mass, center, inertia, carrier.gravity if link in model.bodies else gravity
 
 
 def set_link_properties(

@@ -85,6 +85,8 @@ class Model:
     Attributes:
         body: its index in the engine.
         measured: joint name -> index in the engine of the child link, of joints that are measured.
+        bodies: names of the links that Gazebo has: of a URDF those into which fixed joints merge
+            others; in the place of `world` those that are fixed to it.
 
     Raises:
         ModelError: PyBullet refuses it.
@@ -111,6 +113,8 @@ class Model:
         self._load()
         order = sorted(self._links, key=self._links.__getitem__)
         self.source = replace(self.source, links=visual_links(self._lumped, order, visuals))
+        self.bodies = self._bodies()
+        self._at_parts = all(self.link_in_body(body)[1] == _SAME for body in self.bodies)
         self.joints = Joints(engine, self.body, self._lumped.joints)
         inertias = joint_inertias(self._lumped, description.fixed_base)
         mimics = {joint.name: joint.mimic for joint in self._lumped.joints if joint.mimic}
@@ -273,6 +277,31 @@ class Model:
         """Whether it never moves."""
         return self.description.static
 
+    def _bodies(self) -> tuple[str, ...]:
+        described, joints = self.description, self.description.joints.values()
+        if not described.is_urdf:
+            return tuple(described.links)
+        held = {"world"} if described.fixed_base else set()
+        merged = {
+            joint.child
+            for joint in joints
+            if joint.kind == "fixed" and joint.parent not in held and joint.child not in self._links
+        }
+        parts = [*self._links, *described.links] if self.is_static else [*self._lumped.links]
+        names: list[str] = []
+        for part in parts:
+            if part in held:
+                names += [j.child for j in described.joints_of(part) if j.kind == "fixed"]
+            elif part not in merged:
+                names.append(part)
+        return tuple(dict.fromkeys(names))
+
+    def stays(self, joint: str) -> bool:
+        """Whether a joint is one in Gazebo: sdformat merges the links of a URDF's fixed ones, and
+        none holds a link of an SDF that has no joint."""
+        child = self.description.joints[joint].child
+        return child in self.bodies and joint != f"{child}__fixed"
+
     @property
     def rigid_parts(self) -> dict[str, Link]:
         """Links that remain when fixed joints are merged: Link by name."""
@@ -343,12 +372,13 @@ class Model:
             return self.engine.link_motion(self.body, index)
         return self.engine.link_motion(self.body, index, (offset.position, offset.orientation))
 
-    def part_motions(self) -> list[Motion]:
-        """As link_motion, of each of the rigid_parts; those of a static model do not move."""
-        links = [self._links[name] for name in self._lumped.links]
-        if not self.is_static:
-            return self.engine.link_motions(self.body, links)
-        return [(*self.frame_at(link), _REST, _REST) for link in links]
+    def body_motions(self) -> list[Motion]:
+        """As link_motion, of each of the bodies; those of a static model do not move."""
+        if self.is_static:
+            return [(*self.link_motion(body)[:2], _REST, _REST) for body in self.bodies]
+        if self._at_parts:
+            return self.engine.link_motions(self.body, [self._links[body] for body in self.bodies])
+        return [self.link_motion(body) for body in self.bodies]
 
     @property
     def pose(self) -> Pose:
