@@ -158,7 +158,8 @@ def test_a_stamp_delays_the_start_and_points_of_the_past_are_dropped():
 def test_a_continuous_joint_takes_the_shorter_way_and_others_do_not():
     arm = Arm()
     arm.joints.positions.update(arm=3.0, wheel=3.0)
-    arm.manager.switch(["arm"], ["arm"])
+    arm.manager.switch([], ["arm"])
+    arm.manager.switch(["arm"], [])
     arm.manager.command("arm", move((1.0, (-3.0, -3.0, 0.0)), (2.0, (-2.0, -2.0, 0.0))))
     arm.run(2.01)
     turn = 2.0 * math.pi
@@ -170,7 +171,8 @@ def test_a_continuous_joint_takes_the_shorter_way_and_others_do_not():
 def test_of_two_ways_of_half_a_turn_it_is_that_of_the_commanded_numbers(start, target, rounding):
     arm = Arm(joints=["wheel"])
     arm.joints.positions["wheel"] = start
-    arm.manager.switch(["arm"], ["arm"])
+    arm.manager.switch([], ["arm"])
+    arm.manager.switch(["arm"], [])
     arm.manager.command("arm", move((1.0, (target + rounding,)), joints=("wheel",)))
     arm.run(1.01)
     assert arm.joints.positions["wheel"] == pytest.approx(target)
