@@ -110,7 +110,6 @@ def test_command_topics_have_the_type_of_the_controller(bot):
     [
         ("ghost", "/bot/ghost is not on the parameter server"),
         ("wrong", "joint 'nose'"),
-        ("fast", "publish_rate is 5000"),
     ],
 )
 def test_what_cannot_be_loaded_is_refused_with_the_reason(bot, name, reason):
@@ -118,6 +117,12 @@ def test_what_cannot_be_loaded_is_refused_with_the_reason(bot, name, reason):
     assert any(reason in text for text in bot.log)
     assert reason in bot.control.refused[name]  # which ./run check tells
     assert bot.states() == {}
+
+
+def test_a_rate_above_one_a_step_is_one_a_step_as_upstream(bot):
+    bot.start("fast")
+    bot.run(7)
+    assert len(bot.endpoints["/bot/joint_states"].messages) == 7
 
 
 def test_loading_twice_is_refused(bot):

@@ -275,10 +275,10 @@ def test_claims_of_both_interfaces_are_listed(bot):
     ]
 
 
-def test_too_high_a_rate_is_refused_and_leaves_nothing(bot):
-    assert not bot.ask("load_controller", name="fast").ok
-    assert bot.ask("list_controllers").controller == []
-    assert "/bot/fast/cmd_vel" not in bot.endpoints and "/bot/fast/odom" not in bot.endpoints
+def test_a_rate_above_one_a_step_is_one_a_step_as_upstream(bot):
+    bot.start("fast")
+    bot.run(7)
+    assert len(bot.endpoints["/bot/fast/odom"].messages) == 7
 
 
 def test_unload_and_close_close_all_endpoints(bot):

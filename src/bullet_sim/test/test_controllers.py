@@ -90,11 +90,12 @@ BAD = [
     ({"type": VELOCITY, "joint": "left", "pid": {"i": 1}}, ["no p"]),
     ({"type": VELOCITY, "joint": "left", "pid": {"p": "high"}}, ["pid p is 'high'", "finite"]),
     ({"type": VELOCITY, "joint": "left", "pid": {"p": 1, "d": math.nan}}, ["pid d is nan"]),
+    ({"type": STATE}, ["Parameter 'publish_rate' not set", "'c'"]),
     ({"type": STATE, "publish_rate": 0}, ["publish_rate 0", "above 0"]),
     ({"type": STATE, "publish_rate": "fast"}, ["publish_rate 'fast'"]),
     ({"type": STATE, "publish_rate": True}, ["publish_rate True"]),
     ({"type": STATE, "publish_rate": 10**400}, ["publish_rate 1000"]),
-    ({"type": STATE, "joints": ["nose"]}, ["joint 'nose'"]),
+    ({"type": STATE, "publish_rate": 50, "joints": ["nose"]}, ["joint 'nose'"]),
     ({"type": GROUP, "joints": ["left", "right", "left"]}, ["joint 'left' twice"]),
     ({"type": EFFORT_GROUP, "joints": ["left", "left"]}, ["joint 'left' twice"]),
     ({"type": EFFORT_POSITION, "joint": "left"}, ["has no pid", EFFORT_POSITION]),
@@ -112,7 +113,7 @@ BAD = [
         {"type": EFFORT_GROUP_POSITION, "joints": ["left", "right"], "left": {"pid": {"p": 1}}},
         ["controller 'c' right has no pid"],
     ),
-    ({"type": STATE, "joints": 3}, ["joints 3", "a list"]),
+    ({"type": STATE, "publish_rate": 50, "joints": 3}, ["joints 3", "a list"]),
 ]
 
 
@@ -127,13 +128,28 @@ def test_bad_configurations_are_refused_by_name(config, parts):
 UNKNOWN = [
     ({"type": VELOCITY, "joint": "left", "gain": 1}, "controller 'c' has key 'gain'"),
     ({"type": VELOCITY, "joint": "left", "pid": {"p": 1, "q": 1}}, "pid has key 'q'"),
-    ({"type": STATE, 1: 2}, "key '1'"),
-    ({"type": STATE, "joint": "left"}, "key 'joint'"),
-    ({"type": STATE, "extra_joints": [{"name": "x", "speed": 1}]}, "#0 has key 'speed'"),
-    ({"type": STATE, "extra_joints": 3}, "extra_joints 3, must be a list; it is ignored"),
-    ({"type": STATE, "extra_joints": [{"position": 1}]}, "#0 has name None, must be a name; it"),
-    ({"type": STATE, "extra_joints": [{"name": "x", "effort": "a"}]}, "effort 'a', must be a"),
-    ({"type": STATE, "extra_joints": [{"name": "x"}, {"name": "x"}]}, "'x' a second time"),
+    ({"type": STATE, "publish_rate": 50, 1: 2}, "key '1'"),
+    ({"type": STATE, "publish_rate": 50, "joint": "left"}, "key 'joint'"),
+    (
+        {"type": STATE, "publish_rate": 50, "extra_joints": [{"name": "x", "speed": 1}]},
+        "#0 has key 'speed'",
+    ),
+    (
+        {"type": STATE, "publish_rate": 50, "extra_joints": 3},
+        "extra_joints 3, must be a list; it is ignored",
+    ),
+    (
+        {"type": STATE, "publish_rate": 50, "extra_joints": [{"position": 1}]},
+        "#0 has name None, must be a name; it",
+    ),
+    (
+        {"type": STATE, "publish_rate": 50, "extra_joints": [{"name": "x", "effort": "a"}]},
+        "effort 'a', must be a",
+    ),
+    (
+        {"type": STATE, "publish_rate": 50, "extra_joints": [{"name": "x"}, {"name": "x"}]},
+        "'x' a second time",
+    ),
     (
         {"type": EFFORT_GROUP_POSITION, "joints": ["left"], "left": {"pid": {"p": 1}, "gear": 2}},
         "controller 'c' left has key 'gear'",
@@ -142,10 +158,12 @@ UNKNOWN = [
 
 
 def test_extra_joints_that_are_usable_stay():
-    extra = [{"name": "x", "position": 1.5}, 3, {"name": "x", "position": 2}, {"name": "y"}]
-    _, config = configure("c", {"type": STATE, "extra_joints": extra}, JOINTS)
+    extra = [{"name": "x", "position": 1.5}, 3, {"name": "x", "position": 2.0}, {"name": "y"}]
+    extra.append({"name": "z", "position": 1})  # upstream wants doubles
+    _, config = configure("c", {"type": STATE, "publish_rate": 50, "extra_joints": extra}, JOINTS)
     assert config.extra_joints == (("x", 1.5, 0.0, 0.0), ("y", 0.0, 0.0, 0.0))
-    assert len(config.warnings) == 2
+    assert len(config.warnings) == 3
+    assert "Extra joint 'z' does not specify a valid default position" in config.warnings[2]
 
 
 @pytest.mark.parametrize("config, text", UNKNOWN, ids=[text for _, text in UNKNOWN])

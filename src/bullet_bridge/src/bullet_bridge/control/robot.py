@@ -225,21 +225,14 @@ class RobotControl:
             raise
 
     def _load_values(self, name: str, values: Any) -> Controller:
-        """Load a controller, unless its publish_rate is above one per physics step."""
+        """Load a controller."""
         if values is None:
             raise ControllerError(
                 f"controller '{name}' has no parameters: {self.namespace}/{name} is not on the "
                 "parameter server"
             )
-        config = self.manager.load(name, values)
-        controller, limit = self.manager.get(name), 1 / self.world.time_step
-        if controller.limits_rate and config.publish_rate > 1.0001 * limit:
-            self.manager.unload(name)
-            raise ControllerError(
-                f"controller '{name}' publish_rate is {config.publish_rate}, must be at most "
-                f"{limit:g} Hz, one per physics step"
-            )
-        return controller
+        self.manager.load(name, values)
+        return cast("Controller", self.manager.get(name))
 
     def _log_once(self, log: Callable[..., None], key: str, text: str) -> None:
         if key not in self._logged:

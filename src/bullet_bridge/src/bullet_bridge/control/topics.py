@@ -496,7 +496,8 @@ class Sensors(Topics):
             if type(spec) is not controller.sensor:
                 continue
             name = getattr(spec, "joint", spec.name)
-            adapted = replace(spec, topic=f"{robot.namespace}/{name}", rate=config.publish_rate)
+            rate = min(config.publish_rate, 1.0 / robot.world.time_step)
+            adapted = replace(spec, topic=f"{robot.namespace}/{name}", rate=rate)
             seed = zlib.crc32(f"{config.name}/{name}".encode())
             sensor = make_plugin(PluginContext(robot.world, robot.model, adapted, seed))
             self._sensors.append(sensor)

@@ -58,7 +58,6 @@ class Controller(Component):
         interface: a key of INTERFACES: what it commands (velocity, position, effort) or reports.
         periodic: update() is called before physics steps.
         group: its command topic takes a list, also of one joint.
-        limits_rate: a publish_rate above one message per physics step is refused.
         joints: a JointHandle for each of config.joints.
         pids: its Pids, whose gains can be changed at run time.
     """
@@ -66,7 +65,6 @@ class Controller(Component):
     interface: ClassVar[str]
     periodic: ClassVar[bool] = False
     group: ClassVar[bool] = False
-    limits_rate: ClassVar[bool] = False
 
     pids: tuple[Any, ...] = ()
 

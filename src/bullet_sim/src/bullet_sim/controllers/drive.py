@@ -125,7 +125,7 @@ class Drive(Controller):
         "_positions",
         "_time",
     )
-    periodic = limits_rate = True
+    periodic = True
     interface = "velocity"
     command_sizes: ClassVar[tuple[int, ...]] = (2,)
 
@@ -139,7 +139,8 @@ class Drive(Controller):
 
     def __init__(self, config: Any, hardware: Hardware) -> None:
         super().__init__(config, hardware)
-        self.odometry: Any = Odometry(config.window)
+        # as upstream the velocity of open_loop is that of the last command
+        self.odometry: Any = Odometry(1 if config.open_loop else config.window)
         self._positions: tuple[float, ...] = (0.0,) * len(self.joints)
         self._time = 0.0
         self._forget()
@@ -227,7 +228,7 @@ class Drive(Controller):
     def _add_motion(self, time: float, positions: tuple[float, ...]) -> None:
         if self.config.open_loop:
             period = time - self._time
-            distance, turn = (v * period for v in self._motion(*self.limited))
+            distance, turn = (v * period for v in self.limited)
         else:
             turned = [now - before for now, before in zip(positions, self._positions)]
             distance, turn = self._travelled(turned, positions)
@@ -246,10 +247,6 @@ class Drive(Controller):
 
     def _write(self, outputs: Any) -> None:
         """Command the joints."""
-        raise NotImplementedError
-
-    def _motion(self, linear: float, angular: float) -> tuple[float, float]:
-        """Velocity [m/s] and yaw rate [rad/s] for a command within the limits."""
         raise NotImplementedError
 
     def _travelled(
@@ -394,9 +391,6 @@ class DiffDrive(Drive):
         speeds = (outputs[0],) * len(config.left) + (outputs[1],) * len(config.right)
         self.hardware.command("velocity", self.joints, speeds)
 
-    def _motion(self, linear: float, angular: float) -> tuple[float, float]:
-        return linear, angular
-
     def _travelled(self, turned: Sequence[float], _: Sequence[float]) -> tuple[float, float]:
         config, count = self.config, len(self.config.left)
         left, right = (
@@ -413,8 +407,8 @@ class DiffDrive(Drive):
 class Ackermann(Drive):
     """One rear wheel and one steering joint; commands are m/s forward and the steering angle.
 
-    As upstream, the second number of the command is an angle [rad] and no rate. Unlike upstream
-    the odometry of open_loop uses it as an angle, too.
+    As upstream, the second number of the command is an angle [rad] and no rate, and the odometry of
+    open_loop takes it for a rate.
     """
 
     @classmethod
@@ -448,9 +442,6 @@ class Ackermann(Drive):
     def _write(self, outputs: tuple[float, float]) -> None:
         self.hardware.command("velocity", self.joints[:1], outputs[:1])
         self.hardware.command("position", self.joints[1:], outputs[1:])
-
-    def _motion(self, linear: float, angle: float) -> tuple[float, float]:
-        return linear, linear * math.tan(angle) / self.config.separation
 
     def _travelled(
         self, turned: Sequence[float], positions: Sequence[float]

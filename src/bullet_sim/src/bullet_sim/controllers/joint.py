@@ -37,7 +37,6 @@ class JointState(Controller):
     """Reports joints' states; commands nothing."""
 
     interface = "state"
-    limits_rate = True
 
     @classmethod
     def configure(
@@ -54,10 +53,20 @@ class JointState(Controller):
         return JointStateConfig(
             name=settings.name,
             joints=tuple(requested),
-            publish_rate=settings.rate(),
+            publish_rate=_needed_rate(settings),
             extra_joints=extra_joints,
             warnings=warnings,
         )
+
+
+def _needed_rate(settings: Settings) -> float:
+    """The publish_rate [Hz], without which upstream refuses these controllers."""
+    if "publish_rate" not in settings:
+        raise ControllerError(
+            f"Parameter 'publish_rate' not set: {settings.label} has no publish_rate, which "
+            f"{settings.get('type')} needs [Hz]"
+        )
+    return settings.rate()
 
 
 def _extra_joints(
@@ -66,7 +75,7 @@ def _extra_joints(
     """(name, position, velocity, effort) of each usable entry of extra_joints, and warnings.
 
     As upstream an entry without a name, with a name that is there already, or with a value that is
-    no number is ignored, as is a value of another type than a list.
+    no double (0 is none, 0.0 is one) is ignored, as is a value of another type than a list.
     """
     rows: dict[str, tuple[str, float, float, float]] = {}
     warnings: list[str] = []
@@ -80,6 +89,12 @@ def _extra_joints(
             position, velocity, effort = (
                 entry.number(key, 0.0) for key in ("position", "velocity", "effort")
             )
+            for key in ("position", "velocity", "effort"):
+                if key in entry and not isinstance(entry.get(key), float):
+                    raise ControllerError(
+                        f"Extra joint '{name}' does not specify a valid default {key}: "
+                        f"{entry.get(key)!r} must be a number with a point"
+                    )
         except ControllerError as error:
             warnings.append(f"{error}; it is ignored")
             continue
@@ -98,7 +113,6 @@ class SensorController(Controller):
         sensor_names: for such sensors, in messages.
     """
 
-    limits_rate = True
     sensor: ClassVar[type]
     sensor_names: ClassVar[str]
 
@@ -111,11 +125,7 @@ class SensorController(Controller):
             raise ControllerError(
                 f"{settings.label} publishes {cls.sensor_names}, of which the robot has none"
             )
-        if settings.number("publish_rate", None, above=0.0) is None:
-            raise ControllerError(
-                f"{settings.label} has no publish_rate, which {settings.get('type')} needs [Hz]"
-            )
-        return ControllerConfig(name=settings.name, publish_rate=settings.rate())
+        return ControllerConfig(name=settings.name, publish_rate=_needed_rate(settings))
 
 
 @CONTROLLERS.register("imu_sensor_controller/ImuSensorController")
