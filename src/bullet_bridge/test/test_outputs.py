@@ -498,9 +498,14 @@ def test_wheel_acceleration_is_limited():
             "d", "b", ("l",), ("r",), separation=1.0, diameter=1.0, acceleration=2.0
         )
     )
-    assert drive.wheel_speeds(1.0, 0.0, 0.1) == pytest.approx((0.4, 0.4))
-    assert drive.wheel_speeds(1.0, 0.0, 1.0) == pytest.approx((2.0, 2.0))
-    assert drive.wheel_speeds(1.0, 1.0, 1.0) == pytest.approx((1.0, 3.0))
+    for turn, elapsed, turning, expected in (
+        (0.0, 0.1, (0.0, 0.0), (0.4, 0.4)),
+        (0.0, 0.1, (0.0, 0.0), (0.8, 0.8)),  # the wheels do not follow: it adds up
+        (0.0, 0.1, (2.0, 0.8), (2.0, 2.0)),  # one is as fast as commanded: no limit for either
+        (0.0, 1.0, (0.8, 0.8), (2.0, 2.0)),
+        (1.0, 1.0, (2.0, 2.0), (1.0, 3.0)),
+    ):
+        assert drive.wheel_speeds(1.0, turn, elapsed, turning) == pytest.approx(expected)
 
 
 def test_joint_states_plugin(topics, world):

@@ -13,6 +13,7 @@ from bullet_sim.world import World
 from fake_impl import fake_publishers, plugin_of
 from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import Imu
+from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
 LINK = (
@@ -103,15 +104,24 @@ def test_joints_are_put_to_the_points_one_after_the_other(topics, world, monkeyp
         JointTrajectoryPoint(positions=[q, 7.0], time_from_start=rospy.Duration(t))
         for q, t in ((0.3, 0.1), (-0.4, 0.0))
     ]
-    output._on_trajectory(JointTrajectory(joint_names=["j", "nose"], points=points))
+    header = Header(frame_id="world")
+    output._on_trajectory(JointTrajectory(header, ["j", "nose"], points))
     for step, expected in ((1, 0.3), (50, 0.3), (101, -0.4)):
         output.update(step * 0.001, 0.0)
         assert model.joints.positions_of(("j",)) == pytest.approx((expected,))
     assert not output.needs_update()
     errors = []
     monkeypatch.setattr(drives.rospy, "logerr", lambda text, *rest: errors.append(text % rest))
+    output._on_trajectory(JointTrajectory(header, ["j", "nose", "ear"], points))
     output._on_trajectory(JointTrajectory(joint_names=["j"], points=points))
-    assert errors == ["/poses: a point has 2 positions, must have 1"]
+    assert errors == [
+        "/poses: a point has 2 positions, must have 3",
+        "/poses: frame_id '' is neither world nor map nor a link",
+    ]
+    assert not output.needs_update()
+    output._on_trajectory(JointTrajectory(Header(frame_id="r::a"), ["j"], points))
+    output.update(1.0, 0.0)
+    assert model.joints.positions_of(("j",)) == pytest.approx((0.3,))
 
 
 # RealSense ----------------------------------------------------------------------------------------

@@ -283,7 +283,7 @@ def test_imu_model_plugin():
     spec = one(plugin.format("<updateRate>0</updateRate><robotNamespace>a</robotNamespace>"))
     assert (spec.topic, spec.frame_id, spec.rate) == ("/a/imu/data", "base", 0.0)
     assert spec.accel_noise_stddev == 0.2
-    for frame, found in (("head", "base"), ("base", "base"), ("/mast", "mast")):  # as sdformat
+    for frame, found in (("head", "base"), ("base", "base"), ("/mast", "/mast")):  # as sdformat
         assert one(plugin.format(f"<frameName>{frame}</frameName>")).frame_id == found
     model = read(plugin.replace(">head<", ">tail<").format(""))
     assert model.sensors == [] and "bodyName 'tail'" in model.warnings[0]

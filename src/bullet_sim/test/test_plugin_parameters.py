@@ -78,6 +78,40 @@ def test_a_parameter_and_its_default(library, tag):
         assert found == expected
 
 
+SPECIAL = [  # library, parameters, attribute, what upstream's source makes of them
+    ("gazebo_ros_diff_drive", {"odometrySource": "0"}, "from_wheels", False),
+    ("gazebo_ros_diff_drive", {"odometrySource": "Encoder"}, "from_wheels", False),
+    ("gazebo_ros_diff_drive", {"publishOdomTF": "no"}, "publish_tf", True),
+    ("gazebo_ros_diff_drive", {"publishOdomTF": "False"}, "publish_tf", False),
+    ("gazebo_ros_diff_drive", {"publishWheelJointState": "yes"}, "wheel_states_topic", ""),
+    ("gazebo_ros_diff_drive", {"publishTf": "yes"}, "publish_odometry", False),
+    ("gazebo_ros_diff_drive", {"publishTf": ""}, "publish_odometry", False),
+    ("gazebo_ros_diff_drive", {"wheelTorque": "-2"}, "torque", 0.0),
+    ("gazebo_ros_diff_drive", {"wheelSeparation": "-0.3"}, "separation", -0.3),
+    ("gazebo_ros_skid_steer_drive", {"wheelAcceleration": "1"}, "acceleration", 0.0),
+    ("gazebo_ros_skid_steer_drive", {"broadcastTF": "on"}, "publish_tf", False),
+    ("gazebo_ros_tricycle_drive", {"publishWheelTF": "yes"}, "wheel_frames", []),
+    ("diffdrive_plugin_multi_wheel", {"publishOdometryMsg": "yes"}, "publish_odometry", False),
+    ("hector_gazebo_ros_magnetic", {"useMagneticFieldMsgs": "yes"}, "field_message", False),
+    ("hector_gazebo_ros_magnetic", {"updatePeriod": "0 250000000"}, "rate", 4.0),
+    ("hector_gazebo_ros_gps", {"updatePeriod": "2", "updateRate": "7"}, "rate", 0.5),
+    ("hector_gazebo_ros_gps", {"xyzOffset": "1 2 3"}, "pose", [[0.0] * 3, [0.0] * 3]),
+    ("hector_gazebo_ros_gps", {"useWorldSphericalCoordinates": "1"}, "latitude", 0.0),
+    ("hector_gazebo_ros_gps", {"useWorldSphericalCoordinates": "1"}, "heading", math.pi / 2),
+]
+
+
+@pytest.mark.parametrize("library, tags, attribute, expected", SPECIAL)
+def test_what_upstream_makes_of_special_values(library, tags, attribute, expected):
+    assert value(library, {**NEEDED.get(library, {}), **tags}, attribute) == expected
+
+
+def test_of_several_joint_names_the_first_counts():
+    names = "<jointName>left_joint</jointName><jointName>right_joint</jointName>"
+    (spec,) = robot_with("gazebo_ros_joint_state_publisher", names).sensors
+    assert spec.joints == ("left_joint",)
+
+
 def test_parameters_of_a_cameras_distortion():
     lens = "<distortion><k1>-0.1</k1><center>0.5 0.5</center></distortion>"
     for tag, attribute in (("autoDistortion", "coefficients"), ("borderCrop", "crop")):

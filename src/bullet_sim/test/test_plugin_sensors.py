@@ -67,7 +67,7 @@ VERTICAL = (
                    "<gaussianNoise>0.5</gaussianNoise>"),
             GpsSpec,
             {"topic": "/car/fix", "velocity_topic": "/car/fix_velocity", "rate": 4.0,
-             "latitude": 10.0, "longitude": 8.9, "heading": math.pi / 2, "frame_id": "world",
+             "latitude": 10.0, "longitude": 8.9, "heading": math.pi / 2, "frame_id": "/world",
              "errors": ErrorModel(noise=(0.5, 0.5, 0.5)), "velocity_errors": ErrorModel()},
         ),
         (
@@ -102,7 +102,7 @@ VERTICAL = (
             ray("hector_gazebo_ros_sonar", vertical=VERTICAL),
             RangeSpec,
             {"infrared": False, "field_of_view": pytest.approx(0.3), "topic": "/sonar",
-             "frame_id": "sonar_link", "rate": 10.0},
+             "frame_id": "/sonar_link", "rate": 10.0},
         ),
         (
             ray("hector_gazebo_ros_sonar", "<updateRate>40</updateRate><frameId>s</frameId>"),

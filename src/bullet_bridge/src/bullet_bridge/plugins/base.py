@@ -199,7 +199,7 @@ class ModelPlugin(RosPart, Component):
     def _rate(self) -> float:
         """Of updates [Hz]; at most one a physics step, as in Gazebo."""
         fastest = 1.0 / self.world.time_step
-        if self.every_step or not self._asked:
+        if self.every_step or self._asked <= 0.0:
             return fastest
         rate = min(self._asked, fastest)
         return whole_rate(rate, self.world.time_step) if self.whole_periods else rate

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
-from bullet_sim.controllers.bases import TricycleMotion, after_arc
+from bullet_sim.controllers.bases import RIGHT_ANGLE, TricycleMotion, after_arc
 from bullet_sim.plugins.bases import ForceMoveSpec, ManyWheelsSpec, TricycleSpec
 from bullet_sim.pose import Pose, quaternion_from_yaw
 from bullet_sim.sensors import inertial
@@ -178,6 +178,7 @@ class TricyclePlugin(DrivenBase):
             turn = motion.steering_speed(angle, positions[spec.steering], target)
             joints.set_motor(spec.steering, turn, spec.torque)
         else:
+            angle = max(-RIGHT_ANGLE, min(RIGHT_ANGLE, angle))
             joints.set_positions({spec.steering: angle})
 
     def _publish(self, time: float, positions: Any, speeds: Any) -> None:
@@ -236,7 +237,8 @@ class ManyWheelsPlugin(DrivenBase):
     def update(self, time: float, period: float) -> None:
         spec = self.spec
         if spec.publish_odometry or spec.publish_tf:
-            self._sender.send(time, *self._true_motion())
+            position, orientation, linear, angular = self._true_motion()
+            self._sender.send(time, position, orientation, linear, angular, flat=True)
         forward, yaw_rate = self._command
         half = yaw_rate * spec.separation / 2.0
         for wheels, speed in ((spec.left, forward - half), (spec.right, forward + half)):

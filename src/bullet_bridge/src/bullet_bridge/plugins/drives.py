@@ -75,7 +75,7 @@ class WheelDrivePlugin(ModelPlugin):
 
     def start(self, time: float) -> None:
         """Odometry at zero."""
-        self._before: float | None = None
+        self._before = time
         self._drive.restart()
 
     def reset(self, time: float) -> None:
@@ -98,13 +98,14 @@ class WheelDrivePlugin(ModelPlugin):
             self._command = command
 
     def update(self, time: float, period: float) -> None:
-        elapsed = 0.0 if self._before is None else time - self._before
-        self._before = time
+        elapsed, self._before = time - self._before, time
         forward, yaw_rate = self._command
-        self._turn(self._drive.wheel_speeds(forward, yaw_rate, elapsed))
+        positions, speeds = self.model.joints.state()
+        left, right = self.spec.left[0], self.spec.right[0]
+        turning = speeds[left], speeds[right]
+        self._turn(self._drive.wheel_speeds(forward, yaw_rate, elapsed, turning))
         if self.spec.from_wheels:
-            left, right = self.model.joints.positions_of((self.spec.left[0], self.spec.right[0]))
-            self._drive.measure(left, right, elapsed)
+            self._drive.measure(positions[left], positions[right], turning)
         self._publish_wheels(time)
         if any(
             out is not None and out.get_num_connections() > 0
@@ -182,8 +183,8 @@ class PlanarMovePlugin(ModelPlugin):
         self._sender = PackedBase(self._odometry, self._transform, self.spec, frames)
 
     def _odometry_rate(self) -> float:
-        step = self.world.time_step
-        return whole_rate(min(self.spec.rate, 1.0 / step), step, operator.gt)
+        step, rate = self.world.time_step, self.spec.rate
+        return whole_rate(rate, step, operator.gt) if rate > 0.0 else 1.0 / step
 
     def on_time_step(self) -> None:
         """As ModelPlugin; and the odometry's."""
@@ -247,7 +248,7 @@ class PlanarMovePlugin(ModelPlugin):
         self.world.engine.set_velocity(
             self.model.body, (c * x - s * y, s * x + c * y, 0.0), (0.0, 0.0, yaw_rate)
         )
-        if self._due.due(self.world.step_count):
+        if self.spec.rate > 0.0 and self._due.due(self.world.step_count):
             twist = self._moved(time, yaw_rate)
             self._sender.send(time, position, orientation, *twist, flat=True)
 
@@ -325,7 +326,8 @@ class HandOfGodPlugin(ModelPlugin):
 class JointPosesPlugin(ModelPlugin):
     """Puts joints to the points of a trajectory_msgs/JointTrajectory, one after the other.
 
-    As upstream, each point waits for the time_from_start of the point before it, counted from then.
+    As upstream, each point waits for the time_from_start of the point before it, counted from then,
+    and a trajectory whose frame_id is neither the world nor a link is refused.
     """
 
     STATE = ("_points", "_next")
@@ -351,22 +353,31 @@ class JointPosesPlugin(ModelPlugin):
         return bool(self._points)
 
     def _on_trajectory(self, message: Any) -> None:
-        known = set(self.model.joints.names)
+        known, topic = set(self.model.joints.names), self.spec.topic
         points = []
+        frame = message.header.frame_id
+        if frame not in ("world", "map", "/map") and not self._is_link(frame):
+            rospy.logerr("%s: frame_id '%s' is neither world nor map nor a link", topic, frame)
+            return
         for point in message.points:
             values = dict(zip(message.joint_names, point.positions))
-            if len(point.positions) != len(message.joint_names):
+            if len(point.positions) < len(message.joint_names):
                 rospy.logerr(
                     "%s: a point has %d positions, must have %d",
-                    self.spec.topic,
+                    topic,
                     len(point.positions),
                     len(message.joint_names),
                 )
                 return
             mine = {name: value for name, value in values.items() if name in known}
             points.append((mine, point.time_from_start.to_sec()))
-        self._next = message.header.stamp.to_sec()
+        self._next = max(message.header.stamp.to_sec(), self.world.time)
         self._points = points
+
+    def _is_link(self, frame: str) -> bool:
+        """Whether a frame is the name of one of the model's links, MODEL::LINK or LINK."""
+        name = self.model.name
+        return any(frame in (link, f"{name}::{link}") for link in self.model.rigid_parts)
 
     def update(self, time: float, period: float) -> None:
         if not self._points or time < self._next:
@@ -376,4 +387,4 @@ class JointPosesPlugin(ModelPlugin):
             self.model.joints.set_positions(values)
         except SimError as error:
             rospy.logerr("%s: %s", self.spec.topic, error)
-        self._next = max(time, self._next) + wait
+        self._next += wait

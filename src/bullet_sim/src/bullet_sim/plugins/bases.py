@@ -6,11 +6,10 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from bullet_sim.plugins.drives import PLANAR, link_frames, movable, odometry_names
+from bullet_sim.plugins.drives import PLANAR, link_frames, movable, odometry_names, warn_sizes
 from bullet_sim.plugins.registry import model_plugin
 from bullet_sim.plugins.rules import FrameName
 from bullet_sim.plugins.xml import PluginXml, library
-from bullet_sim.xml_reader import is_true
 
 FORCE_POSE = (1e-3, 1e-3, 1e12, 1e12, 1e12, 0.01)  # variances, where it does not turn
 FORCE_TWIST = (1e-3, 1e-3, 1e-3, 1e12, 1e12, 0.01)
@@ -163,7 +162,7 @@ def force_based_move(xml: PluginXml) -> ForceMoveSpec:
         timeout=xml.number(*timeout) if timeout else -1.0,
         holds=name.startswith("robotnik"),
         sideways=not name.startswith("ridgeback"),
-        publish_tf=is_true(xml.text("publishOdometryTf", "true")),
+        publish_tf=xml.switch("publishOdometryTf", True),
         **odometry_names(xml),
     )
 
@@ -194,8 +193,9 @@ def tricycle(xml: PluginXml) -> TricycleSpec | None:
             ("encoderWheelSeparation", 0.5),
         )
     }
-    if min(sizes.values()) <= 0.0:
-        xml.warn(f"{xml.label} has {sizes}, must be above 0; it is left out")
+    from_wheels = xml.text("odometrySource") == "encoder"
+    if not sizes["actuatedWheelDiameter"] or (from_wheels and not sizes["encoderWheelSeparation"]):
+        xml.warn(f"{xml.label} has {sizes}, must not be 0; it is left out")
         return None
     acceleration = xml.number("wheelAcceleration")
     values = odometry_names(xml)
@@ -210,19 +210,19 @@ def tricycle(xml: PluginXml) -> TricycleSpec | None:
         diameter=sizes["actuatedWheelDiameter"],
         encoder_diameter=sizes["encoderWheelDiameter"],
         separation=sizes["encoderWheelSeparation"],
-        torque=abs(xml.number("wheelTorque", 5.0)),
+        torque=max(0.0, xml.number("wheelTorque", 5.0)),
         acceleration=acceleration,
         deceleration=xml.number("wheelDeceleration", acceleration),
         speed_tolerance=xml.number("wheelSpeedTolerance", 0.01),
         steering_speed=xml.number("steeringSpeed"),
         angle_tolerance=xml.number("steeringAngleTolerance", 0.01),
-        from_wheels=xml.text("odometrySource", "world") == "encoder",
+        from_wheels=from_wheels,
         rate=max(0.0, xml.number("updateRate", 100.0)),
         wheel_states_topic=xml.names.topic("joint_states")
-        if is_true(xml.text("publishWheelJointState"))
+        if xml.option("publishWheelJointState")
         else "",
         wheel_frames=tuple((frames[name][0], FrameName(name, prefix)) for name in names)
-        if is_true(xml.text("publishWheelTF"))
+        if xml.option("publishWheelTF")
         else (),
         **values,
     )
@@ -261,8 +261,8 @@ def multi_wheel(xml: PluginXml) -> ManyWheelsSpec | None:
         right,
         link=xml.model.root,
         rate=max(0.0, xml.number("updateRate", 100.0)),
-        publish_odometry=is_true(xml.text("publishOdometryMsg", "true")),
-        publish_tf=is_true(xml.text("publishOdometryTf", "true")),
+        publish_odometry=xml.switch("publishOdometryMsg", True),
+        publish_tf=xml.switch("publishOdometryTf", True),
         **odometry_names(xml),
     )
 
@@ -273,11 +273,8 @@ def _many_wheels(
     if any([len(movable(xml, side)) < max(1, len(side)) for side in (left, right)]):
         return None
     separation, diameter = xml.number("wheelSeparation", 0.34), xml.number("wheelDiameter", 0.15)
-    if min(separation, diameter) <= 0.0:
-        xml.warn(
-            f"{xml.label} has wheelSeparation {separation} and wheelDiameter {diameter}, must "
-            "be above 0; it is left out"
-        )
+    if not diameter:
+        warn_sizes(xml, separation, diameter)
         return None
     return ManyWheelsSpec(
         name=xml.name or "diffdrive",

@@ -10,7 +10,6 @@ from bullet_sim.description.model import DEFAULT_SIM_TYPE, MOVABLE_TYPES, STEER_
 from bullet_sim.plugins.registry import model_plugin
 from bullet_sim.plugins.rules import FrameName
 from bullet_sim.plugins.xml import PluginXml, Values
-from bullet_sim.xml_reader import is_true
 
 
 @dataclass(frozen=True)
@@ -153,8 +152,8 @@ def control(xml: PluginXml) -> None:
 
 @model_plugin("gazebo_ros_joint_state_publisher")
 def joint_states(xml: PluginXml) -> JointStatesSpec | None:
-    listed = ",".join(child.text or "" for child in xml.element.findall("jointName"))
-    named = [name.strip() for name in listed.split(",") if name.strip()]
+    named = [name.strip() for name in xml.text("jointName").replace(" ", "").split(",")]
+    named = [name for name in named if name]
     joints = movable(xml, [xml.in_scope(name) for name in named])
     if not joints:
         return None
@@ -190,20 +189,21 @@ def diff_drive(xml: PluginXml) -> WheelDriveSpec | None:
     left, right = (
         xml.in_scope(xml.text(f"{side}Joint", f"{side}_joint")) for side in ("left", "right")
     )
-    with_states = is_true(xml.text("publishWheelJointState"))
-    with_frames = is_true(xml.text("publishWheelTF"))
+    with_states = xml.option("publishWheelJointState")
+    with_frames = xml.option("publishWheelTF")
     return _drive(
         xml,
         (left,),
         (right,),
         0.34,
         xml.number("wheelTorque", 5.0),
-        publish_odometry=is_true(xml.text("publishTf", "true")),
-        publish_tf=is_true(xml.text("publishOdomTF", "true")),
+        publish_odometry=xml.switch("publishTf", True),
+        publish_tf=xml.option("publishOdomTF", True),
         wheel_states_topic=xml.names.topic("joint_states") if with_states else "",
         resets=True,
         wheel_frames=link_frames(xml, (right, left)) if with_frames else {},
-        from_wheels=xml.text("odometrySource", "world") in ("encoder", "0"),
+        acceleration=xml.number("wheelAcceleration"),
+        from_wheels=xml.text("odometrySource") == "encoder",
     )
 
 
@@ -227,7 +227,7 @@ def skid_steer(xml: PluginXml) -> WheelDriveSpec | None:
         right,
         0.4,
         xml.number("torque", 5.0),
-        publish_tf=is_true(xml.text("broadcastTF")),
+        publish_tf=xml.switch("broadcastTF"),
         pose_covariance=covariance,
         twist_covariance=covariance,
         flat=True,
@@ -299,6 +299,14 @@ def odometry_names(xml: PluginXml) -> dict[str, Any]:
     )
 
 
+def warn_sizes(xml: PluginXml, separation: float, diameter: float) -> None:
+    """Warning for a drive that would divide by zero; one below 0 turns or drives backwards."""
+    xml.warn(
+        f"{xml.label} has wheelSeparation {separation} and wheelDiameter {diameter}, must not be "
+        "0; it is left out"
+    )
+
+
 def _drive(
     xml: PluginXml,
     left: tuple[str, ...],
@@ -311,11 +319,8 @@ def _drive(
     diameter = xml.number("wheelDiameter", 0.15)
     if len(movable(xml, (*left, *right))) < len((*left, *right)):
         return None
-    if min(separation, diameter) <= 0:
-        xml.warn(
-            f"{xml.label} has wheelSeparation {separation} and wheelDiameter {diameter}, must "
-            "be above 0; it is left out"
-        )
+    if not diameter or not (separation or not values.get("from_wheels")):
+        warn_sizes(xml, separation, diameter)
         return None
     return WheelDriveSpec(
         name=xml.name or "drive",
@@ -324,8 +329,7 @@ def _drive(
         right=right,
         separation=separation,
         diameter=diameter,
-        torque=abs(torque),
-        acceleration=max(0.0, xml.number("wheelAcceleration")),
+        torque=max(0.0, torque),  # as ODE takes a negative one
         rate=xml.number("updateRate", 100.0),
         **odometry_names(xml),
         **values,

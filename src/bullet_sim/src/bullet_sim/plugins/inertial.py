@@ -9,9 +9,9 @@ from typing import Any
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
 from bullet_sim.plugins.xml import ZERO, ZERO_POSE, PluginXml, PoseTuple, SensorXml, Values
 from bullet_sim.pose import Quat, Vec3, quaternion_from_rpy
-from bullet_sim.xml_reader import is_true
 
 HOUR: Vec3 = (1.0 / 3600.0,) * 3  # [1/s]
+OF_WORLD = "useWorldSphericalCoordinates"
 OLD_YAW = "headingGaussianNoise"  # of older versions of hector's IMU, with its like
 
 
@@ -334,7 +334,7 @@ def imu_sensor(xml: SensorXml) -> ImuSpec:
         accel_bias=bias["accel"],
         orientation_noise=plugin_noise,
         turn=quaternion_from_rpy(*plugin.vector("rpyOffset")),
-        relative=is_true(xml.text("initialOrientationAsReference")),
+        relative=xml.switch("initialOrientationAsReference"),
     )
 
 
@@ -360,6 +360,24 @@ def sensor_errors(xml: PluginXml, prefix: str = "", noise: float = 0.0) -> Error
     )
 
 
+def _timer(xml: PluginXml, default: float = 0.0) -> float:
+    """Rate [Hz] of hector's UpdateTimer: <updatePeriod>, seconds and nanoseconds, wins."""
+    rate = xml.number("updateRate", default)
+    seconds, _, rest = xml.text("updatePeriod").partition(" ")
+    if xml.element.find("updatePeriod") is None:
+        return max(0.0, rate)
+    try:
+        period = int(seconds) + int(rest or "0") * 1e-9
+    except ValueError:
+        period = 0.0
+    return 1.0 / period if period > 0.0 else 0.0
+
+
+def _heading(xml: PluginXml) -> float:
+    """<referenceHeading> [rad]; where the world's coordinates are used, its x is the east."""
+    return math.radians(xml.number("referenceHeading", 90.0 if xml.switch(OF_WORLD) else 0.0))
+
+
 @model_plugin("hector_gazebo_ros_imu")
 def hector_imu(xml: PluginXml) -> BiasedImuSpec:
     link = xml.link("bodyName", xml.model.root)
@@ -368,7 +386,7 @@ def hector_imu(xml: PluginXml) -> BiasedImuSpec:
         name=xml.name or "imu",
         link=link,
         pose=(ZERO, xml.vector("rpyOffset", broadcast=True)),
-        rate=xml.number("updateRate"),
+        rate=_timer(xml),
         topic=topic,
         bias_topic=xml.topic("biasTopicName", f"{topic}/bias"),
         service=xml.topic("serviceName", f"{topic}/calibrate"),
@@ -382,18 +400,20 @@ def hector_imu(xml: PluginXml) -> BiasedImuSpec:
 @model_plugin("hector_gazebo_ros_gps")
 def gps(xml: PluginXml) -> GpsSpec:
     link = xml.link("bodyName", xml.model.root)
+    latitude, longitude = GpsSpec.latitude, GpsSpec.longitude
+    if xml.switch(OF_WORLD):  # whose own are zeros
+        latitude = longitude = 0.0
     return GpsSpec(
         name=xml.name or "gps",
         link=link,
-        pose=(xml.vector("xyzOffset", broadcast=True), xml.vector("rpyOffset", broadcast=True)),
-        rate=xml.number("updateRate", 4.0),
+        rate=_timer(xml, 4.0),
         topic=xml.topic("topicName", "fix"),
         velocity_topic=xml.topic("velocityTopicName", "fix_velocity"),
         frame_id=xml.frame("frameId", "/world"),
-        latitude=xml.number("referenceLatitude", GpsSpec.latitude),
-        longitude=xml.number("referenceLongitude", GpsSpec.longitude),
+        latitude=xml.number("referenceLatitude", latitude),
+        longitude=xml.number("referenceLongitude", longitude),
         altitude=xml.number("referenceAltitude"),
-        heading=math.radians(xml.number("referenceHeading")),
+        heading=_heading(xml),
         status=int(xml.number("status")),
         service=int(xml.number("service")),
         errors=sensor_errors(xml),
@@ -407,13 +427,13 @@ def magnetic(xml: PluginXml) -> MagneticSpec:
     return MagneticSpec(
         name=xml.name or "magnetic",
         link=link,
-        rate=xml.number("updateRate"),
+        rate=_timer(xml),
         topic=xml.topic("topicName", "magnetic"),
         frame_id=xml.frame("frameId", xml.merged(link)),
         magnitude=xml.number("magnitude", 0.44),
-        heading=math.radians(xml.number("referenceHeading")),
+        heading=_heading(xml),
         declination=math.radians(xml.number("declination")),
         inclination=math.radians(xml.number("inclination", 60.0)),
-        field_message=is_true(xml.text("useMagneticFieldMsgs")),
+        field_message=xml.switch("useMagneticFieldMsgs"),
         errors=sensor_errors(xml),
     )

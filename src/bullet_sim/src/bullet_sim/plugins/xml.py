@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ModelError
-from bullet_sim.plugins.rules import MODEL, FrameName, FramePrefix, rule_of
+from bullet_sim.plugins.rules import MODEL, RULES, FrameName, FramePrefix, rule_of
 from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
     child_flag,
@@ -84,10 +84,13 @@ class Names:
 
     Attributes:
         namespace: without slashes at its ends; empty: the root namespace.
+        keeps_slash: a leading slash stays in its frames.
     """
 
     def __init__(self, plugin: Element, model: str) -> None:
-        self._rule = rule_of(library(plugin))
+        name = library(plugin)
+        self._rule = rule_of(name)
+        self.keeps_slash = name in RULES and self._rule.prefix is None
         missing = plugin.find("robotNamespace") is None
         otherwise = self._rule.missing if missing else self._rule.empty
         default = model if otherwise == MODEL else ""
@@ -213,6 +216,18 @@ class PluginValues(Values):
         """
         return super().number(path, default if self.element.find(path) is None else 0.0)
 
+    def switch(self, path: str, default: bool = False) -> bool:
+        """Whether the text is true or 1, as sdformat reads it; the default where it is missing."""
+        if self.element.find(path) is None:
+            return default
+        return self.text(path).lower() in ("true", "1")
+
+    def option(self, path: str, default: bool = False) -> bool:
+        """As getParameterBoolean of gazebo_ros_utils: the default, too, where the text is none of
+        true, 1, false and 0."""
+        known = self.text(path).lower() in ("true", "1", "false", "0")
+        return self.switch(path, default) if known else default
+
 
 class PluginXml(PluginValues):
     """A <plugin> of a model.
@@ -258,18 +273,20 @@ class PluginXml(PluginValues):
         return self.names.topic(self.text(tag, default), group)
 
     def frame(self, tag: str, default: str, group: str = "", merge: bool = False) -> FrameName:
-        """Name of the frame that a tag names, for headers: without a leading slash.
+        """Name of the frame that a tag names, for headers.
 
         As in Gazebo an empty tag is an empty frame; the default is that of a missing tag. No
-        prefix goes before a name with a leading slash.
+        prefix goes before a name with a leading slash, which tf's resolve() takes away: it stays
+        in those of Gazebo's plugins that do not call it.
 
         Args:
             group: see Names.prefix.
             merge: the name of a link becomes that of the one it is merged into.
         """
         name = self.text(tag) if self.element.find(tag) is not None else default
-        prefix = None if name.startswith("/") else self.names.prefix(group)
-        name = name.lstrip("/")
+        prefix = self.names.prefix(group)
+        if name.startswith("/") and not self.names.keeps_slash:
+            prefix, name = None, name.lstrip("/")
         return FrameName(self.merged(name) if merge else name, prefix)
 
     def link(self, tag: str, default: str | None = None) -> str:
