@@ -98,6 +98,19 @@ def test_types_and_reload(bot):
     assert bot.ask("reload_controller_libraries").ok
 
 
+def test_a_robot_is_told_of_as_by_gazebo_ros_control(monkeypatch):
+    """What is logged for an interface without its package, and once the controllers can come."""
+    for prefix, count in (("", 1), ("hardware_interface/", 0)):
+        one = TRANSMISSION.format("wheel").replace("Velocity", f"{prefix}Velocity")
+        bot = bot_rig.Bot(monkeypatch, URDF.replace("</robot>", f"{one}</robot>"), PARAMS)
+        text = (
+            "Deprecated syntax, please prepend 'hardware_interface/' to 'VelocityJointInterface' "
+            "within the <hardwareInterface> tag in joint 'wheel'."
+        )
+        assert bot.log.count(text) == count and bot.log[-1] == "Loaded gazebo_ros_control."
+        bot.world.close()
+
+
 def test_command_topics_have_the_type_of_the_controller(bot):
     assert bot.load("drive") and bot.load("group") and bot.load("states")
     assert bot.endpoints["/bot/drive/command"].kind is Float64

@@ -118,6 +118,13 @@ def set_hardware(model: Model, namespace: str, pid_servers: PidServers) -> Calla
     """
     hardware = cast("Manager", model.manager).hardware
     if model.description.robot_sim_type != STEER_BOT_SIM_TYPE:
+        for joint, interface in model.description.bare_interfaces.items():
+            rospy.logwarn(
+                "Deprecated syntax, please prepend 'hardware_interface/' to '%s' within the "
+                "<hardwareInterface> tag in joint '%s'.",
+                interface,
+                joint,
+            )
         _set_joint_gains(hardware, f"{namespace}/{PID_GAINS}", pid_servers)
         return hardware.restart
     where = f"{namespace}/{steer_bot.NAMESPACE}"

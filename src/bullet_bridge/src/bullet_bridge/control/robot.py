@@ -80,6 +80,7 @@ class RobotControl:
         except BaseException:
             self._close_topics()
             raise
+        rospy.loginfo("Loaded gazebo_ros_control.")
 
     # simulation thread ------------------------------------------------------------------------
     def apply_commands(self) -> None:

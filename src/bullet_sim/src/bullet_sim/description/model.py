@@ -321,6 +321,7 @@ class ModelDescription:
         kept: fixed joints that are not merged, as a URDF's <preserveFixedJoint> wants it.
         measured: joints whose force and torque a sensor measures; fixed ones are not merged.
         transmissions: hardware interfaces of each joint: 'effort', 'velocity', 'position'.
+        bare_interfaces: of joints whose first one is written without `hardware_interface/`.
         static: never moves.
         fixed_base: the root link is fixed to the world; joints move.
         auto_disable: it may sleep while it rests.
@@ -343,6 +344,7 @@ class ModelDescription:
     kept: set[str] = field(default_factory=set)
     measured: set[str] = field(default_factory=set)
     transmissions: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    bare_interfaces: dict[str, str] = field(default_factory=dict)
     static: bool = False
     self_collide: bool = False
     fixed_base: bool = False

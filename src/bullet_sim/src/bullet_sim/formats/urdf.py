@@ -68,6 +68,18 @@ def parse_transmissions(
     return interfaces
 
 
+def bare_interfaces(robot: Node, joint_names: Container[str]) -> dict[str, str]:
+    """First interface of each joint that has it without `hardware_interface/`, by the joint."""
+    found = {}
+    for element in robot.findall("transmission"):
+        fallback = [i for a in element.findall("actuator") for i in _interfaces(a)]
+        for joint in element.findall("joint"):
+            name, texts = joint.get("name"), _interfaces(joint) or fallback
+            if name is not None and name in joint_names and texts and texts[0] in INTERFACES:
+                found[name] = texts[0]
+    return found
+
+
 def _interfaces(element: Node) -> list[str]:
     texts = [e.text.strip() for e in element.findall("hardwareInterface") if e.text]
     return [text for text in texts if text]
@@ -110,6 +122,7 @@ def parse_urdf(text: str | bytes | Node, resolve: Resolve, name: str = "robot") 
     for joint in model.joints.values():
         _fix_unsupported(joint, model)
     model.transmissions = parse_transmissions(robot, model.joints, model.warn)
+    model.bare_interfaces = bare_interfaces(robot, model.joints)
     check_mimics(model)
     gazebo_tags.apply(robot, model, resolve)
     return model
