@@ -277,6 +277,29 @@ def test_a_vacuum_gripper_draws_what_is_near(world, topics):
     assert topics["/arm/grasping"].messages[-1].data is False
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        BOX.replace("</robot>", "<gazebo><static>true</static></gazebo></robot>"),
+        BOX.replace('"base"', '"other"').replace(
+            "</robot>",
+            '<link name="stick"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/>'
+            '</inertial></link><joint name="j" type="continuous"><parent link="other"/><child '
+            'link="stick"/><origin xyz="0.5 0 0"/><axis xyz="0 0 1"/></joint></robot>',
+        ),
+    ],
+    ids=["static", "another link than the root"],
+)
+def test_a_vacuum_gripper_tells_of_each_link_that_is_near(world, topics, text):
+    gripper = world.spawn_urdf("r", BOX, Pose((0.0, 0.0, 1.0)), str)
+    place = 0.02 if "stick" not in text else -0.48
+    world.spawn_urdf("near", text, Pose((place, 0.0, 1.0)), str)
+    plugin = plugin_of(world, gripper, VacuumGripperSpec("v", "base", "/grasping"))
+    topics["/on"].call(EmptyRequest())
+    run(plugin, world, 1)
+    assert topics["/grasping"].messages[-1].data is True
+
+
 ROLLER = (
     f'<robot name="r">{box("base", 2.0, 100.0)}<link name="wheel"><inertial><mass value="0.2"/>'
     '<inertia ixx="1e-3" iyy="1e-3" izz="1e-3"/></inertial><collision><geometry><sphere '

@@ -297,7 +297,7 @@ def test_a_lift_goes_to_a_floor_and_opens_its_door_there(world, topics):
     sunk = 800.0 * 9.81 / 1e5  # its weight over the gain
     assert seen[-1][0] == pytest.approx(2.0 - sunk, abs=0.01)
     received.take(String("nowhere"))
-    received.take(String("0"))
+    received.take(String(" 0th"))
     run(world, plugin, 3.0)
     assert model.joints.state()[0]["up"] == pytest.approx(-sunk, abs=0.01)
 

@@ -361,6 +361,17 @@ def test_planar_move(topics, world, cart, monkeypatch):
     output.close()
 
 
+@pytest.mark.parametrize("rate, count", [(0.0, 0), (-1.0, 0), (1000.0, 10), (2000.0, 20)])
+def test_planar_moves_odometry_rate(topics, world, cart, rate, count):
+    """None without a rate above 0; upstream waits for more than a period."""
+    output = made(PlanarMoveSpec("p", "base", rate=rate), world, cart, FakeReceivedCounts())
+    for _ in range(20):
+        world.step(1)
+        output.update(world.time, 0.0)
+    assert len(topics["/odom"].messages) == count
+    output.close()
+
+
 @pytest.mark.parametrize(
     "spec",
     [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from functools import partial
 from types import SimpleNamespace
 from typing import Any
@@ -77,7 +78,7 @@ class VacuumGripperPlugin(ModelPlugin):
 
     While it is on, such a link gets the gripper's velocity and a force towards it. As upstream the
     force is computed along the other link's axes and acts along the world's. Of models with several
-    links only the root link is drawn.
+    links only the root link gets the velocity.
     """
 
     STATE = ("_is_on",)
@@ -105,26 +106,30 @@ class VacuumGripperPlugin(ModelPlugin):
             pose, linear, angular = self.model.link_state(self.spec.link)
             for model in self.world.models.values():
                 if model is not self.model and model.name != self.spec.link:
-                    found |= not model.is_static and self._draw(model, pose, linear, angular)
+                    for link in model.rigid_parts:
+                        found |= self._draw(model, link, pose, linear, angular)
         if self._grasping.get_num_connections() > 0:
             self._grasping.publish(Bool(found))
 
     @staticmethod
-    def _draw(model: Any, pose: Pose, linear: Any, angular: Any) -> bool:
-        """Draw a model's root link to a pose; returns whether it is near enough."""
-        root = model.description.root
-        own = model.link_state(root)[0]
+    def _draw(model: Any, link: str, pose: Pose, linear: Any, angular: Any) -> bool:
+        """Draw a model's link to a pose; returns whether it is near enough, static or not."""
+        own = model.link_state(link)[0]
         away = np.array((own.inverse() * pose).position)
         distance = float(np.linalg.norm(away))
         if distance >= REACH:
             return False
-        if distance < NEAR:
+        if model.is_static:
+            return True
+        if link != model.description.root:
+            pass
+        elif distance < NEAR:
             model.set_state(Pose(pose.position, own.orientation), linear, angular)
         else:
             model.engine.set_velocity(model.body, linear, angular)
         if distance > 0.0:
             pull = min(1.0 / distance, MAX_PULL) * away / distance
-            model.apply_wrench(model.index(root), pull, np.zeros(3))
+            model.apply_wrench(model.index(link), pull, np.zeros(3))
         return True
 
 
@@ -264,11 +269,11 @@ class ElevatorPlugin(ModelPlugin):
         super().reset(time)
 
     def _on_floor(self, message: Any) -> None:
-        try:
-            floor = int(message.data.split()[0])
-        except (ValueError, IndexError):
+        number = re.match(r"\s*[+-]?\d+", message.data)  # as C++ reads one
+        if number is None:
             rospy.logerr("%s: '%s' is no number of a floor", self.spec.topic, message.data)
             return
+        floor = int(number.group())
         if not self._steps:
             steps = ("close", "move", "open", "wait", "close")
             self._steps = tuple((step, floor) for step in steps)
