@@ -28,6 +28,12 @@ def held_robot(parts, link=LINK, control=CONTROL):
     )
 
 
+def _in(params, name, default):
+    """A parameter of a mapping that is one, by its full name."""
+    outer, _, key = name.rpartition("/")
+    return params.get(outer, {}).get(key, default)
+
+
 class Tuning:
     """Stands in for a PidServer: stores its arguments."""
 
@@ -66,8 +72,12 @@ class Bot:
         monkeypatch.setattr(FakeServer, "made", {})
         monkeypatch.setattr(base, "ValuesServer", FakeServer)
         monkeypatch.setattr(reconfigure, "PidServer", tune)
+        self.set_params = {}  # by the robot
+        monkeypatch.setattr(control.rospy, "set_param", self.set_params.__setitem__)
         monkeypatch.setattr(
-            control.rospy, "get_param", lambda name, default=None: params.get(name, default)
+            control.rospy,
+            "get_param",
+            lambda name, default=None: params.get(name, _in(params, name, default)),
         )
         for level in ("loginfo", "logwarn", "logerr"):
             monkeypatch.setattr(control.rospy, level, self._log)

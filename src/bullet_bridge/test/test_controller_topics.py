@@ -162,6 +162,15 @@ def test_gains_of_joints_are_read_and_wrong_ones_are_named(bot):
     assert hardware.pid("spare").gains.p == 2.0
 
 
+def test_sizes_of_four_steered_wheels_become_parameters(bot):
+    assert bot.load("four")
+    offset = bot.model.manager.get("four").config.offset
+    assert bot.set_params == {  # those that are given stay
+        "/bot/four/wheel_steering_y_offset": offset,
+        "/bot/four/wheel_radius": bot.model.manager.get("four").config.radius,
+    }
+
+
 def test_a_base_with_four_steered_wheels_takes_and_gives_its_own_message(bot):
     bot.start("four")
     assert bot.endpoints["/bot/four/cmd_vel"].kind is Twist

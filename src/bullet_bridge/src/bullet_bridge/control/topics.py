@@ -459,10 +459,22 @@ def wheel_state(
 
 @ros_side(four_wheel.FourWheel)
 class FourWheelDrive(Drive):
-    """Also takes four_wheel_steering_msgs/FourWheelSteering and publishes it on odom_steer."""
+    """Also takes four_wheel_steering_msgs/FourWheelSteering and publishes it on odom_steer.
+
+    As upstream sizes that are measured in the URDF become parameters.
+    """
 
     def __init__(self, robot: Robot, controller: Any) -> None:
         super().__init__(robot, controller)
+        config = self.config
+        rospy.set_param(f"{self.name}/wheel_steering_y_offset", config.offset)
+        for key, value in (
+            ("track", config.track + 2.0 * config.offset),
+            ("wheel_radius", config.radius),
+            ("wheel_base", config.wheel_base),
+        ):
+            if rospy.get_param(f"{self.name}/{key}", None) is None:
+                rospy.set_param(f"{self.name}/{key}", value)
         topic = f"{self.name}/cmd_four_wheel_steering"
         self.subscribe(topic, FourWheelSteering, self._on_angles)
         self._steering = self.publisher(f"{self.name}/odom_steer", FourWheelSteeringStamped)
