@@ -115,12 +115,26 @@ def test_organized_cloud_keeps_the_rays_that_hit_nothing(topics, world, cart):
     assert np.isnan(data["xyz"][:, 0]).all() and np.isfinite(data["xyz"][:, 4]).all()
 
 
-def test_block_laser(topics, world, cart):
-    made(BlockCloudSpec("b", "base", topic="/b", **SCAN), world, cart).update(0.1, 0.0)
+def test_block_laser_has_a_point_of_each_ray_half_a_ray_beyond_it(topics, world, cart):
+    layers = dict(SCAN, layers=2, min_elevation=0.0, max_elevation=0.1)
+    made(BlockCloudSpec("b", "base", topic="/b", **layers), world, cart).update(0.1, 0.0)
     cloud = topics["/b"].messages[-1]
-    assert isinstance(cloud, PointCloud) and len(cloud.points) == 9
-    assert len(cloud.channels[0].values) == 9
-    assert cloud.points[4].x == pytest.approx(5.0, abs=0.01)
+    assert isinstance(cloud, PointCloud) and len(cloud.points) == 18
+    assert len(cloud.channels[0].values) == 18 and cloud.channels[0].name == ""
+    first, last = SCAN["min_angle"], SCAN["max_angle"]
+    step = (last - first) / 8
+    found = [math.atan2(point.y, point.x) for point in cloud.points[:9]]
+    assert found == pytest.approx([first + (i + 0.5) * step for i in range(8)] + [last], abs=1e-5)
+    assert math.hypot(cloud.points[4].x, cloud.points[4].y) == pytest.approx(
+        5.0 * math.cos(0.05), abs=0.01
+    )
+    assert cloud.points[4].z == pytest.approx(5.0 * math.sin(0.05), abs=0.01)
+
+
+def test_block_laser_of_one_layer_has_no_numbers(topics, world, cart):
+    made(BlockCloudSpec("b", "base", topic="/b", **SCAN), world, cart).update(0.1, 0.0)
+    points = topics["/b"].messages[-1].points
+    assert len(points) == 9 and all(math.isnan(p.x + p.y + p.z) for p in points)
 
 
 @pytest.mark.parametrize("farthest, expected", [(10.0, 5.0), (3.0, 3.0)])

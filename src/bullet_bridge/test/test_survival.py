@@ -26,7 +26,7 @@ IMU = (
     '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
     'izz="0.1"/></inertial></link><gazebo reference="base"><sensor name="i" type="imu">'
     '<update_rate>100</update_rate><plugin name="p" filename="libgazebo_ros_imu_sensor.so">'
-    "<topicName>{0}</topicName><updateRateHZ>100</updateRateHZ></plugin></sensor></gazebo>"
+    "<topicName>{0}</topicName><frameName>base</frameName><updateRateHZ>100</updateRateHZ></plugin></sensor></gazebo>"
     "</robot>"
 )
 
@@ -68,9 +68,7 @@ def test_a_body_that_is_nowhere_stops_only_its_own_sensor(world, topics):
     cameras = SimpleNamespace(set_sources=lambda _: None, flush=lambda *_: None)
     made = Robots(SimpleNamespace(call=lambda job: job()), world, cameras, seed=0)
     for number, name in enumerate(("lost", "well")):
-        made.connect(
-            world.spawn_urdf(name, IMU.format(f"/{name}"), Pose((3.0 * number, 0, 0)), str)
-        )
+        made.connect(world.spawn_urdf(name, IMU.format(name), Pose((3.0 * number, 0, 0)), str))
     world.engine.set_base_pose(world.model("lost").body, (math.nan,) * 3, (math.nan,) * 4)
     world.step_count = 10
     made.publish(10, 0.01)
@@ -133,7 +131,7 @@ def test_a_controller_that_cannot_be_published_stops_no_other(world, topics, mon
 def test_errors_of_the_program_itself_are_not_hidden_and_cost_the_plugin_alone(world, topics):
     cameras = SimpleNamespace(set_sources=lambda _: None, flush=lambda *_: None)
     made = Robots(SimpleNamespace(call=lambda job: job()), world, cameras, seed=0)
-    made.connect(world.spawn_urdf("bot", IMU.format("/imu"), Pose(), str))
+    made.connect(world.spawn_urdf("bot", IMU.format("imu"), Pose(), str))
 
     def fail(_):
         raise TypeError("wrong")

@@ -53,16 +53,18 @@ def _output(world, text):
     return model, plugin_of(world, model, spec, 1)
 
 
-def test_force_torque_in_the_childs_frame(topics, world):
+@pytest.mark.parametrize("feedback, weight", [("true", 2.0 * 9.81), ("false", 0.0)])
+def test_force_torque_in_the_childs_frame(topics, world, feedback, weight):
     tags = {"jointName": "j", "topicName": "load", "updateRate": "100", "robotNamespace": "bot"}
-    _, output = _output(world, _robot("fixed", _plugin("gazebo_ros_ft_sensor", tags)))
+    given = f'<gazebo reference="j"><provideFeedback>{feedback}</provideFeedback></gazebo>'
+    _, output = _output(world, _robot("fixed", _plugin("gazebo_ros_ft_sensor", tags) + given))
     world.step(100)
     assert output.spec.rate == 100.0
     output.update(0.1, 0.0)
     message = topics["/bot/load"].messages[0]
     assert topics["/bot/load"].kind is WrenchStamped
     assert (message.header.frame_id, message.header.stamp.to_sec()) == ("a", 0.1)
-    assert message.wrench.force.z == pytest.approx(-2.0 * 9.81, rel=1e-3)
+    assert message.wrench.force.z == pytest.approx(-weight, rel=1e-3)
 
 
 def test_the_net_force_on_a_falling_link_is_its_weight(topics, world):

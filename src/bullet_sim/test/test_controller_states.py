@@ -36,9 +36,11 @@ URDF = (
         for number, (name, (kind, limits)) in enumerate(JOINTS.items())
     )
     + '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/><plugin name="f" '
-    'filename="libgazebo_ros_ft_sensor.so"><jointName>c</jointName></plugin></gazebo>'
+    'filename="libgazebo_ros_ft_sensor.so"><jointName>c</jointName><topicName>t</topicName>'
+    "</plugin></gazebo>"
     '<gazebo reference="base"><sensor name="imu" type="imu"><plugin name="i" '
-    'filename="libgazebo_ros_imu_sensor.so"/></sensor></gazebo></robot>'
+    'filename="libgazebo_ros_imu_sensor.so"><frameName>base</frameName></plugin></sensor></gazebo>'
+    "</robot>"
 )
 SETTINGS = {
     "diff_drive_controller/DiffDriveController": {

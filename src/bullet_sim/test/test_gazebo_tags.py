@@ -262,7 +262,7 @@ def test_imu_sensor():
     )
     spec = one(sensor("imu", "libgazebo_ros_imu_sensor.so", tags, inside))
     assert type(spec) is ImuSpec
-    assert (spec.topic, spec.frame_id, spec.rate) == ("/n/imu", "imu_link", 50)
+    assert (spec.topic, spec.frame_id, spec.rate) == ("/imu", "imu_link", 50)
     assert (spec.gyro_noise_mean, spec.accel_noise_mean) == ((0.1, 0.0, 0.0), 0.0)
     assert spec.gyro_noise_stddev == pytest.approx((0.5, 0.4, 0.4))
     assert spec.accel_noise_stddev == pytest.approx(0.4)
@@ -270,8 +270,13 @@ def test_imu_sensor():
 
 
 def test_imu_sensor_defaults():
-    spec = one(sensor("imu", "libgazebo_ros_imu_sensor.so"), "tank")
-    assert (spec.topic, spec.frame_id, spec.rate) == ("/tank/imu_data", "head", 1.0)
+    spec = one(sensor("imu", "libgazebo_ros_imu_sensor.so", "<frameName>f</frameName>"), "tank")
+    assert (spec.topic, spec.frame_id, spec.rate) == ("/tank/imu_data", "f", 1.0)
+
+
+def test_an_imu_sensor_without_a_frame_is_left_out():
+    model = read(sensor("imu", "libgazebo_ros_imu_sensor.so"))
+    assert not model.sensors and "has no frameName" in model.warnings[0]
 
 
 def test_imu_model_plugin():
@@ -315,12 +320,26 @@ def test_ground_truth():
     assert spec.offset[0] == (1, 2, 3) and not spec.twist_in_child
 
 
-def test_ground_truth_of_a_merged_link_names_the_link_that_remains():
-    spec = one(
-        '<gazebo><plugin filename="libgazebo_ros_p3d.so"><bodyName>head</bodyName></plugin>'
-        "</gazebo>"
+P3D = (
+    '<gazebo><plugin filename="libgazebo_ros_p3d.so"><topicName>t</topicName><bodyName>{}'
+    "</bodyName><frameName>{}</frameName>{}</plugin></gazebo>"
+)
+
+
+@pytest.mark.parametrize("body, frame", [("mast", "world"), ("base", "mast"), ("mast", "mast")])
+def test_p3d_of_merged_links_is_as_sdformat_writes_it(body, frame):
+    """Of the link that remains, with the joint's origin in the offset, once for each name."""
+    mast = (
+        '<link name="mast"/><joint name="m" type="fixed"><parent link="base"/><child link="mast"/>'
+        '<origin xyz="1 2 3"/></joint>'
     )
-    assert (spec.link, spec.child_frame_id) == ("head", "base")
+    gazebo = P3D.format(body, frame, "<xyzOffset>0 0 1</xyzOffset>")
+    spec = one(mast + gazebo)
+    count = (body == "mast") + (frame == "mast")
+    left = "world" if frame == "world" else "base"
+    assert (spec.link, spec.child_frame_id, spec.frame_id) == ("base", "base", left)
+    assert spec.reference == ("" if frame == "world" else "base")
+    assert spec.offset[0] == pytest.approx((count, 2 * count, 3 * count + 1))
 
 
 @pytest.mark.parametrize(

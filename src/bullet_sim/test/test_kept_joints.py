@@ -8,8 +8,9 @@ from bullet_sim.world import World
 
 MASS = '<inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>'
 SENSOR = (
-    '<gazebo><plugin name="p" filename="libgazebo_ros_p3d.so"><bodyName>b</bodyName></plugin>'
-    '</gazebo><gazebo reference="b"><turnGravityOff>true</turnGravityOff></gazebo>'
+    '<gazebo><plugin name="p" filename="libgazebo_ros_p3d.so"><bodyName>b</bodyName>'
+    "<topicName>t</topicName></plugin></gazebo>"
+    '<gazebo reference="b"><turnGravityOff>true</turnGravityOff></gazebo>'
 )
 FIXED = "<preserveFixedJoint>true</preserveFixedJoint>"
 HINGE = "<disableFixedJointLumping>true</disableFixedJointLumping>"

@@ -119,8 +119,11 @@ def test_lidars(inside, field, expected, words):
     assert len(Lidar(spec).directions) == spec.samples
 
 
+FRAME, TOPIC = "<frameName>f</frameName>", "<topicName>t</topicName>"  # without which none
+
+
 def test_other_numbers_of_sensors():
-    model = sensor("", "imu", "<gaussianNoise>x</gaussianNoise><rpyOffset>0 0</rpyOffset>")
+    model = sensor("", "imu", f"{FRAME}<gaussianNoise>x</gaussianNoise><rpyOffset>0 0</rpyOffset>")
     assert model.sensors[0].variance == 0 and len(model.warnings) == 2
     model = sensor("", rate="<update_rate>fast</update_rate>")
     assert model.sensors[0].rate == 30 and "'fast'" in model.warnings[0]
@@ -140,7 +143,7 @@ def plugin(name, tags):
 def test_plugins_with_bad_values():
     model = plugin("gazebo_ros_diff_drive", "<wheelSeparation>0.3m</wheelSeparation>")
     assert model.sensors[0].separation == 0.3 and "'0.3m'" in model.warnings[0]
-    model = plugin("gazebo_ros_p3d", "<bodyName>base</bodyName><xyzOffset>1 2</xyzOffset>")
+    model = plugin("gazebo_ros_p3d", f"{TOPIC}<bodyName>base</bodyName><xyzOffset>1 2</xyzOffset>")
     assert model.sensors[0].offset[0] == (0, 0, 0) and "'1 2'" in model.warnings[0]
     model = plugin("gazebo_ros_control", "<controlPeriod>often</controlPeriod>")
     assert model.control_period == 0 and "'often'" in model.warnings[0]
@@ -160,7 +163,8 @@ def test_a_number_of_a_plugin_that_is_none_is_0_as_sdformat_reads_it(text):
     [("world", "", "world"), ("/map", "", "map"), ("left", "left", "left"), ("odom", None, "odom")],
 )
 def test_the_frame_of_a_ground_truth_is_the_world_or_a_link(frame, reference, header):
-    model = plugin("gazebo_ros_p3d", f"<bodyName>base</bodyName><frameName>{frame}</frameName>")
+    tags = f"{TOPIC}<bodyName>base</bodyName><frameName>{frame}</frameName>"
+    model = plugin("gazebo_ros_p3d", tags)
     [spec] = model.sensors
     assert (spec.reference, spec.frame_id) == (reference, header)
     if reference is None:
@@ -171,15 +175,15 @@ def test_the_frame_of_a_ground_truth_is_the_world_or_a_link(frame, reference, he
 
 
 def test_the_frame_of_a_header_may_differ_from_that_of_the_pose():
-    tags = "<bodyName>base</bodyName><headerFrame>/odom</headerFrame>"
+    tags = f"{TOPIC}<bodyName>base</bodyName><headerFrame>/odom</headerFrame>"
     [spec] = plugin("gazebo_ros_p3d", tags).sensors
     assert (spec.reference, spec.frame_id) == ("", "odom")
 
 
 QUIET = {
     "legacyModeNS": ("gazebo_ros_control", "<legacyModeNS>true</legacyModeNS>"),
-    "an empty namespace in front": ("gazebo_ros_p3d", "<bodyName>/base</bodyName>"),
-    "model and link": ("gazebo_ros_p3d", "<bodyName>car::base</bodyName>"),
+    "an empty namespace in front": ("gazebo_ros_p3d", f"{TOPIC}<bodyName>/base</bodyName>"),
+    "model and link": ("gazebo_ros_p3d", f"{TOPIC}<bodyName>car::base</bodyName>"),
     "topics from the root": (
         "gazebo_ros_p3d",
         "<bodyName>base</bodyName><topicName>//odom</topicName>"

@@ -27,7 +27,7 @@ def test_noise_of_an_imu_for_all_axes():
         "<noise><type>gaussian</type><rate><mean>0.1</mean><stddev>0.2</stddev></rate>"
         "<accel><mean>0.3</mean><stddev>0.4</stddev></accel></noise>"
     )
-    plugin = '<plugin name="p" filename="libgazebo_ros_imu_sensor.so"/>'
+    plugin = '<plugin filename="libgazebo_ros_imu_sensor.so"><frameName>a</frameName></plugin>'
     text = (
         '<sdf version="1.5"><model name="m"><link name="a"><sensor name="s" type="imu">'
         f"<imu>{noise}</imu>{plugin}</sensor></link></model></sdf>"

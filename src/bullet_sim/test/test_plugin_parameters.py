@@ -14,13 +14,14 @@ TABLE = yaml.safe_load(
 MIMIC = {"joint": "left_joint", "mimicJoint": "right_joint"}
 NEEDED = {  # library -> parameters without which it does nothing, or has no default
     "gazebo_ros_camera": {"cameraName": "cam"},
-    "gazebo_ros_ft_sensor": {"jointName": "left_joint"},
-    "gazebo_ros_f3d": {"bodyName": "base"},
+    "gazebo_ros_ft_sensor": {"jointName": "left_joint", "topicName": "t"},
+    "gazebo_ros_f3d": {"bodyName": "foot", "topicName": "t"},
+    "gazebo_ros_imu_sensor": {"frameName": "f"},
     "gazebo_ros_force": {"bodyName": "base", "topicName": "t"},
     "gazebo_ros_vacuum_gripper": {"bodyName": "base", "topicName": "t"},
     "gazebo_ros_hand_of_god": {"linkName": "base"},
-    "gazebo_ros_imu": {"bodyName": "base"},
-    "gazebo_ros_p3d": {"bodyName": "base", "topicName": "t", "frameName": "world"},
+    "gazebo_ros_imu": {"bodyName": "foot"},
+    "gazebo_ros_p3d": {"bodyName": "foot", "topicName": "t", "frameName": "world"},
     "gazebo_ros_joint_state_publisher": {"jointName": "left_joint"},
     "roboticsgroup_upatras_gazebo_mimic_joint_plugin": MIMIC,
     "diffdrive_plugin_6w": {

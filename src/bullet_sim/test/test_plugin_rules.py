@@ -109,7 +109,7 @@ def test_frames_without_a_prefix(library):
 
 
 def test_a_name_with_a_slash_gets_no_prefix():
-    text = "<robotNamespace>tb3</robotNamespace><frameName>/map</frameName>"
+    text = "<robotNamespace>tb3</robotNamespace><frameName>/map</frameName><topicName>t</topicName>"
     plugin = f'<plugin filename="libgazebo_ros_p3d.so">{text}<bodyName>base</bodyName></plugin>'
     robot = f'<robot name="r">{LINKS}<gazebo>{plugin}</gazebo></robot>'
     (spec,) = parse_urdf(robot, str, "bot").sensors

@@ -157,8 +157,9 @@ def test_a_loop_is_opened_with_a_warning():
 def test_sensor_of_a_root_link_off_the_models_frame(world):
     text = (
         '<link name="a"><pose>0 0 2 0 0 0</pose><sensor name="s" type="imu"><pose>1 0 0 0 0 0'
-        '</pose><plugin filename="libgazebo_ros_imu_sensor.so"/></sensor></link>'
-        '<plugin filename="libgazebo_ros_p3d.so"><bodyName>a</bodyName></plugin>'
+        '</pose><plugin filename="libgazebo_ros_imu_sensor.so"><frameName>a</frameName></plugin>'
+        '</sensor></link><plugin filename="libgazebo_ros_p3d.so"><bodyName>a</bodyName>'
+        "<topicName>t</topicName></plugin>"
     )
     model = model_of(text)
     assert [spec.link for spec in model.sensors] == ["a", "a"]

@@ -13,7 +13,8 @@ def imu_of(inside, plugin=""):
     name = "libgazebo_ros_imu_sensor.so"
     text = (
         '<sdf version="1.7"><model name="m"><link name="a"><sensor name="s" type="imu"><imu>'
-        f'{inside}</imu><plugin name="p" filename="{name}">{plugin}</plugin></sensor></link>'
+        f'{inside}</imu><plugin name="p" filename="{name}"><frameName>a</frameName>'
+        f"{plugin}</plugin></sensor></link>"
         "</model></sdf>"
     )
     model, _ = parse_model(text, str)

@@ -138,21 +138,61 @@ class CloudSensor(RaysSensor):
 
 @ros_side(BlockCloudSpec)
 class BlockLaserSensor(RaysSensor):
-    """sensor_msgs/PointCloud of libgazebo_ros_block_laser: hits only."""
+    """sensor_msgs/PointCloud of libgazebo_ros_block_laser: a point of each ray, layer by layer.
+
+    As upstream's: where nothing was hit it is at the maximum range, without noise; each is half a
+    ray's angle beyond its ray, but that of the last one; with a single ray or layer all are NaN.
+    """
 
     message, lidar = PointCloud, LayeredLidar
     relayed = False
 
-    def measure(self, time: float) -> PointCloud:
-        points = self._lidar.points(self._scan())
-        hit, found = np.isfinite(points).all(axis=1), self._intensities()
-        values = np.zeros(len(points)) if found is None else found
-        points, values = points[hit], values[hit].tolist()
-        return PointCloud(
-            header=conversions.header(time, self.spec.frame_id),
-            points=[Point32(*point) for point in points.tolist()],
-            channels=[ChannelFloat32(name="intensity", values=values)],
+    def _make_lidar(self) -> Any:
+        spec, made = self.spec, super()._make_lidar()
+        yaw, pitch = (
+            _half_a_ray_beyond(first, last, count)
+            for first, last, count in (
+                (spec.min_angle, spec.max_angle, spec.samples),
+                (spec.min_elevation, spec.max_elevation, spec.layers),
+            )
         )
+        self._aims = np.stack(
+            [
+                np.outer(np.cos(pitch), np.cos(yaw)).ravel(),
+                np.outer(np.cos(pitch), np.sin(yaw)).ravel(),
+                np.outer(np.sin(pitch), np.ones(len(yaw))).ravel(),
+            ],
+            axis=1,
+        )
+        return made
+
+    def measure(self, time: float) -> PointCloud:
+        spec, ranges, found = self.spec, self._scan(), self._intensities()
+        ranges = np.where(ranges == math.inf, spec.range_max, ranges)
+        values = np.zeros(len(ranges)) if found is None else found
+        ranges, values = (v.reshape(-1, spec.layers).T.ravel() for v in (ranges, values))
+        points = self._aims * ranges[:, None]
+        if spec.point_noise > 0.0:
+            hit = np.abs(spec.range_max - ranges) > _FARTHEST
+            noise = self.rng.normal(0.0, spec.point_noise, (len(ranges), 4))
+            points = points + noise[:, :3] * hit[:, None]
+            values = values + noise[:, 3]
+        return PointCloud(
+            header=conversions.header(time, spec.frame_id),
+            points=[Point32(*point) for point in points.tolist()],
+            channels=[ChannelFloat32(values=values.tolist())],
+        )
+
+
+_FARTHEST = 1e-6  # [m] a range that is closer to the maximum has no noise in block_laser
+
+
+def _half_a_ray_beyond(first: float, last: float, count: int) -> Array:
+    """Angles (count,) [rad] as block_laser has them; NaN for a single one."""
+    if count == 1:
+        return np.full(1, math.nan)
+    rays = np.arange(count)
+    return first + 0.5 * (rays + np.minimum(rays + 1, count - 1)) * (last - first) / (count - 1)
 
 
 @ros_side(RangeSpec)
@@ -178,7 +218,8 @@ class RangeSensor(RaysSensor):
         minimum = float(np.clip(ranges.min(), spec.range_min, spec.range_max))
         if minimum < spec.range_max:
             minimum = self._errors.measured((minimum,) * 3, elapsed, self.rng)[0]
-            minimum = float(np.clip(minimum, spec.range_min, spec.range_max))
+            lowest = spec.range_min if spec.limited else -math.inf
+            minimum = float(np.clip(minimum, lowest, spec.range_max))
         return Range(
             header=conversions.header(time, spec.frame_id),
             radiation_type=Range.INFRARED if spec.infrared else Range.ULTRASOUND,

@@ -371,13 +371,18 @@ def wrench_message(time: float, frame: str, force: Vector, torque: Vector) -> Wr
 
 @ros_side(ForceTorqueSpec)
 class ForceTorqueSensor(Sensor):
-    """geometry_msgs/WrenchStamped of a joint: its child link on its parent, child's axes."""
+    """geometry_msgs/WrenchStamped of a joint: its child link on its parent, child's axes.
+
+    Zeros of a joint without <provide_feedback>.
+    """
 
     message = WrenchStamped
     whole_periods = True
 
     def measure(self, time: float) -> WrenchStamped:
-        wrench: Any = joint_wrench(self.model, self.spec.joint)
+        wrench: Any = (np.zeros(3), np.zeros(3))
+        if self.spec.feedback:
+            wrench = joint_wrench(self.model, self.spec.joint)
         if self.spec.noise_stddev:
             wrench = [v + self.rng.normal(0.0, self.spec.noise_stddev, 3) for v in wrench]
         return wrench_message(time, self.spec.frame_id, *wrench)

@@ -199,10 +199,10 @@ READ = {
     "disableFixedJointLumping",
     "allow_auto_disable",
     "velocity_decay",
+    "provideFeedback",
 }
 # Ignored without a warning; docs/support says of each what it means in Gazebo.
 QUIET = {
-    "provideFeedback",
     "initial_joint_position",
     "stopKp",
     "stopKd",

@@ -11,6 +11,7 @@ from bullet_sim.plugins.registry import model_plugin, sensor_plugin
 from bullet_sim.plugins.rules import FrameName
 from bullet_sim.plugins.xml import MissingPart, PluginXml, SensorXml, Values, library
 from bullet_sim.pose import Vec3
+from bullet_sim.xml_reader import child_text, document_root, is_true
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,7 @@ class ForceTorqueSpec:
         link: the child link, whose frame it is given in.
         rate: messages per simulated second [Hz]; 0: every physics step.
         noise_stddev: on each number [N, N m].
+        feedback: the joint has <provide_feedback>; without it all numbers are 0, as in Gazebo.
     """
 
     name: str
@@ -47,6 +49,7 @@ class ForceTorqueSpec:
     topic: str = "/wrench"
     frame_id: str = ""
     noise_stddev: float = 0.0
+    feedback: bool = True
 
 
 @dataclass(frozen=True)
@@ -267,10 +270,28 @@ def ft_sensor(xml: PluginXml) -> ForceTorqueSpec:
         link=child,
         joint=joint,
         rate=max(0.0, xml.number("updateRate")),
-        topic=xml.topic("topicName", f"{joint}_wrench"),
+        topic=xml.given_topic(),
         frame_id=FrameName(child, xml.names.prefix()),
         noise_stddev=abs(xml.number("gaussianNoise")),
+        feedback=_gives_feedback(xml, joint),
     )
+
+
+def _gives_feedback(xml: PluginXml, joint: str) -> bool:
+    """Whether a joint has <provideFeedback>, <provide_feedback> or a force_torque sensor."""
+    tags = ("provideFeedback", "physics/provide_feedback", "physics/ode/provide_feedback")
+    names = {joint, xml.text("jointName")}
+    for holder in document_root(xml.element).iter():
+        if holder.tag == "gazebo":
+            name = holder.get("reference")
+        else:
+            name = holder.get("name") if holder.tag == "joint" else None
+        if name in names and (
+            any(is_true(child_text(holder, tag)) for tag in tags)
+            or any(each.get("type") == "force_torque" for each in holder.findall("sensor"))
+        ):
+            return True
+    return False
 
 
 @model_plugin("gazebo_ros_f3d")
@@ -279,7 +300,7 @@ def f3d(xml: PluginXml) -> LinkForceSpec:
     return LinkForceSpec(
         name=xml.name or link,
         link=link,
-        topic=xml.topic("topicName", f"{link}_force"),
+        topic=xml.given_topic(),
         frame_id=xml.frame("frameName", "world", merge=True),
     )
 
@@ -306,25 +327,14 @@ def joint_pose_trajectory(xml: PluginXml) -> JointPosesSpec:
 
 @model_plugin("gazebo_ros_force")
 def force(xml: PluginXml) -> ForceSpec:
-    return ForceSpec(xml.name or "force", xml.link("bodyName"), _given_topic(xml))
+    return ForceSpec(xml.name or "force", xml.link("bodyName"), xml.given_topic())
 
 
 @model_plugin("gazebo_ros_vacuum_gripper")
 def vacuum_gripper(xml: PluginXml) -> VacuumGripperSpec:
     namespace = xml.names.topic("").rstrip("/")
     name, link = xml.name or "vacuum_gripper", xml.link("bodyName")
-    return VacuumGripperSpec(name, link, _given_topic(xml), namespace)
-
-
-def _given_topic(xml: PluginXml) -> str:
-    """Full name of the <topicName>, without which upstream does not start.
-
-    Raises:
-        MissingPart: there is none.
-    """
-    if not xml.text("topicName"):
-        raise MissingPart(f"{xml.label} has no topicName; it is left out")
-    return xml.topic("topicName", "")
+    return VacuumGripperSpec(name, link, xml.given_topic(), namespace)
 
 
 @model_plugin("gazebo_ros_wheel_slip", "WheelSlipPlugin")

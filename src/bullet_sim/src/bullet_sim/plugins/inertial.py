@@ -7,8 +7,17 @@ from dataclasses import dataclass
 from typing import Any
 
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
-from bullet_sim.plugins.xml import ZERO, ZERO_POSE, PluginXml, PoseTuple, SensorXml, Values
-from bullet_sim.pose import Quat, Vec3, quaternion_from_rpy
+from bullet_sim.plugins.xml import (
+    ZERO,
+    ZERO_POSE,
+    PluginXml,
+    PoseTuple,
+    SensorXml,
+    Values,
+    offset_of_merged,
+)
+from bullet_sim.pose import Pose, Quat, Vec3, quaternion_from_rpy
+from bullet_sim.xml_reader import document_root
 
 HOUR: Vec3 = (1.0 / 3600.0,) * 3  # [1/s]
 OF_WORLD = "useWorldSphericalCoordinates"
@@ -198,12 +207,21 @@ class MagneticSpec:
     errors: ErrorModel = ErrorModel()
 
 
-def _offset(xml: PluginXml) -> PoseTuple:
-    """Pose of <xyzOffset> and <rpyOffset>, or <xyzOffsets> and <rpyOffsets>."""
+def _offset(xml: PluginXml, *tags: str) -> PoseTuple:
+    """Pose of <xyzOffset> and <rpyOffset>, or <xyzOffsets> and <rpyOffsets>.
+
+    Args:
+        tags: of links; where sdformat writes those that they are merged into, it moves the pose.
+    """
     xyz, rpy = (
         xml.vector(tag, default=xml.vector(f"{tag}s")) for tag in ("xyzOffset", "rpyOffset")
     )
-    return xyz, rpy
+    robot = document_root(xml.element)
+    names = [name for name in (xml.text(tag) for tag in tags) if name in xml.model.links]
+    if robot.tag != "robot" or all(xml.merged(name) == name for name in names):
+        return xyz, rpy
+    moved = offset_of_merged(robot, xml.model, names, Pose.from_xyz_rpy(xyz, rpy))
+    return moved.position, moved.rpy
 
 
 WORLD_FRAMES = ("/world", "world", "/map", "map")  # values of <frameName> that are no link
@@ -212,7 +230,8 @@ WORLD_FRAMES = ("/world", "world", "/map", "map")  # values of <frameName> that 
 @model_plugin("gazebo_ros_p3d")
 def ground_truth(xml: PluginXml) -> GroundTruthSpec:
     """GroundTruthSpec; <headerFrame> is Paddock's own: another frame_id than <frameName>."""
-    link, frame = xml.link("bodyName", xml.model.root), xml.text("frameName", "world")
+    link = xml.merged(xml.link("bodyName"))
+    frame = xml.merged(xml.text("frameName", "world"))
     reference: str | None = "" if frame in WORLD_FRAMES else frame
     if reference and reference not in xml.model.links:
         xml.warn(
@@ -224,14 +243,14 @@ def ground_truth(xml: PluginXml) -> GroundTruthSpec:
         reference = None
     return GroundTruthSpec(
         link=link,
-        topic=xml.topic("topicName", "ground_truth"),
+        topic=xml.given_topic(),
         frame_id=xml.frame("headerFrame", frame),
         reference=reference,
         rate=xml.number("updateRate"),
         twist_in_child=xml.text("twistFrame", "world") == "child",
-        child_frame_id=xml.merged(link),
+        child_frame_id=link,
         noise_stddev=abs(xml.number("gaussianNoise")),
-        offset=_offset(xml),
+        offset=_offset(xml, "bodyName", "frameName"),
     )
 
 
@@ -251,12 +270,12 @@ def _imu_spec(
 
 @model_plugin("gazebo_ros_imu")
 def model_imu(xml: PluginXml) -> ImuSpec:
-    link = xml.link("bodyName", xml.model.root)
+    link = xml.merged(xml.link("bodyName"))
     return _imu_spec(
         xml,
         xml.name or "imu",
         link,
-        _offset(xml),
+        _offset(xml, "bodyName", "frameName"),
         ModelImuSpec,
         rate=xml.number("updateRate"),
         frame_id=xml.frame("frameName", link, merge=True),
@@ -304,6 +323,13 @@ def _bias(sensor: Values, paths: list[tuple[str, str]]) -> BiasModel:
 
 @sensor_plugin("gazebo_ros_imu_sensor", types=("imu",))
 def imu_sensor(xml: SensorXml) -> ImuSpec:
+    """ImuSpec of a plugin that needs a <frameName>.
+
+    Raises:
+        MissingPart: there is none.
+    """
+    if xml.element.find("frameName") is None:
+        raise xml.lacks("frameName")
     plugin, sensor = xml.plugin("imu"), Values(xml.sensor, f"imu '{xml.name}'")
     mean, stddev, bias = {}, {}, {}
     plugin_noise = abs(plugin.number("gaussianNoise"))
@@ -325,7 +351,7 @@ def imu_sensor(xml: SensorXml) -> ImuSpec:
         xml.pose,
         rate=xml.rate("updateRateHZ", 1.0),
         frame_id=xml.frame("frameName", xml.parent),
-        topic=xml.names.topic(xml.text("topicName", "imu_data"), absolute=False),
+        topic=xml.topic("topicName", "imu_data"),
         gyro_noise_mean=mean["gyro"],
         accel_noise_mean=mean["accel"],
         gyro_noise_stddev=stddev["gyro"],

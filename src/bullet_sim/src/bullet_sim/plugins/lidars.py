@@ -77,7 +77,13 @@ class CloudSpec(LayeredRays):
 
 @dataclass(frozen=True)
 class BlockCloudSpec(LayeredRays):
-    """A lidar that publishes its hits as PointCloud, as libgazebo_ros_block_laser."""
+    """A lidar that publishes its points as PointCloud, as libgazebo_ros_block_laser.
+
+    Attributes:
+        point_noise: standard deviation on each coordinate [m] and intensity; its rays have none.
+    """
+
+    point_noise: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -109,11 +115,13 @@ class RangeSpec(LayeredRays):
         infrared: True: infrared; False: ultrasound.
         field_of_view: written into the message [rad].
         errors: of the range [m], all three alike, where it is below the maximum.
+        limited: the range with its errors is not below the minimum.
     """
 
     infrared: bool = False
     field_of_view: float = 0.05
     errors: ErrorModel = ErrorModel()
+    limited: bool = True
 
 
 def sweep(ray: Values) -> tuple[float, float]:
@@ -186,23 +194,6 @@ def _elevations(ray: Values) -> dict[str, Any]:
     )
 
 
-def _output(
-    xml: SensorXml,
-    plugin: Values,
-    values: dict[str, Any],
-    topic: str,
-    rate_tag: str | None = "updateRate",
-) -> dict[str, Any]:
-    """The values of _layers with the plugin's noise, rate and topic."""
-    noise = values["noise_stddev"]
-    return dict(
-        values,
-        noise_stddev=noise or abs(plugin.number("gaussianNoise")),
-        rate=xml.output_rate(rate_tag),
-        topic=xml.topic("topicName", topic),
-    )
-
-
 def _frame(xml: SensorXml, default: str = "/world") -> str:
     return xml.frame("frameName", default)
 
@@ -218,8 +209,8 @@ def laser(xml: SensorXml) -> RaySpec:
         spec, values = LayeredScanSpec, {**values, **layers}
     return spec(
         **values,
-        rate=xml.output_rate(None),  # the laser plugins ignore <updateRate>
-        noise_stddev=stddev or xml.plugin("lidar").number("gaussianNoise"),
+        rate=xml.output_rate(None),  # the laser plugins have no <updateRate>, no <gaussianNoise>
+        noise_stddev=stddev,
         noise_mean=mean,
         topic=xml.topic("topicName", "/world"),
         frame_id=_frame(xml),
@@ -235,28 +226,46 @@ def velodyne(xml: SensorXml) -> CloudSpec:
     values.update(
         range_min=max(values["range_min"], range_min), range_max=min(values["range_max"], range_max)
     )
+    values["noise_stddev"] = math.hypot(values["noise_stddev"], plugin.number("gaussianNoise"))
     return CloudSpec(
-        **_output(xml, plugin, values, "/velodyne_points", rate_tag=None),
+        **values,
+        rate=xml.output_rate(None),
+        topic=xml.topic("topicName", "/velodyne_points"),
         frame_id=_frame(xml, "/velodyne"),
         organized=is_true(xml.text("organize_cloud")),
         min_intensity=plugin.number("min_intensity", -math.inf),
     )
 
 
+def _raw(xml: SensorXml) -> dict[str, Any]:
+    """As _layers, for plugins that read the ranges before the sensor adds its noise."""
+    return dict(_layers(xml), noise_mean=0.0, noise_stddev=0.0)
+
+
 @sensor_plugin("gazebo_ros_block_laser", types=TYPES)
 def block_laser(xml: SensorXml) -> BlockCloudSpec:
-    values = _output(xml, xml.plugin("lidar"), _layers(xml), "/world")
-    return BlockCloudSpec(**values, frame_id=_frame(xml))
+    return BlockCloudSpec(
+        **_raw(xml),
+        rate=xml.output_rate(None),  # upstream reads <updateRate> and uses it nowhere
+        topic=xml.topic("topicName", "/world"),
+        frame_id=_frame(xml),
+        point_noise=abs(xml.plugin("lidar").number("gaussianNoise")),
+    )
 
 
 @sensor_plugin("gazebo_ros_range", types=TYPES)
 def range_sensor(xml: SensorXml) -> RangeSpec:
     plugin = xml.plugin("range sensor")
     return RangeSpec(
-        **_output(xml, plugin, _layers(xml), "/range"),
+        **_raw(xml),
+        rate=xml.output_rate(),
+        topic=xml.topic("topicName", "/range"),
         frame_id=_frame(xml),
-        infrared=xml.text("radiation", "infrared").lower() != "ultrasound",
+        infrared=xml.element.find("radiation") is not None
+        and xml.text("radiation") != "ultrasound",
         field_of_view=plugin.number("fov", 0.05),
+        errors=ErrorModel(noise=(abs(plugin.number("gaussianNoise")),) * 3),
+        limited=False,
     )
 
 

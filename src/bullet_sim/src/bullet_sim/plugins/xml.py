@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from typing import Literal, Tuple, TypeVar, overload
 from xml.etree.ElementTree import Element
 
-from bullet_sim.description.model import ModelDescription
+from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.errors import ModelError
 from bullet_sim.plugins.rules import MODEL, RULES, FrameName, FramePrefix, rule_of
 from bullet_sim.pose import Pose, Vec3
@@ -38,31 +38,55 @@ def library(plugin: Element) -> str:
     return re.sub(r"^lib|\.so$", "", name)
 
 
-def merged_links(robot: Element, model: ModelDescription) -> dict[str, str]:
-    """For each link of a URDF: the one that fixed joints merge it into in Gazebo.
-
-    Args:
-        robot: <robot>, whose <gazebo> elements may keep joints.
-    """
+def _lumped(robot: Element, model: ModelDescription) -> dict[str, Joint]:
+    """The fixed joints of a URDF that Gazebo leaves out, by their child links."""
     kept = {
         each.get("reference")
         for each in robot.findall("gazebo")
         for tag in ("preserveFixedJoint", "disableFixedJointLumping")
         if is_true(child_text(each, tag))
     }
-    parents = {
-        joint.child: joint.parent
+    return {
+        joint.child: joint
         for joint in model.joints.values()
         if joint.kind == "fixed" and joint.name not in kept and joint.parent != "world"
     }
-    found = {}
-    for name in model.links:
-        root, seen = name, {name}
-        while root in parents and parents[root] not in seen:
-            root = parents[root]
-            seen.add(root)
-        found[name] = root
-    return found
+
+
+def merged_links(robot: Element, model: ModelDescription) -> dict[str, str]:
+    """For each link of a URDF: the one that fixed joints merge it into in Gazebo.
+
+    Args:
+        robot: <robot>, whose <gazebo> elements may keep joints.
+    """
+    joints = _lumped(robot, model)
+    return {name: [name, *_above(name, joints)][-1] for name in model.links}
+
+
+def _above(link: str, joints: dict[str, Joint]) -> list[str]:
+    """Links that a link is merged into one after the other."""
+    found = [link]
+    while found[-1] in joints and joints[found[-1]].parent not in found:
+        found.append(joints[found[-1]].parent)
+    return found[1:]
+
+
+def offset_of_merged(
+    robot: Element, model: ModelDescription, names: Iterable[str], offset: Pose
+) -> Pose:
+    """<xyzOffset> and <rpyOffset> of a plugin, as sdformat leaves them.
+
+    Each time that it writes the parent of a link that it merges in the place of one of the names,
+    it puts the offset into that parent's frame, the deepest links first.
+    """
+    joints = _lumped(robot, model)
+    chains = [[name, *_above(name, joints)][:-1] for name in names]
+    depth = {name: len(_above(name, joints)) for chain in chains for name in chain}
+    for link in sorted(depth, key=lambda name: (-depth[name], name)):
+        for chain in chains:
+            if link in chain:
+                offset = joints[link].origin * offset
+    return offset
 
 
 class MissingPart(ModelError):
@@ -106,15 +130,14 @@ class Names:
             return None
         return FramePrefix(self._rule.prefix, _squeezed(f"{self.namespace}/{group}"))
 
-    def topic(self, name: str, group: str = "", absolute: bool = True) -> str:
+    def topic(self, name: str, group: str = "") -> str:
         """Full topic name.
 
         Args:
             name: as in the file; one with a leading slash is used unchanged.
             group: sub-namespace, e.g. a camera's name.
-            absolute: False: a leading slash is ignored (libgazebo_ros_imu_sensor.so).
         """
-        if name.startswith("/") and absolute:
+        if name.startswith("/"):
             return "/" + _squeezed(name)
         return "/" + _squeezed("/".join([self.namespace, group, name]))
 
@@ -271,6 +294,20 @@ class PluginXml(PluginValues):
     def topic(self, tag: str, default: str, group: str = "") -> str:
         """Full name of the topic that a tag names: see Names.topic."""
         return self.names.topic(self.text(tag, default), group)
+
+    def given_topic(self, tag: str = "topicName") -> str:
+        """Full name of the topic of a tag without which upstream does not start.
+
+        Raises:
+            MissingPart: there is none.
+        """
+        if not self.text(tag):
+            raise self.lacks(tag)
+        return self.topic(tag, "")
+
+    def lacks(self, tag: str) -> MissingPart:
+        """The error of a plugin without a tag that it needs."""
+        return MissingPart(f"{self.label} has no {tag}; it is left out")
 
     def frame(self, tag: str, default: str, group: str = "", merge: bool = False) -> FrameName:
         """Name of the frame that a tag names, for headers.
