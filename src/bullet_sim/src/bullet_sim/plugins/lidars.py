@@ -230,8 +230,8 @@ def velodyne(xml: SensorXml) -> CloudSpec:
     return CloudSpec(
         **values,
         rate=xml.output_rate(None),
-        topic=xml.topic("topicName", "/velodyne_points"),
-        frame_id=_frame(xml, "/velodyne"),
+        topic=xml.topic("topicName", "/points"),
+        frame_id=_frame(xml),
         organized=is_true(xml.text("organize_cloud")),
         min_intensity=plugin.number("min_intensity", -math.inf),
     )
