@@ -146,6 +146,7 @@ class BlockLaserSensor(RaysSensor):
 
     message, lidar = PointCloud, LayeredLidar
     relayed = False
+    CACHE = ("_aims",)
 
     def _make_lidar(self) -> Any:
         spec, made = self.spec, super()._make_lidar()
