@@ -25,7 +25,7 @@ from sections import section
 
 FOLDER = pathlib.Path(__file__).resolve().parent / "results"
 FORMAT = 1
-CHANGES = ("status", "--porcelain", "--", ".", ":(exclude)bench/results")
+CHANGES = ("status", "--porcelain", "--", ":/", ":(top,exclude)bench/results")
 KEYS = {
     "format": int,
     "name": str,
