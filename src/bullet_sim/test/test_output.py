@@ -37,3 +37,31 @@ def test_libraries_are_silenced():
 
 def test_python_output_is_kept():
     assert run(True) == (b"before stdout after", b"stderr")
+
+
+OVERLAPPING = """
+import os, threading
+from bullet_sim.files import silenced
+inside, leave = threading.Event(), threading.Event()
+
+def first():
+    with silenced():
+        inside.set()
+        leave.wait()
+
+thread = threading.Thread(target=first)
+thread.start()
+inside.wait()
+with silenced():
+    leave.set()
+    thread.join()
+    os.write(1, b'hidden')
+os.write(1, b'after')
+"""
+
+
+def test_output_comes_back_after_two_threads_that_overlap():
+    done = subprocess.run(
+        [sys.executable, "-c", OVERLAPPING], timeout=180, capture_output=True, check=True
+    )
+    assert done.stdout == b"after"

@@ -12,6 +12,7 @@ import os
 import shutil
 import sys
 import tempfile
+import threading
 from collections.abc import Iterator
 
 from bullet_sim.errors import ModelError
@@ -130,19 +131,32 @@ def keep_python_output() -> None:
         )
 
 
+_silence = threading.Lock()  # guards:
+_silent = 0  # contexts of silenced(), of any thread
+_restored: list[tuple[int, int]] = []  # file descriptors, and copies of what they were
+
+
 @contextlib.contextmanager
 def silenced() -> Iterator[None]:
-    """Redirect file descriptors 1 and 2 to /dev/null within the context."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    saved = [(fd, os.dup(fd)) for fd in (1, 2)]
-    null = os.open(os.devnull, os.O_WRONLY)
+    """Redirect file descriptors 1 and 2 to /dev/null within the context, of several threads until
+    the last one leaves it."""
+    global _silent
+    with _silence:
+        if not _silent:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            _restored[:] = [(fd, os.dup(fd)) for fd in (1, 2)]
+            null = os.open(os.devnull, os.O_WRONLY)
+            for fd, _ in _restored:
+                os.dup2(null, fd)
+            os.close(null)
+        _silent += 1
     try:
-        for fd, _ in saved:
-            os.dup2(null, fd)
         yield
     finally:
-        for fd, copy in saved:
-            os.dup2(copy, fd)
-            os.close(copy)
-        os.close(null)
+        with _silence:
+            _silent -= 1
+            if not _silent:
+                for fd, copy in _restored:
+                    os.dup2(copy, fd)
+                    os.close(copy)
