@@ -183,6 +183,19 @@ def _of_thread(before, after, seconds):
     }
 
 
+def spent_within(monitor, begin, seconds):
+    """Wait for a window and return what was spent in it, as summarise() gives it of one round.
+
+    Args:
+        monitor: Monitor.
+        begin: of the window, as of time.monotonic() [s]; it lasts some seconds.
+    """
+    time.sleep(max(0.0, begin - time.monotonic()))
+    reading = monitor.read()
+    time.sleep(max(0.0, begin + seconds - time.monotonic()))
+    return summarise([between(reading, monitor.read())])
+
+
 def summarise(rounds):
     """Medians over rounds of what between() gave, and the most of others and stolen.
 

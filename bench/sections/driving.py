@@ -5,7 +5,7 @@ import time
 from figures import gap_figures, lateness_figures, rate_of
 from launching import WORLDS, Launch
 from report import Row, spent_text
-from usage import Monitor, between, summarise
+from usage import Monitor, spent_within
 
 ALL_AT_ONCE = (str(WORLDS / "all_at_once.launch"),)
 SETTLE = 1.5  # [s] between the start and the window
@@ -34,10 +34,7 @@ def measure_world(seconds, log, arguments, file=("track_model", "world.launch"))
         roles = launch.roles()
         bridge = roles["bridge"][0]
         monitor = Monitor(roles, {"simulation": (bridge, bridge)})
-        time.sleep(max(0.0, begin - time.monotonic()))
-        reading = monitor.read()
-        time.sleep(max(0.0, begin + seconds - time.monotonic()))
-        spent = summarise([between(reading, monitor.read())])
+        spent = spent_within(monitor, begin, seconds)
         driven = observer.answer()
     return {
         "camera": gap_figures(driven["images"], seconds),

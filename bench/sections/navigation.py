@@ -12,7 +12,7 @@ import time
 from figures import BenchError, lateness_figures, rate_of
 from launching import WORLDS, Launch
 from report import Row, spent_text
-from usage import Monitor, between, summarise
+from usage import Monitor, spent_within
 
 SETTLE = 3.0  # [s] between the start of the drive and the window
 TURTLEBOT3 = str(WORLDS / "turtlebot3.launch")
@@ -63,11 +63,7 @@ def measure_world(name, seconds, log):
         observer.answer()
         begin = time.monotonic() + SETTLE
         observer.tell(f"{begin} {begin + seconds}")
-        monitor = Monitor(launch.roles())
-        time.sleep(max(0.0, begin - time.monotonic()))
-        reading = monitor.read()
-        time.sleep(max(0.0, begin + seconds - time.monotonic()))
-        spent = summarise([between(reading, monitor.read())])
+        spent = spent_within(Monitor(launch.roles()), begin, seconds)
         driven = observer.answer()
     return {
         "real_time_factor": rate_of(driven["ticks"]),
