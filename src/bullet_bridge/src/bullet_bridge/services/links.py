@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 import rospy
@@ -61,9 +60,6 @@ class LinkServices:
 
     def __init__(self, prefix: str, world: World, jobs: JobQueue, received: ReceivedCounts) -> None:
         self._world, self._jobs = world, jobs
-        # mass, center and inertia that were set, of links by their model
-        self._told: WeakKeyDictionary[Model, dict[str, tuple[float, Array, Array]]]
-        self._told = WeakKeyDictionary()
         for name, service, work in (
             ("get_link_state", srv.GetLinkState, self._get_state),
             ("set_link_state", srv.SetLinkState, lambda r: self._set_state(r.link_state)),
@@ -151,7 +147,7 @@ class LinkServices:
             found = changes.gazebos_properties(model, link)
             if model.is_static:  # of which Gazebo has no mass
                 found = 0.0, found[1], np.zeros((3, 3)), False
-            return self._told.get(model, {}).get(link, found[:3]) + found[3:]
+            return model.told.get(link, found[:3]) + found[3:]
 
         mass, center, inertia, gravity = self._jobs.read(work)
         com = PoseMsg()
@@ -182,8 +178,7 @@ class LinkServices:
         def work() -> None:
             with refusing(f"SetLinkProperties: {NO_LINK}"):
                 model, link = find_link(self._world, request.link_name)
-            told = self._told.setdefault(model, {})
-            told[link] = request.mass, vector(request.com.position), np.array(inertia)
+            model.told[link] = request.mass, vector(request.com.position), np.array(inertia)
             if not model.is_static:
                 changes.set_link_gravity(model, link, request.gravity_mode)
 

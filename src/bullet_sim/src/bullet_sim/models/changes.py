@@ -145,13 +145,13 @@ class Forces(Stateful):
             ratio: the old step over the new one.
         """
 
-        def moved(load: _Load) -> _Load:
+        def rescaled(load: _Load) -> _Load:
             first = now + max(0, round((load.first - before) * ratio))
             left = load.end - max(load.first, before)
             end = first + (left if math.isinf(left) else max(1, round(left * ratio)))
             return replace(load, first=first, end=end)
 
-        self._loads = [moved(load) for load in self._loads]
+        self._loads = [rescaled(load) for load in self._loads]
 
     def clear_link(self, name: str) -> int:
         """Clear all wrenches on the link MODEL::LINK, the only name that Gazebo compares.
@@ -205,7 +205,8 @@ def link_properties(model: Model, link: str) -> tuple[float, Array, Array, bool]
     """
     model.link_in_body(link)
     part = model.rigid_parts.get(link) or model.description.links[link]
-    return part.mass, model.told_centers.get(link, part.center), part.inertia, part.gravity
+    center = model.told[link][1] if link in model.told else part.center
+    return part.mass, center, part.inertia, part.gravity
 
 
 def gazebos_properties(model: Model, link: str) -> tuple[float, Array, Array, bool]:
@@ -274,7 +275,7 @@ def set_link_properties(
             lambda: model.engine.set_link_gravity(model.body, index, gravity, mass, part.center),
         )
     part.mass, part.inertia, part.gravity = float(mass), inertia, gravity
-    model.told_centers[link] = told
+    model.told[link] = part.mass, told, inertia
 
 
 def set_link_gravity(model: Model, link: str, gravity: bool) -> None:

@@ -103,7 +103,8 @@ class Model:
         self._state: BodyState | None = None  # of what is static ...
         self._placements = -1  # ... as of these of the engine
         self._changes: dict[tuple[str, str], Callable[[], None]] = {}
-        self.told_centers: dict[str, Array] = {}  # of mass, as set_link_properties was given them
+        # mass, center of mass and inertia of links as they were set last
+        self.told: dict[str, tuple[float, Array, Array]] = {}
         self._lumped = engine.lump(description)
         visuals = prepare_meshes(self._lumped, folder, description.warn)
         path = os.path.join(folder, f"{key}.urdf")
