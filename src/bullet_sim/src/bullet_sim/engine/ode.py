@@ -174,10 +174,6 @@ class OdeSolver:
         """What was attached, by its keys, also where it is let go by now."""
         return self._models.attached
 
-    def attachment(self, key: Any) -> Attachment | None:
-        """What was attached by this key, also where it is let go by now."""
-        return self._models.attached.get(key)
-
     def set_bitmask(self, body: int, link: int, bits: int) -> None:
         """A link touches only what shares a bit."""
         self._models.filtered[body, link], self._is_built = bits, False

@@ -327,14 +327,9 @@ class ArrayBuilder:
         for number in (one, other):
             if number >= 0:
                 system.bodies[number][q.MAY_SLEEP] = 0.0
-        row, axis = np.zeros(q.J_SIZE), np.array((0.0, 0.0, 1.0))
-        row[q.ANCHOR2 : q.ANCHOR2 + 3] = (
-            np.array(frame.position) - center + frame.matrix @ self._link(child).center
-        )
-        row[q.AXIS1 : q.AXIS1 + 3], row[q.AXIS2 : q.AXIS2 + 3] = axis, frame.matrix @ axis
-        row[q.QREL : q.QREL + 4] = frame.orientation
+        anchor = np.array(frame.position) - center + frame.matrix @ self._link(child).center
+        row = _placed_row(frame, np.array((0.0, 0.0, 1.0)), anchor)
         row[q.LOWER], row[q.UPPER] = 1.0, -1.0
-        row[q.TARGET] = row[q.IMPOSED] = math.nan
         row[q.STOP_ERP], row[q.STOP_CFM] = self._settings.erp, self._settings.cfm
         row[q.STOP_PUSH] = 1.0
         system.joints.append(row)
@@ -346,7 +341,6 @@ class ArrayBuilder:
         return next(model.shapes.links[name] for name in model.names if model.links[name] == key[1])
 
     def _joint_row(self, model: DynamicModel, joint: Joint) -> Array:
-        row = np.zeros(q.J_SIZE)
         child = model.shapes.links[joint.child]
         axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
         frame = joint.origin
@@ -355,17 +349,13 @@ class ArrayBuilder:
             frame, center = Pose(*self._engine.base_pose(model.body)) * joint.origin, np.zeros(3)
         anchor = np.array(frame.position) - center
         if joint.kind == "prismatic" or joint in model.shapes.welds:  # where the child's center is
-            anchor += frame.matrix @ child.center
+            row = _placed_row(frame, axis, anchor + frame.matrix @ child.center)
         else:
+            row = _placed_row(frame, axis, anchor)
             row[q.ANCHOR1 : q.ANCHOR1 + 3] = -child.center
-        row[q.ANCHOR2 : q.ANCHOR2 + 3] = anchor
-        row[q.AXIS1 : q.AXIS1 + 3] = axis
-        row[q.AXIS2 : q.AXIS2 + 3] = frame.matrix @ axis
-        row[q.QREL : q.QREL + 4] = frame.orientation
         lower, upper = joint.lower, joint.upper
         row[q.LOWER], row[q.UPPER] = (1.0, -1.0) if lower is None else (lower, upper)
-        row[q.DAMPING], row[q.FMAX], row[q.TARGET] = joint.damping, joint.friction, math.nan
-        row[q.IMPOSED] = math.nan
+        row[q.DAMPING], row[q.FMAX] = joint.damping, joint.friction
         row[q.IMPLICIT] = float(joint.implicit_damping)
         row[q.STIFFNESS], row[q.AT_REST] = joint.stiffness, joint.rest
         erp, cfm = joint.stop_erp, joint.stop_cfm
@@ -373,6 +363,22 @@ class ArrayBuilder:
         row[q.STOP_CFM] = self._settings.cfm if cfm is None else cfm
         row[q.STOP_PUSH] = joint.stop_push
         return row
+
+
+def _placed_row(frame: Pose, axis: Array, anchor: Array) -> Array:
+    """Row of a joint without a command.
+
+    Args:
+        frame: of the joint, in that of the second body.
+        axis: (3,) in the joint's frame.
+        anchor: (3,) [m] relative to the second body's center of mass, along its axes.
+    """
+    row = np.zeros(q.J_SIZE)
+    row[q.ANCHOR2 : q.ANCHOR2 + 3] = anchor
+    row[q.AXIS1 : q.AXIS1 + 3], row[q.AXIS2 : q.AXIS2 + 3] = axis, frame.matrix @ axis
+    row[q.QREL : q.QREL + 4] = frame.orientation
+    row[q.TARGET] = row[q.IMPOSED] = math.nan
+    return row
 
 
 def _state(numbers: Array, gravity: Array, system: System, scene: Scene, room: int) -> State:

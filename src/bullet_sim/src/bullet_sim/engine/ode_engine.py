@@ -226,15 +226,16 @@ class OdeEngine(Engine):
         self.ode.attach(key, Attachment(one, other, pose.inverse() * there))
 
     def attach_again(self, key: Any) -> bool:
-        found = self.ode.attachment(key)
-        if found is not None:
-            self.ode.attach(key, replace(found, is_on=True))
-        return found is not None
+        return self._switch_attachment(key, True)
 
     def detach(self, key: Any) -> bool:
-        found = self.ode.attachment(key)
+        return self._switch_attachment(key, False)
+
+    def _switch_attachment(self, key: Any, is_on: bool) -> bool:
+        """Hold or let go what was attached by a key; whether there is such."""
+        found = self.ode.attachments().get(key)
         if found is not None:
-            self.ode.attach(key, replace(found, is_on=False))
+            self.ode.attach(key, replace(found, is_on=is_on))
         return found is not None
 
     def attachments(self) -> dict[Any, tuple[BodyLink, BodyLink]]:
