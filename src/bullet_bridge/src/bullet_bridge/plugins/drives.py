@@ -100,12 +100,15 @@ class WheelDrivePlugin(ModelPlugin):
     def update(self, time: float, period: float) -> None:
         elapsed, self._before = time - self._before, time
         forward, yaw_rate = self._command
-        positions, speeds = self.model.joints.state()
-        left, right = self.spec.left[0], self.spec.right[0]
-        turning = speeds[left], speeds[right]
+        joints, turning = self.model.joints, (0.0, 0.0)
+        ends = self.spec.left[0], self.spec.right[0]
+        if self.spec.from_wheels or self.spec.acceleration:
+            left, right = joints.velocities_of(ends)
+            turning = left, right
         self._turn(self._drive.wheel_speeds(forward, yaw_rate, elapsed, turning))
         if self.spec.from_wheels:
-            self._drive.measure(positions[left], positions[right], turning)
+            left, right = joints.positions_of(ends)
+            self._drive.measure(left, right, turning)
         self._publish_wheels(time)
         if any(
             out is not None and out.get_num_connections() > 0
@@ -144,10 +147,14 @@ def planar_motion(motion: Motion) -> Motion:
     """A base's pose as it is; of its velocity what is along its heading and to its left, and the
     yaw rate in the world, which is all that upstream's odometry has."""
     position, orientation, linear, angular = motion
-    yaw = rpy_from_quaternion(orientation)[2]
-    c, s = math.cos(yaw), math.sin(yaw)
-    along = (c * linear[0] + s * linear[1], c * linear[1] - s * linear[0], 0.0)
+    along = along_heading(rpy_from_quaternion(orientation)[2], linear[0], linear[1])
     return position, orientation, along, (0.0, 0.0, angular[2])
+
+
+def along_heading(yaw: float, x: float, y: float) -> Vec3:
+    """A horizontal velocity (x, y) [m/s] of the world, ahead and to the left of a heading [rad]."""
+    c, s = math.cos(yaw), math.sin(yaw)
+    return c * x + s * y, c * y - s * x, 0.0
 
 
 def command_of(topic: str, values: tuple[float, ...]) -> tuple[float, ...] | None:
@@ -219,8 +226,7 @@ class PlanarMovePlugin(ModelPlugin):
         u, v = (x - before[1]) / elapsed, (y - before[2]) / elapsed
         if yaw_rate <= math.pi / elapsed:
             yaw_rate = math.remainder(yaw - before[3], 2.0 * math.pi) / elapsed
-        c, s = math.cos(yaw), math.sin(yaw)
-        return (c * u + s * v, c * v - s * u, 0.0), (0.0, 0.0, yaw_rate)
+        return along_heading(yaw, u, v), (0.0, 0.0, yaw_rate)
 
     def reset(self, time: float) -> None:
         """Without a command."""

@@ -9,7 +9,14 @@ from typing import Any, ClassVar
 import numpy as np
 import rospkg
 from bullet_sim.errors import ModelError
-from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, PatternSpec, RangeSpec, RaySpec
+from bullet_sim.plugins.lidars import (
+    BlockCloudSpec,
+    CloudSpec,
+    LayeredScanSpec,
+    PatternSpec,
+    RangeSpec,
+    RaySpec,
+)
 from bullet_sim.pose import Array, Pose
 from bullet_sim.sensors.errors import SensorErrors
 from bullet_sim.sensors.lidar import LayeredLidar, Lidar, PatternLidar
@@ -62,19 +69,26 @@ class LidarSensor(RaysSensor):
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
-        self._layers = getattr(self.spec, "layers", 1)
-        if self._layers > 1:
-            self._lidar = LayeredLidar(self.spec)
+        self._layers = self.spec.layers if isinstance(self.spec, LayeredScanSpec) else 1
         count = len(self._lidar.angles) * self._layers
         self._sender = PackedScan(self.pub, self.spec, self._lidar.angle_increment, count)
+
+    def _make_lidar(self) -> Any:
+        layered = isinstance(self.spec, LayeredScanSpec)
+        return LayeredLidar(self.spec) if layered else super()._make_lidar()
 
     def update(self, time: float, period: float) -> None:
         ranges, intensities = self._scan(), self._intensities()
         if self._layers > 1:
-            ranges = ranges.reshape(-1, self._layers).T.ravel()
+            ranges = _by_layers(ranges, self._layers)
             if intensities is not None:
-                intensities = intensities.reshape(-1, self._layers).T.ravel()
+                intensities = _by_layers(intensities, self._layers)
         self._sender.send(time, ranges, intensities)
+
+
+def _by_layers(values: Array, layers: int) -> Array:
+    """Values (n,) of a LayeredLidar's rays, layer by layer instead of direction by direction."""
+    return values.reshape(-1, layers).T.ravel()
 
 
 # velodyne_gazebo_plugins' layout of a point, 22 bytes.
@@ -171,7 +185,7 @@ class BlockLaserSensor(RaysSensor):
         spec, ranges, found = self.spec, self._scan(), self._intensities()
         ranges = np.where(ranges == math.inf, spec.range_max, ranges)
         values = np.zeros(len(ranges)) if found is None else found
-        ranges, values = (v.reshape(-1, spec.layers).T.ravel() for v in (ranges, values))
+        ranges, values = (_by_layers(each, spec.layers) for each in (ranges, values))
         points = self._aims * ranges[:, None]
         if spec.point_noise > 0.0:
             hit = np.abs(spec.range_max - ranges) > _FARTHEST

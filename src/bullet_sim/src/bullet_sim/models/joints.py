@@ -92,6 +92,11 @@ class Joints(Stateful):
         positions = self._engine.joint_positions(self._body)
         return tuple(positions[self._index[name]] for name in names)
 
+    def velocities_of(self, names: Iterable[str]) -> tuple[float, ...]:
+        """Velocities of some joints, as a tuple."""
+        states = self._engine.joint_states(self._body)
+        return tuple(states[self._index[name]][1] for name in names)
+
     def index(self, name: str) -> int:
         """Index of a joint in the engine.
 

@@ -396,7 +396,7 @@ def grasp_fix(xml: PluginXml) -> GraspFixSpec:
         most,
         int(xml.number("grip_count_threshold", float(most // 2))),
         xml.number("release_tolerance", 0.005),
-        xml.text("disable_collisions_on_attach") in ("true", "1"),
+        xml.switch("disable_collisions_on_attach"),
     )
 
 
