@@ -46,7 +46,7 @@ SAID = {
     "legacyModeNS": 0,
     "maxVel": 0,
     "drake": 0,
-    "RGB8": 0,
+    "image format 'RGB8'": 1,
 }
 
 
@@ -103,7 +103,7 @@ class BrokenValues(unittest.TestCase):
 
     def test_sensors_publish(self):
         eye = self.record("/eye/image_raw", Image)
-        self.assertEqual((eye.encoding, eye.width, eye.height), ("rgb8", 32, 24))
+        self.assertEqual((eye.encoding, eye.width, eye.height), ("bgr8", 32, 24))
         fish = self.record("/fish/image_raw", Image)
         self.assertEqual((fish.width, fish.height), (32, 24))
         info = self.record("/fish/camera_info", CameraInfo)

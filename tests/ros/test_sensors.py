@@ -119,6 +119,8 @@ class Sensors(unittest.TestCase):
         self.assertGreater(red, 2 * max(blue, green))
 
     def test_both_camera_infos_agree(self):
+        depths = Recorder("/kinect/depth/image_raw", Image)  # the depths' info alone has none made
+        self.addCleanup(depths.close)
         infos = [
             self.record(f"/kinect/{part}/camera_info", CameraInfo, 1)[0]
             for part in ("rgb", "depth")

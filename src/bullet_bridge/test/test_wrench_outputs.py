@@ -205,7 +205,9 @@ def test_depths_are_millimeters_within_the_range_and_points_within_the_cutoffs(t
     cloud = topics["/camera/depth/points"].messages[0]
     z = np.frombuffer(cloud.data, "<f4").reshape(48, 64, 8)[0, :5, 2]
     assert np.isnan(z[:4]).all() and z[4] == 1.5
-    assert topics["/camera/depth/camera_info"].messages[0].width == 64
+    info = topics["/camera/depth/camera_info"].messages[0]
+    assert (info.width, info.K[2], info.K[5], info.P[2]) == (64, 32.0, 24.0, 32.0)
+    assert (info.distortion_model, list(info.D), list(info.R)) == ("plumb_bob", [], [0.0] * 9)
 
 
 # controllers that publish sensors -----------------------------------------------------------------

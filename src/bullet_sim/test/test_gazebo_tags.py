@@ -97,21 +97,31 @@ def test_names_of_a_camera(tags, topic, info, frame):
     [
         ("<update_rate>20</update_rate>", "", 20),
         ("<update_rate>20</update_rate>", "<updateRate>0.0</updateRate>", 20),
-        ("<update_rate>20</update_rate>", "<updateRate>5</updateRate>", 5),
+        ("<update_rate>20</update_rate>", "<updateRate>5</updateRate>", 20),
         ("<update_rate>20</update_rate>", "<updateRate>50</updateRate>", 20),
         ("", "<updateRate>7</updateRate>", 7),
     ],
 )
-def test_the_slower_rate_counts(inside, tags, rate):
-    assert one(sensor("camera", "libgazebo_ros_camera.so", tags, inside)).rate == rate
+def test_the_rate_is_the_sensors_and_the_plugin_leaves_images_out(inside, tags, rate):
+    spec = one(sensor("camera", "libgazebo_ros_camera.so", tags, inside))
+    limit = float(tags[12:-13]) if tags else 0.0
+    assert (spec.rate, spec.plugin_rate, spec.is_free) == (rate, limit, not inside)
 
 
 @pytest.mark.parametrize("library", ["depth_camera", "openni_kinect"])
-@pytest.mark.parametrize("inside, rate", [("<update_rate>20</update_rate>", 20), ("", 7)])
-def test_a_depth_camera_has_the_rate_of_its_sensor(library, inside, rate):
+@pytest.mark.parametrize("inside, rate, limit", [("<update_rate>20</update_rate>", 20, 7),
+                                                 ("", 7, 0)])  # fmt: skip
+def test_a_depth_camera_has_the_rate_of_its_sensor(library, inside, rate, limit):
     """The plugin's limits camera_info alone (Robotnik's rb1: 20 images per second in Gazebo)."""
     tags = "<updateRate>7</updateRate>"
-    assert one(sensor("depth", f"libgazebo_ros_{library}.so", tags, inside)).rate == rate
+    spec = one(sensor("depth", f"libgazebo_ros_{library}.so", tags, inside))
+    assert (spec.rate, spec.plugin_rate) == (rate, limit)
+    assert spec.tells_info == (library == "openni_kinect"), "depth_camera calls it nowhere"
+
+
+def test_a_prosilica_publishes_no_images_and_says_so():
+    model = read(sensor("camera", "libgazebo_ros_prosilica.so"))
+    assert model.sensors == [] and "polled_camera" in model.warnings[0]
 
 
 def test_no_rate_at_all_is_said():

@@ -45,13 +45,13 @@ def clip(near, far):
 
 
 CAMERAS = {
-    "RGB8": (picture("<format>RGB8</format>"), "encoding", "rgb8", ""),
-    "small letters": (picture("<format>r8g8b8</format>"), "encoding", "rgb8", ""),
-    "BGR8": (picture("<format>BGR8</format>"), "encoding", "bgr8", ""),
-    "mono8": (picture("<format>mono8</format>"), "encoding", "mono8", ""),
+    "RGB_INT8": (picture("<format>RGB_INT8</format>"), "encoding", "rgb8", ""),
+    "RGB8": (picture("<format>RGB8</format>"), "encoding", "bgr8", "'RGB8'"),
+    "small letters": (picture("<format>r8g8b8</format>"), "encoding", "bgr8", "'r8g8b8'"),
+    "mono8": (picture("<format>mono8</format>"), "encoding", "bgr8", "'mono8'"),
     "16 bits": (picture("<format>L16</format>"), "encoding", "mono16", ""),
     "Bayer": (picture("<format>BAYER_GBRG8</format>"), "encoding", "bayer_gbrg8", ""),
-    "an unknown format": (picture("<format>PAL</format>"), "encoding", "rgb8", "'PAL'"),
+    "an unknown format": (picture("<format>PAL</format>"), "encoding", "bgr8", "'PAL'"),
     "a width of a fraction": (picture("<width>64.5</width>"), "width", 64, ""),
     "no width": (picture("<width>0</width>"), "width", 320, "<image/width> is 0"),
     "a negative height": (picture("<height>-48</height>"), "height", 240, "must be at least 1"),

@@ -134,7 +134,7 @@ def test_distortion_of_a_description_and_its_camera_info():
     assert auto.coefficients == (-0.2, 0.03, 0.001, -0.002, 0.01)
     d, k, _, p = camera.camera_info_arrays(320, 240, 1.0, auto.coefficients, 300.0, (161.0, 0.0))
     assert d.tolist() == list(auto.coefficients) and p[0] == k[0] == 300.0
-    assert (k[2], k[5]) == (161.0, 119.5)
+    assert (k[2], k[5]) == (161.0, 120.5), "as camera_utils: half of height + 1"
     assert not spec_of(camera=BENT, plugin="<borderCrop>0</borderCrop>").distortion.crop
     assert spec_of().distortion is None and CameraSpec("a", "l").distortion is None
     by_plugin = "<distortionK1>-0.1</distortionK1><distortionT2>0.2</distortionT2>"

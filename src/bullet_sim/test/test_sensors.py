@@ -94,6 +94,7 @@ def test_opengl_and_pinhole_agree(width, height, fov):
 
 def test_camera_info_arrays():
     d, k, r, p = camera.camera_info_arrays(320, 240, 1.0)
+    assert (k[2], k[5]) == (160.5, 120.5), "as gazebo_ros_camera_utils, not as the image"
     assert [len(a) for a in (d, k, r, p)] == [5, 9, 9, 12]
     np.testing.assert_array_equal(p.reshape(3, 4)[:, :3], k.reshape(3, 3))
     assert not d.any() and not p.reshape(3, 4)[:, 3].any()

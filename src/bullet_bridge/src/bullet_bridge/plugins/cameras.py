@@ -29,6 +29,7 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from sensor_msgs.srv import SetCameraInfo, SetCameraInfoResponse
 from std_msgs.msg import Empty, String
 
+from bullet_bridge.loop.clock import whole_rate
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
 from bullet_bridge.plugins.compressed import CompressedImages
 from bullet_bridge.transport import conversions
@@ -204,6 +205,7 @@ class Cameras:
             self._client.close()
 
 
+NEVER_TAKEN, NANOSECOND = -math.inf, 1e-9  # [s]
 IMAGER_RATES = (1.0, 50.0)  # [Hz] range of imager_rate
 IMAGER = SimpleNamespace(  # gazebo_plugins/GazeboRosCamera.cfg
     **describe(
@@ -229,7 +231,8 @@ class CameraSensor(Sensor):
         compresses: it has the compressed topic, too.
     """
 
-    CACHE = ("_labels", "_label_sender", "_assigned")
+    STATE = ("_taken",)
+    CACHE = ("_labels", "_label_sender", "_assigned", "_is_free")
     message = Image
     relayed = False
     takes_images = True
@@ -238,6 +241,8 @@ class CameraSensor(Sensor):
     def __init__(self, context: PluginContext) -> None:
         spec, model = context.spec, context.model
         camera.check(spec.width, spec.height, spec.horizontal_fov, spec.near, spec.far)
+        self._is_free = spec.is_free
+        self._taken = NEVER_TAKEN
         super().__init__(context)
         self._info_publisher = self.publisher(spec.info_topic, CameraInfo, relayed=False)
         self._labels: Any = None
@@ -279,14 +284,35 @@ class CameraSensor(Sensor):
 
     def _on_rate(self, config: Any, _level: int) -> Any:
         """Change the sensor's rate; that of the plugin stays a limit."""
-        limit = self.spec.plugin_rate or math.inf
-        rate = min(config["imager_rate"], limit)
-        self.call(lambda: self.set_rate(rate))
+        self.call(lambda: self.set_rate(config["imager_rate"]))
         return config
+
+    def set_rate(self, rate: float) -> None:
+        """Change the sensor's rate [Hz] (simulation thread)."""
+        self._is_free = False
+        super().set_rate(rate)
+
+    def _rate(self) -> float:
+        rate = super()._rate()
+        return whole_rate(rate, self.world.time_step) if self._is_free else rate
+
+    def restart(self, time: float) -> None:
+        """The next image is soon enough."""
+        super().restart(time)
+        self._taken = NEVER_TAKEN
+
+    def _passes(self, time: float) -> bool:
+        """Whether the plugin's period has passed since the last time that it had."""
+        limit = self.spec.plugin_rate
+        if limit > 0.0 and time - self._taken < 1.0 / limit - NANOSECOND:
+            return False
+        self._taken = time
+        return True
 
     def update(self, time: float, period: float) -> None:
         """Have an image rendered, which publish_frame gets later."""
-        self.context.cameras.request(self.request)
+        if self._passes(time):
+            self.context.cameras.request(self.request)
 
     @property
     def request(self) -> CameraRequest:
@@ -308,11 +334,15 @@ class CameraSensor(Sensor):
 
     def publish_frame(self, frame: Frame) -> None:
         """Publish a finished image and its camera_info with the snapshot's stamp."""
-        self._info_publisher.publish(self.info_message(frame.time))
+        self.publish_info(frame.time)
         pixels = conversions.pixels(frame.rgb, self.spec.encoding)
         self._sender.send(frame.time, pixels)
         if self._compressed is not None:
             self._compressed.publish(frame.time, pixels)
+
+    def publish_info(self, time: float) -> None:
+        """Publish camera_info for an image of a simulated time [s]."""
+        self._info_publisher.publish(self.info_message(time))
 
     def info_message(self, time: float) -> CameraInfo:
         """camera_info for a simulated time [s]."""
@@ -451,10 +481,27 @@ class DepthCameraSensor(CameraSensor):
         self._depth_info = self.publisher(spec.depth_info_topic, CameraInfo, relayed=False)
         self._points = self.publisher(spec.points_topic, PointCloud2, relayed=False)
 
+    def update(self, time: float, period: float) -> None:
+        """Have an image rendered; the plugin's rate is that of camera_info."""
+        self.context.cameras.request(self.request)
+
+    def needs_update(self) -> bool:
+        """While a topic but the depths' camera_info has subscribers, which activates no sensor."""
+        return any(
+            endpoint.get_num_connections() > 0
+            for endpoint in self._publishers
+            if endpoint is not self._depth_info
+        )
+
+    def publish_info(self, time: float) -> None:
+        """Publish camera_info of both images when it is due."""
+        if self.spec.tells_info and self._passes(time):
+            super().publish_info(time)
+            self._depth_info.publish(self.info_message(time))
+
     def publish_frame(self, frame: Frame) -> None:
         """Publish a finished image, its depths and its points with the snapshot's stamp."""
         super().publish_frame(frame)
-        self._depth_info.publish(self.info_message(frame.time))
         deep, cloud = (out.get_num_connections() > 0 for out in (self._depth, self._points))
         if frame.depth is None or not (deep or cloud):
             return
@@ -486,7 +533,7 @@ class RangeCameraSensor(CameraSensor):
 
     def publish_frame(self, frame: Frame) -> None:
         """Publish depths and points with the snapshot's stamp."""
-        self._info_publisher.publish(self.info_message(frame.time))
+        self.publish_info(frame.time)
         if frame.depth is None:
             return
         spec = self.spec

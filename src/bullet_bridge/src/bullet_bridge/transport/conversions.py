@@ -106,6 +106,8 @@ def camera_info(spec: Any, arrays: tuple[Array, Array, Array, Array]) -> CameraI
         P=list(p),
     )
     message.P[3] = -message.P[0] * spec.baseline  # of a stereo pair's right camera
+    if spec.bare_info:
+        message.D, message.R = [], [0.0] * 9
     message.header.frame_id = spec.frame_id
     return message
 

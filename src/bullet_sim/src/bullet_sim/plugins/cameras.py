@@ -76,7 +76,7 @@ class CameraSpec:
         width, height: image size [px].
         horizontal_fov: [rad].
         near, far: clip distances [m].
-        rate: images per simulated second [Hz].
+        rate: of the sensor, images per simulated second [Hz].
         topic, info_topic: resolved topic names.
         frame_id: frame written into the headers.
         noise_stddev, noise_mean: of Gaussian noise on intensities in 0..1.
@@ -84,11 +84,14 @@ class CameraSpec:
         baseline: of a stereo pair's right camera [m], as <hackBaseline> gives it.
         distortion: of its image; None: a pinhole.
         coefficients: (k1, k2, p1, p2, k3) of camera_info's plumb_bob; (): zeros.
-        focal_length, center_x, center_y: of camera_info [px]; 0: those of the rendered image.
+        focal_length, center_x, center_y: of camera_info [px]; 0: see sensors.camera.
+        bare_info: camera_info has no coefficients and a rectification of zeros.
         lens: of a wide-angle camera; horizontal_fov is then that of a pinhole, for camera_info.
         namespace: of its service set_camera_info; "": it has none.
         tunable: its rate can be changed by dynamic_reconfigure in that namespace.
-        plugin_rate: the plugin's limit of the rate [Hz]; 0: none.
+        plugin_rate: images of the sensor are left out that come sooner after the last than this
+            says [Hz]; 0: none.
+        is_free: the sensor has no rate: the periods are those of the plugin.
         visibility: it sees what has one of these bits in its visibility_flags.
     """
 
@@ -113,10 +116,12 @@ class CameraSpec:
     focal_length: float = 0.0
     center_x: float = 0.0
     center_y: float = 0.0
+    bare_info: bool = False
     lens: Lens | None = None
     namespace: str = ""
     tunable: bool = False
     plugin_rate: float = 0.0
+    is_free: bool = False
     visibility: int = VISIBLE
 
 
@@ -139,6 +144,7 @@ class DepthCameraSpec(CameraSpec):
         depth_topic, depth_info_topic, points_topic: resolved topic names.
         cutoff, cutoff_max: depths outside are unknown: NaN [m].
         organized: whether the points have the rows and columns of the image, instead of one row.
+        tells_info: it publishes camera_info, at most plugin_rate times a second.
         millimeters: depth images are 16UC1 [mm] with 0 for unknown, instead of 32FC1 [m].
     """
 
@@ -149,6 +155,7 @@ class DepthCameraSpec(CameraSpec):
     cutoff_max: float = 5.0
     millimeters: bool = False
     organized: bool = True
+    tells_info: bool = True
 
 
 @dataclass(frozen=True)
@@ -172,13 +179,10 @@ WIDE = "wideanglecamera"  # type of <sensor>
 CLIP = (0.1, 100.0)  # [m] near and far clip distance where none is given
 ENCODINGS = {
     "R8G8B8": "rgb8",
-    "RGB8": "rgb8",
     "RGB_INT8": "rgb8",
     "B8G8R8": "bgr8",
-    "BGR8": "bgr8",
     "BGR_INT8": "bgr8",
     "L8": "mono8",
-    "MONO8": "mono8",
     "L_INT8": "mono8",
     "L16": "mono16",
     "L_INT16": "mono16",
@@ -192,17 +196,17 @@ ENCODINGS = {
 
 
 def encoding(camera: Values, model: ModelDescription) -> str:
-    """Encoding of a camera's messages, as gazebo_ros_camera_utils chooses it."""
+    """Encoding of a camera's messages, as gazebo_ros_camera_utils chooses it: of others bgr8."""
     image_format = camera.text("image/format", "R8G8B8")
-    known = ENCODINGS.get(image_format.upper())
+    known = ENCODINGS.get(image_format)
     if known is None:
         model.warn(
             f"{camera.label} has image format '{image_format}', known are {', '.join(ENCODINGS)}; "
-            "it becomes R8G8B8",
-            "cameras have an image format that is not known here and get R8G8B8",
+            "its encoding becomes bgr8",
+            "cameras have an image format that is not known and get the encoding bgr8",
             f"{camera.label} '{image_format}'",
         )
-    return known or "rgb8"
+    return known or "bgr8"
 
 
 def field_of_view(camera: Values, wide: bool = False) -> float:
@@ -318,6 +322,7 @@ def _camera_values(
     group = xml.text("cameraName") + side
     mean, stddev = camera.noise("noise")
     near, far = clip(camera)
+    rate = xml.rate(None)
     return dict(
         name=xml.name,
         link=xml.parent,
@@ -328,8 +333,9 @@ def _camera_values(
         near=near,
         visibility=int(camera.number("visibility_mask", EVERYWHERE)) & VISIBLE,
         far=far,
-        rate=0.0 if triggered else xml.output_rate(),
-        plugin_rate=max(0.0, plugin.number("updateRate")),
+        rate=0.0 if triggered else rate or xml.output_rate(),
+        plugin_rate=0.0 if triggered else max(0.0, plugin.number("updateRate")),
+        is_free=not rate,
         namespace=xml.names.topic("", group),
         tunable=bool(group.strip("/")),
         topic=xml.topic("imageTopicName", "image_raw", group),
@@ -362,6 +368,18 @@ def camera(xml: SensorXml) -> CameraSpec:
         return CameraSpec(**_camera_values(xml))
     lens = wide_lens(xml.part("camera", "camera"), xml.model)
     return CameraSpec(**dict(_camera_values(xml), lens=lens, distortion=None))
+
+
+@sensor_plugin("gazebo_ros_prosilica", types=("camera",))
+def prosilica(xml: SensorXml) -> None:
+    """Nothing: upstream its streaming mode publishes nothing either, since a function of Gazebo 1
+    has the images, and its polled mode answers requests of the package polled_camera."""
+    xml.warn(
+        f"{xml.label} of sensor '{xml.name}' publishes no images, as in Gazebo, where it answers "
+        "requests of polled_camera alone",
+        "plugins of a Prosilica camera publish no images",
+        f"'{xml.name}'",
+    )
 
 
 def _pair(xml: SensorXml, triggered: bool = False) -> dict[str, dict[str, Any]]:
@@ -413,14 +431,15 @@ def triggered_multicamera(xml: SensorXml) -> list[CameraSpec]:
 def depth_camera(xml: SensorXml) -> DepthCameraSpec:
     """DepthCameraSpec; as in Gazebo only openni_kinect has a pointCloudCutoffMax.
 
-    Upstream the plugin's updateRate limits camera_info alone; it is used where the sensor has none.
+    Upstream depth_camera advertises camera_info and never publishes it, and openni_kinect's
+    updateRate limits camera_info alone; it is used where the sensor has none.
     """
     plugin, group = xml.plugin("depth camera"), xml.text("cameraName")
     is_kinect = library(xml.element) == "gazebo_ros_openni_kinect"
-    values, rate = _camera_values(xml), xml.rate(None)
+    values = _camera_values(xml)
     xml.warn_ignored("reflectanceTopicName", "normalsTopicName", "reduceNormals")
-    if rate:
-        values.update(rate=rate, plugin_rate=0.0)
+    if values["is_free"]:
+        values.update(plugin_rate=0.0, is_free=False)
     return DepthCameraSpec(
         **dict(values, noise_mean=0.0, noise_stddev=0.0),
         depth_topic=xml.topic("depthImageTopicName", "depth/image_raw", group),
@@ -429,6 +448,7 @@ def depth_camera(xml: SensorXml) -> DepthCameraSpec:
         cutoff=plugin.number("pointCloudCutoff", 0.4),
         cutoff_max=plugin.number("pointCloudCutoffMax", 5.0) if is_kinect else math.inf,
         organized=is_kinect,
+        tells_info=is_kinect,
         millimeters=is_true(xml.text("useDepth16UC1Format")),
     )
 
@@ -446,7 +466,8 @@ _STREAMS = {  # sensor's name -> the start of its tags, and the default topic
 def realsense(xml: PluginXml) -> list[CameraSpec]:
     """Specs of the four cameras of a model, identified by their names.
 
-    Topics are below the plugin's own name; camera_info is in the namespace of each image.
+    Topics are below the plugin's own name; camera_info is in the namespace of each image, and has
+    half the image's size as its center.
     """
     prefix, handle = xml.text("prefix"), xml.name or "realsense"
     sensors = _sensors_by_name(xml)
@@ -468,7 +489,14 @@ def realsense(xml: PluginXml) -> list[CameraSpec]:
             frame_id=xml.frame(f"{tag}OpticalframeName", link),
             namespace="",
             tunable=False,
+            plugin_rate=0.0,
+            is_free=False,
+            focal_length=0.0,
+            coefficients=(),
+            baseline=0.0,
+            bare_info=True,
         )
+        values.update(center_x=values["width"] / 2.0, center_y=values["height"] / 2.0)
         if values["encoding"] == "mono8":
             values["encoding"] = "8UC1"  # as the plugin names it
         if stream != "depth":

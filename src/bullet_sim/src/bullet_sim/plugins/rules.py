@@ -54,6 +54,7 @@ RULES = {  # by the name of the library
     "r550_force_based_move": _BASE,
     "diffdrive_plugin_6w": _NONE,  # which publishes nothing
     "diffdrive_plugin_multi_wheel": _BASE,
+    "gazebo_ros_prosilica": _NONE,  # which publishes nothing
     "gazebo_ros_force": _NONE,
     "gazebo_ros_elevator": _NONE,
     "gazebo_ros_template": _NONE,

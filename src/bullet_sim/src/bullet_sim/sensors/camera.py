@@ -5,8 +5,8 @@ REP 103's (x right, y down, z along the view). Both have the same origin.
 
 Pixels: integer coordinates are pixel centers, (0, 0) is the center of the top left pixel, as
 in OpenCV and image_geometry. OpenGL puts the optical axis at the center of the image, which
-is ((width - 1) / 2, (height - 1) / 2) in these coordinates. Gazebo Classic writes
-(width + 1) / 2 in its camera_info, one pixel off its image; we do not follow it.
+is ((width - 1) / 2, (height - 1) / 2) in these coordinates. camera_info has what Gazebo's plugins
+write there, ((width + 1) / 2, (height + 1) / 2), one pixel off the image.
 """
 
 from __future__ import annotations
@@ -77,14 +77,14 @@ def camera_info_arrays(
         width, height: [px].
         horizontal_fov: [rad].
         distortion: (k1, k2, p1, p2, k3) of the lens; (): zeros.
-        focal_length, center: that replace those of the pinhole [px]; 0: they do not.
+        focal_length, center: [px]; 0: that of the pinhole, half the image's size and half a pixel.
 
     Returns:
         (D (5,), K (9,), R (9,), P (12,)) float64, row-major.
     """
     k = intrinsics(width, height, horizontal_fov)
     k[0, 0] = k[1, 1] = focal_length or k[0, 0]
-    k[0, 2], k[1, 2] = center[0] or k[0, 2], center[1] or k[1, 2]
+    k[0, 2], k[1, 2] = center[0] or (width + 1) / 2.0, center[1] or (height + 1) / 2.0
     p = np.hstack([k, np.zeros((3, 1))])
     d = np.array(distortion, float) if distortion else np.zeros(5)
     return d, k.ravel(), np.eye(3).ravel(), p.ravel()
