@@ -96,7 +96,6 @@ SOURCES = {
 }
 # Libraries of Gazebo plugins that are not here -> what is.
 PLUGINS = {
-    "gazebo_ros_prosilica": "libgazebo_ros_camera.so does the same without its own services",
     "hector_gazebo_thermal_camera": "libgazebo_ros_camera.so has the image in its own colors",
 }
 OWN_PLUGIN = "a Python class can take its place (docs/tutorials/your_own_simulation.md)"

@@ -23,6 +23,7 @@ CONTROLLERS = (
     *(f"{wheel}_velocity_controller" for wheel in WHEELS),
     *(f"{hinge}_position_controller" for hinge in HINGES),
 )
+NO_GAINS = "No p gain specified for pid."  # an error's line of gazebo_ros_control, no fault
 CAR_COMMANDS = tuple(f"/racecar/{name}/command" for name in CONTROLLERS[1:])
 
 
@@ -49,6 +50,16 @@ def wait_until(condition, what, limit=WALL_LIMIT):
             raise AssertionError(f"ROS was shut down while waiting for {what}")
         time.sleep(min(max(0.005, 5.0 * (time.monotonic() - begin)), 0.05))
     raise AssertionError(f"{what}: not within {limit:g} s")
+
+
+def faults(text):
+    """Lines of a launch's output that tell of errors."""
+    words = ("Traceback", "[FATAL]", "[ERROR]", "has died")
+    return [
+        line
+        for line in text.splitlines()
+        if NO_GAINS not in line and any(word in line for word in words)
+    ]
 
 
 def world_time():

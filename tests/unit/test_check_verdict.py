@@ -338,6 +338,7 @@ def test_a_refused_file_is_one_problem():
 LOG = """\x1b[1mprocess[gazebo-2]: started with pid [11]\x1b[0m
 ERROR: cannot launch node of type [hover/drive]: hover
 [ERROR] [1.0, 2.0]: model 'car' is gone
+[ERROR] [1.0, 2.0]: No p gain specified for pid.  Namespace: /gazebo_ros_control/pid_gains/a
 [view-5] process has died [pid 12, exit code -6, cmd /usr/lib/rviz/rviz -d a __name:=view].
 [done-6] process has died [pid 13, exit code 0, cmd /opt/x/done.py __name:=done].
  * Unable to launch [pad-7].
@@ -352,6 +353,7 @@ def test_the_launch_log(tmp_path):
     said = check_observer.read_launch_log(str(tmp_path / "log"))
     assert said["died"] == [("view", -6, "rviz")] and said["unable"] == ["pad"]
     assert said["cannot"] == [("hover", "drive")] and len(said["errors"]) == 2
+    assert "gone" in said["before"]["view"], "no gains are no fault"
     assert "Invalid <param> tag" in said["refused"] and "'lidar' not found" in said["refused"]
 
 
@@ -425,7 +427,7 @@ def test_what_would_replace_it():
     assert "robot_localization" in remedies["robot_pose_ekf"]
     assert "./run deps" in remedies["my_own"]
     assert "Python class" in check_remedies.for_plugin("libhover.so")
-    assert "libgazebo_ros_camera" in check_remedies.for_plugin("libgazebo_ros_prosilica.so")
+    assert "libgazebo_ros_camera" in check_remedies.for_plugin("libhector_gazebo_thermal_camera.so")
 
 
 def test_what_there_is_has_no_remedy():

@@ -41,6 +41,7 @@ PARAMS = {
         "type": "velocity_controllers/JointGroupVelocityController",
         "joints": ["wheel", "arm"],
     },
+    "/bot/typo": {"type": "velocity_controllers/Wheel", "joint": "wheel"},
     "/bot/wrong": {"type": "velocity_controllers/JointVelocityController", "joint": "nose"},
 }
 
@@ -89,12 +90,16 @@ def test_list_has_type_and_claims(bot):
     claimed = entry.claimed_resources[0]
     assert claimed.hardware_interface == "hardware_interface::VelocityJointInterface"
     assert claimed.resources == ["wheel"]
+    bot.load("group")
+    claimed = bot.ask("list_controllers").controller[1].claimed_resources[0]
+    assert claimed.resources == ["arm", "wheel"], "a set upstream"
 
 
 def test_types_and_reload(bot):
     response = bot.ask("list_controller_types")
     assert "position_controllers/JointPositionController" in response.types
     assert len(response.types) == len(response.base_classes)
+    assert response.types == sorted(response.types), "a map upstream"
     assert bot.ask("reload_controller_libraries").ok
 
 
@@ -108,7 +113,20 @@ def test_a_robot_is_told_of_as_by_gazebo_ros_control(monkeypatch):
             "within the <hardwareInterface> tag in joint 'wheel'."
         )
         assert bot.log.count(text) == count and bot.log[-1] == "Loaded gazebo_ros_control."
+        text = "No p gain specified for pid.  Namespace: /bot/gazebo_ros_control/pid_gains/wheel"
+        assert bot.log.count(text) == 1, "an error's line there, too"
         bot.world.close()
+
+
+@pytest.mark.parametrize("interface, p, count", [("Velocity", 1.0, 0), ("Effort", None, 0),
+                                                 ("Position", "much", 1)])  # fmt: skip
+def test_joints_without_gains_are_told_of(monkeypatch, interface, p, count):
+    one = TRANSMISSION.format("arm").replace("Velocity", interface)
+    gains = {} if p is None else {"arm": {"p": p, "d": 0.1}}
+    params = {**PARAMS, "/bot/gazebo_ros_control/pid_gains": gains}
+    bot = bot_rig.Bot(monkeypatch, URDF.replace("</robot>", f"{one}</robot>"), params)
+    assert sum("No p gain specified" in text for text in bot.log) == count
+    bot.world.close()
 
 
 def test_command_topics_have_the_type_of_the_controller(bot):
@@ -119,15 +137,33 @@ def test_command_topics_have_the_type_of_the_controller(bot):
 
 
 @pytest.mark.parametrize(
-    "name, reason",
+    "name, reason, lines",
     [
-        ("ghost", "/bot/ghost is not on the parameter server"),
-        ("wrong", "joint 'nose'"),
+        (
+            "ghost",
+            "/bot/ghost is not on the parameter server",
+            [
+                "Could not load controller 'ghost' because the type was not specified. Did you "
+                "load the controller configuration on the parameter server (namespace: "
+                "'/bot/ghost')?"
+            ],
+        ),
+        (
+            "typo",
+            "velocity_controllers/Wheel",
+            [
+                "Could not load controller 'typo' because controller type "
+                "'velocity_controllers/Wheel' does not exist.",
+                "Use 'rosservice call controller_manager/list_controller_types' to get the "
+                "available types",
+            ],
+        ),
+        ("wrong", "joint 'nose'", ["Initializing controller 'wrong' failed"]),
     ],
 )
-def test_what_cannot_be_loaded_is_refused_with_the_reason(bot, name, reason):
+def test_what_cannot_be_loaded_is_refused_with_the_reason(bot, name, reason, lines):
     assert bot.load(name) is False
-    assert any(reason in text for text in bot.log)
+    assert bot.log[-len(lines) :] == lines, "in the words of ros_control"
     assert reason in bot.control.refused[name]  # which ./run check tells
     assert bot.states() == {}
 
@@ -140,7 +176,7 @@ def test_a_rate_above_one_a_step_is_one_a_step_as_upstream(bot):
 
 def test_loading_twice_is_refused(bot):
     assert bot.load("drive") and not bot.load("drive")
-    assert "controller 'drive' is loaded already" in bot.log[-1]
+    assert "controller named 'drive' was already loaded inside the" in bot.log[-1]
 
 
 def test_two_controllers_of_one_joint(bot):
@@ -148,7 +184,7 @@ def test_two_controllers_of_one_joint(bot):
     bot.load("rival")
     assert bot.switch(start=["drive"])
     assert not bot.switch(start=["rival"])
-    assert "'wheel' is claimed by 'drive'" in bot.log[-1]
+    assert "conflict on [wheel].  Controllers = [drive, rival, ]" in bot.log[-1]
     assert bot.switch(start=["rival"], stop=["drive"])
     assert bot.states() == {"drive": "stopped", "rival": "running"}
 

@@ -238,12 +238,12 @@ def test_sensors_are_published_under_their_names_by_their_controllers(monkeypatc
     assert imus.messages[-1].header.frame_id == "imu_frame"
     assert (loads.kind, len(loads.messages)) == (WrenchStamped, 10)
     assert bot.unload("loads") is False  # it runs
-    assert not bot.load("slow") and "has no publish_rate" in bot.log[-1]
+    assert not bot.load("slow") and "has no publish_rate" in bot.log[-2]
     assert bot.switch(stop=["loads"]) and bot.unload("loads") and loads.closed
     bot.world.close()
 
 
 def test_a_robot_without_such_sensors_refuses_the_controller(monkeypatch):
     bot = Bot(monkeypatch, _robot("revolute", CONTROL), PARAMS)
-    assert not bot.load("loads") and "of which the robot has none" in bot.log[-1]
+    assert not bot.load("loads") and "of which the robot has none" in bot.log[-2]
     bot.world.close()

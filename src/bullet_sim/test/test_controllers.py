@@ -211,7 +211,7 @@ def test_list_keeps_the_order_of_loading(manager):
 
 
 def test_loading_twice_is_refused_and_the_first_stays(manager):
-    with pytest.raises(ControllerError, match="'speed' is loaded already"):
+    with pytest.raises(ControllerError, match="A controller named 'speed' was already loaded"):
         manager.load("speed", {"type": POSITION, "joint": "right"})
     assert manager.list()[0][1].type == VELOCITY
 
@@ -224,9 +224,9 @@ def test_failed_load_leaves_nothing(manager):
 
 def test_unload(manager):
     manager.switch(["speed"], [])
-    with pytest.raises(ControllerError, match="'speed' is running"):
+    with pytest.raises(ControllerError, match="with name 'speed' because it is still running"):
         manager.unload("speed")
-    with pytest.raises(ControllerError, match="'gone' is not loaded; loaded are speed"):
+    with pytest.raises(ControllerError, match="'gone' because no controller .* loaded are speed"):
         manager.unload("gone")
     manager.switch([], ["speed"])
     manager.unload("speed")
@@ -258,10 +258,16 @@ def test_swap_of_two_controllers_on_one_joint(manager, joints):
 @pytest.mark.parametrize(
     "start, stop, reason",
     [
-        (["other", "angle"], [], "'angle' cannot start: joint 'left' is claimed by 'speed'"),
-        (["other", "gone"], ["speed"], "'gone' is not loaded"),
-        (["other"], ["speed", "angle"], "'angle' is not running"),
-        (["other", "speed"], [], "'speed' is running already"),
+        (
+            ["other", "angle"],
+            [],
+            r"Could not switch controllers, due to resource conflict: Resource conflict on "
+            r"\[left\].  Controllers = \[speed, angle, \]",
+        ),
+        (["other", "gone"], ["speed"], "Could not start controller with name 'gone' because no"),
+        (["gone"], ["lost"], "Could not stop controller with name 'lost' because no"),
+        (["other"], ["speed", "angle"], "Could not stop controller 'angle' since it is not runn"),
+        (["other", "speed"], [], "Controller 'speed' is already running"),
     ],
 )
 def test_strict_switch_refuses_all_with_a_reason(manager, joints, start, stop, reason):
@@ -276,16 +282,16 @@ def test_a_controller_that_claims_a_joint_twice_cannot_start(manager):
     controller = manager.get("speed")
     claims = (("velocity", ("left",)), ("effort", ("left",)))
     controller.config = dataclasses.replace(controller.config, claims=claims)
-    with pytest.raises(ControllerError, match="'speed' cannot start: it claims joint 'left' twice"):
+    with pytest.raises(ControllerError, match=r"conflict on \[left\].*speed, speed, \]"):
         manager.switch(["speed"], [])
-    with pytest.raises(ControllerError, match="twice"):
+    with pytest.raises(ControllerError, match=r"\[left\]"):
         manager.switch(["speed", "other"], [], strict=False)
     assert RUNNING not in states(manager).values(), "a conflict refuses all, as upstream"
 
 
 def test_two_rivals_in_one_switch_are_refused(manager):
     for strict in (True, False):
-        with pytest.raises(ControllerError, match="claimed by 'speed'"):
+        with pytest.raises(ControllerError, match="speed, angle"):
             manager.switch(["speed", "angle"], [], strict=strict)
         assert RUNNING not in states(manager).values()
 
@@ -293,9 +299,18 @@ def test_two_rivals_in_one_switch_are_refused(manager):
 def test_a_running_controller_does_not_start_and_stop_at_once(manager):
     manager.switch(["speed"], [])
     for strict in (True, False):
-        with pytest.raises(ControllerError, match="'speed' cannot start and stop at once"):
+        with pytest.raises(ControllerError, match="'speed' because of conflicting switching"):
             manager.switch(["speed", "other"], ["speed"], strict=strict)
     assert states(manager)["speed"] == RUNNING and states(manager)["other"] != RUNNING
+
+
+def test_best_effort_starts_a_running_controller_anew(manager, joints):
+    """As upstream, whose startRequest() knows no state in which it does nothing."""
+    manager.switch(["speed"], [])
+    manager.command("speed", [3.0])
+    assert manager.switch(["speed"], [], strict=False) == []
+    assert joints.calls[-2:] == [("velocity", ("left",), (3.0,)), ("velocity", ("left",), (0,))]
+    assert states(manager)["speed"] == RUNNING
 
 
 def test_best_effort_switch_leaves_out_what_does_not_fit(manager):
@@ -307,8 +322,8 @@ def test_best_effort_switch_leaves_out_what_does_not_fit(manager):
         "other": RUNNING,
         "state": INITIALIZED,
     }
-    assert len(reasons) == 3
-    for name in ("speed", "gone", "state"):
+    assert len(reasons) == 2
+    for name in ("gone", "state"):
         assert any(f"'{name}'" in reason for reason in reasons)
 
 
@@ -325,7 +340,7 @@ def test_command_that_is_no_number_keeps_the_last(manager, joints, value):
 def test_commands_of_the_wrong_length_to_nobody_and_to_a_stopped_one(manager, joints):
     with pytest.raises(CommandError, match="has 2 values, must have 1"):
         manager.command("speed", [1, 2])
-    with pytest.raises(ControllerError, match="'gone' is not loaded"):
+    with pytest.raises(ControllerError, match="'gone' because no controller with this name"):
         manager.command("gone", [1])
     manager.command("speed", [1])
     assert joints.calls == []

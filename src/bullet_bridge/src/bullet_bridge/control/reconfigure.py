@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, cast
 import rospy
 from bullet_sim.controllers import steer_bot
 from bullet_sim.controllers.pid import PidGains, parse_pid
+from bullet_sim.controllers.settings import as_number
 from bullet_sim.description.model import STEER_BOT_SIM_TYPE
 from bullet_sim.errors import ControllerError, SimError
 from control_toolbox.cfg import ParametersConfig
@@ -21,6 +22,7 @@ from bullet_bridge.transport.reconfigure import ValuesServer, widened
 if TYPE_CHECKING:
     from bullet_sim.controllers.hardware import Hardware
     from bullet_sim.controllers.manager import Manager
+    from bullet_sim.description.model import ModelDescription
     from bullet_sim.models.model import Model
 
     from bullet_bridge.loop.jobs import JobQueue
@@ -118,14 +120,10 @@ def set_hardware(model: Model, namespace: str, pid_servers: PidServers) -> Calla
     """
     hardware = cast("Manager", model.manager).hardware
     if model.description.robot_sim_type != STEER_BOT_SIM_TYPE:
-        for joint, interface in model.description.bare_interfaces.items():
-            rospy.logwarn(
-                "Deprecated syntax, please prepend 'hardware_interface/' to '%s' within the "
-                "<hardwareInterface> tag in joint '%s'.",
-                interface,
-                joint,
-            )
-        _set_joint_gains(hardware, f"{namespace}/{PID_GAINS}", pid_servers)
+        where = f"{namespace}/{PID_GAINS}"
+        entries = rospy.get_param(where, None) or {}
+        _log_joints(model.description, where, entries)
+        _set_joint_gains(hardware, where, entries, pid_servers)
         return hardware.restart
     where = f"{namespace}/{steer_bot.NAMESPACE}"
     try:
@@ -139,9 +137,35 @@ def set_hardware(model: Model, namespace: str, pid_servers: PidServers) -> Calla
     return functools.partial(hardware.put_before, joints, config.interfaces())
 
 
-def _set_joint_gains(hardware: Hardware, where: str, pid_servers: PidServers) -> None:
-    """Read the gains of joints that follow their commands by a PID."""
-    entries = rospy.get_param(where, None) or {}
+def _log_joints(description: ModelDescription, where: str, entries: Any) -> None:
+    """Say of each joint what gazebo_ros_control says of it when it starts.
+
+    That it has no gains is a line of an error there, and as usual: its command is followed exactly.
+
+    Args:
+        where: name of the parameter that the gains are in.
+        entries: its value.
+    """
+    for joint, interfaces in description.transmissions.items():
+        interface = description.bare_interfaces.get(joint)
+        if interface is not None:
+            rospy.logwarn(
+                "Deprecated syntax, please prepend 'hardware_interface/' to '%s' within the "
+                "<hardwareInterface> tag in joint '%s'.",
+                interface,
+                joint,
+            )
+        if interfaces[0] != "effort" and not _has_p(entries, joint):
+            rospy.logerr("No p gain specified for pid.  Namespace: %s/%s", where, joint)
+
+
+def _has_p(entries: Any, joint: str) -> bool:
+    gains = entries.get(joint) if isinstance(entries, dict) else None
+    return isinstance(gains, dict) and as_number(gains.get("p")) is not None
+
+
+def _set_joint_gains(hardware: Hardware, where: str, entries: Any, pid_servers: PidServers) -> None:
+    """Set the gains of joints that follow their commands by a PID."""
     if not isinstance(entries, dict):
         rospy.logerr("%s is %r, must be a mapping from joints to gains", where, entries)
         return

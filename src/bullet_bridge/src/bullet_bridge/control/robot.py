@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import rospy
+from bullet_sim.controllers import CONTROLLERS
 from bullet_sim.controllers.pid import PidConfig
 from bullet_sim.errors import ControllerError, SimError
 from std_msgs.msg import Bool
@@ -173,7 +174,10 @@ class RobotControl:
 
     def _load(self, name: str) -> bool:
         config = rospy.get_param(f"{self.namespace}/{name}", None)
-        controller = self._run_job(lambda: self._load_checked(name, config))
+        controller = self._run_job(
+            lambda: self._load_checked(name, config),
+            lambda error: self._log_refused(name, config, error),
+        )
         if controller is None:
             return False
         self.refused.pop(name, None)
@@ -198,6 +202,32 @@ class RobotControl:
             self._close_topics()
             return False
         return True
+
+    def _log_refused(self, name: str, values: Any, error: Exception) -> None:
+        """Log, in ros_control's words, that a controller could not be loaded."""
+        kind = values.get("type") if isinstance(values, dict) else None
+        if name in (each.config.name for each in self.manager.controllers()):
+            rospy.logerr("%s", error)
+        elif not isinstance(kind, str):
+            rospy.logerr(
+                "Could not load controller '%s' because the type was not specified. Did you load "
+                "the controller configuration on the parameter server (namespace: '%s')?",
+                name,
+                f"{self.namespace}/{name}",
+            )
+        elif kind not in CONTROLLERS.names():
+            rospy.logerr(
+                "Could not load controller '%s' because controller type '%s' does not exist.",
+                name,
+                kind,
+            )
+            rospy.logerr(
+                "Use 'rosservice call controller_manager/list_controller_types' to get the "
+                "available types"
+            )
+        else:
+            rospy.logerr("%s: %s", self._label, error)
+            rospy.logerr("Initializing controller '%s' failed", name)
 
     def _register(self, name: str, topics: Topics) -> bool:
         """Add the topics of a loaded controller (simulation thread)."""
@@ -261,14 +291,18 @@ class RobotControl:
         """Result of a job of the simulation thread; what it raises is raised here."""
         return self._jobs.call(work)
 
-    def _run_job(self, work: Callable[[], T]) -> T | None:
+    def _run_job(
+        self,
+        work: Callable[[], T],
+        on_error: Callable[[Exception], None] = lambda error: rospy.logerr("%s", error),
+    ) -> T | None:
         """Result of a job, or None with the reason in the log."""
         try:
             return self._jobs.call(work)
         except QueueClosed:
             return None  # while the simulation shuts down no reason is logged
         except (SimError, TimeoutError) as error:
-            rospy.logerr("%s: %s", self._label, error)
+            on_error(error)
             return None
 
     def close(self) -> None:

@@ -71,8 +71,11 @@ class ControllerServices:
         strict = request.strictness == srv.SwitchControllerRequest.STRICT
         if request.strictness == 0:
             rospy.logwarn(
-                "%s: switch_controller: no strictness is given; it is BEST_EFFORT",
-                self._namespace or "/",
+                "Controller Manager: To switch controllers you need to specify a strictness level "
+                "of controller_manager_msgs::SwitchController::STRICT (%d) or ::BEST_EFFORT (%d). "
+                "Defaulting to ::BEST_EFFORT.",
+                srv.SwitchControllerRequest.STRICT,
+                srv.SwitchControllerRequest.BEST_EFFORT,
             )
         skipped = self._run_job(lambda: self._manager.switch(start, stop, strict))
         if skipped is None:
@@ -92,7 +95,7 @@ class ControllerServices:
                     type=config.type,
                     claimed_resources=[
                         HardwareInterfaceResources(
-                            hardware_interface=INTERFACES[interface], resources=list(joints)
+                            hardware_interface=INTERFACES[interface], resources=sorted(joints)
                         )
                         for interface, joints in claims
                     ],
@@ -101,7 +104,7 @@ class ControllerServices:
         return response
 
     def _types(self, _: Any) -> srv.ListControllerTypesResponse:
-        types = self._manager.types()
+        types = sorted(self._manager.types())
         return srv.ListControllerTypesResponse(
             types=types, base_classes=["controller_interface::ControllerBase"] * len(types)
         )
@@ -113,12 +116,13 @@ class ControllerServices:
             return srv.ReloadControllerLibrariesResponse(ok=False)
         if loaded and not request.force_kill:
             rospy.logerr(
-                "%s: controllers are loaded (%s); reload_controller_libraries needs "
-                "force_kill to unload them",
-                self._namespace or "/",
-                ", ".join(config.name for _, config, _ in loaded),
+                "Controller manager: Cannot reload controller libraries because there are still "
+                "%i controllers running",
+                len(loaded),
             )
             return srv.ReloadControllerLibrariesResponse(ok=False)
+        if loaded:
+            rospy.loginfo("Controller manager: Killing all running controllers")
         running = [config.name for _, config, state in loaded if state == "running"]
         if running and self._run_job(lambda: self._manager.switch([], running)) is None:
             return srv.ReloadControllerLibrariesResponse(ok=False)

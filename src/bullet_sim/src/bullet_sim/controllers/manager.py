@@ -67,7 +67,9 @@ class Manager(Stateful):
                 offer the interface that it needs.
         """
         if name in self._loaded:
-            raise ControllerError(f"controller '{name}' is loaded already")
+            raise ControllerError(
+                f"A controller named '{name}' was already loaded inside the controller manager"
+            )
         hardware = self.hardware
         controller_type, config = configure(name, values, hardware.names, self._description)
         warnings = [
@@ -86,9 +88,11 @@ class Manager(Stateful):
         Raises:
             ControllerError: not loaded, or running.
         """
-        self.get(name)
+        self._named(name, "unload")
         if self._states[name] == RUNNING:
-            raise ControllerError(f"controller '{name}' is running, stop it before unloading")
+            raise ControllerError(
+                f"Could not unload controller with name '{name}' because it is still running"
+            )
         del self._loaded[name], self._states[name]
 
     def get(self, name: str) -> Any:
@@ -97,10 +101,14 @@ class Manager(Stateful):
         Raises:
             ControllerError: not loaded.
         """
+        return self._named(name, "find")
+
+    def _named(self, name: str, action: str) -> Controller:
+        """The Controller of that name; raises as ros_control says what it cannot do with it."""
         if name not in self._loaded:
             raise ControllerError(
-                f"controller '{name}' is not loaded; loaded are "
-                f"{', '.join(self._loaded) or '(none)'}"
+                f"Could not {action} controller with name '{name}' because no controller with this "
+                f"name exists; loaded are {', '.join(self._loaded) or '(none)'}"
             )
         return self._loaded[name]
 
@@ -113,10 +121,11 @@ class Manager(Stateful):
         return self._states.get(name) == RUNNING
 
     def switch(self, start: Iterable[str], stop: Iterable[str], strict: bool = True) -> list[str]:
-        """Stop and start controllers as one step.
+        """Stop and start controllers as one step, with ros_control's errors.
 
         Args:
-            strict: True: an invalid name refuses the whole switch; False: it is skipped.
+            strict: True: an invalid name refuses the whole switch; False: it is skipped, and, as
+                upstream, one that runs already starts anew.
 
         Returns:
             Reasons why names were skipped (best effort).
@@ -128,11 +137,15 @@ class Manager(Stateful):
         """
         skipped: list[str] = []
         start = list(start)
-        stopping = self._select(stop, strict, skipped, self.is_running, "is not running")
-        both = [name for name in stopping if name in start]
-        if both:
-            raise ControllerError(f"controller '{both[0]}' cannot start and stop at once")
-        starting = self._startable(start, stopping, strict, skipped)
+        stopping = self._select("stop", stop, strict, skipped)
+        starting = self._select("start", start, strict, skipped, stopping)
+        for name in stopping:
+            if name in start:
+                raise ControllerError(
+                    f"Could no start or stop controller '{name}' because of conflicting switching "
+                    "command"
+                )
+        self._check_conflict(starting, stopping)
         for name in stopping:
             self._states[name] = STOPPED
             self._loaded[name].stop()
@@ -155,49 +168,50 @@ class Manager(Stateful):
         ]
         self._updates = [each.update for each in self._periodic]
 
-    def _startable(
-        self, start: Iterable[str], stopping: list[str], strict: bool, skipped: list[str]
-    ) -> list[str]:
-        """The controllers of `start` whose joints are free once those of `stopping` stop."""
-        claimed = {
-            joint: name
-            for name in self._loaded
-            if self.is_running(name) and name not in stopping
-            for joint in self._claims(name)
-        }
-        starting: list[str] = []
-        names = self._select(
-            start, strict, skipped, lambda n: not self.is_running(n), "is running already"
-        )
-        for name in names:
-            mine = self._claims(name)
-            taken = [joint for joint in mine if joint in claimed]
-            twice = [joint for joint in mine if mine.count(joint) > 1]
-            if not taken and not twice:
-                starting.append(name)
-                claimed.update(dict.fromkeys(mine, name))
-                continue
-            if taken:
-                rival = f"joint '{taken[0]}' is claimed by '{claimed[taken[0]]}'"
-            else:
-                rival = f"it claims joint '{twice[0]}' twice, by different interfaces"
-            raise ControllerError(f"controller '{name}' cannot start: {rival}")
-        return starting
+    def _check_conflict(self, starting: list[str], stopping: list[str]) -> None:
+        """Raise ControllerError if two of the controllers that are to run claim a joint."""
+        claims: dict[str, list[str]] = {}
+        for name in self._loaded:
+            if name in starting or (self.is_running(name) and name not in stopping):
+                for joint in self._claims(name):
+                    claims.setdefault(joint, []).append(name)
+        conflicts = [
+            f"Resource conflict on [{joint}].  Controllers = [{', '.join(names)}, ]"
+            for joint, names in sorted(claims.items())
+            if len(names) > 1
+        ]
+        if conflicts:
+            raise ControllerError(
+                "Could not switch controllers, due to resource conflict: " + "; ".join(conflicts)
+            )
 
     def _select(
         self,
+        action: str,
         names: Iterable[str],
         strict: bool,
         skipped: list[str],
-        fits: Callable[[str], bool],
-        otherwise: str,
+        stopping: Sequence[str] = (),
     ) -> list[str]:
+        """Those of the names that an action, "start" or "stop", is possible for.
+
+        Args:
+            stopping: those that are to stop.
+
+        Raises:
+            ControllerError: strict, and it is not for one of them.
+        """
         chosen: list[str] = []
         for name in names:
             try:
-                self.get(name)
-                if not fits(name):
-                    raise ControllerError(f"controller '{name}' {otherwise}")
+                self._named(name, action)
+                running = self.is_running(name)
+                if action == "stop" and not running:
+                    raise ControllerError(
+                        f"Could not stop controller '{name}' since it is not running"
+                    )
+                if action == "start" and running and strict and name not in stopping:
+                    raise ControllerError(f"Controller '{name}' is already running")
                 if name not in chosen:
                     chosen.append(name)
             except ControllerError as error:

@@ -25,10 +25,11 @@ def start_node(name):
     return lambda: stop.requested() or rospy.is_shutdown()
 
 
-def wait_for_true(topic, stop_requested):
+def wait_for_true(topic, timeout, stop_requested):
     """Waits for a Bool that is true; logs when none has arrived for a while.
 
     Args:
+        timeout: that while, wall clock [s]; None: it logs nothing.
         stop_requested: of start_node.
     """
     received = []
@@ -36,8 +37,10 @@ def wait_for_true(topic, stop_requested):
     start = time.monotonic()
 
     def _true():
-        if not received and time.monotonic() - start > 10.0:
-            rospy.logwarn_once(f"No message yet on {subscriber.resolved_name} (--wait-for)")
+        if not received and timeout and time.monotonic() - start > timeout:
+            rospy.logwarn_once(
+                f'Controller Spawner hasn\'t heard anything from its "wait for" topic ({topic})'
+            )
         return True in received
 
     waiting.wait_until(_true, None, "topic " + subscriber.resolved_name, is_shutdown=stop_requested)
@@ -129,7 +132,7 @@ def run(opts, manager, spawner, stop_requested):
     if not wait_for_manager(manager, opts.timeout, stop_requested):
         return 0
     if opts.wait_for:
-        wait_for_true(opts.wait_for, stop_requested)
+        wait_for_true(opts.wait_for, opts.timeout, stop_requested)
     controllers, parameters = command_line.expand(opts.controllers)
     for name, value in parameters.items():
         rospy.set_param(name, value)
