@@ -44,6 +44,13 @@ class _Server(actionlib.ActionServer):
             self.status_timer.shutdown()
 
 
+class NotRunning(ControllerError):
+    """What only a running controller does."""
+
+
+NO_GOALS = "Can't accept new action goals. Controller is not running."  # as upstream
+
+
 class GoalTopics(Topics):
     """Topics with an action, and the goal that the controller executes."""
 
@@ -59,9 +66,10 @@ class GoalTopics(Topics):
         """Accept or reject the goal of an actionlib.ServerGoalHandle."""
         raise NotImplementedError
 
-    def _check_running(self) -> None:
+    def _check_running(self, otherwise: str) -> None:
+        """Raise a NotRunning with a text if the controller does not run."""
         if not self._robot.manager.is_running(self.config.name):
-            raise ControllerError(f"controller '{self.config.name}' does not run")
+            raise NotRunning(otherwise)
 
     def _accept(self, handle: Any, name: str, goal: Any) -> None:
         """Accept a goal (simulation thread, while the server waits for it)."""
@@ -191,6 +199,9 @@ class Trajectories(GoalTopics, Commands):
         return JointTrajectory
 
     def _on_command(self, message: Any) -> None:
+        if not self._robot.manager.is_running(self.config.name):
+            rospy.logerr("Can't accept new commands. Controller is not running.")
+            return
         self._robot.buffer_command(self.config.name, command_of(message))
 
     # the action -------------------------------------------------------------------------------
@@ -212,15 +223,18 @@ class Trajectories(GoalTopics, Commands):
                 lambda: self._execute(handle, name, command_of(message.trajectory), goal)
             )
         except (SimError, TimeoutError) as error:
-            wrong = isinstance(error, JointsError)
-            result.error_code = result.INVALID_JOINTS if wrong else result.INVALID_GOAL
-            result.error_string = str(error)
-            rospy.logerr("%s: goal is rejected: %s", self.name, error)
-            handle.set_rejected(result, str(error))
+            text, result.error_code = str(error), result.INVALID_GOAL
+            if isinstance(error, JointsError):
+                text = f"Joints on incoming goal don't match the controller joints. {error}"
+                result.error_code = result.INVALID_JOINTS
+            elif not isinstance(error, NotRunning):
+                result.error_string = text  # of the other two upstream has none
+            rospy.logerr("%s", text)
+            handle.set_rejected(result)
 
     def _execute(self, handle: Any, name: str, command: Command, goal: Goal) -> None:
         """Check and accept a goal (simulation thread)."""
-        self._check_running()
+        self._check_running(NO_GOALS)
         self.controller.execute(command, goal)
         self._accept(handle, name, goal)
 
@@ -238,7 +252,7 @@ class Trajectories(GoalTopics, Commands):
         )
 
     def _motion_at(self, time: float) -> Motion:
-        self._check_running()
+        self._check_running("Can't sample trajectory. Controller is not running.")
         return self.controller.planned(time)
 
     def publish(self, step: int, time: float) -> None:
@@ -287,12 +301,12 @@ class Gripper(GoalTopics):
         try:
             self._robot.call(lambda: self._execute(handle, name, goal))
         except (SimError, TimeoutError) as error:
-            rospy.logerr("%s: goal is rejected: %s", self.name, error)
-            handle.set_rejected(GripperCommandResult(), str(error))
+            rospy.logerr("%s", error)
+            handle.set_rejected(GripperCommandResult())
 
     def _execute(self, handle: Any, name: str, goal: GripperGoal) -> None:
         """Check and accept a goal (simulation thread)."""
-        self._check_running()
+        self._check_running(NO_GOALS)
         problem = check_goal(goal.position, goal.max_effort)
         if problem:
             raise ControllerError(problem)

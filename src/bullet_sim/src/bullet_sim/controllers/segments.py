@@ -217,12 +217,12 @@ def check(command: Command, joints: Sequence[str], partial: bool) -> None:
     known, named = set(joints), set(command.joints)
     if not named or not named <= known or len(named) != len(command.joints):
         raise JointsError(
-            f"trajectory is for joints {', '.join(command.joints) or '(none)'}, must be for "
+            f"{JOINTS} It is for {', '.join(command.joints) or '(none)'}, must be for "
             f"{', '.join(joints)}, each once"
         )
     if named != known and not partial:
         raise JointsError(
-            f"trajectory has no joint {', '.join(name for name in joints if name not in named)}, "
+            f"{JOINTS} It lacks {', '.join(name for name in joints if name not in named)}, "
             "which only allow_partial_joints_goal permits"
         )
     count, before = len(command.joints), -math.inf
@@ -230,14 +230,14 @@ def check(command: Command, joints: Sequence[str], partial: bool) -> None:
         given = len(point.positions)
         if given < count:
             raise CommandError(
-                f"trajectory point #{index} has {given} positions, must have at least {count}"
+                f"{SIZES} Point #{index} has {given} positions, must have at least {count}"
             )
         for quantity in ("positions", "velocities", "accelerations"):
             values = getattr(point, quantity)
             if values and len(values) != given:
                 raise CommandError(
-                    f"trajectory point #{index} has {len(values)} {quantity}, must have {given} as "
-                    "it has positions"
+                    f"{SIZES} Point #{index} has {len(values)} {quantity}, must have {given} as it "
+                    "has positions"
                 )
             if not all(math.isfinite(value) for value in values):
                 raise CommandError(
@@ -245,9 +245,15 @@ def check(command: Command, joints: Sequence[str], partial: bool) -> None:
                 )
         if not point.time > before:
             raise CommandError(
-                f"trajectory point #{index} is at {point.time} s, must be after {before} s"
+                "Trajectory message contains waypoints that are not strictly increasing in time. "
+                f"Point #{index} is at {point.time} s, must be after {before} s"
             )
         before = point.time
+
+
+# In the words of joint_trajectory_controller.
+SIZES = "Size mismatch in trajectory point position, velocity or acceleration data."
+JOINTS = "Cannot create trajectory from message. It does not contain the expected joints."
 
 
 class JointsError(CommandError):
@@ -279,8 +285,8 @@ def join(
     if not points:
         late = -(ahead + command.points[-1].time)
         raise CommandError(
-            f"all {len(command.points)} points of the trajectory are in the past, "
-            f"the last by {late:.3g} s"
+            f"Dropping all {len(command.points)} trajectory point(s), as they occur before the "
+            f"current time.\nLast point is {late:f}s in the past."
         )
     leave = max(start, now)
     result: list[list[Segment]] = []

@@ -247,7 +247,8 @@ class TrajectoryControl(ActionControl):
         time = self._next + time - self.clock()
         if any(time < segments[0].start for segments in self._segments):
             raise ControllerError(
-                f"controller '{self.config.name}' has no trajectory for a time before its start"
+                "Requested sample time precedes trajectory start time. It is one of controller "
+                f"'{self.config.name}'"
             )
         return motion_at([active(of_joint, time) for of_joint in self._segments], time)
 
