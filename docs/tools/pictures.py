@@ -2,13 +2,16 @@
 
     ./run exec python docs/tools/pictures.py                # all but those of `--from`
     ./run exec python docs/tools/pictures.py page lap       # these
-    ./run exec python docs/tools/pictures.py robots --from FOLDER
+    ./run exec python docs/tools/pictures.py robots --from FOLDER --gazebo IMAGES
     ./run exec python docs/tools/pictures.py film           # out/film.mp4, one minute
 
 FOLDER has clones of husky/husky, jackal/jackal and clearpathrobotics/LMS1xx (melodic-devel) and of
-ROBOTIS-GIT/turtlebot3 (noetic), each by its name. rooms.py, solver_data.py and
-bench/paths_beside_gazebo.py draw the diagrams. Chromium comes with `./run test web`, the screen of
-window and rviz with `./run desk`. Nothing else should run: the pictures show the real-time factor.
+ROBOTIS-GIT/turtlebot3 (noetic), each by its name. IMAGES gets NAME.world and NAME.urdf for Gazebo:
+spawn the robot 0.15 m high in its world and keep the image of /cam/image as NAME.png; the next call
+puts Gazebo's images above Paddock's, without shadows, as Gazebo's are on a machine without a GPU.
+rooms.py, solver_data.py and bench/paths_beside_gazebo.py draw the diagrams. Chromium comes with
+`./run test web`, the screen of window and rviz with `./run desk`. Nothing else should run: the
+pictures show the real-time factor.
 """
 
 from __future__ import annotations
@@ -341,6 +344,13 @@ YARD = """<sdf version="1.6"><world name="yard">
   <light name="sun" type="directional"><cast_shadows>1</cast_shadows><pose>0 0 10 0 0 0</pose>
     <diffuse>1 1 1 1</diffuse><specular>0.4 0.4 0.4 1</specular><direction>-0.5 0.3 -0.8</direction>
   </light><include><uri>model://ground_plane</uri></include></world></sdf>"""
+SEEN = (480, 340)  # image of a robot [px]
+CAMERA = f"""<model name="cam"><static>1</static><pose>{{pose}}</pose><link name="link">
+  <sensor type="camera" name="camera"><update_rate>5</update_rate><camera>
+    <horizontal_fov>0.9</horizontal_fov><clip><near>0.02</near><far>100</far></clip>
+    <image><width>{SEEN[0]}</width><height>{SEEN[1]}</height><format>R8G8B8</format></image></camera>
+  <plugin name="camera" filename="libgazebo_ros_camera.so"><cameraName>cam</cameraName>
+    <imageTopicName>image</imageTopicName></plugin></sensor></link></model>"""
 ROBOTS = {  # name -> (package, xacro file, its arguments, camera's place and target [m])
     "Husky": ("husky_description", "urdf/husky.urdf.xacro", (), (1.25, -1.1, 0.8), (0, 0, 0.16)),
     "TurtleBot3": (
@@ -353,11 +363,12 @@ ROBOTS = {  # name -> (package, xacro file, its arguments, camera's place and ta
 }
 
 
-def robots(folder) -> None:
-    """Published robots as Paddock's cameras see them.
+def robots(folder, gazebo) -> None:
+    """Published robots as Gazebo's cameras see them (above) and as Paddock's do (below).
 
     Args:
         folder: With their clones.
+        gazebo: Folder with Gazebo's images, NAME.png; it gets what Gazebo needs to make them.
     """
     from bullet_sim.formats.sdf.world import parse_world
     from bullet_sim.render.gl.renderer import GlRenderer
@@ -367,13 +378,19 @@ def robots(folder) -> None:
     from bullet_sim import Pose
 
     os.environ["ROS_PACKAGE_PATH"] = f"{folder}:{os.environ.get('ROS_PACKAGE_PATH', '')}"
-    pictures = []
+    gazebo.mkdir(parents=True, exist_ok=True)
+    theirs, ours = [], []
     for name, (package, file, arguments, eye, target) in ROBOTS.items():
         path = found_package(package) / file
         urdf = subprocess.run(
             ["xacro", str(path), *arguments], stdout=subprocess.PIPE, text=True, check=True
         ).stdout
-        world, renderer = World(), GlRenderer(Quality("true", "true"))
+        away = np.subtract(target, eye)
+        turn = (0.0, -math.atan2(away[2], math.hypot(*away[:2])), math.atan2(away[1], away[0]))
+        camera = CAMERA.format(pose=" ".join(map(str, (*eye, *turn))))
+        (gazebo / f"{name}.world").write_text(YARD.replace("</world>", f"{camera}</world>"))
+        (gazebo / f"{name}.urdf").write_text(urdf)
+        world, renderer = World(), GlRenderer(Quality("false", "true"))
         with running(world), running(renderer):
             described = parse_world(YARD, in_packages, "yard")
             world.load(described)
@@ -381,11 +398,13 @@ def robots(folder) -> None:
             world.step(2000)
             renderer.sync_sources(world.sources(), described.scene)
             renderer.apply(world.snapshot())
-            away = np.subtract(target, eye)
-            turn = (0.0, -math.atan2(away[2], math.hypot(*away[:2])), math.atan2(away[1], away[0]))
-            request = CameraRequest(name, None, 0, (eye, turn), 480, 340, 0.9, 0.02, 100.0)
-            pictures.append(renderer.render(request).copy())
-    save(np.hstack(pictures), "robots.png")
+            request = CameraRequest(name, None, 0, (eye, turn), *SEEN, 0.9, 0.02, 100.0)
+            ours.append(captioned(renderer.render(request), "Paddock"))
+        image = cv2.imread(str(gazebo / f"{name}.png"))
+        if image is None:
+            raise SystemExit(f"no {name}.png in {gazebo}: make it in Gazebo, of {name}.world")
+        theirs.append(captioned(image[..., ::-1], "Gazebo"))
+    save(np.vstack([np.hstack(theirs), np.hstack(ours)]), "robots.png")
 
 
 def found_package(name) -> pathlib.Path:
@@ -451,10 +470,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("names", nargs="*", choices=[*PICTURES, "robots", "film", []])
     parser.add_argument("--from", dest="folder", help="clones of published robots")
+    parser.add_argument("--gazebo", type=pathlib.Path, help="Gazebo's images of them")
     options = parser.parse_args()
     for name in options.names or PICTURES:
         if name == "robots":
-            robots(os.path.abspath(options.folder))
+            robots(os.path.abspath(options.folder), options.gazebo)
         else:
             {**PICTURES, "film": film}[name]()
     return 0
