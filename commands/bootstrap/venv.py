@@ -23,10 +23,9 @@ WHEELS = os.path.join(CACHE, "wheels")  # what was compiled here
 # The last Python, and the one machine, for which PyPI has a wheel of it.
 COMPILED, WHEELS_UP_TO, WHEELS_FOR = "pybullet", (3, 11), "x86_64"
 MACHINE = os.uname().machine
-COMPILER = (
-    "numba",
-    "llvmlite",
-)  # of the solver: installed first, as that takes a minute to compile
+# Of the solver, with what it imports: installed first, as that takes a minute to compile. The last
+# three have pins where the system's numpy is too old for numba, or Python has too little.
+COMPILER = ("numba", "llvmlite", "numpy", "importlib_metadata", "zipp")
 # Half of what is in these are symbols for debuggers: 150 MB.
 WITH_SYMBOLS = ("pybullet.*.so", "eglRenderer.*.so", "llvmlite/binding/libllvmlite.so")
 

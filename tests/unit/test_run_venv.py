@@ -1,12 +1,15 @@
 """What PyPI has no wheel of for this Python: compiled once, said, kept outside .venv."""
 
+import itertools
 import sys
 
 import pytest
+from packaging.requirements import Requirement
 
 from commands.bootstrap import venv
 
 PIN = "pybullet==9.8.7"
+NUMPY = "numpy==1.0; python_version < '3.10'"
 TAG = f"cp{sys.version_info[0]}{sys.version_info[1]}"
 
 
@@ -77,12 +80,28 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.setattr(venv, "REQUIREMENTS", str(tmp_path / "requirements.txt"))
     (tmp_path / "requirements.txt").write_text(
         f"{PIN}\n# a comment\nnumba==1.0; python_version > '3'\nllvmlite==1.0\nother==1.0  # why\n"
+        f"{NUMPY}\n"
     )
     packages = tmp_path / "venv" / "lib" / "python3.99" / "site-packages"
     packages.mkdir(parents=True)
     (packages / "pybullet.so.so").write_text("with symbols")
     (packages / "other.so").write_text("with symbols")
     return packages
+
+
+def test_all_that_the_solver_is_compiled_with_comes_first():
+    """numba refuses the numpy of ROS Noetic's systems, and imports more where Python has less."""
+    first = [pin for pin in venv._pins() if venv._name(pin) in venv.COMPILER]
+    for python, machine in itertools.product(("3.8", "3.11"), ("x86_64", "aarch64")):
+        there = {
+            requirement.name
+            for requirement in map(Requirement, first)
+            if requirement.marker is None
+            or requirement.marker.evaluate({"python_version": python, "platform_machine": machine})
+        }
+        # as the metadata of the pinned numba and of importlib_metadata name them
+        old = {"numpy", "importlib_metadata", "zipp"} if python == "3.8" else set()
+        assert there == {"numba", "llvmlite"} | old
 
 
 @pytest.mark.parametrize("has_wheel", [True, False])
@@ -93,7 +112,7 @@ def test_what_others_wait_for_comes_first(folder, monkeypatch, has_wheel):
     step = Step(venv._install)
     make, compiler, rest, *own, check = [argv for argv, _ in step.commands]
     assert make[1:3] == ["-m", "venv"] and check[1] == "-c"
-    assert compiler[-2:] == ["numba==1.0; python_version > '3'", "llvmlite==1.0"]
+    assert compiler[-3:] == ["numba==1.0; python_version > '3'", "llvmlite==1.0", NUMPY]
     assert rest[-2:] == (["--no-compile", "other==1.0"] if not has_wheel else [PIN, "other==1.0"])
     assert [argv[-1] for argv in own] == ([] if has_wheel else [PIN])
     assert step.reached == [("venv", 1), ("numba", 2)]
