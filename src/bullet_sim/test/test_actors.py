@@ -8,6 +8,7 @@ from bullet_sim.description.actor import ActorMotion, Trajectory, person
 from bullet_sim.errors import WorldError
 from bullet_sim.formats.sdf.world import parse_world
 from bullet_sim.models.actor import STRIDE, ActorPath, limbs
+from bullet_sim.plugins.bases import WalkerSpec
 from bullet_sim.plugins.lidars import RaySpec
 from bullet_sim.pose import Pose, quaternion_from_yaw
 from bullet_sim.render.gl.renderer import GlRenderer
@@ -258,8 +259,25 @@ def test_states_and_resets_have_it(world):
 
 
 def test_what_of_it_is_not_read_is_told():
-    more = "<plugin name='p' filename='libActorPlugin.so'/><link name='l'/>"
+    more = "<plugin name='p' filename='libPedestrianSFMPlugin.so'/><link name='l'/>"
     warnings = described(actor(more=more)).warnings
     assert any("skin 'walk.dae' and its animations are not read" in text for text in warnings)
     assert any("<plugin> 'p', which is ignored" in text for text in warnings)
     assert any("<link> 'l', which is ignored" in text for text in warnings)
+
+
+def test_a_walker_has_gazebos_parameters():
+    tags = (
+        "<target>1 2 1.2</target><target_weight>2</target_weight><obstacle_weight>3"
+        "</obstacle_weight><ignore_obstacles><model>cafe</model><model>ground_plane</model>"
+        "</ignore_obstacles>"
+    )
+    plugin = "<plugin name='p' filename='libActorPlugin.so'>{}</plugin>"
+    found = described(actor(more=plugin.format(tags)))
+    assert not any("<plugin>" in text for text in found.warnings)
+    ((model, _),) = found.models
+    assert model.sensors == [
+        WalkerSpec("p", "walker_pose", (1.0, 2.0, 1.2), 2.0, 3.0, ("cafe", "ground_plane"))
+    ]
+    ((model, _),) = described(actor(more=plugin.format(""))).models
+    assert model.sensors == [WalkerSpec("p", "walker_pose", (0.0, -5.0, 1.2138))]

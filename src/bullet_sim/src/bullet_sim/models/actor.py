@@ -200,8 +200,20 @@ class ActorEngine:
         self._order = depth_first(self._lumped)
         self._joints = {joint.child: joint for joint in self._lumped.joints}
         self._now = math.nan
+        self._put: tuple[Pose, dict[str, float]] | None = None
         self._frames: dict[str, Pose] = {}
         self._angles: dict[str, float] = {}
+
+    def walk_to(self, pose: Pose | None, way: float = 0.0) -> None:
+        """Have something else than its script move it.
+
+        Args:
+            pose: in the world; None: its script moves it again.
+            way: that it has walked, for its limbs [m].
+        """
+        walking = limbs("walking", 2.0 * math.pi * way / STRIDE)
+        self._put = None if pose is None else (pose, walking)
+        self._now = math.nan
 
     def _place(self) -> None:
         """Find all links' frames for the present time."""
@@ -210,7 +222,7 @@ class ActorEngine:
             return
         self._now = now
         self._since = min(self._since, now)  # time was set back
-        pose, self._angles = self._path.at(now - self._since)
+        pose, self._angles = self._put or self._path.at(now - self._since)
         self._frames = {self._lumped.root: pose}
         for name in self._order[1:]:
             joint, angle = self._joints[name], self._angles.get(name, 0.0)

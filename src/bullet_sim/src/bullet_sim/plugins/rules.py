@@ -55,6 +55,7 @@ RULES = {  # by the name of the library
     "diffdrive_plugin_6w": _NONE,  # which publishes nothing
     "diffdrive_plugin_multi_wheel": _BASE,
     "gazebo_ros_prosilica": _NONE,  # which publishes nothing
+    "ActorPlugin": _NONE,
     "gazebo_ros_force": _NONE,
     "gazebo_ros_elevator": _NONE,
     "gazebo_ros_template": _NONE,

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from bullet_sim.description.actor import ActorMotion, Trajectory, person
 from bullet_sim.description.model import ModelDescription
+from bullet_sim.plugins import parse_plugin
+from bullet_sim.plugins.xml import library
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import Node, child_flag, child_number, child_text, sdf_pose
 
 DEFAULT = "__default__"  # of an animation without a name: that of the skin's file
+WALKER = "ActorPlugin"  # library of the plugin of actors that is read
 CYCLE = 1.1  # [s] of an animation, of which no file is read
 
 
@@ -28,6 +31,8 @@ def parse_actor(element: Node, label: str) -> tuple[ModelDescription, Pose]:
     )
     for tag in ("plugin", "link", "joint"):
         for part in element.findall(tag):
+            if tag == "plugin" and library(part) == WALKER:
+                continue
             element.warn(
                 f"{label} has a <{tag}> '{part.get('name')}', which is ignored",
                 "actors have plugins, links or joints, which are ignored",
@@ -49,6 +54,9 @@ def parse_actor(element: Node, label: str) -> tuple[ModelDescription, Pose]:
     )
     model = person(name, motion)
     model.warnings = element.document.warnings
+    for plugin in element.findall("plugin"):
+        if library(plugin) == WALKER:
+            parse_plugin(plugin, model)
     return model, pose
 
 
