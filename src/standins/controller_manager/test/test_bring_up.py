@@ -82,7 +82,7 @@ def test_take_down_stops_all_then_unloads_backwards(spawner, manager, lines):
     spawner.bring_up(["a", "b"], start=True)
     del manager.asked[:]
     spawner.take_down()
-    assert manager.asked == [("switch", [], ["a", "b"], False), ("unload", "b"), ("unload", "a")]
+    assert manager.asked == [("switch", [], ["a", "b"], True), ("unload", "b"), ("unload", "a")]
     spawner.take_down()
     assert len(manager.asked) == 3
     assert lines[-6:] == [
@@ -134,4 +134,4 @@ def test_taken_down_while_it_starts_all_that_loaded_is_told_and_unloaded():
     for thread in (up, *downs):
         thread.join(LIMIT)
     assert loaded == ["a"] and spawner.loaded == [] and not ended
-    assert manager.asked[2:] == [("switch", [], ["a"], False), ("unload", "a")]
+    assert manager.asked[2:] == [("switch", [], ["a"], True), ("unload", "a")]

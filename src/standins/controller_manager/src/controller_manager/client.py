@@ -64,14 +64,17 @@ class Spawner:
         return list(self.loaded)
 
     def take_down(self):
-        """Stops and unloads the controllers that this spawner loaded, in reverse order."""
+        """Stops and unloads the controllers that this spawner loaded, in reverse order.
+
+        As upstream, where one does not run any more none is stopped, and those that run stay.
+        """
         with self._lock:
             names, self.loaded = self.loaded, []
             if not names:
                 return
             self._log("Shutting down spawner. Stopping and unloading controllers...")
             self._log("Stopping all controllers...")
-            self._manager.switch(stop=names, strict=False)
+            self._manager.switch(stop=names)
             self._log("Unloading all loaded controllers...")
             for name in reversed(names):
                 self._log(f"Trying to unload {name}")
