@@ -8,6 +8,7 @@ from bullet_bridge.plugins import (
     grasping,
     lidars,
     measurements,
+    servos,
     transforms,
 )
 
@@ -19,5 +20,6 @@ __all__ = [
     "grasping",
     "lidars",
     "measurements",
+    "servos",
     "transforms",
 ]

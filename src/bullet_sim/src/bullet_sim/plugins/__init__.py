@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ModelError
-from bullet_sim.plugins import bases, cameras, drives, forces, inertial, lidars
+from bullet_sim.plugins import bases, cameras, drives, forces, inertial, lidars, servos
 from bullet_sim.plugins.registry import PLUGINS, SENSOR_PLUGINS, SensorReader
 from bullet_sim.plugins.xml import MissingPart, PluginXml, SensorXml, library
 from bullet_sim.registry import Registry
@@ -25,6 +25,7 @@ __all__ = [
     "lidars",
     "parse_plugin",
     "parse_sensor",
+    "servos",
 ]
 # Types of <sensor> that built-in readers support.
 SENSOR_TYPES = ("camera", "multicamera", "wideanglecamera", "depth", "depth_camera",

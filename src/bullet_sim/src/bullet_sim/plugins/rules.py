@@ -57,6 +57,8 @@ RULES = {  # by the name of the library
     "gazebo_ros_prosilica": _NONE,  # which publishes nothing
     "ActorPlugin": _NONE,
     "gazebo_ros_force": _NONE,
+    "hector_servo_plugin": _NONE,
+    "hector_gazebo_reset_plugin": _NONE,
     "gazebo_ros_elevator": _NONE,
     "gazebo_ros_template": _NONE,
     "gazebo_grasp_fix": _NONE,
