@@ -2,10 +2,9 @@
 
 import math
 
-import numpy as np
 import pytest
 from bullet_bridge.plugins import forces
-from bullet_sim.formats.sdf.world import ground_plane, parse_world
+from bullet_sim.formats.sdf.world import ground_plane
 from bullet_sim.plugins.bases import ForceMoveSpec, ManyWheelsSpec, TricycleSpec
 from bullet_sim.plugins.forces import (
     ForceSpec,
@@ -365,50 +364,3 @@ def test_the_compliance_of_wheels_is_reconfigured(world, topics):
     }
     _, slips = sideways(world, wheel, values)
     assert slips == pytest.approx((ROLLING * 0.5 / NORMAL, ROLLING * 0.1 / NORMAL), rel=0.01)
-
-
-ACTOR = (
-    '<sdf version="1.7"><world name="w"><actor name="walker"><pose>0 1 1.25 1.57 0 3</pose>'
-    '<skin><filename>walk.dae</filename></skin><animation name="walking"><filename>walk.dae'
-    '</filename></animation><plugin name="p" filename="libActorPlugin.so">{}</plugin></actor>'
-    "{}</world></sdf>"
-)
-BLOCK = (
-    '<model name="block"><static>1</static><pose>{} 0 0 0</pose><link name="l"><collision name="c">'
-    "<geometry><box><size>1 1 1</size></box></geometry></collision></link></model>"
-)
-
-
-def walk(tags, more, seconds):
-    """Places of an actor with ActorPlugin, one every 0.05 s."""
-    world = World()
-    world.load(parse_world(ACTOR.format(tags, more), str))
-    model = world.models["walker"]
-    plugin = plugin_of(world, model, model.description.sensors[0])
-    places = []
-    for _ in range(round(seconds / 0.05)):
-        world.step(50)
-        plugin.update(world.time, 0.05)
-        places.append((*model.pose.position[:2], model.pose.rpy[2]))
-    world.close()
-    return np.array(places)
-
-
-def test_an_actor_turns_and_walks_to_its_target_by_gazebos_actor_plugin():
-    places = walk("<target>0 -5 1.2138</target>", "", 9.0)
-    turning = (abs(places[:, 1] - 1.0) < 1e-9).sum() * 0.05
-    # a thousandth of what is left in each step of 1 ms, down to 10 degrees
-    assert turning == pytest.approx(math.log(3.0 / math.radians(10.0)), abs=0.06)
-    going = places[places[:, 1] < 0.9]
-    speeds = -np.diff(going[:, 1]) / 0.05
-    assert speeds[:50] == pytest.approx(1.15 * 0.8, rel=1e-3), "upstream's pace times the weight"
-    assert going[10] == pytest.approx((0.0, going[10, 1], -math.pi / 2), abs=1e-3)
-    assert going[:, 1].min() == pytest.approx(-5.0 + 0.3, abs=0.06), "then it has another target"
-
-
-def test_an_actor_goes_around_what_it_does_not_ignore():
-    block = BLOCK.format("0.3 -2 1.2138")
-    around = walk("", block, 7.0)
-    through = walk("<ignore_obstacles><model>block</model></ignore_obstacles>", block, 7.0)
-    assert abs(through[:, 0]).max() < 0.01 < 0.3 < -around[:, 0].min()
-    assert (around[:, 1] >= -10.0).all() and (around[:, 0] >= -3.0).all()

@@ -8,7 +8,7 @@ from bullet_sim.description.actor import ActorMotion, Trajectory, person
 from bullet_sim.errors import WorldError
 from bullet_sim.formats.sdf.world import parse_world
 from bullet_sim.models.actor import STRIDE, ActorPath, limbs
-from bullet_sim.plugins.bases import WalkerSpec
+from bullet_sim.plugins.actors import PedestrianSpec, WalkerSpec
 from bullet_sim.plugins.lidars import RaySpec
 from bullet_sim.pose import Pose, quaternion_from_yaw
 from bullet_sim.render.gl.renderer import GlRenderer
@@ -259,7 +259,7 @@ def test_states_and_resets_have_it(world):
 
 
 def test_what_of_it_is_not_read_is_told():
-    more = "<plugin name='p' filename='libPedestrianSFMPlugin.so'/><link name='l'/>"
+    more = "<plugin name='p' filename='libActorCollisionsPlugin.so'/><link name='l'/>"
     warnings = described(actor(more=more)).warnings
     assert any("skin 'walk.dae' and its animations are not read" in text for text in warnings)
     assert any("<plugin> 'p', which is ignored" in text for text in warnings)
@@ -281,3 +281,25 @@ def test_a_walker_has_gazebos_parameters():
     ]
     ((model, _),) = described(actor(more=plugin.format(""))).models
     assert model.sensors == [WalkerSpec("p", "walker_pose", (0.0, -5.0, 1.2138))]
+
+
+def test_a_pedestrian_has_the_parameters_of_its_plugin():
+    tags = (
+        "<velocity>1.1</velocity><radius>0.4</radius><goal_weight>2.5</goal_weight>"
+        "<obstacle_weight>80</obstacle_weight><social_weight>15</social_weight>"
+        "<group_gaze_weight>1</group_gaze_weight><group_coh_weight>3</group_coh_weight>"
+        "<group_rep_weight>4</group_rep_weight><people_distance>6</people_distance>"
+        "<group><model>bob</model></group><ignore_obstacles><model>cafe</model>"
+        "</ignore_obstacles><trajectory><cyclic>true</cyclic><waypoint>1 2 1.2</waypoint>"
+        "<waypoint>3 4 1.2</waypoint></trajectory>"
+    )
+    plugin = "<plugin name='p' filename='libPedestrianSFMPlugin.so'>{}</plugin>"
+    ((model, _),) = described(actor(more=plugin.format(tags))).models
+    assert model.sensors == [
+        PedestrianSpec(
+            "p", "walker_pose", ((1.0, 2.0), (3.0, 4.0)), True, 1.1, 0.4, 2.5, 80.0, 15.0, 1.0,
+            3.0, 4.0, 6.0, ("bob",), ("cafe",),
+        )
+    ]  # fmt: skip
+    ((model, _),) = described(actor(more=plugin.format(""))).models
+    assert model.sensors == [PedestrianSpec("p", "walker_pose")]

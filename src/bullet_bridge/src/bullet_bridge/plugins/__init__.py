@@ -1,6 +1,7 @@
 """What the families of plugins and sensors do in ROS; importing this enters them all."""
 
 from bullet_bridge.plugins import (
+    actors,
     bases,
     cameras,
     drives,
@@ -13,6 +14,7 @@ from bullet_bridge.plugins import (
 )
 
 __all__ = [
+    "actors",
     "bases",
     "cameras",
     "drives",

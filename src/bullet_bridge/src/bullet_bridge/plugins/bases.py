@@ -2,21 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
 from bullet_sim.controllers.bases import RIGHT_ANGLE, TricycleMotion, after_arc
-from bullet_sim.models.actor import FRAME
-from bullet_sim.plugins.bases import (
-    HIPS,
-    ForceMoveSpec,
-    ManyWheelsSpec,
-    TricycleSpec,
-    WalkerSpec,
-)
-from bullet_sim.pose import Pose, Vec3, quaternion_from_yaw, rpy_from_quaternion
+from bullet_sim.plugins.bases import ForceMoveSpec, ManyWheelsSpec, TricycleSpec
+from bullet_sim.pose import Pose, quaternion_from_yaw
 from bullet_sim.sensors import inertial
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
@@ -252,94 +244,3 @@ class ManyWheelsPlugin(DrivenBase):
         for wheels, speed in ((spec.left, forward - half), (spec.right, forward + half)):
             speeds = [speed / (spec.diameter / 2.0)] * len(wheels)
             self.model.joints.impose_velocities(wheels, speeds)
-
-
-# Of Gazebo's ActorPlugin.
-PACE = 0.8  # [m/s] times the weight of the target
-ARRIVED, APART, ASIDE = 0.3, 2.0, 4.0  # [m] to targets, between targets and models, to obstacles
-BOUNDS = ((-3.0, 3.5), (-10.0, 2.0))  # [m] of x and y, between which it stays
-TURN, SIDE = 0.001, 1.5707  # part of a turn in each step; its yaw is that far left of its way [rad]
-TRIES = 1000  # targets by chance, after which it keeps the last one
-
-
-@ros_side(WalkerSpec)
-class WalkerPlugin(ModelPlugin):
-    """Walks an actor to targets: it turns on the spot, then goes, and is pushed away from models.
-
-    Between two updates, of as many steps as an actor's frame has, models are taken to stand still.
-    """
-
-    STATE = ("_place", "_target", "_way")
-
-    def _rate(self) -> float:
-        return 1.0 / FRAME if self.world.time_step < FRAME else 1.0 / self.world.time_step
-
-    def prepare(self) -> None:
-        """Show it where it is (simulation thread)."""
-        self._show()
-
-    def reset(self, time: float) -> None:
-        """Go from where the file puts it to the first target."""
-        motion = self.model.description.motion
-        x, y, _ = motion.pose.position
-        self._place = (x, y, rpy_from_quaternion(motion.pose.orientation)[2])
-        self._target: Vec3 = self.spec.target
-        self._way = 0.0
-        super().reset(time)
-        self._show()
-
-    def _show(self) -> None:
-        x, y, yaw = self._place
-        pose = Pose((x, y, 0.0), quaternion_from_yaw(yaw - SIDE))
-        engine: Any = self.model.engine  # an ActorEngine
-        engine.walk_to(pose, self._way)
-
-    def _obstacles(self, ignored: tuple[str, ...]) -> list[Vec3]:
-        """Positions of other models; those of actors at the height of its own."""
-        return [
-            (x, y, HIPS if model.description.motion is not None else z)
-            for name, model in self.world.models.items()
-            if name not in ignored
-            for x, y, z in (model.pose.position,)
-        ]
-
-    def update(self, time: float, period: float) -> None:
-        step = self.world.time_step
-        others = self._obstacles((*self.spec.ignored, self.model.name))
-        for _ in range(max(1, round((time - self.updated) / step))):
-            self._walk(step, others)
-        self.updated = time
-        self._show()
-
-    def _walk(self, step: float, others: list[Vec3]) -> None:
-        """Turn or go for a step [s]."""
-        x, y, yaw = self._place
-        if math.dist(self._target, (x, y, HIPS)) < ARRIVED:
-            self._choose()
-        away = [goal - own for goal, own in zip(self._target, (x, y, HIPS))]
-        factor = self.spec.weight / (math.hypot(*away) or 1.0)
-        go_x, go_y = away[0] * factor, away[1] * factor
-        for other in others:
-            offset = [place - own for place, own in zip(other, (x, y, HIPS))]
-            distance = math.hypot(*offset)
-            if 0.0 < distance < ASIDE:
-                push = self.spec.obstacle_weight / distance**2
-                go_x, go_y = go_x - push * offset[0], go_y - push * offset[1]
-        turn = math.remainder(math.atan2(go_y, go_x) + SIDE - yaw, 2.0 * math.pi)
-        if abs(turn) > math.radians(10.0):
-            yaw += turn * TURN
-        else:
-            yaw, x, y = yaw + turn, x + go_x * PACE * step, y + go_y * PACE * step
-        x, y = (min(max(value, low), high) for value, (low, high) in zip((x, y), BOUNDS))
-        self._way += math.hypot(x - self._place[0], y - self._place[1])
-        self._place = (x, y, math.remainder(yaw, 2.0 * math.pi))
-
-    def _choose(self) -> None:
-        """A target by chance, away from the last one and from all models."""
-        x, y, _ = self._place
-        models = [*self._obstacles((self.model.name,)), (x, y, HIPS)]
-        for _ in range(TRIES):
-            target = (*(float(self.rng.uniform(*bounds)) for bounds in BOUNDS), self._target[2])
-            if all(math.dist(target, place) >= APART for place in (self._target, *models)):
-                self._target = target  # type: ignore[assignment]
-                return

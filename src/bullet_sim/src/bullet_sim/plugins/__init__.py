@@ -8,7 +8,7 @@ from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ModelError
-from bullet_sim.plugins import bases, cameras, drives, forces, inertial, lidars, servos
+from bullet_sim.plugins import actors, bases, cameras, drives, forces, inertial, lidars, servos
 from bullet_sim.plugins.registry import PLUGINS, SENSOR_PLUGINS, SensorReader
 from bullet_sim.plugins.xml import MissingPart, PluginXml, SensorXml, library
 from bullet_sim.registry import Registry
@@ -17,6 +17,7 @@ from bullet_sim.xml_reader import document_root, sdf_pose
 __all__ = [
     "PLUGINS",
     "SENSOR_PLUGINS",
+    "actors",
     "bases",
     "cameras",
     "drives",

@@ -10,11 +10,9 @@ from bullet_sim.plugins.drives import PLANAR, link_frames, movable, odometry_nam
 from bullet_sim.plugins.registry import model_plugin
 from bullet_sim.plugins.rules import FrameName
 from bullet_sim.plugins.xml import PluginXml, library
-from bullet_sim.pose import Vec3
 
 FORCE_POSE = (1e-3, 1e-3, 1e12, 1e12, 1e12, 0.01)  # variances, where it does not turn
 FORCE_TWIST = (1e-3, 1e-3, 1e-3, 1e12, 1e12, 0.01)
-HIPS = 1.2138  # [m] height at which ActorPlugin holds an actor
 UNLIMITED = (float("inf"),) * 3
 
 
@@ -125,39 +123,6 @@ class ManyWheelsSpec:
     child_frame_id: str = "base_footprint"
     pose_covariance: tuple[float, ...] = PLANAR
     twist_covariance: tuple[float, ...] = (0.0,) * 6
-
-
-@dataclass(frozen=True)
-class WalkerSpec:
-    """Gazebo's ActorPlugin: walks to a target, then to one by chance, around models.
-
-    Attributes:
-        target: the first one (3,) [m], in the world.
-        weight, obstacle_weight: of the way to the target and away from models.
-        ignored: models that it does not go around.
-    """
-
-    name: str
-    link: str
-    target: Vec3
-    weight: float = 1.15
-    obstacle_weight: float = 1.5
-    ignored: tuple[str, ...] = ()
-    topic: str = ""
-
-
-@model_plugin("ActorPlugin")
-def walker(xml: PluginXml) -> WalkerSpec:
-    listed = xml.element.find("ignore_obstacles")
-    models = [] if listed is None else listed.findall("model")
-    return WalkerSpec(
-        name=xml.name or "actor",
-        link=xml.model.root,
-        target=xml.vector("target", 3, (0.0, -5.0, HIPS)),
-        weight=xml.number("target_weight", 1.15),
-        obstacle_weight=xml.number("obstacle_weight", 1.5),
-        ignored=tuple((model.text or "").strip() for model in models),
-    )
 
 
 _FORCE_MOVES = (

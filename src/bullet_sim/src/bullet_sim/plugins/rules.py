@@ -56,6 +56,7 @@ RULES = {  # by the name of the library
     "diffdrive_plugin_multi_wheel": _BASE,
     "gazebo_ros_prosilica": _NONE,  # which publishes nothing
     "ActorPlugin": _NONE,
+    "PedestrianSFMPlugin": _NONE,
     "gazebo_ros_force": _NONE,
     "hector_servo_plugin": _NONE,
     "hector_gazebo_reset_plugin": _NONE,

@@ -10,7 +10,7 @@ from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import Node, child_flag, child_number, child_text, sdf_pose
 
 DEFAULT = "__default__"  # of an animation without a name: that of the skin's file
-WALKER = "ActorPlugin"  # library of the plugin of actors that is read
+MOVERS = ("ActorPlugin", "PedestrianSFMPlugin")  # libraries of plugins of actors that are read
 CYCLE = 1.1  # [s] of an animation, of which no file is read
 
 
@@ -31,7 +31,7 @@ def parse_actor(element: Node, label: str) -> tuple[ModelDescription, Pose]:
     )
     for tag in ("plugin", "link", "joint"):
         for part in element.findall(tag):
-            if tag == "plugin" and library(part) == WALKER:
+            if tag == "plugin" and library(part) in MOVERS:
                 continue
             element.warn(
                 f"{label} has a <{tag}> '{part.get('name')}', which is ignored",
@@ -55,7 +55,7 @@ def parse_actor(element: Node, label: str) -> tuple[ModelDescription, Pose]:
     model = person(name, motion)
     model.warnings = element.document.warnings
     for plugin in element.findall("plugin"):
-        if library(plugin) == WALKER:
+        if library(plugin) in MOVERS:
             parse_plugin(plugin, model)
     return model, pose
 
