@@ -57,10 +57,13 @@ def test_a_root_link_world_holds_the_robot(world):
     assert model.description.warnings == []
 
 
-def test_a_free_joint_to_the_world_lets_it_fall(world):
+@pytest.mark.parametrize("kind", ["floating", "planar"])
+def test_a_free_joint_to_the_world_lets_it_fall(world, kind):
+    # Gazebo 11.1 makes no joint of it, and the link starts at the model's pose
     model = spawned(
         world,
-        f'<link name="world"/><link name="base">{BODY}</link>' + joint("floating", "world", "base"),
+        f'<link name="world"/><link name="base">{BODY}</link>'
+        + joint(kind, "world", "base", '<origin xyz="0 0 0.3"/>'),
     )
     assert model.pose.position[2] == pytest.approx(1 - FALL, abs=0.005)
     assert model.link_names == ("base",)

@@ -145,7 +145,7 @@ def _fix_to_world(model: ModelDescription) -> None:
     joints = model.joints_of(model.root)
     if model.root != "world" or not joints:
         return
-    if len(joints) == 1 and joints[0].kind == "floating":
+    if len(joints) == 1 and joints[0].kind in UNSUPPORTED_TYPES:  # as in Gazebo, without its origin
         del model.joints[joints[0].name], model.links["world"]
         model.root = joints[0].child
     else:
