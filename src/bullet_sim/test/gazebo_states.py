@@ -24,6 +24,8 @@ UNTIL = {
     "a car in a tray": 200,
     "velocities that decay": 300,
     "a merged link without gravity on a box": 400,
+    "a sled against blocks": 400,
+    "a sled against blocks on a box": 300,
 }
 # Starts [m, along x and z], of which one has to be alike, of robots that such a difference sends
 # another way before that: an edge of their box is on an edge of the ground, or is not.
@@ -518,6 +520,19 @@ ROBOTS.update({
         turn(("l", "r"), 5.0, 5.0),
     ),
 })  # fmt: skip
+# a base with balls below it and blocks in front, so that one link touches ground and blocks
+SLED = (
+    BASE,
+    wheel("l", 0, 0.2),
+    wheel("r", 0, -0.2),
+    *on_the_base("ball", BALL, *((x, y, -0.05) for x in (-0.15, 0.15) for y in (-0.1, 0.1))),
+)
+SLED_WITH_BUMPERS = robot(*SLED, *on_the_base("bumper", BLOCK, *BUMPERS))
+ROBOTS.update({
+    "five shapes on one link": (robot(*SLED), 0.0995, turn(("l", "r"), 3.0, 4.0)),
+    "a sled against blocks": (SLED_WITH_BUMPERS, 0.0995, turn(("l", "r"), 4.0, 4.0)),
+    "a sled pushes blocks": (SLED_WITH_BUMPERS, 0.0995, turn(("l", "r"), 4.0, 4.0)),
+})  # fmt: skip
 CRATE, CAN = "<box><size>0.2 0.5 0.2</size></box>", "<radius>0.1</radius><length>0.2</length>"
 CAN, POST = f"<cylinder>{CAN}</cylinder>", "<radius>0.05</radius><length>0.5</length>"
 POST = f"<cylinder>{POST}</cylinder>"
@@ -532,6 +547,9 @@ CRATES = {
     "bumpers push blocks": ((0.4, 0.02, 0.1), BLOCKS, 2.0, (0.05, 0.02, 0.06)),
     "two bumpers push blocks": ((0.4, 0.02, 0.1), BLOCKS, 2.0, (0.05, 0.02, 0.06)),
     "bumpers into blocks": ((0.4, 0.02, 0.1), BLOCKS, 0.0, ()),
+    "a sled against blocks": ((0.36, 0.02, 0.1), BLOCKS, 0.0, ()),
+    "a sled against blocks on a box": ((0.36, 0.02, 0.1), BLOCKS, 0.0, ()),
+    "a sled pushes blocks": ((0.36, 0.02, 0.1), BLOCKS, 2.0, (0.05, 0.02, 0.06)),
     "wheels push a crate": ((0.43, 0.02, 0.1), CRATE, 2.0, (0.05, 0.02, 0.06)),
     "spheres push a crate": ((0.43, 0.02, 0.1), CRATE, 2.0, (0.05, 0.02, 0.06)),
     "wheels over a plank": (
@@ -569,6 +587,8 @@ for _name in (
     "parallel steering",
     "a merged link without gravity",
     "two castors on one link",
+    "five shapes on one link",
+    "a sled against blocks",
 ):
     ROBOTS[_name + ON_A_BOX] = ROBOTS[_name]
 

@@ -169,9 +169,12 @@ class SystemRows:
         bodies, joints, types: rows of System.
         touching: pairs of bodies that collide in their model.
         attached: pairs of bodies that are attached to each other, and so do not collide.
+        spaces: number of each body's space, and how many shapes each space has.
     """
 
     owner: list[BodyLink] = field(default_factory=list)
+    spaces: list[int] = field(default_factory=list)
+    counts: list[int] = field(default_factory=list)
     bodies: list[Array] = field(default_factory=list)
     joints: list[Array] = field(default_factory=list)
     types: list[tuple[int, int, int]] = field(default_factory=list)
@@ -245,7 +248,8 @@ class ArrayBuilder:
         collide = may_collide(
             bodies, self._shapes, bits, models.ghosts, system.touching, system.attached
         )
-        scene = pack_scene(self._shapes, static, solids, bodies, bits, collide)
+        spaces = system.spaces, system.counts
+        scene = pack_scene(self._shapes, static, solids, bodies, *spaces, bits, collide)
         most = min(self._settings.max_contacts, MAX_CONTACTS)
         for table, column in (
             (scene.shapes, q.G_MOST), (scene.faces, q.P_MOST), (scene.planes, q.P_MOST),
@@ -279,6 +283,17 @@ class ArrayBuilder:
         system = self._system
         first, first_joint = len(system.bodies), len(system.joints)
         rows = {name: first + i for i, name in enumerate(model.names)}
+        colliding = {name for name, link in model.shapes.links.items() if link.self_collide}
+        if model.touching and not colliding:  # the model says so, for all of them
+            colliding = set(model.names)
+        shared = len(system.counts)
+        system.counts.append(0)
+        for name in model.names:
+            link = model.shapes.links[name]
+            space = len(system.counts) if name in colliding else shared
+            system.counts += [0] * (space == len(system.counts))
+            system.counts[space] += len(link.collisions)
+            system.spaces.append(space)
         for name in model.names:
             link, key = model.shapes.links[name], (model.body, model.links[name])
             friction = self._models.friction.get(key)

@@ -5,6 +5,7 @@ Rows of a Scene's arrays are those of quickstep/layout.py.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Tuple
@@ -35,6 +36,7 @@ class Solids:
         rows, faces: of Scene.solids and of their surfaces.
         kinds: of shapes.
         owners: number of what never moves; -1: it moves.
+        items: of Scene.
         trees: of meshes.
     """
 
@@ -42,16 +44,24 @@ class Solids:
     faces: list[Array] = field(default_factory=list)
     kinds: list[int] = field(default_factory=list)
     owners: list[int] = field(default_factory=list)
+    items: list[tuple[int, int]] = field(default_factory=list)
     trees: list[tables.Tree | None] = field(default_factory=list)
 
     def add(
-        self, row: Array, face: Array, kind: int, tree: tables.Tree | None, owner: int = -1
+        self,
+        row: Array,
+        face: Array,
+        kind: int,
+        tree: tables.Tree | None,
+        item: tuple[int, int],
+        owner: int = -1,
     ) -> int:
         """Add one; its number."""
         self.rows.append(row)
         self.faces.append(face)
         self.kinds.append(kind)
         self.owners.append(owner)
+        self.items.append(item)
         self.trees.append(tree)
         return len(self.rows) - 1
 
@@ -77,6 +87,8 @@ class StaticShapes:
         plane_links: (body, link) of planes.
         known: (body, link) of others whose contacts quickstep finds.
         aabbs, solids, owners: rows of Scene.static_aabbs, static_solid and static_owner.
+        spaces: rows of Scene.spaces.
+        plane_items: rows of Scene.items.
     """
 
     planes: list[Array] = field(default_factory=list)
@@ -86,6 +98,8 @@ class StaticShapes:
     aabbs: list[Array] = field(default_factory=list)
     solids: list[int] = field(default_factory=list)
     owners: list[tuple[int, int]] = field(default_factory=list)
+    spaces: list[Array] = field(default_factory=list)
+    plane_items: list[tuple[int, int]] = field(default_factory=list)
 
     def add(
         self, body: int, link: Link, frame: Pose, bits: int, cache: ShapeCache, solids: Solids
@@ -104,9 +118,11 @@ class StaticShapes:
             tree is not None or tables.KINDS.get(shape.geometry.kind, q.MESH) != q.MESH
             for shape, tree in zip(others, trees)
         )
+        items = {id(shape): (len(self.spaces), -i) for i, shape in enumerate(link.collisions)}
+        boxes = []
         for shape, tree in zip(others, trees):
             self.owners.append((body, bits))
-            self.aabbs.append(cache.box_around(shape, frame, body, tree if is_known else None))
+            boxes.append(cache.box_around(shape, frame, body, tree if is_known else None))
             if not is_known:
                 self.solids.append(-1)
                 continue
@@ -114,7 +130,9 @@ class StaticShapes:
             half = tables.solid_size(kind, shape.geometry.size)
             row = np.concatenate([half, pose.position, pose.matrix.ravel()])
             face = tables.plane_row(np.zeros(3), 0.0, shape.surface or link.surface)
-            self.solids.append(solids.add(row, face, kind, tree, len(self.known)))
+            number = solids.add(row, face, kind, tree, items[id(shape)], len(self.known))
+            self.solids.append(number)
+        self.aabbs += boxes
         if is_known:
             self.known.append((body, -1))
         for shape in touched:
@@ -125,6 +143,8 @@ class StaticShapes:
                 self.planes.append(row)
                 self.bits.append(bits)
                 self.plane_links.append((body, -1))
+                self.plane_items.append(items[id(shape)])
+        self.spaces.append(_static_space(len(self.spaces), boxes, link))
 
     def pack(self) -> dict[str, Any]:
         """The arrays of a Scene of these."""
@@ -192,16 +212,21 @@ class DynamicShapes:
         self.trees.append(tree)
         return reach
 
-    def pack(self, solids: Solids) -> dict[str, Any]:
-        """The arrays of a Scene of these; solids: get those that quickstep finds the contacts
-        of."""
+    def pack(self, solids: Solids, space_of: Array) -> dict[str, Any]:
+        """The arrays of a Scene of these.
+
+        Args:
+            solids: get those that quickstep finds the contacts of.
+            space_of: of Scene.
+        """
         solid_of = np.full(len(self.rows), -1, np.int64)
         for s, (row, kind, tree) in enumerate(zip(self.rows, self.kinds, self.trees)):
             if kind in _SOLIDS:
                 solid, face = np.zeros(q.B_COLUMNS), np.zeros(q.P_COLUMNS)
                 solid[: q.B_CENTER] = tables.solid_size(kind, row[q.G_SIZE : q.G_SIZE + 3])
                 face[q.P_MU :] = row[q.G_MU :]
-                solid_of[s] = solids.add(solid, face, kind, tree)
+                item = int(space_of[self.bodies[s]]), s
+                solid_of[s] = solids.add(solid, face, kind, tree, item)
         ends, chunks = (
             np.cumsum([0, *map(len, each)], dtype=np.int64) for each in (self.vertices, self.chunks)
         )
@@ -226,6 +251,8 @@ def pack_scene(
     static: StaticShapes,
     solids: Solids,
     models: Sequence[int],
+    spaces: Sequence[int],
+    counts: Sequence[int],
     bits: Array,
     may_collide: Array,
 ) -> Scene:
@@ -233,12 +260,18 @@ def pack_scene(
 
     Args:
         solids: of what never moves; gets those of what moves.
-        models: of each body.
+        models, spaces: of each body.
+        counts: number of shapes of each of these spaces.
         bits: (n,) collide_bitmask of each body.
         may_collide: of Scene.
     """
-    arrays = {**moving.pack(solids), **static.pack(), **solids.pack()}
+    immobile = len(static.spaces)
+    space_of = np.array(spaces, np.int64) + immobile
+    arrays = {**moving.pack(solids, space_of), **static.pack(), **solids.pack()}
     bodies = arrays["kinds"][:, 0]
+    space_rows = np.zeros((immobile + len(counts), q.K_COLUMNS))
+    space_rows[:immobile] = tables.table(static.spaces, q.K_COLUMNS)
+    space_rows[immobile:, q.K_COUNT] = counts
     return Scene(
         **arrays,
         firsts=np.searchsorted(bodies, np.arange(len(models) + 1)),
@@ -247,8 +280,23 @@ def pack_scene(
         may_collide=may_collide,
         close_pairs=np.zeros((_MAX_CLOSE * len(models), 2), np.int64),
         pairs=np.zeros((4 * capacity(moving, static), 3), np.int64),
-        counts=np.array([0, static.solids.count(-1)], np.int64),
+        counts=np.array([0, static.solids.count(-1), immobile], np.int64),
+        spaces=space_rows,
+        space_of=space_of,
+        items=tables.table(solids.items + static.plane_items, 2, np.int64),
     )
+
+
+def _static_space(rank: int, boxes: Sequence[Array], link: Link) -> Array:
+    """Row of Scene.spaces of a body that never moves; boxes: (6,) around its shapes but planes."""
+    row = np.zeros(q.K_COLUMNS)
+    row[q.K_RANK], row[q.K_COUNT] = rank, len(link.collisions)
+    row[q.K_LEVEL] = q.MAX_LEVEL + 1
+    if boxes and not any(shape.geometry.kind == "plane" for shape in link.collisions):
+        row[q.K_LOW : q.K_LOW + 6] = box = tables.around(np.array(boxes))
+        level = math.frexp(float((box[3:] - box[:3]).max()))[1]
+        row[q.K_LEVEL] = min(max(level, q.MIN_LEVEL), q.MAX_LEVEL + 1)
+    return row
 
 
 def capacity(moving: DynamicShapes, static: StaticShapes, most: int = MAX_POINTS) -> int:

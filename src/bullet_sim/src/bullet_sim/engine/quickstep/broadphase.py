@@ -1,8 +1,11 @@
 """Which bodies are close to each other, and whether the caller has to look for contacts."""
 
+import math
+
 from bullet_sim.engine.quickstep import layout as col
 from bullet_sim.engine.quickstep.boxes import box_overlap
 from bullet_sim.engine.quickstep.compiled import compiled, inlined, temporary
+from bullet_sim.engine.quickstep.order import place_spaces, sort_pairs
 from bullet_sim.engine.quickstep.state import Scene
 from bullet_sim.engine.quickstep.vectors import matrix, overlap, rotate
 from bullet_sim.pose import Array
@@ -132,14 +135,9 @@ def _list_static(s: int, meshes: bool, n: int, kind: int, model: int, scene: Sce
 
 @compiled
 def _list_close(one: int, two: int, meshes: bool, n: int, scene: Scene) -> int:
-    """Append pairs of shapes of two bodies, those of the body with fewer in the outer loop."""
-    ends = scene.firsts[one], scene.firsts[one + 1], scene.firsts[two], scene.firsts[two + 1]
-    swapped = ends[3] - ends[2] <= ends[1] - ends[0]
-    outer = (ends[2], ends[3]) if swapped else (ends[0], ends[1])
-    inner = (ends[0], ends[1]) if swapped else (ends[2], ends[3])
-    for i in range(outer[0], outer[1]):
-        for j in range(inner[0], inner[1]):
-            s, t = (j, i) if swapped else (i, j)
+    """Append pairs of shapes of two bodies."""
+    for s in range(scene.firsts[one], scene.firsts[one + 1]):
+        for t in range(scene.firsts[two], scene.firsts[two + 1]):
             if (scene.kinds[s, 1] == col.MESH or scene.kinds[t, 1] == col.MESH) != meshes:
                 continue
             box = scene.aabbs[s]
@@ -152,19 +150,24 @@ def _list_close(one: int, two: int, meshes: bool, n: int, scene: Scene) -> int:
 def list_pairs(bodies: Array, sequence: Array, scene: Scene) -> int:
     """Fill scene.pairs in the order of Gazebo's contacts; the number of them.
 
-    Those with a mesh come after the others; first those of bodies that are close to each other,
-    then with what never moves: bodies as in the last step, of a body the first shape first.
+    Those with a mesh come after the others.
     """
     n, kinds, firsts, bits, pairs = 0, scene.kinds, scene.firsts, scene.bits, scene.pairs
     plane_bits, planes = scene.plane_bits, len(scene.planes)
     has_static = len(scene.aabb_groups) > 0
+    sorts = has_static or planes > 1 or scene.counts[0] > 0
+    if sorts:
+        place_spaces(bodies, sequence, scene)
     for meshes in (False, True):
+        begin = n
         for i in range(scene.counts[0]):
             n = _list_close(scene.close_pairs[i, 0], scene.close_pairs[i, 1], meshes, n, scene)
         for body in sequence:
             if bodies[body, col.ASLEEP] != 0.0:
                 continue
-            for s in range(firsts[body], firsts[body + 1]):
+            is_new = bodies[body, col.PLACE] == math.inf
+            for i in range(firsts[body], firsts[body + 1]):
+                s = firsts[body] + firsts[body + 1] - 1 - i if is_new else i
                 kind = kinds[s, 1]
                 if kind == col.OTHER:
                     continue
@@ -173,4 +176,6 @@ def list_pairs(bodies: Array, sequence: Array, scene: Scene) -> int:
                         n = _add_pair(pairs, n, s, -1 - p, -1)
                 if has_static:
                     n = _list_static(s, meshes, n, kind, scene.models[body], scene)
+        if sorts:
+            sort_pairs(begin, n, bodies, scene)
     return n

@@ -50,6 +50,9 @@ P_BOUNCE, P_TORSION, P_PATCH, P_RADIUS, P_BY_PATCH, P_TWIST_SLIP, P_MOST, P_COLU
 )  # fmt: skip
 # solids: half the edges, or radius and half the length; center; rotation
 B_HALF, B_CENTER, B_ROTATION, B_COLUMNS = 0, 3, 6, 15
+# spaces of shapes: place in ODE's order, level, lower and upper corner, number of shapes
+K_RANK, K_LEVEL, K_LOW, K_HIGH, K_COUNT, K_COLUMNS = 0, 1, 2, 5, 8, 9
+MIN_LEVEL, MAX_LEVEL = -2, 8  # of cells of 2^level m; what is larger is in none
 # candidates for contacts of a mesh: point, normal, depth, weight of the normal
 F_NORMAL, F_DEPTH, F_WEIGHT, F_COLUMNS = 3, 6, 7, 8
 # contacts: point, normal towards the first body, depth, mu, mu2, fdir1 (world), erp, cfm, bound

@@ -80,7 +80,8 @@ class Scene(NamedTuple):
         aabbs: (s, 6) lower and upper corners of boxes around the shapes where they are.
         may_collide: (n, n) PAIR_FILTERED, PAIR_NATIVE or PAIR_EXTERNAL, for each two bodies.
         close_pairs: (c, 2) bodies that are close to each other, whose contacts are found here.
-        counts: (2,) number of these; and of boxes whose contacts the caller finds.
+        counts: (3,) number of these; of boxes whose contacts the caller finds; of spaces of what
+            never moves.
         pairs: (m, 3) shapes, with a row of solids, or -1 - that of a plane, and the body of which
             the solid is, or -1.
         planes: (p, P_COLUMNS).
@@ -97,6 +98,11 @@ class Scene(NamedTuple):
         static_owner: (m, 2) its model, whose own bodies do not touch it, and its collide_bitmask.
         bits: (s,) collide_bitmask of shapes, which touch only what shares a bit.
         aabb_groups: (c, 6) boxes around AABB_GROUP of static_aabbs each, in their order.
+        spaces: (k, K_COLUMNS) of shapes: first those of what never moves, in the order in which
+            they were made.
+        space_of: (n,) space of each body.
+        items: (b + p, 2) space of each solid and then of each plane, and its place in what never
+            moves, or number of the shape.
     """
 
     shapes: Array
@@ -125,6 +131,9 @@ class Scene(NamedTuple):
     static_owner: Array
     bits: Array
     aabb_groups: Array
+    spaces: Array
+    space_of: Array
+    items: Array
 
 
 class Contacts(NamedTuple):
@@ -281,7 +290,7 @@ KINDS: dict[Any, tuple[Any, ...]] = {  # of the fields of each record, in their 
     Trees: (_2, _2, _N2, _N1, _N2, _2, _N1, _N2, _N1, _N1),
     Scene: (
         *(_2, _N2, _N1, _2, _2, _2, _N1, _2, _N2, _N2, _N1, _N2, _2, _N1, _2, _2, _N1, _N1, _N1),
-        *(_N1, Trees, _2, _N1, _N2, _N1, _2),
+        *(_N1, Trees, _2, _N1, _N2, _N1, _2, _2, _N1, _N2),
     ),
     Contacts: (_2, _N2, _N1),
     Constraints: (_2, _N2),
