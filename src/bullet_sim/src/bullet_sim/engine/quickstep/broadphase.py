@@ -5,7 +5,7 @@ import math
 from bullet_sim.engine.quickstep import layout as col
 from bullet_sim.engine.quickstep.boxes import box_overlap
 from bullet_sim.engine.quickstep.compiled import compiled, inlined, temporary
-from bullet_sim.engine.quickstep.order import place_spaces, sort_pairs
+from bullet_sim.engine.quickstep.order import is_mixed, place_spaces, sort_pairs
 from bullet_sim.engine.quickstep.state import Scene
 from bullet_sim.engine.quickstep.vectors import matrix, overlap, rotate
 from bullet_sim.pose import Array
@@ -155,9 +155,7 @@ def list_pairs(bodies: Array, sequence: Array, scene: Scene) -> int:
     n, kinds, firsts, bits, pairs = 0, scene.kinds, scene.firsts, scene.bits, scene.pairs
     plane_bits, planes = scene.plane_bits, len(scene.planes)
     has_static = len(scene.aabb_groups) > 0
-    sorts = has_static or planes > 1 or scene.counts[0] > 0
-    if sorts:
-        place_spaces(bodies, sequence, scene)
+    placed = False
     for meshes in (False, True):
         begin = n
         for i in range(scene.counts[0]):
@@ -176,6 +174,9 @@ def list_pairs(bodies: Array, sequence: Array, scene: Scene) -> int:
                         n = _add_pair(pairs, n, s, -1 - p, -1)
                 if has_static:
                     n = _list_static(s, meshes, n, kind, scene.models[body], scene)
-        if sorts:
+        if is_mixed(begin, n, pairs):
+            if not placed:
+                place_spaces(bodies, sequence, scene)
+                placed = True
             sort_pairs(begin, n, bodies, scene)
     return n

@@ -49,6 +49,16 @@ def place_spaces(bodies: Array, sequence: Array, scene: Scene) -> None:
 
 
 @inlined
+def is_mixed(begin: int, n: int, pairs: Array) -> bool:
+    """Whether pairs `begin` to before n have to be sorted: not all are with one shape that never
+    moves."""
+    for i in range(begin, n):
+        if pairs[i, 1] != pairs[begin, 1] or pairs[i, 2] >= 0:
+            return True
+    return False
+
+
+@inlined
 def _item(pair: Array, scene: Scene) -> int:
     """Row of Scene.items of what a pair's shape meets."""
     return len(scene.solids) - 1 - pair[1] if pair[1] < 0 else pair[1]
