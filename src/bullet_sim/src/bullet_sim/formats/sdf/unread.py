@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 from bullet_sim.xml_reader import Node
 
-NO, YES, ZERO = ("false", "0"), ("true", "1"), ("0",)
+NO, ZERO = ("false", "0"), ("0",)
 # Path from the root of its description in sdformat -> values with which there is no difference,
 # besides an empty text.
 UNREAD: dict[str, tuple[str, ...]] = {
@@ -42,7 +42,6 @@ UNREAD: dict[str, tuple[str, ...]] = {
     "heightmap/blend/min_height": (),
     "surface/contact/poissons_ratio": ("0.3",),
     "surface/contact/elastic_modulus": ("-1", "0"),
-    "surface/contact/category_bitmask": ("65535",),
     "camera/image/anti_aliasing": ("4",),
     "camera/lens/intrinsics/fx": ("1",),
     "camera/lens/intrinsics/fy": ("1",),
@@ -51,7 +50,6 @@ UNREAD: dict[str, tuple[str, ...]] = {
     "camera/lens/intrinsics/s": ZERO,
     "camera/save@enabled": NO,
     "sensor/enable_metrics": NO,
-    "imu/enable_orientation": YES,
 }
 _SKIPPED = ("plugin", "actor")  # what they contain is none of SDF, or is left out as a whole
 _BY_TAG: dict[str, list[tuple[str, ...]]] = {}
