@@ -12,7 +12,17 @@ from bullet_sim.controllers.drive import WheelDrive
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.plugins import actors, bases, cameras, drives, forces, inertial, lidars, servos
+from bullet_sim.plugins import (
+    actors,
+    bases,
+    cameras,
+    drives,
+    forces,
+    gazebo,
+    inertial,
+    lidars,
+    servos,
+)
 from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, TriggeredCameraSpec
 from bullet_sim.plugins.forces import ContactSpec
 from bullet_sim.plugins.lidars import RaySpec
@@ -65,7 +75,17 @@ def _bot(world):
 def test_every_specification_has_a_plugin():
     kinds = {
         kind
-        for module in (actors, bases, cameras, drives, forces, inertial, lidars, servos)
+        for module in (
+            actors,
+            bases,
+            cameras,
+            drives,
+            forces,
+            gazebo,
+            inertial,
+            lidars,
+            servos,
+        )
         for kind in vars(module).values()
         if isinstance(kind, type) and kind.__name__.endswith("Spec")
     }

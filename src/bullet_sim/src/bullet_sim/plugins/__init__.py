@@ -8,7 +8,17 @@ from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ModelError
-from bullet_sim.plugins import actors, bases, cameras, drives, forces, inertial, lidars, servos
+from bullet_sim.plugins import (
+    actors,
+    bases,
+    cameras,
+    drives,
+    forces,
+    gazebo,
+    inertial,
+    lidars,
+    servos,
+)
 from bullet_sim.plugins.registry import PLUGINS, SENSOR_PLUGINS, SensorReader
 from bullet_sim.plugins.xml import MissingPart, PluginXml, SensorXml, library
 from bullet_sim.registry import Registry
@@ -22,6 +32,7 @@ __all__ = [
     "cameras",
     "drives",
     "forces",
+    "gazebo",
     "inertial",
     "lidars",
     "parse_plugin",

@@ -56,6 +56,8 @@ RULES = {  # by the name of the library
     "diffdrive_plugin_multi_wheel": _BASE,
     "gazebo_ros_prosilica": _NONE,  # which publishes nothing
     "ActorPlugin": _NONE,
+    "DiffDrivePlugin": _NONE,
+    "InitialVelocityPlugin": _NONE,
     "PedestrianSFMPlugin": _NONE,
     "gazebo_ros_force": _NONE,
     "hector_servo_plugin": _NONE,
