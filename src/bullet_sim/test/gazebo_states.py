@@ -533,6 +533,23 @@ ROBOTS.update({
     "a sled against blocks": (SLED_WITH_BUMPERS, 0.0995, turn(("l", "r"), 4.0, 4.0)),
     "a sled pushes blocks": (SLED_WITH_BUMPERS, 0.0995, turn(("l", "r"), 4.0, 4.0)),
 })  # fmt: skip
+ROBOTS.update({
+    "a kinematic base": (
+        robot(BASE, WHEELS, tags("base", kinematic="true")),
+        0.12,
+        [(100, "fl_joint", "planar", 0.5, 0.4), (300, "fl_joint", "planar", 0.0, 0.0)],
+    ),
+    "an arm on a kinematic base": (
+        robot(
+            link("base", 2.0, 0.01, '<box size="0.2 0.2 0.1"/>'),
+            link("arm", 1.0, 0.01, center="0.2 0 0"),
+            joint("hinge", "revolute", "base", "arm", more=ARM),
+            tags("base", kinematic="true"),
+        ),
+        0.5,
+        [(200, "hinge", "effort", 4.0, 0.0)],
+    ),
+})  # fmt: skip
 CRATE, CAN = "<box><size>0.2 0.5 0.2</size></box>", "<radius>0.1</radius><length>0.2</length>"
 CAN, POST = f"<cylinder>{CAN}</cylinder>", "<radius>0.05</radius><length>0.5</length>"
 POST = f"<cylinder>{POST}</cylinder>"

@@ -253,6 +253,7 @@ def _merge(into: Link, link: Link, pose: Pose) -> None:
     for source, target in ((link.visuals, into.visuals), (_collisions(link), into.collisions)):
         target.extend(shape.at(pose) for shape in source)
     into.self_collide |= link.self_collide
+    into.kinematic |= link.kinematic
     if into.surface.friction is None and link.collisions:
         into.surface = _rotated(link.surface, pose)
 

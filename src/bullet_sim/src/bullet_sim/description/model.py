@@ -221,6 +221,7 @@ class Link:
     Attributes:
         gravity: False: the file disables gravity for it.
         self_collide: collides with other links of its model that have it.
+        kinematic: the solver 'ode' moves it as its velocity says: neither forces nor gravity do.
         decay: fractions of its linear and angular velocity that it loses in each step of the
             solver 'ode'.
     """
@@ -234,6 +235,7 @@ class Link:
     surface: Surface = field(default_factory=Surface)
     gravity: bool = True
     self_collide: bool = False
+    kinematic: bool = False
     decay: tuple[float, float] = (0.0, 0.0)
 
     def set_inertia(self, pose: Pose, moments: Sequence[float]) -> None:

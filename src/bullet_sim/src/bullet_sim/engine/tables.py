@@ -60,6 +60,9 @@ def body_row(link: Link, max_speed: float) -> Array:
     if link.collisions:  # the last counts
         surface = link.collisions[-1].surface or surface
     row[q.GRAVITY] = float(link.gravity)
+    if link.kinematic:  # as heavy as what never moves
+        row[q.MASS], row[q.GRAVITY] = q.INFINITE, 0.0
+        row[q.INVERSE : q.INVERSE + 9] = 0.0
     row[q.DECAY : q.DECAY + 2] = link.decay
     row[q.MAX_VEL] = MAX_SPEED if surface.max_speed is None else surface.max_speed
     row[q.MAX_VEL] = min(row[q.MAX_VEL], max_speed)

@@ -178,6 +178,7 @@ READ = {
     "material",
     "selfCollide",
     "self_collide",
+    "kinematic",
     "gravity",
     "turnGravityOff",
     "sensor",
@@ -463,6 +464,8 @@ def _link_flags(
     read_stiffness(element, link.surface, label)
     if is_true(_either(element, "selfCollide", "self_collide")):
         link.self_collide = True
+    if is_true(child_text(element, "kinematic", "false")):
+        link.kinematic = True
     return _material(element, model, label, resolve)
 
 

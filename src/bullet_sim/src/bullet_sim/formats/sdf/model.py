@@ -64,6 +64,7 @@ def read_surfaces(element: Node, link: Link, label: str, model: ModelDescription
         _combine(link.surface, surface, first=index == 0)
         surfaces.append(surface)
     link.self_collide = is_true(child_text(element, "self_collide", "false"))
+    link.kinematic = is_true(child_text(element, "kinematic", "false"))
     if not is_true(child_text(element, "gravity", "true")):
         link.gravity = False
     linear = child_number(element, "velocity_decay/linear", label, 0.0)

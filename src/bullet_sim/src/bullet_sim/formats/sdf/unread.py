@@ -23,7 +23,6 @@ UNREAD: dict[str, tuple[str, ...]] = {
     "scene/sky/clouds/mean_size": ("0.5",),
     "scene/sky/clouds/ambient": ("0.8 0.8 0.8 1",),
     "state/model/scale": ("1 1 1",),
-    "link/kinematic": NO,
     "joint/physics/ode/bounce": ZERO,
     "joint/physics/ode/max_force": ZERO,
     "joint/physics/ode/velocity": ZERO,
