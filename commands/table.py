@@ -20,6 +20,7 @@ COMMANDS = {
     "web": "the world on a page in a browser: 3-D, driving by keys or thumbs, cameras, plots",
     "replay": "make a replay, an HTML file that any browser opens, of a rosbag",
     "desk": "the window and rviz in a browser, from a machine without a screen",
+    "container": "the same in a container, for systems without a ROS 1: build the image, start it",
     "check": "start a launch file of yours and tell what came up",
     "ci": "build and test packages of yours as a CI does it: JUnit files, logs, films",
     "deps": "name the Debian packages that package.xml files ask for, and what Debian lacks",

@@ -27,8 +27,8 @@ FEDORA = 'NAME="Fedora Linux"\nID=fedora\nVERSION_ID=41\nPRETTY_NAME="Fedora Lin
 ARCH = 'NAME="Arch Linux"\nPRETTY_NAME="Arch Linux"\nID=arch\n'
 REFUSAL = (
     "run: {} has no ROS 1 that Paddock can use ({}): source one of your own for Python 3.8 to 3.13"
-    " (Noetic, ROS-O, RoboStack) and start ./run again, or take a container, with its desk in the "
-    "browser (docs/container.md)\n"
+    " (Noetic, ROS-O, RoboStack) and start ./run again, or take a container, with its page in the "
+    "browser: ./run container\n"
 )
 NO_APT = "no dpkg-query or apt-get"
 ONLY_JAMMY = "of all Ubuntus, 22.04 alone has a ROS 1 of its own that Paddock builds on"
