@@ -25,6 +25,7 @@ UNRUN = {
     r"/opt/ros/|/opt/paddock|~/catkin_ws|devel/setup": "a ROS or a workspace that the reader has",
     r"^git clone": "the network; tests/lint/test_links.py holds what REPOSITORY is",
     r"^(podman|sudo|apt-get)|apt ": "changes the machine; .github/workflows builds the image",
+    r"^./run container\b": "builds an image: test_run_container.py",
     r"^(rm|mkdir|sed|cd|ssh|export|pip|\.|source) ": "a tool that is not ours",
     r"husky|turtlebot3|my_car|my_lab|TURTLEBOT": "packages that the reader fetches; test_check.py",
     r"^./run (setup|bare|docs|ci|soak|bench|test|ruff)\b": "./run bare and CI do them",
