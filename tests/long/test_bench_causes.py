@@ -8,6 +8,8 @@ import tempfile
 import unittest
 from pathlib import Path
 
+from paddock_common.testing import enter_class_context
+
 BENCH = Path(__file__).resolve().parents[2] / "bench"
 sys.path.insert(0, str(BENCH))
 
@@ -30,12 +32,12 @@ class Causes(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.folder = cls.enterClassContext(tempfile.TemporaryDirectory())
+        cls.folder = enter_class_context(cls, tempfile.TemporaryDirectory())
         file = causes.write(cls.folder, "lidar")
-        log = cls.enterClassContext(open(os.path.join(cls.folder, "log"), "w"))
+        log = enter_class_context(cls, open(os.path.join(cls.folder, "log"), "w"))
         arguments = [f"world_name:={file}", "gui:=false"]
         launched = "gazebo_ros", "empty_world.launch"
-        cls.launch = cls.enterClassContext(Launch(log, arguments, launched))
+        cls.launch = enter_class_context(cls, Launch(log, arguments, launched))
 
     def record(self, plan):
         """Runs record.py with a plan; the process and its output file."""

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from paddock_common.testing import executable
+from paddock_common.testing import enter_class_context, executable
 from shared_worlds import SEEING_CAR as LAUNCH  # noqa: F401
 from sim_client import Recorder, wait_for_car, wait_until
 from vnc_client import ROW, VncClient, wait_for_window
@@ -48,7 +48,7 @@ class DeskTest(unittest.TestCase):
         (Path(folder.name) / "vnc.html").write_text(PAGE)
         desk.PAGE = folder.name
         cls.desk = desk.Desk(os.environ, "1200x700")
-        cls.enterClassContext(cls.desk)
+        enter_class_context(cls, cls.desk)
         cls.window = subprocess.Popen(
             [executable("deepracer_teleop", "teleop")], env=cls.desk.environ
         )

@@ -15,6 +15,7 @@ import rospy
 from gazebo_msgs.srv import GetPhysicsProperties, SetPhysicsProperties
 from launches import Launch
 from nav_msgs.msg import Odometry
+from paddock_common.testing import enter_class_context
 from sensor_msgs.msg import JointState, LaserScan
 from sim_client import START_LIMIT, Recorder, world_time
 from std_srvs.srv import Trigger
@@ -49,7 +50,7 @@ class Rates(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.enterClassContext(Launch("bot_world.launch", real_time_factor=cls.STARTED))
+        enter_class_context(cls, Launch("bot_world.launch", real_time_factor=cls.STARTED))
         cls.recorders = {topic: Recorder(topic, kind) for topic, (kind, _) in PERIODS.items()}
         for recorder in cls.recorders.values():
             cls.addClassCleanup(recorder.close)

@@ -283,7 +283,7 @@ def test_gazebo_ros_is_ours_in_our_shells_alone(tmp_path, shell):
         )  # fmt: skip
         there = dict(entry.split("=", 1) for entry in done.stdout.split("\0")[:-1])
         ours = environment.activated(dict(there))
-        find = ["/usr/bin/rospack", "find", "gazebo_ros"]
+        find = [shutil.which("rospack"), "find", "gazebo_ros"]
         return [
             subprocess.run(find, env=each, check=True, capture_output=True, text=True).stdout
             for each in (there, ours)

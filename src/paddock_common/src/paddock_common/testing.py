@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable, Iterator
 from http.server import BaseHTTPRequestHandler, HTTPServer
 from pathlib import Path
 from typing import Any, TypeVar
+from unittest import TestCase
 
 from paddock_common.master import ERRORS, proxy
 
@@ -88,6 +89,13 @@ def start_x_server(size: str) -> tuple[subprocess.Popen[bytes], str]:
         number = stream.readline().strip()
     assert number, "Xvfb did not start"
     return process, f":{number}"
+
+
+def enter_class_context(case: type[TestCase], context: contextlib.AbstractContextManager[T]) -> T:
+    """Enters a context for all tests of a class, as enterClassContext() of Python 3.11 does."""
+    entered = context.__enter__()
+    case.addClassCleanup(context.__exit__, None, None, None)
+    return entered
 
 
 def is_running(pid: int) -> bool:

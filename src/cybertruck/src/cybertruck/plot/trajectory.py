@@ -94,7 +94,7 @@ def plot(trajectory, path, title="", labels=("x in /odom [m]", "y in /odom [m]")
     Args:
         trajectory: Trajectory with at least one pose.
     """
-    figure, axes = pyplot.subplots(figsize=(7.0, 7.0), layout="constrained")
+    figure, axes = pyplot.subplots(figsize=(7.0, 7.0), constrained_layout=True)
     try:
         _plot_path(axes, trajectory)
         _plot_goals(axes, trajectory)
