@@ -1,5 +1,7 @@
 """Environments side by side: each as alone, to the bit; seeds, new starts, errors, memory."""
 
+import subprocess
+import sys
 import threading
 
 import gymnasium
@@ -143,6 +145,17 @@ def test_each_thread_has_its_own_environments():
         worlds.each(lambda index: 1 // (index - 3))
     assert worlds.each(lambda index: 2 * index) == [0, 2, 4, 6, 8]
     worlds.close()
+
+
+@pytest.mark.parametrize("end", ["", "import atexit; atexit.register(env.close)", "env.close()"])
+def test_what_is_not_closed_ends_with_python_without_a_word(end):
+    text = "import gymnasium, paddock_gym\n"
+    text += "env = gymnasium.make_vec(paddock_gym.IDS[0], num_envs=2)\n"
+    text += f"env.reset(seed=1)\n{end}\nprint('done')"
+    found = subprocess.run(
+        [sys.executable, "-c", text], capture_output=True, text=True, timeout=100, check=False
+    )
+    assert (found.returncode, found.stdout, found.stderr) == (0, "done\n", "")
 
 
 def test_memory_of_one_more_car():

@@ -67,8 +67,9 @@ class Worlds:
         return results
 
     def close(self) -> None:
-        """Close the environments and end the threads."""
-        if self.envs:
+        """Close the environments and end the threads; at Python's end these have ended already, and
+        what the environments hold goes with the process."""
+        if self.envs and threading.main_thread().is_alive():
             self.each(lambda index: self.envs[index].close())
         self.envs = []
         for thread in self._threads:
