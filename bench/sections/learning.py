@@ -191,11 +191,12 @@ def trainings(quick, log):
     """Reports of trainings as of ./run train first, of several seeds and both kinds of workers."""
     found = []
     for seed in range(1 if quick else SEEDS):
-        for threads in (False, True):
+        for threads in (True, False):
             with tempfile.TemporaryDirectory() as folder:
                 table = {
                     "name": "bench", "folder": os.path.join(folder, "bench"), "resume": False,
-                    "workers": 2 * len(os.sched_getaffinity(0)), "seed": seed, "threads": threads,
+                    "workers": 10 if threads else 2 * len(os.sched_getaffinity(0)), "seed": seed,
+                    "threads": threads, "until_laps": True,
                 }  # fmt: skip
                 words = [sys.executable, "-m", "paddock_gym.training.cli", json.dumps(table)]
                 subprocess.run(words, check=True, stdout=subprocess.DEVNULL)

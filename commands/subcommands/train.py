@@ -23,6 +23,7 @@ OBSERVATIONS = ("state", "lidar", "camera")
 RACES = ("time_trial", "object_avoidance", "head_to_bot")
 RANDOM = ("start", "friction", "mass", "latency", "camera", "light", "colours")
 STEPS = {"state": 60_000, "lidar": 200_000, "camera": 300_000, "backing": 200_000}
+WORLDS = 10  # side by side: as many as there are starts that end a training
 ENVS = ("deepracer", "backing")
 OF_THE_CAR = ("track", "observation", "reward", "metadata", "race", "randomize", "walls")
 
@@ -82,8 +83,18 @@ def add_arguments(parser):
         help=f"of {', '.join(RANDOM)}, separated by commas; or all, or nothing (default: start)",
     )
     add("--walls", action="store_true", default=None, help="walls along the lane, for the lidar")
-    add("--steps", metavar="N", type=_number("steps", 1), help="actions in all (60000 for state)")
-    add("--workers", metavar="N", type=_number("workers", 1), help="processes (twice the cores)")
+    add(
+        "--steps",
+        metavar="N",
+        type=_number("steps", 1),
+        help="actions in all (until all laps succeed)",
+    )
+    add(
+        "--workers",
+        metavar="N",
+        type=_number("workers", 1),
+        help="processes (twice the cores; for state 10 threads)",
+    )
     add(
         "--threads",
         action="store_true",
@@ -127,8 +138,16 @@ def wanted(options):
         observation = table.setdefault("observation", ["state"])
         backing = table.get("env") == "backing"
         kinds = ["backing"] if backing else observation
+        if "steps" not in table and not backing and "ray" not in table:
+            table["until_laps"] = True
         table.setdefault("steps", max(STEPS[name] for name in kinds))
+        if not {"workers", "ray", "threads"} & set(table) and kinds == ["state"]:
+            table["threads"] = True
+        if table.get("threads"):
+            table.setdefault("workers", WORLDS)
         table.setdefault("workers", 0 if "ray" in table else max_processes())
+    elif "steps" in table:
+        table["until_laps"] = False
     table["folder"] = os.path.join(OUT, "train", options.name)
     return table
 

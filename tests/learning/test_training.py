@@ -53,6 +53,17 @@ def test_a_car_learns_to_drive_from_its_state(training):
     assert report["mean_lap_time"] < report["track_length"] / 1.5  # [s]: 1.5 m/s and more
 
 
+def test_a_training_ends_by_itself_as_soon_as_all_unseen_starts_are_laps(training):
+    report = training.run(threads=True, workers=10, until_laps=True)
+    assert report["until_laps"] and not report["interrupted"]
+    assert report["laps"] == report["evaluated_starts"] == 10, report["ends"]
+    assert report["steps"] < 15_000
+    assert (
+        training.run(resume=True, until_laps=False, steps=report["steps"] + 640)["steps"]
+        > (report["steps"])
+    )
+
+
 def test_threads_give_what_environments_one_after_the_other_give():
     from paddock_gym.training.worker import make
     from paddock_gym.training.workers import Threads

@@ -36,14 +36,34 @@ def parsed(module, name, *words):
 def test_a_training_of_nothing_but_defaults():
     table = train.wanted(parsed(train, "train"))
     assert os.path.basename(table.pop("folder")) == "first"
-    workers = 2 * len(os.sched_getaffinity(0))
     assert table == {
         "name": "first",
         "observation": ["state"],
         "steps": train.STEPS["state"],
-        "workers": workers,
+        "until_laps": True,
+        "workers": train.WORLDS,
+        "threads": True,
         "resume": False,
     }
+
+
+@pytest.mark.parametrize(
+    "words, until_laps, threads, workers",
+    [
+        (["--observation", "camera"], True, None, train.max_processes()),
+        (["--observation", "camera", "--threads"], True, True, train.WORLDS),
+        (["--workers", "2"], True, None, 2),
+        (["--steps", "900"], None, True, train.WORLDS),
+        (["--env", "backing"], None, None, train.max_processes()),
+        (["--ray", "auto"], None, None, 0),
+        (["--resume", "--steps", "900"], False, None, None),
+        (["--resume"], None, None, None),
+    ],
+)
+def test_when_a_training_ends_and_its_workers(words, until_laps, threads, workers):
+    table = train.wanted(parsed(train, "train", *words))
+    found = tuple(table.get(name) for name in ("until_laps", "threads", "workers"))
+    assert found == (until_laps, threads, workers)
 
 
 def test_a_training_with_everything(tmp_path):
@@ -91,7 +111,7 @@ def test_what_is_random_is_refused_here_as_in_the_gym(value):
 def test_resume_changes_only_what_is_given():
     table = train.wanted(parsed(train, "train", "fast", "--resume", "--steps", "9"))
     del table["folder"]
-    assert table == {"name": "fast", "resume": True, "steps": 9}
+    assert table == {"name": "fast", "resume": True, "steps": 9, "until_laps": False}
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,8 @@ from paddock_gym.ids import BACKING
 from paddock_gym.policy.description import PolicyDescription
 from paddock_gym.policy.export import export
 from paddock_gym.training import monitor
+from paddock_gym.training.examination import STARTS
 
-STARTS = 10  # of the evaluation at the end
 POLICY, FILM, REPLAY = "policy.onnx", "best_lap.mp4", "replay.html"
 
 
@@ -125,7 +125,7 @@ def _write_better(folder, model, env, description, evaluate):
     Args:
         evaluate: function of a policy's path: (score, runs).
     """
-    best = os.path.join(folder, "best.zip")
+    best = os.path.join(folder, monitor.BEST)
     candidates = {"last": model}
     if os.path.exists(best):
         candidates["best"] = PPO.load(best, device="cpu")

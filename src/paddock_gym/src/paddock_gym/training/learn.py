@@ -11,7 +11,8 @@ from stable_baselines3.common.logger import configure
 from paddock_gym.contract.hyperparameters import write_json
 from paddock_gym.training import algorithm, checkpoint
 from paddock_gym.training.algorithm import Features
-from paddock_gym.training.finish import STARTS, finish, success
+from paddock_gym.training.examination import STARTS
+from paddock_gym.training.finish import finish, success
 from paddock_gym.training.monitor import TrainingMonitor
 from paddock_gym.training.workers import Threads, Workers, factory
 
@@ -41,8 +42,9 @@ def train(settings, folder, resume=False, log=print, ray=None):
         model.set_logger(configure(folder, ["csv"]))
         with StopRequest() as stop:  # Ctrl-C stops the training cleanly
             monitor = TrainingMonitor(
-                folder, settings.steps, log, stop.requested, *success(settings)
-            )
+                folder, settings.steps, log, stop.requested, *success(settings),
+                settings.until_laps,
+            )  # fmt: skip
             model.learn(
                 max(0, settings.steps - already), callback=monitor, reset_num_timesteps=not resume
             )
@@ -58,6 +60,7 @@ def train(settings, folder, resume=False, log=print, ray=None):
         "steps_this_time": model.num_timesteps - already,
         "seconds_this_time": round(seconds, 1),
         "interrupted": stop.requested(),
+        "until_laps": monitor.passed,
         "workers_lost": lost,
         **finish(settings, folder, model),
     }
@@ -101,7 +104,7 @@ def _model(settings, folder, workers, resume):
     policy = "CnnPolicy" if names == ("camera",) else "MlpPolicy"
     if len(names) > 1:
         policy = "MultiInputPolicy"
-    arguments = settings.algorithm()
+    arguments = settings.algorithm(not isinstance(workers, (Threads, Workers)))
     return algorithm.of(settings, workers)(
         policy, workers, seed=settings.seed, device="cpu", policy_kwargs=network, **arguments
     )

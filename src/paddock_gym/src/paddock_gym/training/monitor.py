@@ -13,12 +13,14 @@ from paddock_gym.course import LAP
 from paddock_gym.errors import RewardError
 from paddock_gym.evaluation import plots
 from paddock_gym.training.checkpoint import save
+from paddock_gym.training.examination import all_laps
 from paddock_gym.training.worker import LOGGED_KEYS, LOST
 
 RECENT = 40  # runs of a success rate
+PROMISING = 1  # laps among them before the policy is examined
 PRINT_PERIOD = 5.0  # [s] of wall time
 CHECKPOINT_PERIOD = 30.0  # [s] of wall time
-EPISODES = "episodes.csv"
+EPISODES, BEST = "episodes.csv", "best.zip"
 COLUMNS = ("step", "wall_time", "reward", "length", *LOGGED_KEYS)
 
 
@@ -31,17 +33,21 @@ class TrainingMonitor(BaseCallback):
         stop: function without arguments: whether a stop was requested.
         good: end of a successful run.
         noun: for several of those.
+        examined: whether the training ends as soon as the policy makes laps from all unseen starts.
 
     Attributes:
+        passed: whether it did.
         best: (laps or arrivals, -their mean time) of the best RECENT runs so far.
     """
 
-    def __init__(self, folder, steps, log=print, stop=lambda: False, good=LAP, noun="laps"):
+    def __init__(self, folder, steps, log=print, stop=lambda: False, good=LAP, noun="laps",
+                 examined=False):  # fmt: skip
         super().__init__()
         self._good, self._noun = good, noun
         self._folder, self._steps, self._log, self._stop = folder, steps, log, stop
         self._recent, self.best = deque(maxlen=RECENT), (0, 0.0)
-        self._path = os.path.join(folder, EPISODES)
+        self._examined, self._next, self.passed = examined, 0, False
+        self._path, self._best = (os.path.join(folder, name) for name in (EPISODES, BEST))
 
     def _on_training_start(self):
         self._started_at = self._printed = self._saved = time.monotonic()
@@ -63,7 +69,20 @@ class TrainingMonitor(BaseCallback):
         now = time.monotonic()
         if now - self._printed > PRINT_PERIOD:
             self._log_line()
-        return not self._stop()
+        return not (self.passed or self._stop())
+
+    def _on_rollout_start(self):
+        if not self._examined or self.score()[0] < PROMISING or self.num_timesteps < self._next:
+            return
+        model = self.model
+        self.passed, taken = all_laps(model, model.env, self._stop)
+        self._next = self.num_timesteps + taken  # training has at least half of the actions
+        if self.passed:
+            self._log(f"train: laps from all unseen starts after {self.num_timesteps} steps")
+            if os.path.exists(self._best):
+                os.remove(self._best)  # what has passed is to be kept
+        model._last_obs = model.env.reset()  # stable-baselines3 has no other way to start runs anew
+        model._last_episode_starts[:] = True
 
     def _log_line(self):
         self._printed, self._logged = time.monotonic(), True
@@ -82,7 +101,7 @@ class TrainingMonitor(BaseCallback):
         score = self.score()
         if len(self._recent) == RECENT and score > self.best:
             self.best = score
-            self.model.save(os.path.join(self._folder, "best.zip"))
+            self.model.save(self._best)
         if time.monotonic() - self._saved > CHECKPOINT_PERIOD:
             self._saved = time.monotonic()
             save(self.model, self._folder)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from dataclasses import asdict, dataclass
 
@@ -12,7 +13,8 @@ from paddock_gym.ids import BACKING, ENVS
 
 FILE = "settings.json"
 
-MAY_CHANGE = ("steps", "workers", "threads")  # by --resume
+MAY_CHANGE = ("steps", "until_laps", "workers", "threads")  # by --resume
+ROLLOUT, BATCH = 512, 128  # actions of an update in all, of one of its steps
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,7 @@ class Settings:
         metadata: absolute path of a model_metadata.json, or "".
         hyperparameters: absolute path of a hyperparameters.json, or "".
         steps: actions of the full training.
+        until_laps: it ends before, as soon as the policy makes laps from all unseen starts.
         workers: processes or Ray actors with one car each; 0: one for each processor of Ray.
         threads: workers are worlds in threads of one process, not processes or actors.
         seed: of the network, the starts and the noise.
@@ -45,6 +48,7 @@ class Settings:
     metadata: str = ""
     hyperparameters: str = ""
     steps: int = 60_000
+    until_laps: bool = False
     workers: int = 4
     threads: bool = False
     seed: int = 0
@@ -70,8 +74,12 @@ class Settings:
             "colour": self.colour,
         }
 
-    def algorithm(self):
-        """Keyword arguments of PPO."""
+    def algorithm(self, actors=False):
+        """Keyword arguments of PPO.
+
+        Args:
+            actors: whether workers are actors, which drive alone for longer.
+        """
         with_images = "camera" in self.observation
         arguments = {
             "n_steps": 512,
@@ -84,6 +92,11 @@ class Settings:
         }
         if self.hyperparameters:
             arguments.update(_of_file(hyperparameters.load(self.hyperparameters)))
+        elif self.observation == ("state",) and self.env != BACKING and not actors:
+            # small updates, in whole batches: laps after the fewest actions
+            part = BATCH // math.gcd(BATCH, self.workers)
+            count = part * max(1, round(ROLLOUT / self.workers / part))
+            arguments.update(n_steps=count, batch_size=BATCH)
         return arguments
 
     def save(self, folder):
