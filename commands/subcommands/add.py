@@ -24,6 +24,7 @@ from commands.subcommands import deps, setup
 USAGE = "[--from FOLDER] NAME|URL ... | --list"
 FOLDER = os.path.join(ROOT, "config", "sources")
 ARCHIVES = {".tar": "tar", ".tar.gz": "tar", ".tgz": "tar", ".tar.bz2": "tar", ".zip": "zip"}
+ATTEMPTS = 3  # at bringing a repository
 URL = re.compile(r"(?:[a-z+]+://|[\w.-]+@[\w.-]+:).+")
 
 
@@ -198,22 +199,26 @@ def bring(repository, folder=None):
         f"repositories:\n  {found.name}:\n    type: {found.kind}\n    url: {found.url}\n{version}",
     )
     say(f"{relative(target)}: {found.url} {found.version}".rstrip())
-    done = subprocess.run(
-        [deps.VCS, "import", "--input", path, SOURCES],
-        env={**os.environ, "GIT_TERMINAL_PROMPT": "0"},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-    )
-    if done.returncode != 0:
+    for _ in range(ATTEMPTS):
+        done = subprocess.run(
+            [deps.VCS, "import", "--retry", "0", "--input", path, SOURCES],
+            env={**os.environ, "GIT_TERMINAL_PROMPT": "0", "LC_ALL": "C"},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            check=False,
+        )
+        if done.returncode == 0:
+            break
         import shutil
 
-        shutil.rmtree(target, ignore_errors=True)  # half of it is none
+        shutil.rmtree(target, ignore_errors=True)  # half of it is none, and stops the next attempt
+    else:
         lines = [line for line in done.stdout.splitlines() if line.strip(" .=E")]
+        causes = [line for line in lines if re.search(r"\b(fatal|error):", line)]
         what = f"{found.url} {found.version}".rstrip()
-        raise CommandError(f"{what} cannot be brought", *lines[-3:])
+        raise CommandError(f"{what} cannot be brought", *(causes or lines[-3:])[:3])
     bring_submodules(target, folder)
 
 

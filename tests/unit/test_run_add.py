@@ -169,6 +169,21 @@ def test_submodules_come_with_their_repository(sources, here, tmp_path, capsys):
     assert f"left out: submodule {here}/robot/lost (git@github.com:nobody/lost.git): " in said
 
 
+def test_what_cannot_be_brought_is_named_by_its_first_cause(here, tmp_path):
+    robot = package(tmp_path / "from" / "robot", "robot")
+    git(robot, "init", "-q", "-b", "noetic")
+    git(robot, "add", ".")
+    git(robot, "commit", "-q", "-m", "first")
+    words = ["git", "-C", str(robot), "rev-parse", "HEAD:package.xml"]
+    blob = subprocess.run(words, check=True, capture_output=True, text=True).stdout.strip()
+    repository = add.Repository("robot", "git", "https://example.org/robot.git", "noetic")
+    (robot / ".git" / "objects" / blob[:2] / blob[2:]).unlink()
+    with pytest.raises(CommandError, match=r"/robot noetic cannot be brought") as error:
+        add.bring(repository, str(robot.parent))
+    assert f"unable to read sha1 file of package.xml ({blob})" in "\n".join(error.value.advice)
+    assert not (here / "robot").exists()
+
+
 def test_of_two_packages_of_a_name_one_is_used(here, capsys):
     old = package(here / "first" / "my_robot", "my_robot")
     new = package(here / "second" / "my_robot", "my_robot")
