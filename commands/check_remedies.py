@@ -36,6 +36,10 @@ ADDED = {
     ),
     **dict.fromkeys(("gmapping", "openslam_gmapping", "slam_gmapping"), "gmapping"),
     **dict.fromkeys(
+        ("rosapi", "rosauth", "rosbridge_library", "rosbridge_msgs", "rosbridge_server"),
+        "rosbridge_suite",
+    ),
+    **dict.fromkeys(
         (
             "turtlebot3_bringup",
             "turtlebot3_description",
@@ -78,8 +82,6 @@ SOURCES = {
         "PR2/pr2_common": ("pr2_description", "pr2_msgs"),
         "locusrobotics/robot_navigation": ("dlux_global_planner", "dwb_local_planner", "nav_core2"),
         "IntelRealSense/realsense-ros#ros1-legacy": ("realsense2_description",),
-        "GT-RAIL/rosauth": ("rosauth",),
-        "RobotWebTools/rosbridge_suite#ros1": ("rosapi", "rosbridge_library", "rosbridge_server"),
         "introlab/rtabmap_ros": ("rtabmap_ros",),
         "agilexrobotics/scout_ros": ("scout_base", "scout_bringup", "scout_msgs"),
         "agilexrobotics/ugv_gazebo_sim": ("scout_control", "scout_description", "scout_gazebo_sim"),
