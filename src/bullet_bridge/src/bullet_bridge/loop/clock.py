@@ -19,6 +19,7 @@ from bullet_bridge.transport.publishing import publisher
 
 PACKETS = 200.0  # [Hz] of simulated time: of messages on /clock that leave together
 MAX_PACKET = 1000  # messages on /clock that leave together; after a longer jump one goes alone
+COUNTED = 600  # periods over which a mean is taken
 CLOCK_GAP = 0.002  # [s] minimum wall time between two messages on /clock when running free ...
 CLOCK_STRIDE = 0.05  # [s] ... and maximum simulated time
 
@@ -72,6 +73,24 @@ def whole_rate(
     while not passed(_seconds(steps * nanoseconds), 1.0 / rate):
         steps += 1
     return 1.0 / (steps * time_step)
+
+
+def passed_rate(rate: float, limit: float, time_step: float) -> float:
+    """Mean rate [Hz] of what is left of messages when those are left out that come too soon.
+
+    Of 30 Hz with steps of 1 ms a limit of 30 Hz leaves 20 Hz: each third period is 34 ms, and the
+    others are shorter than 1/30 s.
+
+    Args:
+        rate: [Hz] of a Schedule; limit: [Hz]: they are 1 / limit apart; time_step: [s].
+    """
+    period = 1.0 / limit - 1e-9
+    passed, last = 0, -math.inf
+    for k in range(COUNTED):
+        time = round(k / (rate * time_step)) * time_step
+        if time - last >= period:
+            passed, last = passed + 1, time
+    return passed * rate / COUNTED
 
 
 def _seconds(nanoseconds: int) -> float:

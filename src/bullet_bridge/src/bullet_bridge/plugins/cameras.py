@@ -29,7 +29,7 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from sensor_msgs.srv import SetCameraInfo, SetCameraInfoResponse
 from std_msgs.msg import Empty, String
 
-from bullet_bridge.loop.clock import whole_rate
+from bullet_bridge.loop.clock import passed_rate, whole_rate
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
 from bullet_bridge.plugins.compressed import CompressedImages
 from bullet_bridge.transport import conversions
@@ -296,6 +296,12 @@ class CameraSensor(Sensor):
         rate = super()._rate()
         return whole_rate(rate, self.world.time_step) if self._is_free else rate
 
+    @property
+    def nominal_rate(self) -> float:
+        """Images a second [Hz] of simulated time that the rates of sensor and plugin leave."""
+        rate, limit = self._rate(), self.spec.plugin_rate
+        return rate if limit <= 0.0 else passed_rate(rate, limit, self.world.time_step)
+
     def restart(self, time: float) -> None:
         """The next image is soon enough."""
         super().restart(time)
@@ -480,6 +486,11 @@ class DepthCameraSensor(CameraSensor):
         self._depth = self.publisher(spec.depth_topic, Image, relayed=False)
         self._depth_info = self.publisher(spec.depth_info_topic, CameraInfo, relayed=False)
         self._points = self.publisher(spec.points_topic, PointCloud2, relayed=False)
+
+    @property
+    def nominal_rate(self) -> float:
+        """That of the sensor: the plugin's is that of camera_info."""
+        return self._rate()
 
     def update(self, time: float, period: float) -> None:
         """Have an image rendered; the plugin's rate is that of camera_info."""

@@ -124,7 +124,9 @@ class Describer:
                 {
                     "topic": plugin.spec.topic,
                     "type": plugin.message_type(),
-                    "rate": getattr(plugin.spec, "rate", 0.0) or 1.0 / self._world.time_step,
+                    "rate": plugin.nominal_rate
+                    if isinstance(plugin, CameraSensor)
+                    else getattr(plugin.spec, "rate", 0.0) or 1.0 / self._world.time_step,
                     "link": plugin.spec.link,
                     "is_camera": isinstance(plugin, CameraSensor),
                 }
