@@ -90,7 +90,7 @@ def before_configuration(users, is_there):
     Returns:
         List of LeftOut; packages that need another one of it follow it.
     """
-    wanted = {name: _components(folder) for name, folder in users.items()}
+    wanted = {name: components_of(folder) for name, folder in users.items()}
     found = {}
     while True:
         more = {}
@@ -105,7 +105,7 @@ def before_configuration(users, is_there):
         found.update(sorted(more.items()))
 
 
-def _components(folder):
+def components_of(folder):
     """Lists the components of catkin that the CMakeLists.txt of a package requires in any case."""
     text = re.sub(r"#.*", "", read(os.path.join(folder, "CMakeLists.txt")))
     found, depth = [], 0

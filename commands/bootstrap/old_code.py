@@ -7,7 +7,7 @@ not changed: config/cmake/users_packages.cmake adds options to their targets.
 import os
 import re
 
-from commands.bootstrap import ros
+from commands.bootstrap import left_out, ros
 from commands.paths import BUILD, ROOT, read, write
 
 HOOK = os.path.join(ROOT, "config", "cmake", "users_packages.cmake")
@@ -23,6 +23,8 @@ _STANDARD = re.compile(
     r"std=(?:c|gnu)\+\+(?:98|03|0x|11|1y|14)\b|CXX_STANDARD\s+\"?(?:98|11|14)\b|cxx_std_(?:98|11|14)\b"
 )
 _COMMENT = re.compile(r"#.*")
+_DEPEND = re.compile(r"<(\w*depend)\b[^>]*>\s*([\w-]+)\s*</")
+BUILD_TAGS = ("depend", "build_depend", "buildtool_depend")  # by which catkin orders packages
 WORDS = {
     "placeholders": "boost's placeholders _1, _2 ... in the global namespace",
     "headers": "headers under their old names",
@@ -55,6 +57,36 @@ def needs_of(folder):
         if name not in cmake and sources and any(used.search(text) for text in sources):
             found.append(f"boost_{name}")
     return found
+
+
+def forgotten(name, packages):
+    """Lists packages with messages that a package finds as components of catkin, and whose place
+    before it in the build no package.xml asks for.
+
+    Args:
+        name: The package's name.
+        packages: All packages of the workspace: of each name its folder.
+    """
+    asked = [each for each in left_out.components_of(packages[name]) if each in packages]
+    before, found = set(), _asked_for(packages[name], BUILD_TAGS)
+    while found:
+        before |= found
+        found = {
+            each
+            for other in found & packages.keys()
+            for each in _asked_for(packages[other])
+            if each not in before
+        }
+    return [each for each in asked if each not in before and _has_messages(packages[each])]
+
+
+def _asked_for(folder, tags=None):
+    text = re.sub(r"<!--.*?-->", "", read(os.path.join(folder, "package.xml")), flags=re.S)
+    return {name for tag, name in _DEPEND.findall(text) if tags is None or tag in tags}
+
+
+def _has_messages(folder):
+    return "generate_messages(" in _COMMENT.sub("", read(os.path.join(folder, "CMakeLists.txt")))
 
 
 def _texts(folder):
@@ -99,22 +131,27 @@ def _needs_standard():
     return False
 
 
-def prepare(packages):
+def prepare(packages, workspace):
     """Writes what the build includes for packages.
 
     Args:
         packages: Of each name the folder.
+        workspace: The same of all packages that are built with them.
 
     Returns:
         Lines that say what is helped.
     """
     lines, said = [f'set(PADDOCK_HEADERS "{HEADERS}")\n'], []
     for name, folder in sorted(packages.items()):
-        needs = needs_of(folder)
+        missing = forgotten(name, {**workspace, name: folder})
+        needs = needs_of(folder) + [f"messages_{each}" for each in missing]
         if needs:
             lines.append(f'set("paddock_help_{folder}" "{";".join(needs)}")\n')
-            words = [WORDS.get(need, f"lib{need}") for need in needs]
-            said.append(f"{name} is built with {', '.join(words)}")
+            words = [WORDS.get(need, f"lib{need}") for need in needs if need[:9] != "messages_"]
+            if words:
+                said.append(f"{name} is built with {', '.join(words)}")
+            if missing:
+                said.append(f"{name} uses {', '.join(missing)}: no build_depend of its package.xml")
     if read(HELP) != "".join(lines):
         write(HELP, "".join(lines))
     return said

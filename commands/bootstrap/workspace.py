@@ -327,7 +327,7 @@ def _build(step):
             os.remove(stamp)
     write(BUILT, "".join(f"{name}\n" for name in folders))
     users = {name: path for name, path in users.items() if name not in hidden}
-    for line in old_code.prepare(users):
+    for line in old_code.prepare(users, manifests_of(SOURCES)):
         step.note(line)
     environ = _environment(folder)
     refused = yield from _configure(step, environ, users)

@@ -1,9 +1,25 @@
 # Helps old C++ of packages that a user has put into src/. CMake includes this file after each
 # project(); ./run writes PADDOCK_HELP, which sets for the folder of each such package what it needs:
-# a list of placeholders, headers, standard, boost_NAME. Packages that need nothing are left alone.
+# a list of placeholders, headers, standard, boost_NAME, messages_NAME. Packages that need nothing
+# are left alone.
 
 if(NOT DEFINED PADDOCK_HELP OR NOT EXISTS "${PADDOCK_HELP}")
   return()
+endif()
+# Without tests catkin refuses these where they are not in if(CATKIN_ENABLE_TESTING), which they may
+# be left out of where tests are built, as is usual. Programs are declared, but no part of `all`.
+if(NOT CATKIN_ENABLE_TESTING AND NOT PROJECT_NAME STREQUAL "Project")
+  foreach(name IN ITEMS catkin_run_tests_target catkin_add_nosetests catkin_download_test_data)
+    function(${name})
+    endfunction()
+  endforeach()
+  foreach(name IN ITEMS catkin_add_gtest catkin_add_gmock
+      catkin_add_executable_with_gtest catkin_add_executable_with_gmock)
+    function(${name} target)
+      cmake_parse_arguments(test "EXCLUDE_FROM_ALL" "TIMEOUT;WORKING_DIRECTORY" "" ${ARGN})
+      add_executable(${target} EXCLUDE_FROM_ALL ${test_UNPARSED_ARGUMENTS})
+    endfunction()
+  endforeach()
 endif()
 include("${PADDOCK_HELP}")
 if(NOT DEFINED "paddock_help_${CMAKE_CURRENT_SOURCE_DIR}")
@@ -12,6 +28,21 @@ endif()
 if(CMAKE_VERSION VERSION_LESS 3.19)
   return()  # no DEFER
 endif()
+# Messages of a package of src/ that package.xml forgets, so that it may be configured later: what
+# find_package() needs of it, without the targets that it will make.
+foreach(each IN LISTS "paddock_help_${CMAKE_CURRENT_SOURCE_DIR}")
+  if(each MATCHES "^messages_(.+)")
+    set(name "${CMAKE_MATCH_1}")
+    set(folder "${CMAKE_BINARY_DIR}/forgotten/${name}")
+    file(WRITE "${folder}/${name}Config.cmake" "set(${name}_FOUND_CATKIN_PROJECT TRUE)
+set(${name}_INCLUDE_DIRS \"${CATKIN_DEVEL_PREFIX}/include\")
+set(${name}_LIBRARIES)
+set(${name}_EXPORTED_TARGETS ${name}_generate_messages_cpp ${name}_generate_messages_py)
+")
+    set(${name}_DIR "${folder}")
+    cmake_language(DEFER CALL unset ${name}_DIR CACHE)
+  endif()
+endforeach()
 cmake_language(DEFER CALL paddock_help_targets
   "${CMAKE_CURRENT_SOURCE_DIR}" "${paddock_help_${CMAKE_CURRENT_SOURCE_DIR}}")
 
@@ -41,6 +72,8 @@ function(paddock_help_target target type help)
       set_property(TARGET ${target} APPEND PROPERTY COMPILE_OPTIONS
         "$<$<COMPILE_LANGUAGE:CXX>:-std=gnu++17>")
       set_property(TARGET ${target} PROPERTY CXX_STANDARD 17)
+    elseif(each MATCHES "^messages_(.+)")
+      add_dependencies(${target} ${CMAKE_MATCH_1}_generate_messages_cpp)
     elseif(type MATCHES "EXECUTABLE|SHARED_LIBRARY|MODULE_LIBRARY")
       set_property(TARGET ${target} APPEND PROPERTY LINK_LIBRARIES ${each})
     endif()

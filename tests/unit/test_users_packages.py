@@ -108,6 +108,12 @@ def filled(clone, tmp_path_factory, package_index):
                     speak="#include <own_words/Word.h>\nint main() { return 0; }\n")  # fmt: skip
     (words / "msg").mkdir()
     (words / "msg" / "Word.msg").write_text("string data\n")
+    package(root / "src" / "hears", "hears",  # comes before own_words by name
+            HEAD.format("hears", "COMPONENTS own_words") + "catkin_package()\n"
+            "include_directories(${catkin_INCLUDE_DIRS})\nadd_executable(hear src/hear.cpp)\n"
+            "catkin_add_gtest(hear_test src/hear.cpp)\ntarget_link_libraries(hear_test m)\n"
+            "catkin_run_tests_target(a b c)\n",
+            hear="#include <own_words/Word.h>\nint main() { return 0; }\n")  # fmt: skip
     package(root / "src" / "gazebo_ros", "gazebo_ros", HEAD.format("gazebo_ros", "") + "error\n")
     done = run("setup", root=root, env=package_index.environment())
     return root, done
@@ -146,7 +152,10 @@ def test_what_cannot_be_built_is_named_and_the_rest_is_there(filled):
     assert "left out: asks: it needs NoSuchLibrary; " in said
     assert len(set(lines)) == 6, said
     built = {path.name for path in (root / "devel" / "lib").glob("*/*")}
-    assert {"good", "old", "speak", "map_server"} <= built and not {"world", "wrong"} & built
+    assert {"good", "hear", "old", "speak", "map_server"} <= built and not {
+        "world",
+        "wrong",
+    } & built
     assert run("exec", "rospack", "find", "asks", root=root).stdout == f"{root}/src/asks\n"
 
 
@@ -173,7 +182,7 @@ def test_it_is_said_again_and_not_built_again(filled):
 
 def test_stand_ins_come_back_with_the_users_package_gone(filled, package_index):
     root, _ = filled
-    for name in ("brought", "mixed", "needs_mixed", "follows", "asks", "old", "own_words"):
+    for name in ("brought", "mixed", "needs_mixed", "follows", "asks", "old", "own_words", "hears"):
         shutil.rmtree(root / "src" / name)
     done = run("exec", "rospack", "find", "map_server", root=root)
     assert done.stdout.endswith(f"{root}/src/standins/map_server\n"), done.stdout + done.stderr
@@ -213,6 +222,22 @@ def test_a_failure_of_ours_ends_the_set_up(filled, package_index):
 def test_what_old_code_needs(tmp_path, cmake, source, needs):
     folder = package(tmp_path / "old", "old", HEAD.format("old", "") + cmake, old=source)
     assert old_code.needs_of(str(folder)) == needs
+
+
+def test_messages_that_a_package_forgets_to_ask_for(tmp_path):
+    text = HEAD.format("words", "COMPONENTS message_generation") + "generate_messages()\n"
+    folders = {"words": package(tmp_path / "words", "words", text)}
+    for name in ("asks", "follows", "forgets"):
+        text = HEAD.format(name, "COMPONENTS roscpp words")
+        folders[name] = package(tmp_path / name, name, text)
+    for name, wanted in (("asks", "words"), ("follows", "asks")):
+        manifest = folders[name] / "package.xml"
+        depend = f"<depend>{wanted}</depend></package>"
+        manifest.write_text(manifest.read_text().replace("</package>", depend))
+    packages = {name: str(folder) for name, folder in folders.items()}
+    assert [old_code.forgotten(name, packages) for name in ("asks", "follows", "forgets")] == [
+        [], [], ["words"],
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("major, needs", [(0, []), (1, ["standard"])])
