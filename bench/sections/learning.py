@@ -22,6 +22,8 @@ from pairs import alternate, pairs_of, rate_of_work
 from report import Row, ratio_row
 from usage import Monitor
 
+from commands.subcommands import train
+
 RADIUS, WIDTH = 2.0, 1.4  # of the ring [m]
 SPEED = 1.5  # [m/s]
 SECONDS = 1.0  # of a round
@@ -195,7 +197,7 @@ def trainings(quick, log):
             with tempfile.TemporaryDirectory() as folder:
                 table = {
                     "name": "bench", "folder": os.path.join(folder, "bench"), "resume": False,
-                    "workers": 10 if threads else 2 * len(os.sched_getaffinity(0)), "seed": seed,
+                    "workers": train.WORLDS if threads else train.max_processes(), "seed": seed,
                     "threads": threads, "until_laps": True,
                 }  # fmt: skip
                 words = [sys.executable, "-m", "paddock_gym.training.cli", json.dumps(table)]
