@@ -1,6 +1,7 @@
 """Sensor outputs without a ROS master: messages of depth cameras, bumpers and lidars."""
 
 import math
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -12,17 +13,7 @@ from bullet_sim.controllers.drive import WheelDrive
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.plugins import (
-    actors,
-    bases,
-    cameras,
-    drives,
-    forces,
-    gazebo,
-    inertial,
-    lidars,
-    servos,
-)
+from bullet_sim.plugins import drives, lidars
 from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, TriggeredCameraSpec
 from bullet_sim.plugins.forces import ContactSpec
 from bullet_sim.plugins.lidars import RaySpec
@@ -42,6 +33,7 @@ from geometry_msgs.msg import Twist
 from sensor_msgs.srv import SetCameraInfoRequest
 
 from bullet_bridge import robots
+from bullet_sim import plugins
 
 BOT = (
     '<robot name="bot"><link name="base"><inertial><mass value="2"/><inertia ixx="0.02" '
@@ -75,17 +67,8 @@ def _bot(world):
 def test_every_specification_has_a_plugin():
     kinds = {
         kind
-        for module in (
-            actors,
-            bases,
-            cameras,
-            drives,
-            forces,
-            gazebo,
-            inertial,
-            lidars,
-            servos,
-        )
+        for module in map(vars(plugins).get, plugins.__all__)
+        if isinstance(module, ModuleType)
         for kind in vars(module).values()
         if isinstance(kind, type) and kind.__name__.endswith("Spec")
     }

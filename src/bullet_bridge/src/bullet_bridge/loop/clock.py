@@ -20,6 +20,7 @@ from bullet_bridge.transport.publishing import publisher
 PACKETS = 200.0  # [Hz] of simulated time: of messages on /clock that leave together
 MAX_PACKET = 1000  # messages on /clock that leave together; after a longer jump one goes alone
 COUNTED = 600  # periods over which a mean is taken
+NANOSECOND = 1e-9  # [s]
 CLOCK_GAP = 0.002  # [s] minimum wall time between two messages on /clock when running free ...
 CLOCK_STRIDE = 0.05  # [s] ... and maximum simulated time
 
@@ -75,6 +76,11 @@ def whole_rate(
     return 1.0 / (steps * time_step)
 
 
+def is_late_enough(since: float, limit: float) -> bool:
+    """Whether the time [s] since the last message is a period of a limit [Hz], as rounded."""
+    return since >= 1.0 / limit - NANOSECOND
+
+
 def passed_rate(rate: float, limit: float, time_step: float) -> float:
     """Mean rate [Hz] of what is left of messages when those are left out that come too soon.
 
@@ -84,11 +90,10 @@ def passed_rate(rate: float, limit: float, time_step: float) -> float:
     Args:
         rate: [Hz] of a Schedule; limit: [Hz]: they are 1 / limit apart; time_step: [s].
     """
-    period = 1.0 / limit - 1e-9
     passed, last = 0, -math.inf
     for k in range(COUNTED):
         time = round(k / (rate * time_step)) * time_step
-        if time - last >= period:
+        if is_late_enough(time - last, limit):
             passed, last = passed + 1, time
     return passed * rate / COUNTED
 

@@ -204,6 +204,11 @@ class ModelPlugin(RosPart, Component):
         rate = min(self._asked, fastest)
         return whole_rate(rate, self.world.time_step) if self.whole_periods else rate
 
+    @property
+    def nominal_rate(self) -> float:
+        """Of what it publishes [Hz] of simulated time."""
+        return getattr(self.spec, "rate", 0.0) or 1.0 / self.world.time_step
+
     def on_time_step(self) -> None:
         """Continue after a change of the physics step, or of the rate (simulation thread)."""
         self.schedule.set_step(self.world.time_step, self._rate(), self.world.step_count)
@@ -279,6 +284,19 @@ class ModelPlugin(RosPart, Component):
     def pose(self) -> Pose:
         """Pose of the sensor frame in the world."""
         return self.sensor_state()[0]
+
+
+class Preparing(ModelPlugin):
+    """Acts when its model is there and after each reset alone."""
+
+    always = False
+
+    def needs_update(self) -> bool:
+        """Never."""
+        return False
+
+    def update(self, time: float, period: float) -> None:
+        """Nothing."""
 
 
 class Sensor(ModelPlugin):

@@ -29,7 +29,7 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from sensor_msgs.srv import SetCameraInfo, SetCameraInfoResponse
 from std_msgs.msg import Empty, String
 
-from bullet_bridge.loop.clock import passed_rate, whole_rate
+from bullet_bridge.loop.clock import is_late_enough, passed_rate, whole_rate
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
 from bullet_bridge.plugins.compressed import CompressedImages
 from bullet_bridge.transport import conversions
@@ -205,7 +205,7 @@ class Cameras:
             self._client.close()
 
 
-NEVER_TAKEN, NANOSECOND = -math.inf, 1e-9  # [s]
+NEVER_TAKEN = -math.inf  # [s]
 IMAGER_RATES = (1.0, 50.0)  # [Hz] range of imager_rate
 IMAGER = SimpleNamespace(  # gazebo_plugins/GazeboRosCamera.cfg
     **describe(
@@ -310,7 +310,7 @@ class CameraSensor(Sensor):
     def _passes(self, time: float) -> bool:
         """Whether the plugin's period has passed since the last time that it had."""
         limit = self.spec.plugin_rate
-        if limit > 0.0 and time - self._taken < 1.0 / limit - NANOSECOND:
+        if limit > 0.0 and not is_late_enough(time - self._taken, limit):
             return False
         self._taken = time
         return True

@@ -4,20 +4,7 @@ from __future__ import annotations
 
 from bullet_sim.plugins.gazebo import InitialVelocitySpec, StandingWheelsSpec
 
-from bullet_bridge.plugins.base import ModelPlugin, ros_side
-
-
-class Preparing(ModelPlugin):
-    """Acts when its model is there and after each reset alone."""
-
-    always = False
-
-    def needs_update(self) -> bool:
-        """Never."""
-        return False
-
-    def update(self, time: float, period: float) -> None:
-        """Nothing."""
+from bullet_bridge.plugins.base import Preparing, ros_side
 
 
 @ros_side(StandingWheelsSpec)

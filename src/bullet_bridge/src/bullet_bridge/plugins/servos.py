@@ -14,7 +14,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
 from bullet_bridge.loop.clock import whole_rate
-from bullet_bridge.plugins.base import ModelPlugin, PluginContext, ros_side
+from bullet_bridge.plugins.base import ModelPlugin, PluginContext, Preparing, ros_side
 from bullet_bridge.transport import conversions
 
 BASE, LEVEL = "base_link", "base_stabilized"  # frames of joints, and of no command
@@ -123,23 +123,15 @@ class ServoPlugin(ModelPlugin):
 
 
 @ros_side(ResetMessageSpec)
-class ResetMessagePlugin(ModelPlugin):
+class ResetMessagePlugin(Preparing):
     """Publishes std_msgs/String "reset" when its model is reset."""
 
     CACHE = ("_is_new",)
-    always = False
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         self._commands = self.publisher(self.spec.topic, String)
         self._is_new = True
-
-    def needs_update(self) -> bool:
-        """Never."""
-        return False
-
-    def update(self, time: float, period: float) -> None:
-        """Nothing."""
 
     def reset(self, time: float) -> None:
         """Tell of it, but for the first one, before it is used."""

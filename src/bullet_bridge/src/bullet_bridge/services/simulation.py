@@ -124,9 +124,7 @@ class Describer:
                 {
                     "topic": plugin.spec.topic,
                     "type": plugin.message_type(),
-                    "rate": plugin.nominal_rate
-                    if isinstance(plugin, CameraSensor)
-                    else getattr(plugin.spec, "rate", 0.0) or 1.0 / self._world.time_step,
+                    "rate": plugin.nominal_rate,
                     "link": plugin.spec.link,
                     "is_camera": isinstance(plugin, CameraSensor),
                 }

@@ -204,15 +204,14 @@ class ActorEngine:
         self._frames: dict[str, Pose] = {}
         self._angles: dict[str, float] = {}
 
-    def walk_to(self, pose: Pose | None, way: float = 0.0) -> None:
+    def walk_to(self, pose: Pose, way: float) -> None:
         """Have something else than its script move it.
 
         Args:
-            pose: in the world; None: its script moves it again.
+            pose: in the world.
             way: that it has walked, for its limbs [m].
         """
-        walking = limbs("walking", 2.0 * math.pi * way / STRIDE)
-        self._put = None if pose is None else (pose, walking)
+        self._put = (pose, limbs("walking", 2.0 * math.pi * way / STRIDE))
         self._now = math.nan
 
     def _place(self) -> None:

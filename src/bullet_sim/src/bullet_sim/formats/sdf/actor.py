@@ -29,9 +29,10 @@ def parse_actor(element: Node, label: str) -> tuple[ModelDescription, Pose]:
         "actors are drawn as persons of simple shapes; skins and animations are not read",
         f"'{name}'",
     )
+    movers = [part for part in element.findall("plugin") if library(part) in MOVERS]
     for tag in ("plugin", "link", "joint"):
         for part in element.findall(tag):
-            if tag == "plugin" and library(part) in MOVERS:
+            if part in movers:
                 continue
             element.warn(
                 f"{label} has a <{tag}> '{part.get('name')}', which is ignored",
@@ -54,9 +55,8 @@ def parse_actor(element: Node, label: str) -> tuple[ModelDescription, Pose]:
     )
     model = person(name, motion)
     model.warnings = element.document.warnings
-    for plugin in element.findall("plugin"):
-        if library(plugin) in MOVERS:
-            parse_plugin(plugin, model)
+    for plugin in movers:
+        parse_plugin(plugin, model)
     return model, pose
 
 
