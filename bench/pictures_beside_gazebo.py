@@ -205,7 +205,9 @@ def main(arguments=None):
     parser.add_argument(
         "--gazebo", metavar="FILE", nargs="+", help="recordings of the world in Gazebo"
     )
-    parser.add_argument("--update", action="store_true", help="take it as what is recorded")
+    parser.add_argument(
+        "--update", action="store_true", help="take it as what is recorded, place by place"
+    )
     parser.add_argument("--page", metavar="FILE", help="write the pairs as HTML")
     parser.add_argument("--sheet", metavar="FILE", help="write both images of each pair as PNG")
     parser.add_argument("--world", metavar="FOLDER", help="write the world there, nothing else")
@@ -223,7 +225,8 @@ def main(arguments=None):
         parts = {"Public packages": case_pairs(chosen.cases)} if chosen.cases else {}
         gazebo = read_recordings(chosen.gazebo) if chosen.gazebo else None
         if chosen.update:
-            places = {name: likeness.record_of(seen) for name, seen in gazebo.items()}
+            places = likeness.recorded()  # of the others, what is there
+            places.update({name: likeness.record_of(seen) for name, seen in gazebo.items()})
             likeness.RECORDED.write_text(json.dumps({"places": places}) + "\n")
         parts["World of features"] = feature_pairs(gazebo)
         if chosen.sheet:

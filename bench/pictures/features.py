@@ -34,7 +34,9 @@ class Place:
         library: of the plugin.
         height, pitch: of the camera [m], [rad].
         noise: its images differ from each other by noise.
-        light: SDF of a <light> at the camera's foot, besides its name; '': none.
+        light: SDF of a <light> or of other parts of the world at the camera's foot, besides its
+            name; '': none.
+        kind: type of the sensor; '': that of the library.
     """
 
     things: str
@@ -45,6 +47,7 @@ class Place:
     pitch: float = 0.0
     noise: bool = False
     light: str = ""
+    kind: str = ""
 
 
 def _visual(shape, pose, material):
@@ -116,6 +119,16 @@ def _road():
     return things + _box("0.2 6 1.2", "16 -4 0.6 0 0 0.6", _color("0.7 0.3 0.3 1"))
 
 
+def _polylines(*outlines):
+    """SDF of <polyline>s of 0.6 m through corners x y, x y ..."""
+    return "".join(
+        "<polyline>"
+        + "".join(f"<point>{corner}</point>" for corner in outline.split(", "))
+        + "<height>0.6</height></polyline>"
+        for outline in outlines
+    )
+
+
 PLACES = {
     "solids": Place(
         FLOOR
@@ -168,6 +181,42 @@ PLACES = {
         "<clip><near>0.1</near><far>12</far></clip>",
         "<pointCloudCutoff>0.3</pointCloudCutoff><pointCloudCutoffMax>6.0</pointCloudCutoffMax>",
         "openni_kinect",
+    ),
+    "polylines": Place(
+        FLOOR
+        + _visual(
+            _polylines(
+                "0 0, 3 0, 3 2, 0 2",
+                "0.5 0.5, 2.5 0.5, 2.5 1.5, 0.5 1.5",
+                "1 0.8, 2 0.8, 1.5 1.3",
+                "0 2.5, 1 2.5, 1 3.5",
+            ),
+            "4 -1.5 0 0 0 0",
+            _color("0.8 0.4 0.1 1"),
+        ),
+        height=3.0,
+        pitch=0.5,
+    ),
+    "intrinsics": Place(
+        WALL,
+        CLIP + "<lens><intrinsics><fx>200</fx><fy>260</fy><cx>100</cx><cy>90</cy><s>40</s>"
+        "</intrinsics></lens>",
+    ),
+    "headlight": Place(
+        _plane("30 30", "10 0 0 0 0 0", _script("Dull"))
+        + _box("0.2 4 2", "8 -2 1 0 0 0", _script("Dull"))
+        + "<light type='spot' name='NAME'><pose>0 0 1 0 -1.4 0</pose><direction>0 0 -1</direction>"
+        "<diffuse>1 1 0.6 1</diffuse><specular>0 0 0 1</specular><attenuation><constant>0.2"
+        "</constant><linear>0.05</linear><quadratic>0</quadratic><range>50</range></attenuation>"
+        "<spot><inner_angle>0.3</inner_angle><outer_angle>0.8</outer_angle><falloff>1</falloff>"
+        "</spot><cast_shadows>0</cast_shadows></light>",
+        pitch=0.1,
+    ),
+    "wide": Place(
+        WALL + FLOOR + _box("1 1 1", "-1 3 0.5 0 0 0.5", _color("0.1 0.7 0.2 1")),
+        CLIP + "<lens><type>equidistant</type><scale_to_hfov>true</scale_to_hfov>"
+        "<cutoff_angle>3.1415</cutoff_angle></lens>",
+        kind="wideanglecamera",
     ),
 }
 
@@ -325,7 +374,9 @@ def world_text(folder, places=tuple(PLACES)):
         if name in places
     )
     lights = "".join(
-        place.light.replace("NAME", f"lamp_{name}").replace("Y", str(SPACING * index))
+        place.light.replace("NAME", f"lamp_{name}")
+        .replace("YPLUS", str(SPACING * index + 4))
+        .replace("Y", str(SPACING * index))
         for index, (name, place) in enumerate(PLACES.items())
         if name in places
     )
@@ -344,7 +395,7 @@ def _model(name, place, index):
     """SDF of a place: a static model with what is there and its camera."""
     visuals = place.things.split("name='NAME'")
     things = visuals[0] + "".join(f"name='v{i}'{rest}" for i, rest in enumerate(visuals[1:]))
-    kind = "depth" if place.library != "camera" else "camera"
+    kind = place.kind or ("depth" if place.library != "camera" else "camera")
     return (
         f"<model name='{name}'><static>1</static><pose>0 {SPACING * index} 0 0 0 0</pose>"
         f"<link name='link'>{things}"

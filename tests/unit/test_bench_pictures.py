@@ -41,6 +41,10 @@ BROKEN = {
     "clipped": ("<near>0.6</near>", "<near>0.1</near>"),
     "depth": ("<pose>3 0.8 0.5 0 0 0.5</pose>", "<pose>3.01 0.8 0.5 0 0 0.5</pose>"),
     "kinect": ("<pointCloudCutoffMax>6.0<", "<pointCloudCutoffMax>4.0<"),
+    "polylines": ("<point>1.5 1.3</point>", "<point>1.5 2.3</point>"),
+    "intrinsics": ("<s>40</s>", "<s>0</s>"),
+    "headlight": ("<pose>0 0 1 0 -1.4 0</pose>", "<pose>0 0 1 0 -1.4 0.3</pose>"),
+    "wide": ("<type>equidistant</type>", "<type>stereographic</type>"),
 }
 
 

@@ -3,6 +3,8 @@
 import threading
 from types import SimpleNamespace
 
+import cv2
+import numpy as np
 import pytest
 from bullet_bridge.plugins import cameras as module
 from bullet_bridge.plugins.cameras import Cameras
@@ -147,6 +149,29 @@ def test_removing_leaves_a_later_namesake(cameras):
     drawn(cameras, SimpleNamespace(snapshot=lambda: 2.0), new)
     cameras._client.finish()
     assert (old.times, new.times) == ([], [1.0])
+
+
+def test_images_are_saved_under_gazebos_names(tmp_path):
+    """WORLD_MODEL_LINK_CAMERA(NUMBER)-NNNN.jpg, as Camera::FrameFilename has them."""
+    rgb = np.zeros((48, 64, 3), np.uint8)
+    rgb[:, :32] = 200, 40, 10
+    folder = tmp_path / "of" / "images"
+    saved = module.SavedImages(str(folder), "default_m_base_cam(2)")
+    saved.write(rgb)
+    saved.write(rgb[:, ::-1])
+    names = [f"default_m_base_cam(2)-{number:04d}.jpg" for number in (0, 1)]
+    assert sorted(path.name for path in folder.iterdir()) == names
+    seen = cv2.imread(str(folder / names[1]))
+    assert np.abs(seen[24, 48].astype(int) - (10, 40, 200)).max() < 12
+    assert np.abs(seen[24, 12].astype(int)).max() < 12
+
+
+def test_a_folder_that_cannot_be_written_is_an_error_in_the_log(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    told = []
+    monkeypatch.setattr(module.rospy, "logerr_throttle", lambda _, text: told.append(text))
+    module.SavedImages(str(tmp_path / "file" / "x"), "c").write(np.zeros((4, 4, 3), np.uint8))
+    assert len(told) == 1 and "cannot be written" in told[0]
 
 
 @pytest.mark.parametrize(

@@ -2,15 +2,16 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
-from bullet_sim.description.model import Finish, Geometry, Shape, VisualLink
-from bullet_sim.description.world import SUN, Fog, Light, Scene
+from bullet_sim.description.model import Finish, Geometry, Light, Shape, VisualLink
+from bullet_sim.description.world import SUN, Fog, Scene
 from bullet_sim.engine import Engine
 from bullet_sim.errors import RenderError
-from bullet_sim.plugins.cameras import Distortion, Lens
+from bullet_sim.plugins.cameras import Distortion, Intrinsics, Lens
 from bullet_sim.pose import Pose
-from bullet_sim.render.gl.renderer import GlRenderer
+from bullet_sim.render.gl.renderer import GlRenderer, projection
 from bullet_sim.render.request import CameraRequest, Quality
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
@@ -124,6 +125,64 @@ def test_a_lamp_falls_off_and_a_spot_ends(gl):
     lit = np.flatnonzero(picture[100, :, 0] > 3)
     assert abs(picture[100, 100, 0] - 255) <= 2.0
     assert (lit.max() - lit.min()) / 2.0 == pytest.approx(edge, abs=2.0)
+
+
+def test_a_light_goes_with_its_link(gl):
+    """A spot on a slide that a body carries: its disk is below it, wherever that is."""
+    spot = Light(
+        "torch", "spot", (0.0, 0.2, 0.0), specular=(0.0,) * 3, linear=0.0, inner=0.3, outer=0.3
+    )
+    chain = (VisualLink(), VisualLink(0, Pose(), "prismatic", (1.0, 0.0, 0.0), lights=(spot,)))
+    floor = BodySource(1, "", True, (VisualLink(shapes=(FLOOR,)),))
+    dark = Scene(ambient=(0.0,) * 3, background=(0.0,) * 3, lights=())
+    gl.sync_sources([floor, BodySource(2, "", False, chain)], dark)
+    focal = 100 / np.tan(0.4)
+    for along in (0.0, 0.5):
+        state = BodyState(2, (-0.3, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0), (along,))
+        rows, columns = np.nonzero(gl.draw(Snapshot(0.0, 0, (state,)), view())[:, :, 0] > 100)
+        assert rows.mean() == pytest.approx(99.5 - (along - 0.3) / 5.0 * focal, abs=1.0)
+        assert columns.mean() == pytest.approx(99.5 - 0.2 / 5.0 * focal, abs=1.0)
+
+
+@pytest.mark.parametrize("given", [Intrinsics(300, 200, 90, 120), Intrinsics(200, 200, 80, 70, 40)])
+def test_intrinsics_put_points_where_they_say(gl, given):
+    """Each mark at its pixel, of the colors, the depths and the sky alike."""
+    marks = [(2.0, y, z) for y in (-0.3, 0.1, 0.4) for z in (-0.35, 0.0, 0.3)]
+    parts = [box((0.02,) * 3, place) for place in marks]
+    dark = Scene(ambient=(1.0,) * 3, background=(0.0,) * 3, lights=())
+    picture = show(gl, dark, *parts, request=view(AHEAD, intrinsics=given))[:, :, 0] > 128
+    count, _, _, centers = cv2.connectedComponentsWithStats(picture.astype(np.uint8))
+    for x, y, z in marks:
+        right, down = -y / x, -z / x
+        at = (
+            given.fx * right - given.s * down + given.cx - 0.5,
+            given.fy * down + given.cy - 0.5,
+        )
+        if all(3.0 < value < 196.0 for value in at):
+            assert np.linalg.norm(centers[1:] - at, axis=1).min() < 0.7, (at, centers)
+    assert count > 6
+    same = Intrinsics(100 / np.tan(0.4), 100 / np.tan(0.4), 100.0, 100.0)
+    sky = Scene(background=None)
+    plain = show(gl, sky, FLOOR, request=view(AHEAD))
+    assert np.abs(show(gl, sky, FLOOR, request=view(AHEAD, intrinsics=same)) - plain).max() == 0
+    wide = show(gl, sky, request=view(AHEAD, intrinsics=given))
+    moved = show(gl, sky, request=view(AHEAD, 400, 400, horizontal_fov=1.2)).astype(int)
+    focal = 200 / np.tan(0.6)
+    down, right = (150 - given.cy + 0.5) / given.fy, (20 - given.cx + 0.5) / given.fx
+    right += given.s * down / given.fx
+    other = moved[round(199.5 + focal * down), round(199.5 + focal * right)]
+    assert np.abs(wide[150, 20] - other).max() <= 3
+
+
+def test_both_renderers_agree_about_intrinsics():
+    given = Intrinsics(300, 200, 90, 120, 40)
+    shown = camera.shown_intrinsics(200, 150, 1.0, given)
+    clip = projection(shown, 200, 150, 0.1, 10.0)
+    other = camera.projection_matrix(
+        1.0, 200 / 150, 0.1, 10.0, shown=shown / np.array([[200], [150]])
+    )
+    flipped = np.reshape(other, (4, 4)).T * np.array([[1.0], [-1.0], [1.0], [1.0]])
+    np.testing.assert_allclose(clip[[0, 1, 3]], flipped[[0, 1, 3]], atol=1e-12)
 
 
 @pytest.mark.parametrize("moves", [False, True])
@@ -326,6 +385,18 @@ def test_antialiasing_smooths_edges(gl):
     finally:
         smooth.close()
     assert len(np.unique(hard[:, :, 0])) == 2 and len(np.unique(soft[:, :, 0])) > 3
+
+
+@pytest.mark.parametrize("samples", [0, 1, 3])
+def test_cameras_without_antialiasing_have_hard_edges(samples):
+    """As in Gazebo also with a number of samples that the driver does not have."""
+    smooth = GlRenderer(Quality("false", "true"))
+    asked = view(((0, 0.3, 5.0), (0.0, np.pi / 2, 0.35)), samples=samples)
+    try:
+        picture = show(smooth, PLAIN, box((3, 3, 0.1), (1.5, 0, 0)), request=asked)
+    finally:
+        smooth.close()
+    assert len(np.unique(picture[:, :, 0])) == 2
 
 
 def test_labels_tell_which_body_each_pixel_shows(gl):

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bullet_sim.description.model import Finish, Geometry, Shape, VisualLink
-from bullet_sim.description.world import Light, Scene
+from bullet_sim.description.model import Finish, Geometry, Light, Shape, VisualLink
+from bullet_sim.description.world import Scene
 from bullet_sim.errors import RenderError
 from bullet_sim.pose import Pose
 from bullet_sim.render.gl.renderer import GlRenderer

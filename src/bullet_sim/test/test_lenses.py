@@ -9,7 +9,7 @@ import pytest
 from bullet_sim.description.model import Geometry, Shape, VisualLink
 from bullet_sim.description.world import Scene
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.plugins.cameras import CameraSpec, Distortion, Lens
+from bullet_sim.plugins.cameras import CameraSpec, Distortion, Intrinsics, Lens
 from bullet_sim.pose import Pose
 from bullet_sim.render.gl.renderer import GlRenderer
 from bullet_sim.render.lenses import plan_distortion
@@ -192,6 +192,40 @@ def test_a_wide_angle_lens_maps_angles_as_its_type_says(gl, kind):
         expected = 149.5 - away * np.array((math.cos(phi), math.sin(phi)))
         gap = np.linalg.norm(centers[1:] - expected, axis=1).min()
         assert gap < 1.0, (theta, phi, place)
+
+
+def test_the_texture_of_a_lens_is_how_fine_its_image_is(gl):
+    """Edges of narrow stripes: the fewer pixels the six images have, the softer they are."""
+    stripes = [
+        Shape(Geometry("box", (0.02, 0.02, 4.0)), Pose((2.0, y, 0.0)), (1.0,) * 4)
+        for y in np.arange(-0.8, 0.8, 0.04).tolist()
+    ]
+    dark = Scene(ambient=(1.0,) * 3, background=(0.0,) * 3, lights=())
+    gl.sync_sources([BodySource(1, "", True, (VisualLink(shapes=tuple(stripes)),))], dark)
+    gl.apply(Snapshot(0.0, 0, ()))
+    request = CameraRequest("c", None, 0, ((0, 0, 0), (0, 0, 0)), 400, 400, 1.0, 0.1, 20.0)
+    images = [
+        gl.render(replace(request, lens=Lens(0.5, texture=edge)))[150:250, 150:250, 0].astype(int)
+        for edge in (1024, 64)
+    ]
+    steepest = [np.abs(np.diff(image, axis=1)).max() for image in images]
+    assert steepest[0] > 150 and steepest[1] < 40
+    found = parse_urdf(WIDE.format("<env_texture_size>512</env_texture_size>"), str, "r")
+    assert found.sensors[0].lens.texture == 512 and found.warnings == []
+    assert parse_urdf(WIDE.format(""), str, "r").sensors[0].lens.texture == 256
+
+
+def test_intrinsics_and_samples_of_descriptions():
+    spec = spec_of(
+        camera="<image><anti_aliasing>2</anti_aliasing></image><lens><intrinsics><fx>300</fx>"
+        "<fy>310</fy><cx>150</cx></intrinsics></lens>"
+    )
+    assert spec.intrinsics == Intrinsics(300.0, 310.0, 150.0, 120.0, 0.0) and spec.samples == 2
+    assert CameraRequest.from_spec(spec, 1, 0).intrinsics == spec.intrinsics
+    assert spec_of().intrinsics is None and spec_of().samples == 4
+    bad = CAMERA.format(camera="<lens><intrinsics><fx>0</fx></intrinsics></lens>", plugin="")
+    found = parse_urdf(bad, str, "r")
+    assert found.sensors[0].intrinsics is None and "must be above 0" in found.warnings[0]
 
 
 def test_a_lens_sees_nothing_beyond_its_cutoff(gl):

@@ -3,8 +3,10 @@
 import math
 
 import pytest
+from bullet_sim.description.lump import lump
 from bullet_sim.description.world import SUN, Fog
 from bullet_sim.formats.sdf.world import parse_world
+from bullet_sim.formats.urdf import parse_urdf
 
 
 def scene_of(text):
@@ -68,9 +70,32 @@ def test_a_light_of_an_unknown_type_is_said():
     assert "has type 'laser', known are directional, point, spot" in world.warnings[0]
 
 
-def test_a_light_of_a_link_is_left_out_with_a_warning():
-    text = '<sdf version="1.7"><world name="w"><model name="m"><link name="a">%s</link></model>'
-    text += "</world></sdf>"
-    world = parse_world(text % '<light name="torch" type="spot"/>', str, "w")
-    (warning,) = world.warnings
-    assert "'torch'" in warning and "left out" in warning and world.scene.lights == ()
+LAMP = (
+    '<light name="torch" type="spot"><pose>1 0 0 0 1.5707963267948966 0</pose>'
+    "<direction>0 0 -1</direction></light>"
+)
+
+
+def test_a_light_of_a_link_shines_in_its_frame():
+    text = (
+        '<sdf version="1.7"><world name="w"><model name="m"><link name="a">'
+        f"<pose>0 0 5 0 0 0</pose>{LAMP}</link></model></world></sdf>"
+    )
+    world = parse_world(text, str, "w")
+    assert world.warnings == [] and world.scene.lights == ()
+    (light,) = world.models[0][0].links["a"].lights
+    assert light.kind == "spot" and light.position == pytest.approx((1.0, 0.0, 5.0))
+    assert light.direction == pytest.approx((-1.0, 0.0, 0.0), abs=1e-6)
+
+
+def test_a_light_of_a_urdf_goes_with_the_link_that_it_is_merged_into():
+    robot = parse_urdf(
+        '<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="fixed">'
+        '<origin xyz="0 2 0"/><parent link="a"/><child link="b"/></joint>'
+        f'<gazebo reference="b">{LAMP}</gazebo></robot>',
+        str,
+        "r",
+    )
+    assert robot.warnings == []
+    (light,) = lump(robot).links["a"].lights
+    assert light.position == pytest.approx((1.0, 2.0, 0.0)) and light.name == "torch"

@@ -66,6 +66,35 @@ def test_poses_relative_to_other_parts():
     assert origins["b"] == pytest.approx((1, 2, 0)) and origins["c"] == pytest.approx((1, 2, 3))
 
 
+def test_frames_of_a_world(tmp_path):
+    """Poses of models and includes relative to frames, models and includes, as sdformat 9."""
+    (tmp_path / "post.sdf").write_text(
+        '<sdf version="1.7"><model name="post"><pose>0 0 9 0 0 0</pose><link name="l"/></model>'
+        "</sdf>"
+    )
+    post = f"<uri>{tmp_path}/post.sdf</uri>"
+    world = world_of(
+        '<frame name="f"><pose>1 0 0 0 0 1.5707963267948966</pose></frame>'
+        '<model name="a"><pose relative_to="f">2 0 0 0 0 0</pose><link name="l"/></model>'
+        '<frame name="on_a" attached_to="a"><pose>0 0 3 0 0 0</pose></frame>'
+        f'<include>{post}<name>b</name><pose relative_to="on_a">1 0 0 0 0 0</pose></include>'
+        f"<include>{post}</include>"
+        '<model name="c"><pose relative_to="post">0 1 0 0 0 0</pose><link name="l"/></model>'
+    )
+    assert world.warnings == []
+    poses = {model.name: pose.position for model, pose in world.models}
+    assert poses["a"] == pytest.approx((1, 2, 0)) and poses["b"] == pytest.approx((1, 3, 3))
+    assert poses["post"] == pytest.approx((0, 0, 9)) and poses["c"] == pytest.approx((0, 1, 9))
+
+
+def test_a_frame_that_a_world_does_not_have_is_the_world():
+    world = world_of(
+        '<model name="a"><pose relative_to="none">2 0 0 0 0 0</pose><link name="l"/></model>'
+    )
+    assert world.models[0][1].position == (2.0, 0.0, 0.0)
+    assert "world 'w' has no frame 'none'" in world.warnings[0]
+
+
 def test_nested_models_are_flattened():
     model = model_of(
         '<link name="a"/><model name="arm"><pose>0 0 1 0 0 0</pose><link name="x"><pose>1 0 0 0 0 0'

@@ -40,7 +40,7 @@ def _volume(vertices, faces):
     ],
 )
 def test_an_extruded_polygon_has_its_volume(points, area):
-    vertices, faces = terrain.extruded(points, 0.5)
+    vertices, faces = terrain.extruded([points], 0.5)
     assert _volume(vertices, faces) == pytest.approx(0.5 * area)
     assert (vertices[:, 2].min(), vertices[:, 2].max()) == (0.0, 0.5)
 
@@ -51,7 +51,29 @@ def test_an_extruded_polygon_has_its_volume(points, area):
 )
 def test_what_is_no_polygon_is_an_error(points, words):
     with pytest.raises(ModelError, match=words):
-        terrain.extruded(points, 1.0)
+        terrain.extruded([points], 1.0)
+
+
+def _square(x, y, size):
+    return [(x, y), (x + size, y), (x + size, y + size), (x, y + size)]
+
+
+@pytest.mark.parametrize(
+    "outlines, area",
+    [
+        ([_square(0, 0, 4), _square(1, 1, 1)], 15.0),
+        ([_square(1, 1, 1), _square(0, 0, 4)], 15.0),  # the hole first
+        ([_square(0, 0, 4), _square(1, 1, 1), _square(2.5, 2.5, 1), _square(1, 2.5, 1)], 13.0),
+        ([_square(0, 0, 9), _square(1, 1, 6), _square(2, 2, 3)], 81.0 - 36.0 + 9.0),
+        ([_square(0, 0, 1), _square(3, 0, 2)], 5.0),  # side by side
+    ],
+)
+def test_an_outline_within_another_is_a_hole(outlines, area):
+    vertices, faces = terrain.extruded(outlines, 0.5)
+    assert _volume(vertices, faces) == pytest.approx(0.5 * area)
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    up = np.cross(b - a, c - a)[:, 2] / 2.0
+    assert up[up > 0].sum() == pytest.approx(area) and up.sum() == pytest.approx(0.0)
 
 
 def test_a_heightmap_rises_with_the_grey_and_its_top_is_towards_y(ramp):
@@ -96,6 +118,19 @@ def test_both_are_hit_by_rays_where_they_should_be(ramp):
         assert _hit(world, 10.0 + x, -1.0) == pytest.approx(1.0 + (x + 4.0) / 4.0, abs=0.02)
     assert _hit(world, 0.5, 2.0) == pytest.approx(0.5, abs=1e-3)
     assert _hit(world, 1.5, 2.0) is None  # between the arms of the U
+    world.close()
+
+
+def test_all_polylines_of_a_shape_make_one_with_the_height_of_the_first():
+    """Those within others are holes, as in Gazebo."""
+    square = "<polyline><point>{0} {0}</point><point>{1} {0}</point><point>{1} {1}</point>"
+    square += "<point>{0} {1}</point><height>{2}</height></polyline>"
+    text = SDF.format("".join(square.format(*each) for each in ((0, 4, 0.5), (1, 3, 2), (5, 6, 3))))
+    world = World()
+    model = world.spawn_sdf("block", text, Pose(), str)
+    assert model.description.warnings == []
+    assert _hit(world, 0.5, 2.0) == pytest.approx(0.5, abs=1e-3) and _hit(world, 2.0, 2.0) is None
+    assert _hit(world, 5.5, 5.5) == pytest.approx(0.5, abs=1e-3)
     world.close()
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import copy
 import json
 import math
+import os
 import threading
 from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import cv2
 import numpy as np
 import rospy
 from bullet_sim.errors import RenderError
@@ -63,6 +65,7 @@ class Cameras:
         self._scene = scene
         self._client: Any = None  # RenderClient, once start() was called
         self._sensors: dict[str, CameraSensor] = {}
+        self._count = 0  # of the cameras that were there
         self._due: list[CameraRequest] = []
         self._starter: Any = None
         self._starting, self._sending = threading.Lock(), threading.Lock()
@@ -122,6 +125,8 @@ class Cameras:
 
     def add(self, sensor: CameraSensor) -> None:
         self.start()
+        self._count += 1
+        sensor.number = self._count
         if self._legend is not None:
             sensor.add_labels()
         self._sensors[sensor.request.name] = sensor
@@ -205,6 +210,32 @@ class Cameras:
             self._client.close()
 
 
+class SavedImages:
+    """Writes a camera's images to numbered files, as Gazebo's Camera does.
+
+    Args:
+        folder: made when the first image is written; relative to the node's working directory.
+        name: of the files, before their number.
+    """
+
+    def __init__(self, folder: str, name: str) -> None:
+        self._folder, self._name, self._count = folder, name, 0
+
+    def write(self, rgb: Array) -> None:
+        """Write one (H, W, 3) uint8 RGB; what cannot be written is an error in the log."""
+        path = os.path.join(self._folder, f"{self._name}-{self._count:04d}.jpg")
+        self._count += 1
+        try:
+            os.makedirs(self._folder, exist_ok=True)
+            quality = [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
+            data = cv2.imencode(".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), quality)[1]
+            with open(path, "wb") as file:
+                file.write(data.tobytes())
+        except OSError as error:
+            rospy.logerr_throttle(60.0, f"image '{path}' of <save> cannot be written: {error}")
+
+
+JPEG_QUALITY = 75  # of saved images, as FreeImage has it by default
 NEVER_TAKEN = -math.inf  # [s]
 IMAGER_RATES = (1.0, 50.0)  # [Hz] range of imager_rate
 IMAGER = SimpleNamespace(  # gazebo_plugins/GazeboRosCamera.cfg
@@ -229,6 +260,7 @@ class CameraSensor(Sensor):
 
     Attributes:
         compresses: it has the compressed topic, too.
+        number: of the camera among those that were made.
     """
 
     STATE = ("_taken",)
@@ -237,6 +269,7 @@ class CameraSensor(Sensor):
     relayed = False
     takes_images = True
     compresses: ClassVar[bool] = True
+    number = 0
 
     def __init__(self, context: PluginContext) -> None:
         spec, model = context.spec, context.model
@@ -276,6 +309,13 @@ class CameraSensor(Sensor):
         if spec.tunable:
             self.reconfigure(spec.namespace, IMAGER, dict(IMAGER.defaults), self._on_rate)
         context.cameras.add(self)
+        self._saved: SavedImages | None = None
+        if spec.save:
+            link = spec.link  # or what it is merged into
+            if link not in model.bodies:
+                link = next(part for part in model.rigid_parts if model.index(part) == index)
+            name = f"{context.world.name}::{model.name}::{link}::{spec.name}({self.number})"
+            self._saved = SavedImages(spec.save, name.replace("::", "_"))
 
     def _on_set_info(self, request: Any) -> SetCameraInfoResponse:
         """From now on camera_info is the request's, as of upstream's camera_info_manager."""
@@ -340,11 +380,17 @@ class CameraSensor(Sensor):
 
     def publish_frame(self, frame: Frame) -> None:
         """Publish a finished image and its camera_info with the snapshot's stamp."""
+        self.save(frame)
         self.publish_info(frame.time)
         pixels = conversions.pixels(frame.rgb, self.spec.encoding)
         self._sender.send(frame.time, pixels)
         if self._compressed is not None:
             self._compressed.publish(frame.time, pixels)
+
+    def save(self, frame: Frame) -> None:
+        """Write an image to a file where the camera has <save>."""
+        if self._saved is not None:
+            self._saved.write(frame.rgb)
 
     def publish_info(self, time: float) -> None:
         """Publish camera_info for an image of a simulated time [s]."""
@@ -544,6 +590,7 @@ class RangeCameraSensor(CameraSensor):
 
     def publish_frame(self, frame: Frame) -> None:
         """Publish depths and points with the snapshot's stamp."""
+        self.save(frame)
         self.publish_info(frame.time)
         if frame.depth is None:
             return

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import rospy
-from bullet_sim.description.world import RGB, Light
+from bullet_sim.description.model import RGB, Light
 from bullet_sim.errors import WorldError
 from bullet_sim.pose import PLACEABLE, Pose
 from gazebo_msgs import srv

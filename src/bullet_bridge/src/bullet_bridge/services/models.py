@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import rospy
 from bullet_sim.errors import ModelError, SimError
-from bullet_sim.formats.sdf.world import parse_light
+from bullet_sim.formats.lights import parse_light
 from bullet_sim.pose import Array, Pose
 from bullet_sim.xml_reader import Node
 from gazebo_msgs import srv

@@ -205,6 +205,7 @@ def _copy(link: Link) -> Link:
         center=link.center.copy(),
         inertia=link.inertia.copy(),
         visuals=list(link.visuals),
+        lights=list(link.lights),
         collisions=_collisions(link),
         surface=Surface(**vars(link.surface)),
     )
@@ -223,6 +224,7 @@ def moved(link: Link, pose: Pose) -> Link:
         copy.inertia = pose.matrix @ link.inertia @ pose.matrix.T
         copy.visuals = [shape.at(pose) for shape in link.visuals]
         copy.collisions = [shape.at(pose) for shape in copy.collisions]
+        copy.lights = [light.at(pose) for light in link.lights]
         copy.surface = _rotated(link.surface, pose)
     return copy
 
@@ -252,6 +254,7 @@ def _merge(into: Link, link: Link, pose: Pose) -> None:
         into.mass, into.center = mass, common
     for source, target in ((link.visuals, into.visuals), (_collisions(link), into.collisions)):
         target.extend(shape.at(pose) for shape in source)
+    into.lights.extend(light.at(pose) for light in link.lights)
     into.self_collide |= link.self_collide
     into.kinematic |= link.kinematic
     if into.surface.friction is None and link.collisions:
@@ -392,12 +395,14 @@ def visual_links(
     links = []
     for name in order:
         shapes = tuple(lumped.links[name].visuals if visuals is None else visuals[name])
+        lights = tuple(lumped.links[name].lights)
         joint = joints.get(name)
         if joint is None:
-            links.append(VisualLink(shapes=shapes))
+            links.append(VisualLink(shapes=shapes, lights=lights))
             continue
         kind = {"prismatic": "prismatic", "fixed": "fixed"}.get(joint.kind, "revolute")
-        links.append(VisualLink(rows[joint.parent], joint.origin, kind, joint.axis, shapes))
+        row = rows[joint.parent]
+        links.append(VisualLink(row, joint.origin, kind, joint.axis, shapes, lights))
     return tuple(links)
 
 

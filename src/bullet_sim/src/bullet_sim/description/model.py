@@ -98,7 +98,7 @@ class Geometry:
     (size [m]) or polyline (height [m]).
 
     Attributes:
-        points: corners (x, y) of a polyline [m].
+        outlines: corners (x, y) of polylines [m]; what an odd number of them surrounds is filled.
         path, scale: file and size factors of a mesh; a negative factor mirrors.
         submesh: name of the only part of the mesh file to use; empty: all.
         centered: the submesh is moved so that its center is the origin.
@@ -112,7 +112,7 @@ class Geometry:
     scale: Vec3 = (1.0, 1.0, 1.0)
     submesh: str = ""
     centered: bool = False
-    points: tuple[tuple[float, float], ...] = ()
+    outlines: tuple[tuple[tuple[float, float], ...], ...] = ()
     flat: bool = False
     is_converted: bool = False
 
@@ -211,6 +211,48 @@ class Shape:
         return replace(self, pose=pose * self.pose)
 
 
+LIGHT_TYPES = ("directional", "point", "spot")
+
+
+@dataclass(frozen=True)
+class Light:
+    """One light.
+
+    Attributes:
+        kind: 'directional', 'point' or 'spot'.
+        position: [m] in the world, or in its link's frame; meaningless for a directional light.
+        direction: in which it shines, unit vector in the same.
+        diffuse, specular: RGB 0..1.
+        reach: maximum distance that is lit [m].
+        constant, linear [1/m], quadratic [1/m^2]: the light decreases with 1 / (constant +
+            linear d + quadratic d^2).
+        inner, outer: full angles of a spot's cones [rad]: all of its light inside the inner one,
+            none outside the outer one.
+        falloff: exponent between the two.
+        cast_shadows: whether it casts shadows; only those of a directional light are rendered.
+    """
+
+    name: str
+    kind: str = "directional"
+    position: Vec3 = (0.0, 0.0, 0.0)
+    direction: Vec3 = (0.0, 0.0, -1.0)
+    diffuse: RGB = (1.0, 1.0, 1.0)
+    specular: RGB = (0.1, 0.1, 0.1)
+    reach: float = 10.0
+    constant: float = 1.0
+    linear: float = 1.0
+    quadratic: float = 0.0
+    inner: float = 0.0
+    outer: float = 0.0
+    falloff: float = 0.0
+    cast_shadows: bool = False
+
+    def at(self, pose: Pose) -> Light:
+        """The same light in a frame in which its current frame has the given pose."""
+        x, y, z = (pose.matrix @ np.asarray(self.direction)).tolist()
+        return replace(self, position=(pose * Pose(self.position)).position, direction=(x, y, z))
+
+
 INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
@@ -219,6 +261,7 @@ class Link:
     """A rigid link: mass [kg], center of mass in the link frame, inertia (3, 3) about it.
 
     Attributes:
+        lights: that it carries, in its frame.
         gravity: False: the file disables gravity for it.
         self_collide: collides with other links of its model that have it.
         kinematic: the solver 'ode' moves it as its velocity says: neither forces nor gravity do.
@@ -232,6 +275,7 @@ class Link:
     inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
     visuals: list[Shape] = field(default_factory=list)
     collisions: list[Shape] = field(default_factory=list)
+    lights: list[Light] = field(default_factory=list)
     surface: Surface = field(default_factory=Surface)
     gravity: bool = True
     self_collide: bool = False
@@ -418,3 +462,4 @@ class VisualLink:
     kind: str = "fixed"
     axis: Vec3 = (1.0, 0.0, 0.0)
     shapes: tuple[Shape, ...] = ()
+    lights: tuple[Light, ...] = ()

@@ -5,45 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Tuple
 
-from bullet_sim.description.model import RGB, Finish, Geometry, Link, ModelDescription, Shape
+from bullet_sim.description.model import (
+    RGB,
+    Finish,
+    Geometry,
+    Light,
+    Link,
+    ModelDescription,
+    Shape,
+)
 from bullet_sim.description.warnings import ReadWarning, add_warning
 from bullet_sim.pose import Pose, Vec3
-
-LIGHT_TYPES = ("directional", "point", "spot")
-
-
-@dataclass(frozen=True)
-class Light:
-    """One light.
-
-    Attributes:
-        kind: 'directional', 'point' or 'spot'.
-        position: [m] in the world; meaningless for a directional light.
-        direction: in which it shines, unit vector in the world.
-        diffuse, specular: RGB 0..1.
-        reach: maximum distance that is lit [m].
-        constant, linear [1/m], quadratic [1/m^2]: the light decreases with 1 / (constant +
-            linear d + quadratic d^2).
-        inner, outer: full angles of a spot's cones [rad]: all of its light inside the inner one,
-            none outside the outer one.
-        falloff: exponent between the two.
-        cast_shadows: whether it casts shadows; only those of a directional light are rendered.
-    """
-
-    name: str
-    kind: str = "directional"
-    position: Vec3 = (0.0, 0.0, 0.0)
-    direction: Vec3 = (0.0, 0.0, -1.0)
-    diffuse: RGB = (1.0, 1.0, 1.0)
-    specular: RGB = (0.1, 0.1, 0.1)
-    reach: float = 10.0
-    constant: float = 1.0
-    linear: float = 1.0
-    quadratic: float = 0.0
-    inner: float = 0.0
-    outer: float = 0.0
-    falloff: float = 0.0
-    cast_shadows: bool = False
 
 
 @dataclass(frozen=True)

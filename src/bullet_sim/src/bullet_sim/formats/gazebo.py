@@ -17,6 +17,7 @@ from bullet_sim.description.model import (
 )
 from bullet_sim.description.world import MAX_CONTACTS
 from bullet_sim.errors import ModelError
+from bullet_sim.formats.lights import parse_light
 from bullet_sim.formats.materials import Material, Resolve, material_of, named_material
 from bullet_sim.plugins import parse_plugin, parse_sensor
 from bullet_sim.plugins.xml import merged_links
@@ -182,6 +183,7 @@ READ = {
     "gravity",
     "turnGravityOff",
     "sensor",
+    "light",
     "plugin",
     "static",
     "visual",
@@ -462,6 +464,7 @@ def _link_flags(
     _replace_surface(element, link, label, model)
     read_surface(element, link.surface, label, model.warn, urdf=True)
     read_stiffness(element, link.surface, label)
+    link.lights += [parse_light(light, label) for light in element.findall("light")]
     if is_true(_either(element, "selfCollide", "self_collide")):
         link.self_collide = True
     if is_true(child_text(element, "kinematic", "false")):

@@ -103,7 +103,10 @@ def parse_shape(
     geometry = first_geometry(element, label, model)
     if geometry is None:
         return None
-    parsed = _geometry(geometry, label, model, resolve, tag)
+    if geometry.tag == "polyline":
+        parsed: Geometry | None = _polylines(element, label)
+    else:
+        parsed = _geometry(geometry, label, model, resolve, tag)
     parsed = parsed and usable_size(parsed, label, model)
     if parsed is None:
         return None
@@ -161,8 +164,8 @@ def _geometry(
                 centered=is_true(child_text(shape, "submesh/center", "false")),
             )
         return geometry
-    if shape.tag in ("heightmap", "polyline"):
-        return (_heightmap if shape.tag == "heightmap" else _polyline)(shape, label, model, resolve)
+    if shape.tag == "heightmap":
+        return _heightmap(shape, label, model, resolve)
     if shape.tag != "empty":
         model.warn(
             f"{label} has geometry <{shape.tag}>, known are plane, box, cylinder, sphere, "
@@ -193,11 +196,15 @@ def _heightmap(
     return Geometry("heightmap", size, path=path)
 
 
-def _polyline(shape: Node, label: str, model: ModelDescription, _: Resolve) -> Geometry | None:
-    corners = (
-        floats(point.text or "", 2, f"{label} polyline point") for point in shape.findall("point")
-    )
-    points = tuple((x, y) for x, y in corners)
-    return Geometry(
-        "polyline", (child_number(shape, "height", f"{label} polyline", 1.0),), points=points
-    )
+def _polylines(element: Node, label: str) -> Geometry:
+    """All <polyline>s of a shape; the first one has the height, as in Gazebo."""
+    shapes = element.findall("geometry/polyline")
+    label = f"{label} polyline"
+    outlines = []
+    for shape in shapes:
+        corners = (
+            floats(point.text or "", 2, f"{label} point") for point in shape.findall("point")
+        )
+        outlines.append(tuple((x, y) for x, y in corners))
+    height = child_number(shapes[0], "height", label, 1.0)
+    return Geometry("polyline", (height,), outlines=tuple(outlines))

@@ -438,7 +438,7 @@ class _MeshCache:
     def _generated(self, geometry: Geometry) -> Geometry:
         """The mesh of a heightmap or a polyline."""
         data = read_file(geometry.path, "mesh", MAX_BYTES) if geometry.path else b""
-        key = _key(data, repr((geometry.kind, geometry.size, geometry.points)))
+        key = _key(data, repr((geometry.kind, geometry.size, geometry.outlines)))
 
         def make(folder: str) -> list[Part]:
             path = os.path.join(folder, "shape.obj")
@@ -493,7 +493,7 @@ class _MeshCache:
 
 _GENERATORS = {
     "heightmap": lambda geometry: terrain.heightmap(geometry.path, geometry.size),
-    "polyline": lambda geometry: terrain.extruded(geometry.points, geometry.size[0]),
+    "polyline": lambda geometry: terrain.extruded(geometry.outlines, geometry.size[0]),
 }
 
 

@@ -51,11 +51,14 @@ def heightmap(path: str, size: Sequence[float]) -> tuple[Array, Array]:
     return vertices, np.concatenate((np.stack((a, c, b), -1), np.stack((b, c, d), -1)))
 
 
-def extruded(points: Iterable[Sequence[float]], height: float) -> tuple[Array, Array]:
-    """A polygon in the plane, extruded upwards by a height [m].
+def extruded(outlines: Iterable[Sequence[Sequence[float]]], height: float) -> tuple[Array, Array]:
+    """Polygons in the plane, extruded upwards by a height [m].
+
+    What an odd number of outlines surrounds is filled, as in Gazebo: one within another is a hole.
 
     Args:
-        points: its corners (x, y) [m] in order, in either direction; the last may repeat the first.
+        outlines: corners (x, y) [m] of each in order, in either direction; the last may repeat the
+            first.
 
     Returns:
         vertices (N, 3) [m], faces (M, 3).
@@ -63,6 +66,37 @@ def extruded(points: Iterable[Sequence[float]], height: float) -> tuple[Array, A
     Raises:
         ModelError: fewer than three corners, or sides that cross.
     """
+    rings = [_ring(points) for points in outlines]
+    depths = [
+        sum(_surrounds(other, ring[0]) for other in rings if other is not ring) for ring in rings
+    ]
+    rings = [ring[::-1] if depth % 2 else ring for ring, depth in zip(rings, depths)]
+    firsts = np.cumsum([0] + [len(ring) for ring in rings])
+    flat = np.concatenate(rings)
+    count = len(flat)
+    faces = []
+    for outer, depth in enumerate(depths):
+        if depth % 2:
+            continue
+        holes = [
+            number
+            for number, other in enumerate(depths)
+            if other == depth + 1 and _surrounds(rings[outer], rings[number][0])
+        ]
+        path = _joined(flat, *(list(range(*firsts[n : n + 2])) for n in (outer, *holes)))
+        top = np.array(path)[np.array(_triangles([flat[n] for n in path]))]
+        faces += [top[:, ::-1], top + count]
+    for start, end in zip(firsts[:-1], firsts[1:]):
+        here = np.arange(start, end)
+        there = np.roll(here, -1)
+        faces.append(np.stack((here, there, there + count), -1))
+        faces.append(np.stack((here, there + count, here + count), -1))
+    low, high = np.zeros(count), np.full(count, float(height))
+    return np.concatenate((np.c_[flat, low], np.c_[flat, high])), np.concatenate(faces)
+
+
+def _ring(points: Sequence[Sequence[float]]) -> Array:
+    """Corners (n, 2) of an outline, counter-clockwise, the last not the first again."""
     corners = [np.asarray(p, float) for p in points]
     if len(corners) > 1 and np.allclose(corners[0], corners[-1]):
         corners.pop()
@@ -71,26 +105,56 @@ def extruded(points: Iterable[Sequence[float]], height: float) -> tuple[Array, A
     area = sum(_cross(p, q) for p, q in zip(corners, corners[1:] + corners[:1]))
     if area == 0.0:
         raise ModelError("polyline has no area, or sides that cross")
-    if area < 0.0:
-        corners.reverse()
-    top = np.array(_triangles(corners))
-    count = len(corners)
-    flat = np.array(corners)
-    vertices = np.concatenate(
-        (np.c_[flat, np.zeros(count)], np.c_[flat, np.full(count, float(height))])
-    )
-    here, there = np.arange(count), np.roll(np.arange(count), -1)
-    sides = np.concatenate(
-        (
-            np.stack((here, there, there + count), -1),
-            np.stack((here, there + count, here + count), -1),
-        )
-    )
-    return vertices, np.concatenate((top[:, ::-1], top + count, sides))
+    return np.array(corners if area > 0.0 else corners[::-1])
 
 
 def _cross(p: Array, q: Array) -> float:
     return p[0] * q[1] - p[1] * q[0]
+
+
+def _surrounds(ring: Array, point: Array) -> bool:
+    """Whether a point is within an outline: a ray from it crosses an odd number of sides."""
+    x, y = (ring - point).T
+    next_x, next_y = np.roll(x, -1), np.roll(y, -1)
+    crossing = (y > 0.0) != (next_y > 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = x - y * (next_x - x) / (next_y - y)
+    return bool(np.count_nonzero(crossing & (at > 0.0)) % 2)
+
+
+def _joined(flat: Array, outer: list[int], *holes: list[int]) -> list[int]:
+    """One path along an outline and its holes, to and fro between them (Eberly 2002).
+
+    Args:
+        flat: corners (n, 2) of all; the paths have their numbers.
+    """
+    path, left = outer, sorted(holes, key=lambda hole: -flat[hole, 0].max())
+    while left:
+        hole = left[0]
+        start = int(flat[hole, 0].argmax())
+        point = flat[hole[start]]
+        near = np.argsort(np.linalg.norm(flat[path] - point, axis=1), kind="stable")
+        sides = [(ring, ring[1:] + ring[:1]) for ring in (path, *left)]
+        ends = [(a, b) for ring, after in sides for a, b in zip(ring, after)]
+        for place in near.tolist():
+            one, other = hole[start], path[place]
+            if not any(_crosses(flat, one, other, a, b) for a, b in ends):
+                break
+        else:
+            raise ModelError("polyline has sides that cross")
+        path = path[: place + 1] + hole[start:] + hole[: start + 1] + path[place:]
+        left = left[1:]
+    return path
+
+
+def _crosses(flat: Array, a: int, b: int, c: int, d: int) -> bool:
+    """Whether a segment crosses or touches another with which it has no corner in common."""
+    if {a, b} & {c, d}:
+        return False
+    p, q, r, s = flat[a], flat[b], flat[c], flat[d]
+    one = _cross(q - p, r - p), _cross(q - p, s - p)
+    other = _cross(s - r, p - r), _cross(s - r, q - r)
+    return min(one) <= 0.0 <= max(one) and min(other) <= 0.0 <= max(other)
 
 
 def _triangles(corners: list[Array]) -> list[tuple[int, ...]]:
@@ -112,11 +176,14 @@ def _is_ear(corners: list[Array], left: list[int], before: int, here: int, after
     a, b, c = corners[before], corners[here], corners[after]
     if _cross(b - a, c - a) <= 0.0:
         return False
-    others = [corners[n] for n in left if n not in (before, here, after)]
-    return not any(
-        _cross(b - a, p - a) >= 0.0 and _cross(c - b, p - b) >= 0.0 and _cross(a - c, p - c) >= 0.0
-        for p in others
-    )
+    others = np.array([corners[n] for n in left if n not in (before, here, after)])
+    own = (others[:, None] == np.array((a, b, c))).all(-1).any(-1)  # where paths go to and fro
+    x, y = others[~own].T
+    inside = [
+        (q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0]) >= 0.0
+        for p, q in ((a, b), (b, c), (c, a))
+    ]
+    return not bool((inside[0] & inside[1] & inside[2]).any())
 
 
 def write_obj(path: str, vertices: Array, faces: Array) -> None:

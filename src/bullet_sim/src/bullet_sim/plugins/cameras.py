@@ -33,6 +33,7 @@ class Lens:
         function: 'tan', 'sin' or 'id'.
         scaled: f is chosen such that `fov` fills the width.
         cutoff: maximum angle from the axis that is visible [rad].
+        texture: edge of the six images, around the camera, of which its image is made [px].
     """
 
     fov: float
@@ -43,6 +44,7 @@ class Lens:
     function: str = "id"
     scaled: bool = True
     cutoff: float = math.pi
+    texture: int = 256
 
 
 @dataclass(frozen=True)
@@ -65,6 +67,19 @@ class Distortion:
     center: tuple[float, float] = (0.5, 0.5)
     crop: bool = False
     legacy: bool = True
+
+
+@dataclass(frozen=True)
+class Intrinsics:
+    """A pinhole's projection [px]: column fx x/z - s y/z + cx and row fy y/z + cy of a point of the
+    optical frame, from the corner of the image.
+    """
+
+    fx: float = 277.0
+    fy: float = 277.0
+    cx: float = 160.0
+    cy: float = 120.0
+    s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -93,6 +108,9 @@ class CameraSpec:
             says [Hz]; 0: none.
         is_free: the sensor has no rate: the periods are those of the plugin.
         visibility: it sees what has one of these bits in its visibility_flags.
+        samples: a pixel, for smooth edges.
+        intrinsics: of the image, which replace horizontal_fov there; camera_info has none of them.
+        save: folder to which each image is written; "": none is.
     """
 
     name: str
@@ -123,6 +141,9 @@ class CameraSpec:
     plugin_rate: float = 0.0
     is_free: bool = False
     visibility: int = VISIBLE
+    samples: int = 4
+    intrinsics: Intrinsics | None = None
+    save: str = ""
 
 
 @dataclass(frozen=True)
@@ -175,6 +196,7 @@ MAX_FOV = math.radians(175.0)  # [rad] of a pinhole; at 180 degrees its image is
 FULL_TURN = 2.0 * math.pi
 FIELD_OF_VIEW = 1.047  # [rad] where none is given
 MIN_DISTORTION = 1e-6  # coefficients below are ignored
+TEXTURES = (4, 2048)  # [px] smallest and largest Lens.texture
 WIDE = "wideanglecamera"  # type of <sensor>
 CLIP = (0.1, 100.0)  # [m] near and far clip distance where none is given
 ENCODINGS = {
@@ -233,6 +255,7 @@ def wide_lens(camera: Values, model: ModelDescription) -> Lens:
     lens_type = camera.text("lens/type", "stereographic")
     scaled = camera.flag("lens/scale_to_hfov", True)
     cutoff = camera.number("lens/cutoff_angle", math.pi)
+    texture = min(max(camera.whole("lens/env_texture_size", 256), TEXTURES[0]), TEXTURES[1])
     if lens_type == "custom":
         c1, c2, c3, f = (
             camera.number(f"lens/custom_function/{name}", default)
@@ -249,7 +272,7 @@ def wide_lens(camera: Values, model: ModelDescription) -> Lens:
             )
         c1, c2, function = TYPES.get(lens_type, TYPES["stereographic"])
         c3, f = 0.0, 1.0
-    lens = Lens(fov, c1, c2, c3, f, function, scaled, cutoff)
+    lens = Lens(fov, c1, c2, c3, f, function, scaled, cutoff, texture)
     if function in FUNCTIONS and c1 * f > 0.0 and c2 > 0.0 and _fills(lens):
         return lens
     model.warn(
@@ -258,7 +281,23 @@ def wide_lens(camera: Values, model: ModelDescription) -> Lens:
         "lenses show nothing and become equidistant",
         camera.label,
     )
-    return Lens(fov, cutoff=cutoff)
+    return Lens(fov, cutoff=cutoff, texture=texture)
+
+
+def intrinsics(camera: Values) -> Intrinsics | None:
+    """<intrinsics> of a camera's <lens>; None: it has none, or its focal lengths make no image."""
+    element = camera.element.find("lens/intrinsics")
+    if element is None:
+        return None
+    values = {
+        name: camera.number(f"lens/intrinsics/{name}", default)
+        for name, default in vars(Intrinsics()).items()
+    }
+    if values["fx"] > 0.0 and values["fy"] > 0.0:
+        return Intrinsics(**values)
+    label, text = f"{camera.label} <intrinsics>", f"{values['fx']:g} {values['fy']:g}"
+    warn_replaced(element, label, text, f"{label} fx, fy are {text}, must be above 0", "no effect")
+    return None
 
 
 def _fills(lens: Lens) -> bool:
@@ -307,6 +346,14 @@ def clip(camera: Values) -> tuple[float, float]:
     return used
 
 
+def save_folder(camera: Values) -> str:
+    """<path> of a camera whose images are to be saved; "": they are not."""
+    element = camera.element.find("save")
+    if element is None or not is_true(element.get("enabled", "false")):
+        return ""
+    return camera.text("save/path", "__default__") or "."
+
+
 def _camera_values(
     xml: SensorXml, element: Element | None = None, side: str = "", triggered: bool = False
 ) -> dict[str, Any]:
@@ -332,6 +379,9 @@ def _camera_values(
         horizontal_fov=field_of_view(camera, xml.type == WIDE),
         near=near,
         visibility=int(camera.number("visibility_mask", EVERYWHERE)) & VISIBLE,
+        samples=int(camera.number("image/anti_aliasing", 4.0)),
+        intrinsics=intrinsics(camera) if xml.type != WIDE else None,
+        save=save_folder(camera),
         far=far,
         rate=0.0 if triggered else rate or xml.output_rate(),
         plugin_rate=0.0 if triggered else max(0.0, plugin.number("updateRate")),

@@ -101,7 +101,6 @@ SIDES = (
     (0.0, 0.0, 2.0 * QUARTER),
 )
 MARGIN = 2  # [px] that a side's image extends beyond its edge, for what lies between two pixels
-MIN_SIDE, MAX_SIDE = 64, 1024  # [px] of a side's image
 _INVERSE: dict[str, Callable[[Array], Array]] = {
     "tan": np.arctan,
     "sin": np.arcsin,
@@ -144,8 +143,7 @@ def plan_sides(
         points of the pixels in it (H, W, 2) float32, mask (H, W) bool.
     """
     rays = directions(width, height, lens)
-    per_radian = width / lens.fov
-    edge = int(min(max(math.ceil(1.5 * QUARTER * per_radian), MIN_SIDE), MAX_SIDE))
+    edge = lens.texture
     focal = edge / 2.0
     size = edge + 2 * MARGIN
     sides = []
@@ -222,7 +220,7 @@ def _sides(request: CameraRequest, lens: Lens) -> Iterator[tuple[CameraRequest, 
     size, angle, sides = plan_sides(request.width, request.height, lens)
     pose = Pose.from_xyz_rpy(*request.pose)
     pinhole = replace(
-        request, width=size, height=size, horizontal_fov=angle, lens=None, depth=False
+        request, width=size, height=size, horizontal_fov=angle, lens=None, depth=False, samples=4
     )
     for index, points, mask in sides:
         side = pose * Pose(orientation=quaternion_from_rpy(*SIDES[index]))

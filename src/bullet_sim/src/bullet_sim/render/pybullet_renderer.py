@@ -114,12 +114,15 @@ class PyBulletRenderer(Renderer):
         return labels
 
     def _projection(self, request: CameraRequest, near: float, far: float) -> tuple[float, ...]:
+        size = request.width, request.height
+        shown = camera.shown_intrinsics(*size, request.horizontal_fov, request.intrinsics)
         return camera.projection_matrix(
             request.horizontal_fov,
             request.width / request.height,
             near,
             far,
             shift=(-self._offset[0] / request.width, -self._offset[1] / request.height),
+            shown=None if request.intrinsics is None else shown / np.array([size]).T,
         )
 
     def _render(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bullet_sim.description.model import VISIBLE
-from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, Distortion, Lens
+from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, Distortion, Intrinsics, Lens
 from bullet_sim.plugins.xml import PoseTuple
 from bullet_sim.pose import Array
 
@@ -31,6 +31,8 @@ class CameraRequest:
         visibility: the OpenGL renderer shows what has one of these bits in its visibility_flags.
         distortion: of the colors and labels, see lenses; None: a pinhole.
         lens: a wide-angle Lens, see lenses; horizontal_fov has no effect then.
+        samples: a pixel, where the renderer smooths edges; another number than it has means one.
+        intrinsics: replace horizontal_fov in the image; None: square pixels about its middle.
     """
 
     name: str
@@ -50,6 +52,8 @@ class CameraRequest:
     lens: Lens | None = None
     labels: bool = False
     visibility: int = VISIBLE
+    samples: int = 4
+    intrinsics: Intrinsics | None = None
 
     @classmethod
     def from_spec(cls, spec: CameraSpec, key: int, link_index: int, seed: int = 0) -> CameraRequest:
@@ -71,6 +75,8 @@ class CameraRequest:
             spec.distortion,
             spec.lens,
             visibility=spec.visibility,
+            samples=spec.samples,
+            intrinsics=spec.intrinsics,
         )
 
 

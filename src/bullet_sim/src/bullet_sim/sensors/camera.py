@@ -63,6 +63,23 @@ def intrinsics(width: int, height: int, horizontal_fov: float) -> Array:
     )
 
 
+def shown_intrinsics(width: int, height: int, horizontal_fov: float, given: Any = None) -> Array:
+    """What an image shows, from its upper left corner [px], which is half a pixel off K.
+
+    Args:
+        width, height: [px].
+        horizontal_fov: [rad].
+        given: plugins.cameras.Intrinsics that replace the angle; None: none do.
+
+    Returns:
+        (2, 3): column and row of (x/z, y/z, 1) of the optical frame.
+    """
+    if given is not None:
+        return np.array([[given.fx, -given.s, given.cx], [0.0, given.fy, given.cy]])
+    focal = width / (2.0 * math.tan(horizontal_fov / 2.0))
+    return np.array([[focal, 0.0, width / 2.0], [0.0, focal, height / 2.0]])
+
+
 def camera_info_arrays(
     width: int,
     height: int,
@@ -127,6 +144,7 @@ def projection_matrix(
     near: float,
     far: float,
     shift: tuple[float, float] = (0.0, 0.0),
+    shown: Array | None = None,
 ) -> tuple[float, ...]:
     """OpenGL perspective matrix (glFrustum's).
 
@@ -135,16 +153,23 @@ def projection_matrix(
         aspect: width / height.
         near, far: clip distances along the optical axis [m].
         shift: moves the image right and down, in widths and heights of the image.
+        shown: (2, 3) as shown_intrinsics, in widths and heights; None: what the angle shows.
 
     Returns:
         16 floats, column-major.
     """
     x = 1.0 / math.tan(horizontal_fov / 2.0)
     depth = near - far
+    skew = 0.0
+    y, right, down = x * aspect, -2.0 * shift[0], 2.0 * shift[1]
+    if shown is not None:
+        (x, skew, center_x), (_, y, center_y) = (2.0 * np.asarray(shown)).tolist()
+        skew = -skew  # the eye has y up
+        right, down = right + 1.0 - center_x, down + center_y - 1.0
     return (
         *(x, 0.0, 0.0, 0.0),
-        *(0.0, x * aspect, 0.0, 0.0),
-        *(-2.0 * shift[0], 2.0 * shift[1], (far + near) / depth, -1.0),
+        *(skew, y, 0.0, 0.0),
+        *(right, down, (far + near) / depth, -1.0),
         *(0.0, 0.0, 2.0 * far * near / depth, 0.0),
     )
 

@@ -1,23 +1,42 @@
-"""Frames of an SDF model and their poses, which are relative to each other."""
+"""Frames of an SDF model or world and their poses, which are relative to each other."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import Node, child_text, sdf_pose
 
+_PARTS = {"world": ("model", "include", "frame")}
+_PARTS_OF_MODEL = ("link", "model", "frame", "joint")
+
 
 class Frames:
-    """Frames of one <model>: its links, joints, <frame>s and nested models."""
+    """Frames of one <model>: its links, joints, <frame>s and nested models; or those of a <world>:
+    its models, includes and <frame>s.
 
-    def __init__(self, element: Node, name: str) -> None:
-        self._name = name
+    Args:
+        element: <model> or <world>.
+        name: of it, for messages.
+        open_include: of an <include> of a world the <model> of its file; it may raise OSError or
+            ValueError.
+    """
+
+    def __init__(
+        self, element: Node, name: str, open_include: Callable[[Node], Node] | None = None
+    ) -> None:
+        self._name, self._kind, self._open = name, element.tag, open_include
         self._elements: dict[str, tuple[Node, str]] = {}
         self._poses = {"__model__": Pose(), "": Pose(), "world": Pose()}
-        for tag in ("link", "model", "frame", "joint"):
+        self._unnamed: list[Node] = []  # includes whose file has their name
+        for tag in _PARTS.get(element.tag, _PARTS_OF_MODEL):
             for part in element.findall(tag):
-                key = part.get("name") or ""
+                of_include = child_text(part, "name") or "" if tag == "include" else ""
+                key = of_include or part.get("name") or ""
                 if key:
                     self._elements.setdefault(key, (part, self._default(part, tag)))
+                elif tag == "include":
+                    self._unnamed.append(part)
         self._pending: list[str] = []
 
     @staticmethod
@@ -27,15 +46,17 @@ class Frames:
         return part.get("attached_to") or "" if tag == "frame" else ""
 
     def pose(self, name: str, element: Node | None = None) -> Pose:
-        """Pose of a named frame in the model's frame.
+        """Pose of a named frame in the model's frame, or in the world.
 
         Args:
             name: of the frame; one that does not exist, or is relative to itself in a circle,
-                is replaced by the model's frame.
+                is replaced by the model's frame, or the world.
             element: that names it; takes the warning.
         """
         if name in self._poses:
             return self._poses[name]
+        if name not in self._elements:
+            self._name_includes()
         if name not in self._elements:
             outer, _, inner = name.partition("::")
             if inner and outer in self._elements:  # a frame inside a nested model
@@ -43,7 +64,7 @@ class Frames:
                 return self.pose(outer, element) * Frames(part, name).pose(inner, element)
             return self._model_frame(
                 element,
-                f"model '{self._name}' has no frame '{name}'; frames are "
+                f"{self._kind} '{self._name}' has no frame '{name}'; frames are "
                 f"{', '.join(self._elements)}",
                 name,
             )
@@ -61,22 +82,38 @@ class Frames:
         self._poses[name] = pose
         return pose
 
-    @staticmethod
-    def _model_frame(element: Node | None, text: str, name: str) -> Pose:
+    def _name_includes(self) -> None:
+        """Read the names of included models that have none but their file's."""
+        unnamed, self._unnamed = self._unnamed, []
+        for include in unnamed:
+            try:
+                name = self._open(include).get("name") if self._open else None
+            except (OSError, ValueError):
+                continue  # whoever reads the world warns of it
+            self._elements.setdefault(name or "", (include, ""))
+
+    def _model_frame(self, element: Node | None, text: str, name: str) -> Pose:
         if element is not None:
             element.warn(
-                f"{text}; the model's frame is used",
-                "frames do not exist or lead in a circle; the model's frame is used",
+                f"{text}; the {self._kind}'s frame is used",
+                f"frames do not exist or lead in a circle; the {self._kind}'s frame is used",
                 f"'{name}'",
             )
         return Pose()
 
     def pose_of(self, element: Node, default: str, label: str) -> Pose:
-        """Pose of an element with a <pose> in the model's frame.
+        """Pose of an element with a <pose> in the model's frame, or in the world.
+
+        That of an <include> without one is the pose of the <model> of its file.
 
         Args:
             default: name of the frame that its pose is relative to when it names none.
         """
+        if element.tag == "include" and element.find("pose") is None and self._open:
+            try:
+                element = self._open(element)
+            except (OSError, ValueError):
+                return Pose()
         pose = element.find("pose")
         named = None if pose is None else pose.get("relative_to") or pose.get("frame")  # 1.6
         base = named or default

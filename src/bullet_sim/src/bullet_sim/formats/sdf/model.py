@@ -18,6 +18,7 @@ from bullet_sim.description.model import (
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.gazebo import read_surface
 from bullet_sim.formats.joints import Version, read_joint
+from bullet_sim.formats.lights import parse_light
 from bullet_sim.formats.materials import Resolve
 from bullet_sim.formats.sdf.frames import Frames
 from bullet_sim.formats.sdf.includes import Includes, OpenInclude, unused
@@ -244,9 +245,7 @@ class ModelReader:
         self.poses[link.name] = pose * inner
         for sensor in element.findall("sensor"):
             parse_sensor(sensor, link.name, self.model)
-        for light in element.findall("light"):
-            light.warn(
-                f"{label} has a <light> '{light.get('name')}', which is left out",
-                "links have a <light>, which is left out",
-                f"'{light.get('name')}'",
-            )
+        link.lights += [
+            parse_light(light, label, inner.inverse() * frames.pose_of(light, name, label))
+            for light in element.findall("light")
+        ]

@@ -5,39 +5,28 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from dataclasses import replace
-from typing import TypeVar
 
-import numpy as np
-
-from bullet_sim.description.model import RGB, ModelDescription
+from bullet_sim.description.model import Light, ModelDescription
 from bullet_sim.description.warnings import ReadWarning
-from bullet_sim.description.world import (
-    LIGHT_TYPES,
-    SUN,
-    Fog,
-    Light,
-    Scene,
-    WorldDescription,
-    ground_plane,
-)
+from bullet_sim.description.world import Fog, Scene, WorldDescription, ground_plane
 from bullet_sim.errors import ModelError
 from bullet_sim.files import MAX_TEXT, read_file
 from bullet_sim.formats.joints import Version
-from bullet_sim.formats.materials import Resolve, rgba_of
+from bullet_sim.formats.lights import child_color, parse_light, sun
+from bullet_sim.formats.materials import Resolve
 from bullet_sim.formats.sdf.actor import parse_actor
+from bullet_sim.formats.sdf.frames import Frames
 from bullet_sim.formats.sdf.includes import OpenInclude
 from bullet_sim.formats.sdf.model import parse_model_element
 from bullet_sim.formats.sdf.physics import choose_physics, convert_physics, read_physics
 from bullet_sim.formats.sdf.population import places
 from bullet_sim.formats.sdf.unread import warn_unread
 from bullet_sim.plugins.xml import library
-from bullet_sim.pose import Pose, Vec3
+from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import (
     Node,
     add_child,
     child_flag,
-    child_floats,
     child_number,
     child_text,
     copied,
@@ -47,9 +36,7 @@ from bullet_sim.xml_reader import (
     sdf_pose,
 )
 
-D = TypeVar("D")
 FOGS = {"linear": "linear", "exponential": "exp", "quadratic": "exp2", "exp": "exp", "exp2": "exp2"}
-DOWN = (0.0, 0.0, -1.0)
 
 
 def parse_scene(world: Node, label: str) -> Scene:
@@ -59,83 +46,19 @@ def parse_scene(world: Node, label: str) -> Scene:
         return Scene(lights=())
     label = f"{label} <scene>"
     has_sky = scene.find("sky") is not None
-    background = None if has_sky else _color(scene, "background", label, Scene.background)
+    background = None if has_sky else child_color(scene, "background", label, Scene.background)
     hour, sunrise, sunset = (
         min(max(child_number(scene, f"sky/{tag}", label, default), 0.0), 24.0)
         for tag, default in zip(("time", "sunrise", "sunset"), Scene.daytime)
     )
     return Scene(
-        _color(scene, "ambient", label, Scene.ambient),
+        child_color(scene, "ambient", label, Scene.ambient),
         background,
         child_flag(scene, "shadows", label, True),
         _fog(scene.find("fog"), label),
         (),
         (hour, sunrise, sunset),
     )
-
-
-def sun(include: Node, label: str) -> Light:
-    """Gazebo's model://sun at the pose of its <include>."""
-    name = child_text(include, "name", SUN.name)
-    if include.find("pose") is None:
-        return replace(SUN, name=name)
-    pose = sdf_pose(include, label)
-    return replace(SUN, name=name, position=pose.position, direction=_rotated(pose, SUN.direction))
-
-
-def parse_light(element: Node, label: str, pose: Pose | None = None) -> Light:
-    """Light of a <light>.
-
-    Args:
-        pose: replaces its own.
-    """
-    name = element.get("name") or "light"
-    label = f"{label} light '{name}'"
-    light_type = element.get("type") or "point"
-    if light_type not in LIGHT_TYPES:
-        element.warn(
-            f"{label} has type '{light_type}', known are {', '.join(LIGHT_TYPES)}; "
-            "it becomes a point light",
-            "lights have a type that is not known here and become point lights",
-            f"'{name}' ({light_type})",
-        )
-        light_type = "point"
-    pose = sdf_pose(element, label) if pose is None else pose
-    reach = child_number(element, "attenuation/range", label, Light.reach)
-    return Light(
-        name,
-        light_type,
-        pose.position,
-        _rotated(pose, child_floats(element, "direction", 3, label, DOWN)),
-        _color(element, "diffuse", label, Light.diffuse),
-        _color(element, "specular", label, Light.specular),
-        reach,
-        child_number(element, "attenuation/constant", label, Light.constant),
-        child_number(element, "attenuation/linear", label, Light.linear),
-        child_number(element, "attenuation/quadratic", label, Light.quadratic),
-        child_number(element, "spot/inner_angle", label, Light.inner),
-        child_number(element, "spot/outer_angle", label, Light.outer),
-        child_number(element, "spot/falloff", label, Light.falloff),
-        child_flag(element, "cast_shadows", label, Light.cast_shadows),
-    )
-
-
-def _rotated(pose: Pose, direction: Vec3) -> Vec3:
-    """A direction in a frame as unit vector in the parent's; down for a zero vector."""
-    length = math.sqrt(sum(value * value for value in direction))
-    if length < 1e-9:
-        direction, length = DOWN, 1.0
-    x, y, z = (pose.matrix @ (np.asarray(direction) / length)).tolist()
-    return x, y, z
-
-
-def _color(element: Node, tag: str, label: str, default: D) -> RGB | D:
-    """RGB of a child element."""
-    text = child_text(element, tag)
-    if text is None:
-        return default
-    color = rgba_of(element.find(tag), text, f"{label} <{tag}>")
-    return default if color is None else color[:3]
 
 
 def _fog(element: Node | None, label: str) -> Fog | None:
@@ -147,7 +70,7 @@ def _fog(element: Node | None, label: str) -> Fog | None:
     label = f"{label} <fog>"
     return Fog(
         fog_type,
-        _color(element, "color", label, Fog.color),
+        child_color(element, "color", label, Fog.color),
         child_number(element, "start", label, Fog.start),
         child_number(element, "end", label, Fog.end),
         child_number(element, "density", label, Fog.density),
@@ -202,11 +125,13 @@ def parse_world(
     described.scene = parse_scene(world, label)
     states = {model.get("name"): model for model in world.findall("state/model")}
     of_lights = {light.get("name"): light for light in world.findall("state/light")}
+    opener = _opener(resolve, described.warnings)
+    frames = Frames(world, described.name, lambda include: _included(include, opener))
     for element in world:
         if element.tag == "include":
-            _include(element, described, resolve, label)
+            _include(element, described, resolve, label, frames)
         elif element.tag == "model":
-            _model(element, described, resolve, label, _version(sdf), states)
+            _model(element, described, resolve, label, _version(sdf), states, frames)
         elif element.tag == "light":
             state = of_lights.get(element.get("name"))
             there = None if state is None else sdf_pose(state, f"{label} state of a light")
@@ -234,12 +159,14 @@ def _model(
     label: str,
     version: Version,
     states: dict[str | None, Node],
+    frames: Frames,
 ) -> None:
     state = states.get(element.get("name"))
     try:
         if state is not None:
             _move_links(element, state, label)
-        model, pose = _read_model(element, resolve, label, version)
+        model = _read_model(element, resolve, version)
+        pose = frames.pose_of(element, "", f"{label} model '{model.name}'")
     except ModelError as error:
         element.warn(
             f"model '{element.get('name')}' is left out: {error}",
@@ -325,27 +252,43 @@ def _other(element: Node, described: WorldDescription, label: str) -> None:
     )
 
 
-def _include(element: Node, described: WorldDescription, resolve: Resolve, label: str) -> None:
+def _plain(include: Node) -> str:
+    """The name of a model of Gazebo's database that an <include> names."""
+    return child_text(include, "uri", "").replace("model://", "").strip("/")
+
+
+def _included(include: Node, opener: OpenInclude) -> Node:
+    """The <model> of the file of an <include>; a plain one of ground_plane, which has none here."""
+    if _plain(include) == "ground_plane":
+        plane = Node("model", name="ground_plane")
+        plane.document, plane.line = include.document, include.line
+        return plane
+    return opener(include)[0]
+
+
+def _include(
+    element: Node, described: WorldDescription, resolve: Resolve, label: str, frames: Frames
+) -> None:
     uri = child_text(element, "uri", "")
-    plain = uri.replace("model://", "").strip("/")
-    pose = sdf_pose(element, f"{label} <include>")
+    plain = _plain(element)
     if plain == "sun":
         _add_light(described, sun(element, f"{label} <include>"))
         return
     try:
         if plain == "ground_plane":
-            model, model_pose = ground_plane(), pose
+            model = ground_plane()
         else:
             inner, version = _opener(resolve, described.warnings)(element)
             if inner.tag == "light":
-                light_pose = None if element.find("pose") is None else pose
+                has_pose = element.find("pose") is not None
+                light_pose = sdf_pose(element, f"{label} <include>") if has_pose else None
                 _add_light(described, parse_light(inner, label, light_pose))
                 return
             for plugin in element.findall("plugin"):
                 inner.append(plugin)
             if name := child_text(element, "name"):  # which its plugins have as namespace
                 inner.set("name", name)
-            model, model_pose = _read_model(inner, resolve, label, version)
+            model = _read_model(inner, resolve, version)
     except (OSError, ValueError) as error:
         described.warn(
             f"{label} includes '{uri}', which cannot be used: {error}",
@@ -355,7 +298,7 @@ def _include(element: Node, described: WorldDescription, resolve: Resolve, label
         return
     model.name = child_text(element, "name", model.name)
     model.static = is_true(child_text(element, "static", str(model.static)))
-    described.models.append((model, pose if element.find("pose") is not None else model_pose))
+    described.models.append((model, frames.pose_of(element, "", f"{label} <include>")))
 
 
 def _populate(
@@ -377,7 +320,7 @@ def _populate(
         for number, place in enumerate(places(population, label)):
             clone = copied(model)
             clone.set("name", f"{model.get('name') or 'model'}_clone_{number}")
-            described.models.append((_read_model(clone, resolve, label, version)[0], Pose(place)))
+            described.models.append((_read_model(clone, resolve, version), Pose(place)))
     except (OSError, ValueError) as error:
         population.warn(
             f"{error}; it is left out",
@@ -398,12 +341,9 @@ def _opener(resolve: Resolve, warnings: list[ReadWarning]) -> OpenInclude:
     return open_include
 
 
-def _read_model(
-    element: Node, resolve: Resolve, label: str, version: Version
-) -> tuple[ModelDescription, Pose]:
+def _read_model(element: Node, resolve: Resolve, version: Version) -> ModelDescription:
     opener = _opener(resolve, element.document.warnings)
-    model = parse_model_element(element, resolve, version, opener)
-    return model, sdf_pose(element, f"{label} model '{element.get('name')}'")
+    return parse_model_element(element, resolve, version, opener)
 
 
 def _model_of(sdf: Node, label: str) -> Node:
@@ -429,7 +369,9 @@ def parse_model(
     world = sdf.find("world") if sdf.tag != "model" and sdf.find("model") is None else None
     if world is None:
         warn_unread(sdf)
-        return _read_model(_model_of(sdf, label), resolve, label, _version(sdf))
+        element = _model_of(sdf, label)
+        pose = sdf_pose(element, f"{label} model '{element.get('name')}'")
+        return _read_model(element, resolve, _version(sdf)), pose
     described = parse_world(sdf, resolve, label)
     if not described.models:
         raise ModelError(

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from bullet_sim.description.world import Light, Scene
+from bullet_sim.description.model import Light
+from bullet_sim.description.world import Scene
 from bullet_sim.errors import RenderError
 from bullet_sim.pose import Array, Vector, sensor_in_world
 from bullet_sim.render.gl.context import Context, Target, Targets
@@ -27,23 +27,24 @@ from bullet_sim.render.gl.shadows import Shadows
 from bullet_sim.render.gl.sky import Sky
 from bullet_sim.render.renderer import Renderer, check_body, check_link, links_of
 from bullet_sim.render.request import DEFAULT, CameraRequest, Quality
-from bullet_sim.sensors.camera import view_matrix
+from bullet_sim.sensors.camera import shown_intrinsics, view_matrix
 from bullet_sim.snapshot import BodySource, Snapshot
 
 
-def projection(horizontal_fov: float, aspect: float, near: float, far: float) -> Array:
+def projection(shown: Array, width: int, height: int, near: float, far: float) -> Array:
     """(4, 4) from the eye's axes to clip space, upside down, with depth 1 near and 0 far.
 
     Upside down, since OpenGL's first row is the lowest and an image's the uppermost.
 
     Args:
-        horizontal_fov: [rad].
-        aspect: width / height.
+        shown: (2, 3), see sensors.camera.shown_intrinsics.
+        width, height: of the image [px].
         near, far: clip distances [m].
     """
-    x = 1.0 / math.tan(horizontal_fov / 2.0)
     matrix = np.zeros((4, 4))
-    matrix[0, 0], matrix[1, 1] = x, -x * aspect
+    scaled = 2.0 * shown / np.array([[width], [height]])
+    matrix[:2, :3] = scaled * (1.0, -1.0, -1.0)  # the eye has y up, and looks along -z
+    matrix[:2, 2] += 1.0
     matrix[2, 2], matrix[2, 3] = near / (far - near), near * far / (far - near)
     matrix[3, 2] = -1.0
     return matrix
@@ -136,6 +137,7 @@ class View:
     Attributes:
         position: (3,) [m] in the world.
         rotation: (3, 3) of the camera in the world.
+        shown: (2, 3), see sensors.camera.shown_intrinsics.
         clip: (4, 4) from positions relative to the origin of the Instances to clip space.
         planes: (6, 4), see view_planes.
         visible: (n,) bool, the instances that may be visible.
@@ -143,13 +145,13 @@ class View:
 
     position: Array
     rotation: Array
+    shown: Array
     clip: Array
     planes: Array
     visible: Array
 
 
 GRID = 64.0  # [m] the origin of single-precision positions is a multiple of it near the camera
-SAMPLES = 4
 
 
 class GlRenderer(Renderer):
@@ -170,7 +172,7 @@ class GlRenderer(Renderer):
         antialias = (
             not self.software if quality.antialias == "auto" else quality.antialias == "true"
         )
-        self._samples = min(SAMPLES, gl.max_samples) if antialias else 0
+        self._samples = gl.max_samples if antialias else 0
         anisotropy = min(gl.max_anisotropy, 16.0)
         self._programs = Programs(gl)
         self._instances = Instances(gl, AssetCache(gl, anisotropy))
@@ -217,8 +219,13 @@ class GlRenderer(Renderer):
     def details(self) -> str:
         """What renders, in a few words."""
         shadows = "shadows" if self._shadows_enabled else "no shadows"
-        samples = f"{self._samples} samples a pixel" if self._samples else "no antialiasing"
+        samples = f"{self._samples} samples a pixel at most" if self._samples else "no antialiasing"
         return f"{self.device}, {shadows}, {samples}"
+
+    def _samples_of(self, request: CameraRequest) -> int:
+        """Samples a pixel, 0 for one; as in Gazebo none but those that the driver has."""
+        wanted = request.samples
+        return wanted if 1 < wanted <= self._samples and wanted & (wanted - 1) == 0 else 0
 
     def _view(self, request: CameraRequest) -> View:
         """Prepare the instances for a camera."""
@@ -227,47 +234,47 @@ class GlRenderer(Renderer):
         self._context.use()
         instances.set_origin(np.round(position / GRID) * GRID)
         eye = np.reshape(view_matrix(position - instances.origin, rotation), (4, 4)).T
-        aspect = request.width / request.height
-        clip = projection(request.horizontal_fov, aspect, request.near, request.far) @ eye
+        size = request.width, request.height
+        shown = shown_intrinsics(*size, request.horizontal_fov, request.intrinsics)
+        clip = projection(shown, *size, request.near, request.far) @ eye
         planes = view_planes(clip)
         visible = in_view(planes, instances.centers - instances.origin, instances.radii)
         visible &= (instances.visibility & request.visibility) != 0
-        return View(position, rotation, clip, planes, visible)
+        return View(position, rotation, shown, clip, planes, visible)
 
     def image(
         self, request: CameraRequest, rgb: Array | None = None, depth: Array | None = None
     ) -> tuple[Array, Array | None]:
         """See Renderer."""
         view, instances, lighting = self._view(request), self._instances, self._lighting
-        gl, scene, position = self._context.gl, self._lighting.scene, view.position
-        samples = 0 if request.depth else self._samples
+        gl, scene, position = self._context.gl, lighting.scene, view.position
+        lights = [*lighting.lights, *instances.lights()]
+        samples = 0 if request.depth else self._samples_of(request)
         target = self._targets.get(request.width, request.height, samples)
         if lighting.shadow_sun is not None:
             away = np.array(lighting.shadow_sun.direction)
             centers = instances.centers - instances.origin
             ends = centers + instances.shadow_lengths(away)[:, None] * away
             casts = instances.casts & in_view(view.planes, centers, instances.radii, ends)
-            focal = request.width / (2.0 * np.tan(request.horizontal_fov / 2.0))
-            self._shadows.update(instances, casts, -away, position, focal)
+            self._shadows.update(instances, casts, -away, position, view.shown[0, 0])
         self._frame.write(
             frame_bytes(
                 view.clip,
                 position - instances.origin,
                 scene,
                 lighting.sun,
-                light_rows(lighting.lights, instances.origin),
+                light_rows(lights, instances.origin),
                 self._shadows if lighting.shadow_sun else None,
             )
         )
         self._frame.bind_to_uniform_block(0)
         self._start(target, (*(scene.background or (0.0, 0.0, 0.0)), 1.0))
-        self._render_surfaces(view, transparent=False)
+        self._render_surfaces(view, len(lights), transparent=False)
         if scene.background is None:
             gl.enable_only(gl.DEPTH_TEST)
             gl.depth_func = ">="
-            aspect = request.width / request.height
-            self._sky.render(view.rotation, request.horizontal_fov, aspect, scene.daytime)
-        self._render_surfaces(view, transparent=True)
+            self._sky.render(view.rotation, view.shown, target.size, scene.daytime)
+        self._render_surfaces(view, len(lights), transparent=True)
         rgb = target.colors(rgb)
         if request.depth:
             self._fill_holes(view, target)
@@ -289,7 +296,7 @@ class GlRenderer(Renderer):
                 program["clip"].write(view.clip.T.astype(np.float32).tobytes())
                 instances.render(batch, selection, program)
 
-    def _render_surfaces(self, view: View, transparent: bool) -> None:
+    def _render_surfaces(self, view: View, lights: int, transparent: bool) -> None:
         """Render the opaque surfaces, or the transparent ones from far to near."""
         gl, instances, lighting = self._context.gl, self._instances, self._lighting
         batches = [batch for batch in instances.batches if batch.type.transparent == transparent]
@@ -321,7 +328,7 @@ class GlRenderer(Renderer):
                 batch.variant,
                 lighting.sun is not None,
                 shadowed,
-                len(lighting.lights),
+                lights,
                 fog,
             )
             if batch.surface.texture is not None:

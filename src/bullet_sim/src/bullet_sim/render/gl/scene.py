@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from bullet_sim.description.model import RGB, RGBA, Geometry, Shape, VisualLink
+from bullet_sim.description.model import RGB, RGBA, Geometry, Light, Shape, VisualLink
 from bullet_sim.errors import ModelError
 from bullet_sim.kinematics import Kinematics, pose_matrix
 from bullet_sim.meshes.looks import Look
@@ -231,6 +231,7 @@ class Instances:
         self.origin = np.zeros(3)
         self._failures: dict[tuple[int, str], str] = {}
         self.moving_version = self.fixed_version = 0
+        self._lights: list[tuple[int, Light]] = []  # and the rows of their links
         self.kinematics = Kinematics({})
         self._fill([])
 
@@ -252,10 +253,12 @@ class Instances:
         self._assets.start_scene()
         instances: list[Instance] = []
         failures = {}
+        self._lights = []
         for key, chain in bodies.items():
             first = self.kinematics.firsts[key]
             is_fixed = key in fixed and all(link.kind == "fixed" for link in chain)
             for row, link in enumerate(chain, first):
+                self._lights += [(row, light) for light in link.lights]
                 for shape in link.shapes:
                     try:
                         surfaces = self._assets.surfaces(shape)
@@ -336,6 +339,16 @@ class Instances:
         heights = np.full(len(self._low), self._low[lowest])
         heights[lowest] = np.delete(self._low, lowest).min()
         return heights
+
+    def lights(self) -> list[Light]:
+        """The lights that links carry, in the world."""
+        found = []
+        for row, light in self._lights:
+            pose = self.kinematics.poses[row]
+            x, y, z = (pose[:3, :3] @ light.position + pose[:3, 3]).tolist()
+            right, left, up = (pose[:3, :3] @ light.direction).tolist()
+            found.append(replace(light, position=(x, y, z), direction=(right, left, up)))
+        return found
 
     def shadow_lengths(self, away: Vector) -> Array:
         """Maximum length (n,) of the instances' shadows, down to the lowest point [m].

@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from bullet_sim.description.world import Light, Scene
+from bullet_sim.description.model import Light
+from bullet_sim.description.world import Scene
 from bullet_sim.errors import RenderError
 from bullet_sim.pose import Array
 from bullet_sim.render.gl import sky

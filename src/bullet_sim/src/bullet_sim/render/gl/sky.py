@@ -158,22 +158,26 @@ class Sky:
         self._daytime: Daytime | None = None
 
     def render(
-        self, rotation: Array, horizontal_fov: float, aspect: float, daytime: Daytime
+        self, rotation: Array, shown: Array, size: tuple[int, int], daytime: Daytime
     ) -> None:
         """Render it.
 
         Args:
             rotation: (3, 3) of the camera in the world.
-            horizontal_fov: [rad].
-            aspect: width / height.
+            shown: (2, 3), see sensors.camera.shown_intrinsics.
+            size: width and height of the image [px].
         """
         if daytime != self._daytime:
             for side, image in enumerate(images(daytime)):
                 self._texture.write(side, image.tobytes())
             self._daytime = daytime
-        half = np.tan(horizontal_fov / 2.0)
+        half = np.diag(size) / 2.0
+        aside = np.linalg.inv(shown[:, :2])  # from columns and rows to the right and down
+        center = aside @ (half.sum(axis=0) - shown[:, 2])
         forward, left, up = rotation.T
-        corner = np.array([forward, -half * left, half / aspect * up], np.float32)
+        across = np.array([-left, -up])
+        corner = np.vstack([forward + center @ across, (aside @ half * (1.0, -1.0)).T @ across])
+        corner = np.ascontiguousarray(corner, np.float32)
         self._program["corner"].write(corner.tobytes())
         self._texture.use(0)
         self._array.render()
