@@ -433,7 +433,7 @@ def test_what_is_within_a_visual_and_a_collision():
     assert model.warnings == []
 
 
-@pytest.mark.parametrize("tag", ["gripper", "projector", "light"])
+@pytest.mark.parametrize("tag", ["gripper", "projector"])
 def test_elements_that_are_ignored_are_named(tag):
     (warning,) = read(f'<gazebo reference="base"><{tag}>1</{tag}></gazebo>').warnings
     assert f"<{tag}>" in warning and "ignored" in warning
