@@ -1,8 +1,11 @@
 """Gazebo's own plugins that act without a command of its transport, without a ROS master."""
 
+import math
+
+import numpy as np
 import pytest
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.plugins.gazebo import InitialVelocitySpec, StandingWheelsSpec
+from bullet_sim.plugins.gazebo import InitialVelocitySpec, LiftDragSpec, StandingWheelsSpec
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from fake_impl import plugin_of
@@ -61,3 +64,57 @@ def test_a_model_begins_with_its_velocity(world):
     world.step(500)
     assert model.pose.position == pytest.approx((0.5, 0.0, 1.25), abs=0.01)
     assert model.pose.rpy[2] == pytest.approx(1.0, abs=0.01)
+
+
+WING = "<link_name>base</link_name><area>0.5</area><cla>2</cla><cda>0.4</cda><a0>0.1</a0>"
+
+
+def test_a_wings_tags_and_defaults(world):
+    (spec,) = parse_urdf(robot("LiftDragPlugin", "<link_name>base</link_name>"), str).sensors
+    assert spec == LiftDragSpec("p", "base")
+    tags = (
+        "<alpha_stall>0.3</alpha_stall><cla_stall>-1</cla_stall><cda_stall>2</cda_stall>"
+        "<cp>1 2 3</cp><forward>0 2 0</forward><upward>0 0 3</upward><air_density>1</air_density>"
+        "<radial_symmetry>1</radial_symmetry><control_joint_name>left</control_joint_name>"
+        "<control_joint_rad_to_cl>-3</control_joint_rad_to_cl>"
+    )
+    (spec,) = parse_urdf(robot("LiftDragPlugin", WING + tags), str).sensors
+    assert spec == LiftDragSpec(
+        "p", "base", 0.1, 2.0, 0.4, 0.3, -1.0, 2.0, (1.0, 2.0, 3.0), (0.0, 1.0, 0.0),
+        (0.0, 0.0, 1.0), 0.5, 1.0, True, "left", -3.0,
+    )  # fmt: skip
+    lacking = parse_urdf(robot("LiftDragPlugin", WING + tags.replace("left", "nose")), str)
+    assert lacking.sensors[0].joint == "" and "'nose'" in lacking.warnings[-1]
+    assert parse_urdf(robot("LiftDragPlugin", "<link_name>x</link_name>"), str).sensors == []
+
+
+@pytest.mark.parametrize("attack", [-0.3, 0.0, 0.2])
+def test_lift_and_drag_of_an_angle_of_attack(attack):
+    """cl = cla (a0 + a), cd = |cda (a0 + a)|; q = rho v^2 / 2."""
+    spec = LiftDragSpec("w", "l", a0=0.1, cla=2.0, cda=0.4, area=0.5, density=1.2)
+    velocity = 10.0 * np.array((math.cos(attack), 0.0, -math.sin(attack)))
+    force = spec.force(np.eye(3), velocity)
+    pressure = 0.5 * 1.2 * 100.0 * 0.5
+    lift, drag = pressure * 2.0 * (0.1 + attack), pressure * 0.4 * abs(0.1 + attack)
+    up = np.array((math.sin(attack), 0.0, math.cos(attack)))
+    assert force == pytest.approx(lift * up - drag * velocity / 10.0, abs=1e-9)
+    assert not spec.force(np.eye(3), 0.0009 * velocity).any(), "no lift below 0.01 m/s"
+    stalled = LiftDragSpec("w", "l", cla=2.0, alpha_stall=0.1, cla_stall=-30.0, cda=0.0)
+    assert stalled.force(np.eye(3), velocity) @ up == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_wing_lifts_its_model_and_its_flap_adds_to_it(world):
+    tags = "<control_joint_name>left</control_joint_name><cp>0 0.2 0</cp>"
+    text = robot("LiftDragPlugin", WING + tags)
+    model = world.spawn_urdf("r", text, Pose((0.0, 0.0, 1.0)), str)
+    plugin = plugin_of(world, model, model.description.sensors[0])
+    for angle, lift in ((0.0, 0.2), (0.1, 0.6)):  # cla a0, and 4 / rad
+        model.set_state(Pose((0.0, 0.0, 1.0)), (10.0, 0.0, 0.0))
+        model.joints.set_positions({"left": angle})
+        plugin.update(world.time, 0.0)
+        before = model.link_state("base")
+        world.step()
+        _, linear, angular = model.link_state("base")
+        rise = (linear - before[1])[2] / world.time_step
+        assert rise == pytest.approx(0.5 * 1.2041 * 100.0 * 0.5 * lift / 3.0, rel=0.2)
+        assert (angular - before[2])[0] > 0.0, "the center of pressure is on the left"

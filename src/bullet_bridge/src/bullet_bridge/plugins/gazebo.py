@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from bullet_sim.plugins.gazebo import InitialVelocitySpec, StandingWheelsSpec
+import numpy as np
+from bullet_sim.plugins.gazebo import InitialVelocitySpec, LiftDragSpec, StandingWheelsSpec
 
-from bullet_bridge.plugins.base import Preparing, ros_side
+from bullet_bridge.plugins.base import ModelPlugin, Preparing, ros_side
 
 
 @ros_side(StandingWheelsSpec)
@@ -23,3 +24,29 @@ class InitialVelocityPlugin(Preparing):
     def prepare(self) -> None:
         """Now (simulation thread)."""
         self.model.set_velocity(self.spec.linear, self.spec.angular)
+
+
+@ros_side(LiftDragSpec)
+class LiftDragPlugin(ModelPlugin):
+    """Applies lift and drag to a link in every step.
+
+    As in Gazebo the velocity is that of the center of pressure in the link's frame, and the force
+    acts as far from the center of mass as that is from the frame.
+    """
+
+    every_step = True
+    resets = False
+
+    def update(self, time: float, period: float) -> None:
+        spec, model = self.spec, self.model
+        if model.is_static:
+            return
+        pose, linear, angular = model.link_state(spec.link)
+        rotation = pose.matrix
+        arm = rotation @ np.array(spec.cp)
+        angle = model.joints.state()[0].get(spec.joint, 0.0) if spec.joint else 0.0
+        force = spec.force(rotation, linear + np.cross(angular, arm), angle)
+        if force.any():
+            index, _ = model.link_in_body(spec.link)
+            center = self.world.engine.link_center(model.body, index)
+            self.world.engine.apply_force(model.body, index, force, center + arm)

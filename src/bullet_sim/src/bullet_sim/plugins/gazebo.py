@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+
+import numpy as np
 
 from bullet_sim.plugins.drives import movable
 from bullet_sim.plugins.registry import model_plugin
 from bullet_sim.plugins.xml import PluginXml
-from bullet_sim.pose import Vec3
+from bullet_sim.pose import Array, Vec3
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,125 @@ class InitialVelocitySpec:
     linear: Vec3
     angular: Vec3
     topic: str = ""
+
+
+SLOW = 0.01  # [m/s] below which a wing has no lift
+RIGHT_ANGLE = 0.5 * math.pi
+
+
+@dataclass(frozen=True)
+class LiftDragSpec:
+    """LiftDragPlugin: lift and drag of a wing that is a link.
+
+    Attributes:
+        a0: angle of attack of the link's own direction [rad].
+        cla, cda: lift and drag over the angle of attack [1/rad].
+        alpha_stall: angle at which it stalls [rad]; cla_stall, cda_stall: as cla, cda from then on.
+        cp: center of pressure in the link's frame [m].
+        forward, upward: (3,) unit vectors in the link's frame.
+        area: [m^2]; density: of the air [kg/m^3].
+        radial: what is up depends on the air's direction alone, as of a body of revolution.
+        joint: whose angle adds to the lift, `gain` [1/rad]; empty: none.
+    """
+
+    name: str
+    link: str
+    a0: float = 0.0
+    cla: float = 1.0
+    cda: float = 0.01
+    alpha_stall: float = RIGHT_ANGLE
+    cla_stall: float = 0.0
+    cda_stall: float = 1.0
+    cp: Vec3 = (0.0, 0.0, 0.0)
+    forward: Vec3 = (1.0, 0.0, 0.0)
+    upward: Vec3 = (0.0, 0.0, 1.0)
+    area: float = 1.0
+    density: float = 1.2041
+    radial: bool = False
+    joint: str = ""
+    gain: float = 4.0
+    topic: str = ""
+
+    def force(self, rotation: Array, velocity: Array, angle: float = 0.0) -> Array:
+        """Lift and drag (3,) [N], world axes, as Gazebo 11's plugin computes them.
+
+        Args:
+            rotation: (3, 3) of the link.
+            velocity: (3,) of the center of pressure, which is that of the air past it [m/s].
+            angle: of `joint` [rad].
+        """
+        speed = float(np.linalg.norm(velocity))
+        if speed <= SLOW:
+            return np.zeros(3)
+        ahead, along = rotation @ np.array(self.forward), velocity / speed
+        if self.radial:
+            up = _unit(np.cross(ahead, np.cross(ahead, along)))
+        else:
+            up = rotation @ np.array(self.upward)
+        span = _unit(np.cross(ahead, up))
+        sideways = min(max(float(span @ along), -1.0), 1.0)
+        sweep = 1.0 - sideways**2  # the cosine's square, which Gazebo takes for the cosine
+        across = velocity - float(velocity @ span) * along
+        lift_axis, drag_axis = _unit(np.cross(span, across)), -_unit(across)
+        attack = math.acos(min(max(float(lift_axis @ up), -1.0), 1.0))
+        attack = self.a0 + math.copysign(attack, 1.0 if lift_axis @ ahead >= 0.0 else -1.0)
+        while abs(attack) > RIGHT_ANGLE:
+            attack -= math.copysign(math.pi, attack)
+        lift = _stalling(attack, self.cla, self.cla_stall, self.alpha_stall) * sweep
+        if abs(attack) > self.alpha_stall:  # it keeps its sign
+            lift = max(0.0, lift) if attack > 0.0 else min(0.0, lift)
+        lift += self.gain * angle
+        drag = abs(_stalling(attack, self.cda, self.cda_stall, self.alpha_stall) * sweep)
+        pressure = 0.5 * self.density * float(across @ across) * self.area
+        result: Array = pressure * (lift * lift_axis + drag * drag_axis)
+        return result
+
+
+def _unit(vector: Array) -> Array:
+    """A vector of length 1; one without a length stays."""
+    length = float(np.linalg.norm(vector))
+    return vector / length if length > 0.0 else vector
+
+
+def _stalling(attack: float, slope: float, stalled: float, limit: float) -> float:
+    """A coefficient at an angle of attack [rad], with another slope beyond a limit."""
+    if abs(attack) <= limit:
+        return slope * attack
+    return math.copysign(slope * limit, attack) + stalled * (attack - math.copysign(limit, attack))
+
+
+@model_plugin("LiftDragPlugin")
+def lift_drag(xml: PluginXml) -> LiftDragSpec:
+    """LiftDragSpec; a joint that the model lacks is told, and adds nothing."""
+    link, joint = xml.link("link_name"), xml.in_scope(xml.text("control_joint_name"))
+    if joint and joint not in xml.model.joints:
+        xml.warn(f"{xml.label} has control_joint_name '{joint}', which is no joint; it has none")
+        joint = ""
+    numbers = {
+        tag: xml.number(tag, getattr(LiftDragSpec, tag))
+        for tag in ("a0", "cla", "cda", "alpha_stall", "cla_stall", "cda_stall", "area")
+    }
+    forward, upward = (
+        _unit(np.array(xml.vector(tag, default=getattr(LiftDragSpec, tag))))
+        for tag in ("forward", "upward")
+    )
+    return LiftDragSpec(
+        xml.name or "lift_drag",
+        link,
+        **numbers,
+        cp=xml.vector("cp"),
+        forward=_triple(forward),
+        upward=_triple(upward),
+        density=xml.number("air_density", LiftDragSpec.density),
+        radial=xml.switch("radial_symmetry"),
+        joint=joint,
+        gain=xml.number("control_joint_rad_to_cl", LiftDragSpec.gain),
+    )
+
+
+def _triple(vector: Array) -> Vec3:
+    x, y, z = vector.tolist()
+    return x, y, z
 
 
 @model_plugin("DiffDrivePlugin")
