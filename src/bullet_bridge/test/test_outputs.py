@@ -15,7 +15,7 @@ from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins import drives, lidars
 from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, TriggeredCameraSpec
-from bullet_sim.plugins.forces import ContactSpec
+from bullet_sim.plugins.forces import ContactSpec, LinkForceSpec
 from bullet_sim.plugins.lidars import RaySpec
 from bullet_sim.pose import Pose
 from bullet_sim.render.request import Frame
@@ -41,6 +41,12 @@ BOT = (
     '</collision></link><link name="bumper"><collision name="rubber"><geometry>'
     '<box size="0.02 0.3 0.1"/></geometry></collision></link><joint name="j" type="fixed">'
     '<parent link="base"/><child link="bumper"/><origin xyz="0.21 0 0"/></joint></robot>'
+)
+
+
+CRATE = (
+    '<model name="c"><link name="k"><inertial><mass>5</mass></inertial><collision name="side">'
+    "<geometry><box><size>0.1 0.1 0.1</size></box></geometry></collision></link></model>"
 )
 
 
@@ -268,6 +274,7 @@ def test_bumper_names_shapes_and_sums_forces(topics, world, bot):
         world.step()
         bumper.update(world.time, 0.0)
     wrenches = []
+    assert len(topics["/hit"].messages) == 200, "without a rate each step has a message"
     for message in topics["/hit"].messages:
         (state,) = message.states
         assert state.collision1_name == "bot::base::base_collision"
@@ -282,24 +289,84 @@ def test_bumper_names_shapes_and_sums_forces(topics, world, bot):
 @pytest.mark.parametrize("names", [(), ("rubber",), ("base_fixed_joint_lump__rubber",)])
 def test_bumper_on_a_merged_link_sees_its_own_shape_only(topics, world, bot, names):
     output = plugin_of(world, bot, ContactSpec("c", "bumper", names, topic="/hit"))
-    output.update(0.3, 0.0)
-    assert topics["/hit"].messages[0].states == []
-    world.spawn_sdf(
-        "crate",
-        '<model name="c"><link name="k"><inertial><mass>5</mass></inertial>'
-        '<collision name="side"><geometry><box><size>0.2 0.2 0.2</size></box>'
-        "</geometry></collision></link></model>",
-        Pose((0.3197, 0.0, 0.1)),  # 0.3 mm inside, which is left to the solver
-        str,
-    )
     world.step(1)
     output.update(0.301, 0.0)
+    assert topics["/hit"].messages[0].states == []
+    # 0.3 mm inside, which is left to the solver
+    world.spawn_sdf("crate", CRATE, Pose((0.2697, 0.0, 0.1)), str)
+    world.step(1)
+    output.update(0.302, 0.0)
     (state,) = topics["/hit"].messages[1].states
-    assert (state.collision1_name, state.collision2_name) == (
-        "bot::bumper::rubber",
-        "crate::k::side",
-    )
-    assert state.contact_normals[0].x == pytest.approx(-1, abs=0.01)
+    names = {state.collision1_name, state.collision2_name}
+    assert names == {"bot::bumper::rubber", "crate::k::side"}
+    towards = -1.0 if state.collision1_name == "bot::bumper::rubber" else 1.0
+    assert state.contact_normals[0].x == pytest.approx(towards, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    "rate, steps, states", [(50.0, 20, 20), (5.0, 200, 100), (1e6, 1, 1), (0.0, 1, 1)]
+)
+def test_a_bumpers_message_has_the_contacts_of_all_steps_since_the_last(
+    topics, world, bot, rate, steps, states
+):
+    """At most those of the last 100 steps, as Gazebo's ContactSensor keeps."""
+    bumper = plugin_of(world, bot, ContactSpec("c", "base", topic="/hit", rate=rate))
+    while world.step_count < 2000:
+        world.step()
+        assert bumper.is_message(world.step_count) == (world.step_count % steps == 0)
+        bumper.update(world.time, 0.0)
+    messages = topics["/hit"].messages[1:]  # the first begins with the sensor
+    assert len(messages) == 2000 // steps - -(-301 // steps)
+    for message in messages:
+        stamp = message.header.stamp.to_sec()
+        assert round(1000 * stamp) % steps == 0
+        assert len(message.states) == states
+        for index, state in enumerate(message.states):
+            time = stamp - 1e-3 * (states - 1 - index)
+            assert state.info.startswith(f"Debug:  i:({index}/{states})     my geom:bot::base::")
+            assert float(state.info.rsplit("time:")[1]) == pytest.approx(time)
+
+
+def test_a_bumper_that_is_the_smaller_ones_partner_has_its_contacts_the_other_way_round(
+    topics, world, bot
+):
+    """Gazebo names the shape first whose model is smaller; the wrench is that on its link."""
+    world.spawn_sdf("crate", CRATE, Pose((0.0, 0.0, 0.2497)), str)
+    bumper = plugin_of(world, bot, ContactSpec("c", "base", topic="/hit"))
+    world.step()
+    bumper.update(world.time, 0.0)
+    states = {state.collision2_name: state for state in topics["/hit"].messages[0].states}
+    assert set(states) == {"ground_plane::link::collision", "bot::base::base_collision"}
+    state = states["bot::base::base_collision"]
+    assert state.collision1_name == "crate::k::side"
+    assert state.contact_normals[0].z == pytest.approx(1.0, abs=1e-6)
+    assert state.total_wrench.force.z > 0.0
+
+
+@pytest.mark.parametrize("of", ["base", "top"])
+def test_contacts_with_what_never_moves_as_gazebo_has_them(topics, world, of):
+    """Gazebo 11.1, a box of 2 kg on a static one of its size that is turned by 1 rad, gravity
+    (1.5, 0, -9.8): that comes first, force (-1.6, 2.5, 19.4) a step, torque 0 on average."""
+    world.engine.set_gravity((1.5, 0.0, -9.8))
+    for name, static, height, yaw in (("base", 1, 0.5, 1.0), ("top", 0, 0.7, 0.3)):
+        box = CRATE.replace("0.1 0.1 0.1", "0.2 0.2 0.2").replace("5</mass>", "2</mass>")
+        text = box.replace('"c">', f'"c"><static>{static}</static>')
+        pose = Pose.from_xyz_rpy((5.0, 0.0, height), (0.0, 0.0, yaw))
+        world.spawn_sdf(name, text, pose, str)
+    bumper = plugin_of(world, world.models[of], ContactSpec("c", "k", topic="/hit"))
+    for _ in range(1000):
+        world.step()
+        bumper.update(world.time, 0.0)
+    total = np.zeros(6)
+    for message in topics["/hit"].messages[500:]:
+        for state in message.states:
+            names = state.collision1_name, state.collision2_name
+            assert names == ("base::k::side", "top::k::side")
+            assert state.contact_normals[0].z == pytest.approx(-1.0, abs=1e-3)
+            force, torque = state.total_wrench.force, state.total_wrench.torque
+            total += (force.x, force.y, force.z, torque.x, torque.y, torque.z)
+    wanted = (-3.0 * math.cos(1.0), 3.0 * math.sin(1.0), 19.6, 0.0, 0.0, 0.0)
+    assert total / 500 == pytest.approx(wanted, abs=0.3)
 
 
 def test_bumper_of_an_unknown_collision_is_refused(topics, world, bot):
@@ -354,7 +421,7 @@ def test_lidar_pose_counts_once(topics, world, bot):
 
 @pytest.mark.parametrize("rate, first", [(0.0, 1), (1e6, 1), (100.0, 10)])
 def test_rate_is_at_most_one_a_step(topics, world, bot, rate, first):
-    output = plugin_of(world, bot, ContactSpec("c", "base", rate=rate))
+    output = plugin_of(world, bot, LinkForceSpec("f", "base", rate=rate))
     assert output.schedule.next - world.step_count == first
 
 

@@ -30,7 +30,7 @@ class Part:
         self.schedule = SubscribedSchedule(spec.rate, 0.001, world.step_count, self.needs_update)
         self.times, self.subscribed, self.closed, self.restarts = [], True, False, 0
         self.updated, self.error, self.prepared = 0.0, None, []
-        self.resets_with_model = spec.rate == 100
+        self.resets_with_model, self.waits = spec.rate == 100, spec.rate == 25
 
     def needs_update(self):
         return self.subscribed
@@ -47,8 +47,12 @@ class Part:
     def on_time_step(self):
         self.schedule.set_step(self.world.time_step, self.spec.rate, self.world.step_count)
 
-    def restart(self, _time):
-        self.schedule.restart(0)
+    def go_back(self, _time):
+        if not self.waits:
+            self.schedule.restart(0)
+
+    def is_message(self, step):
+        return step % 40 == 0 or self.spec.rate != 200
 
     def reset(self, _time):
         self.restarts += 1
@@ -256,6 +260,25 @@ def test_a_restart_that_is_not_fresh_leaves_the_commands_of_plugins_without_a_re
     assert [part.restarts for part in rig.made] == [0, 1]
     assert [part.prepared for part in rig.made] == [[0], [0, 0]]
     assert rig.robots.next_due() == 10, "both start their schedules over"
+
+
+def test_what_waits_for_its_time_is_silent_until_then_but_after_a_new_start(rig):
+    rig.model("a", 25)
+    rig.run(110)
+    for fresh, dues in ((False, [120, 160, 200]), (True, [40, 80, 120, 160, 200])):
+        rig.world.step_count = 0
+        rig.robots.restart(fresh=fresh)
+        rig.made[0].times.clear()
+        rig.run(210)
+        assert [round(1000 * time) for time in rig.made[0].times] == dues
+        rig.run(110)
+
+
+def test_updates_that_publish_nothing_count_as_no_message(rig):
+    rig.model("a", 200)
+    rig.run(200)
+    assert len(rig.made[0].times) == 40
+    assert list(rig.robots.sensor_counts().values()) == [5]
 
 
 def test_a_reset_of_the_models_reaches_plugins_that_have_one(rig):

@@ -257,7 +257,8 @@ class Robots:
                 self._cannot_publish(f"controllers in '{control.namespace}'", error)
         for plugin in self._all_plugins:
             if plugin.schedule.due(step):
-                self._counts[plugin] = self._counts.get(plugin, 0) + 1
+                if plugin.is_message(step):
+                    self._counts[plugin] = self._counts.get(plugin, 0) + 1
                 try:
                     plugin.update(time, time - plugin.updated)
                 except (ValueError, ArithmeticError) as error:
@@ -334,7 +335,7 @@ class Robots:
 
         Args:
             fresh: as after a new start; False: commands stay, and what plugins do whose original
-                has no Reset().
+                has no Reset(), also what waits for its time of before.
         """
         for control in self._controls.values():
             control.restart(fresh)
@@ -346,7 +347,7 @@ class Robots:
                     plugin.reset(self._world.time)
                     plugin.prepare()
                 else:
-                    plugin.restart(self._world.time)
+                    plugin.go_back(self._world.time)
         if fresh:
             self.received.clear()  # the commands are dropped
         self._cameras.restart()

@@ -166,6 +166,8 @@ class ModelPlugin(RosPart, Component):
         always: it is updated without subscribers, too.
         resets: /gazebo/reset_world resets it, as upstream's Reset() does; as an attribute of the
             specification it counts instead.
+        waits_for_time: after simulated time went back it is silent until its time of before has
+            passed again, as its original, which does not notice.
         reports: it publishes periodically, so that its rate can be measured.
         takes_images: it is a camera.
     """
@@ -178,6 +180,7 @@ class ModelPlugin(RosPart, Component):
     reports: ClassVar[bool] = False
     takes_images: ClassVar[bool] = False
     resets: ClassVar[bool] = True
+    waits_for_time: ClassVar[bool] = False
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context.received)
@@ -258,6 +261,11 @@ class ModelPlugin(RosPart, Component):
         self.rng, self.updated = np.random.default_rng(self.context.seed), time
         self.start(time)
 
+    def go_back(self, time: float) -> None:
+        """As restart(), unless it waits for its time: see waits_for_time."""
+        if not self.waits_for_time:
+            self.restart(time)
+
     @property
     def resets_with_model(self) -> bool:
         """Whether a reset of its model alone resets it."""
@@ -280,6 +288,10 @@ class ModelPlugin(RosPart, Component):
         origin, rotation, linear, angular = motion
         position, orientation = compose(origin, rotation, offset.position, offset.orientation)
         return position, orientation, velocity_at(position, origin, linear, angular), angular
+
+    def is_message(self, step: int) -> bool:
+        """Whether the update of a step publishes; others count as no message."""
+        return True
 
     def pose(self) -> Pose:
         """Pose of the sensor frame in the world."""

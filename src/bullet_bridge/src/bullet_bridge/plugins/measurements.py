@@ -1,14 +1,14 @@
-"""Ground truth, IMU, GPS, magnetometer, force and torque, contacts."""
+"""Ground truth, IMU, GPS, magnetometer, force and torque."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import rospy
-from bullet_sim.plugins.forces import ContactSpec, ForceTorqueSpec, LinkForceSpec
+from bullet_sim.plugins.forces import ForceTorqueSpec, LinkForceSpec
 from bullet_sim.plugins.inertial import (
     BiasedImuSpec,
     GpsSpec,
@@ -17,13 +17,11 @@ from bullet_sim.plugins.inertial import (
     MagneticSpec,
     ModelImuSpec,
 )
-from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, multiply, quaternion_from_yaw
+from bullet_sim.pose import Pose, Quat, Vec3, Vector, multiply, quaternion_from_yaw
 from bullet_sim.sensors import inertial
-from bullet_sim.sensors.contact import nearest, watched_links
 from bullet_sim.sensors.errors import Bias, SensorErrors
 from bullet_sim.sensors.inertial import joint_wrench, net_wrench
-from gazebo_msgs.msg import ContactsState, ContactState
-from geometry_msgs.msg import Vector3, Vector3Stamped, Wrench, WrenchStamped
+from geometry_msgs.msg import Vector3, Vector3Stamped, WrenchStamped
 from hector_gazebo_plugins.srv import (
     SetBias,
     SetBiasResponse,
@@ -38,10 +36,6 @@ from std_srvs.srv import EmptyResponse
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedFix, PackedImu, PackedOdometry, PackedVector
-
-if TYPE_CHECKING:
-    from bullet_sim.description.model import Shape
-    from bullet_sim.models.model import Model
 
 
 @ros_side(GroundTruthSpec)
@@ -172,6 +166,7 @@ class ModelImuSensor(ImuSensor):
     """
 
     whole_periods = True
+    waits_for_time = True
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
@@ -378,6 +373,7 @@ class ForceTorqueSensor(Sensor):
 
     message = WrenchStamped
     whole_periods = True
+    waits_for_time = True
 
     def measure(self, time: float) -> WrenchStamped:
         wrench: Any = (np.zeros(3), np.zeros(3))
@@ -409,84 +405,3 @@ class LinkForceSensor(Sensor):
         inertia = pose.matrix @ part.inertia @ pose.matrix.T
         wrench = net_wrench(part.mass, inertia, before[:2], (speed, angular), time - before[2])
         return wrench_message(time, self.spec.frame_id, *wrench)
-
-
-@ros_side(ContactSpec)
-class ContactSensor(Sensor):
-    """Contacts of the monitored shapes, one state per pair of shapes; an empty list without any.
-
-    As in Gazebo: positions and normals in the world, wrenches in the axes of the sensor's link,
-    about its center of mass; the sensor's shape comes first.
-    """
-
-    message = ContactsState
-
-    def __init__(self, context: PluginContext) -> None:
-        self._monitored = watched_links(context.spec, context.model.description)
-        self._indices = sorted({context.model.link_in_body(link)[0] for link, _ in self._monitored})
-        super().__init__(context)
-
-    def measure(self, time: float) -> ContactsState:
-        message = ContactsState(header=conversions.header(time, self.spec.frame_id))
-        pairs: dict[tuple[str, str], tuple[int, list[Any]]] = {}
-        for index in self._indices:
-            for contact in self.world.engine.contacts(self.model.body, index):
-                mine, shape = self._named(self.model, index, contact.position)
-                if not self._is_monitored(shape):
-                    continue
-                other = self._other(contact)
-                pairs.setdefault((mine, other), (index, []))[1].append(contact)
-        stamp = message.header.stamp
-        for number, ((mine, other), (index, contacts)) in enumerate(pairs.items()):
-            state = self._state(mine, other, index, contacts)
-            state.info = (  # upstream's text
-                f"Debug:  i:({number}/{len(pairs)})     my geom:{mine}   other geom:{other}"
-                f"         time:{stamp.secs}.{stamp.nsecs:09d}\n"
-            )
-            message.states.append(state)
-        return message
-
-    def _is_monitored(self, shape: Shape | None) -> bool:
-        return shape is not None and (
-            (shape.link, shape.name) in self._monitored or (shape.link, "") in self._monitored
-        )
-
-    @staticmethod
-    def _named(model: Model, index: int, position: Array) -> tuple[str, Shape | None]:
-        """(model::link::collision, its Shape) of the shape that a point in the world is on."""
-        pose = Pose(*model.frame_at(index))
-        name, shapes = model.collisions_at(index)
-        shape = nearest(shapes, pose.matrix.T @ (position - np.asarray(pose.position)))
-        if shape is None:
-            return f"{model.name}::{name}::collision", None
-        return f"{model.name}::{shape.link or name}::{shape.name or 'collision'}", shape
-
-    def _other(self, contact: Any) -> str:
-        for model in self.world.models.values():
-            if model.body == contact.body:
-                return self._named(model, contact.link, contact.position)[0]
-        return "world"
-
-    def _state(self, mine: str, other: str, index: int, contacts: list[Any]) -> ContactState:
-        engine, body = self.world.engine, self.model.body
-        rotation = Pose(*self.model.frame_at(index)).matrix.T
-        center = engine.link_center(body, index)
-        state = ContactState(
-            collision1_name=mine,
-            collision2_name=other,
-        )
-        total = np.zeros(6)
-        for contact in contacts:
-            torque = np.cross(contact.position - center, contact.force)
-            wrench = np.concatenate([rotation @ contact.force, rotation @ torque])
-            total += wrench
-            state.wrenches.append(_wrench(wrench))
-            state.contact_positions.append(Vector3(*contact.position.tolist()))
-            state.contact_normals.append(Vector3(*contact.normal.tolist()))
-            state.depths.append(contact.depth)
-        state.total_wrench = _wrench(total)
-        return state
-
-
-def _wrench(values: Array) -> Wrench:
-    return Wrench(force=Vector3(*values[:3].tolist()), torque=Vector3(*values[3:].tolist()))

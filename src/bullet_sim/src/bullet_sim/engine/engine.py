@@ -64,6 +64,7 @@ class Contact:
         normal: (3,) unit vector from the other body towards A, in the world.
         depth: penetration [m]; negative: a gap within the margin.
         force: (3,) [N] on A, world axes.
+        is_first: A is the first of both in Gazebo.
     """
 
     body: int
@@ -72,6 +73,7 @@ class Contact:
     normal: Array
     depth: float
     force: Array
+    is_first: bool = True
 
 
 class Engine:

@@ -27,6 +27,7 @@ from bullet_sim.engine.ode_arrays import (
     StaticModel,
 )
 from bullet_sim.engine.ode_contacts import Contact, Contacts
+from bullet_sim.engine.ode_scene import BodyLink
 from bullet_sim.engine.ode_shapes import ShapeCache
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.engine.quickstep.library import advance, compile_once, is_compiled
@@ -612,6 +613,16 @@ class OdeSolver:
     def contacts(self) -> list[Contact]:
         """Contacts of the last step; of what sleeps those with which it fell asleep."""
         return self._contacts.last()
+
+    def contacts_of(self, link: BodyLink) -> list[Contact]:
+        """As contacts(), of one link."""
+        if link in self._arrays.rows:
+            return self._contacts.of_link(link)
+        return [found for found in self.contacts() if link in (found[:2], found[2:4])]
+
+    def is_first(self, one: BodyLink, two: BodyLink) -> bool:
+        """Whether the first of two links that touch is the first of them in Gazebo, too."""
+        return self._contacts.is_first(one, two)
 
     # rays ---------------------------------------------------------------------------------------
     def ray_scene(self) -> tuple[RayScene, bool]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, Tuple
 
 import numpy as np
@@ -46,6 +47,7 @@ class Contacts:
         self._others = list(arrays.known)  # (body, link) that contacts name by their place here
         self._surfaces: dict[Any, tuple[Array, int | None, Array]] = {}  # of pairs of links
         self._noted = b""  # rows of what sleeps
+        self._static = {body: number for number, body in enumerate(self._models.static)}
 
     def restore(self, sleepers: dict[BodyLink, list[Contact]]) -> None:
         """Go back to what was saved of `sleepers`; there are no others."""
@@ -169,11 +171,21 @@ class Contacts:
         sleeping = [contact for kept in self.sleepers.values() for contact in kept]
         return [c for c in self._found_contacts() if c[:2] not in self.sleepers] + sleeping
 
-    def _found_contacts(self) -> list[Contact]:
+    def of_link(self, key: BodyLink) -> list[Contact]:
+        """As last(), of one link that moves."""
+        row, count = self._arrays.rows[key], self._state.result[0]
+        one, two, shape, _ = self._state.contacts.owners[:count].T
+        rows = np.flatnonzero((one == row) | ((two == row) & (shape < 0)))
+        sleeping = [c for kept in self.sleepers.values() for c in kept if key in (c[:2], c[2:4])]
+        return [c for c in self._found_contacts(rows) if c[:2] not in self.sleepers] + sleeping
+
+    def _found_contacts(self, rows: Array | None = None) -> list[Contact]:
+        """Contacts of the last step; rows: their numbers, None: all."""
         found = []
-        state, owner, count = self._state, self._arrays.owner, self._state.result[0]
+        state, owner = self._state, self._arrays.owner
+        chosen = slice(state.result[0]) if rows is None else rows
         for row, (one, two, shape, other) in zip(
-            state.contacts.rows[:count], state.contacts.owners[:count].tolist()
+            state.contacts.rows[chosen], state.contacts.owners[chosen].tolist()
         ):
             body, link = owner[one]
             if shape >= 0:
@@ -184,3 +196,41 @@ class Contacts:
             force = row[q.C_FORCE : q.C_FORCE + 3].copy()
             found.append((body, link, *partner, tuple(point), tuple(normal), row[q.C_DEPTH], force))
         return found
+
+    def is_first(self, one: BodyLink, two: BodyLink) -> bool:
+        """Whether the first of two links that touch comes first in Gazebo: see quickstep.order.
+
+        The space of the first one's shapes finds that of the second one, not the other way round.
+        """
+        other_level, other_rank = self._space(two)
+        if other_level > q.MAX_LEVEL and one in self._arrays.rows:
+            return True
+        level, rank = self._space(one)
+        if max(level, other_level) > q.MAX_LEVEL:
+            return level <= q.MAX_LEVEL
+        return level <= other_level if rank < other_rank else level < other_level
+
+    def _space(self, key: BodyLink) -> tuple[float, float]:
+        """Level and rank of the space of a link's shapes."""
+        scene, row = self._state.scene, self._arrays.rows.get(key)
+        if row is None:
+            number = self._static.get(key[0])
+            if number is None:
+                return q.MAX_LEVEL + 1, -1.0
+            space = scene.spaces[number]
+            return float(space[q.K_LEVEL]), float(space[q.K_RANK])
+        owners, own = scene.kinds[:, 0], scene.space_of[row]
+        shapes = np.flatnonzero(scene.space_of[owners] == own)
+        low, high = scene.aabbs[shapes, :3], scene.aabbs[shapes, 3:]
+        is_ball = scene.kinds[shapes, 1] == q.SPHERE
+        radius = scene.shapes[shapes, q.G_SIZE, None]
+        middle = 0.5 * (low + high)
+        low = np.where(is_ball[:, None], middle - radius, low)
+        high = np.where(is_ball[:, None], middle + radius, high)
+        level = math.frexp(float((high.max(axis=0) - low.min(axis=0)).max()))[1]
+        sequence = self._state.sequence
+        is_own = (scene.space_of[sequence] == own) & (
+            self._state.system.bodies[sequence, q.ASLEEP] == 0.0
+        )
+        rank = len(scene.spaces) + float(is_own.argmax()) if is_own.any() else float(own)
+        return min(max(level, q.MIN_LEVEL), q.MAX_LEVEL + 1), rank

@@ -267,19 +267,18 @@ class OdeEngine(Engine):
 
     def contacts(self, body: int, link: int) -> list[Contact]:
         """Contact points of one link as of the last step, in ODE's order."""
-        found = [contact for own, contact in self._contacts(body) if own == link]
+        told = self.ode.contacts_of((body, link))
+        found = [contact for own, contact in _seen_by(body, told) if own == link]
+        firsts = {
+            other: self.ode.is_first((body, link), other)
+            for other in {(contact.body, contact.link) for contact in found}
+        }
+        found = [replace(it, is_first=firsts[it.body, it.link]) for it in found]
         return found + self.overlaps(body, link)
 
     def _contacts(self, body: int) -> list[tuple[int, Contact]]:
         """(link, Contact) of a body as of the last step."""
-        found = []
-        for one, link, two, other, point, normal, depth, force in self.ode.contacts():
-            at, across = np.array(point), np.array(normal)
-            if one == body:
-                found.append((link, Contact(two, other, at, across, depth, force)))
-            elif two == body:
-                found.append((other, Contact(one, link, at, -across, depth, -force)))
-        return found
+        return _seen_by(body, self.ode.contacts())
 
     def all_contacts(self) -> tuple[Array, Array, Array]:
         return stacked(
@@ -321,3 +320,16 @@ class OdeEngine(Engine):
                 self._trees[id(triangles)] = triangles, make_tree(triangles, (1.0, 1.0, 1.0))
         trees = [(row, pose, self._trees[id(each)][1]) for row, pose, each in meshes]
         return MeshScene(trees, positions, orientations)
+
+
+def _seen_by(body: int, told: Sequence[Any]) -> list[tuple[int, Contact]]:
+    """(link, Contact) of a body, of contacts as quickstep tells them."""
+    found = []
+    for one, link, two, other, point, normal, depth, force in told:
+        if one == body:
+            at, across = np.array(point), np.array(normal)
+            found.append((link, Contact(two, other, at, across, depth, force)))
+        elif two == body:
+            at, across = np.array(point), np.array(normal)
+            found.append((other, Contact(one, link, at, -across, depth, -force)))
+    return found

@@ -1,0 +1,156 @@
+"""Bumpers: the contacts of collision shapes, as gazebo_msgs/ContactsState."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from bullet_sim.plugins.forces import ContactSpec
+from bullet_sim.pose import Array, Pose, cross
+from bullet_sim.sensors.contact import nearest, watched_links
+from gazebo_msgs.msg import ContactsState, ContactState
+from geometry_msgs.msg import Vector3, Wrench
+
+from bullet_bridge.loop.clock import Schedule
+from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
+from bullet_bridge.transport import conversions
+
+if TYPE_CHECKING:
+    from bullet_sim.description.model import Shape
+    from bullet_sim.models.model import Model
+
+MOST_STEPS = 100  # whose contacts Gazebo keeps for a message
+
+
+@ros_side(ContactSpec)
+class ContactSensor(Sensor):
+    """Contacts of the monitored shapes in all steps since the last message, oldest first.
+
+    A state is of a pair of shapes in a step. As in Gazebo: which shape is the first depends on
+    their models' sizes and ages, not on the sensor; positions and normals are in the world,
+    wrenches in the axes of the first shape's link: those on this link about its center of mass,
+    or, if it never moves, those on the other link about that one's.
+    """
+
+    STATE: ClassVar[tuple[str, ...]] = ("_steps", "_messages")
+    message = ContactsState
+    every_step = True
+
+    def __init__(self, context: PluginContext) -> None:
+        self._monitored = watched_links(context.spec, context.model.description)
+        self._indices = sorted({context.model.link_in_body(link)[0] for link, _ in self._monitored})
+        self._steps: deque[tuple[ContactState, ...]] = deque(maxlen=MOST_STEPS)
+        step = context.world.time_step
+        self._messages = Schedule(1.0 / step, step, context.world.step_count)
+        super().__init__(context)
+        self.on_time_step()
+
+    def start(self, time: float) -> None:
+        """Collect from now on."""
+        self._steps.clear()
+        self._messages.restart(self.world.step_count)
+
+    def on_time_step(self) -> None:
+        """Continue after a change of the physics step."""
+        super().on_time_step()
+        step = self.world.time_step
+        rate = min(self.nominal_rate, 1.0 / step)
+        self._messages.set_step(step, rate, self.world.step_count)
+
+    def update(self, time: float, period: float) -> None:
+        self._steps.append(tuple(self._states(time)))
+        if self._messages.due(self.world.step_count):
+            self.pub.publish(self.measure(time))
+
+    def is_message(self, step: int) -> bool:
+        """At its rate."""
+        return step >= self._messages.next
+
+    def measure(self, time: float) -> ContactsState:
+        """The message of what was collected, which is forgotten."""
+        message = ContactsState(header=conversions.header(time, self.spec.frame_id))
+        message.states = [state for states in self._steps for state in states]
+        self._steps.clear()
+        for number, state in enumerate(message.states):
+            state.info = f"Debug:  i:({number}/{len(message.states)})     {state.info}"
+        return message
+
+    def _states(self, time: float) -> list[ContactState]:
+        """States of the last step; their info begins with the names."""
+        pairs: dict[tuple[str, str], list[tuple[int, Any]]] = {}
+        for index in self._indices:
+            for contact in self.world.engine.contacts(self.model.body, index):
+                mine, shape = self._named(self.model, index, contact.position)
+                if self._is_monitored(shape):
+                    names = mine, self._other(contact)
+                    pair = names if contact.is_first else names[::-1]
+                    pairs.setdefault(pair, []).append((index, contact))
+        if not pairs:
+            return []
+        stamp = conversions.stamp(time)
+        states = []
+        for (one, two), contacts in pairs.items():
+            state = self._state(contacts)
+            state.collision1_name, state.collision2_name = one, two
+            state.info = (  # upstream's text
+                f"my geom:{one}   other geom:{two}         time:{stamp.secs}.{stamp.nsecs:09d}\n"
+            )
+            states.append(state)
+        return states
+
+    def _is_monitored(self, shape: Shape | None) -> bool:
+        return shape is not None and (
+            (shape.link, shape.name) in self._monitored or (shape.link, "") in self._monitored
+        )
+
+    @staticmethod
+    def _named(model: Model, index: int, position: Array) -> tuple[str, Shape | None]:
+        """(model::link::collision, its Shape) of the shape that a point in the world is on."""
+        name, shapes = model.collisions_at(index)
+        if not shapes:
+            return f"{model.name}::{name}::collision", None
+        shape = shapes[0]
+        if len(shapes) > 1:
+            pose = Pose(*model.frame_at(index))
+            local = pose.matrix.T @ (position - np.asarray(pose.position))
+            shape = nearest(shapes, local) or shape
+        return f"{model.name}::{shape.link or name}::{shape.name or 'collision'}", shape
+
+    def _model_of(self, body: int) -> Model | None:
+        return next((it for it in self.world.models.values() if it.body == body), None)
+
+    def _other(self, contact: Any) -> str:
+        model = self._model_of(contact.body)
+        if model is None:
+            return "world"
+        return self._named(model, contact.link, contact.position)[0]
+
+    def _state(self, contacts: list[tuple[int, Any]]) -> ContactState:
+        """Without names: contacts of a pair of shapes, each with the index of the own link."""
+        index, contact = contacts[0]
+        own = self.model, self.model.body, index
+        other = self._model_of(contact.body), contact.body, contact.link
+        first, second = (own, other) if contact.is_first else (other, own)
+        pushed = second if first[0] is None or first[0].is_static else first
+        sign, pushes = (1.0 if each is own else -1.0 for each in (first, pushed))
+        rotation = np.eye(3)
+        if first[0] is not None:
+            rotation = Pose(*first[0].frame_at(first[2])).matrix.T
+        center = self.world.engine.link_center(*pushed[1:])
+        state, total = ContactState(), np.zeros(6)
+        for _, contact in contacts:
+            force = pushes * contact.force
+            torque = cross(contact.position - center, force)
+            wrench = np.concatenate([rotation @ force, rotation @ torque])
+            total += wrench
+            state.wrenches.append(_wrench(wrench))
+            state.contact_positions.append(Vector3(*contact.position.tolist()))
+            state.contact_normals.append(Vector3(*(sign * contact.normal).tolist()))
+            state.depths.append(contact.depth)
+        state.total_wrench = _wrench(total)
+        return state
+
+
+def _wrench(values: Array) -> Wrench:
+    return Wrench(force=Vector3(*values[:3].tolist()), torque=Vector3(*values[3:].tolist()))
