@@ -4,7 +4,9 @@
     bash FOLDER/run.sh          where Gazebo 11 and its headers are; the folder has the same path
     ./run exec python bench/states_beside_gazebo.py FOLDER --record   reads what run.sh has left
 
-The record has numbers alone: where the base of each robot of gazebo_states.py is every 100 steps.
+The record has numbers alone: where the base of each robot of gazebo_states.py is every 100 steps,
+and where all links of its models are. NAMES="sphere springs" makes run.sh run these alone; what has
+not run keeps its record.
 They end before rounding has grown to a micrometer by the chaos of contacts.
 """
 
@@ -32,11 +34,14 @@ cd "$(dirname "$0")"
 g++ -O1 -fPIC -shared -std=c++17 $(pkg-config --cflags gazebo) trace.cc -o libtrace.so \\
   $(pkg-config --libs gazebo)
 export GAZEBO_MODEL_DATABASE_URI= TRACE_STEPS={steps} TRACE_EVERY={every}
-for urdf in *.urdf; do
-  name=${{urdf%.urdf}}
-  model=$(gz sdf -p "$urdf" | sed -n '/<model /,/<\\/model>/p')
-  pose="<pose>0 0 $(cat "$name.height") 0 0 0</pose>"
-  model="${{model%%>*}}>$pose${{model#*>}}"
+for name in ${{NAMES:-$(ls *.ground | sed 's/[.]ground$//')}}; do
+  if [ -e "$name.model" ]; then
+    model=$(cat "$name.model")
+  else
+    model=$(gz sdf -p "$name.urdf" | sed -n '/<model /,/<\\/model>/p')
+    pose="<pose>0 0 $(cat "$name.height") 0 0 0</pose>"
+    model="${{model%%>*}}>$pose${{model#*>}}"
+  fi
   {{ cat world.head "$name.ground"; echo "$model"; cat world.tail; }} >"$name.world"
   TRACE_OUT=$PWD/$name.out TRACE_COMMANDS=$PWD/$name.commands gzserver "$name.world"
 done
@@ -65,8 +70,18 @@ def main():
         around = f"{gazebo_states.ground(name)}{gazebo_states.crate(name)}\n"
         file.with_suffix(".ground").write_text(around.replace("{folder}", str(folder)))
         file.with_suffix(".height").write_text(f"{height}\n")
-        lines = [" ".join(map(str, command)) for command in commands]
-        file.with_suffix(".commands").write_text("".join(f"{line}\n" for line in lines))
+        write_commands(file, commands)
+    for name, (_, commands) in gazebo_states.MODELS.items():
+        file = file_of(folder, name)
+        file.with_suffix(".model").write_text(gazebo_states.model(name) + "\n")
+        file.with_suffix(".ground").write_text(gazebo_states.ground(name) + "\n")
+        write_commands(file, commands)
+
+
+def write_commands(file, commands):
+    """Write the commands that the plugin reads."""
+    lines = [" ".join(map(str, command)) for command in commands]
+    file.with_suffix(".commands").write_text("".join(f"{line}\n" for line in lines))
 
 
 def file_of(folder, name):
@@ -77,14 +92,22 @@ def file_of(folder, name):
 def record(folder):
     """Write gazebo_states.json from the outputs in a folder."""
     found = {}
-    for name in gazebo_states.ROBOTS:
+    for name in (*gazebo_states.ROBOTS, *gazebo_states.MODELS):
         found[name] = states = {}
-        for line in file_of(folder, name).with_suffix(".out").read_text().splitlines():
+        file = file_of(folder, name).with_suffix(".out")
+        if not file.exists():  # what was recorded before stays
+            found[name] = gazebo_states.recorded().get(name, {})
+            continue
+        for line in file.read_text().splitlines():
             head, *rest = line.split()
             if head == "S":
                 step = rest[0]
+                continue
+            numbers = [float(f"{float(number):.10g}") for number in rest[1:8]]
+            if name in gazebo_states.MODELS:
+                states.setdefault(step, {})[rest[0]] = numbers
             elif rest[0] == "base":
-                states[step] = [float(f"{float(number):.10g}") for number in rest[1:8]]
+                states[step] = numbers
     robots = []
     for name, states in found.items():
         rows = ",\n".join(f'  "{step}": {json.dumps(state)}' for step, state in states.items())

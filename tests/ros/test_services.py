@@ -276,7 +276,7 @@ class Services(unittest.TestCase):
         bad = Pose(Point(math.nan, 0, 0), UNTURNED)
         for link, words in (
             (LinkState("box::nose", HOME, Twist(), ""), ("box::nose", "box::link")),
-            (LinkState("car::front_left", HOME, Twist(), ""), ("hangs on a joint",)),
+            (LinkState("car::front_left", bad, Twist(), ""), ("front_left", "nan")),
             (LinkState("box::link", bad, Twist(), ""), ("nan",)),
             (LinkState("box::link", HOME, Twist(linear=Vector3(math.inf, 0, 0)), ""), ("inf",)),
             (LinkState("box::link", HOME, Twist(), "moon"), ("moon",)),

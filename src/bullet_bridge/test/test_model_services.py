@@ -748,3 +748,10 @@ def test_links_of_a_fixed_joint_of_an_sdf_keep_their_mass(desk):
     (model,) = desk.world.models.values()
     assert link_names(model) == ["bot::b", "bot::a", "bot::loose"]
     assert [motion[0][0] for motion in model.body_motions()] == [0.0, 2.0, 4.0]
+    moving = Twist(linear=Vector3(0, 0, 1))
+    for name in ("loose", "a"):  # also one that a joint holds, which pulls the other one then
+        place = PoseMsg(position=Point(7, 0, 1), orientation=Quaternion(0, 0, 0, 1))
+        state = LinkState(f"bot::{name}", place, moving, "world")
+        assert desk.call("set_link_state", srv.SetLinkStateRequest(state)).success
+        pose, linear, _ = model.link_state(name)
+        assert (pose.position, tuple(linear)) == ((7, 0, 1), (0, 0, 1))

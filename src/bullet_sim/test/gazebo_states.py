@@ -648,6 +648,60 @@ def crate(name):
     )
 
 
+def body(name, at, shape, mass=1.0, inertia=0.01, center="0 0 0"):
+    """A link of an SDF at a place (x y z roll pitch yaw)."""
+    collision = f'<collision name="c"><geometry>{shape}</geometry></collision>' if shape else ""
+    moments = "".join(f"<{axis}>{inertia}</{axis}>" for axis in ("ixx", "iyy", "izz"))
+    return (
+        f'<link name="{name}"><pose>{at}</pose><inertial><pose>{center} 0 0 0</pose>'
+        f"<mass>{mass}</mass><inertia>{moments}</inertia></inertial>{collision}</link>"
+    )
+
+
+def connected(name, kind, parent, child, more="<xyz>0 1 0</xyz>", rest=""):
+    """A joint of an SDF."""
+    return (
+        f'<joint name="{name}" type="{kind}"><parent>{parent}</parent><child>{child}</child>'
+        f"<axis>{more}</axis>{rest}</joint>"
+    )
+
+
+CUBE, BEAM = "<box><size>0.2 0.2 0.2</size></box>", "<box><size>0.4 0.1 0.1</size></box>"
+BALL = "<sphere><radius>0.1</radius></sphere>"
+# Models of SDF, of which the record has all links: their text, commands as those of ROBOTS.
+MODELS = {
+    "links without joints": (
+        body("a", "0 0 0.3 0.3 0.2 0.1", CUBE)
+        + body("b", "0.6 0 0.4 0 0 0.5", BALL, center="0.02 0 0.01")
+        + body("c", "-0.8 0 0.6 0.1 0.05 0.4", BEAM)
+        + body("d", "-0.8 0.3 0.6 0.2 0 0", BEAM, 0.5, center="0.1 0 0")
+        + body("e", "0 1 0.2 0.4 0.3 0.2", CUBE, 2.0)
+        + connected("swing", "revolute", "c", "d", "<xyz>0 1 0</xyz><dynamics/>"),
+        (),
+    ),
+    "a pile of links": (
+        "<self_collide>1</self_collide>"
+        + body("a", "0 0 0.101 0 0 0", CUBE)
+        + body("b", "0.03 0.01 0.302 0 0 0.2", CUBE)
+        + body("c", "0 -0.02 0.52 0 0 0.4", BALL),
+        (),
+    ),
+    "links without joints beside one that is held": (
+        body("post", "0 0 1 0 0 0", CUBE)
+        + body("arm", "0 0.2 1 0 0 0", BEAM, center="0.1 0 0")
+        + body("ball", "0.5 0 0.5 0 0 0", BALL)
+        + connected("held", "fixed", "world", "post")
+        + connected("elbow", "revolute", "post", "arm"),
+        (),
+    ),
+}
+
+
+def model(name):
+    """The text of one of MODELS."""
+    return f'<model name="bot">{MODELS[name][0]}</model>'
+
+
 def recorded():
     """Name -> {step: position [m] and quaternion of the base's center of mass} in Gazebo."""
     return json.loads(RECORD.read_text(encoding="utf-8"))

@@ -11,7 +11,7 @@ TOLERANCE = 1e-6  # [m], of quaternions: 1; contacts let rounding grow
 
 
 def drive(world, model, commands, steps=gazebo_states.STEPS):
-    """Yield (step, pose of the base's center) at each recorded step, with a robot's commands."""
+    """Yield (step, poses of the links' centers) at each recorded step, with a robot's commands."""
     ode, efforts, planar = world.engine.ode, {}, None
     names = world.engine.joint_names(model.body)
     for step in range(steps):
@@ -35,7 +35,7 @@ def drive(world, model, commands, steps=gazebo_states.STEPS):
             world.engine.set_velocity(model.body, *planar)
         world.engine.step()
         if (step + 1) % gazebo_states.EVERY == 0:
-            yield step + 1, ode.save()["bodies"][model.body][0, :7]  # position, quaternion
+            yield step + 1, ode.save()["bodies"][model.body][:, :7]  # position, quaternion
 
 
 def differences_of(name, folder, start):
@@ -54,10 +54,15 @@ def differences_of(name, folder, start):
     differences, steps = {}, gazebo_states.UNTIL.get(name, gazebo_states.STEPS)
     for step, found in drive(world, model, commands, steps):
         wanted = np.array(RECORDED[name][str(step)])
-        found[3:] *= np.sign(found[3:] @ wanted[3:])
-        differences[step] = float(np.abs(found - wanted).max())
+        differences[step] = difference(found[0], wanted)
     world.close()
     return differences
+
+
+def difference(found, wanted):
+    """The largest of two positions and quaternions, which may have the other sign."""
+    found[3:] *= np.sign(found[3:] @ wanted[3:])
+    return float(np.abs(found - wanted).max())
 
 
 @pytest.mark.parametrize("name", gazebo_states.ROBOTS)
@@ -66,3 +71,25 @@ def test_robots_are_where_gazebo_has_them(name, tmp_path):
     starts = gazebo_states.STARTS.get(name, (0.0,))
     found = [differences_of(name, tmp_path, start) for start in starts]
     assert min(max(each.values()) for each in found) < TOLERANCE, found
+
+
+@pytest.mark.parametrize("name", gazebo_states.MODELS)
+def test_links_are_where_gazebo_has_them(name):
+    world = World(solver="ode", gravity=gazebo_states.GRAVITY)
+    for model, text in (
+        ("ground_plane", gazebo_states.ground(name)),
+        ("bot", gazebo_states.model(name)),
+    ):
+        world.spawn_sdf(model, f'<sdf version="1.6">{text}</sdf>', Pose(), str)
+    model = world.model("bot")
+    still = {model.description.root} if model.description.fixed_base else set()
+    links = [link for link in model.rigid_parts if link not in still]
+    assert links
+    steps, differences = gazebo_states.UNTIL.get(name, gazebo_states.STEPS), {}
+    for step, found in drive(world, model, gazebo_states.MODELS[name][1], steps):
+        for link, row in zip(links, found):
+            row[3:] = model.link_state(link)[0].orientation  # the root's row has the model's
+            wanted = np.array(RECORDED[name][str(step)][link])
+            differences[step, link] = difference(row, wanted)
+    world.close()
+    assert max(differences.values()) < TOLERANCE, differences

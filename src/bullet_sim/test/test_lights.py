@@ -83,7 +83,7 @@ def test_a_light_of_a_link_shines_in_its_frame():
     )
     world = parse_world(text, str, "w")
     assert world.warnings == [] and world.scene.lights == ()
-    (light,) = world.models[0][0].links["a"].lights
+    (light,) = lump(world.models[0][0]).links["a"].lights  # in the model's frame
     assert light.kind == "spot" and light.position == pytest.approx((1.0, 0.0, 5.0))
     assert light.direction == pytest.approx((-1.0, 0.0, 0.0), abs=1e-6)
 

@@ -4,6 +4,8 @@ import pytest
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf.world import parse_model, parse_world
+from bullet_sim.pose import Pose
+from bullet_sim.world import World
 
 BOX_MODEL = (
     '<model name="crate"><static>true</static><pose>1 2 3 0 0 0</pose><link name="l">'
@@ -96,15 +98,13 @@ def test_included_file_with_name_and_pose(tmp_path):
     assert (named.name, named.static, named_pose.position) == ("b", False, (0, 0, 9))
 
 
-def test_link_without_joint_is_fixed_to_the_root():
+def test_a_link_without_joint_is_loose():
     model, _ = parse_model(
         '<model name="m"><link name="a"/><link name="b"><pose>0 1 0 0 0 0</pose></link></model>',
         str,
     )
-    assert model.root == "a"
-    assert [(j.kind, j.child, j.origin.position) for j in model.joints.values()] == [
-        ("fixed", "b", (0, 1, 0))
-    ]
+    assert (model.root, model.joints) == ("a", {})
+    assert {name: pose.position for name, pose in model.loose.items()} == {"b": (0, 1, 0)}
 
 
 def test_root_link_off_the_models_frame():
@@ -113,9 +113,15 @@ def test_root_link_off_the_models_frame():
         'name="c"><geometry><box/></geometry></collision></link></model>',
         str,
     )
-    link = model.links["a"]
-    assert link.center.tolist() == [0, 0, 2]
-    assert link.collisions[0].pose.position == (0, 0, 2)
+    assert model.root_pose.position == (0, 0, 2)
+    world = World()
+    spawned = world.spawn(model, Pose((1.0, 0.0, 1.0)))
+    assert spawned.pose.position == (1.0, 0.0, 1.0)
+    assert spawned.link_state("a")[0].position == pytest.approx((1.0, 0.0, 3.0))
+    spawned.set_state(Pose((1.0, 0.0, 1.0)), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    assert spawned.motion()[2] == pytest.approx((0.0, 0.0, 0.0))  # as in Gazebo: the link's
+    assert spawned.link_state("a")[1] == pytest.approx((0.0, 0.0, 0.0))
+    world.close()
 
 
 LINKS = '<link name="a"/><link name="b"/>'

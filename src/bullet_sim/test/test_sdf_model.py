@@ -62,7 +62,7 @@ def test_poses_relative_to_other_parts():
         '<link name="c"><pose relative_to="b">0 0 3 0 0 0</pose></link>',
         "1.7",
     )
-    origins = {j.child: j.origin.position for j in model.joints.values()}
+    origins = {name: pose.position for name, pose in model.loose.items()}
     assert origins["b"] == pytest.approx((1, 2, 0)) and origins["c"] == pytest.approx((1, 2, 3))
 
 
@@ -192,7 +192,9 @@ def test_sensor_of_a_root_link_off_the_models_frame(world):
     )
     model = model_of(text)
     assert [spec.link for spec in model.sensors] == ["a", "a"]
-    assert model.sensors[0].pose[0] == (1, 0, 2) and model.warnings == []
+    assert model.sensors[0].pose[0] == (1, 0, 0) and model.warnings == []
+    at = world.spawn(model, Pose((0.0, 0.0, 1.0))).link_state("a")[0]
+    assert at.position == pytest.approx((0.0, 0.0, 3.0))
     assert model.sensors[0].topic == "/m/imu_data"
 
 
@@ -388,11 +390,11 @@ def test_links_are_where_the_state_has_them():
     world = world_of(text.format(joint=""))
     ((model, _),) = world.models
     assert world.starts["lamp"].position == (5, 6, 0) and model.warnings == []
-    (joint,) = model.joints.values()
-    assert joint.origin.position == pytest.approx((1.0, 0.0, 1.5), abs=1e-6)
+    assert model.loose["head"].position == pytest.approx((1.0, 0.0, 1.5), abs=1e-6)
     held = '<joint name="j" type="fixed"><parent>post</parent><child>head</child></joint>'
     ((model, _),) = world_of(text.format(joint=held)).models
-    assert model.joints["j"].origin.position == pytest.approx((9.0, 9.0, 13.0), abs=1e-6)
+    assert model.root_pose.position == (9, 9, 9)
+    assert model.joints["j"].origin.position == pytest.approx((0.0, 0.0, 4.0), abs=1e-6)
 
 
 def test_models_of_one_name_get_numbers():

@@ -70,15 +70,23 @@ def test_a_free_joint_to_the_world_lets_it_fall(world, kind):
 
 
 @pytest.mark.parametrize("kind", ["floating", "planar"])
-def test_joints_that_cannot_be_simulated_are_held(world, kind):
-    model = spawned(
-        world,
-        f'<link name="a">{BODY}</link><link name="b">{BODY}</link>'
-        + joint(kind, "a", "b", '<origin xyz="1 0 0"/>'),
+def test_below_joints_that_gazebo_does_not_know_links_are_free_and_start_at_the_models_pose(
+    world, kind
+):
+    content = (
+        f'<link name="a">{BODY}</link><link name="b">{BODY}</link><link name="c">{BODY}</link>'
+        + joint(kind, "a", "b", '<origin xyz="1 0 0"/>')
+        + joint("fixed", "b", "c", '<origin xyz="0 1 0"/>', "held")
     )
+    model = world.spawn_urdf("r", robot(content), Pose((0.0, 0.0, 1.0)), str)
     assert kind in model.description.warnings[0] and "'j'" in model.description.warnings[0]
-    apart = np.subtract(model.link_state("b")[0].position, model.link_state("a")[0].position)
-    assert np.linalg.norm(apart) == pytest.approx(1.0, abs=1e-6)
+    assert model.link_state("b")[0].position == pytest.approx((0.0, 0.0, 1.0))
+    assert model.link_state("c")[0].position == pytest.approx((0.0, 1.0, 1.0))
+    model.apply_wrench(model.index("b"), (20.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    world.step(200)
+    for name in "ab":
+        assert model.link_state(name)[0].position[2] == pytest.approx(1 - FALL, abs=0.005)
+    assert model.link_state("b")[0].position[0] > 1e-3 + model.link_state("a")[0].position[0]
 
 
 @pytest.mark.parametrize(

@@ -135,7 +135,7 @@ class DrivenBase(ModelPlugin):
 
     def _true_motion(self) -> Any:
         """The model's pose; its velocity along the axes of its heading, yaw rate in the world."""
-        return planar_motion(self.model.link_motion(self.spec.link))
+        return planar_motion(self.model.motion())
 
 
 @ros_side(TricycleSpec)
@@ -206,7 +206,7 @@ class TricyclePlugin(DrivenBase):
 
     def _wheel_transforms(self, time: float) -> list[Any]:
         """As upstream: named by the joints, below their parents, with the poses in the model."""
-        root = self.model.link_state(self.spec.link)[0].inverse()
+        root = self.model.pose.inverse()
         return [
             conversions.transform_to_msg(
                 time,

@@ -130,8 +130,7 @@ class WheelDrivePlugin(ModelPlugin):
     def _wheel_transform(self, name: str, time: float) -> Any:
         """As upstream the frame's parent is the joint's, and its pose that in the model's frame."""
         joint = self.model.description.joints[name]
-        model, child = (self.model.link_state(link)[0] for link in (self.spec.link, joint.child))
-        pose = model.inverse() * child
+        pose = self.model.pose.inverse() * self.model.link_state(joint.child)[0]
         frame_id, child_frame_id = self.spec.wheel_frames[name]
         return conversions.transform_to_msg(time, frame_id, child_frame_id, pose)
 
@@ -140,7 +139,7 @@ class WheelDrivePlugin(ModelPlugin):
         if self.spec.from_wheels:
             pose = self._drive.pose
             return (pose.position, pose.orientation, *self._drive.twist)
-        return planar_motion(self.model.link_motion(self.spec.link))
+        return planar_motion(self.model.motion())
 
 
 def planar_motion(motion: Motion) -> Motion:
@@ -209,7 +208,7 @@ class PlanarMovePlugin(ModelPlugin):
 
     def _place(self) -> tuple[float, float, float]:
         """x, y [m] and yaw [rad] of the model."""
-        position, orientation = self.model.link_motion(self.spec.link)[:2]
+        position, orientation = self.model.motion()[:2]
         return position[0], position[1], rpy_from_quaternion(orientation)[2]
 
     def _moved(self, time: float, yaw_rate: float) -> tuple[Vec3, Vec3]:
@@ -247,7 +246,7 @@ class PlanarMovePlugin(ModelPlugin):
             self._since, self._new = time, False
         if 0.0 <= self.spec.timeout < time - (time if self._since is None else self._since):
             self._command = (0.0, 0.0, 0.0)
-        position, orientation = self.model.link_motion(self.spec.link)[:2]
+        position, orientation = self.model.motion()[:2]
         x, y, yaw_rate = self._command
         yaw = rpy_from_quaternion(orientation)[2]
         c, s = math.cos(yaw), math.sin(yaw)

@@ -124,7 +124,8 @@ class VacuumGripperPlugin(ModelPlugin):
         if link != model.description.root:
             pass
         elif distance < NEAR:
-            model.set_state(Pose(pose.position, own.orientation), linear, angular)
+            there = Pose(pose.position, own.orientation) * model.description.root_pose.inverse()
+            model.set_state(there, linear, angular)
         else:
             model.engine.set_velocity(model.body, linear, angular)
         if distance > 0.0:

@@ -23,10 +23,10 @@ METRICS_PERIOD = 0.2  # [s] wall time
 
 
 def root_motions(model: Model) -> Sequence[Motion]:
-    """Motion of a model's root link, as the only one."""
+    """Motion of a model, as the only one."""
     if model.is_static:
         return [(*model.frame_at(model.index(model.description.root)), AT_REST, AT_REST)]
-    return [model.link_motion(model.description.root)]
+    return [model.motion()]
 
 
 def model_names(model: Model) -> list[str]:

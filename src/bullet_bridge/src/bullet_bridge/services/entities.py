@@ -84,7 +84,8 @@ class FoundModel:
     def state(self) -> tuple[Pose, Array, Array]:
         """As Model.link_state, of the model's frame."""
         if not self.path:
-            return self.model.link_state(self.model.description.root)
+            position, orientation, linear, angular = self.model.motion()
+            return Pose(position, orientation), np.array(linear), np.array(angular)
         link, offset = self.model.description.nested[self.path]
         pose, linear, angular = self.model.link_state(link)
         arm = pose.matrix @ np.asarray(offset.position)

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import rospy
-from bullet_sim.errors import ModelError
 from bullet_sim.models import changes
 from bullet_sim.models.changes import step_range
-from bullet_sim.pose import PLACEABLE, Array, Pose
+from bullet_sim.pose import Array, Pose
 from gazebo_msgs import srv
 from gazebo_msgs.msg import LinkState
 from geometry_msgs.msg import Pose as PoseMsg
@@ -119,23 +118,8 @@ class LinkServices:
                 model, link = find_link(self._world, state.link_name)
             with refusing("SetLinkState: failed"):
                 frame = self._link_frame(state.reference_frame)
-            index, offset = model.link_in_body(link)
-            if index >= 0:
-                raise ModelError(
-                    f"link '{state.link_name}' hangs on a joint and has no pose that can be set; "
-                    f"set the model's by '{model.name}::{model.description.root}', its joints "
-                    "with set_model_configuration"
-                )
-            target, turning = frame.pose * pose, angular - frame.angular
-            if not target.is_placeable():
-                raise ModelError(
-                    f"pose for link '{state.link_name}' is {pose.position}, "
-                    f"{pose.orientation}; {PLACEABLE}"
-                )
-            root = target.normalized() * offset.inverse()
-            arm = np.subtract(root.position, target.position)
-            moving = linear - frame.linear + np.cross(turning, arm)
-            model.set_state(root, moving, turning)
+            target = frame.pose * pose
+            model.set_link_state(link, target, linear - frame.linear, angular - frame.angular)
 
         self._jobs.call(work)
         return srv.SetLinkStateResponse(status_message="SetLinkState: success")

@@ -12,12 +12,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bullet_sim.description.model import Joint, Link, ModelDescription, Shape, Surface, VisualLink
+from bullet_sim.description.model import (
+    Joint,
+    Light,
+    Link,
+    ModelDescription,
+    Shape,
+    Surface,
+    VisualLink,
+)
 from bullet_sim.pose import Array, Pose, Quat, Vec3, rpy_from_quaternion
 
 MIN_MASS = 1e-3  # [kg] of a movable link without mass
 TINY_RADIUS = 1e-5  # [m] radius of gyration below which an inertia is an error
 WELD_AXIS = (1.0, 0.0, 0.0)  # of the joint that replaces a fixed one to measure its forces
+_X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+_CHAIN_AXES = (_X, _Y, _Z, _Z, _Y, _X)
 MIN_RADIUS = 5e-3  # [m] minimum half size of the block whose inertia replaces an impossible one
 
 
@@ -31,6 +41,7 @@ class LumpedModel:
         frames: for every original link: the link it is merged into and its pose in that link.
         welds: fixed joints that are measured or kept, which are not merged: continuous ones that
             a motor has to hold, as Bullet drops the contacts of links below its fixed joints.
+        loose: of links that move freely: from the root to where each starts, kind 'free'.
     """
 
     links: dict[str, Link]
@@ -38,6 +49,7 @@ class LumpedModel:
     root: str
     frames: dict[str, tuple[str, Pose]]
     welds: tuple[Joint, ...] = ()
+    loose: tuple[Joint, ...] = ()
 
 
 def lump(model: ModelDescription, as_in_gazebo: bool = False) -> LumpedModel:
@@ -45,11 +57,15 @@ def lump(model: ModelDescription, as_in_gazebo: bool = False) -> LumpedModel:
 
     Args:
         as_in_gazebo: links in the order in which Gazebo creates them, and its reading of inertias
-            that are not positive definite; False: those next to the root first, in the order of
-            the file.
+            that are not positive definite, and loose links move; False: those next to the root
+            first, in the order of the file, and loose links are fixed to the root.
     """
-    frames = {model.root: (model.root, Pose())}
-    links = {model.root: _copy(model.links[model.root])}
+    if model.loose and (model.static or not as_in_gazebo):
+        model = _with_loose_links_fixed(model)
+    frames = {root: (root, Pose()) for root in model.loose}
+    links = {root: _copy(model.links[root]) for root in model.loose}
+    frames[model.root] = model.root, model.root_pose
+    links = {model.root: moved(model.links[model.root], model.root_pose), **links}
     joints: list[Joint] = []
     welds: list[Joint] = []
     for joint in _as_created(model) if as_in_gazebo else _parents_first(model):
@@ -80,7 +96,37 @@ def lump(model: ModelDescription, as_in_gazebo: bool = False) -> LumpedModel:
             _repair_inertia(link, model, as_in_gazebo)
     order = list(model.joints)
     joints.sort(key=lambda joint: order.index(joint.name))
-    return LumpedModel(links, tuple(joints), model.root, frames, tuple(welds))
+    loose = tuple(
+        Joint(f"{name}::free", "free", model.root, name, pose) for name, pose in model.loose.items()
+    )
+    if loose:
+        links = _sorted(links, list(model.links), (*joints, *welds))
+    return LumpedModel(links, tuple(joints), model.root, frames, tuple(welds), loose)
+
+
+def _with_loose_links_fixed(model: ModelDescription) -> ModelDescription:
+    """A model whose loose links are fixed to its root; a warning tells of each that could move."""
+    joints = dict(model.joints)
+    for name, pose in model.loose.items():
+        there = model.root_pose.inverse() * pose
+        joints[f"{name}__fixed"] = Joint(f"{name}__fixed", "fixed", model.root, name, there)
+        if not model.static:
+            model.warn(
+                f"link '{name}' of '{model.name}' has no joint; it is fixed to '{model.root}'",
+                "links have no joint and are fixed to the first link of their model",
+                f"'{name}' of '{model.name}'",
+            )
+    return replace(model, joints=joints, loose={})
+
+
+def _sorted(
+    links: dict[str, Link], order: Sequence[str], joints: Iterable[Joint]
+) -> dict[str, Link]:
+    """Links in the order of the file, if there parents come first."""
+    placed = [name for name in order if name in links]
+    if any(placed.index(joint.parent) > placed.index(joint.child) for joint in joints):
+        return links
+    return {name: links[name] for name in placed}
 
 
 def _parents_first(model: ModelDescription) -> list[Joint]:
@@ -100,12 +146,12 @@ def _as_created(model: ModelDescription) -> list[Joint]:
     """
     found: list[Joint] = []
     if model.is_urdf:
-        pending = _by_name(model, model.root)
+        pending = [joint for root in (*model.loose, model.root) for joint in _by_name(model, root)]
         while pending:
             found.append(pending.pop())
             pending += _by_name(model, found[-1].child)
         return found
-    waiting, placed = list(model.joints.values()), {model.root}
+    waiting, placed = list(model.joints.values()), {model.root, *model.loose}
     while waiting:
         joint = next(joint for joint in waiting if joint.parent in placed)
         waiting.remove(joint)
@@ -136,7 +182,7 @@ def as_printed(model: LumpedModel) -> LumpedModel:
         )
         for name, link in model.links.items()
     }
-    joints, welds = (
+    joints, welds, loose = (
         tuple(
             replace(
                 joint,
@@ -147,9 +193,9 @@ def as_printed(model: LumpedModel) -> LumpedModel:
             )
             for joint in some
         )
-        for some in (model.joints, model.welds)
+        for some in (model.joints, model.welds, model.loose)
     )
-    return replace(model, links=links, joints=joints, welds=welds)
+    return replace(model, links=links, joints=joints, welds=welds, loose=loose)
 
 
 def _printed(value: float) -> float:
@@ -330,7 +376,7 @@ def joint_inertias(lumped: LumpedModel, fixed_base: bool) -> dict[str, float]:
         sides, each as one rigid body.
     """
     frames = {lumped.root: Pose()}
-    waiting = [*lumped.joints, *lumped.welds]
+    waiting = [*lumped.joints, *lumped.welds, *lumped.loose]
     while waiting:
         pending, waiting = waiting, []
         for joint in pending:
@@ -340,18 +386,18 @@ def joint_inertias(lumped: LumpedModel, fixed_base: bool) -> dict[str, float]:
                 waiting.append(joint)
     result = {}
     for joint in lumped.joints:
-        below = _descendants(lumped, joint.child)
+        below, connected = _descendants(lumped, joint.child), _connected(lumped, joint.child)
         frame = frames[joint.child]
         child_side, parent_side = (
             sum(_about(lumped.links[name], frames[name], joint, frame) for name in names)
             for names in (
                 [name for name in lumped.links if name in below],  # in order: reproducible rounding
-                [name for name in lumped.links if name not in below],
+                [name for name in connected if name not in below],
             )
         )
         result[joint.name] = (
             child_side
-            if fixed_base or not parent_side > 0
+            if fixed_base and lumped.root in connected or not parent_side > 0
             else child_side * parent_side / (child_side + parent_side)
         )
     return result
@@ -365,6 +411,15 @@ def _descendants(lumped: LumpedModel, link: str) -> set[str]:
     return names
 
 
+def _connected(lumped: LumpedModel, link: str) -> list[str]:
+    """Names of the links that joints connect with one, and of itself."""
+    above = {joint.child: joint.parent for joint in (*lumped.joints, *lumped.welds)}
+    while link in above:
+        link = above[link]
+    found = _descendants(lumped, link)
+    return [name for name in lumped.links if name in found]
+
+
 def _about(link: Link, pose: Pose, joint: Joint, frame: Pose) -> float:
     """Inertia of a link at a pose about a joint's axis, or its mass along it."""
     if joint.kind == "prismatic":
@@ -376,6 +431,45 @@ def _about(link: Link, pose: Pose, joint: Joint, frame: Pose) -> float:
     return float(axis @ rotated @ axis + link.mass * (across @ across))
 
 
+def links_between(joint: Joint) -> tuple[str, ...]:
+    """Names of the links within free_chain() of a joint."""
+    return tuple(f"{joint.child}::free{number}" for number in range(1, 6))
+
+
+def is_of_chain(name: str) -> bool:
+    """Whether a joint of PyBullet's is one of free_chain()."""
+    return name[:-1].endswith("::free")
+
+
+def free_chain(joint: Joint) -> tuple[Joint, ...]:
+    """Joints without limits that put a loose link anywhere: along x, y and z, about z, y and x.
+
+    PyBullet and what mirrors a world know bodies of joints alone.
+    """
+    between = links_between(joint)
+    kinds = ("prismatic", "prismatic", "prismatic", "continuous", "continuous", "continuous")
+    return tuple(
+        Joint(
+            f"{joint.child}::free{number}",
+            kind,
+            parent,
+            child,
+            joint.origin if number == 1 else Pose(),
+            axis,
+        )
+        for number, (kind, axis, parent, child) in enumerate(
+            zip(kinds, _CHAIN_AXES, (joint.parent, *between), (*between, joint.child)), 1
+        )
+    )
+
+
+def free_coordinates(joint: Joint, root: Pose, pose: Pose) -> tuple[float, ...]:
+    """Positions [m, rad] of the joints of free_chain() where a loose link has a pose and the root
+    another one."""
+    here = (root * joint.origin).inverse() * pose
+    return (*here.position, *reversed(here.rpy))
+
+
 def visual_links(
     lumped: LumpedModel,
     order: Sequence[str],
@@ -384,18 +478,23 @@ def visual_links(
     """VisualLinks of a LumpedModel.
 
     Args:
-        order: names of its links, the root first, in the order of the snapshot's joints.
+        order: names of its links, the root first, in the order of the snapshot's joints, with those
+            of links_between().
         visuals: link name -> Shapes to use instead of the links' own.
 
     Returns:
         Tuple of VisualLink; parents are before their children if they are in `order`.
     """
-    joints = {joint.child: joint for joint in lumped.joints}
+    chains = [part for joint in lumped.loose for part in free_chain(joint)]
+    joints = {joint.child: joint for joint in (*lumped.joints, *lumped.welds, *chains)}
     rows = {name: row for row, name in enumerate(order)}
     links = []
     for name in order:
-        shapes = tuple(lumped.links[name].visuals if visuals is None else visuals[name])
-        lights = tuple(lumped.links[name].lights)
+        shapes: tuple[Shape, ...] = ()
+        lights: tuple[Light, ...] = ()
+        if name in lumped.links:
+            shapes = tuple(lumped.links[name].visuals if visuals is None else visuals[name])
+            lights = tuple(lumped.links[name].lights)
         joint = joints.get(name)
         if joint is None:
             links.append(VisualLink(shapes=shapes, lights=lights))

@@ -358,6 +358,10 @@ class ModelDescription:
     Attributes:
         links, joints: by name, in file order; those of a model inside it have its name and '::'
             before theirs.
+        root_pose: of the root link's frame in the model's.
+        loose: links that no chain of joints connects with the root, and that are no link's child:
+            Pose of the frame in the model's, where it starts. With the solver 'ode' each moves
+            freely, with what hangs on it; they are fixed where the model is static.
         nested: models inside it, by such names: (first link, Pose of its frame in that link).
         sensors: sensor specifications (of bullet_sim.plugins).
         control_namespace: namespace of the ros_control plugin; None: the model has none.
@@ -370,6 +374,7 @@ class ModelDescription:
         bare_interfaces: of joints whose first one is written without `hardware_interface/`.
         static: never moves.
         fixed_base: the root link is fixed to the world; joints move.
+        anchored: links of an SDF that fixed joints hold in the world.
         auto_disable: it may sleep while it rests.
         has_sensors: also such as are left out; with the solver 'ode' it does not sleep then.
         is_urdf: its file is a URDF, which Gazebo turns into SDF.
@@ -380,6 +385,8 @@ class ModelDescription:
     name: str
     links: dict[str, Link] = field(default_factory=dict)
     joints: dict[str, Joint] = field(default_factory=dict)
+    root_pose: Pose = Pose()
+    loose: dict[str, Pose] = field(default_factory=dict)
     nested: dict[str, tuple[str, Pose]] = field(default_factory=dict)
     root: str = ""
     sensors: list[Any] = field(default_factory=list)
@@ -394,6 +401,7 @@ class ModelDescription:
     static: bool = False
     self_collide: bool = False
     fixed_base: bool = False
+    anchored: list[str] = field(default_factory=list)
     auto_disable: bool = True
     has_sensors: bool = False
     is_urdf: bool = False
@@ -410,20 +418,22 @@ class ModelDescription:
         return [joint for joint in self.joints.values() if joint.parent == parent]
 
     def unreachable(self) -> list[str]:
-        """Links without a chain of joints to the root: those of a loop, and below it."""
-        reached = [self.root]
+        """Links without a chain of joints to the root or a loose link: those of a loop, and below
+        it."""
+        reached = [self.root, *self.loose]
         for name in reached:
             reached += [j.child for j in self.joints_of(name) if j.child not in reached]
         return [name for name in self.links if name not in reached]
 
     def find_root(self, label: str) -> None:
-        """Set the root link and check that the joints make a tree.
+        """Set the root link and check that the joints make trees.
 
         Args:
             label: of the description, for messages, e.g. "URDF of 'car'".
 
         Raises:
-            ModelError: no link, a link with two parents, no or several roots, a loop.
+            ModelError: no link, a link with two parents, no root, several that are not loose, a
+                loop.
         """
         if not self.links:
             raise ModelError(f"{label} has no link")
@@ -433,7 +443,7 @@ class ModelDescription:
             raise ModelError(
                 f"link '{repeated[0]}' of '{self.name}' has more than one parent joint"
             )
-        roots = [link for link in self.links if link not in children]
+        roots = [link for link in self.links if link not in children and link not in self.loose]
         if len(roots) != 1:
             raise ModelError(
                 f"{label} has {len(roots)} root links ({', '.join(roots) or 'a loop'}), must be one"

@@ -13,7 +13,7 @@ import numpy as np
 import pybullet as p
 
 from bullet_sim.controllers.effort_row import EffortRow
-from bullet_sim.description.lump import LumpedModel, lump
+from bullet_sim.description.lump import LumpedModel, is_of_chain, lump
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine.ode_shapes import mesh_triangles
@@ -92,6 +92,7 @@ class Engine:
     Attributes:
         client: PyBullet's number of the client.
         movable: body -> PyBullet's indices of its movable joints.
+        chains: the same of those by which loose links move (see free_chain), of bodies with such.
         free: bodies whose root link is not fixed to the world.
         position_gain: fraction of a position motor's error that is corrected in one step.
         layout: number of what was loaded, removed or filtered since clear(): it gives bodies their
@@ -174,6 +175,7 @@ class Engine:
 
     def _configure(self) -> None:
         self.movable: dict[int, list[int]] = {}
+        self.chains: dict[int, list[int]] = {}
         self.passable = Passable(self._client)
         self.free: set[int] = set()
         self._inertial: dict[int, tuple[Vec3, Quat]] = {}  # the root's center in its frame
@@ -277,7 +279,11 @@ class Engine:
         self._outward[body] = (outward.position, outward.orientation)
         count = p.getNumJoints(body, physicsClientId=client)
         joints = [p.getJointInfo(body, i, physicsClientId=client) for i in range(count)]
-        self.movable[body] = [j[0] for j in joints if j[2] in _MOVABLE]
+        moving = [j for j in joints if j[2] in _MOVABLE]
+        chain = [j[0] for j in moving if is_of_chain(j[1].decode())]
+        self.movable[body] = [j[0] for j in moving if j[0] not in chain]
+        if chain:
+            self.chains[body] = chain
         if not fixed_base:
             self.free.add(body)
         self.note_layout("load", body, count)
@@ -294,6 +300,10 @@ class Engine:
             )
         for joint in range(len(self.movable[body])):
             self.release(body, joint)
+        for joint in chain:
+            p.setJointMotorControl2(
+                body, joint, p.VELOCITY_CONTROL, force=0.0, physicsClientId=client
+            )
         self.set_base_pose(body, position, orientation)
         return body
 
@@ -305,6 +315,7 @@ class Engine:
                 del self._attached[key]
         p.removeBody(body, physicsClientId=self.client)
         del self.movable[body], self._inertial[body], self._outward[body]
+        self.chains.pop(body, None)
         self.free.discard(body)
         self.passable.remove(body)
         self._weightless = [part for part in self._weightless if part[0] != body]
@@ -552,6 +563,50 @@ class Engine:
         """Positions [rad, m] of the movable joints."""
         return tuple(state[0] for state in self.joint_states(body))
 
+    def coordinates(self, body: int) -> tuple[float, ...]:
+        """Positions [rad, m] of all joints of a body, in PyBullet's order: also of those by which
+        loose links move."""
+        positions = self.joint_positions(body)
+        if body not in self.chains:
+            return positions
+        found = dict(zip(self.movable[body], positions))
+        found.update(zip(self.chains[body], self._chain_positions(body)))
+        return tuple(found[joint] for joint in sorted(found))
+
+    def _chain_positions(self, body: int) -> tuple[float, ...]:
+        states = p.getJointStates(body, self.chains[body], physicsClientId=self.client)
+        return tuple(state[0] for state in states)
+
+    def set_coordinates(self, body: int, positions: Vector) -> None:
+        """Set all joints to positions [rad, m] in the order of coordinates(), at rest."""
+        joints = sorted([*self.movable[body], *self.chains.get(body, ())])
+        for joint, position in zip(joints, positions):
+            p.resetJointState(body, joint, position, 0.0, physicsClientId=self.client)
+        self._read_later(body)
+
+    def place_link(
+        self, body: int, link: int, position: Vector, orientation: Vector, linear: Vector,
+        angular: Vector,
+    ) -> None:  # fmt: skip
+        """Put one link's frame to a world pose, with a velocity of its center of mass [m/s, rad/s]
+        along world axes. With Bullet it is a root link, and takes the others along.
+
+        Raises:
+            ModelError: it is below a joint, with Bullet.
+        """
+        if link >= 0:
+            raise ModelError(
+                "the solver 'bullet' cannot put a link that hangs on a joint; "
+                "set the pose of its model, or the position of the joint"
+            )
+        self.set_base_pose(body, position, orientation)
+        if self.moves(body):
+            self.set_velocity(body, linear, angular)
+
+    def gather(self, body: int) -> None:
+        """Put the loose links of a body where they started, relative to its root link; none is
+        loose with Bullet."""
+
     def set_joint_positions(self, body: int, positions: Vector) -> None:
         """Set the movable joints to positions (n,) [rad, m], at rest."""
         for joint, position in zip(self.movable[body], positions):
@@ -790,7 +845,7 @@ class Engine:
 
     def moves(self, body: int) -> bool:
         """Whether a body can move, as a whole or in its joints."""
-        return bool(self.movable.get(body)) or body in self.free
+        return bool(self.movable.get(body)) or body in self.free or body in self.chains
 
     def contacts(self, body: int, link: int) -> list[Contact]:
         """Contact points of one link that press or touch as of the last step, in Bullet's order."""

@@ -16,7 +16,7 @@ import numpy as np
 import pybullet as p
 
 from bullet_sim.controllers.effort_row import EffortRow
-from bullet_sim.description.lump import LumpedModel
+from bullet_sim.description.lump import LumpedModel, free_coordinates
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine import tables
 from bullet_sim.engine.ode_arrays import (
@@ -100,6 +100,7 @@ class OdeSolver:
         self._models = Models()
         self._parts = self._models.moving
         self._unread: set[int] = set()  # bodies whose state PyBullet has
+        self._placed: set[int] = set()  # bodies whose rows have been where something is
         self._is_built = False
         self._contacts = Contacts(self._engine, self._client, self._models)
         self._resting: set[int] = set()  # bodies that sleep where PyBullet has them
@@ -134,6 +135,7 @@ class OdeSolver:
         names = list(model.links)
         moving = [name for name in names if not (fixed and name == model.root)]
         moved = [joints[name] for name in names if name in joints]
+        self._placed.discard(body)
         self._parts[body] = DynamicModel(
             body, moving, moved, links, model, fixed, may_sleep and not joints, touching
         )
@@ -148,6 +150,7 @@ class OdeSolver:
         self._parts.pop(body, None)
         self._models.static.pop(body, None)
         self._unread.discard(body)
+        self._placed.discard(body)
         self._arrays.models.discard(body)  # another body may get its number
         self._models.ghosts.discard(body)
         attached = self._models.attached
@@ -264,6 +267,14 @@ class OdeSolver:
         root: tuple[Pose, Any, Any] = (pose, linear, angular)
         motions = {part.shapes.root: root}
         rows = dict(zip(part.names, self._rows(part)))
+        before, part.frame = self._root_frame(part), pose
+        for joint in part.shapes.loose:
+            motions[joint.child] = pose * joint.origin, linear, angular
+            if before is not None:  # it stays where it is relative to the root link
+                there = before.inverse() * self._frame(part, joint.child)
+                velocity, spin = self._velocity(part, joint.child)
+                motions[joint.child] = pose * there, velocity, spin
+        self._placed.add(part.body)
         for joint, state in zip(part.joints, self._joint_rows(part)):
             pose, velocity, spin = motions[joint.parent]
             axis, angle = np.array(joint.axis) / np.linalg.norm(joint.axis), state[q.ANGLE]
@@ -286,6 +297,65 @@ class OdeSolver:
             row[q.QUAT : q.QUAT + 4] = pose.orientation
             row[q.VEL : q.VEL + 3] = np.add(velocity, np.cross(spin, arm))
             row[q.VEL + 3 : q.VEL + 6] = spin
+
+    def _frame(self, part: DynamicModel, name: str) -> Pose:
+        """Pose of the frame of a link that has a row."""
+        row = part.first + part.names.index(name)
+        position, orientation = self.bodies[row, : q.QUAT], self.bodies[row, q.QUAT : q.VEL]
+        x, y, z = position.tolist()
+        frame = compose((x, y, z), orientation.tolist(), self._arrays.inward[row], _UNTURNED)
+        return Pose(*frame)
+
+    def _velocity(self, part: DynamicModel, name: str) -> tuple[Array, Array]:
+        """Velocities of the origin of a link's frame [m/s, rad/s]."""
+        row = self.bodies[part.first + part.names.index(name)]
+        spin = row[q.VEL + 3 : q.VEL + 6].copy()
+        center: Any = part.shapes.links[name].center
+        arm = matrix_from_quaternion(row[q.QUAT : q.VEL]) @ center
+        return row[q.VEL : q.VEL + 3] - np.cross(spin, arm), spin
+
+    def _root_frame(self, part: DynamicModel) -> Pose | None:
+        """Pose of the root link's frame; None: nothing has put it anywhere yet."""
+        if not part.shapes.loose or part.body not in self._placed:
+            return None
+        return part.frame if part.is_fixed else self._frame(part, part.shapes.root)
+
+    def free_coordinates(self, body: int) -> tuple[float, ...]:
+        """Positions of the joints of free_chain() of all loose links of a body."""
+        self.refresh()
+        part, found = self._parts[body], []
+        root = self._root_frame(part)
+        assert root is not None
+        for joint in sorted(part.shapes.loose, key=lambda joint: part.links[joint.child]):
+            found += free_coordinates(joint, root, self._frame(part, joint.child))
+        return tuple(found)
+
+    def place_link(self, body: int, link: int, pose: Pose, linear: Vector, angular: Vector) -> bool:
+        """Put one link to a pose, with a velocity of its center of mass.
+
+        Returns:
+            Whether it moves.
+        """
+        self.refresh()
+        row = self._arrays.rows.get((body, link))
+        if row is None:
+            return False
+        self.wake(body)
+        center = pose * Pose(tuple(-value for value in self._arrays.inward[row]))
+        numbers = self.bodies[row]
+        numbers[q.POS : q.POS + 3], numbers[q.QUAT : q.QUAT + 4] = center.position, pose.orientation
+        numbers[q.VEL : q.VEL + 6] = (*linear, *angular)
+        self._is_ahead = True
+        return True
+
+    def gather(self, body: int) -> None:
+        """Have a body's loose links start anew where its root link is put next."""
+        self.sync()
+        chain = self._engine.chains[body]
+        at_start = [[0.0]] * len(chain)
+        p.resetJointStatesMultiDof(body, chain, at_start, at_start, physicsClientId=self._client)
+        self._placed.discard(body)
+        self._unread.add(body)
 
     def sync(self) -> None:
         """Put PyBullet's bodies where they are here, if they have moved since."""
@@ -315,6 +385,14 @@ class OdeSolver:
                     row[q.VEL + 3 : q.VEL + 6].tolist(),
                     physicsClientId=client,
                 )
+            if part.shapes.loose:
+                p.resetJointStatesMultiDof(
+                    body,
+                    engine.chains[body],
+                    [[position] for position in self.free_coordinates(body)],
+                    [[0.0]] * len(engine.chains[body]),
+                    physicsClientId=client,
+                )
             indices = engine.movable[body]
             if indices:
                 rows = self.joints[part.order]
@@ -328,7 +406,7 @@ class OdeSolver:
 
     def _is_resting(self, part: DynamicModel) -> bool:
         """Whether a body sleeps where it was copied to before; if it sleeps, it is by now."""
-        if not self.bodies[part.first, q.ASLEEP]:
+        if not self._rows(part)[:, q.ASLEEP].all():
             self._resting.discard(part.body)
             return False
         was = part.body in self._resting
@@ -432,7 +510,7 @@ class OdeSolver:
         """Whether a body sleeps."""
         self.refresh()
         part = self._parts.get(body)
-        return part is not None and part.may_sleep and bool(self._rows(part)[0, q.ASLEEP])
+        return part is not None and part.may_sleep and bool(self._rows(part)[:, q.ASLEEP].all())
 
     def _find(self) -> int:
         self._copy_to_bullet()
@@ -581,7 +659,7 @@ class OdeSolver:
             Whether the body moves.
         """
         part = self._parts.get(body)
-        if part is None or part.is_fixed:
+        if part is None or part.is_fixed and not part.shapes.loose:
             return False
         self.refresh()
         self.wake(body)

@@ -59,6 +59,7 @@ class DynamicModel:
         first, first_joint: its first rows of bodies and of joints.
         order: row of each of the engine's joints.
         measured: gives their positions, velocities and motors' efforts of the flat table of joints.
+        frame: of the root link where the rows were put last.
     """
 
     body: int
@@ -73,6 +74,7 @@ class DynamicModel:
     first_joint: int = 0
     order: list[int] = field(default_factory=list)
     measured: Measured = tuple
+    frame: Pose = Pose()
 
     def link(self, row: int) -> Link:
         """The link of a row of bodies."""

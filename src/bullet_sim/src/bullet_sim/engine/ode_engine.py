@@ -151,6 +151,22 @@ class OdeEngine(Engine):
         if not self.ode.set_velocities(body, linear, angular):
             self.set_base_velocity(body, linear, angular)
 
+    def place_link(
+        self, body: int, link: int, position: Vector, orientation: Vector, linear: Vector,
+        angular: Vector,
+    ) -> None:  # fmt: skip
+        """Put one link's frame to a world pose, with a velocity of its center of mass [m/s, rad/s]
+        along world axes; joints pull it, and what they connect with it, in the next steps."""
+        pose = Pose(vector3(position), tuple(map(float, orientation)))
+        if not self.ode.place_link(body, link, pose, linear, angular):
+            super().place_link(body, link, position, orientation, linear, angular)
+
+    def gather(self, body: int) -> None:
+        self.ode.gather(body)
+
+    def _chain_positions(self, body: int) -> tuple[float, ...]:
+        return self.ode.free_coordinates(body)
+
     def link_motion(
         self, body: int, link: int, offset: tuple[Vec3, Quat] | None = None
     ) -> tuple[Vec3, Quat, Vec3, Vec3]:

@@ -238,6 +238,7 @@ def read_joint(
     if parent == "world" and prefix + str(child) in model.links:
         if joint_type == "fixed":
             model.fixed_base = True
+            model.anchored.append(prefix + str(child))
             return
         model.links.setdefault("world", Link("world"))
         poses.setdefault("world", Pose())

@@ -11,7 +11,6 @@ from bullet_sim.description.model import (
     INERTIA,
     RGBA,
     Geometry,
-    Joint,
     Link,
     ModelDescription,
     Shape,
@@ -21,6 +20,7 @@ from bullet_sim.formats import gazebo as gazebo_tags
 from bullet_sim.formats.joints import UNSUPPORTED_TYPES, check_mimics, read_joints
 from bullet_sim.formats.materials import Resolve, rgba_of
 from bullet_sim.formats.shapes import first_geometry, mesh_geometry, usable_size
+from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import Node, floats_of, number_of, parse, urdf_origin
 
 INTERFACES = {
@@ -119,8 +119,7 @@ def parse_urdf(text: str | bytes | Node, resolve: Resolve, name: str = "robot") 
     read_joints(robot, model)
     model.find_root(f"URDF of '{name}'")
     _fix_to_world(model)
-    for joint in model.joints.values():
-        _fix_unsupported(joint, model)
+    _free_links(model)
     model.transmissions = parse_transmissions(robot, model.joints, model.warn)
     model.bare_interfaces = bare_interfaces(robot, model.joints)
     check_mimics(model)
@@ -152,15 +151,19 @@ def _fix_to_world(model: ModelDescription) -> None:
         model.fixed_base = True
 
 
-def _fix_unsupported(joint: Joint, model: ModelDescription) -> None:
-    if joint.kind in UNSUPPORTED_TYPES:
-        model.warn(
-            f"joint '{joint.name}' of '{model.name}' has type '{joint.kind}', which "
-            "cannot be simulated here; it becomes fixed",
-            f"joints of type {joint.kind} cannot be simulated here and become fixed",
-            f"'{joint.name}'",
-        )
-        joint.kind = "fixed"
+def _free_links(model: ModelDescription) -> None:
+    """Drop joints that sdformat does not know: the links below start at the model's pose, free."""
+    for joint in list(model.joints.values()):
+        if joint.kind in UNSUPPORTED_TYPES:
+            model.warn(
+                f"joint '{joint.name}' of '{model.name}' has type '{joint.kind}', which is none in "
+                f"Gazebo; link '{joint.child}' moves freely and starts at the model's pose",
+                f"joints of type {joint.kind} are none in Gazebo: their links move freely and "
+                "start at the model's pose",
+                f"'{joint.name}'",
+            )
+            del model.joints[joint.name]
+            model.loose[joint.child] = Pose()
 
 
 def _link(

@@ -245,6 +245,8 @@ class ActorEngine:
         self._place()
         return tuple(self._angles.get(name, 0.0) for name in self._order[1:])
 
+    coordinates = joint_positions
+
     def joint_states(self, body: int) -> list[tuple[float, float, tuple[float, ...], float]]:
         return [(angle, 0.0, (), 0.0) for angle in self.joint_positions(body)]
 

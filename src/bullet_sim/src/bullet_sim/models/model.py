@@ -25,7 +25,17 @@ from bullet_sim.errors import ModelError
 from bullet_sim.meshes.prepare import prepare_meshes
 from bullet_sim.models.joints import Joints, Mimics
 from bullet_sim.models.urdf_writer import prepared_urdf
-from bullet_sim.pose import PLACEABLE, Array, Motion, Pose, Quat, Vec3, Vector, cross
+from bullet_sim.pose import (
+    PLACEABLE,
+    Array,
+    Motion,
+    Pose,
+    Quat,
+    Vec3,
+    Vector,
+    cross,
+    velocity_at,
+)
 from bullet_sim.snapshot import BodySource, BodyState
 
 if TYPE_CHECKING:
@@ -111,8 +121,7 @@ class Model:
         with open(path, "w", encoding="utf-8") as file:
             file.write(prepared_urdf(self._lumped, description.static))
         self.source = BodySource(key, path, description.static or description.fixed_base)
-        self._load()
-        order = sorted(self._links, key=self._links.__getitem__)
+        order = self._load()
         self.source = replace(self.source, links=visual_links(self._lumped, order, visuals))
         self.bodies = self._bodies()
         self._at_parts = all(self.link_in_body(body)[1] == _SAME for body in self.bodies)
@@ -126,8 +135,10 @@ class Model:
         if self.manager is not None:
             self.manager.hardware.restart()
 
-    def _load(self) -> None:
+    def _load(self) -> list[str]:
+        """Load it; gives the names of the engine's links, the root first, in its order."""
         self.placed: Placed | None = None  # what set_state has set since it was loaded
+        self._moved: set[int] = set()  # links that set_link_state has placed since then
         engine, lumped, description = self.engine, self._lumped, self.description
         pose, links = self.initial_pose, lumped.links
         pairs = self._self_colliding()
@@ -139,9 +150,8 @@ class Model:
             self_collide=bool(pairs),
             static=description.static,
         )
-        self._links = index = (
-            dict.fromkeys(links, -1) if description.static else engine.link_indices(body)
-        )
+        found = dict.fromkeys(links, -1) if description.static else engine.link_indices(body)
+        self._links = index = {name: found[name] for name in found if name in links}
         if pairs:
             for one, other in itertools.combinations(links, 2):
                 if (one, other) not in pairs:
@@ -165,6 +175,7 @@ class Model:
         for change in self._changes.values():
             change()
         self._start = engine.joint_positions(body)  # of its joints
+        return sorted(found, key=found.__getitem__)
 
     def _self_colliding(self) -> list[tuple[str, str]]:
         """Pairs of links that collide with each other, in the order of the links.
@@ -249,9 +260,12 @@ class Model:
         """Put it to its initial pose, at rest.
 
         Args:
-            with_joints: its joints, too, are put to where they were when it was loaded.
+            with_joints: its joints and loose links, too, are put to where they were when it was
+                loaded.
             time: now [s], for its controllers: see Manager.forget_updates.
         """
+        if with_joints and self._lumped.loose:
+            self.engine.gather(self.body)
         self.set_state(self.initial_pose)
         if not self.is_static:
             now = self.engine.joint_positions(self.body)
@@ -259,19 +273,32 @@ class Model:
         if self.manager is not None:
             self.manager.forget_updates(time)
 
-    def save_state(self) -> tuple[Placed | None, tuple[float, ...]]:
-        """The pose and velocity set by set_state since it was loaded (or None), and the joints."""
-        return self.placed, self.engine.joint_positions(self.body)
+    def save_state(self) -> tuple[Placed | None, tuple[float, ...], dict[int, Motion]]:
+        """The pose and velocity set by set_state since it was loaded (or None), the joints, and
+        motions of links that were placed by themselves."""
+        links = {index: self._center_motion(index) for index in sorted(self._moved)}
+        return self.placed, self.engine.joint_positions(self.body), links
 
-    def restore_state(self, state: tuple[Placed | None, tuple[float, ...]]) -> None:
+    def _center_motion(self, index: int) -> Motion:
+        """Pose of a link's frame and the velocity of its center of mass."""
+        position, orientation, linear, angular = self.engine.link_motion(self.body, index)
+        center = self.engine.link_center(self.body, index)
+        return position, orientation, velocity_at(center, position, linear, angular), angular
+
+    def restore_state(
+        self, state: tuple[Placed | None, tuple[float, ...], dict[int, Motion]]
+    ) -> None:
         """Restore the result of save_state() after a reload; controllers restart."""
-        placed, joints = state
+        placed, joints, links = state
         if placed is not None:
             self.set_state(*placed)
         if joints != self.engine.joint_positions(self.body):
             self.engine.set_joint_positions(self.body, joints)
             if self.manager is not None:
                 self.manager.restart()
+        for index, motion in links.items():
+            self.engine.place_link(self.body, index, *motion)
+            self._moved.add(index)
 
     @property
     def is_static(self) -> bool:
@@ -387,6 +414,11 @@ class Model:
         position, orientation = self.engine.base_pose(self.body)
         return Pose(position, orientation)
 
+    def motion(self) -> Motion:
+        """Pose of the model's frame, and the velocity of its root link's origin, as in Gazebo."""
+        _, _, linear, angular = self.link_motion(self.description.root)
+        return (*self.engine.base_pose(self.body), linear, angular)
+
     def set_state(
         self, pose: Pose, linear: Vector = (0, 0, 0), angular: Vector = (0, 0, 0)
     ) -> None:
@@ -405,6 +437,27 @@ class Model:
         if not self.is_static:
             self.engine.set_velocity(self.body, linear, angular)
         self.placed = (pose, linear, angular)
+
+    def set_link_state(self, link: str, pose: Pose, linear: Vector, angular: Vector) -> None:
+        """Put one link to a world pose with a velocity of its center of mass (world axes), as
+        Gazebo's Link::SetWorldPose: what joints connect with it stays where it is, and is pulled
+        by them in the next steps. With Bullet a root link takes the model along.
+
+        Raises:
+            ModelError: no such link, a number is NaN, infinite or out of bounds, or with Bullet a
+                link that is below a joint.
+        """
+        index, offset = self.link_in_body(link)
+        if not pose.is_placeable():
+            raise ModelError(
+                f"pose for link '{link}' of '{self.name}' is {pose.position}, {pose.orientation}; "
+                f"{PLACEABLE}"
+            )
+        self._check_velocity(linear, angular)
+        frame = pose.normalized() * offset.inverse()
+        place = frame.position, frame.orientation
+        self.engine.place_link(self.body, index, *place, linear, angular)
+        self._moved.add(index)
 
     def set_velocity(self, linear: Vector, angular: Vector = (0, 0, 0)) -> None:
         """Set the velocity for the next step [m/s, rad/s], world axes: see Engine.set_velocity.
@@ -428,7 +481,7 @@ class Model:
         """BodyState for a snapshot."""
         engine = self.engine
         if not self.is_static:
-            joints = engine.joint_positions(self.body)
+            joints = engine.coordinates(self.body)
             return BodyState(self._key, *engine.base_pose(self.body), joints)
         if self._state is None or self._placements != engine.placements:
             self._placements = engine.placements

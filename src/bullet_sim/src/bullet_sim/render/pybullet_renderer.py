@@ -81,7 +81,7 @@ class PyBulletRenderer(Renderer):
                 continue
             self._engine.set_base_pose(body, state.position, state.orientation)
             if len(state.joints):
-                self._engine.set_joint_positions(body, state.joints)
+                self._engine.set_coordinates(body, state.joints)
             self._states[state.key] = state
 
     def image(

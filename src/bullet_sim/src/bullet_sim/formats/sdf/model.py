@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from bullet_sim.description.lump import moved
 from bullet_sim.description.model import (
     EVERYWHERE,
     INERTIA,
@@ -121,10 +120,9 @@ def parse_model_element(
     model.auto_disable = is_true(child_text(element, "allow_auto_disable", "true"))
     reader = ModelReader(model, resolve)
     reader.read(element, "", Pose(), version)
-    _fix_loose_links(model, reader.poses)
+    _find_loose_links(model, reader.poses)
     model.find_root(f"model '{model.name}'")
-    _shift_root(model, reader.poses[model.root])
-    reader.poses[model.root] = Pose()
+    model.root_pose = reader.poses[model.root]
     for name, (link, pose) in reader.nested.items():
         model.nested[name] = link, reader.poses[link].inverse() * pose
     for plugin, scope in reader.plugins:
@@ -134,37 +132,26 @@ def parse_model_element(
     return model
 
 
-def _fix_loose_links(model: ModelDescription, poses: dict[str, Pose]) -> None:
-    """Fix links without a joint to the first link; in Gazebo they would be separate bodies."""
+def _find_loose_links(model: ModelDescription, poses: dict[str, Pose]) -> None:
+    """Find the links that are loose: those that are no joint's child, but for the root.
+
+    The root is the first of them that is fixed to the world, or the first one; what else is fixed
+    to the world is fixed to the root.
+    """
     if not model.links:
         raise ModelError(f"model '{model.name}' has no link")
-    children = [joint.child for joint in model.joints.values()]
-    root = next((name for name in model.links if name not in children), None)
-    for name in model.links:
-        if root is not None and name != root and name not in children:
-            joint = Joint(
-                f"{name}__fixed", "fixed", root, name, poses[root].inverse() * poses[name]
-            )
-            model.joints[joint.name] = joint
-            if not model.static:
-                model.warn(
-                    f"link '{name}' of '{model.name}' has no joint; it is fixed to '{root}'",
-                    "links have no joint and are fixed to the first link of their model",
-                    f"'{name}' of '{model.name}'",
-                )
-
-
-def _shift_root(model: ModelDescription, pose: Pose) -> None:
-    """Make the root link's frame the model's frame."""
-    if pose == Pose():
-        return
-    model.links[model.root] = moved(model.links[model.root], pose)
-    for joint in model.joints_of(model.root):
-        joint.origin = pose * joint.origin
-    for index, spec in enumerate(model.sensors):
-        if spec.link == model.root:
-            sensor_pose = pose * Pose.from_xyz_rpy(*spec.pose)
-            model.sensors[index] = replace(spec, pose=(sensor_pose.position, sensor_pose.rpy))
+    above = {joint.child: joint.parent for joint in model.joints.values()}
+    roots = [name for name in model.links if name not in above]
+    anchored = [name for name in roots if name in model.anchored or name == "world"]
+    for name in sorted(anchored, key=lambda name: name != "world") + roots[:1]:
+        model.root = model.root or name
+    for name in roots:
+        origin = poses[model.root].inverse() * poses[name]
+        if name != model.root and name in anchored:
+            held = Joint(f"{name}__fixed", "fixed", model.root, name, origin)
+            model.joints[held.name] = held
+        elif name != model.root:
+            model.loose[name] = poses[name]
 
 
 def _number_names(element: Node) -> None:
