@@ -7,6 +7,7 @@ run before, so node_fixture.py resets the world first.
 import rospy
 from sensor_msgs.msg import JointState
 from sim_client import (
+    CAR_COMMANDS,
     HINGES,
     START_LIMIT,
     WHEELS,
@@ -18,6 +19,7 @@ from sim_client import (
     wait_until,
 )
 from std_srvs.srv import Empty
+from stepping import PHYSICS_STEP, Time
 from truck_client import wait_for_truck
 
 # state_rate is low: robot_state_publisher asks the master three times each time that it publishes.
@@ -103,8 +105,12 @@ def reset_car():
     gazebo("unpause_physics")
     wait_for_car()
     publishers = command_publishers()
+    time = Time(CAR_COMMANDS, node=rospy.get_name())
+    time.go(PHYSICS_STEP)  # what arrived until now counts no more
     for publisher in publishers.values():
         publisher.publish(0.0)
+    time.go(PHYSICS_STEP, commands=1)  # else a late one would count as the next test's command
+    time.close()
     joints = Recorder("/racecar/joint_states", JointState)
     wait_until(lambda: stands(joints.newest), "wheels and hinges at 0")
     gazebo("reset_simulation")
