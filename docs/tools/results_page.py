@@ -229,7 +229,7 @@ def draw(found: dict, path: pathlib.Path) -> None:
     import matplotlib
 
     matplotlib.use("Agg")
-    from matplotlib import pyplot
+    from matplotlib import pyplot, ticker
 
     told = TOLD[found["name"]]
     shown = [each for each in found["figures"] if each["name"].startswith(told.plot)][::-1]
@@ -247,6 +247,8 @@ def draw(found: dict, path: pathlib.Path) -> None:
     axes.barh(names, [value for value, *_ in bars], xerr=errors, color=colors, capsize=2)
     axes.axvline(1.0, color="black", linewidth=0.8)
     axes.set(xscale="log", xlabel=of)
+    axes.xaxis.set_major_formatter(ticker.FormatStrFormatter("%g"))
+    axes.xaxis.set_minor_formatter(ticker.NullFormatter())
     axes.grid(axis="x", alpha=0.3)
     figure.tight_layout()
     figure.savefig(path, dpi=80)
