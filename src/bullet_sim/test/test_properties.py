@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from bullet_sim.engine import Engine
 from bullet_sim.errors import ModelError, WorldError
 from bullet_sim.models import changes
 from bullet_sim.models.changes import step_range
@@ -267,7 +268,7 @@ def test_what_never_moves_is_none_of_pybullets_multibodies(world):
         )
     # PyBullet has a name for the root link of multibodies alone
     roots = {
-        name: list(world.engine.link_indices(world.model(name).body))[0]
+        name: list(Engine.link_indices(world.engine, world.model(name).body))[0]
         for name in ("wall", "crate", "r")
     }
     assert roots == {"wall": "", "crate": "l", "r": "base"}

@@ -14,7 +14,7 @@ from paddock_gym.errors import GymError
 import paddock_gym
 
 ID = paddock_gym.IDS[0]
-MAX_MEMORY = 50e6  # [bytes] of one more car; a client of PyBullet takes 25 of them
+MAX_MEMORY = 10e6  # [bytes] of one more car
 
 
 def vector(count, **options):

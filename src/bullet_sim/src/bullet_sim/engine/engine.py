@@ -49,7 +49,7 @@ _FLAGS = (
 # own bits begin.
 _COMMON, _SHIFT = 3, 8
 _STATIC, _GHOST = 2, 64  # Bullet's group of what never moves, our own of ghosts
-_SLEEP = (
+SLEEP = (
     p.ACTIVATION_STATE_SLEEP | p.ACTIVATION_STATE_ENABLE_SLEEPING | p.ACTIVATION_STATE_ENABLE_WAKEUP
 )
 
@@ -100,12 +100,14 @@ class Engine:
         passable: links that push nothing.
         placements: how often bodies were put somewhere; what is static stays in between.
         computes_pids: whether controlled() can be used.
+        keeps_states: whether save_solver() has the state of all bodies.
         adds_motor_effort: whether the effort of a joint is what is applied and its motor's, or the
             former alone, as Gazebo's Joint::GetForce.
         casts_at_meshes: whether mesh_scene() can be used.
     """
 
     position_gain = 0.1
+    keeps_states = False
     placements = 0
     computes_pids = False
     adds_motor_effort = True
@@ -121,9 +123,9 @@ class Engine:
         self.time_step, self.gravity = float(time_step), vector3(gravity)
         self.solver_iterations = int(solver_iterations)
         self._flags = _FLAGS if draw else _FLAGS | p.URDF_IGNORE_VISUAL_SHAPES
-        with silenced():
-            self._client: int = p.connect(p.DIRECT)
-        self._configure()
+        self._number = -1  # of the client, once it is connected
+        self._forget()
+        self._open()
 
     @property
     def client(self) -> int:
@@ -131,13 +133,14 @@ class Engine:
         self._sync()
         return self._client
 
+    @property
+    def _client(self) -> int:
+        return self._number
+
     # What an engine that moves the bodies by itself has to add.
 
     def _sync(self) -> None:
         """Put PyBullet's bodies where they are."""
-
-    def _read_later(self, body: int) -> None:
-        """PyBullet was told where a body is or how it moves."""
 
     @property
     def settings(self) -> OdeSettings | None:
@@ -173,10 +176,17 @@ class Engine:
     def restore_solver(self, state: Any) -> None:
         """Restore what save_solver() gave."""
 
-    def _configure(self) -> None:
+    def _open(self) -> None:
+        """Connect a client of PyBullet."""
+        with silenced():
+            self._number = p.connect(p.DIRECT)
+        self._set_up()
+
+    def _forget(self) -> None:
+        """Know no body any more."""
         self.movable: dict[int, list[int]] = {}
         self.chains: dict[int, list[int]] = {}
-        self.passable = Passable(self._client)
+        self.passable = Passable(lambda: self._client)
         self.free: set[int] = set()
         self._inertial: dict[int, tuple[Vec3, Quat]] = {}  # the root's center in its frame
         self._outward: dict[int, tuple[Vec3, Quat]] = {}  # ... and back
@@ -185,25 +195,30 @@ class Engine:
         self._motors: dict[tuple[int, int], tuple[str, tuple[Any, ...]]] = {}  # see motors()
         self._attached: dict[Any, tuple[int, tuple[int, int], tuple[int, int]]] = {}
         self.layout = 0
-        p.setTimeStep(self.time_step, physicsClientId=self._client)
-        p.setGravity(*self.gravity, physicsClientId=self._client)
+
+    def _set_up(self) -> None:
+        """Tell the client all but bodies."""
+        client = self._number
+        p.setTimeStep(self.time_step, physicsClientId=client)
+        p.setGravity(*self.gravity, physicsClientId=client)
         p.setPhysicsEngineParameter(
             numSolverIterations=self.solver_iterations,
             deterministicOverlappingPairs=1,
             enableFileCaching=0,
-            physicsClientId=self._client,
+            physicsClientId=client,
         )
 
     def close(self) -> None:
         """Disconnect; the engine is not usable afterwards."""
-        if self._client >= 0:
-            p.disconnect(physicsClientId=self._client)
-            self._client = -1
+        if self._number >= 0:
+            p.disconnect(physicsClientId=self._number)
+            self._number = -1
 
     def clear(self) -> None:
         """Remove every body and return to the state of a new engine."""
-        p.resetSimulation(physicsClientId=self._client)
-        self._configure()
+        p.resetSimulation(physicsClientId=self._number)
+        self._forget()
+        self._set_up()
 
     def set_gravity(self, gravity: Vec3) -> None:
         """Set gravity [m/s^2] in the world frame."""
@@ -257,26 +272,8 @@ class Engine:
             ModelError: PyBullet refuses the file.
         """
         client = self.client
-        try:
-            with silenced():
-                body = p.loadURDF(
-                    path,
-                    (0, 0, 0),
-                    (0, 0, 0, 1),
-                    useFixedBase=fixed_base,
-                    useMaximalCoordinates=static,
-                    flags=self._flags | (p.URDF_USE_SELF_COLLISION if self_collide else 0),
-                    physicsClientId=client,
-                )
-        except p.error as error:
-            raise ModelError(f"PyBullet cannot load {path}: {error}") from error
-        center = Pose()  # of what is static; PyBullet has a quaternion of zeros for it
-        if not static:
-            info = p.getDynamicsInfo(body, -1, physicsClientId=client)
-            center = Pose(info[3], info[4])
-        self._inertial[body] = (center.position, center.orientation)
-        outward = center.inverse()
-        self._outward[body] = (outward.position, outward.orientation)
+        body = self._read_file(path, fixed_base, self_collide, static)
+        self._note_center(body, static)
         count = p.getNumJoints(body, physicsClientId=client)
         joints = [p.getJointInfo(body, i, physicsClientId=client) for i in range(count)]
         moving = [j for j in joints if j[2] in _MOVABLE]
@@ -307,6 +304,33 @@ class Engine:
         self.set_base_pose(body, position, orientation)
         return body
 
+    def _read_file(self, path: str, fixed_base: bool, self_collide: bool, static: bool) -> int:
+        """Have PyBullet load a file, see load()."""
+        try:
+            with silenced():
+                body: int = p.loadURDF(
+                    path,
+                    (0, 0, 0),
+                    (0, 0, 0, 1),
+                    useFixedBase=fixed_base,
+                    useMaximalCoordinates=static,
+                    flags=self._flags | (p.URDF_USE_SELF_COLLISION if self_collide else 0),
+                    physicsClientId=self._number,
+                )
+        except p.error as error:
+            raise ModelError(f"PyBullet cannot load {path}: {error}") from error
+        return body
+
+    def _note_center(self, body: int, static: bool) -> None:
+        """Note where PyBullet has the root link's center of mass and principal axes."""
+        center = Pose()  # of what is static; PyBullet has a quaternion of zeros for it
+        if not static:
+            info = p.getDynamicsInfo(body, -1, physicsClientId=self._number)
+            center = Pose(info[3], info[4])
+        self._inertial[body] = (center.position, center.orientation)
+        outward = center.inverse()
+        self._outward[body] = (outward.position, outward.orientation)
+
     def remove(self, body: int) -> None:
         """Remove a body."""
         for key, (_, one, other) in list(self._attached.items()):
@@ -314,7 +338,12 @@ class Engine:
                 self.detach(key)
                 del self._attached[key]
         p.removeBody(body, physicsClientId=self.client)
-        del self.movable[body], self._inertial[body], self._outward[body]
+        del self._inertial[body], self._outward[body]
+        self._drop(body)
+
+    def _drop(self, body: int) -> None:
+        """Know a body no more."""
+        del self.movable[body]
         self.chains.pop(body, None)
         self.free.discard(body)
         self.passable.remove(body)
@@ -431,11 +460,7 @@ class Engine:
 
     def base_pose(self, body: int) -> tuple[Vec3, Quat]:
         """World pose of the root link's frame."""
-        self._sync()
-        return self._pose_in_bullet(body)
-
-    def _pose_in_bullet(self, body: int) -> tuple[Vec3, Quat]:
-        position, orientation = p.getBasePositionAndOrientation(body, physicsClientId=self._client)
+        position, orientation = p.getBasePositionAndOrientation(body, physicsClientId=self.client)
         return compose(position, orientation, *self._outward[body])
 
     def set_base_pose(self, body: int, position: Vector, orientation: Vector) -> None:
@@ -445,26 +470,21 @@ class Engine:
     def put(self, body: int, position: Vector, orientation: Vector) -> None:
         """Move the root link's principal axes to a world pose."""
         self.placements += 1
-        p.resetBasePositionAndOrientation(body, position, orientation, physicsClientId=self.client)
-        self._read_later(body)
+        client = self.client
+        p.resetBasePositionAndOrientation(body, position, orientation, physicsClientId=client)
         if not self.moves(body):  # Bullet need not look at its bounds in each step
-            p.changeDynamics(body, -1, activationState=_SLEEP, physicsClientId=self.client)
+            p.changeDynamics(body, -1, activationState=SLEEP, physicsClientId=client)
 
     def set_base_velocity(self, body: int, linear: Vector, angular: Vector) -> None:
         """Set the velocity of the root link's frame origin [m/s, rad/s], world axes."""
         arm = np.subtract(self.link_center(body, -1), self.base_pose(body)[0])
         linear = np.asarray(linear, float) + np.cross(angular, arm)
         p.resetBaseVelocity(body, tuple(linear), tuple(angular), physicsClientId=self.client)
-        self._read_later(body)
 
     def set_velocity(self, body: int, linear: Vector, angular: Vector) -> None:
         """Set the velocity of a model [m/s, rad/s], world axes: that of its root link's frame;
         joints keep theirs."""
         self.set_base_velocity(body, linear, angular)
-
-    def inertial_axes(self, body: int) -> Quat:
-        """Quaternion of the root link's principal axes in its frame."""
-        return self._inertial[body][1]
 
     def link_motion(
         self, body: int, link: int, offset: tuple[Vec3, Quat] | None = None
@@ -582,7 +602,6 @@ class Engine:
         joints = sorted([*self.movable[body], *self.chains.get(body, ())])
         for joint, position in zip(joints, positions):
             p.resetJointState(body, joint, position, 0.0, physicsClientId=self.client)
-        self._read_later(body)
 
     def place_link(
         self, body: int, link: int, position: Vector, orientation: Vector, linear: Vector,
@@ -611,14 +630,12 @@ class Engine:
         """Set the movable joints to positions (n,) [rad, m], at rest."""
         for joint, position in zip(self.movable[body], positions):
             p.resetJointState(body, joint, position, 0.0, physicsClientId=self.client)
-        self._read_later(body)
 
     def put_joint(self, body: int, joint: int, position: float) -> None:
         """Set a movable joint to a position [rad, m], at rest."""
         p.resetJointState(
             body, self.movable[body][joint], position, 0.0, physicsClientId=self.client
         )
-        self._read_later(body)
 
     def measure_joint(self, body: int, link: int) -> None:
         """Have the forces of the joint above a link measured from the next step on."""

@@ -1,8 +1,7 @@
-"""Steps of an engine made as Gazebo's ODE makes them; PyBullet has the shapes.
+"""Steps of an engine made as Gazebo's ODE makes them.
 
-What moves is numbers in arrays here (see quickstep/ and ode_arrays.py), which are copied into
-PyBullet when somebody asks it. PyBullet loads the bodies, and finds the contacts of shapes that
-quickstep does not know, such as meshes that cannot be read (ode_contacts.py).
+What moves is numbers in arrays here (see quickstep/ and ode_arrays.py). PyBullet finds the contacts
+of shapes that quickstep does not know, such as meshes that cannot be read (ode_contacts.py).
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pybullet as p
 
 from bullet_sim.controllers.effort_row import EffortRow
 from bullet_sim.description.lump import LumpedModel, free_coordinates
@@ -32,6 +30,7 @@ from bullet_sim.engine.ode_shapes import ShapeCache
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.engine.quickstep.library import advance, compile_once, is_compiled
 from bullet_sim.engine.rays import RayScene, RayShape
+from bullet_sim.engine.told import Told
 from bullet_sim.pose import Array, Pose, Quat, Vec3, Vector, compose, matrix_from_quaternion
 
 if TYPE_CHECKING:
@@ -59,20 +58,20 @@ class OdeSolver:
     """Moves an engine's bodies.
 
     Args:
-        client: PyBullet's number of the engine.
+        told: what the engine was told of its bodies last.
 
     Attributes:
         settings: of the world.
+        is_ahead: bodies are not where the engine's copies of them are.
         unlocked: let other threads of Python run during steps: where each has a world of its own.
     """
 
-    def __init__(self, engine: Engine, client: int) -> None:
+    def __init__(self, engine: Engine, told: Mapping[int, Told]) -> None:
         self.unlocked = False
-        self._engine, self._client = engine, client
+        self._engine, self._told = engine, told
         self._numbers, self._gravity = np.zeros(q.S_SIZE), np.zeros(3)
         self.configure(OdeSettings())
-        self._is_ahead = False  # PyBullet's bodies are where they were
-        self._shapes = ShapeCache(client)
+        self._shapes = ShapeCache(lambda: engine.client)
         self.clear()
 
     def configure(self, settings: OdeSettings) -> None:
@@ -96,14 +95,14 @@ class OdeSolver:
 
     def clear(self) -> None:
         """All bodies are gone."""
-        self._is_ahead = False
+        self.is_ahead = False
         self._models = Models()
         self._parts = self._models.moving
-        self._unread: set[int] = set()  # bodies whose state PyBullet has
+        self._unread: set[int] = set()  # bodies whose state is what was told of them
         self._placed: set[int] = set()  # bodies whose rows have been where something is
         self._is_built = False
-        self._contacts = Contacts(self._engine, self._client, self._models)
-        self._resting: set[int] = set()  # bodies that sleep where PyBullet has them
+        self._contacts = Contacts(self._engine, self._models)
+        self._resting: set[int] = set()  # bodies that sleep where their copies are
         self._build_arrays()
 
     # models -------------------------------------------------------------------------------------
@@ -121,7 +120,7 @@ class OdeSolver:
 
         Args:
             model: of which it was made.
-            links: name -> PyBullet's index.
+            links: name -> the engine's index.
             static: it never moves.
             fixed: its root link never moves.
             may_sleep: it may sleep while it rests, if it has no joints.
@@ -161,7 +160,7 @@ class OdeSolver:
                 del told[key]
 
     def read_later(self, body: int) -> None:
-        """PyBullet was told where a body is or how it moves."""
+        """The engine was told where a body is or how it moves."""
         self._unread.add(body)
         if body in self._models.static:
             self.wake()
@@ -245,24 +244,21 @@ class OdeSolver:
 
     # states -------------------------------------------------------------------------------------
     def _read(self) -> None:
-        """Take over what PyBullet was told."""
+        """Take over what was told."""
         for body in sorted(self._unread):
             part = self._parts.get(body)
             if part is None:
                 continue
-            movable = self._engine.movable[body]
-            states = p.getJointStates(body, movable, physicsClientId=self._client)
-            for row, state in zip(part.order, states or ()):
-                self.joints[row, q.ANGLE] = self.joints[row, q.REACHED] = state[0]
-                self.joints[row, q.RATE] = state[1]
+            for row, (position, velocity) in zip(part.order, self._told[body].states):
+                self.joints[row, q.ANGLE] = self.joints[row, q.REACHED] = position
+                self.joints[row, q.RATE] = velocity
             self._place_links(part)
             self.wake(body)
         self._unread.clear()
 
     def _place_links(self, part: DynamicModel) -> None:
-        """Links where the base and the joints' positions have them: PyBullet's own links are as
-        precise as single precision."""
-        position, orientation, linear, angular = self._engine.link_motion(part.body, -1)
+        """Links where the base and the joints' positions have them."""
+        position, orientation, linear, angular = self._told[part.body].motion()
         pose = Pose(_without_rounding(position), _without_rounding(orientation))
         root: tuple[Pose, Any, Any] = (pose, linear, angular)
         motions = {part.shapes.root: root}
@@ -345,72 +341,51 @@ class OdeSolver:
         numbers = self.bodies[row]
         numbers[q.POS : q.POS + 3], numbers[q.QUAT : q.QUAT + 4] = center.position, pose.orientation
         numbers[q.VEL : q.VEL + 6] = (*linear, *angular)
-        self._is_ahead = True
+        self.is_ahead = True
         return True
 
     def gather(self, body: int) -> None:
-        """Have a body's loose links start anew where its root link is put next."""
-        self.sync()
-        chain = self._engine.chains[body]
-        at_start = [[0.0]] * len(chain)
-        p.resetJointStatesMultiDof(body, chain, at_start, at_start, physicsClientId=self._client)
+        """Have a body's loose links start anew where its root link is told to be."""
         self._placed.discard(body)
-        self._unread.add(body)
+        self.read_later(body)
 
-    def sync(self) -> None:
-        """Put PyBullet's bodies where they are here, if they have moved since."""
-        if self._is_ahead:
-            self._copy_to_bullet()
+    def tell(self, body: int, told: Told) -> bool:
+        """Have `told` say how a body moves now.
 
-    def _copy_to_bullet(self) -> None:
-        self._is_ahead = False
-        client, engine = self._client, self._engine
-        for body, part in self._parts.items():
-            if body in self._unread or part.may_sleep and self._is_resting(part):
-                continue
-            if not np.isfinite(self._rows(part)[:, : q.PLACE]).all():
-                nowhere = [math.nan] * 3  # it is told by its velocity, and stays where it was
-                p.resetBaseVelocity(body, nowhere, nowhere, physicsClientId=client)
-                continue
-            if not part.is_fixed:
-                row = self.bodies[part.first]
-                orientation = row[q.QUAT : q.QUAT + 4].tolist()
-                center = row[q.POS : q.POS + 3].tolist()
-                axes = engine.inertial_axes(body)
-                pose = compose(center, orientation, (0.0, 0.0, 0.0), axes)
-                p.resetBasePositionAndOrientation(body, *pose, physicsClientId=client)
-                p.resetBaseVelocity(
-                    body,
-                    row[q.VEL : q.VEL + 3].tolist(),
-                    row[q.VEL + 3 : q.VEL + 6].tolist(),
-                    physicsClientId=client,
-                )
-            if part.shapes.loose:
-                p.resetJointStatesMultiDof(
-                    body,
-                    engine.chains[body],
-                    [[position] for position in self.free_coordinates(body)],
-                    [[0.0]] * len(engine.chains[body]),
-                    physicsClientId=client,
-                )
-            indices = engine.movable[body]
-            if indices:
-                rows = self.joints[part.order]
-                p.resetJointStatesMultiDof(
-                    body,
-                    indices,
-                    rows[:, q.ANGLE : q.ANGLE + 1].tolist(),
-                    rows[:, q.RATE : q.RATE + 1].tolist(),
-                    physicsClientId=client,
-                )
+        Returns:
+            Whether it moves at all.
+        """
+        part = self._parts.get(body)
+        if part is None or body in self._unread:
+            return part is not None  # what was told is newer
+        if not np.isfinite(self._rows(part)[:, : q.PLACE]).all():
+            told.lose()
+            return True
+        if part.is_fixed:
+            told.linear = told.angular = (0.0, 0.0, 0.0)
+        else:
+            numbers = self.bodies[part.first, : q.PLACE].tolist()
+            x, y, z, *orientation = numbers[: q.VEL]
+            inward = self._arrays.inward[part.first]
+            told.pose = Pose(*compose((x, y, z), orientation, inward, _UNTURNED))
+            told.linear, told.angular = (
+                (numbers[first], numbers[first + 1], numbers[first + 2])
+                for first in (q.VEL, q.VEL + 3)
+            )
+        states = self.joints[part.order][:, [q.ANGLE, q.RATE]].tolist() if part.order else []
+        told.states = [(position, velocity) for position, velocity in states]
+        return True
 
-    def _is_resting(self, part: DynamicModel) -> bool:
-        """Whether a body sleeps where it was copied to before; if it sleeps, it is by now."""
-        if not self._rows(part)[:, q.ASLEEP].all():
-            self._resting.discard(part.body)
+    def is_resting(self, body: int) -> bool:
+        """Whether a body sleeps as at the last call: its copies are where it is."""
+        part = self._parts.get(body)
+        if part is None or not part.may_sleep or body in self._unread:
             return False
-        was = part.body in self._resting
-        self._resting.add(part.body)
+        if not self._rows(part)[:, q.ASLEEP].all():
+            self._resting.discard(body)
+            return False
+        was = body in self._resting
+        self._resting.add(body)
         return was
 
     def refresh(self) -> None:
@@ -444,7 +419,7 @@ class OdeSolver:
         self._unread.clear()
         self._contacts.restore(state["sleepers"])
         self._resting.clear()
-        self._is_ahead = True
+        self.is_ahead = True
 
     # steps --------------------------------------------------------------------------------------
     def step(self, count: int) -> None:
@@ -458,7 +433,7 @@ class OdeSolver:
             count -= self._advance(1 if given >= 0 else count, given)
             if count > 0 and self._arrays.watch and not self._arrays.always:
                 count -= self._advance(1, self._find())
-        self._is_ahead = True
+        self.is_ahead = True
 
     @contextmanager
     def controlled(self, pids: Sequence[EffortRow], notes: bool) -> Iterator[None]:
@@ -513,7 +488,6 @@ class OdeSolver:
         return part is not None and part.may_sleep and bool(self._rows(part)[:, q.ASLEEP].all())
 
     def _find(self) -> int:
-        self._copy_to_bullet()
         return self._contacts.find()
 
     # joints -------------------------------------------------------------------------------------
@@ -622,13 +596,9 @@ class OdeSolver:
         return force, torque + np.cross(center, force), joint[q.MOTOR]
 
     # bodies -------------------------------------------------------------------------------------
-    def is_root_still(self, body: int) -> bool:
-        """Whether the root link of a body never moves, so that PyBullet always has its pose."""
-        return body in self._models.static
-
     def link_motion(self, body: int, link: int) -> tuple[Vec3, Quat, Vec3, Vec3, Vec3] | None:
         """Position [m] and quaternion of a link's frame, its center of mass [m], linear [m/s] and
-        angular velocity [rad/s] of that; None: PyBullet has them."""
+        angular velocity [rad/s] of that; None: see tell()."""
         if not self._is_built or body in self._unread or body not in self._parts:
             return None
         row = self._arrays.rows.get((body, link))
@@ -665,7 +635,7 @@ class OdeSolver:
         self.wake(body)
         self._rows(part)[:, q.VEL : q.VEL + 6] = (*linear, *angular)
         self._joint_rows(part)[:, q.RATE] = 0.0
-        self._is_ahead = True
+        self.is_ahead = True
         return True
 
     def set_mass(self, body: int, link: int, mass: float, inertia: Array) -> None:

@@ -30,15 +30,14 @@ class Contacts:
     """Contacts of what moves.
 
     Args:
-        client: PyBullet's number of the engine.
         models: that the arrays are built of.
 
     Attributes:
         sleepers: the contacts with which links have fallen asleep, by (body, link).
     """
 
-    def __init__(self, engine: Engine, client: int, models: Models) -> None:
-        self._engine, self._client, self._models = engine, client, models
+    def __init__(self, engine: Engine, models: Models) -> None:
+        self._engine, self._models = engine, models
         self.sleepers: dict[BodyLink, list[Contact]] = {}
 
     def use(self, arrays: Arrays) -> None:
@@ -56,12 +55,13 @@ class Contacts:
 
     def find(self) -> int:
         """Contacts that PyBullet finds where its bodies are, into the first rows; their number."""
-        p.performCollisionDetection(physicsClientId=self._client)
+        client = self._engine.client
+        p.performCollisionDetection(physicsClientId=client)
         rows, known = self._arrays.rows, self._arrays.known
         passable = self._engine.passable
         self._others = list(known)
         n = 0
-        for point in p.getContactPoints(physicsClientId=self._client) or ():
+        for point in p.getContactPoints(physicsClientId=client) or ():
             _, one, two, link_one, link_two, _, at, normal, distance = point[:9]
             if distance > 0.0:
                 continue

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import os
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,10 +19,10 @@ class ShapeCache:
     """Meshes that were read for an engine's bodies.
 
     Args:
-        client: PyBullet's number of the engine.
+        client: gives PyBullet's number of the engine.
     """
 
-    def __init__(self, client: int) -> None:
+    def __init__(self, client: Callable[[], int]) -> None:
         self._client = client
         self._vertices: dict[tuple[Any, ...], Array] = {}
         self._trees: dict[tuple[Any, ...], tables.Tree | None] = {}
@@ -47,7 +48,7 @@ class ShapeCache:
             return np.concatenate([corners.min(axis=0), corners.max(axis=0)])
         half = tables.half_size(geometry.kind, geometry.size)
         if half is None:
-            return np.concatenate(p.getAABB(body, -1, physicsClientId=self._client))
+            return np.concatenate(p.getAABB(body, -1, physicsClientId=self._client()))
         half = np.abs(pose.matrix) @ half
         return np.concatenate([pose.position - half, pose.position + half])
 

@@ -27,10 +27,10 @@ class Passable:
     """Links that have such shapes.
 
     Args:
-        client: PyBullet's number of the engine.
+        client: gives PyBullet's number of the engine.
     """
 
-    def __init__(self, client: int) -> None:
+    def __init__(self, client: Callable[[], int]) -> None:
         self._client = client
         self._masks: dict[BodyLink, int] = {}  # of all links whose mask is not 1
         # Of links with passable shapes: those, where they have others, too; None: all are.
@@ -81,19 +81,19 @@ class Passable:
             if not shared or (below > high).any() or (above < low).any():
                 continue
             for point in p.getClosestPoints(
-                body, other[0], 0.0, link, other[1], physicsClientId=self._client
+                body, other[0], 0.0, link, other[1], physicsClientId=self._client()
             ):
                 if self._is_on(own, point[5]) or self._is_on(other, point[6]):
                     yield (*other, point[5], point[7], -point[8])
 
     def _links(self) -> Iterator[BodyLink]:
-        for index in range(p.getNumBodies(physicsClientId=self._client)):
-            body = p.getBodyUniqueId(index, physicsClientId=self._client)
-            for link in range(-1, p.getNumJoints(body, physicsClientId=self._client)):
+        for index in range(p.getNumBodies(physicsClientId=self._client())):
+            body = p.getBodyUniqueId(index, physicsClientId=self._client())
+            for link in range(-1, p.getNumJoints(body, physicsClientId=self._client())):
                 yield body, link
 
     def _box(self, key: BodyLink) -> tuple[Array, Array]:
-        low, high = p.getAABB(*key, physicsClientId=self._client)
+        low, high = p.getAABB(*key, physicsClientId=self._client())
         return np.array(low) - _CLOSE, np.array(high) + _CLOSE
 
     def _is_on(self, key: BodyLink, point: Vec3) -> bool:
@@ -115,9 +115,9 @@ class Passable:
         """Pose of a link's frame in the world."""
         body, link = key
         if link >= 0:
-            state = p.getLinkState(body, link, physicsClientId=self._client)
+            state = p.getLinkState(body, link, physicsClientId=self._client())
             return Pose(state[4], state[5])
-        base = Pose(*p.getBasePositionAndOrientation(body, physicsClientId=self._client))
-        center = p.getDynamicsInfo(body, -1, physicsClientId=self._client)
+        base = Pose(*p.getBasePositionAndOrientation(body, physicsClientId=self._client()))
+        center = p.getDynamicsInfo(body, -1, physicsClientId=self._client())
         inertial = Pose(center[3], center[4]) if any(center[4]) else Pose()
         return base * inertial.inverse()

@@ -29,7 +29,7 @@ class BodiesState:
         motions: body -> (position, orientation, linear, angular velocity, joints' positions and
             velocities).
         motors: (body, joint) -> last command of its motor.
-        solver: what the engine's solver has beyond that.
+        solver: all of it in the place of the others, of an engine that keeps its bodies' states.
     """
 
     layout: int
@@ -42,6 +42,8 @@ class BodiesState:
 
 def save_bodies(engine: Engine) -> BodiesState:
     """Save the state of all bodies."""
+    if engine.keeps_states:
+        return BodiesState(engine.layout, False, b"", {}, {}, engine.save_solver())
     motions = {body: _motion(engine, body) for body in engine.movable}
     points = _contact_points(engine)
     data = _data(engine)
@@ -50,8 +52,7 @@ def save_bodies(engine: Engine) -> BodiesState:
     if clear:
         _set_motions(engine, motions)  # as restore_bodies() does it
         _clear_contacts(engine)
-    solver = engine.save_solver()
-    return BodiesState(engine.layout, clear, data, motions, dict(engine.motors()), solver)
+    return BodiesState(engine.layout, clear, data, motions, dict(engine.motors()))
 
 
 def restore_bodies(engine: Engine, state: BodiesState) -> bool:
@@ -61,6 +62,9 @@ def restore_bodies(engine: Engine, state: BodiesState) -> bool:
         Whether the world goes on as it did when the state was saved, to the bit. False: the layout
         is another one, the contacts' warm start is lost.
     """
+    if engine.keeps_states:
+        engine.restore_solver(state.solver)
+        return state.layout == engine.layout
     warm = state.layout == engine.layout and not state.is_cleared
     if warm:
         _restore_data(engine, state.data)
@@ -69,7 +73,6 @@ def restore_bodies(engine: Engine, state: BodiesState) -> bool:
         _clear_contacts(engine)
     for (body, _), (command, arguments) in dict(state.motors).items():
         getattr(engine, command)(body, *arguments)
-    engine.restore_solver(state.solver)
     return warm or state.is_cleared
 
 
