@@ -7,14 +7,17 @@ import numpy as np
 import pytest
 from networks import describe, lane_keeper, write
 from paddock_gym.contract.actions import Continuous, Discrete
+from paddock_gym.envs.deepracer import DeepRacerEnv
 from paddock_gym.errors import GymError
 from paddock_gym.evaluation import laps
 from paddock_gym.evaluation.laps import PolicyDriver, PursuitDriver
 from paddock_gym.observations import Assembler
 from paddock_gym.policy.description import PolicyDescription
 from paddock_gym.policy.onnx_policy import OnnxPolicy
+from track_model.referee.course import standing_start
 
 import paddock_gym
+from paddock_gym import observations
 
 
 def test_a_network_of_known_numbers(tmp_path):
@@ -104,3 +107,28 @@ def test_a_policy_of_another_environment_is_refused(tmp_path):
     with pytest.raises(GymError, match="was trained on backing; it must be of deepracer"):
         OnnxPolicy(path)
     assert OnnxPolicy(path, "backing").command(np.zeros(11, np.float32))[0] < -0.3  # [m/s]
+
+
+@pytest.mark.parametrize("track", ["default", "straight"])
+def test_a_lap_from_line_to_line_is_timed_by_the_referee(tmp_path, track, straight):
+    env = DeepRacerEnv(straight if track == "straight" else track, randomize=())
+    driver = PolicyDriver(lane_keeper(tmp_path / "policy.onnx"))
+    found = laps.line_to_line(env, driver)
+    projector, period = env.scene.projector, env.scene.period
+    s = [standing_start(projector.course)]
+    observation, _ = env.reset(options={"start": s[0] / projector.length})
+    while s[-1] < projector.length:  # also on after the run's end, which is before the line
+        observation, *_ = env.step(driver.act(observation, env))
+        s.append(s[-1] + env.run.state.gain)
+    times = period * np.arange(len(s))
+    begin = np.interp(0.0, s, times) if projector.closed else 0.0
+    assert found == pytest.approx(np.interp(projector.length, s, times) - begin, abs=0.1 * period)
+    env.close()
+
+
+def test_no_lap_has_no_time(tmp_path):
+    env = DeepRacerEnv(randomize=())
+    weights = np.zeros((2, observations.STATE_SHAPE[0]))
+    path = write(tmp_path / "policy.onnx", weights, (0.0, 1.0), describe())
+    assert laps.line_to_line(env, PolicyDriver(path)) is None  # it goes straight on
+    env.close()

@@ -23,7 +23,7 @@ from paddock_common.settings import check, number, read, text
 from paddock_common.waiting import WaitTimeout, wait_until
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
-from track_model.referee.course import Course
+from track_model.referee.course import Course, standing_start
 from track_model.track import load_track
 
 from deepracer_teleop.recording import Film
@@ -101,8 +101,6 @@ class LapFilm:
 
 
 FILES = ("lap.mp4", "lap.png", "path.png", "path.csv")
-LEAD = 0.3  # start before the line of a circuit [m]
-OPEN_LEAD = 0.15  # start after the line of an open course [m]
 PRINT_PERIOD = 5.0  # of ROS time, between lines about the progress [s]
 
 
@@ -143,7 +141,7 @@ class LapRun:
 
     def put_at_start(self, index):
         """Puts the car before the line; with several starts at a random pose."""
-        s = -LEAD if self.track.closed else OPEN_LEAD
+        s = standing_start(self.course)
         side = rotation = 0.0
         if self.settings.starts > 1:
             rng = np.random.default_rng((self.settings.seed, index))

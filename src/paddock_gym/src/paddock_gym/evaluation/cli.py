@@ -12,11 +12,14 @@ from paddock_gym.contract.hyperparameters import write_json
 from paddock_gym.envs.deepracer import DeepRacerEnv
 from paddock_gym.errors import GymError
 from paddock_gym.evaluation import backing, plots
-from paddock_gym.evaluation.laps import DRIVERS, PolicyDriver, drive, starts
+from paddock_gym.evaluation.laps import DRIVERS, PolicyDriver, drive, line_to_line, starts
 from paddock_gym.ids import BACKING
 from paddock_gym.policy.onnx_policy import OnnxPolicy
 
-HEAD = ("track", "driver", "laps", "lap time [s]", "off the centreline [cm]", "other ends")
+HEAD = (
+    "track", "driver", "laps", "lap time [s]", "line to line [s]", "off the centreline [cm]",
+    "other ends",
+)  # fmt: skip
 
 
 def main(arguments=None):
@@ -81,6 +84,7 @@ def on_track(policy, about, track, count, walls, folder):
         driver = PolicyDriver(policy) if mine else DRIVERS[name]()
         laps = [drive(env, driver, start, seed=k) for k, start in enumerate(starts(count))]
         rows.append(summary(env.scene.track.name, name, laps))
+        rows[-1]["line_to_line"] = line_to_line(env, driver)
         if mine:
             path = os.path.join(folder, f"{env.scene.track.name}.png")
             plots.paths(laps, env.scene.track, path)
@@ -115,6 +119,7 @@ def lines(rows):
                 row["driver"],
                 f"{row['laps']} of {row['starts']}",
                 spread,
+                "-" if row["line_to_line"] is None else f"{row['line_to_line']:.2f}",
                 f"{100 * row['rms_lateral']:.1f}, at most {100 * row['max_lateral']:.1f}",
                 ", ".join(sorted(set(row["other_ends"]))) or "-",
             )

@@ -7,14 +7,16 @@ import cv2
 import numpy as np
 from deepracer_control.drivers.pursuit import Path, Pursuit
 from paddock_common.films import FilmWriter
-from track_model.referee.referee import Car
+from track_model.referee.course import standing_start
+from track_model.referee.referee import Car, Referee, Rules
 
-from paddock_gym.course import LAP
+from paddock_gym.course import LAP, RUNNING
 from paddock_gym.ids import DEEPRACER
 from paddock_gym.policy.onnx_policy import OnnxPolicy
 from paddock_gym.simulation.car import GEOMETRY
 
 FIRST_SEED = 10_000  # of the starts; training uses others
+MAX_TIME, OPEN_START = 240.0, 0.5  # of ./run lap: of a lap [s]; Rules.standing_start [m]
 MAX_OFFSET, MAX_HEADING = 0.15, math.radians(10.0)  # of a start [m], [rad]
 
 
@@ -87,6 +89,32 @@ def drive(env, driver, start, seed=0, each=None) -> Lap:
         float(np.sqrt(np.mean(np.square(lateral)))),
         float(np.max(np.abs(lateral))),
     )
+
+
+def line_to_line(env, driver, seed=FIRST_SEED):
+    """Time of a lap as ./run lap measures it: by the referee, after its standing start.
+
+    Args:
+        driver: see drive().
+        seed: of noise.
+
+    Returns:
+        [s]; None: no lap came of it.
+    """
+    course = env.scene.projector.course
+    start = {"start": standing_start(course) / course.length}
+    observation, info = env.reset(seed=seed, options=start)
+    driver.restart()
+    referee = Referee(course, rules=Rules(standing_start=OPEN_START))
+    while info["end"] in (RUNNING, LAP) and info["time"] < MAX_TIME:  # the run's ends at its start
+        motion = env.run.motion
+        status, _ = referee.update(
+            env.scene.world.time, motion.x, motion.y, motion.yaw, motion.forward
+        )
+        if status.laps:
+            return status.last_lap_time
+        observation, *_, info = env.step(driver.act(observation, env))
+    return None
 
 
 def film_lap(env, driver, start, path, each=None) -> Lap:

@@ -104,6 +104,16 @@ class Course:
         return float(change / 0.1)
 
 
+LEAD = 0.3  # of a start before the line of a circuit [m]
+OPEN_LEAD = 0.15  # of a start after the line of an open course [m]
+
+
+def standing_start(course: Course) -> float:
+    """Arc length [m] at which ./run lap puts the car; a circuit's lap begins at the line after it,
+    an open course's when the car moves."""
+    return -LEAD if course.closed else OPEN_LEAD
+
+
 HALF_SPAN = 0.05  # half the length over which a curvature is computed, as in Course.curvature [m]
 
 
