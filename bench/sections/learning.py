@@ -336,4 +336,6 @@ def rows(figures):
         text += f", {mean:.2f} s a lap" if mean else ""
         if found["ten_laps_in_a_row_after"] is not None:
             text += f"; ten in a row after {found['ten_laps_in_a_row_after']:.0f} s"
-        yield Row(f"./run train first, {kind}, seed {found['seed']}", text)
+        done = found["laps"] == 10
+        name = f"./run train first, {kind}, seed {found['seed']}" + ("" if done else ", no 10 laps")
+        yield Row(name, text, found["seconds"], "s")

@@ -43,7 +43,6 @@ UNRUN = {
     r"platforms\.py|states_beside_gazebo|conformance/run": "needs the network, Gazebo, or clones",
     r"paths_beside|pictures|results_page|rooms\.py|solver_data": "writes into docs/: "
     "test_bench_paths.py, test_bench_pictures.py, test_documents.py",
-    r"gym_steps": "measures for minutes",
     r"example\.py": "test_documents.py runs it",
     r"list_controller_types": "tests/ros/own_classes_rig.py",
     r"roscore|rosbag play": "for rviz on a screen; rosbag's own",
