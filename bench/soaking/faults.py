@@ -183,7 +183,7 @@ def spawn_delete(session, rng):
 
 def reset(session, rng):
     """A reset, with time or without."""
-    service = rng.choice(("reset_simulation", "reset_world"))
+    service = rng.choice(("restart", "reset_world"))
     ask(session, what="empty", service=service)
     return service
 
@@ -204,7 +204,7 @@ def fuzzed_calls(session, rng):
     """Service calls with fuzzed values."""
     count = rng.randint(20, 100)
     slowest = ask(session, what="fuzzed_calls", seed=rng.random(), count=count)["slowest"]
-    ask(session, what="empty", service="reset_simulation")
+    ask(session, what="empty", service="restart")
     ask(session, what="clean")
     return f"{count} fuzzed calls, the slowest took {slowest:.2f} s"
 
@@ -212,7 +212,7 @@ def fuzzed_calls(session, rng):
 def fuzzed_commands(session, rng):
     """Commands with fuzzed values."""
     topics = ask(session, what="fuzzed_commands", seed=rng.random(), count=200)["topics"]
-    ask(session, what="empty", service="reset_simulation")
+    ask(session, what="empty", service="restart")
     return f"200 fuzzed messages on {', '.join(topics)}"
 
 

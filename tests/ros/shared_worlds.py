@@ -113,7 +113,7 @@ def reset_car():
     time.close()
     joints = Recorder("/racecar/joint_states", JointState)
     wait_until(lambda: stands(joints.newest), "wheels and hinges at 0")
-    gazebo("reset_simulation")
+    gazebo("restart")
     for item in [joints, *publishers.values()]:
         item.close() if item is joints else item.unregister()
 
@@ -128,13 +128,13 @@ def stands(message):
 def reset_effort_bot():
     """The robot is where it was spawned, without controllers."""
     wait_running("/effort_bot", 0)
-    gazebo("reset_simulation")
+    gazebo("restart")
 
 
 def reset_truck():
     """The truck is where it was spawned, and its drive node goes on from there."""
     wait_for_truck()
-    gazebo("reset_simulation")
+    gazebo("restart")
     wait_for_truck()
 
 

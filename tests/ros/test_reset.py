@@ -138,6 +138,14 @@ class Reset(unittest.TestCase):
             before = self.drive_and_reset("reset_simulation")
             # the first message may have been on its way before the reset
             wait_until(lambda: any(m.clock.to_sec() < TILL for m in self.clock.messages), "/clock")
+            # joint_state_controller does not notice, as in Gazebo
+            self.check_all_goes_on(before, math.inf)
+            self.close()
+
+    def test_restart_starts_time_over_for_controllers_too(self):
+        with Launch("bot_world.launch"):
+            before = self.drive_and_reset("restart")
+            wait_until(lambda: any(m.clock.to_sec() < TILL for m in self.clock.messages), "/clock")
             self.check_all_goes_on(0.0, before)
             self.close()
 

@@ -271,6 +271,20 @@ def test_joint_states_are_of_joints_with_a_transmission_in_alphabetical_order(mo
         bot.world.close()
 
 
+def test_joint_states_are_silent_until_their_time_of_before_as_upstream(bot):
+    bot.load("states")
+    bot.switch(start=["states"])
+    bot.run(1000)
+    sent = bot.endpoints["/bot/joint_states"].messages
+    for fresh in (False, True):
+        before = sent[-1].header.stamp
+        sent.clear()
+        bot.world.start_over()
+        bot.control.restart(fresh=fresh)
+        bot.run(1100)
+        assert (sent[0].header.stamp > before) is not fresh
+
+
 def test_restart_drops_buffered_commands(bot):
     bot.load("drive")
     bot.switch(start=["drive"])

@@ -386,6 +386,35 @@ def test_planar_moves_odometry_rate(topics, world, cart, rate, count):
     output.close()
 
 
+@pytest.mark.parametrize("rate, waits", [(50.0, True), (0.0, False)])
+def test_an_imu_waits_for_its_time_where_it_has_a_rate(topics, world, cart, rate, waits):
+    output = made(ImuSpec("i", "base", rate=rate), world, cart)
+    world.step(40)
+    assert output.schedule.check_subscribers(world.step_count), "the first look starts it"
+    world.start_over()
+    output.go_back(world.time)
+    assert (output.schedule.next > 40) is waits
+
+
+def test_planar_move_drives_on_when_time_goes_back_and_its_odometry_waits(topics, world, cart):
+    received = FakeReceivedCounts()
+    output = made(PlanarMoveSpec("p", "base", rate=20.0), world, cart, received)
+    command = Twist()
+    command.linear.x = 0.5
+    received.take(command)
+    for time, odometry in ((0.4, 7), (0.39, 0), (0.5, 2)):
+        sent = len(topics["/odom"].messages)
+        while world.time < time - 1e-6:
+            world.step(1)
+            output.update(world.time, 0.0)
+        assert len(topics["/odom"].messages) - sent == odometry
+        assert cart.link_state("base")[1][0] == pytest.approx(0.5, abs=0.01)
+        if time == 0.4:
+            world.start_over()
+            output.go_back(world.time)
+    output.close()
+
+
 @pytest.mark.parametrize(
     "spec",
     [

@@ -236,9 +236,12 @@ def test_without_a_rate_every_step_has_its_clock_message_as_in_gazebo():
     times = [round(time * 1000) for time, _ in rig.published]
     assert times == sorted(times) and set(times) == set(range(1, times[-1] + 1)), "none is left out"
     assert times[-1] >= 120
+    assert len(times) == len(set(times)), "also at a pause none comes twice"
     rig.published.clear()
     rig.server.reset()
-    assert [time for time, _ in rig.published] == [0.0]
+    assert rig.published == [], "the next step tells"
+    rig.run_steps(rig.server.begin_steps(2))
+    assert [round(time, 6) for time, _ in rig.published] == [0.001, 0.002]
 
 
 @pytest.mark.parametrize(
@@ -298,9 +301,9 @@ def test_steps_on_request_are_counted_exactly(count):
     assert rig.world.step_count == count and steps.error == ""
     assert rig.robots.seen == list(range(20, count + 1, 20))
     assert rig.published[-1][0] == pytest.approx(0.001 * count)
-    assert [round(time, 6) for time, _ in rig.published[:-1]] == [
-        round(0.005 * k, 6) for k in range(1, count // 5 + 1)
-    ]
+    times = [round(0.005 * k, 6) for k in range(1, count // 5 + 1)]
+    times += [0.001 * count] if count % 5 else []
+    assert [time for time, _ in rig.published] == pytest.approx(times), "each time once"
 
 
 def test_commands_are_applied_before_the_first_step():
@@ -378,10 +381,19 @@ def test_reset(monotonic, expected, lockstep):
     fresh = ["sort_models", ("reset", expected)]
     assert rig.world.calls == (fresh if lockstep else [("start_over", expected)])
     assert (rig.robots.restarts, rig.robots.fresh) == (1, lockstep)
-    assert rig.published[-1][0] == pytest.approx(0.0 if expected else before)
+    told = 0.0 if expected and lockstep else before
+    assert rig.published[-1][0] == pytest.approx(told, abs=0.005), "else the next step tells"
     rig.run(1.0)
     further = 0.0 if lockstep else 1.0
     assert rig.world.time == pytest.approx((0.0 if expected else before) + further, abs=0.01)
+
+
+def test_a_restart_is_as_after_a_new_start():
+    rig = Rig()
+    rig.run(1.0)
+    rig.server.reset(fresh=True)
+    assert rig.world.calls == ["sort_models", ("reset", True)]
+    assert (rig.robots.restarts, rig.robots.fresh) == (1, True)
 
 
 class Reporter:

@@ -186,7 +186,7 @@ def make_server(parts: ExitStack) -> Server:
     received = ReceivedCounts()
     robots = Robots(jobs, world, cameras, config.seed, received, extensions)
     set_time = set_process_time if uses_sim_time() else None
-    clock = SimClock(config.clock_rate, world.time_step, set_time=set_time)
+    clock = SimClock(config.clock_rate, world.time_step, set_time=set_time, latch=config.lockstep)
     server = Server(world, jobs, robots, config, clock, relay=relay)
     networked = config.enable_ros_network
     if networked:

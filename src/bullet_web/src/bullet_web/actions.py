@@ -162,7 +162,7 @@ class Actions:
         self._call("/gazebo/unpause_physics", Empty)
 
     def _reset(self, _: dict[str, Any]) -> None:
-        self._call("/gazebo/reset_simulation", Empty)
+        self._call("/gazebo/restart", Empty)
 
     def _step(self, message: dict[str, Any]) -> None:
         self._pause(message)

@@ -148,7 +148,7 @@ class RobotControl:
             with self._lock:
                 self._commands = {}
         for topics in self._topics.values():
-            topics.restart(self.world.step_count)
+            topics.restart(self.world.step_count, fresh)
 
     # other threads ----------------------------------------------------------------------------
     def buffer_command(self, name: str, values: Any) -> None:

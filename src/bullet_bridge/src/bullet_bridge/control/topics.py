@@ -156,12 +156,15 @@ class Topics(RosPart):
     Attributes:
         controller, config: the controller and its configuration.
         schedules: of what it publishes periodically.
+        waiting: those of them that after simulated time went back are silent until their time of
+            before has passed again, as upstream.
     """
 
     def __init__(self, robot: Robot, controller: Any) -> None:
         super().__init__(robot.received)
         self._robot, self.controller, self.config = robot, controller, controller.config
         self.schedules: list[SubscribedSchedule] = []
+        self.waiting: list[SubscribedSchedule] = []
         self._asked: dict[SubscribedSchedule, float] = {}  # their rates [Hz]
 
     def _every(self, rate: float, *publishers: Any) -> SubscribedSchedule:
@@ -204,10 +207,11 @@ class Topics(RosPart):
         world, rate = self._robot.world, self._asked[schedule]
         schedule.set_step(world.time_step, min(rate, 1.0 / world.time_step), world.step_count)
 
-    def restart(self, step: int) -> None:
-        """Restart the schedules at a step, after a reset or a start."""
+    def restart(self, step: int, fresh: bool = True) -> None:
+        """Restart the schedules at a step, after a reset or a start; fresh: `waiting`, too."""
         for schedule in self.schedules:
-            schedule.restart(step)
+            if fresh or schedule not in self.waiting:
+                schedule.restart(step)
 
 
 @ros_side(joint.JointState)
@@ -219,6 +223,7 @@ class JointStates(Topics):
         config = self.config
         self._states = self.publisher(f"{robot.namespace}/joint_states", JointState)
         self._schedule = self._every(config.publish_rate, self._states)
+        self.waiting.append(self._schedule)
         hardware = robot.manager.hardware
         joints = config.joints or hardware.published_names
         self._numbers = [hardware.names.index(name) for name in joints]
@@ -308,6 +313,7 @@ class Drive(Commands):
         self._sender = PackedBase(self._odometry, self._transform, config, frames)
         outputs = [out for out in (self._odometry, self._transform) if out is not None]
         self._schedule = self._every(config.publish_rate, *outputs)
+        self.waiting.append(self._schedule)
         self._limited = None
         if config.publish_command:
             self._limited = self.publisher(f"{self.name}/cmd_vel_out", TwistStamped)
@@ -479,6 +485,7 @@ class FourWheelDrive(Drive):
         self.subscribe(topic, FourWheelSteering, self._on_angles)
         self._steering = self.publisher(f"{self.name}/odom_steer", FourWheelSteeringStamped)
         self._steering_schedule = self._every(self.config.publish_rate, self._steering)
+        self.waiting.append(self._steering_schedule)
 
     def _on_angles(self, message: Any) -> None:
         values = (message.speed, message.front_steering_angle, message.rear_steering_angle)
@@ -514,6 +521,7 @@ class Sensors(Topics):
             sensor = make_plugin(PluginContext(robot.world, robot.model, adapted, seed))
             self._sensors.append(sensor)
             self.schedules.append(sensor.schedule)
+            self.waiting.append(sensor.schedule)
 
     def publish(self, step: int, time: float) -> None:
         """Publish the sensors that are due."""
@@ -522,8 +530,8 @@ class Sensors(Topics):
                 sensor.update(time, time - sensor.updated)
                 sensor.updated = time
 
-    def restart(self, step: int) -> None:
-        for sensor in self._sensors:
+    def restart(self, step: int, fresh: bool = True) -> None:
+        for sensor in self._sensors if fresh else ():
             sensor.reset(self._robot.world.time)
 
     def close(self) -> None:

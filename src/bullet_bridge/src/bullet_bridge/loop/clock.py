@@ -307,6 +307,7 @@ class SimClock(Schedule):
         time_step: physics step [s].
         send: function of a list of simulated times [s], instead of the topic /clock (tests).
         set_time: function of a rospy.Time that sets the time of this process.
+        latch: a new subscriber gets the last time; in Gazebo it waits for the next step.
     """
 
     STATE = ("_sent",)
@@ -317,10 +318,11 @@ class SimClock(Schedule):
         time_step: float,
         send: Callable[[Sequence[float]], None] | None = None,
         set_time: Callable[[rospy.Time], None] | None = None,
+        latch: bool = False,
     ) -> None:
         self._set_time = set_time
         if send is None:
-            send = PackedClock(publisher("/clock", Clock, latch=True)).send
+            send = PackedClock(publisher("/clock", Clock, latch=latch)).send
         self._send = send
         self._rate = rate
         self._sent = 0.0  # the last time
@@ -345,6 +347,19 @@ class SimClock(Schedule):
         if is_due or not (thinned or self._rate):
             self.publish(time)
         return is_due
+
+    def settle(self, time: float, always: bool) -> None:
+        """Publish the steps up to a time [s] that are not published yet.
+
+        Args:
+            always: also where there are none, as after a reset.
+        """
+        if always or time > self._sent:
+            self.publish(time)
+            return
+        self._sent = time
+        if self._set_time is not None:
+            self._set_time(stamp(time))
 
     def publish(self, time: float) -> None:
         """Publish the time [s] now."""

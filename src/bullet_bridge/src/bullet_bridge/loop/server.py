@@ -110,7 +110,7 @@ class Server:
         self._now, self._holds, self._held_until = now, 0, 0.0
         self._rtf_monitor = RealTimeFactorMonitor(now=now)
         self._pace = Pace(config.real_time_factor, now, self._measured)
-        self._clock = clock or SimClock(config.clock_rate, world.time_step)
+        self._clock = clock or SimClock(config.clock_rate, world.time_step, latch=config.lockstep)
         self._throttle = ClockThrottle(self._clock, now, world.step_count)
         self._steps: Steps | None = None  # the request that is being served
         self._reporters: list[Reporter] = []
@@ -187,7 +187,7 @@ class Server:
         sys.setswitchinterval(0.0002)  # other threads release the GIL sooner
         gc.collect()
         gc.freeze()  # later collections skip these objects: shorter pauses
-        self._clock.publish(self._world.time)
+        self._clock.settle(self._world.time, always=self.lockstep)
         while not rospy.is_shutdown():
             try:
                 self.spin_once()
@@ -313,31 +313,39 @@ class Server:
         self.paused = paused
         self._settle()
 
-    def reset(self) -> None:
+    def reset(self, fresh: bool = False) -> None:
         """Reset the world, also simulated time unless it is monotonic (simulation thread).
 
-        In lockstep it is as after a new start; else controllers and wrenches go on, as in Gazebo.
+        Args:
+            fresh: as after a new start, as always in lockstep; else controllers and wrenches go on,
+                as in Gazebo.
         """
         self._end_steps("the simulation was reset by another call")
-        if self.lockstep:
+        fresh = fresh or self.lockstep
+        if fresh:
             self._world.sort_models()
             self._world.reset(time=not self._monotonic)
         else:
             self._world.start_over(time=not self._monotonic)
-        self._restart(fresh=self.lockstep)
+        self._restart(fresh=fresh)
 
     def reset_models(self) -> None:
         """Put the models to their initial poses; all else goes on (simulation thread)."""
         self._world.reset_models()
         self._robots.reset_models()
 
-    def _restart(self, fresh: bool = True) -> None:
-        """Restart all schedules at the present step; fresh: see Robots.restart."""
+    def _restart(self, fresh: bool = True, tell: bool = False) -> None:
+        """Restart all schedules at the present step.
+
+        Args:
+            fresh: see Robots.restart.
+            tell: publish the time before the next step, too.
+        """
         self._clock.restart(self._world.step_count)
         self._robots.restart(fresh)
         for reporter in self._reporters:
             reporter.restart()
-        self._settle()
+        self._settle(tell)
 
     def save_state(self) -> tuple[WorldState, Any]:
         """The state of world, controllers and sensors, for restore_state()."""
@@ -360,13 +368,17 @@ class Server:
         world, robots = state
         note = self._world.restore_state(world)
         self._end_steps("a state was restored by another call")
-        self._restart()
+        self._restart(tell=True)
         self._robots.restore_state(robots)
         return note
 
-    def _settle(self) -> None:
-        """Restart measuring the pace; return when the time and all earlier messages are sent."""
+    def _settle(self, tell: bool = False) -> None:
+        """Restart measuring the pace; return when the time and all earlier messages are sent.
+
+        Args:
+            tell: send the time even if no step was made, as in lockstep.
+        """
         self._anchor()
-        self._clock.publish(self._world.time)
+        self._clock.settle(self._world.time, always=tell or self.lockstep)
         if self._relay is not None:
             self._relay.drain()

@@ -329,6 +329,13 @@ class Sensor(ModelPlugin):
         super().__init__(context)
         self.pub = self.publisher(self.spec.topic, self.message, relayed=self.relayed)
 
+    def go_back(self, time: float) -> None:
+        """As of a ModelPlugin; one that measures in every step does not wait."""
+        if self._asked > 0.0:
+            super().go_back(time)
+        else:
+            self.restart(time)
+
     def measure(self, time: float) -> Any:
         """A message for simulated time [s], or None."""
         raise NotImplementedError

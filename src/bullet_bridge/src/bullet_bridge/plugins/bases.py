@@ -144,6 +144,7 @@ class TricyclePlugin(DrivenBase):
 
     STATE = ("_motion",)
     resets = False
+    waits_for_time = True
 
     def __init__(self, context: PluginContext) -> None:
         self._motion = TricycleMotion(context.spec)
@@ -221,6 +222,8 @@ class TricyclePlugin(DrivenBase):
 @ros_side(ManyWheelsSpec)
 class ManyWheelsPlugin(DrivenBase):
     """Gives the wheels of each side their velocity, whatever the torque that it takes."""
+
+    waits_for_time = True
 
     @property
     def resets_with_model(self) -> bool:

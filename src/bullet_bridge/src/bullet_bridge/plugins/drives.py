@@ -227,6 +227,10 @@ class PlanarMovePlugin(ModelPlugin):
             yaw_rate = math.remainder(yaw - before[3], 2.0 * math.pi) / elapsed
         return along_heading(yaw, u, v), (0.0, 0.0, yaw_rate)
 
+    def go_back(self, time: float) -> None:
+        """It drives on; odometry waits for its time of before."""
+        self.schedule.restart(self.world.step_count)
+
     def reset(self, time: float) -> None:
         """Without a command."""
         super().reset(time)

@@ -86,6 +86,7 @@ class ImuSensor(Sensor):
 
     STATE: ClassVar[tuple[str, ...]] = ("_before", "_reference", "_gyro_bias", "_accel_bias")
     message = Imu
+    waits_for_time = True
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
@@ -166,7 +167,6 @@ class ModelImuSensor(ImuSensor):
     """
 
     whole_periods = True
-    waits_for_time = True
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)

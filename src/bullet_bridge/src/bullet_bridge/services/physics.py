@@ -165,6 +165,7 @@ class PhysicsServices:
             "unpause_physics": lambda: server.set_paused(False),
             "reset_simulation": lambda: server.reset(),
             "reset_world": lambda: server.reset_models(),
+            "restart": lambda: server.reset(fresh=True),
         }
         for name, job in empty.items():
             self._add_empty(f"{prefix}/{name}", job)

@@ -429,7 +429,7 @@ class PackedImage(Packed):
 
 
 class PackedClock(Packed):
-    """rosgraph_msgs/Clock, latched: a new subscriber gets the last message."""
+    """rosgraph_msgs/Clock."""
 
     def send(self, times: Sequence[float]) -> None:
         """Publish simulated times [s]; those before the last in one piece."""
