@@ -159,6 +159,16 @@ def test_a_multicamera_is_a_left_and_a_right_camera():
     assert "camera 'middle' is left out" in warning and "'left' or 'right'" in warning
 
 
+def test_a_multicamera_whose_right_camera_comes_first_has_its_images_on_the_others_topics():
+    camera = '<camera name="{}"><pose>0 {} 0 0 0 0</pose></camera>'
+    inside = "<update_rate>15</update_rate>" + camera.format("right", -0.1)
+    inside += camera.format("left", 0.0)
+    tags = "<cameraName>stereo</cameraName><imageTopicName>image_raw</imageTopicName>"
+    model = read(sensor("multicamera", "libgazebo_ros_multicamera.so", tags, inside))
+    places = {spec.topic: spec.pose[0] for spec in model.sensors}
+    assert places == {"/stereo/right/image_raw": (1, 0, 0), "/stereo/left/image_raw": (1, -0.1, 0)}
+
+
 def test_camera_noise_format_and_baseline():
     inside = (
         "<update_rate>1</update_rate><camera><image><format>L8</format></image><noise>"

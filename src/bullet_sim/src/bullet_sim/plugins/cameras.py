@@ -454,7 +454,12 @@ def _pair(xml: SensorXml, triggered: bool = False) -> dict[str, dict[str, Any]]:
 
 @sensor_plugin("gazebo_ros_multicamera", types=("multicamera",))
 def multicamera(xml: SensorXml) -> list[CameraSpec]:
-    return [CameraSpec(**values) for values in _pair(xml).values()]
+    """CameraSpecs; where the right camera comes first, each has the other's images, as upstream."""
+    pair = _pair(xml)
+    if list(pair) == ["right", "left"]:
+        left, right = pair["left"]["pose"], pair["right"]["pose"]
+        pair["left"]["pose"], pair["right"]["pose"] = right, left
+    return [CameraSpec(**values) for values in pair.values()]
 
 
 @sensor_plugin("gazebo_ros_triggered_camera", types=("camera",))
