@@ -109,7 +109,8 @@ def shape_of(fields: Mapping[str, Any]) -> Shape:
     orientation: Any = tuple(fields["pose"]["orientation"])
     for name in ("size", "scale"):
         geometry[name] = tuple(geometry[name])
-    geometry["points"] = tuple(map(tuple, geometry["points"]))
+    outlines = [tuple(map(tuple, outline)) for outline in geometry["outlines"]]
+    geometry["outlines"] = tuple(outlines)
     color: Any = fields["color"] and tuple(fields["color"])
     finish = dict(fields["finish"], layers=())  # the page shows the lowest image alone
     mapping = finish.get("mapping") or {}
