@@ -218,6 +218,12 @@ PLACES = {
         "<cutoff_angle>3.1415</cutoff_angle></lens>",
         kind="wideanglecamera",
     ),
+    "road_element": Place(
+        FLOOR,
+        pitch=0.2,
+        light="<road name='NAME'><width>2</width><point>3 Y 0.02</point><point>9 Y 0.02</point>"
+        "<point>14 YPLUS 0.02</point></road>",
+    ),
 }
 
 SCRIPT = """

@@ -44,6 +44,7 @@ BROKEN = {
     "polylines": ("<point>1.5 1.3</point>", "<point>1.5 2.3</point>"),
     "intrinsics": ("<s>40</s>", "<s>0</s>"),
     "headlight": ("<pose>0 0 1 0 -1.4 0</pose>", "<pose>0 0 1 0 -1.4 0.3</pose>"),
+    "road_element": ("<width>2</width>", "<width>3</width>"),
     "wide": ("<type>equidistant</type>", "<type>stereographic</type>"),
 }
 

@@ -227,10 +227,22 @@ def test_world_elements_that_mean_nothing():
         '<state world_name="w"><model name="box"><pose>5 6 7 0 0 0</pose></model></state>'
     )
     assert len(world.warnings) == 3
-    for word, text in zip(("<road> 'r'", "libworld.so", "actor 'walker'"), world.warnings):
+    for word, text in zip(
+        ("road 'r' has 0 points", "libworld.so", "actor 'walker'"), world.warnings
+    ):
         assert word in text and "my.world" in text
     assert world.models[0][1].position == (1, 0, 0)  # where a reset puts it
     assert world.starts["box"].position == (5, 6, 7)  # as Gazebo saved it
+
+
+def test_roads_are_seen_and_touch_nothing():
+    world = world_of(
+        '<road name="r"><width>2</width><point>0 0 0.02</point><point>9 0 0.02</point></road>'
+        '<road name="s"><point>0 0 0.02</point><point>far</point></road>'
+    )
+    (road,) = world.scene.roads
+    assert road.geometry.size == (2.0,) and len(road.geometry.points) == 2 and road.painted
+    assert world.models == [] and len(world.warnings) == 1 and "'far'" in world.warnings[0]
 
 
 @pytest.mark.parametrize(

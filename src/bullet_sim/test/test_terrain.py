@@ -92,8 +92,36 @@ def test_great_images_are_thinned_out(tmp_path):
     path = tmp_path / "great.png"
     Image.fromarray(np.full((600, 300), 51, np.uint8)).save(path)
     vertices, _ = terrain.heightmap(str(path), (1.0, 1.0, 5.0))
-    assert len(vertices) == terrain.MAX_POINTS**2
-    assert vertices[:, 2] == pytest.approx(np.full(len(vertices), 1.0))
+    assert len(vertices) == terrain.MAX_POINTS * 300
+    assert vertices[:, 2] == pytest.approx(np.full(len(vertices), 5.0))  # it is the brightest
+
+
+def test_sampling_interpolates_between_pixels_and_the_brightest_has_the_full_height(tmp_path):
+    """As Gazebo 11.1: boxes rest at 2 and 4 m on pixels of 64 and 128, of a map of 4 m."""
+    gray = np.full((5, 5), 64, np.uint8)
+    gray[:, 3:] = 128
+    path = tmp_path / "step.png"
+    Image.fromarray(gray).save(path)
+    vertices, faces = terrain.heightmap(str(path), (8.0, 8.0, 4.0), 4)
+    assert len(vertices) == 17**2 and len(faces) == 2 * 16**2
+    row = vertices[:17]
+    assert row[:, 0].tolist() == np.linspace(-4.0, 4.0, 17).tolist()
+    expected = np.interp(row[:, 0], [-4.0, 0.0, 2.0, 4.0], [2.0, 2.0, 4.0, 4.0])
+    assert row[:, 2] == pytest.approx(expected)
+    text = SDF.format(f"<heightmap><uri>{path}</uri><size>8 8 4</size></heightmap>")
+    world = World()
+    world.spawn_sdf("ground", text, Pose(), str)
+    assert (_hit(world, -3.0, 0.1), _hit(world, 3.0, 0.1)) == pytest.approx((2.0, 4.0), abs=1e-3)
+    world.close()
+
+
+def test_a_road_has_its_width_at_its_ends_and_at_a_right_angle():
+    corners, triangles = terrain.road([(0, 0, 1), (10, 0, 1), (10, 10, 1)], 2.0)
+    expected = [(0, 1), (0, -1), (9, 1), (11, -1), (9, 10), (11, 10)]
+    assert corners[:, :2] == pytest.approx(np.array(expected))
+    assert set(corners[:, 2]) == {1.0} and corners[:, 7].tolist() == [0, 0, -5, -5, -10, -10]
+    a, b, c = (corners[triangles[:, k], :3] for k in range(3))
+    assert (np.cross(b - a, c - a)[:, 2] > 0).all() and len(triangles) == 4
 
 
 def _hit(world, x, y):

@@ -95,13 +95,15 @@ STEER_BOT_SIM_TYPE = "steer_bot_hardware_gazebo/SteerBotHardwareGazebo"
 @dataclass
 class Geometry:
     """A shape: box (size [m]), cylinder (radius, length), sphere (radius), plane, mesh, heightmap
-    (size [m]) or polyline (height [m]).
+    (size [m]), polyline (height [m]) or road (width [m]).
 
     Attributes:
         outlines: corners (x, y) of polylines [m]; what an odd number of them surrounds is filled.
         path, scale: file and size factors of a mesh; a negative factor mirrors.
         submesh: name of the only part of the mesh file to use; empty: all.
         centered: the submesh is moved so that its center is the origin.
+        points: of the middle of a road [m].
+        sampling: points of a heightmap for each pixel and side.
         flat: only the upper side of a box is rendered, which is a plane's.
         is_converted: the mesh file was made of another one, with its normals.
     """
@@ -113,6 +115,8 @@ class Geometry:
     submesh: str = ""
     centered: bool = False
     outlines: tuple[tuple[tuple[float, float], ...], ...] = ()
+    points: tuple[Vec3, ...] = ()
+    sampling: int = 2
     flat: bool = False
     is_converted: bool = False
 

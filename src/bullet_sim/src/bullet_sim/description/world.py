@@ -61,6 +61,7 @@ class Scene:
         background: RGB behind everything; None: a sky.
         shadows: whether lights that cast shadows do.
         daytime: of the sky.
+        roads: Shapes of <road>s, which are seen and touch nothing.
     """
 
     ambient: RGB = (0.4, 0.4, 0.4)
@@ -69,6 +70,7 @@ class Scene:
     fog: Fog | None = None
     lights: tuple[Light, ...] = (SUN,)
     daytime: Daytime = (10.0, 6.0, 20.0)
+    roads: tuple[Shape, ...] = ()
 
 
 # Gazebo/Grey, the material of the floor.

@@ -6,13 +6,20 @@ import os
 from dataclasses import replace
 
 from bullet_sim.description.model import Geometry, ModelDescription, Shape
-from bullet_sim.formats.materials import Resolve, with_material
+from bullet_sim.formats.materials import (
+    Material,
+    Resolve,
+    script_material,
+    standard,
+    with_material,
+)
 from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
     Node,
     child_floats,
     child_number,
     child_text,
+    child_whole,
     floats,
     is_true,
 )
@@ -176,6 +183,34 @@ def _geometry(
     return None
 
 
+def parse_road(
+    element: Node, label: str, model: ModelDescription, resolve: Resolve
+) -> Shape | None:
+    """What is seen of a <road>, or None with a warning; as in Gazebo of its material the script.
+
+    Args:
+        model: takes the warnings.
+    """
+    label = f"{label} road '{element.get('name')}'"
+    points = [floats(point.text or "", 3, f"{label} point") for point in element.findall("point")]
+    width = child_number(element, "width", label, 1.0)
+    if len(points) < 2 or width <= 0.0:
+        element.warn(
+            f"{label} has {len(points)} points and width {width:g}, must be two or more and above "
+            "0; it is left out",
+            "roads have no two points or no width and are left out",
+            f"'{element.get('name')}'",
+        )
+        return None
+    middle = tuple((x, y, z) for x, y, z in points)
+    script = element.find("material/script")
+    material = None
+    if script is not None:
+        material = script_material(script, resolve, label, model)
+    material = material or standard("Gazebo/Road", resolve) or Material()
+    return material.on(Shape(Geometry("road", (width,), points=middle)))
+
+
 def _heightmap(
     shape: Node, label: str, model: ModelDescription, resolve: Resolve
 ) -> Geometry | None:
@@ -193,7 +228,8 @@ def _heightmap(
             uri,
         )
         return None
-    return Geometry("heightmap", size, path=path)
+    sampling = child_whole(shape, "sampling", f"{label} heightmap", 2)
+    return Geometry("heightmap", size, path=path, sampling=sampling)
 
 
 def _polylines(element: Node, label: str) -> Geometry:

@@ -438,7 +438,8 @@ class _MeshCache:
     def _generated(self, geometry: Geometry) -> Geometry:
         """The mesh of a heightmap or a polyline."""
         data = read_file(geometry.path, "mesh", MAX_BYTES) if geometry.path else b""
-        key = _key(data, repr((geometry.kind, geometry.size, geometry.outlines)))
+        described = (geometry.kind, geometry.size, geometry.outlines, geometry.sampling)
+        key = _key(data, repr(described))
 
         def make(folder: str) -> list[Part]:
             path = os.path.join(folder, "shape.obj")
@@ -492,8 +493,8 @@ class _MeshCache:
 
 
 _GENERATORS = {
-    "heightmap": lambda geometry: terrain.heightmap(geometry.path, geometry.size),
-    "polyline": lambda geometry: terrain.extruded(geometry.outlines, geometry.size[0]),
+    "heightmap": lambda it: terrain.heightmap(it.path, it.size, it.sampling),
+    "polyline": lambda it: terrain.extruded(it.outlines, it.size[0]),
 }
 
 

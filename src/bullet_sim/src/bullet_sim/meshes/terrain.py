@@ -11,15 +11,20 @@ from bullet_sim.errors import ModelError
 from bullet_sim.meshes.read import opened
 from bullet_sim.pose import Array
 
-MAX_POINTS = 257  # per side of a heightmap; larger images are subsampled
+STRAIGHT = 0.97  # cosine of an angle beyond which a bend of a road is none
+MAX_POINTS = 513  # per side of a heightmap; larger ones are subsampled
 
 
-def heightmap(path: str, size: Sequence[float]) -> tuple[Array, Array]:
+def heightmap(path: str, size: Sequence[float], sampling: int = 1) -> tuple[Array, Array]:
     """Surface over the pixels of an image, whose top is towards +y.
+
+    As in Gazebo the brightest pixel has the full height, whatever its brightness.
 
     Args:
         path: of the image; brightness is the height.
-        size: along x and y, height of white [m].
+        size: along x and y, height of the brightest pixel [m].
+        sampling: points for each pixel and side, those between pixels interpolated; fewer where
+            they would be more than MAX_POINTS.
 
     Returns:
         vertices (N, 3) [m] about the center, faces (M, 3).
@@ -35,20 +40,31 @@ def heightmap(path: str, size: Sequence[float]) -> tuple[Array, Array]:
         raise ModelError(f"heightmap '{path}' cannot be read: {error}") from None
     if min(gray.shape) < 2:
         raise ModelError(f"heightmap '{path}' has {gray.shape[1]} x {gray.shape[0]} pixels")
-    rows, columns = (
-        np.rint(np.linspace(0, side - 1, min(side, MAX_POINTS))).astype(int) for side in gray.shape
-    )
-    heights = gray[np.ix_(rows, columns)] / (65535.0 if deep else 255.0)
-    y = (0.5 - rows / (gray.shape[0] - 1)) * size[1]
-    x = (columns / (gray.shape[1] - 1) - 0.5) * size[0]
+    heights = _resampled(gray / (gray.max() or 1.0), sampling)
+    count = heights.shape
+    y, x = np.linspace(0.5, -0.5, count[0]) * size[1], np.linspace(-0.5, 0.5, count[1]) * size[0]
     xs, ys = np.meshgrid(x, y)
     vertices = np.stack((xs, ys, heights * size[2]), -1).reshape(-1, 3)
-    corners = np.arange(len(rows) * len(columns)).reshape(len(rows), len(columns))
+    corners = np.arange(heights.size).reshape(count)
     a, b, c, d = (
         part.ravel()
         for part in (corners[:-1, :-1], corners[:-1, 1:], corners[1:, :-1], corners[1:, 1:])
     )
     return vertices, np.concatenate((np.stack((a, c, b), -1), np.stack((b, c, d), -1)))
+
+
+def _resampled(heights: Array, sampling: int) -> Array:
+    """An array with `sampling` points for each one and side, at most MAX_POINTS a side."""
+    for axis in (0, 1):
+        count = heights.shape[axis]
+        factor = min(max(sampling, 1), max((MAX_POINTS - 1) // (count - 1), 1))
+        points = min((count - 1) * factor + 1, MAX_POINTS)
+        at = np.linspace(0.0, count - 1.0, points)
+        low = np.minimum(at.astype(int), count - 2)
+        part = np.expand_dims(at - low, 1 - axis)
+        one, other = np.take(heights, low, axis), np.take(heights, low + 1, axis)
+        heights = one + (other - one) * part
+    return heights
 
 
 def extruded(outlines: Iterable[Sequence[Sequence[float]]], height: float) -> tuple[Array, Array]:
@@ -93,6 +109,41 @@ def extruded(outlines: Iterable[Sequence[Sequence[float]]], height: float) -> tu
         faces.append(np.stack((here, there + count, here + count), -1))
     low, high = np.zeros(count), np.full(count, float(height))
     return np.concatenate((np.c_[flat, low], np.c_[flat, high])), np.concatenate(faces)
+
+
+def road(points: Sequence[Sequence[float]], width: float) -> tuple[Array, Array]:
+    """A strip of a width [m] along points, as Gazebo's Road2d makes it.
+
+    Its ends are square, at bends it is as much wider as keeps its edges apart; an image lies
+    across it, and repeats after each width along it.
+
+    Args:
+        points: (x, y, z) [m] of its middle, two or more.
+
+    Returns:
+        corners (N, 8): position [m], normal, texture coordinates; triangles (M, 3), seen from
+        above.
+    """
+    middle = np.asarray(points, float)
+    steps = np.diff(middle, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    units = steps / np.maximum(lengths, 1e-12)[:, None]
+    tangents = np.vstack([units[:1], middle[2:] - middle[:-2], units[-1:]])
+    bends = -(units[:-1] * units[1:]).sum(axis=1)
+    bent = np.abs(bends) < STRAIGHT
+    factors = np.ones(len(middle))
+    factors[1:-1][bent] = 1.0 / np.sin(np.arccos(bends[bent]) / 2.0)
+    theta = np.arctan2(tangents[:, 0], -tangents[:, 1])
+    aside = np.stack([np.cos(theta), np.sin(theta), np.zeros(len(middle))], axis=1)
+    aside *= (factors * width / 2.0)[:, None]
+    corners = np.zeros((len(middle), 2, 8))
+    corners[:, 0, :3], corners[:, 1, :3] = middle + aside, middle - aside
+    corners[:, :, 5] = 1.0
+    corners[:, 1, 6] = 1.0
+    corners[:, :, 7] = -np.concatenate([[0.0], np.cumsum(lengths)])[:, None] / width
+    first = 2 * np.arange(len(middle) - 1)[:, None]
+    triangles = np.concatenate([first + (0, 1, 3), first + (0, 3, 2)])
+    return corners.reshape(-1, 8), triangles
 
 
 def _ring(points: Sequence[Sequence[float]]) -> Array:

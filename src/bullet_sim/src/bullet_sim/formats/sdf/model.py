@@ -232,7 +232,4 @@ class ModelReader:
         self.poses[link.name] = pose * inner
         for sensor in element.findall("sensor"):
             parse_sensor(sensor, link.name, self.model)
-        link.lights += [
-            parse_light(light, label, inner.inverse() * frames.pose_of(light, name, label))
-            for light in element.findall("light")
-        ]
+        link.lights += [parse_light(light, label) for light in element.findall("light")]

@@ -21,6 +21,7 @@ from bullet_sim.formats.sdf.model import parse_model_element
 from bullet_sim.formats.sdf.physics import choose_physics, convert_physics, read_physics
 from bullet_sim.formats.sdf.population import places
 from bullet_sim.formats.sdf.unread import warn_unread
+from bullet_sim.formats.shapes import parse_road
 from bullet_sim.plugins.xml import library
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import (
@@ -136,6 +137,8 @@ def parse_world(
             state = of_lights.get(element.get("name"))
             there = None if state is None else sdf_pose(state, f"{label} state of a light")
             _add_light(described, parse_light(element, label, there))
+        elif element.tag == "road":
+            _road(element, described, resolve, label)
         elif element.tag in ("actor", "population"):
             continue  # their models come after all others
         else:
@@ -150,6 +153,18 @@ def parse_world(
 def _add_light(described: WorldDescription, light: Light) -> None:
     scene = described.scene
     described.scene = dataclasses.replace(scene, lights=(*scene.lights, light))
+
+
+def _road(element: Node, described: WorldDescription, resolve: Resolve, label: str) -> None:
+    model = ModelDescription("road", warnings=described.warnings)
+    try:
+        road = parse_road(element, label, model, resolve)
+    except ModelError as error:
+        described.warn(f"{error}; it is left out", "roads are left out", label)
+        return
+    if road is not None:
+        scene = described.scene
+        described.scene = dataclasses.replace(scene, roads=(*scene.roads, road))
 
 
 def _model(

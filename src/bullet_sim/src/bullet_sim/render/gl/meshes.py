@@ -14,6 +14,7 @@ import numpy as np
 
 from bullet_sim.description.model import Geometry, Layer, Shape, TextureMapping
 from bullet_sim.errors import ModelError
+from bullet_sim.meshes import terrain
 from bullet_sim.meshes.looks import Look, look_of
 from bullet_sim.meshes.prepare import CORNERS, box_sides
 from bullet_sim.meshes.read import check_corners, open_image, read_parts
@@ -307,6 +308,14 @@ class AssetCache:
         transform = mapping.transform if shape.texture else ()
         if geometry.kind == "mesh":
             surfaces = self._file(geometry, transform)
+        elif geometry.kind == "road":
+            name = ("road", geometry.size, geometry.points, transform)
+            self._used.add(name)
+            if name not in self._meshes:
+                corners, triangles = terrain.road(geometry.points, *geometry.size)
+                corners = transformed_uv(corners.astype(np.float32), transform)
+                self._meshes[name] = Mesh(self._gl, corners, triangles.astype(np.uint32))
+            surfaces = [Surface(self._meshes[name])]
         else:
             solid_type = "plane" if geometry.flat else geometry.kind
             key = (solid_type, transform)

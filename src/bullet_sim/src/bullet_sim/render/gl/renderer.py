@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bullet_sim.description.model import Light
+from bullet_sim.description.model import Light, VisualLink
 from bullet_sim.description.world import Scene
 from bullet_sim.errors import RenderError
 from bullet_sim.pose import Array, Vector, sensor_in_world
@@ -151,6 +151,7 @@ class View:
     visible: Array
 
 
+ROADS = 0  # key that no body has: labels show nothing there
 GRID = 64.0  # [m] the origin of single-precision positions is a multiple of it near the camera
 
 
@@ -189,6 +190,9 @@ class GlRenderer(Renderer):
         if scene is not None:
             self._lighting = Lighting.of(scene, self._shadows_enabled)
         current = {source.key: source for source in sources}
+        if self._lighting.scene.roads:
+            roads = VisualLink(shapes=self._lighting.scene.roads)
+            current[ROADS] = BodySource(ROADS, "", True, (roads,))
         if current == self._sources:
             return
         self._context.use()

@@ -193,7 +193,7 @@ def _size(geometry: Geometry) -> Vec3:
         return (radius, radius, length)
     if geometry.kind == "sphere":
         return (geometry.size[0],) * 3
-    if geometry.kind == "mesh" or not geometry.size:
+    if geometry.kind in ("mesh", "road") or not geometry.size:
         return (1.0, 1.0, 1.0)
     x, y, z = geometry.size
     return (x, y, z)
