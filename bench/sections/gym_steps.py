@@ -5,12 +5,14 @@ by pure pursuit; actions a second of processor time, in alternating rounds.
 """
 
 import math
+import os
 import statistics
 import time
 
 import numpy as np
 from pairs import alternate, pairs_of
 from report import Row, ratio_row
+from usage import Monitor
 
 FIRST, STEPS = 0.001, (0.0005, 0.001, 0.002, 0.003, 0.004)  # [s]
 CIRCLES = {"holding": (1.0, 0.13), "sliding": (1.5, 0.5)}  # speed [m/s], steering [rad]
@@ -102,7 +104,8 @@ def measure(quick, log):
         }
         print(f"gym_steps: {label(step)} is done", file=log, flush=True)
     others = {label(step): course.pace for step, course in courses.items() if step != FIRST}
-    paces = alternate(courses[FIRST].pace, others, pairs_of(quick))
+    monitor = Monitor({"bench": [os.getpid()]})
+    paces = alternate(courses[FIRST].pace, others, pairs_of(quick), monitor)
     for course in courses.values():
         course.env.close()
     return {"steps": found, "paces": {name: pace.figures() for name, pace in paces.items()}}
