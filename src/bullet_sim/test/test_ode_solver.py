@@ -835,3 +835,23 @@ def test_joints_yield_by_their_cfm(world, count):
         sunk += cfm * (count - i) * mass * G * world.time_step / erp
         height = model.link_state(f"l{i}")[0].position[2]
         assert height == pytest.approx(5.0 - 0.5 * (i + 1) - sunk, abs=1e-7)
+
+
+def test_models_are_spawned_without_the_arrays_of_all_others(monkeypatch):
+    """Else a world's time to load grows with the square of its models."""
+    built = []
+    arm = robot(link("base"), link("tip"), joint("swing", "continuous", "base", "tip"))
+    block = static("<box><size>1 1 1</size></box>")
+    world = World()
+    try:
+        solver = world.engine.ode
+        build = solver._build_arrays
+        monkeypatch.setattr(solver, "_build_arrays", lambda: (built.append(1), build())[1])
+        for number in range(10):
+            world.spawn_sdf(f"block{number}", block, Pose((2.0 * number, 0.0, 0.0)), str)
+            world.spawn_urdf(f"arm{number}", arm, Pose((2.0 * number, 2.0, 0.0)), str)
+        assert not built
+        world.step()
+        assert len(built) == 1
+    finally:
+        world.close()

@@ -564,10 +564,12 @@ class OdeSolver:
 
     def joint_states(self, body: int) -> list[tuple[float, float, tuple[float, ...], float]]:
         """(position, velocity, (), motor's effort) of each of the engine's joints."""
-        self.refresh()
-        part = self._parts.get(body)
-        if part is None or not part.order:
+        part, states = self._parts.get(body), self._told[body].states
+        if part is None or not states:
             return []
+        if not self._is_built and body not in self._arrays.models:  # it is where it was loaded
+            return [(position, velocity, (), 0.0) for position, velocity in states]
+        self.refresh()
         numbers, count = part.measured(self._numbers_of_joints), len(part.order)
         motors = numbers[2 * count :]
         return [
