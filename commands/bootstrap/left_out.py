@@ -37,6 +37,7 @@ _COMPILER = re.compile(r"^(/\S+?):(\d+):(?:\d+:)? (?:fatal )?error: (.*)$")
 _LINKER = re.compile(r"(undefined reference to .*|cannot find -l\S+.*)$")
 _FAILED = re.compile(r"\*\*\* \[(.+)\] Error \d+")
 _TARGET = re.compile(r"^(?:\./)?(.+)/CMakeFiles/([^/]+)\.dir/")
+_DEPEND = re.compile(r"<(\w*depend)\b[^>]*>\s*([\w-]+)\s*</")
 
 
 @dataclass(frozen=True)
@@ -118,6 +119,16 @@ def components_of(folder):
     return found
 
 
+def asked_for(folder, tags=None):
+    """Returns what the package.xml of a package asks for.
+
+    Args:
+        tags: By which elements; None: by any.
+    """
+    text = re.sub(r"<!--.*?-->", "", read(os.path.join(folder, "package.xml")), flags=re.S)
+    return {name for tag, name in _DEPEND.findall(text) if tags is None or tag in tags}
+
+
 def of_configuration(log):
     """Finds the packages that cmake could not configure.
 
@@ -151,6 +162,28 @@ def _configuration(package, lines):
 
 def _missing(name, cause):
     return cause, "./run deps names the Debian package that has it, ./run add --list sources", name
+
+
+def of_plain_cmake(name, log):
+    """Tells why a package of plain CMake could not be built.
+
+    Args:
+        log: What cmake and make printed.
+
+    Returns:
+        LeftOut.
+    """
+    lines = _ESCAPES.sub("", log).replace("‘", "'").replace("’", "'").splitlines()
+    for at, line in enumerate(lines):
+        if line.startswith("CMake Error"):
+            return _configuration(name, lines[at : at + 25])
+        compiler, linker = _COMPILER.match(line), _LINKER.search(line)
+        if compiler:
+            at_line = f"{os.path.basename(compiler[1])}:{compiler[2]}"
+            return _entry(name, "", f"{at_line}: {compiler[3]}")
+        if linker:
+            return _entry(name, "", linker[1])
+    return _entry(name, "", "the log has no error of it")
 
 
 def of_build(log, packages):

@@ -23,7 +23,6 @@ _STANDARD = re.compile(
     r"std=(?:c|gnu)\+\+(?:98|03|0x|11|1y|14)\b|CXX_STANDARD\s+\"?(?:98|11|14)\b|cxx_std_(?:98|11|14)\b"
 )
 _COMMENT = re.compile(r"#.*")
-_DEPEND = re.compile(r"<(\w*depend)\b[^>]*>\s*([\w-]+)\s*</")
 BUILD_TAGS = ("depend", "build_depend", "buildtool_depend")  # by which catkin orders packages
 WORDS = {
     "placeholders": "boost's placeholders _1, _2 ... in the global namespace",
@@ -68,21 +67,16 @@ def forgotten(name, packages):
         packages: All packages of the workspace: of each name its folder.
     """
     asked = [each for each in left_out.components_of(packages[name]) if each in packages]
-    before, found = set(), _asked_for(packages[name], BUILD_TAGS)
+    before, found = set(), left_out.asked_for(packages[name], BUILD_TAGS)
     while found:
         before |= found
         found = {
             each
             for other in found & packages.keys()
-            for each in _asked_for(packages[other])
+            for each in left_out.asked_for(packages[other])
             if each not in before
         }
     return [each for each in asked if each not in before and _has_messages(packages[each])]
-
-
-def _asked_for(folder, tags=None):
-    text = re.sub(r"<!--.*?-->", "", read(os.path.join(folder, "package.xml")), flags=re.S)
-    return {name for tag, name in _DEPEND.findall(text) if tags is None or tag in tags}
 
 
 def _has_messages(folder):

@@ -7,7 +7,7 @@ import glob
 import os
 
 from commands import signature
-from commands.bootstrap import left_out, old_code, packages, ros
+from commands.bootstrap import left_out, old_code, packages, plain_cmake, ros
 from commands.bootstrap.step import Step, StepFailed
 from commands.paths import (
     BUILD,
@@ -327,13 +327,17 @@ def _build(step):
             os.remove(stamp)
     write(BUILT, "".join(f"{name}\n" for name in folders))
     users = {name: path for name, path in users.items() if name not in hidden}
-    for line in old_code.prepare(users, manifests_of(SOURCES)):
+    foreign = plain_cmake.foreign(users)
+    ours = {name: path for name, path in users.items() if name not in foreign}
+    for line in old_code.prepare(ours, manifests_of(SOURCES)):
         step.note(line)
     environ = _environment(folder)
-    refused = yield from _configure(step, environ, users)
-    failed = yield from _make(step, environ, users)
-    left_out.save([*refused, *failed])
-    for entry in (*refused, *failed):
+    others = yield from plain_cmake.build(step, environ, users)
+    refused = yield from _configure(step, environ, ours, foreign)
+    failed = yield from _make(step, environ, ours)
+    entries = [*others, *refused, *failed]
+    left_out.save(entries)
+    for entry in entries:
         step.note(entry.line())
     write(STAMP, f"{_key(sources)}\n")
 
@@ -360,8 +364,11 @@ def _environment(folder):
     return environ
 
 
-def _configure(step, environ, users):
+def _configure(step, environ, users, foreign):
     """Configures the workspace, without the users' packages that cannot be.
+
+    Args:
+        foreign: Names of packages that are not catkin's.
 
     Returns:
         List of LeftOut.
@@ -372,7 +379,7 @@ def _configure(step, environ, users):
         begin = os.path.getsize(step.log) if step.begun is not None else 0
         # By names: a user's package of a stand-in's name is not among them, the stand-in is hidden.
         given = set(installed_elsewhere()) - set(users)
-        without = sorted({*given, *(entry.package for entry in refused)})
+        without = sorted({*given, *foreign, *(entry.package for entry in refused)})
         prefixes = environ.get("CMAKE_PREFIX_PATH", "").replace(":", ";")
         try:
             yield (

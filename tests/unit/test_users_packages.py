@@ -9,7 +9,7 @@ import pytest
 import run_rig
 from run_rig import ROOT, run
 
-from commands.bootstrap import left_out, old_code, workspace
+from commands.bootstrap import left_out, old_code, plain_cmake, workspace
 from commands.subcommands import setup
 
 MANIFEST = (
@@ -46,6 +46,22 @@ SOURCES = {
     "wrong": "int main() { return no_such_name; }\n",
     "loose": "int far();\nint main() { return far(); }\n",
 }
+
+
+PLAIN = (
+    "cmake_minimum_required(VERSION 3.5)\nproject({0} CXX)\n{1}"
+    "add_library({0} SHARED src/{0}.cpp)\n"
+    "install(TARGETS {0} EXPORT {0}Config LIBRARY DESTINATION lib)\n"
+    "install(EXPORT {0}Config DESTINATION lib/cmake/{0})\n"
+)
+
+
+def of_type(folder, kind, *wanted):
+    """Makes a package one of another build type, which asks for others."""
+    path = folder / "package.xml"
+    text = "".join(f"<depend>{name}</depend>" for name in wanted)
+    end = f"{text}<export><build_type>{kind}</build_type></export></package>"
+    path.write_text(path.read_text().replace("</package>", end))
 
 
 def package(folder, name, cmake, **sources):
@@ -114,6 +130,20 @@ def filled(clone, tmp_path_factory, package_index):
             "catkin_add_gtest(hear_test src/hear.cpp)\ntarget_link_libraries(hear_test m)\n"
             "catkin_run_tests_target(a b c)\n",
             hear="#include <own_words/Word.h>\nint main() { return 0; }\n")  # fmt: skip
+    linked = "find_package(plain_sum REQUIRED)\nlink_libraries(plain_sum)\n"
+    for name, text, more in (
+        ("plain_sum", "int sum() { return 5; }\n", ""),
+        ("half_of_it", "int sum();\nint half() { return sum() / 2; }\n", linked),
+        ("bad_plain", "int bad() { return no_such_name; }\n", ""),
+    ):
+        folder = package(root / "src" / name, name, PLAIN.format(name, more), **{name: text})
+        of_type(folder, "cmake", *(["plain_sum"] if more else []))
+    of_type(package(root / "src" / "of_ros_2", "of_ros_2", "error\n"), "ament_cmake")
+    package(root / "src" / "uses_plain", "uses_plain",
+            HEAD.format("uses_plain", "") + "catkin_package()\n"
+            "find_package(plain_sum REQUIRED)\nfind_package(half_of_it REQUIRED)\n"
+            "add_executable(uses src/uses.cpp)\ntarget_link_libraries(uses half_of_it)\n",
+            uses="int half();\nint main() { return half(); }\n")  # fmt: skip
     package(root / "src" / "gazebo_ros", "gazebo_ros", HEAD.format("gazebo_ros", "") + "error\n")
     done = run("setup", root=root, env=package_index.environment())
     return root, done
@@ -150,7 +180,9 @@ def test_what_cannot_be_built_is_named_and_the_rest_is_there(filled):
     assert "left out: needs_mixed: it needs no_such_thing; " in said
     assert "left out: follows: it needs needs_mixed, which is left out" in said
     assert "left out: asks: it needs NoSuchLibrary; " in said
-    assert len(set(lines)) == 6, said
+    assert "left out: bad_plain: bad_plain.cpp:1: 'no_such_name' was not declared" in said
+    assert "left out: of_ros_2: its build type is ament_cmake, " in said
+    assert len(set(lines)) == 8, said
     built = {path.name for path in (root / "devel" / "lib").glob("*/*")}
     assert {"good", "hear", "old", "speak", "map_server"} <= built and not {
         "world",
@@ -167,6 +199,12 @@ def test_old_code_is_helped_and_said_so(filled):
     assert ("C++ 17" in helped[0]) == old_code._needs_standard()
 
 
+def test_plain_cmake_is_built_before_what_asks_for_it(filled):
+    root, _ = filled
+    assert run("exec", f"{root}/devel/lib/uses_plain/uses", root=root).returncode == 2
+    assert run("exec", "rospack", "find", "of_ros_2", root=root).stdout.endswith("/of_ros_2\n")
+
+
 def test_the_stand_in_of_what_needs_gazebo_stays(filled):
     root, done = filled
     assert "not built: src/gazebo_ros: it needs Gazebo itself, ours is used\n" in done.stdout
@@ -177,12 +215,15 @@ def test_it_is_said_again_and_not_built_again(filled):
     root, _ = filled
     again = run("setup", root=root)
     assert again.returncode == 0 and "Workspace" not in again.stdout
-    assert again.stdout.count("left out: ") == 6
+    assert again.stdout.count("left out: ") == 8
 
 
 def test_stand_ins_come_back_with_the_users_package_gone(filled, package_index):
     root, _ = filled
-    for name in ("brought", "mixed", "needs_mixed", "follows", "asks", "old", "own_words", "hears"):
+    for name in (
+        *("brought", "mixed", "needs_mixed", "follows", "asks", "old", "own_words", "hears"),
+        *("plain_sum", "half_of_it", "bad_plain", "of_ros_2", "uses_plain"),
+    ):
         shutil.rmtree(root / "src" / name)
     done = run("exec", "rospack", "find", "map_server", root=root)
     assert done.stdout.endswith(f"{root}/src/standins/map_server\n"), done.stdout + done.stderr
@@ -222,6 +263,23 @@ def test_a_failure_of_ours_ends_the_set_up(filled, package_index):
 def test_what_old_code_needs(tmp_path, cmake, source, needs):
     folder = package(tmp_path / "old", "old", HEAD.format("old", "") + cmake, old=source)
     assert old_code.needs_of(str(folder)) == needs
+
+
+def test_build_types(tmp_path):
+    packages = {}
+    for name, kind in (("plain", "cmake"), ("other", "ament_python"), ("usual", "catkin")):
+        packages[name] = package(tmp_path / name, name, "")
+        of_type(packages[name], kind)
+    packages["none"] = package(tmp_path / "none", "none", "")
+    packages["both"] = package(tmp_path / "both", "both", "")
+    manifest = packages["both"] / "package.xml"
+    for version, kind in ((1, "catkin"), (2, "ament_cmake")):
+        end = f'<build_type condition="$ROS_VERSION == {version}">{kind}</build_type></export>'
+        text = manifest.read_text()
+        if "<export>" not in text:
+            text = text.replace("</package>", "<export></export></package>")
+        manifest.write_text(text.replace("</export>", end))
+    assert plain_cmake.foreign(packages) == {"plain": "cmake", "other": "ament_python"}
 
 
 def test_messages_that_a_package_forgets_to_ask_for(tmp_path):

@@ -1,0 +1,97 @@
+"""Packages of users that catkin does not build, by <build_type> of their package.xml.
+
+Those of plain CMake are built before the workspace and installed into devel/, where its packages
+find them. Those of other tools (ROS 2's ament) are left out.
+"""
+
+import os
+from xml.etree import ElementTree
+
+from commands.bootstrap import left_out
+from commands.bootstrap.step import StepFailed
+from commands.paths import BUILD, DEVEL, ROOT
+
+PLAIN, CATKIN = "cmake", "catkin"
+OPTIONS = os.path.join(ROOT, "config", "cmake", "plain")  # NAME.cmake sets options of a package
+FOLDER = os.path.join(BUILD, "plain")
+
+
+def foreign(packages):
+    """Finds packages that are not catkin's.
+
+    Args:
+        packages: Of each name the folder.
+
+    Returns:
+        Dict from the name to the build type.
+    """
+    found = {name: _build_type(folder) for name, folder in packages.items()}
+    return {name: kind for name, kind in found.items() if kind != CATKIN}
+
+
+def _build_type(folder):
+    try:
+        root = ElementTree.parse(os.path.join(folder, "package.xml")).getroot()
+    except (OSError, ElementTree.ParseError):
+        return CATKIN  # which says what is wrong with it
+    kinds = [
+        (element.text or "").strip()
+        for element in root.findall("export/build_type")
+        if "2" not in element.get("condition", "")  # $ROS_VERSION == 2
+    ]
+    return kinds[0] if kinds and kinds[0] else CATKIN
+
+
+def build(step, environ, packages):
+    """Builds the packages of plain CMake, each after those that it asks for.
+
+    Args:
+        packages: All packages of a user: of each name the folder.
+
+    Yields:
+        Command lines with their environment, as Step takes them.
+
+    Returns:
+        List of LeftOut: what is of another tool or could not be built.
+    """
+    kinds = foreign(packages)
+    refused = [
+        left_out.LeftOut(name, "", f"its build type is {kind}, catkin's and cmake are built here")
+        for name, kind in sorted(kinds.items())
+        if kind != PLAIN
+    ]
+    for name in _in_order({name: packages[name] for name, kind in kinds.items() if kind == PLAIN}):
+        begin = os.path.getsize(step.log) if step.begun is not None else 0
+        into = os.path.join(FOLDER, name)
+        prefixes = [DEVEL, *filter(None, environ.get("CMAKE_PREFIX_PATH", "").split(":"))]
+        cache = os.path.join(OPTIONS, f"{name}.cmake")
+        try:
+            yield (
+                [
+                    *("cmake", "-S", packages[name], "-B", into),
+                    *(("-C", cache) if os.path.exists(cache) else ()),
+                    f"-DCMAKE_INSTALL_PREFIX={DEVEL}",
+                    f"-DCMAKE_PREFIX_PATH={';'.join(prefixes)}",
+                    "-DCMAKE_BUILD_TYPE=Release",
+                    "-DBUILD_TESTING=OFF",
+                ],
+                environ,
+            )
+            jobs = f"-j{len(os.sched_getaffinity(0))}"
+            yield ["make", "-C", into, "-O", jobs, "install"], environ
+        except StepFailed:
+            with open(step.log, encoding="utf-8", errors="replace") as stream:
+                stream.seek(begin)
+                refused.append(left_out.of_plain_cmake(name, stream.read()))
+    return refused
+
+
+def _in_order(packages):
+    """Lists names so that each comes after what its package.xml asks for."""
+    wanted = {name: left_out.asked_for(folder) for name, folder in packages.items()}
+    found = []
+    while len(found) < len(packages):
+        rest = [name for name in sorted(packages) if name not in found]
+        free = [name for name in rest if not (wanted[name] & set(rest)) - {name}]
+        found += free or rest  # a circle is cmake's to name
+    return found
