@@ -13,53 +13,17 @@ import glob
 import os
 import re
 import subprocess
-from dataclasses import dataclass
 
 from commands import bootstrap
 from commands.bootstrap import left_out, workspace
 from commands.errors import CommandError, UsageError, say
-from commands.paths import CACHE, ROOT, SOURCES, read, relative, write
+from commands.paths import CACHE, SOURCES, relative, write
+from commands.sources import Repository, entries_of, entry_of, folder_of, listed
 from commands.subcommands import deps, setup
 
 USAGE = "[--from FOLDER] NAME|URL ... | --list"
-FOLDER = os.path.join(ROOT, "config", "sources")
 ARCHIVES = {".tar": "tar", ".tar.gz": "tar", ".tgz": "tar", ".tar.bz2": "tar", ".zip": "zip"}
 ATTEMPTS = 3  # at bringing a repository
-URL = re.compile(r"(?:[a-z+]+://|[\w.-]+@[\w.-]+:).+")
-
-
-@dataclass(frozen=True)
-class Repository:
-    """A repository of sources.
-
-    Attributes:
-        name: Its folder in src/.
-        kind: As vcstool names it: git, tar, zip.
-        url: Where it is.
-        version: Branch, tag or commit; of an archive the folder in it. Empty: the default branch.
-    """
-
-    name: str
-    kind: str
-    url: str
-    version: str = ""
-
-
-@dataclass(frozen=True)
-class Listed:
-    """What a file of config/sources/ says.
-
-    Attributes:
-        about: What it is, in one line.
-        version: Why these branches.
-        next: Commands to type then.
-        repositories: Tuple of Repository.
-    """
-
-    about: str
-    version: str
-    next: tuple
-    repositories: tuple
 
 
 def add_arguments(parser):
@@ -82,13 +46,13 @@ def run(options, _rest):
         return print_list()
     if not options.names:
         raise UsageError("add needs a name", f"usage: ./run add {USAGE}")
-    wanted = [(name, entry_of(name)) for name in options.names]
+    wanted = entries_of(options.names)
     before = set(workspace.users_packages())
     deps.prepare()
-    repositories = {each.name: each for _, entry in wanted for each in entry.repositories}
-    for repository in repositories.values():
-        bring(repository, options.folder)
+    repositories = {each.name: each for entry in wanted for each in entry.repositories}
+    brought = [each.name for each in repositories.values() if bring(each, options.folder)]
     leave_copies([*repositories])
+    leave_out([name for entry in wanted for name in entry.without], brought)
     users = workspace.users_packages()
     deps.offer(list(users.values()), setup.asked)
     bootstrap.prepare()
@@ -98,78 +62,19 @@ def run(options, _rest):
     gone = {entry.package for entry in entries if not entry.program}
     new = sorted(set(users) - before - gone)
     say(f"here now: {', '.join(new) or 'nothing new'}")
-    for _, entry in wanted:
+    if new and deps.has_lists():
+        for line in deps.launched(deps.find([users[name] for name in new])):
+            say(line)
+    for entry in wanted:
         for command in entry.next:
             say(f"  {command}")
     return 0
 
 
-def listed():
-    """Lists the names of config/sources/."""
-    return sorted(
-        os.path.basename(path)[: -len(".repos")] for path in glob.glob(f"{FOLDER}/*.repos")
-    )
-
-
-def entry_of(name):
-    """Returns what a name of the list or a URL stands for.
-
-    Raises:
-        UsageError: It is neither.
-    """
-    if URL.fullmatch(name):
-        url, _, version = name.partition("#")
-        folder = folder_of(url)
-        if not re.fullmatch(r"[\w.-]+", folder):
-            raise UsageError(f"URL is {name!r}; its last part must name the repository")
-        return Listed("", "", (), (Repository(folder, "git", url, version),))
-    if name not in listed():
-        raise UsageError(
-            f"name is {name!r}; there are {', '.join(listed())}, or the URL of a repository"
-        )
-    return read_list(os.path.join(FOLDER, f"{name}.repos"))
-
-
-def folder_of(url):
-    """Returns the name of the folder into which git clones a URL."""
-    return re.sub(r"\.git$", "", url.rstrip("/").rpartition("/")[2].rpartition(":")[2])
-
-
-def read_list(path):
-    """Reads a file of vcstool whose comments say what it is, why these versions, what to type next.
-
-    Raises:
-        CommandError: It is not in that format.
-    """
-    words, repositories, fields = {"about": [], "version": [], "next": []}, [], {}
-    for line in read(path).splitlines():
-        comment = re.fullmatch(r"# (about|version|next): (.*)", line)
-        entry = re.fullmatch(r"  ([\w.-]+):", line)
-        value = re.fullmatch(r"    (type|url|version): (\S+)", line)
-        if comment:
-            words[comment[1]].append(comment[2])
-        elif entry:
-            fields = {}
-            repositories.append((entry[1], fields))
-        elif value:
-            fields[value[1]] = value[2]
-        elif line.strip() not in ("", "repositories:"):
-            raise CommandError(f"{relative(path)}: the line {line!r} is not of a .repos file")
-    return Listed(
-        " ".join(words["about"]),
-        " ".join(words["version"]),
-        tuple(words["next"]),
-        tuple(
-            Repository(name, each["type"], each["url"], each.get("version", ""))
-            for name, each in repositories
-        ),
-    )
-
-
 def print_list():
     """Prints the names, what they are and their branches."""
     for name in listed():
-        entry = read_list(os.path.join(FOLDER, f"{name}.repos"))
+        entry = entry_of(name)
         there = all(os.path.isdir(os.path.join(SOURCES, each.name)) for each in entry.repositories)
         say(f"{name}{' (in src/)' if there else ''}: {entry.about}")
         for each in entry.repositories:
@@ -184,13 +89,16 @@ def bring(repository, folder=None):
     Args:
         folder: Where clones and archives are; None: from the network.
 
+    Returns:
+        Whether it was not there before.
+
     Raises:
         CommandError: It is not there, or not as it should be.
     """
     target = os.path.join(SOURCES, repository.name)
     if os.path.exists(target):
         say(f"{relative(target)} is there already, and stays as it is")
-        return
+        return False
     found = repository if folder is None else local(repository, folder)
     path = os.path.join(CACHE, "sources.repos")
     version = f"    version: {found.version}\n" if found.version else ""
@@ -220,6 +128,7 @@ def bring(repository, folder=None):
         what = f"{found.url} {found.version}".rstrip()
         raise CommandError(f"{what} cannot be brought", *(causes or lines[-3:])[:3])
     bring_submodules(target, folder)
+    return True
 
 
 def bring_submodules(target, folder=None):
@@ -294,11 +203,7 @@ def leave_copies(names):
     Args:
         names: Repositories that have just been brought.
     """
-    of_list = {
-        each.name
-        for name in listed()
-        for each in read_list(os.path.join(FOLDER, f"{name}.repos")).repositories
-    }
+    of_list = {each.name for name in listed() for each in entry_of(name).repositories}
 
     def rank(path):
         repository = os.path.relpath(path, SOURCES).split(os.sep)[0]
@@ -314,6 +219,19 @@ def leave_copies(names):
                     f"{name}: {relative(used)} is used; {relative(path)} is disabled by its file "
                     "CATKIN_IGNORE"
                 )
+
+
+def leave_out(names, repositories):
+    """Disables packages by CATKIN_IGNORE.
+
+    Args:
+        names: Of packages.
+        repositories: Names of those in which they are looked for.
+    """
+    for name, path in sorted(workspace.users_packages().items()):
+        if name in names and os.path.relpath(path, SOURCES).split(os.sep)[0] in repositories:
+            write(os.path.join(path, "CATKIN_IGNORE"), "")
+            say(f"{name}: {relative(path)} is disabled by its file CATKIN_IGNORE")
 
 
 def local(repository, folder):

@@ -1,5 +1,6 @@
-"""Names what the package.xml files at and below PATH ask for, and which Debian package has it.
+"""Names what the packages at and below PATH ask for, and which Debian package has it.
 
+They ask by package.xml, by components of catkin in CMakeLists.txt, and by their launch files.
 The names are rosdep's: Debian's list of ROS packages, config/rosdep/paddock.yaml, and what
 `rosdep update` has brought, if it was run. Packages of the folder itself, of Paddock (with its
 stand-ins for what Debian lacks) and of a ROS that is sourced count as there. --names prints only
@@ -13,7 +14,8 @@ import re
 import subprocess
 from dataclasses import dataclass, field
 
-from commands.bootstrap import ros
+from commands import sources
+from commands.bootstrap import left_out, ros
 from commands.bootstrap.workspace import given_way, manifests_below
 from commands.errors import CommandError, UsageError, say
 from commands.paths import CACHE, PYTHON, ROOT, SOURCES, read, write
@@ -36,6 +38,7 @@ ROSDEP, VCS = "/usr/bin/rosdep", "/usr/bin/vcs"
 OS_RELEASE = "/etc/os-release"
 WANTED = os.path.join(CACHE, "apt-users.txt")  # what packages in src/ need of Debian
 WIDTH = 96
+_IN_LAUNCH_FILE = re.compile(r"\bpkg\s*=\s*[\"']([\w-]+)[\"']|\$\(find ([\w-]+)\)")
 
 
 def add_arguments(parser):
@@ -102,6 +105,15 @@ def read_manifest(path):
         if element.tag in DEPEND_TAGS and text and _for_ros_1(element.get("condition", "")):
             wanted.setdefault(text, []).append(element.tag)
     return name, wanted
+
+
+def named_in_launch_files(folder):
+    """Returns the packages of which the launch files of a package start nodes or take files."""
+    found = set()
+    for path in glob.glob(f"{glob.escape(folder)}/**/*.launch", recursive=True):
+        text = re.sub(r"<!--.*?-->", "", read(path), flags=re.S)
+        found |= {first or second for first, second in _IN_LAUNCH_FILE.findall(text)}
+    return found
 
 
 def _for_ros_1(condition):
@@ -212,6 +224,7 @@ class Answer:
         installed: Dependency -> Debian packages, all installed.
         missing: Dependency -> Debian packages that are there to be installed.
         nowhere: Dependency -> packages that ask for it.
+        launched: What only launch files ask for and is not there -> Debian packages that have it.
     """
 
     packages: list = field(default_factory=list)
@@ -221,6 +234,7 @@ class Answer:
     installed: dict = field(default_factory=dict)
     missing: dict = field(default_factory=dict)
     nowhere: dict = field(default_factory=dict)
+    launched: dict = field(default_factory=dict)
 
 
 def ours():
@@ -248,17 +262,21 @@ def find(folder, existing=existing, installed=installed, paddock=None, resolve=r
         Answer.
     """
     folders = [folder] if isinstance(folder, str) else folder
-    manifests = [read_manifest(path) for each in folders for path in find_manifests(each)]
+    paths = [path for each in folders for path in find_manifests(each)]
+    manifests = [read_manifest(path) for path in paths]
     paddock = ours() if paddock is None else paddock
     sourced = of_sourced_ros()
     answer = Answer(packages=[name for name, _ in manifests])
-    asking = {}
-    for name, wanted in manifests:
-        for dependency in wanted:
+    asking, launching = {}, set()
+    for path, (name, wanted) in zip(paths, manifests):
+        components = left_out.components_of(os.path.dirname(path))
+        for dependency in dict.fromkeys([*wanted, *components]):
             asking.setdefault(dependency, []).append(name)
+        launching |= named_in_launch_files(os.path.dirname(path))
     elsewhere = {*(name for name, _ in manifests), *paddock, *sourced}
-    possible = dict.fromkeys(asking, ())
-    possible.update(resolve(set(asking) - elsewhere, not ros.prefix()))
+    launching -= elsewhere | asking.keys()
+    possible = dict.fromkeys([*asking, *launching], ())
+    possible.update(resolve({*asking, *launching} - elsewhere, not ros.prefix()))
     known = existing([choice for choices in possible.values() for choice in choices])
     there = installed(known)
     for name, askers in sorted(asking.items()):
@@ -275,6 +293,10 @@ def find(folder, existing=existing, installed=installed, paddock=None, resolve=r
             answer.installed[name] = choices
         else:
             answer.missing[name] = [choice for choice in choices if choice not in there]
+    for name in sorted(launching):
+        choices = [choice for choice in possible[name] if choice in known]
+        if not choices or not set(choices) <= there:
+            answer.launched[name] = [choice for choice in choices if choice not in there]
     return answer
 
 
@@ -297,8 +319,29 @@ def page(answer):
     if answer.nowhere:
         places = ["Debian", ros.prefix(), "Paddock"]
         lines.append(f"neither in {' nor in '.join(filter(None, places))}:")
-        lines += [f"  {name}, for {', '.join(asker)}" for name, asker in answer.nowhere.items()]
-    return lines
+        lines += [
+            f"  {name}, for {', '.join(asker)}{_with(sources.adding(name))}"
+            for name, asker in answer.nowhere.items()
+        ]
+    return lines + launched(answer)
+
+
+def launched(answer):
+    """Returns the lines that say what launch files ask for and is not there."""
+    if not answer.launched:
+        return []
+    return ["launch files also ask for:"] + [
+        f"  {name}{_with(_of_debian(found) or sources.adding(name))}"
+        for name, found in answer.launched.items()
+    ]
+
+
+def _of_debian(names):
+    return f"apt-get install {' '.join(names)}" if names else ""
+
+
+def _with(remedy):
+    return f": {remedy}" if remedy else ""
 
 
 def to_install(answer):

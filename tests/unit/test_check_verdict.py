@@ -418,12 +418,12 @@ def test_what_would_replace_it():
 
     remedies = {
         name: check_remedies.for_package(name, set, resolve)
-        for name in ("laser_filters", "move_base", "robot_pose_ekf", "my_own", "web_video_server")
+        for name in ("laser_filters", "move_base", "robot_pose_ekf", "my_own", "slam_toolbox")
     }
     assert remedies["laser_filters"] == "apt-get install laser-filters"
     assert remedies["move_base"] == "./run add navigation"
-    url = "https://github.com/RobotWebTools/web_video_server.git#ros1"
-    assert remedies["web_video_server"] == f"./run add {url}"
+    url = "https://github.com/SteveMacenski/slam_toolbox.git#noetic-devel"
+    assert remedies["slam_toolbox"] == f"./run add {url}"
     assert "robot_localization" in remedies["robot_pose_ekf"]
     assert "./run deps" in remedies["my_own"]
     assert "Python class" in check_remedies.for_plugin("libhover.so")

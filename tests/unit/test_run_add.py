@@ -10,6 +10,7 @@ import pytest
 from run_rig import run
 
 from commands import check_remedies
+from commands import sources as repos
 from commands.bootstrap import workspace
 from commands.errors import CommandError, UsageError
 from commands.subcommands import add
@@ -71,9 +72,9 @@ def sources(tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize("name", add.listed())
+@pytest.mark.parametrize("name", repos.listed())
 def test_each_list_is_complete(name):
-    entry = add.entry_of(name)
+    entry = repos.entry_of(name)
     assert entry.about and entry.version and entry.next and entry.repositories
     for each in entry.repositories:
         assert each.kind == "git" and each.version
@@ -82,8 +83,13 @@ def test_each_list_is_complete(name):
         assert "./run " in command
 
 
-def test_check_names_what_can_be_added():
-    assert set(check_remedies.ADDED.values()) == set(add.listed())
+@pytest.mark.parametrize("name", repos.listed())
+def test_check_names_what_can_be_added(name):
+    packages = repos.entry_of(name).packages
+    assert packages and not set(packages) & set(repos.ELSEWHERE)
+    for package in packages:
+        remedy = check_remedies.for_package(package, lambda _: set(), lambda names: {package: []})
+        assert remedy == f"./run add {name}"
 
 
 def test_the_list_is_printed():
@@ -102,36 +108,36 @@ def test_the_list_is_printed():
     ],
 )
 def test_urls(text, folder, version):
-    (found,) = add.entry_of(text).repositories
+    (found,) = repos.entry_of(text).repositories
     assert (found.name, found.kind, found.version) == (folder, "git", version)
     assert found.url == text.partition("#")[0]
 
 
 def test_what_is_neither_in_the_list_nor_a_url():
     with pytest.raises(UsageError, match="name is 'navigatoin'; there are .*navigation"):
-        add.entry_of("navigatoin")
+        repos.entry_of("navigatoin")
     with pytest.raises(UsageError, match="its last part must name"):
-        add.entry_of("https://example.org/?")
+        repos.entry_of("https://example.org/?")
 
 
 def test_what_is_no_list(tmp_path):
     path = tmp_path / "a.repos"
     path.write_text(LIST + "    branch: x\n")
     with pytest.raises(CommandError, match="the line '    branch: x' is not of a .repos file"):
-        add.read_list(str(path))
+        repos.read_list(str(path))
 
 
 def test_where_a_folder_has_a_repository(sources, tmp_path):
-    thing = add.Repository("thing", "git", "https://example.org/thing.git", "noetic")
+    thing = repos.Repository("thing", "git", "https://example.org/thing.git", "noetic")
     assert add.local(thing, str(sources)).url == str(sources / "thing.git")
-    packed = add.local(add.Repository("packed", "git", "x", "noetic"), str(sources))
+    packed = add.local(repos.Repository("packed", "git", "x", "noetic"), str(sources))
     assert (packed.kind, packed.version) == ("tar", "packed-noetic")
     with zipfile.ZipFile(tmp_path / "packed.zip", "w") as archive:
         archive.writestr("package.xml", "")
-    zipped = add.local(add.Repository("packed", "git", "x", "noetic"), str(tmp_path))
+    zipped = add.local(repos.Repository("packed", "git", "x", "noetic"), str(tmp_path))
     assert (zipped.kind, zipped.version, zipped.url) == ("zip", "", f"file://{tmp_path}/packed.zip")
     with pytest.raises(CommandError, match=r"has neither pack, a clone, nor an archive of it"):
-        add.local(add.Repository("pack", "git", "x", "noetic"), str(sources))
+        add.local(repos.Repository("pack", "git", "x", "noetic"), str(sources))
 
 
 @pytest.fixture
@@ -162,7 +168,7 @@ def test_submodules_come_with_their_repository(sources, here, tmp_path, capsys):
     git(robot, "add", ".")
     git(robot, "commit", "-q", "-m", "first")
     shutil.copytree(sources / "thing.git", tmp_path / "from" / "thing.git")
-    add.bring(add.Repository("robot", "git", "https://example.org/robot.git"), str(robot.parent))
+    add.bring(repos.Repository("robot", "git", "https://example.org/robot.git"), str(robot.parent))
     assert (here / "robot" / "things" / "README").exists()
     said = capsys.readouterr().out
     assert f"{here}/robot/things: file://{sources}/thing.git, a submodule\n" in said
@@ -176,7 +182,7 @@ def test_what_cannot_be_brought_is_named_by_its_first_cause(here, tmp_path):
     git(robot, "commit", "-q", "-m", "first")
     words = ["git", "-C", str(robot), "rev-parse", "HEAD:package.xml"]
     blob = subprocess.run(words, check=True, capture_output=True, text=True).stdout.strip()
-    repository = add.Repository("robot", "git", "https://example.org/robot.git", "noetic")
+    repository = repos.Repository("robot", "git", "https://example.org/robot.git", "noetic")
     (robot / ".git" / "objects" / blob[:2] / blob[2:]).unlink()
     with pytest.raises(CommandError, match=r"/robot noetic cannot be brought") as error:
         add.bring(repository, str(robot.parent))
@@ -197,6 +203,33 @@ def test_of_two_packages_of_a_name_one_is_used(here, capsys):
     assert f"my_robot: {new} is used; {old} is disabled by its file CATKIN_IGNORE\n" in said
     add.leave_copies(["second"])
     assert capsys.readouterr().out == ""
+
+
+def test_what_a_name_needs_comes_before_it(monkeypatch, tmp_path):
+    monkeypatch.setattr(repos, "FOLDER", str(tmp_path))
+    fields = "# needs: thing\n# without: a b    # they want a real camera\n"
+    (tmp_path / "more.repos").write_text(
+        LIST.replace("thing", "more").replace("# version", fields + "# version")
+    )
+    (tmp_path / "thing.repos").write_text(LIST)
+    more, thing = repos.entry_of("more"), repos.entry_of("thing")
+    assert (more.needs, more.without, thing.needs) == (("thing",), ("a", "b"), ())
+    assert repos.entries_of(["more"]) == [thing, more] == repos.entries_of(["thing", "more"])
+
+
+@pytest.mark.parametrize("name", repos.listed())
+def test_each_list_needs_what_is_listed(name):
+    assert set(repos.entry_of(name).needs) <= set(repos.listed()) - {name}
+
+
+def test_packages_of_a_repository_are_left_out(here, capsys):
+    for name in ("driver", "description"):
+        package(here / "camera" / name, name)
+    package(here / "mine" / "driver_2", "driver_2")
+    add.leave_out(["driver", "driver_2"], ["camera"])
+    assert set(workspace.users_packages()) == {"description", "driver_2"}
+    said = f"driver: {here}/camera/driver is disabled by its file CATKIN_IGNORE\n"
+    assert capsys.readouterr().out == said
 
 
 def test_a_clone_is_filled(clone, tmp_path, sources, package_index):

@@ -75,6 +75,33 @@ NAMES = {
 }
 
 
+def test_what_only_build_and_launch_files_ask_for(workspace, debians_ros):
+    car = workspace / "src" / "my_car"
+    (car / "CMakeLists.txt").write_text(
+        "find_package(catkin REQUIRED COMPONENTS rospy cv_bridge image_transport)\n"
+    )
+    (car / "launch" / "more").mkdir(parents=True)
+    (car / "launch" / "more" / "go.launch").write_text(
+        "<launch><!-- <node pkg='amcl' type='amcl' name='a'/> -->\n"
+        "<node name='nav' pkg = \"move_base\" type='move_base'/>\n"
+        "<node pkg='rviz' type='rviz' name='r' args='-d $(find my_msgs)/a.rviz'/>\n"
+        "<include file='$(find their_arm)/launch/arm.launch'/></launch>\n"
+    )
+    image, rviz = ["image-transport-tools", "libimage-transport-dev"], ["rviz", "librviz-dev"]
+    debian = INSTALLABLE | {*image, *rviz}
+    found = deps.find(
+        str(workspace), debian.intersection, DEBIAN.intersection, {"gazebo_ros", "cv_bridge"}
+    )
+    assert found.missing["image_transport"] == image
+    assert found.launched == {"move_base": [], "rviz": rviz, "their_arm": []}
+    assert deps.page(found)[-4:] == [
+        "launch files also ask for:",
+        "  move_base: ./run add navigation",
+        "  rviz: apt-get install rviz librviz-dev",
+        "  their_arm",
+    ]
+
+
 def test_names_of_debian():
     assert deps.resolve(NAMES) == NAMES
     of_a_sourced_ros = deps.resolve(NAMES, debians_ros=False)
