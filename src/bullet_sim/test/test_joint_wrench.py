@@ -18,6 +18,7 @@ FOOT = '<collision><geometry><box size="0.2 0.2 0.1"/></geometry></collision>'
 PLUGIN = (
     '<gazebo><plugin filename="libgazebo_ros_ft_sensor.so"><jointName>j</jointName>'
     "<topicName>load</topicName>{}</plugin></gazebo>"
+    '<gazebo reference="j"><preserveFixedJoint>true</preserveFixedJoint></gazebo>'
 )
 
 
@@ -147,3 +148,13 @@ def test_controllers_of_joints_beyond_a_measured_one(solver, count):
     (joint,) = manager.hardware.handles(("k",))
     assert (joint.position, joint.velocity) == tuple(values["k"] for values in model.joints.state())
     world.close()
+
+
+def test_a_fixed_joint_that_merges_its_links_has_no_sensor_as_in_gazebo():
+    text = _arm('type="fixed">')
+    kept = parse_urdf(text, str)
+    assert [spec.joint for spec in kept.sensors] == ["j"]
+    merged = parse_urdf(text.replace("<preserveFixedJoint>true", "<preserveFixedJoint>false"), str)
+    assert merged.sensors == []
+    (warning,) = [text for text in merged.warnings if "jointName 'j'" in text]
+    assert "<preserveFixedJoint>" in warning

@@ -264,6 +264,13 @@ def bumper(xml: SensorXml) -> ContactSpec:
 def ft_sensor(xml: PluginXml) -> ForceTorqueSpec:
     joint = xml.joint("jointName")
     child = xml.model.joints[joint].child
+    if xml.merged(child) != child:
+        raise MissingPart(
+            f"{xml.label} has jointName '{joint}', which is a fixed joint that merges its links, "
+            "as in Gazebo: give it <preserveFixedJoint>; it is left out",
+            "force sensors are at fixed joints that merge their links and are left out",
+            f"{xml.label} '{joint}'",
+        )
     xml.model.measured.add(joint)
     return ForceTorqueSpec(
         name=xml.name or joint,
