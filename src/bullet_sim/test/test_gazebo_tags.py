@@ -294,6 +294,16 @@ def test_imu_sensor_defaults():
     assert (spec.topic, spec.frame_id, spec.rate) == ("/tank/imu_data", "f", 1.0)
 
 
+@pytest.mark.parametrize(
+    "own, wanted, rate", [(100, 30, 25.0), (100, 50, 50.0), (90, 30, 30.0), (50, 100, 50.0)]
+)
+def test_an_imu_sensor_waits_for_a_measurement_that_is_late_enough(own, wanted, rate):
+    tags = f"<frameName>f</frameName><updateRateHZ>{wanted}</updateRateHZ>"
+    inside = f"<update_rate>{own}</update_rate>"
+    spec = one(sensor("imu", "libgazebo_ros_imu_sensor.so", tags, inside))
+    assert spec.rate == pytest.approx(rate)
+
+
 def test_an_imu_sensor_without_a_frame_is_left_out():
     model = read(sensor("imu", "libgazebo_ros_imu_sensor.so"))
     assert not model.sensors and "has no frameName" in model.warnings[0]

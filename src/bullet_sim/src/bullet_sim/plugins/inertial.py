@@ -224,6 +224,7 @@ def _offset(xml: PluginXml, *tags: str) -> PoseTuple:
     return moved.position, moved.rpy
 
 
+NANO = 1e-9  # of a ratio of rates, by which it may be off
 WORLD_FRAMES = ("/world", "world", "/map", "map")  # values of <frameName> that are no link
 
 
@@ -331,6 +332,10 @@ def imu_sensor(xml: SensorXml) -> ImuSpec:
     if xml.element.find("frameName") is None:
         raise xml.lacks("frameName")
     plugin, sensor = xml.plugin("imu"), Values(xml.sensor, f"imu '{xml.name}'")
+    own, wanted = sensor.number("update_rate"), plugin.number("updateRateHZ", 1.0)
+    rate = xml.rate("updateRateHZ", 1.0)
+    if 0.0 < wanted < own:  # the first measurement that is late enough
+        rate = own / math.ceil(own / wanted - NANO)
     mean, stddev, bias = {}, {}, {}
     plugin_noise = abs(plugin.number("gaussianNoise"))
     for key, tag, old in (
@@ -349,7 +354,7 @@ def imu_sensor(xml: SensorXml) -> ImuSpec:
         xml.name,
         xml.parent,
         xml.pose,
-        rate=xml.rate("updateRateHZ", 1.0),
+        rate=rate,
         frame_id=xml.frame("frameName", xml.parent),
         topic=xml.topic("topicName", "imu_data"),
         gyro_noise_mean=mean["gyro"],
