@@ -454,3 +454,46 @@ def test_generated_meshes_are_rendered(gl, tmp_path, geometry):
     world.close()
     assert model.description.warnings == [] and rgb.min() > 0
     assert depth == pytest.approx(np.full((32, 32), asked.pose[0][2] - 0.5), abs=1e-3)
+
+
+def test_textures_of_a_heightmap_cover_each_other_by_height(gl, tmp_path):
+    """Red, above 1 m within 2 m green: in images of Gazebo 11.1 hills of this kind are alike."""
+    gray = np.tile(np.linspace(0, 255, 65).astype(np.uint8), (65, 1))  # rises towards +x to 4 m
+    Image.fromarray(gray).save(tmp_path / "ramp.png")
+    textures = ""
+    for name, color in (("red", (255, 0, 0, 0)), ("green", (0, 255, 0, 0))):
+        Image.fromarray(np.full((8, 8, 4), color, np.uint8)).save(tmp_path / f"{name}.png")
+        textures += f"<texture><diffuse>{tmp_path}/{name}.png</diffuse><size>1</size></texture>"
+    text = (
+        "<sdf version='1.6'><model name='m'><static>1</static><link name='l'><visual name='v'>"
+        f"<geometry><heightmap><uri>{tmp_path}/ramp.png</uri><size>16 16 4</size>{textures}<blend>"
+        "<min_height>1</min_height><fade_dist>2</fade_dist></blend></heightmap></geometry>"
+        "</visual></link></model></sdf>"
+    )
+    world = World()
+    model = world.spawn_sdf("m", text, Pose(), str)
+    gl.sync_sources(world.sources(), PLAIN)
+    gl.apply(world.snapshot())
+    world.close()
+    assert model.description.warnings == []
+    light = 0.2 + 0.5 * np.cos(np.arctan(0.25))
+    for x in (-7.0, -3.0, 0.0, 2.0, 6.0):
+        picture = gl.render(
+            view(((x, 0.3, 9.0), (0.0, np.pi / 2, 0.0)), 32, 32, horizontal_fov=0.1)
+        )
+        share = np.clip(((x + 8.0) / 4.0 - 1.0) / 2.0, 0.0, 1.0)
+        expected = 255.0 * light * np.array((1.0 - share, share, 0.0))
+        assert picture[16, 16] == pytest.approx(expected, abs=4.0), x
+
+
+def test_a_heightmap_whose_texture_is_missing_has_one_color(tmp_path):
+    Image.fromarray(np.full((9, 9), 255, np.uint8)).save(tmp_path / "white.png")
+    text = (
+        "<sdf version='1.6'><model name='m'><static>1</static><link name='l'><visual name='v'>"
+        f"<geometry><heightmap><uri>{tmp_path}/white.png</uri><texture><diffuse>{tmp_path}/no.png"
+        "</diffuse></texture></heightmap></geometry></visual></link></model></sdf>"
+    )
+    world = World()
+    model = world.spawn_sdf("m", text, Pose(), str)
+    world.close()
+    assert "no.png' is not found; it has one color" in model.description.warnings[0]

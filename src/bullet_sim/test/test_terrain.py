@@ -96,6 +96,15 @@ def test_great_images_are_thinned_out(tmp_path):
     assert vertices[:, 2] == pytest.approx(np.full(len(vertices), 5.0))  # it is the brightest
 
 
+def test_a_pixel_of_value_1_makes_white_the_full_height(tmp_path):
+    """As in Gazebo 11.1: boxes on pixels of 196 of 255 of such an image rest at 3.1 of 4 m."""
+    gray = np.array([[0, 1, 196], [0, 51, 199], [0, 0, 0]], np.uint8)
+    path = tmp_path / "odd.png"
+    Image.fromarray(gray).save(path)
+    heights = terrain.heightmap(str(path), (1.0, 1.0, 4.0))[0][:, 2]
+    assert heights == pytest.approx(gray.ravel() / 255.0 * 4.0)
+
+
 def test_sampling_interpolates_between_pixels_and_the_brightest_has_the_full_height(tmp_path):
     """As Gazebo 11.1: boxes rest at 2 and 4 m on pixels of 64 and 128, of a map of 4 m."""
     gray = np.full((5, 5), 64, np.uint8)

@@ -40,13 +40,17 @@ class Layer:
 
     Attributes:
         path: of the image.
-        operation: 'modulate' (multiplied), 'add', 'replace' or 'alpha_blend' (by its own alpha).
+        operation: 'modulate' (multiplied), 'add', 'replace', 'alpha_blend' (by its own alpha) or
+            'height' (by the height of the point, before the light).
         mapping: how it lies on the surface.
+        blend: height [m] at which one of 'height' begins to cover what is below it, and the
+            distance [m] within which it does so.
     """
 
     path: str
     operation: str = "modulate"
     mapping: TextureMapping = TextureMapping()
+    blend: tuple[float, float] = (0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -67,6 +71,7 @@ class Finish:
         mapping: of its texture.
         layers: further images, the lowest first.
         normal_map: path of an image of normals in the surface's axes; '': none.
+        gloss: whether the alpha of its images is the strength of the highlights.
     """
 
     ambient: RGB | None = None
@@ -82,6 +87,7 @@ class Finish:
     mapping: TextureMapping = TextureMapping()
     layers: tuple[Layer, ...] = ()
     normal_map: str = ""
+    gloss: bool = False
 
 
 PLAIN = Finish()
@@ -106,6 +112,7 @@ class Geometry:
         sampling: points of a heightmap for each pixel and side.
         flat: only the upper side of a box is rendered, which is a plane's.
         is_converted: the mesh file was made of another one, with its normals.
+        relief: of a mesh: the heightmap of which its file was made.
     """
 
     kind: str
@@ -119,6 +126,7 @@ class Geometry:
     sampling: int = 2
     flat: bool = False
     is_converted: bool = False
+    relief: Geometry | None = None
 
 
 EVERYTHING = 0xFFFF  # collide_bitmask where none is given

@@ -5,7 +5,13 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 
-from bullet_sim.description.model import Geometry, ModelDescription, Shape
+from bullet_sim.description.model import (
+    Geometry,
+    Layer,
+    ModelDescription,
+    Shape,
+    TextureMapping,
+)
 from bullet_sim.formats.materials import (
     Material,
     Resolve,
@@ -125,7 +131,65 @@ def parse_shape(
         return shape
     if geometry.tag == "plane":  # the upper side of a thin box
         shape = replace(shape, pose=shape.pose * Pose((0.0, 0.0, -PLANE_THICKNESS / 2)))
-    return with_material(element, shape, label, model, resolve)
+    shape = with_material(element, shape, label, model, resolve)
+    if parsed.kind == "heightmap":
+        shape = _with_textures(geometry, shape, label, model, resolve)
+    return shape
+
+
+MAX_TEXTURES = 4  # of a heightmap
+GLOSS = 16.0  # exponent of a heightmap's highlights, as OGRE has it
+
+
+def _with_textures(
+    element: Node, shape: Shape, label: str, model: ModelDescription, resolve: Resolve
+) -> Shape:
+    """A heightmap with its <texture>s, one above the other as its <blend>s say.
+
+    Without any, or where one is missing, it keeps its material; in Gazebo the first is a pattern
+    that says so.
+    """
+    label = f"{label} heightmap"
+    layers = []
+    for number, texture in enumerate(element.findall("texture")[:MAX_TEXTURES]):
+        uri = child_text(texture, "diffuse", "")
+        try:
+            path = resolve(texture.document.resolve_relative(uri))
+        except ValueError:
+            path = ""
+        if not os.path.isfile(path):
+            model.warn(
+                f"{label}: texture '{uri}' is not found; it has one color",
+                "textures of heightmaps are missing; these have one color",
+                f"'{uri}'",
+            )
+            return shape
+        tile = max(child_number(texture, "size", label, 10.0), 1e-3)
+        across, along = (side / tile for side in shape.geometry.size[:2])
+        mapping = TextureMapping((across, 0.0, 0.0, 0.0, along, -along))
+        blends = element.findall("blend")
+        if number > len(blends):  # which is never seen in Gazebo
+            break
+        blend = (0.0, 1.0)
+        if number:
+            blend = (
+                child_number(blends[number - 1], "min_height", label, 0.0),
+                child_number(blends[number - 1], "fade_dist", label, 0.0),
+            )
+        layers.append(Layer(path, "height", mapping, blend))
+    if not layers:
+        return shape
+    white = (1.0, 1.0, 1.0)
+    finish = replace(
+        shape.finish,
+        ambient=white,
+        specular=white,
+        shininess=GLOSS,
+        mapping=layers[0].mapping,
+        layers=tuple(layers[1:]),
+        gloss=True,
+    )
+    return replace(shape, color=(*white, 1.0), texture=layers[0].path, painted=True, finish=finish)
 
 
 def _plane_rotation(shape: Node, label: str) -> Pose:

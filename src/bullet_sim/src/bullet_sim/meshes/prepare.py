@@ -374,8 +374,10 @@ def prepare_meshes(lumped: LumpedModel, folder: str, warn: Warn) -> dict[str, li
                     files = convert(shape)
                     converted += files
                     if shapes is link.visuals:
-                        is_mesh = shape.geometry.kind not in _GENERATORS
-                        usable[link.name] += [shape] if is_mesh else files
+                        seen = files if shape.geometry.kind == "polyline" else [shape]
+                        if shape.geometry.kind == "heightmap":  # with its images
+                            seen = [replace(shape, geometry=files[0].geometry)]
+                        usable[link.name] += seen
                 except ModelError as error:
                     label = f"{shape.name or 'a shape'} of link '{shape.link or link.name}'"
                     warn(
@@ -446,7 +448,8 @@ class _MeshCache:
             terrain.write_obj(path, *_GENERATORS[geometry.kind](geometry))
             return [{"file": path, "color": None}]
 
-        return Geometry("mesh", path=self._cached(key, make)[0]["file"])
+        relief = geometry if geometry.kind == "heightmap" else None
+        return Geometry("mesh", path=self._cached(key, make)[0]["file"], relief=relief)
 
     def _textured(self, shape: Shape) -> Shape:
         """A box with a texture on its sides; other shapes get the texture's mean color."""

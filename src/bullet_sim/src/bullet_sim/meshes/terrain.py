@@ -18,7 +18,8 @@ MAX_POINTS = 513  # per side of a heightmap; larger ones are subsampled
 def heightmap(path: str, size: Sequence[float], sampling: int = 1) -> tuple[Array, Array]:
     """Surface over the pixels of an image, whose top is towards +y.
 
-    As in Gazebo the brightest pixel has the full height, whatever its brightness.
+    As in Gazebo the brightest pixel has the full height, whatever its brightness; but where one of
+    an image of 8 bits has the value 1, white has it: ignition::math::Color takes 1 for white.
 
     Args:
         path: of the image; brightness is the height.
@@ -40,7 +41,8 @@ def heightmap(path: str, size: Sequence[float], sampling: int = 1) -> tuple[Arra
         raise ModelError(f"heightmap '{path}' cannot be read: {error}") from None
     if min(gray.shape) < 2:
         raise ModelError(f"heightmap '{path}' has {gray.shape[1]} x {gray.shape[0]} pixels")
-    heights = _resampled(gray / (gray.max() or 1.0), sampling)
+    top = 255.0 if not deep and (gray == 1.0).any() else gray.max() or 1.0
+    heights = _resampled(gray / top, sampling)
     count = heights.shape
     y, x = np.linspace(0.5, -0.5, count[0]) * size[1], np.linspace(-0.5, 0.5, count[1]) * size[0]
     xs, ys = np.meshgrid(x, y)
@@ -51,6 +53,22 @@ def heightmap(path: str, size: Sequence[float], sampling: int = 1) -> tuple[Arra
         for part in (corners[:-1, :-1], corners[:-1, 1:], corners[1:, :-1], corners[1:, 1:])
     )
     return vertices, np.concatenate((np.stack((a, c, b), -1), np.stack((b, c, d), -1)))
+
+
+def relief(path: str, size: Sequence[float], sampling: int) -> tuple[Array, Array]:
+    """A heightmap to be seen: corners (N, 8) with smooth normals and texture coordinates from its
+    lower left corner (0, 0) to its upper right one (1, 1), and triangles, see heightmap()."""
+    vertices, faces = heightmap(path, size, sampling)
+    columns = int(np.argmax(np.diff(vertices[:, 1]) != 0.0)) + 1
+    heights = vertices[:, 2].reshape(-1, columns)
+    rows = len(heights)
+    down, right = np.gradient(heights, size[1] / (rows - 1), size[0] / (columns - 1))
+    corners = np.zeros((len(vertices), 8))
+    corners[:, :3] = vertices
+    normals = np.stack((-right.ravel(), down.ravel(), np.ones(heights.size)), 1)
+    corners[:, 3:6] = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    corners[:, 6:] = vertices[:, :2] / np.asarray(size[:2]) + 0.5
+    return corners, faces
 
 
 def _resampled(heights: Array, sampling: int) -> Array:

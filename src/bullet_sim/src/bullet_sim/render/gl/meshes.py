@@ -306,16 +306,17 @@ class AssetCache:
         """
         geometry, mapping = shape.geometry, shape.finish.mapping
         transform = mapping.transform if shape.texture else ()
-        if geometry.kind == "mesh":
+        if geometry.relief is not None:
+            it = geometry.relief
+            name = ("relief", it.path, _modified(it.path), it.size, it.sampling, transform)
+            made = self._made(name, lambda: terrain.relief(it.path, it.size, it.sampling))
+            surfaces = [Surface(made)]
+        elif geometry.kind == "mesh":
             surfaces = self._file(geometry, transform)
         elif geometry.kind == "road":
             name = ("road", geometry.size, geometry.points, transform)
-            self._used.add(name)
-            if name not in self._meshes:
-                corners, triangles = terrain.road(geometry.points, *geometry.size)
-                corners = transformed_uv(corners.astype(np.float32), transform)
-                self._meshes[name] = Mesh(self._gl, corners, triangles.astype(np.uint32))
-            surfaces = [Surface(self._meshes[name])]
+            made = self._made(name, lambda: terrain.road(geometry.points, *geometry.size))
+            surfaces = [Surface(made)]
         else:
             solid_type = "plane" if geometry.flat else geometry.kind
             key = (solid_type, transform)
@@ -336,6 +337,15 @@ class AssetCache:
             for surface in surfaces
         ]
 
+    def _made(self, name: Any, make: Callable[[], tuple[Array, Array]]) -> Mesh:
+        """The Mesh of corners (n, 8) and triangles; the last of the name is the transform."""
+        self._used.add(name)
+        if name not in self._meshes:
+            corners, triangles = make()
+            corners = transformed_uv(corners.astype(np.float32), name[-1])
+            self._meshes[name] = Mesh(self._gl, corners, triangles.astype(np.uint32))
+        return self._meshes[name]
+
     def _layers(
         self, layers: tuple[Layer, ...], transform: tuple[float, ...]
     ) -> tuple[tuple[Any, str, bytes], ...]:
@@ -349,7 +359,7 @@ class AssetCache:
             (
                 self._texture(layer.path, layer.mapping),
                 layer.operation,
-                (_matrix(layer.mapping.transform) @ undone).T.astype(np.float32).tobytes(),
+                _layer_matrix(layer, undone).T.astype(np.float32).tobytes(),
             )
             for layer in layers
         )
@@ -414,6 +424,14 @@ class AssetCache:
         texture.anisotropy = min(float(mapping.anisotropy), self._anisotropy)
         texture.repeat_x = texture.repeat_y = mapping.wrap != "clamp"
         return texture
+
+
+def _layer_matrix(layer: Layer, undone: Array) -> Array:
+    """(3, 3) from the mesh's texture coordinates to the layer's; the last row has its blend: height
+    and 1 / distance [1/m]."""
+    matrix = _matrix(layer.mapping.transform) @ undone
+    matrix[2] = layer.blend[0], 1.0 / max(layer.blend[1], 1e-6), 1.0
+    return matrix
 
 
 def _matrix(transform: tuple[float, ...]) -> Array:

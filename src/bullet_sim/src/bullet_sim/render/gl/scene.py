@@ -43,6 +43,7 @@ class BatchType(NamedTuple):
         blend: Finish.blend of those.
         layers: operations of further images.
         bumpy: whether there is a normal map.
+        glossy: Finish.gloss.
     """
 
     textured: bool
@@ -54,6 +55,7 @@ class BatchType(NamedTuple):
     blend: str
     layers: tuple[str, ...] = ()
     bumpy: bool = False
+    glossy: bool = False
 
 
 class Selection:
@@ -166,6 +168,7 @@ def describe(key: int, row: int, fixed: bool, shape: Shape, surface: Surface) ->
         blend=blend,
         layers=tuple(operation for _, operation, _ in surface.layers),
         bumpy=surface.normals is not None and finish.lit,
+        glossy=finish.gloss and surface.texture is not None,
     )
     return Instance(
         surface,

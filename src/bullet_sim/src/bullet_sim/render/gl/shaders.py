@@ -54,6 +54,9 @@ VARYING vec3 v_normal;
 #if SUN
 VARYING float v_facing;
 #endif
+#if NEEDS_HEIGHT
+VARYING float v_height;
+#endif
 #if NEEDS_POSITION
 VARYING vec3 v_position;
 #endif
@@ -95,6 +98,9 @@ void main() {
                        dot(in_row2.xyz, in_normal));
     gl_Position = clip * vec4(position, 1.0);
     v_color = in_color;
+#if NEEDS_HEIGHT
+    v_height = in_position.z;
+#endif
 #if SUN || SHADOWED
     vec3 outward = normalize(normal);
 #endif
@@ -136,7 +142,7 @@ uniform sampler2D albedo;
 uniform sampler2D layer0;
 uniform sampler2D layer1;
 uniform sampler2D layer2;
-uniform mat3 layer_uv0;   // from v_uv to the layer's texture coordinates
+uniform mat3 layer_uv0;   // from v_uv to the layer's texture coordinates; last row: its blend
 uniform mat3 layer_uv1;
 uniform mat3 layer_uv2;
 uniform sampler2D normals;
@@ -146,6 +152,11 @@ uniform sampler2DShadow moving_map;
 float sunlit(sampler2DShadow map, vec3 at) {
     vec2 off = abs(at.xy - 0.5);
     return max(off.x, off.y) < 0.5 ? texture(map, at) : 1.0;
+}
+#endif
+#if NEEDS_HEIGHT
+vec4 covered(vec4 below, vec4 texel, mat3 layer) {   // by height
+    return mix(below, texel, clamp((v_height - layer[0][2]) * layer[1][2], 0.0, 1.0));
 }
 #endif
 vec3 over(vec3 below, vec4 texel, int operation) {
@@ -177,15 +188,27 @@ void main() {
 #endif
 #if LAYERS > 0
     vec4 texel0 = texture(layer0, (layer_uv0 * vec3(v_uv, 1.0)).xy);
+#if OPERATION0 == 4
+    texel = covered(texel, texel0, layer_uv0);
+#else
     color.a *= texel0.a;
+#endif
 #endif
 #if LAYERS > 1
     vec4 texel1 = texture(layer1, (layer_uv1 * vec3(v_uv, 1.0)).xy);
+#if OPERATION1 == 4
+    texel = covered(texel, texel1, layer_uv1);
+#else
     color.a *= texel1.a;
+#endif
 #endif
 #if LAYERS > 2
     vec4 texel2 = texture(layer2, (layer_uv2 * vec3(v_uv, 1.0)).xy);
+#if OPERATION2 == 4
+    texel = covered(texel, texel2, layer_uv2);
+#else
     color.a *= texel2.a;
+#endif
 #endif
 #if REJECTS
     if (color.a <= v_rejection) discard;
@@ -260,16 +283,18 @@ void main() {
     color.rgb = light;
 #endif
 #endif
-#if LAYERS > 0
+#if LAYERS > 0 && OPERATION0 != 4
     color.rgb = over(color.rgb, texel0, OPERATION0);
 #endif
-#if LAYERS > 1
+#if LAYERS > 1 && OPERATION1 != 4
     color.rgb = over(color.rgb, texel1, OPERATION1);
 #endif
-#if LAYERS > 2
+#if LAYERS > 2 && OPERATION2 != 4
     color.rgb = over(color.rgb, texel2, OPERATION2);
 #endif
-#if SHINY
+#if SHINY && GLOSSY
+    color.rgb += shine * texel.a;
+#elif SHINY
     color.rgb += shine;
 #endif
 #if FOG
@@ -300,7 +325,8 @@ UNITS = {
     "layer2": LAYER_UNIT + 2,
     "normals": NORMALS_UNIT,
 }
-OPERATIONS = {"modulate": 0, "add": 1, "replace": 2, "alpha_blend": 3}  # Layer.operation
+# Layer.operation -> its number
+OPERATIONS = {"modulate": 0, "add": 1, "replace": 2, "alpha_blend": 3, "height": 4}
 MAX_LIGHTS = 16  # point and spot lights, and suns beyond the first
 MATRICES, VECTORS, LIGHT = 3, 7, 5  # numbers of 4x4, of 4, and of 4 a light
 LIGHT_TYPES = {"directional": 0.0, "point": 1.0, "spot": 2.0}
@@ -423,6 +449,8 @@ class Programs:
             "FOG": fog,
             "LAYERS": len(layers),
             "BUMPY": bumpy,
+            "GLOSSY": batch.glossy,
+            "NEEDS_HEIGHT": "height" in layers,
             "NEEDS_UV": batch.textured or layers != () or bumpy,
             "NEEDS_NORMAL": shiny or lights or bumpy,
             "NEEDS_POSITION": shiny or lights or fog or bumpy,
