@@ -40,7 +40,7 @@ def needs_of(folder):
     Returns:
         List of placeholders, headers, standard and boost_NAME.
     """
-    cmake, sources = _texts(folder)
+    cmake, sources = texts(folder)
     found = []
     if any(_has_bare_placeholders(text) for text in sources) and not any(
         re.search(r"using namespace std::placeholders|using std::placeholders", text)
@@ -83,7 +83,7 @@ def _has_messages(folder):
     return "generate_messages(" in _COMMENT.sub("", read(os.path.join(folder, "CMakeLists.txt")))
 
 
-def _texts(folder):
+def texts(folder):
     """Returns the text of all CMakeLists.txt without comments, and of each source a text."""
     cmake, sources = [], []
     for directory, below, files in os.walk(folder):

@@ -15,7 +15,7 @@ import subprocess
 from dataclasses import dataclass, field
 
 from commands import sources
-from commands.bootstrap import left_out, ros
+from commands.bootstrap import left_out, old_code, ros
 from commands.bootstrap.workspace import given_way, manifests_below
 from commands.errors import CommandError, UsageError, say
 from commands.paths import CACHE, PYTHON, ROOT, SOURCES, read, write
@@ -38,6 +38,8 @@ ROSDEP, VCS = "/usr/bin/rosdep", "/usr/bin/vcs"
 OS_RELEASE = "/etc/os-release"
 WANTED = os.path.join(CACHE, "apt-users.txt")  # what packages in src/ need of Debian
 WIDTH = 96
+# Stand-ins without C++ of packages that Debian has: C++ that includes their headers needs Debian's.
+PYTHON_ONLY = ("cv_bridge",)
 _IN_LAUNCH_FILE = re.compile(r"\bpkg\s*=\s*[\"']([\w-]+)[\"']|\$\(find ([\w-]+)\)")
 
 
@@ -114,6 +116,12 @@ def named_in_launch_files(folder):
         text = re.sub(r"<!--.*?-->", "", read(path), flags=re.S)
         found |= {first or second for first, second in _IN_LAUNCH_FILE.findall(text)}
     return found
+
+
+def in_cpp(manifest, name):
+    """Returns whether C++ beside or below a package.xml includes headers of a package."""
+    wanted = re.compile(rf"#\s*include\s*[<\"]{re.escape(name)}/")
+    return any(wanted.search(text) for text in old_code.texts(os.path.dirname(manifest))[1])
 
 
 def _for_ros_1(condition):
@@ -273,6 +281,7 @@ def find(folder, existing=existing, installed=installed, paddock=None, resolve=r
         for dependency in dict.fromkeys([*wanted, *components]):
             asking.setdefault(dependency, []).append(name)
         launching |= named_in_launch_files(os.path.dirname(path))
+        paddock = paddock - {name for name in PYTHON_ONLY if name in asking and in_cpp(path, name)}
     elsewhere = {*(name for name, _ in manifests), *paddock, *sourced}
     launching -= elsewhere | asking.keys()
     possible = dict.fromkeys([*asking, *launching], ())

@@ -102,6 +102,24 @@ def test_what_only_build_and_launch_files_ask_for(workspace, debians_ros):
     ]
 
 
+def test_cpp_needs_the_headers_that_a_stand_in_lacks(workspace, debians_ros):
+    car = workspace / "src" / "my_car"
+    (car / "CMakeLists.txt").write_text("find_package(catkin REQUIRED COMPONENTS cv_bridge)\n")
+    names = deps.resolve(["cv_bridge"])["cv_bridge"]
+    assert "libcv-bridge-dev" in names
+    known = INSTALLABLE | set(names)
+
+    def found():
+        return deps.find(
+            str(workspace), known.intersection, DEBIAN.intersection, {"gazebo_ros", "cv_bridge"}
+        )
+
+    (car / "eye.py").write_text("import cv_bridge\n")
+    assert "cv_bridge" in found().paddock and "cv_bridge" not in found().missing
+    (car / "eye.cpp").write_text("#include <cv_bridge/cv_bridge.h>\n")
+    assert found().missing["cv_bridge"] == names and "cv_bridge" not in found().paddock
+
+
 def test_names_of_debian():
     assert deps.resolve(NAMES) == NAMES
     of_a_sourced_ros = deps.resolve(NAMES, debians_ros=False)
