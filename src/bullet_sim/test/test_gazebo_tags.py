@@ -442,6 +442,8 @@ def test_elements_of_sdf_within_a_urdf():
 
 def test_what_is_within_a_visual_and_a_collision():
     inside = "<transparency>0.25</transparency><cast_shadows>false</cast_shadows>"
+    inside += "<visibility_flags>48</visibility_flags><laser_retro>7</laser_retro>"
+    inside += "<pose>1 2 3 0 0 0</pose>"  # which has no effect
     model = read(
         f'<gazebo reference="base"><material>Gazebo/Blue</material><visual>{inside}</visual>'
         "<collision><laser_retro>9</laser_retro></collision></gazebo>"
@@ -449,6 +451,8 @@ def test_what_is_within_a_visual_and_a_collision():
     link, blue = model.links["base"], standard("Gazebo/Blue").color
     (visual,) = link.visuals
     assert visual.color == (*blue[:3], 0.75) and not visual.finish.cast_shadows
+    assert visual.visibility == 48 and visual.laser_retro == 7.0
+    assert visual.pose.position != (1.0, 2.0, 3.0)
     assert [shape.laser_retro for shape in link.collisions] == [9.0] * len(link.collisions)
     assert model.warnings == []
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from bullet_sim.description.model import (
     EVERYTHING,
+    EVERYWHERE,
     Joint,
     Link,
     ModelDescription,
@@ -363,7 +364,10 @@ def _assign(
 
 
 def _seen(shape: Shape, robot: Node, link: str) -> Shape:
-    """A visual with what <gazebo><visual> of a link says of its transparency and its shadow."""
+    """A visual with what <gazebo><visual> of a link says, besides its material.
+
+    A <pose> and a <geometry> there have no effect, as in Gazebo, where those of the <visual> count.
+    """
     for element in robot.findall("gazebo") if link else ():
         visual = element.find("visual")
         if visual is None or element.get("reference") != link:
@@ -377,7 +381,10 @@ def _seen(shape: Shape, robot: Node, link: str) -> Shape:
         elif left < 1.0 and shape.color is not None:
             red, green, blue, alpha = shape.color
             shape = replace(shape, color=(red, green, blue, alpha * left))
-        shape = replace(shape, finish=finish)
+        flags = child_number(visual, "visibility_flags", label, shape.visibility)
+        retro = child_number(visual, "laser_retro", label, shape.laser_retro)
+        visibility = int(flags) & EVERYWHERE
+        shape = replace(shape, finish=finish, visibility=visibility, laser_retro=retro)
     return shape
 
 
