@@ -163,6 +163,27 @@ def test_states_have_it():
     world.close()
 
 
+def test_saving_disturbs_nothing_and_what_is_restored_goes_on_to_the_bit():
+    """Two blocks, one held at the other's side, fall onto the ground and rock."""
+    paths = []
+    for saves in (False, True):
+        world = World()
+        world.spawn(ground_plane())
+        spawned(world, "one", (0.0, 0.0, 0.2))
+        other = spawned(world, "other", (0.19, 0.0, 0.25))
+        world.attach("key", "one", "l", "other", "l")
+        world.step(150)
+        state = world.save_state() if saves else None
+        world.step(100)
+        paths.append(other.pose)
+        if saves:
+            assert world.restore_state(state) == ""
+            world.step(100)
+            paths.append(other.pose)
+        world.close()
+    assert paths[0] == paths[1] == paths[2]
+
+
 def test_it_lasts_when_models_are_sorted_before_the_first_step(world):
     other = spawned(world, "z", (0.5, 0.0, 2.0))
     spawned(world, "a", (0.0, 0.0, 2.0), static=True)

@@ -242,6 +242,10 @@ class OdeSolver:
     def _joint_rows(self, part: DynamicModel) -> Array:
         return self.joints[part.first_joint : part.first_joint + len(part.joints)]
 
+    def _attached_rows(self) -> Array:
+        """Rows of the joints of what is attached, which follow those of the models."""
+        return self.joints[sum(len(part.joints) for part in self._parts.values()) :]
+
     # states -------------------------------------------------------------------------------------
     def _read(self) -> None:
         """Take over what was told."""
@@ -401,6 +405,7 @@ class OdeSolver:
         return {
             "bodies": {b: self._rows(part).copy() for b, part in self._parts.items()},
             "joints": {b: self._joint_rows(part).copy() for b, part in self._parts.items()},
+            "held": self._attached_rows().copy(),
             "sleepers": self._contacts.sleepers,
             "attached": dict(self._models.attached),
         }
@@ -415,6 +420,7 @@ class OdeSolver:
             self._rows(part)[:, q.FORCE : q.FORCE + 6] = 0.0
             moving = slice(q.FMAX, q.J_SIZE)
             self._joint_rows(part)[:, moving] = state["joints"][body][:, moving]
+        self._attached_rows()[:] = state["held"]
         self._sort()
         self._unread.clear()
         self._contacts.restore(state["sleepers"])
