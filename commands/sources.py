@@ -40,6 +40,7 @@ ELSEWHERE = {
         "locusrobotics/robot_navigation": ("dlux_global_planner", "dwb_local_planner", "nav_core2"),
         "IntelRealSense/realsense-ros#ros1-legacy": ("realsense2_description",),
         "introlab/rtabmap_ros": ("rtabmap_ros",),
+        "ros-visualization/rqt_robot_steering": ("rqt_robot_steering",),
         "agilexrobotics/scout_ros": ("scout_base", "scout_bringup", "scout_msgs"),
         "agilexrobotics/ugv_gazebo_sim": ("scout_control", "scout_description", "scout_gazebo_sim"),
         "uos/sick_tim#noetic": ("sick_tim",),

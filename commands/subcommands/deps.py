@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 
 from commands import sources
 from commands.bootstrap import left_out, old_code, ros
-from commands.bootstrap.workspace import given_way, manifests_below
+from commands.bootstrap.workspace import given_way, manifests_below, users_packages
 from commands.errors import CommandError, UsageError, say
 from commands.paths import CACHE, PYTHON, ROOT, SOURCES, read, write
 
@@ -248,7 +248,9 @@ class Answer:
 def ours():
     """Lists the packages of Paddock's workspace, and what its stand-ins answer for."""
     files = glob.glob(f"{SOURCES}/**/package.xml", recursive=True)
-    return {read_manifest(path)[0] for path in files} - set(given_way()) | {"gazebo"}
+    users = users_packages()
+    names = {read_manifest(path)[0] for path in files} - set(given_way(users))
+    return names | users.keys() | {"gazebo"}
 
 
 def of_sourced_ros():
