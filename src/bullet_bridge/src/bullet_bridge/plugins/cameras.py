@@ -5,14 +5,12 @@ from __future__ import annotations
 import copy
 import json
 import math
-import os
 import threading
 from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import cv2
 import numpy as np
 import rospy
 from bullet_sim.errors import RenderError
@@ -33,7 +31,7 @@ from std_msgs.msg import Empty, String
 
 from bullet_bridge.loop.clock import is_late_enough, passed_rate, whole_rate
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
-from bullet_bridge.plugins.compressed import CompressedImages
+from bullet_bridge.plugins.compressed import CompressedImages, SavedImages
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedImage
 from bullet_bridge.transport.publishing import publisher
@@ -210,32 +208,6 @@ class Cameras:
             self._client.close()
 
 
-class SavedImages:
-    """Writes a camera's images to numbered files, as Gazebo's Camera does.
-
-    Args:
-        folder: made when the first image is written; relative to the node's working directory.
-        name: of the files, before their number.
-    """
-
-    def __init__(self, folder: str, name: str) -> None:
-        self._folder, self._name, self._count = folder, name, 0
-
-    def write(self, rgb: Array) -> None:
-        """Write one (H, W, 3) uint8 RGB; what cannot be written is an error in the log."""
-        path = os.path.join(self._folder, f"{self._name}-{self._count:04d}.jpg")
-        self._count += 1
-        try:
-            os.makedirs(self._folder, exist_ok=True)
-            quality = [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
-            data = cv2.imencode(".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), quality)[1]
-            with open(path, "wb") as file:
-                file.write(data.tobytes())
-        except OSError as error:
-            rospy.logerr_throttle(60.0, f"image '{path}' of <save> cannot be written: {error}")
-
-
-JPEG_QUALITY = 75  # of saved images, as FreeImage has it by default
 NEVER_TAKEN = -math.inf  # [s]
 IMAGER_RATES = (1.0, 50.0)  # [Hz] range of imager_rate
 IMAGER = SimpleNamespace(  # gazebo_plugins/GazeboRosCamera.cfg

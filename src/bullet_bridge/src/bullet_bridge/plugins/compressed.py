@@ -1,7 +1,9 @@
-"""The topic that image_transport has beside an image: compressed, as JPEG or PNG."""
+"""Images compressed as JPEG or PNG: the topic that image_transport has beside an image, and the
+files of a camera's <save>."""
 
 from __future__ import annotations
 
+import os
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -95,3 +97,31 @@ class CompressedImages:
             kind, data = compress(pixels, self._encoding, self._config)
             header = conversions.header(time, self._frame)
             self._publisher.publish(CompressedImage(header=header, format=kind, data=data))
+
+
+JPEG_QUALITY = 75  # of saved images, as FreeImage has it by default
+
+
+class SavedImages:
+    """Writes a camera's images to numbered files, as Gazebo's Camera does.
+
+    Args:
+        folder: made when the first image is written; relative to the node's working directory.
+        name: of the files, before their number.
+    """
+
+    def __init__(self, folder: str, name: str) -> None:
+        self._folder, self._name, self._count = folder, name, 0
+
+    def write(self, rgb: Array) -> None:
+        """Write one (H, W, 3) uint8 RGB; what cannot be written is an error in the log."""
+        path = os.path.join(self._folder, f"{self._name}-{self._count:04d}.jpg")
+        self._count += 1
+        try:
+            os.makedirs(self._folder, exist_ok=True)
+            quality = [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY]
+            data = cv2.imencode(".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR), quality)[1]
+            with open(path, "wb") as file:
+                file.write(data.tobytes())
+        except OSError as error:
+            rospy.logerr_throttle(60.0, f"image '{path}' of <save> cannot be written: {error}")
