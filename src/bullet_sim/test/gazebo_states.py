@@ -669,6 +669,8 @@ def connected(name, kind, parent, child, more="<xyz>0 1 0</xyz>", rest=""):
 
 CUBE, BEAM = "<box><size>0.2 0.2 0.2</size></box>", "<box><size>0.4 0.1 0.1</size></box>"
 BALL = "<sphere><radius>0.1</radius></sphere>"
+LOW = "<limit><lower>-0.3</lower><upper>0.2</upper></limit>"
+MOTOR = "<physics><ode><max_force>3</max_force><velocity>-0.5</velocity></ode></physics>"
 # Models of SDF, of which the record has all links: their text, commands as those of ROBOTS.
 MODELS = {
     "links without joints": (
@@ -693,6 +695,15 @@ MODELS = {
         + body("ball", "0.5 0 0.5 0 0 0", BALL)
         + connected("held", "fixed", "world", "post")
         + connected("elbow", "revolute", "post", "arm"),
+        (),
+    ),
+    "motors of joints": (
+        body("post", "0 0 1 0 0 0", "", 5.0, 0.1)
+        + body("arm", "0 0.2 1 0 0 0", "", center="0.2 0 0.1")
+        + body("tip", "0.4 0.2 1 0 0 0", "", 0.5)
+        + connected("held", "fixed", "world", "post")
+        + connected("elbow", "revolute", "post", "arm", f"<xyz>0 1 0</xyz>{LOW}", MOTOR)
+        + connected("wrist", "revolute", "arm", "tip", rest=MOTOR),
         (),
     ),
 }

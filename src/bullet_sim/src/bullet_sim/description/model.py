@@ -337,6 +337,7 @@ class Joint:
         stop_erp: fraction of the way beyond a limit that a step of the solver 'ode' corrects.
         stop_cfm: how soft a limit is for it [rad/s per N m s, m/s per N s]; None: both the world's.
         stop_push: how much of its motor's effort away from a limit acts there, for the same.
+        motor: effort and velocity of its motor at the start, for the same; None: its friction.
         anchor: joint's frame in the child link's; in a URDF the two are equal.
         mimic: set if it follows another joint.
     """
@@ -359,6 +360,7 @@ class Joint:
     stop_erp: float | None = None
     stop_cfm: float | None = None
     stop_push: float = 1.0
+    motor: tuple[float, float] | None = None
     anchor: Pose = Pose()
     mimic: Mimic | None = None
 

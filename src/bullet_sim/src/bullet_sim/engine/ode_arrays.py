@@ -379,6 +379,8 @@ class ArrayBuilder:
         row[q.STOP_ERP] = self._settings.erp if erp is None else erp
         row[q.STOP_CFM] = self._settings.cfm if cfm is None else cfm
         row[q.STOP_PUSH] = joint.stop_push
+        if joint.motor is not None:
+            row[q.FMAX], row[q.SPEED] = joint.motor
         return row
 
 

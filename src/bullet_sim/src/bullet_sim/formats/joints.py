@@ -351,3 +351,8 @@ def _axis(
     joint.stop_erp = child_number(element, "physics/ode/limit/erp", label, None)
     joint.stop_cfm = child_number(element, "physics/ode/limit/cfm", label, None)
     joint.stop_push = child_number(element, "physics/ode/fudge_factor", label, 1.0)
+    if element.find(f"{tag}/dynamics/friction") is None and tag == "axis":
+        joint.motor = (
+            max(0.0, child_number(element, "physics/ode/max_force", label, joint.friction)),
+            child_number(element, "physics/ode/velocity", label, 0.0),
+        )

@@ -19,8 +19,6 @@ UNREAD: dict[str, tuple[str, ...]] = {
     "physics/ode/solver/friction_model": ("pyramid_model",),
     "state/model/scale": ("1 1 1",),
     "joint/physics/ode/bounce": ZERO,
-    "joint/physics/ode/max_force": ZERO,
-    "joint/physics/ode/velocity": ZERO,
     "joint/physics/ode/cfm": ZERO,
     "joint/physics/ode/erp": ("0.2",),
     "joint/physics/ode/suspension/cfm": ZERO,
