@@ -156,3 +156,22 @@ def test_lights_and_background_are_the_world_s(world):
     assert scene["light"]["lights"][0]["name"] == "sun"
     assert scene["light"]["background"] == [0.7, 0.7, 0.7]  # Gazebo's, of a world without <sky>
     assert all(0.0 <= value <= 1.0 for color in scene["sky"] for value in color)
+
+
+def test_a_heightmap_is_a_mesh_with_its_first_texture(world, tmp_path):
+    gray = np.tile(np.linspace(0, 255, 9).astype(np.uint8), (9, 1))
+    Image.fromarray(gray).save(tmp_path / "land.png")
+    Image.new("RGB", (8, 4), (10, 200, 30)).save(tmp_path / "paint.png")
+    shape = (
+        f"<heightmap><uri>{tmp_path}/land.png</uri><size>4 4 1</size><sampling>1</sampling>"
+        f"<texture><diffuse>{tmp_path}/paint.png</diffuse><size>2</size></texture></heightmap>"
+    )
+    text = f"<link name='l'><visual name='v'><geometry>{shape}</geometry></visual></link>"
+    text = f"<sdf version='1.6'><model name='m'><static>1</static>{text}</model></sdf>"
+    assert world.spawn_sdf("m", text, Pose(), str).description.warnings == []
+    scene, maker = scene_of(world)
+    assert len(scene["bodies"]) == 1
+    types = {asset.type for asset in maker.assets.values()}
+    assert any(kind.startswith("image/") for kind in types), types
+    sizes = [len(a.data) for a in maker.assets.values() if "octet" in a.type]
+    assert sizes == [4 + 81 * 32 + 128 * 12]

@@ -102,22 +102,28 @@ def named(content_type: str, data: bytes) -> Asset:
     return Asset(hashlib.sha256(data).hexdigest()[:DIGITS], content_type, data)
 
 
-def shape_of(fields: Mapping[str, Any]) -> Shape:
-    """Shape of its fields in JSON."""
-    geometry: dict[str, Any] = dict(fields["geometry"])
-    position: Any = tuple(fields["pose"]["position"])
-    orientation: Any = tuple(fields["pose"]["orientation"])
+def _geometry_of(fields: Mapping[str, Any]) -> Geometry:
+    geometry = dict(fields)
     for name in ("size", "scale"):
         geometry[name] = tuple(geometry[name])
-    outlines = [tuple(map(tuple, outline)) for outline in geometry["outlines"]]
-    geometry["outlines"] = tuple(outlines)
+    geometry["points"] = tuple(map(tuple, geometry["points"]))
+    geometry["outlines"] = tuple(tuple(map(tuple, line)) for line in geometry["outlines"])
+    relief = geometry["relief"]
+    geometry["relief"] = None if relief is None else _geometry_of(relief)
+    return Geometry(**geometry)
+
+
+def shape_of(fields: Mapping[str, Any]) -> Shape:
+    """Shape of its fields in JSON."""
+    position: Any = tuple(fields["pose"]["position"])
+    orientation: Any = tuple(fields["pose"]["orientation"])
     color: Any = fields["color"] and tuple(fields["color"])
     finish = dict(fields["finish"], layers=())  # the page shows the lowest image alone
     mapping = finish.get("mapping") or {}
     transform = tuple(mapping.get("transform", ()))
     finish["mapping"] = TextureMapping(**{**mapping, "transform": transform})
     return Shape(
-        Geometry(**geometry),
+        _geometry_of(fields["geometry"]),
         Pose(position, orientation),
         color,
         fields["texture"],
