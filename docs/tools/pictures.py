@@ -47,6 +47,7 @@ LARGEST = 300_000  # bytes of a picture
 CAR, REAR_AXLE = Geometry(), Car().rear  # x of the rear axle in the car's frame [m]
 LARGEST_ANGLE = math.radians(60.0)  # hinge angle of a full steering slider
 HIDDEN = "for (const e of document.querySelectorAll('{}')) e.style.display = 'none';"
+SLOWLY = "real_time_factor:=0.4"  # replays do not tell it: also a busy machine makes them
 BLUE, WHITE = (40, 140, 255), (255, 255, 255)
 
 
@@ -277,7 +278,7 @@ def run(*words, refused=False) -> str:
 
 def lap() -> None:
     """A lap by the line follower, four times as fast: the car from behind, and its path."""
-    run("lap", "--driver", "line")
+    run("lap", "--driver", "line", SLOWLY)
     height, every, pace = 240, 0.72, 180  # [px], [s] of the lap, [ms] of the film
     above, path, frames = Above("default", height), [], []
     with running(open_replay(OUT / "lap" / "replay.html", 320, height)) as browser:
@@ -429,7 +430,7 @@ SHOTS = (  # title, replay, seconds of it per second of the film
 
 def captioned(picture, title):
     """A picture with a title at its lower edge, white on black."""
-    drawn = np.ascontiguousarray(picture)
+    drawn = np.array(picture)
     for color, width in ((0, 0, 0), 6), (WHITE, 2):
         place = (24, drawn.shape[0] - 28)
         cv2.putText(drawn, title, place, cv2.FONT_HERSHEY_SIMPLEX, 0.9, color, width, cv2.LINE_AA)
@@ -441,8 +442,8 @@ def film() -> None:
     import av
 
     size, rate, longest = (960, 540), 15, 20.0  # [px], [Hz], of a shot [s]
-    run("lap", "--driver", "line")
-    run("truck", "--back", "park")
+    run("lap", "--driver", "line", SLOWLY)
+    run("truck", "--back", "park", SLOWLY)
     check()
     target = OUT / "film.mp4"
     with av.open(str(target), "w") as container:
