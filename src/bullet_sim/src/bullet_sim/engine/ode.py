@@ -323,7 +323,8 @@ class OdeSolver:
     def free_coordinates(self, body: int) -> tuple[float, ...]:
         """Positions of the joints of free_chain() of all loose links of a body."""
         self.refresh()
-        part, found = self._parts[body], []
+        part = self._parts[body]
+        found: list[float] = []
         root = self._root_frame(part)
         assert root is not None
         for joint in sorted(part.shapes.loose, key=lambda joint: part.links[joint.child]):
@@ -341,7 +342,8 @@ class OdeSolver:
         if row is None:
             return False
         self.wake(body)
-        center = pose * Pose(tuple(-value for value in self._arrays.inward[row]))
+        x, y, z = self._arrays.inward[row]
+        center = pose * Pose((-x, -y, -z))
         numbers = self.bodies[row]
         numbers[q.POS : q.POS + 3], numbers[q.QUAT : q.QUAT + 4] = center.position, pose.orientation
         numbers[q.VEL : q.VEL + 6] = (*linear, *angular)

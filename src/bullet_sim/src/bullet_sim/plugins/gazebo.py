@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -130,7 +131,7 @@ def lift_drag(xml: PluginXml) -> LiftDragSpec:
     if joint and joint not in xml.model.joints:
         xml.warn(f"{xml.label} has control_joint_name '{joint}', which is no joint; it has none")
         joint = ""
-    numbers = {
+    numbers: dict[str, Any] = {
         tag: xml.number(tag, getattr(LiftDragSpec, tag))
         for tag in ("a0", "cla", "cda", "alpha_stall", "cla_stall", "cda_stall", "area")
     }

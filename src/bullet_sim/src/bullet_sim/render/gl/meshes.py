@@ -314,8 +314,8 @@ class AssetCache:
         elif geometry.kind == "mesh":
             surfaces = self._file(geometry, transform)
         elif geometry.kind == "road":
-            name = ("road", geometry.size, geometry.points, transform)
-            made = self._made(name, lambda: terrain.road(geometry.points, *geometry.size))
+            of_road = ("road", geometry.size, geometry.points, transform)
+            made = self._made(of_road, lambda: terrain.road(geometry.points, *geometry.size))
             surfaces = [Surface(made)]
         else:
             solid_type = "plane" if geometry.flat else geometry.kind
