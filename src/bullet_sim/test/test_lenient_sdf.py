@@ -153,8 +153,8 @@ VALUES = {
     "a joint in capitals": (hinged("", "Fixed"), lambda w: joint(w).kind, "fixed", ["'Fixed'"]),
     "no such frame": (
         f'<model name="m"><link name="a">{FRAME}{MASS}</link></model>',
-        lambda w: read(w).links["a"].center.tolist(),
-        [1, 0, 0],
+        lambda w: read(w).root_pose.position,
+        (1, 0, 0),
         ["no frame 'nose'", "frames are a"],
     ),
     "a word for true": (model("<static>yes please</static>"), lambda w: read(w).static, False, []),

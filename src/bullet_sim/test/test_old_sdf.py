@@ -19,7 +19,8 @@ def test_poses_in_a_frame(attribute):
         '<joint name="j" type="fixed"><parent>a</parent><child>b</child></joint></model></sdf>'
     )
     model, _ = parse_model(text, str)
-    assert model.joints["j"].origin.position == pytest.approx((1, 2, 0)) and model.warnings == []
+    pose = model.root_pose * model.joints["j"].origin
+    assert pose.position == pytest.approx((1, 2, 0)) and model.warnings == []
 
 
 def test_noise_of_an_imu_for_all_axes():

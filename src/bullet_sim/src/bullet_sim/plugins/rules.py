@@ -66,6 +66,7 @@ RULES = {  # by the name of the library
     "gazebo_ros_template": _NONE,
     "gazebo_grasp_fix": _NONE,
     "BuoyancyPlugin": _NONE,
+    "LiftDragPlugin": _NONE,
     "livox_laser_simulation": _NONE,
     "gazebo_ros_vacuum_gripper": _NONE,
     "gazebo_ros_wheel_slip": _NONE,
