@@ -3,6 +3,7 @@
 import pytest
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.errors import ModelError
+from bullet_sim.formats.sdf import world as sdf_world
 from bullet_sim.formats.sdf.world import parse_model, parse_world
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
@@ -96,6 +97,20 @@ def test_included_file_with_name_and_pose(tmp_path):
     ).models
     assert (own.name, own.static, own_pose.position) == ("crate", True, (1, 2, 3))
     assert (named.name, named.static, named_pose.position) == ("b", False, (0, 0, 9))
+
+
+def test_a_file_is_read_once_for_each_include(tmp_path, monkeypatch):
+    """Also where the pose is that of its model, and its name is asked for by another one."""
+    path = tmp_path / "model.sdf"
+    path.write_text(f"<sdf>{BOX_MODEL}</sdf>", encoding="utf-8")
+    files, read = [], sdf_world.read_file
+    monkeypatch.setattr(
+        sdf_world, "read_file", lambda *words: (files.append(words[0]), read(*words))[1]
+    )
+    beside = '<model name="m"><pose relative_to="crate">0 1 0 0 0 0</pose><link name="l"/></model>'
+    (_, pose), (_, its_pose) = world_of(beside + include(path)).models
+    assert (pose.position, its_pose.position) == ((1, 3, 3), (1, 2, 3))
+    assert files == [str(path)]
 
 
 def test_a_link_without_joint_is_loose():

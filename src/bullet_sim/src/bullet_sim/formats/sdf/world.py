@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import math
 import re
 
@@ -126,11 +127,11 @@ def parse_world(
     described.scene = parse_scene(world, label)
     states = {model.get("name"): model for model in world.findall("state/model")}
     of_lights = {light.get("name"): light for light in world.findall("state/light")}
-    opener = _opener(resolve, described.warnings)
+    opener = functools.lru_cache(maxsize=None)(_opener(resolve, described.warnings))
     frames = Frames(world, described.name, lambda include: _included(include, opener))
     for element in world:
         if element.tag == "include":
-            _include(element, described, resolve, label, frames)
+            _include(element, described, resolve, label, frames, opener)
         elif element.tag == "model":
             _model(element, described, resolve, label, _version(sdf), states, frames)
         elif element.tag == "light":
@@ -282,7 +283,12 @@ def _included(include: Node, opener: OpenInclude) -> Node:
 
 
 def _include(
-    element: Node, described: WorldDescription, resolve: Resolve, label: str, frames: Frames
+    element: Node,
+    described: WorldDescription,
+    resolve: Resolve,
+    label: str,
+    frames: Frames,
+    opener: OpenInclude,
 ) -> None:
     uri = child_text(element, "uri", "")
     plain = _plain(element)
@@ -293,7 +299,7 @@ def _include(
         if plain == "ground_plane":
             model = ground_plane()
         else:
-            inner, version = _opener(resolve, described.warnings)(element)
+            inner, version = opener(element)
             if inner.tag == "light":
                 has_pose = element.find("pose") is not None
                 light_pose = sdf_pose(element, f"{label} <include>") if has_pose else None
