@@ -20,6 +20,7 @@ from bullet_sim.description.model import (
     Shape,
     Surface,
     VisualLink,
+    fixed_joint,
 )
 from bullet_sim.pose import Array, Pose, Quat, Vec3, rpy_from_quaternion
 
@@ -108,8 +109,8 @@ def _with_loose_links_fixed(model: ModelDescription) -> ModelDescription:
     """A model whose loose links are fixed to its root; a warning tells of each that could move."""
     joints = dict(model.joints)
     for name, pose in model.loose.items():
-        there = model.root_pose.inverse() * pose
-        joints[f"{name}__fixed"] = Joint(f"{name}__fixed", "fixed", model.root, name, there)
+        held = fixed_joint(model.root, model.root_pose, name, pose)
+        joints[held.name] = held
         if not model.static:
             model.warn(
                 f"link '{name}' of '{model.name}' has no joint; it is fixed to '{model.root}'",

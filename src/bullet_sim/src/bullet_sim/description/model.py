@@ -261,8 +261,13 @@ class Light:
 
     def at(self, pose: Pose) -> Light:
         """The same light in a frame in which its current frame has the given pose."""
-        x, y, z = (pose.matrix @ np.asarray(self.direction)).tolist()
-        return replace(self, position=(pose * Pose(self.position)).position, direction=(x, y, z))
+        return self.within(pose.matrix, np.asarray(pose.position))
+
+    def within(self, rotation: Array, origin: Array) -> Light:
+        """As at(), by the (3, 3) axes and the (3,) origin of its current frame."""
+        x, y, z = (rotation @ self.position + origin).tolist()
+        right, ahead, up = (rotation @ self.direction).tolist()
+        return replace(self, position=(x, y, z), direction=(right, ahead, up))
 
 
 INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
@@ -363,6 +368,11 @@ class Joint:
     motor: tuple[float, float] | None = None
     anchor: Pose = Pose()
     mimic: Mimic | None = None
+
+
+def fixed_joint(parent: str, parent_pose: Pose, child: str, pose: Pose) -> Joint:
+    """The Joint that holds a link at a pose, which is relative to the same as its parent's."""
+    return Joint(f"{child}__fixed", "fixed", parent, child, parent_pose.inverse() * pose)
 
 
 @dataclass

@@ -6,8 +6,6 @@ import math
 from dataclasses import replace
 from typing import TypeVar
 
-import numpy as np
-
 from bullet_sim.description.model import LIGHT_TYPES, RGB, Light
 from bullet_sim.description.world import SUN
 from bullet_sim.formats.materials import rgba_of
@@ -30,8 +28,8 @@ def sun(include: Node, label: str) -> Light:
     name = child_text(include, "name", SUN.name)
     if include.find("pose") is None:
         return replace(SUN, name=name)
-    pose = sdf_pose(include, label)
-    return replace(SUN, name=name, position=pose.position, direction=_rotated(pose, SUN.direction))
+    above = replace(SUN, name=name, position=(0.0, 0.0, 0.0), direction=_unit(SUN.direction))
+    return above.at(sdf_pose(include, label))
 
 
 def parse_light(element: Node, label: str, pose: Pose | None = None) -> Light:
@@ -56,8 +54,8 @@ def parse_light(element: Node, label: str, pose: Pose | None = None) -> Light:
     return Light(
         name,
         light_type,
-        pose.position,
-        _rotated(pose, child_floats(element, "direction", 3, label, DOWN)),
+        (0.0, 0.0, 0.0),
+        _unit(child_floats(element, "direction", 3, label, DOWN)),
         child_color(element, "diffuse", label, Light.diffuse),
         child_color(element, "specular", label, Light.specular),
         reach,
@@ -68,16 +66,16 @@ def parse_light(element: Node, label: str, pose: Pose | None = None) -> Light:
         child_number(element, "spot/outer_angle", label, Light.outer),
         child_number(element, "spot/falloff", label, Light.falloff),
         child_flag(element, "cast_shadows", label, Light.cast_shadows),
-    )
+    ).at(pose)
 
 
-def _rotated(pose: Pose, direction: Vec3) -> Vec3:
-    """A direction in a frame as unit vector in the parent's; down for a zero vector."""
+def _unit(direction: Vec3) -> Vec3:
+    """A direction as unit vector; down for a zero vector."""
     length = math.sqrt(sum(value * value for value in direction))
     if length < 1e-9:
-        direction, length = DOWN, 1.0
-    x, y, z = (pose.matrix @ (np.asarray(direction) / length)).tolist()
-    return x, y, z
+        return DOWN
+    x, y, z = direction
+    return x / length, y / length, z / length
 
 
 def child_color(element: Node, tag: str, label: str, default: D) -> RGB | D:

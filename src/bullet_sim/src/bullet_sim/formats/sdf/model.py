@@ -9,10 +9,10 @@ import numpy as np
 from bullet_sim.description.model import (
     EVERYWHERE,
     INERTIA,
-    Joint,
     Link,
     ModelDescription,
     Surface,
+    fixed_joint,
 )
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.gazebo import read_surface
@@ -143,12 +143,10 @@ def _find_loose_links(model: ModelDescription, poses: dict[str, Pose]) -> None:
     above = {joint.child: joint.parent for joint in model.joints.values()}
     roots = [name for name in model.links if name not in above]
     anchored = [name for name in roots if name in model.anchored or name == "world"]
-    for name in sorted(anchored, key=lambda name: name != "world") + roots[:1]:
-        model.root = model.root or name
+    model.root = next(iter(sorted(anchored, key=lambda name: name != "world") or roots), "")
     for name in roots:
-        origin = poses[model.root].inverse() * poses[name]
         if name != model.root and name in anchored:
-            held = Joint(f"{name}__fixed", "fixed", model.root, name, origin)
+            held = fixed_joint(model.root, poses[model.root], name, poses[name])
             model.joints[held.name] = held
         elif name != model.root:
             model.loose[name] = poses[name]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -345,13 +345,8 @@ class Instances:
 
     def lights(self) -> list[Light]:
         """The lights that links carry, in the world."""
-        found = []
-        for row, light in self._lights:
-            pose = self.kinematics.poses[row]
-            x, y, z = (pose[:3, :3] @ light.position + pose[:3, 3]).tolist()
-            right, left, up = (pose[:3, :3] @ light.direction).tolist()
-            found.append(replace(light, position=(x, y, z), direction=(right, left, up)))
-        return found
+        poses = self.kinematics.poses
+        return [light.within(poses[row, :3, :3], poses[row, :3, 3]) for row, light in self._lights]
 
     def shadow_lengths(self, away: Vector) -> Array:
         """Maximum length (n,) of the instances' shadows, down to the lowest point [m].
