@@ -33,6 +33,11 @@ def heightmap(path: str, size: Sequence[float], sampling: int = 1) -> tuple[Arra
     Raises:
         ModelError: no such image, or fewer than 2 pixels a side.
     """
+    return _surface(_heights(path, sampling), size)
+
+
+def _heights(path: str, sampling: int) -> Array:
+    """Heights (rows, columns) of a heightmap, 1 where it is full, see heightmap()."""
     try:
         with opened(path) as image:
             deep = image.mode.startswith("I")
@@ -42,7 +47,11 @@ def heightmap(path: str, size: Sequence[float], sampling: int = 1) -> tuple[Arra
     if min(gray.shape) < 2:
         raise ModelError(f"heightmap '{path}' has {gray.shape[1]} x {gray.shape[0]} pixels")
     top = 255.0 if not deep and (gray == 1.0).any() else gray.max() or 1.0
-    heights = _resampled(gray / top, sampling)
+    return _resampled(gray / top, sampling)
+
+
+def _surface(heights: Array, size: Sequence[float]) -> tuple[Array, Array]:
+    """Vertices and faces of _heights(), see heightmap()."""
     count = heights.shape
     y, x = np.linspace(0.5, -0.5, count[0]) * size[1], np.linspace(-0.5, 0.5, count[1]) * size[0]
     xs, ys = np.meshgrid(x, y)
@@ -58,10 +67,10 @@ def heightmap(path: str, size: Sequence[float], sampling: int = 1) -> tuple[Arra
 def relief(path: str, size: Sequence[float], sampling: int) -> tuple[Array, Array]:
     """A heightmap to be seen: corners (N, 8) with smooth normals and texture coordinates from its
     lower left corner (0, 0) to its upper right one (1, 1), and triangles, see heightmap()."""
-    vertices, faces = heightmap(path, size, sampling)
-    columns = int(np.argmax(np.diff(vertices[:, 1]) != 0.0)) + 1
-    heights = vertices[:, 2].reshape(-1, columns)
-    rows = len(heights)
+    heights = _heights(path, sampling)
+    vertices, faces = _surface(heights, size)
+    rows, columns = heights.shape
+    heights = heights * size[2]
     down, right = np.gradient(heights, size[1] / (rows - 1), size[0] / (columns - 1))
     corners = np.zeros((len(vertices), 8))
     corners[:, :3] = vertices
