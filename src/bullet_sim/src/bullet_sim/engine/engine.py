@@ -278,12 +278,8 @@ class Engine:
         joints = [p.getJointInfo(body, i, physicsClientId=client) for i in range(count)]
         moving = [j for j in joints if j[2] in _MOVABLE]
         chain = [j[0] for j in moving if is_of_chain(j[1].decode())]
-        self.movable[body] = [j[0] for j in moving if j[0] not in chain]
-        if chain:
-            self.chains[body] = chain
-        if not fixed_base:
-            self.free.add(body)
-        self.note_layout("load", body, count)
+        movable = [j[0] for j in moving if j[0] not in chain]
+        self._know(body, movable, chain, fixed_base, count)
         for link, damping in ((-1, -1.0), *((j[0], j[6]) for j in joints)):
             p.changeDynamics(
                 body,
@@ -340,6 +336,17 @@ class Engine:
         p.removeBody(body, physicsClientId=self.client)
         del self._inertial[body], self._outward[body]
         self._drop(body)
+
+    def _know(
+        self, body: int, movable: list[int], chain: list[int], fixed_base: bool, count: int
+    ) -> None:
+        """Note what was loaded; count: of its joints."""
+        self.movable[body] = movable
+        if chain:
+            self.chains[body] = chain
+        if not fixed_base:
+            self.free.add(body)
+        self.note_layout("load", body, count)
 
     def _drop(self, body: int) -> None:
         """Know a body no more."""

@@ -575,7 +575,7 @@ class OdeSolver:
         part, states = self._parts.get(body), self._told[body].states
         if part is None or not states:
             return []
-        if not self._is_built and body not in self._arrays.models:  # it is where it was loaded
+        if body not in self._arrays.models:  # it is where it was told to be
             return [(position, velocity, (), 0.0) for position, velocity in states]
         self.refresh()
         numbers, count = part.measured(self._numbers_of_joints), len(part.order)
@@ -674,9 +674,7 @@ class OdeSolver:
 
     def contacts_of(self, link: BodyLink) -> list[Contact]:
         """As contacts(), of one link."""
-        if link in self._arrays.rows:
-            return self._contacts.of_link(link)
-        return [found for found in self.contacts() if link in (found[:2], found[2:4])]
+        return self._contacts.of_link(link)
 
     def is_first(self, one: BodyLink, two: BodyLink) -> bool:
         """Whether the first of two links that touch is the first of them in Gazebo, too."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any, Tuple
 
 import numpy as np
@@ -11,7 +10,7 @@ import pybullet as p
 from bullet_sim.description.model import Surface
 from bullet_sim.engine import tables
 from bullet_sim.engine.ode_arrays import Arrays, Models
-from bullet_sim.engine.ode_scene import MAX_POINTS, BodyLink
+from bullet_sim.engine.ode_scene import MAX_POINTS, BodyLink, space_level
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.pose import Array, Vec3, matrix_from_quaternion
 
@@ -168,15 +167,19 @@ class Contacts:
 
     def last(self) -> list[Contact]:
         """Contacts of the last step; of what sleeps those with which it fell asleep."""
-        sleeping = [contact for kept in self.sleepers.values() for contact in kept]
-        return [c for c in self._found_contacts() if c[:2] not in self.sleepers] + sleeping
+        return self._awake_and_asleep()
 
     def of_link(self, key: BodyLink) -> list[Contact]:
-        """As last(), of one link that moves."""
-        row, count = self._arrays.rows[key], self._state.result[0]
-        one, two, shape, _ = self._state.contacts.owners[:count].T
-        rows = np.flatnonzero((one == row) | ((two == row) & (shape < 0)))
-        sleeping = [c for kept in self.sleepers.values() for c in kept if key in (c[:2], c[2:4])]
+        """As last(), of one link."""
+        row, rows = self._arrays.rows.get(key), None
+        if row is not None:  # no others need be read
+            one, two, shape, _ = self._state.contacts.owners[: self._state.result[0]].T
+            rows = np.flatnonzero((one == row) | ((two == row) & (shape < 0)))
+        return [found for found in self._awake_and_asleep(rows) if key in (found[:2], found[2:4])]
+
+    def _awake_and_asleep(self, rows: Array | None = None) -> list[Contact]:
+        """_found_contacts() but for those of what sleeps, then all of that."""
+        sleeping = [contact for kept in self.sleepers.values() for contact in kept]
         return [c for c in self._found_contacts(rows) if c[:2] not in self.sleepers] + sleeping
 
     def _found_contacts(self, rows: Array | None = None) -> list[Contact]:
@@ -227,10 +230,9 @@ class Contacts:
         middle = 0.5 * (low + high)
         low = np.where(is_ball[:, None], middle - radius, low)
         high = np.where(is_ball[:, None], middle + radius, high)
-        level = math.frexp(float((high.max(axis=0) - low.min(axis=0)).max()))[1]
         sequence = self._state.sequence
         is_own = (scene.space_of[sequence] == own) & (
             self._state.system.bodies[sequence, q.ASLEEP] == 0.0
         )
         rank = len(scene.spaces) + float(is_own.argmax()) if is_own.any() else float(own)
-        return min(max(level, q.MIN_LEVEL), q.MAX_LEVEL + 1), rank
+        return space_level(high.max(axis=0) - low.min(axis=0)), rank

@@ -203,12 +203,7 @@ class OdeEngine(Engine):
         self._sync()
         body = self._unused.pop() if self._unused else len(self._told)
         self._told[body] = told
-        self.movable[body] = told.movable
-        if told.chain:
-            self.chains[body] = told.chain
-        if not fixed_base:
-            self.free.add(body)
-        self.note_layout("load", body, len(told.links) - 1)
+        self._know(body, told.movable, told.chain, fixed_base, len(told.links) - 1)
         if self._number >= 0:
             self._copy(body)
         self.set_base_pose(body, position, orientation)

@@ -294,9 +294,14 @@ def _static_space(rank: int, boxes: Sequence[Array], link: Link) -> Array:
     row[q.K_LEVEL] = q.MAX_LEVEL + 1
     if boxes and not any(shape.geometry.kind == "plane" for shape in link.collisions):
         row[q.K_LOW : q.K_LOW + 6] = box = tables.around(np.array(boxes))
-        level = math.frexp(float((box[3:] - box[:3]).max()))[1]
-        row[q.K_LEVEL] = min(max(level, q.MIN_LEVEL), q.MAX_LEVEL + 1)
+        row[q.K_LEVEL] = space_level(box[3:] - box[:3])
     return row
+
+
+def space_level(sides: Array) -> int:
+    """Level of a space of shapes with a box (3,) [m] around them: see quickstep.order."""
+    level = math.frexp(float(sides.max()))[1]
+    return min(max(level, q.MIN_LEVEL), q.MAX_LEVEL + 1)
 
 
 def capacity(moving: DynamicShapes, static: StaticShapes, most: int = MAX_POINTS) -> int:
