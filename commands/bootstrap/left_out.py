@@ -37,6 +37,7 @@ _COMPILER = re.compile(r"^(/\S+?):(\d+):(?:\d+:)? (?:fatal )?error: (.*)$")
 _LINKER = re.compile(r"(undefined reference to .*|cannot find -l\S+.*)$")
 _FAILED = re.compile(r"\*\*\* \[(.+)\] Error \d+")
 _TARGET = re.compile(r"^(?:\./)?(.+)/CMakeFiles/([^/]+)\.dir/")
+NO_ERROR = "the log has no error of it"
 _DEPEND = re.compile(r"<(\w*depend)\b[^>]*>\s*([\w-]+)\s*</")
 
 
@@ -173,17 +174,27 @@ def of_plain_cmake(name, log):
     Returns:
         LeftOut.
     """
-    lines = _ESCAPES.sub("", log).replace("‘", "'").replace("’", "'").splitlines()
+    lines = _lines_of(log)
     for at, line in enumerate(lines):
         if line.startswith("CMake Error"):
             return _configuration(name, lines[at : at + 25])
-        compiler, linker = _COMPILER.match(line), _LINKER.search(line)
-        if compiler:
-            at_line = f"{os.path.basename(compiler[1])}:{compiler[2]}"
-            return _entry(name, "", f"{at_line}: {compiler[3]}")
-        if linker:
-            return _entry(name, "", linker[1])
-    return _entry(name, "", "the log has no error of it")
+        if error := _error_in(line):
+            return _entry(name, "", error[1])
+    return _entry(name, "", NO_ERROR)
+
+
+def _lines_of(log):
+    """Returns what programs printed, without colors and with plain quotes."""
+    return _ESCAPES.sub("", log).replace("‘", "'").replace("’", "'").splitlines()
+
+
+def _error_in(line):
+    """Returns the file, or "", and the error that a compiler or linker tells in a line; or None."""
+    compiler, linker = _COMPILER.match(line), _LINKER.search(line)
+    if compiler:
+        path, number, text = compiler.groups()
+        return path, f"{os.path.basename(path)}:{number}: {text}"
+    return linker and ("", linker[1])
 
 
 def of_build(log, packages):
@@ -197,12 +208,9 @@ def of_build(log, packages):
         List of LeftOut, one a target; package is empty where it is not known.
     """
     found, errors = {}, []
-    for line in _ESCAPES.sub("", log).replace("‘", "'").replace("’", "'").splitlines():
-        match = _COMPILER.match(line)
-        if match:
-            errors.append((match[1], f"{os.path.basename(match[1])}:{match[2]}: {match[3]}"))
-        elif _LINKER.search(line):
-            errors.append(("", _LINKER.search(line)[1]))
+    for line in _lines_of(log):
+        if error := _error_in(line):
+            errors.append(error)
         elif _FAILED.search(line):
             failed = _FAILED.search(line)[1]
             match = _TARGET.match(failed.split(": ")[-1])
@@ -228,7 +236,7 @@ def _error_of(failed, errors):
     for path, error in errors:
         if source and path.endswith(f"/{source}"):
             return error
-    return errors[0][1] if errors else "the log has no error of it"
+    return errors[0][1] if errors else NO_ERROR
 
 
 def _entry(package, target, error):
