@@ -521,7 +521,6 @@ class Sensors(Topics):
             sensor = make_plugin(PluginContext(robot.world, robot.model, adapted, seed))
             self._sensors.append(sensor)
             self.schedules.append(sensor.schedule)
-            self.waiting.append(sensor.schedule)
 
     def publish(self, step: int, time: float) -> None:
         """Publish the sensors that are due."""
