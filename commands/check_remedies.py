@@ -21,6 +21,7 @@ PLUGINS = {
 }
 OWN_PLUGIN = "a Python class can take its place (docs/tutorials/your_own_simulation.md)"
 GENERIC = "./run deps PATH names Debian's packages, others have to be in your workspace as sources"
+_WITHOUT_PATH = re.compile(r"Package\[([^]]*)\] does not have a path")  # of gazebo_ros
 _NOT_FOUND = re.compile(r"Resource not found: ([\w-]+)|\b[Pp]ackage '([\w-]+)' not found")
 
 
@@ -58,9 +59,16 @@ def named_packages(text):
     return [first or second for first, second in _NOT_FOUND.findall(text or "")]
 
 
+def unspawned(found):
+    """Names of the packages for whose lack spawn_urdf_model has refused a model."""
+    names = [_WITHOUT_PATH.search(line) for line in found.get("errors", ())]
+    return list(dict.fromkeys(name.group(1) for name in names if name))
+
+
 def missing_packages(found):
     """Names of the packages that are not there, of what check_observer.py has written."""
     names = [
         package for package, is_there, *_ in found.get("builders", {}).values() if not is_there
     ]
-    return list(dict.fromkeys([*names, *named_packages(found.get("refused"))]))
+    names += [*unspawned(found), *named_packages(found.get("refused"))]
+    return list(dict.fromkeys(names))

@@ -241,6 +241,10 @@ def _findings(found):
     if not found["simulator"] and not found.get("refused"):
         text = "no simulator came up: does the file include gazebo_ros's empty_world.launch?"
         add([text], None)
+    for name in check_remedies.unspawned(found):
+        remedy = found.get("remedies", {}).get(name, check_remedies.GENERIC)
+        text = f"package {name} is not there, so that what names its files is not spawned; {remedy}"
+        add([text], None)
     if found["simulator"]:
         _add_models(found, add)
     for name, code, program in found["died"]:

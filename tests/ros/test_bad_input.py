@@ -64,7 +64,7 @@ def service(name, kind):
     return rospy.ServiceProxy(name, kind)
 
 
-MISSING_MESHES = {  # as upstream: the shape is left out and the model spawned
+MISSING_MESHES = {  # text, what is said, whether it is spawned all the same, as upstream
     "file": (
         "<robot name='bad'>"
         + LINK.format(
@@ -72,6 +72,7 @@ MISSING_MESHES = {  # as upstream: the shape is left out and the model spawned
         )
         + "</robot>",
         "/no/such/mesh.obj",
+        True,
     ),
     "package": (
         "<robot name='bad'>"
@@ -80,7 +81,8 @@ MISSING_MESHES = {  # as upstream: the shape is left out and the model spawned
             "</collision>"
         )
         + "</robot>",
-        "no_such_package",
+        "Package[no_such_package] does not have a path",
+        False,
     ),
 }
 BAD_SDF = {
@@ -168,12 +170,16 @@ class BadInput(unittest.TestCase):
         self.assertFalse(unload("no_such_controller").ok)
         self.assertFalse(unload("joint_state_controller").ok, "a running one stays loaded")
 
-    def check_missing_mesh(self, text, reason):
-        """Spawns a model whose mesh is missing: it is spawned without it, with a warning."""
+    def check_missing_mesh(self, text, reason, is_spawned):
+        """Spawns a model whose mesh is missing: without it, or not at all for its package."""
         since = len(self.log.messages)
         spawn = service("/gazebo/spawn_urdf_model", SpawnModel)
-        self.assertTrue(spawn("bad", text, "", Pose(), "world").success)
-        self.assertTrue(service("/gazebo/delete_model", DeleteModel)("bad").success)
+        if is_spawned:
+            self.assertTrue(spawn("bad", text, "", Pose(), "world").success)
+        else:
+            with self.assertRaises(rospy.ServiceException):
+                spawn("bad", text, "", Pose(), "world")
+        self.assertEqual(service("/gazebo/delete_model", DeleteModel)("bad").success, is_spawned)
         self.logged(reason, since)
 
     def test_a_pose_that_is_no_number_is_refused(self):

@@ -26,6 +26,7 @@ LAUNCH = """<launch>
     <arg name="world_name" value="$(find paddock_tests)/ros/broken.world"/>
     <arg name="use_sim_time" value="True "/>
     <arg name="gui" value="false"/>
+    <arg name="missing_packages" value="warn"/>
   </include>
   <rosparam command="load" file="$(find paddock_tests)/ros/broken_bot.yaml" ns="bot"/>
   <node name="spawn" pkg="gazebo_ros" type="spawn_model" output="screen"

@@ -451,6 +451,15 @@ def test_remedies_are_told_with_their_problems():
     assert check.problems(refused)[0].endswith("Resource not found: amcl; amcl: look here")
 
 
+def test_a_model_that_is_refused_for_a_package():
+    line = "[FATAL] [1.5]: Package[arm_description] does not have a path"
+    found = changed(models=GOOD["models"][:1], errors=[line, line],
+                    remedies={"arm_description": "look there"})  # fmt: skip
+    assert check_remedies.missing_packages(found) == ["arm_description"]
+    assert check.problems(found)[0].startswith("package arm_description is not there")
+    assert check.problems(found)[0].endswith("; look there")
+
+
 def test_without_a_simulator():
     found = {"simulator": False, "refused": None, "cannot": [], "died": []}
     (sentence,) = check.problems(found)

@@ -18,6 +18,7 @@ def parse(**values):
 def test_defaults(monkeypatch):
     monkeypatch.delenv("PADDOCK_NICENESS", raising=False)  # which tests set
     monkeypatch.delenv("PADDOCK_SOLVER", raising=False)
+    monkeypatch.delenv("PADDOCK_MISSING_PACKAGES", raising=False)
     assert parse() == Config(world_pace=True)
 
 
@@ -68,6 +69,7 @@ def test_without_numba_nothing_starts_but_what_is_asked_for_by_name():
         ("pub_states_frequency", 50, "states_rate", 50.0),
         ("seed", 7, "seed", 7),
         ("monotonic_clock", True, "monotonic_clock", True),
+        ("missing_packages", "warn", "missing_packages", "warn"),
         ("step_timeout", 2, "step_timeout", 2.0),
         ("niceness", -5, "niceness", -5),
         ("niceness", 0, "niceness", 0),
@@ -117,6 +119,12 @@ def test_niceness_of_the_environment_counts_where_no_parameter_is_given(monkeypa
     monkeypatch.setenv("PADDOCK_NICENESS", "often")
     with pytest.raises(ValueError, match="parameter niceness is 'often'; it must be"):
         parse()
+
+
+def test_missing_packages_of_the_environment_count_where_no_parameter_is_given(monkeypatch):
+    monkeypatch.setenv("PADDOCK_MISSING_PACKAGES", "warn")
+    assert parse().missing_packages == "warn"
+    assert parse(missing_packages="refuse").missing_packages == "refuse"
 
 
 def test_lockstep_starts_paused():

@@ -71,9 +71,10 @@ class Desk:
             "Service",
             lambda name, _kind, handler: self.handlers.update({name: handler}),
         )
-        monkeypatch.setattr(
-            handlers.rospy, "logerr", lambda text, *rest: self.log.append(text % rest)
-        )
+        for kind in ("logerr", "logfatal"):
+            monkeypatch.setattr(
+                handlers.rospy, kind, lambda text, *rest: self.log.append(text % rest)
+            )
         self.world, self.jobs, self.robots = World(), JobQueue(), FakeRobots()
         self.changes = 0  # jobs that did not say that they only read
         self.holds = []  # what is connected when the simulation is held and goes on again
@@ -81,7 +82,10 @@ class Desk:
             hold=lambda: self.holds.append(list(self.robots.names)),
             release=lambda: self.holds.append(list(self.robots.names)),
         )
-        ModelServices("/gazebo", self.world, self.jobs, self.robots, str, server)
+        self.missing = None  # package that spawn_urdf_model finds missing
+        ModelServices(
+            "/gazebo", self.world, self.jobs, self.robots, str, server, lambda text: self.missing
+        )
         LinkServices("/gazebo", self.world, self.jobs, self.robots)
         JointServices("/gazebo", self.world, self.jobs)
         LightServices("/gazebo", self.world, self.jobs, lambda: None)
@@ -454,6 +458,16 @@ def test_what_is_no_urdf_is_a_failed_call_of_spawn_urdf_model(desk, text):
     assert isinstance(error, model_services.rospy.ServiceException)
     assert str(error) == "SpawnModel: Failure - entity format is invalid."
     assert desk.log[0].startswith(str(error)) and desk.world.models == {}
+
+
+def test_a_package_that_is_missing_is_a_failed_call_of_spawn_urdf_model(desk):
+    desk.missing = "arm_description"
+    error = desk.spawn("bot")
+    assert isinstance(error, model_services.rospy.ServiceException)
+    assert str(error) == "urdf reference package name does not exist: arm_description"
+    assert desk.log == ["Package[arm_description] does not have a path"]
+    assert desk.world.models == {}
+    assert desk.spawn("bot", kind="sdf").success  # which does not look
 
 
 @pytest.mark.parametrize("text", [f"<model name='m'>{LINK}</model>", "", "<a/>", "no XML"])

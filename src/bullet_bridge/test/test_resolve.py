@@ -29,6 +29,21 @@ def test_unknown_package_is_named():
         Resolver()("package://no_such_pkg/a.stl")
 
 
+@pytest.mark.parametrize(
+    "text, name",
+    [
+        ("<a>package://bullet_bridge/a.stl</a> package://rospy/", None),
+        ("package://bullet_bridge/a <!-- package://no_such_pkg/a\n --> ", None),
+        ("package://bullet_bridge/a\n package://no_such_pkg/b package://nor_this/c", "no_such_pkg"),
+        ("package://cone/cone.obj", "cone"),  # a model's folder is no package
+        ("package:///a", ""),
+        ("model://no_such_pkg/a package://no_end", None),
+    ],
+)
+def test_the_package_that_is_missing(models, text, name):
+    assert Resolver().missing_package(text) == name
+
+
 def test_model_by_name_and_file(models):
     resolve = Resolver()
     assert resolve("model://cone") == str(models / "cone" / "model.sdf")

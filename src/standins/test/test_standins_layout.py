@@ -38,6 +38,7 @@ OURS = {
     "antialias",
     "labels",
     "every_picture",
+    "missing_packages",
 }
 NAMED_IN_FIND_PACKAGE = (
     "gazebo_ros",

@@ -37,6 +37,8 @@ from bullet_bridge.transport.master_monitor import ShutdownMonitor
 from bullet_bridge.transport.relay import Relay
 from paddock_common import nodes
 
+MISSING_PACKAGES = ("refuse", "warn")
+
 
 @dataclass(frozen=True)
 class Config:
@@ -59,6 +61,9 @@ class Config:
             Gazebo.
         seed: of all sensor noise.
         monotonic_clock: a reset does not set simulated time back to 0.
+        missing_packages: of a URDF's package://NAME: refuse: it is not spawned, as in Gazebo; warn:
+            it is spawned without what is missing; for launch files that do not pass it on, the
+            environment variable PADDOCK_MISSING_PACKAGES.
         step_timeout: wall time that /gazebo/step waits for commands [s].
         niceness: of the simulation thread and the node's session, where that is allowed; 0: none;
             for launch files that do not pass it on, the environment variable PADDOCK_NICENESS.
@@ -80,6 +85,7 @@ class Config:
     states_rate: float = number(0.0, min=0.0, unit="Hz", name="pub_states_frequency")
     seed: int = number(0)
     monotonic_clock: bool = flag(False)
+    missing_packages: str = choice("refuse", MISSING_PACKAGES)
     step_timeout: float = number(10.0, min=0.0, unit="s")
     niceness: int = number(-10, min=-20, max=0)
     enable_ros_network: bool = flag(True)
@@ -98,7 +104,8 @@ def parse_config(get: Callable[[str, Any], Any]) -> Config:
     niceness: Any = os.environ.get("PADDOCK_NICENESS") or Config.niceness
     if isinstance(niceness, str) and niceness.lstrip("-").isdigit():
         niceness = int(niceness)
-    given = {"solver": solver, "niceness": niceness}
+    missing = os.environ.get("PADDOCK_MISSING_PACKAGES") or Config.missing_packages
+    given = {"solver": solver, "niceness": niceness, "missing_packages": missing}
     config = read(Config, lambda n, d: get(n, given.get(n, d)), prefix="")
     return replace(
         config,
@@ -190,7 +197,16 @@ def make_server(parts: ExitStack) -> Server:
     server = Server(world, jobs, robots, config, clock, relay=relay)
     networked = config.enable_ros_network
     if networked:
-        GazeboServices(world, jobs, robots, server, resolve, config.states_rate, rospy.get_name())
+        GazeboServices(
+            world,
+            jobs,
+            robots,
+            server,
+            resolve,
+            config.states_rate,
+            rospy.get_name(),
+            resolve.missing_package if config.missing_packages == "refuse" else lambda text: None,
+        )
         advertise_json("~statistics", jobs, server.statistics)
         advertise_json("~describe", jobs, Describer(world, robots, described).describe)
         advertise_views(world, jobs, server)

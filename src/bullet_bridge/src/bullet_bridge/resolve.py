@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 SUFFIXES = ("", "models", "media/models", "Media/models")  # below each resource path
 SCHEMES = ("package", "model", "file")
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+_PACKAGE = re.compile(r"package://([^/]*)/")
 # Worlds that Gazebo provides and the stand-in gazebo_ros does not: the empty world replaces them.
 GAZEBO_WORLDS = (
     "cafe",
@@ -84,6 +86,20 @@ class Resolver:
         if scheme == "model":
             return self._model(rest)
         raise ValueError(f"scheme '{scheme}' is not one of {', '.join(SCHEMES)}")
+
+    def missing_package(self, text: str) -> str | None:
+        """Name of the first package:// of a URDF that is no package, as gazebo_ros asks for it.
+
+        It looks at the whole text but its comments, whatever names the package there.
+        """
+        names = _PACKAGE.findall(_COMMENT.sub("", text))
+        return next((name for name in names if not self._is_package(name)), None)
+
+    def _is_package(self, name: str) -> bool:
+        try:
+            return bool(self._packages.get_path(name))
+        except rospkg.ResourceNotFound:
+            return False
 
     def world(self, path: str) -> str:
         """Path of a world file.

@@ -10,6 +10,8 @@ from bullet_bridge.services.physics import PhysicsProperties, PhysicsServer, Phy
 from bullet_bridge.services.simulation import StateServices
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from bullet_sim.world import Resolve, World
 
     from bullet_bridge.loop.jobs import JobQueue
@@ -23,6 +25,7 @@ class GazeboServices:
     Args:
         states_rate: of model_states and link_states [Hz]; 0: one a step.
         prefix: of all names.
+        missing_package: see ModelServices.
     """
 
     def __init__(
@@ -34,12 +37,13 @@ class GazeboServices:
         resolve: "Resolve",
         states_rate: float = 0.0,
         prefix: str = "/gazebo",
+        missing_package: "Callable[[str], str | None]" = lambda text: None,
     ) -> None:
         server.add_reporter(StateTopics(prefix, world, states_rate))
         server.add_reporter(
             PerformanceTopic(prefix, world, robots.sensor_counts, cameras=robots.camera_names)
         )
-        ModelServices(prefix, world, jobs, robots, resolve, server)
+        ModelServices(prefix, world, jobs, robots, resolve, server, missing_package)
         LinkServices(prefix, world, jobs, robots.received)
         JointServices(prefix, world, jobs)
         properties = PhysicsProperties(world, server)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -51,7 +52,12 @@ NOT_SPAWNED = (
 
 
 class ModelServices:
-    """Services that spawn, delete, move and query models."""
+    """Services that spawn, delete, move and query models.
+
+    Args:
+        missing_package: of the text of a URDF: a package that it names and that is not there, for
+            which spawn_urdf_model fails as in gazebo_ros; None: there is none.
+    """
 
     def __init__(
         self,
@@ -61,8 +67,10 @@ class ModelServices:
         robots: ConnectedModels,
         resolve: Resolve,
         server: Server,
+        missing_package: Callable[[str], str | None] = lambda text: None,
     ) -> None:
         self._world, self._jobs, self._robots, self._resolve = world, jobs, robots, resolve
+        self._missing_package = missing_package
         self._server = server
         self._requests: dict[str, int] = {}
         for name, service, work in (
@@ -92,6 +100,10 @@ class ModelServices:
             error = f"{SPAWN}Failure - entity format is invalid."
             rospy.logerr("%s (the root of '%s' is <%s>, not <robot>)", error, name, text.tag)
             raise rospy.ServiceException(error)
+        missing = self._missing_package(request.model_xml) if urdf else None
+        if missing is not None:
+            rospy.logfatal("Package[%s] does not have a path", missing)
+            raise rospy.ServiceException(f"urdf reference package name does not exist: {missing}")
 
         def work() -> Model | None:
             with refusing(SPAWN + NO_FRAME.format("reference_frame", "link")):
