@@ -42,17 +42,6 @@ GENERIC = re.compile(
 )
 
 
-def expressions(text):
-    """Yields (line, expression) of the literal arguments of re's functions."""
-    for node in ast.walk(ast.parse(text)):
-        if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Attribute):
-            continue
-        if getattr(node.func.value, "id", None) != "re" or node.func.attr not in FUNCTIONS:
-            continue
-        if node.args and isinstance(node.args[0], ast.Constant):
-            yield node.lineno, node.args[0].value
-
-
 def operations(parsed):
     """Yields the names of the operations in a parsed expression."""
     if isinstance(parsed, (list, tuple)) or hasattr(parsed, "data"):
@@ -76,21 +65,29 @@ class Evaluated(ast.NodeVisitor):
 
     Attributes:
         found: List of (line, text).
+        expressions: List of (line, regular expression) of the literal arguments of re's functions.
     """
 
     def __init__(self, tree):
-        self.found, self._generic = [], set(BUILTINS)
+        self.found, self.expressions, self._generic = [], [], set(BUILTINS)
         self._postponed = False
-        for node in ast.walk(tree):
-            if isinstance(node, ast.ImportFrom):
-                self._generic.update(
-                    each.asname or each.name
-                    for each in node.names
-                    if GENERIC.match(f"{node.module}.{each.name}")
-                )
-            if isinstance(node, ast.ImportFrom) and node.module == "__future__":
-                self._postponed = True
         self.visit(tree)
+
+    def visit_ImportFrom(self, node):  # noqa: N802
+        self._postponed |= node.module == "__future__"
+        self._generic.update(
+            each.asname or each.name
+            for each in node.names
+            if GENERIC.match(f"{node.module}.{each.name}")
+        )
+
+    def visit_Call(self, node):  # noqa: N802
+        function = node.func
+        if isinstance(function, ast.Attribute) and function.attr in FUNCTIONS and node.args:
+            if getattr(function.value, "id", None) == "re":
+                if isinstance(node.args[0], ast.Constant):
+                    self.expressions.append((node.lineno, node.args[0].value))
+        self.generic_visit(node)
 
     def _add(self, node):
         self.found.append((node.lineno, ast.dump(node)[:100]))
@@ -181,7 +178,8 @@ def sources():
 ])  # fmt: skip
 def test_such_an_expression_is_found(expression, expected):
     assert later(expression) == expected
-    found = list(expressions(f"import re\n\nre.compile({expression!r}, re.MULTILINE)\n"))
+    tree = ast.parse(f"import re\n\nre.compile({expression!r}, re.MULTILINE)\n")
+    found = Evaluated(tree).expressions
     assert found == [(3, expression)]
 
 
@@ -222,9 +220,10 @@ def test_methods_that_older_test_cases_and_figures_lack():
 def test_none_is_in_the_sources():
     count, found = 0, []
     for path, text in sources():
-        for line, expression in expressions(text):
+        evaluated = Evaluated(ast.parse(text))
+        found += [f"{path}:{line}: {what}" for line, what in evaluated.found]
+        for line, expression in evaluated.expressions:
             count += 1
             if later(expression):
                 found.append(f"{path}:{line}: {expression!r}")
-        found += [f"{path}:{line}: {what}" for line, what in Evaluated(ast.parse(text)).found]
     assert found == [] and count > 50

@@ -3,73 +3,17 @@
 import re
 import shutil
 import subprocess
-import tarfile
 import zipfile
 
 import pytest
 from run_rig import run
+from users_rig import LIST, MANIFEST, git
 
 from commands import check_remedies
 from commands import sources as repos
 from commands.bootstrap import workspace
 from commands.errors import CommandError, UsageError
 from commands.subcommands import add
-
-MANIFEST = (
-    '<package format="2"><name>{}</name><version>1.0.0</version><description>x</description>'
-    '<license>BSD</license><maintainer email="a@example.org">a</maintainer>'
-    "<buildtool_depend>catkin</buildtool_depend></package>\n"
-)
-CMAKE = (
-    "cmake_minimum_required(VERSION 3.0.2)\nproject({})\n"
-    "find_package(catkin REQUIRED)\ncatkin_package()\n"
-)
-LIST = """# about: a thing of two repositories
-# version: noetic, as it is the last
-# next: ./run exec rospack find thing
-repositories:
-  thing:
-    type: git
-    url: https://example.org/nowhere/thing.git
-    version: noetic
-  packed:
-    type: git
-    url: https://example.org/nowhere/packed.git
-    version: noetic
-"""
-
-
-def git(folder, *words):
-    """Runs git with a name of its own."""
-    named = ("-c", "user.name=A", "-c", "user.email=a@example.org")
-    subprocess.run(["git", *named, *words], cwd=folder, check=True, capture_output=True)
-
-
-@pytest.fixture(scope="module")
-def sources(tmp_path_factory):
-    """A folder with a bare clone, thing.git (branches main and noetic), and archives of packed."""
-    folder = tmp_path_factory.mktemp("sources")
-    work = folder / "work"
-    work.mkdir()
-    git(work, "init", "-q", "-b", "main")
-    (work / "README").write_text("other branch\n")
-    git(work, "add", ".")
-    git(work, "commit", "-q", "-m", "first")
-    git(work, "checkout", "-q", "-b", "noetic")
-    for name in ("package.xml", "CMakeLists.txt"):
-        text = MANIFEST if name == "package.xml" else CMAKE
-        (work / name).write_text(text.format("thing"))
-    git(work, "add", ".")
-    git(work, "commit", "-q", "-m", "second")
-    git(folder, "clone", "-q", "--bare", "work", "thing.git")
-    packed = folder / "packed-noetic"
-    packed.mkdir()
-    (packed / "package.xml").write_text(MANIFEST.format("packed"))
-    (packed / "CMakeLists.txt").write_text(CMAKE.format("packed"))
-    with tarfile.open(folder / "packed-noetic.tar.gz", "w:gz") as archive:
-        archive.add(packed, "packed-noetic")
-    shutil.rmtree(packed)
-    return folder
 
 
 @pytest.mark.parametrize("name", repos.listed())
@@ -230,22 +174,3 @@ def test_packages_of_a_repository_are_left_out(here, capsys):
     assert set(workspace.users_packages()) == {"description", "driver_2"}
     said = f"driver: {here}/camera/driver is disabled by its file CATKIN_IGNORE\n"
     assert capsys.readouterr().out == said
-
-
-def test_a_clone_is_filled(clone, tmp_path, sources, package_index):
-    root = tmp_path / "paddock"
-    shutil.copytree(clone, root, symlinks=True)
-    (root / "config" / "sources" / "thing.repos").write_text(LIST)
-    options = {"root": root, "env": package_index.environment()}
-    done = run("add", "--from", str(sources), "thing", **options)
-    assert done.returncode == 0, done.stdout + done.stderr
-    end = "here now: packed, thing\n  ./run exec rospack find thing\n"
-    assert done.stdout.endswith(end), done.stdout
-    for name in ("thing", "packed"):
-        assert (root / "devel" / "share" / name / "cmake" / f"{name}Config.cmake").exists()
-    again = run("add", "--from", str(sources), "thing", **options)
-    assert "src/thing is there already, and stays as it is\n" in again.stdout
-    assert "here now: nothing new\n" in again.stdout
-    wrong = run("add", f"file://{sources}/nowhere.git", **options)
-    assert wrong.returncode == 1 and "nowhere.git cannot be brought" in wrong.stderr
-    assert not (root / "src" / "nowhere").exists()

@@ -7,7 +7,7 @@ import pytest
 from bullet_web.messages import ACTIONS, FIELDS, BadMessage, parse
 
 PLACE = {"x": 1.0, "y": -0.2, "z": 0.0}
-VALID = [  # of the track with our car, also for tests/ros/test_web_safety.py
+VALID = [  # of the track with our car, also for tests/long/test_web_safety.py
     {"type": "ack"},
     {"type": "take"},
     {"type": "release"},

@@ -1,30 +1,16 @@
-"""The tests' own plugins: which tests run, in which order, in which processes."""
+"""The tests' own plugins: in which processes tests run, and what is left of them."""
 
-import json
-import os
 import re
-import shutil
 import signal
-import subprocess
-import sys
 import time
 import xml.etree.ElementTree as ElementTree
-from pathlib import Path
 
 import pytest
 from paddock_common.testing import is_running
+from plugin_rig import DEADLINE, PASSES, SKID, Project
 
 from commands import procfs
 
-ROOT = Path(__file__).resolve().parents[2]
-DEADLINE = 300.0  # wall time of a small run [s]
-INI = """[pytest]
-testpaths = src tests
-pythonpath = tests/ros
-addopts = --import-mode=importlib --dist=loadfile
-timeout = 60
-"""
-PASSES = "def test_it():\n    pass\n"
 WAITS_FOREVER = """
 import os, pathlib, subprocess, sys, time
 
@@ -34,154 +20,6 @@ def test_it():
     pathlib.Path(os.environ["NOTES"]).write_text(f"{os.getpid()} {child.pid}")
     time.sleep(600)
 """
-
-
-# Started in a project: lists, for each list of filters, the tests that they select.
-COLLECT = """
-import contextlib, io, json, sys, pytest
-for filters in json.loads(sys.argv[1]):
-    with contextlib.redirect_stdout(io.StringIO()) as output:
-        pytest.main(["-q", "--collect-only", *(f"--select={name}" for name in filters)])
-    print(json.dumps([line for line in output.getvalue().splitlines() if "::" in line]))
-"""
-
-
-class Project:
-    """A small checkout with the plugins.
-
-    Args:
-        folder: Where.
-    """
-
-    def __init__(self, folder):
-        self.root = folder / "checkout"
-        self.root.mkdir()
-        (self.root / "pytest.ini").write_text(INI)
-        shutil.copytree(ROOT / "tests" / "plugins", self.root / "tests" / "plugins")
-        with open(self.root / "tests" / "plugins" / "graphs.py", "a") as stream:
-            stream.write('PRELOADED[:] = ["pytest"]\n')  # ROS pays where many files need it
-        (self.root / "commands").mkdir()
-        for name in ("__init__.py", "procfs.py"):
-            shutil.copy(ROOT / "commands" / name, self.root / "commands")
-        shutil.copy(ROOT / "conftest.py", self.root)
-        self.add(LINTERS, (ROOT / LINTERS).read_text())
-        self.notes = folder / "notes"
-        self.environment = dict(os.environ, NOTES=str(self.notes))
-        for name in list(self.environment):
-            if name.startswith(("PYTEST", "PADDOCK_TEST")):
-                del self.environment[name]
-
-    def add(self, path, text=PASSES):
-        """Writes a file."""
-        file = self.root / path
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text)
-
-    def start(self, *options):
-        """Starts pytest."""
-        return subprocess.Popen(
-            [sys.executable, "-m", "pytest", "-q", f"--rootdir={self.root}", *options],
-            cwd=self.root,
-            env=self.environment,
-            text=True,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            start_new_session=True,
-        )
-
-    def run(self, *options):
-        """Runs pytest to its end; (exit status, output)."""
-        process = self.start(*options)
-        output, _ = process.communicate(timeout=DEADLINE)
-        return process.returncode, output
-
-    def selected(self, *all_filters):
-        """Tests that lists of filters select, in their order; a list of lists."""
-        output = subprocess.check_output(
-            [sys.executable, "-c", COLLECT, json.dumps(all_filters)],
-            cwd=self.root,
-            env=self.environment,
-            timeout=DEADLINE,
-        )
-        return [json.loads(line) for line in output.splitlines()]
-
-
-@pytest.fixture
-def project(tmp_path):
-    return Project(tmp_path)
-
-
-# selection ------------------------------------------------------------------------------------
-
-SKID, CIRCLE = "src/car/test/test_skid.py", "tests/ros/test_circle.py"
-TWISTS, LONG = "tests/long/test_a.py", "tests/unit/test_long_drives.py"
-STANDIN, PHYSICS = "src/standins/joy/test/test_pad.py", "tests/physics/test_slip.py"
-
-
-LINTERS = "tests/lint/test_lint.py"
-FILTERS = {
-    (): {SKID, CIRCLE, LONG, STANDIN, PHYSICS, LINTERS},
-    ("unit",): {SKID, LONG, STANDIN, PHYSICS},
-    ("project",): {LONG},
-    ("ros",): {CIRCLE},
-    ("circ",): {CIRCLE},
-    ("car",): {SKID},
-    ("car/test_sk", "circle"): {SKID, CIRCLE},
-    ("standins",): {STANDIN},  # a folder
-    ("joy",): {STANDIN},
-    ("physics",): {PHYSICS},
-    ("long",): {TWISTS},  # a stage, and no part of a name
-    ("lint",): {LINTERS},
-    ("mypy",): {LINTERS},
-    ("no_such",): set(),
-}
-
-
-def test_filters(project):
-    for path in (SKID, CIRCLE, TWISTS, LONG, STANDIN, PHYSICS):
-        project.add(path)
-    selected = dict(zip(FILTERS, project.selected(*FILTERS)))
-    files = {
-        filters: {test.partition("::")[0] for test in selected[filters]} for filters in FILTERS
-    }
-    assert files == FILTERS
-    # a linter is picked by its name
-    assert [test.partition("::")[2] for test in selected["mypy",]] == ["test_no_warnings[mypy]"]
-
-
-@pytest.mark.parametrize("options", [(), ("--numprocesses=2",)])
-def test_a_filter_that_matches_nothing_is_named(project, options):
-    project.add(SKID)
-    status, output = project.run(*options, "--select", "no_such")
-    assert status != 0 and "nothing matches 'no_such'; there are the stages unit, lint" in output
-
-
-def test_a_file_that_is_named_runs_whatever_its_stage(project):
-    project.add(TWISTS)
-    status, output = project.run(TWISTS)
-    assert status == 0 and "1 passed" in output
-
-
-def test_the_longest_file_of_the_last_run_is_the_first(project):
-    project.add("src/car/test/test_a.py")
-    project.add("src/car/test/test_b.py", "import time\n\ndef test_it():\n    time.sleep(3.0)\n")
-    assert project.run("src")[0] == 0
-    [tests] = project.selected(["unit"])
-    assert tests == ["src/car/test/test_b.py::test_it", "src/car/test/test_a.py::test_it"]
-
-
-def test_flaky_tests_are_named(project):
-    flaky = "import os\n\ndef test_it():\n    assert 'WRONG' not in os.environ\n"
-    project.add(SKID, flaky)
-    project.environment["WRONG"] = "1"
-    status, output = project.run("src")
-    assert status == 1 and "flaky" not in output
-    del project.environment["WRONG"]
-    status, output = project.run("src")
-    assert status == 0 and f"flaky: {SKID}::test_it failed in 1 of its last 2 runs" in output
-
-
-# groups ---------------------------------------------------------------------------------------
 
 
 def write_pid(count):
@@ -228,9 +66,10 @@ def test_it():
     with open(os.environ["NOTES"], "a") as stream:
         print(__file__, child.pid, file=stream)
 """
-SHARES_MASTER = """
+SHARES_MASTER = (
+    "from shared_worlds import BOX as LAUNCH\n"
+    + """
 import os, xmlrpc.client
-from shared_worlds import BOX as LAUNCH
 
 def test_it():
     master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
@@ -239,6 +78,7 @@ def test_it():
     with open(os.environ["NOTES"], "a") as stream:
         print(__file__, os.getpid(), os.environ["ROS_MASTER_URI"], count, file=stream)
 """
+)
 GROUPS = {
     "tests/ros/shared_worlds.py": 'BOX = \'<launch><param name="count" value="1"/></launch>\'\n',
     "tests/ros/test_shares_1.py": SHARES_MASTER,
@@ -427,21 +267,3 @@ def test_an_interrupted_run_leaves_no_process(project, number, options):
     while left := procfs.marked("NOTES", str(project.notes)):
         assert time.monotonic() < deadline, left
         time.sleep(0.05)
-
-
-def test_wall_times_are_kept(project):
-    project.add(SKID)
-    project.run("src")
-    [file] = (project.root / ".pytest_cache").rglob("paddock/seconds")
-    assert list(json.loads(file.read_text())) == [SKID]
-
-
-def test_a_process_is_found_as_soon_as_it_is_started():
-    for number in range(200):
-        value = f"{os.getpid()}_{number}"
-        with subprocess.Popen(
-            ["sleep", "600"], start_new_session=True, env={**os.environ, "FOUND": value}
-        ) as child:
-            found = procfs.marked("FOUND", value)
-            child.kill()
-        assert found == [child.pid]
