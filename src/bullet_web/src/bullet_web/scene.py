@@ -81,7 +81,7 @@ def image_asset(size: tuple[int, int], components: int, data: bytes) -> Asset:
         data: rows from the lowest to the uppermost.
     """
     image = Image.frombytes("RGB" if components == 3 else "RGBA", size, data)
-    image = image.transpose(Image.Transpose.FLIP_TOP_BOTTOM)
+    image = image.transpose(Image.FLIP_TOP_BOTTOM)
     image.thumbnail((MAX_SIDE, MAX_SIDE))
     stream = io.BytesIO()
     if components == 4:

@@ -21,12 +21,14 @@ class Window:
     def show(self, image: np.ndarray, rate: float) -> None:
         """Show an image (H, W, 3) uint8 RGB and wait for the next period of a rate [Hz]."""
         pygame = self._pygame
+        size = image.shape[1], image.shape[0]
         if self._screen is None:
             pygame.display.init()
             pygame.display.set_caption("Paddock")
-            self._screen = pygame.display.set_mode((image.shape[1], image.shape[0]))
+            self._screen = pygame.display.set_mode(size)
             self._clock = pygame.time.Clock()
-        surface = pygame.surfarray.make_surface(np.swapaxes(image, 0, 1))
+        # surfarray asks numpy for names that a newer one than pygame's own does not have
+        surface = pygame.image.frombuffer(image.tobytes(), size, "RGB")
         self._screen.blit(surface, (0, 0))
         pygame.event.pump()
         pygame.display.flip()
