@@ -2,7 +2,7 @@
 
 README.md becomes the first page; the packages' README.md, CHANGELOG.md and CONTRIBUTING.md are
 pages, too. A link to any other file of the repository goes to its web page where GITHUB_REPOSITORY
-is set; else its path is written.
+is set; else its path is written. A link to a film that is alone in its line shows the film.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 REPOSITORY = os.environ.get("GITHUB_REPOSITORY", "")
 LINK = re.compile(r"(!?)\[((?:[^][]|!?\[[^][]*\]\([^)]*\))*)\]\(([^)\s]+)\)")
 FENCE = re.compile(r"^```(\w+) (terminal|expect|file=(\S+))$", re.MULTILINE)
+FILM = re.compile(r"^\[([^]\n]*)\]\((\S+\.mp4)\)$", re.MULTILINE)
 TITLES = {"terminal": "in a terminal of its own", "expect": "what it prints, in part"}
 CODE = re.compile(r"^```[\s\S]*?^```|(?<=\n\n)(?:    [^\n]*\n)+|`[^`\n]*`", re.MULTILINE)
 LEFT_OUT = ("docs/tools/", "docs/ci/", "docs/support/", "docs/tutorials/class/")  # as in mkdocs.yml
@@ -63,8 +64,19 @@ def on_page_markdown(markdown, page, config, files):
 
     text = CODE.sub(keep, markdown)
     text = LINK.sub(lambda match: link(match, source, site), text)
-    text = re.sub("\x00(\\d+)\x00", lambda match: kept[int(match[1])], text)
+    text = FILM.sub(r'<video src="\2" controls preload="metadata" muted></video>\n\n*\1*', text)
+    text = re.sub("\x00(\\d+)\x00", lambda match: code(kept[int(match[1])]), text)
+    if site == "index.md":
+        page.meta["hide"] = ["navigation"]  # it has no pages beside it
     return FENCE.sub(fence, text)
+
+
+def code(text: str) -> str:
+    """Code as it has to be: in a table's cell mkdocs would show the backslash before a bar."""
+    if text.startswith("```") or r"\|" not in text:
+        return text
+    plain = text.strip("`").replace(r"\|", "|")
+    return "<code>" + re.sub(r"[^\w ]", lambda sign: f"&#{ord(sign[0])};", plain) + "</code>"
 
 
 def fence(match) -> str:

@@ -121,7 +121,12 @@ TOLD = {
         "Images",
         "Images a second of the bare renderer, and as a subscriber receives them, over PyBullet's "
         "EGL renderer, in pairs. Without a GPU both are Mesa's software.",
-        plot="images, ",
+        told_if(
+            "At 640x480 pixels the renderer has {} times the pace of PyBullet's, a subscriber {}.",
+            "images, plain 640x480",
+            "images, received 640x480",
+        ),
+        "images, ",
     ),
     "latency": Told(
         "Latency",
@@ -147,19 +152,36 @@ TOLD = {
         "Actions a second of the environments in one process, over bare stepping of the same car "
         "on the same circle, in pairs; eight worlds in one process over one environment. "
         "Trainings: seconds until ten of ten unseen starts are laps, evaluation included.",
-        plot="gym, ",
+        told_if(
+            "With `state` eight worlds in one process make {} times the actions of one.",
+            "gym, state, 8 worlds",
+        ),
+        "gym, ",
     ),
     "gym_steps": Told(
         "Physics steps of the gym",
         "The car with steps of 0.5 to 4 ms: steady circles, a slalom, a minute at rest, a lap by "
         "pure pursuit at 2 m/s from line to line; actions a second of processor time over those "
         "with 1 ms, in pairs.",
+        told_if(
+            "With 3 ms the slalom is {}, at {} times the pace; where tires slide, a circle of {} "
+            "has {} with 2 ms.",
+            "3 ms, slalom",
+            "3 ms, pace",
+            "1 ms, circle, tires sliding, radius",
+            "2 ms, circle, tires sliding, radius",
+        ),
     ),
     "solver": Told(
         "Solver",
         "Steps a second of the solver `ode` over those of `bullet` in the same scene, without "
         "ROS, in pairs. `ode` does Gazebo's work in each step, `bullet` less.",
-        plot="ode, ",
+        told_if(
+            "`ode` makes {} times the steps of `bullet` with a car, {} times with 40 cans awake.",
+            "ode, steps, a car",
+            "ode, steps, a car, 40 cans awake",
+        ),
+        "ode, ",
     ),
     "beside_gazebo": Told(
         "Beside Gazebo",

@@ -1,8 +1,8 @@
 """Every command of every page: whether it runs as a test, and if not, why.
 
-`lines()` collects what a reader can type: the lines of indented boxes and the commands in running
-text. Tutorials' boxes and those of other_pages.txt are run by test_pages.py. All else has to match
-a pattern of UNRUN, which names the test that does the same, or what forbids a test.
+`lines()` collects what a reader can type: the lines of boxes and the commands in running text.
+Tutorials' boxes and those of other_pages.txt are run by test_pages.py. All else has to match a
+pattern of UNRUN, which names the test that does the same, or what forbids a test.
 """
 
 import re
@@ -12,11 +12,14 @@ import page as tutorial
 
 ROOT = tutorial.ROOT
 OTHERS = Path(__file__).with_name("other_pages.txt")
-TOOLS = r"(?:\./run|PADDOCK/run|/opt/paddock/run|(?:roslaunch|rosrun|rosservice|rostopic|git|podman"
-TOOLS += r"|apt-get|sudo|export|source|\.|cd|rm|mkdir|ssh|sed|pip|timeout|[A-Z_]+=\S+)(?= ))"
+TOOLS = r"(?:\./run|PADDOCK/run|/opt/paddock/run|(?:roslaunch|rosrun|rosservice|rostopic|rosparam"
+TOOLS += r"|rosbag|git|podman|docker|buildah|apt|apt-get|sudo|export|source|cd|rm|mkdir|touch|ssh"
+TOOLS += r"|sed|pip|python3?|make|catkin_make|timeout)(?= )|\.(?= [\w.~/-]*/)"
+TOOLS += r"|[A-Z_]+=\S+(?= \./run))"
 BOX = re.compile(rf"^    ({TOOLS}[^\n]*)$", re.MULTILINE)
-INLINE = re.compile(r"`((?:\./run|roslaunch|rosrun|rosservice|rostopic|source|ssh) [^`]*)`")
+INLINE = re.compile(rf"`({TOOLS}[^`]*)`")
 FENCE = re.compile(r"^```.*?^```", re.DOTALL | re.MULTILINE)
+SHELL = re.compile(r"^```(?:bash|sh|shell|console)\n(.*?)^```", re.DOTALL | re.MULTILINE)
 
 
 # pattern of commands -> how else they are tried, or why not. The first that matches counts.
@@ -26,7 +29,8 @@ UNRUN = {
     r"^git clone": "the network; tests/lint/test_links.py holds what REPOSITORY is",
     r"^(podman|sudo|apt-get)|apt ": "changes the machine; .github/workflows builds the image",
     r"^./run container\b": "builds an image: test_run_container.py",
-    r"^(rm|mkdir|sed|cd|ssh|export|pip|\.|source) ": "a tool that is not ours",
+    r"^(rm|mkdir|sed|cd|ssh|export|pip|\.|source|make|catkin_make|rosparam) ": "a tool that is not "
+    "ours",
     r"husky|turtlebot3|my_car|my_lab|TURTLEBOT": "packages that the reader fetches; test_check.py",
     r"^./run (setup|bare|docs|ci|soak|bench|test|ruff)\b": "./run bare and CI do them",
     r"ruff|pytest": "./run test lint and ./run test themselves",
@@ -38,8 +42,8 @@ UNRUN = {
     r"paddock_navigation|move_base|map_saver|map_server": "after ./run add: tests/ros/map_rig.py; "
     "test_standins_nodes.py",
     r"^./run check": "test_check.py, and the tutorial about a package",
-    r"^./run (teleop|demo|lap|truck --back|$)|^./run \w+:=|^./run$": "test_window.py, test_lap.py, "
-    "tests/long, and ./run demo in CI",
+    r"^./run (teleop|demo|lap|truck --back|$)|^./run \w+:=|MASTER_URI=|^./run$": "test_window.py, "
+    "test_lap.py, tests/long, and ./run demo in CI",
     r"platforms\.py|states_beside_gazebo|conformance/run": "needs the network, Gazebo, or clones",
     r"paths_beside|pictures|results_page|rooms\.py|solver_data": "writes into docs/: "
     "test_bench_paths.py, test_bench_pictures.py, test_documents.py",
@@ -62,8 +66,11 @@ UNRUN = {
 
 
 def lines(path):
-    """Lists what a reader can type of a page, without comments and boxes that tutorials run."""
-    text = re.sub(r" \\\n\s*", " ", FENCE.sub("", path.read_text()))
+    """Lists what a reader can type of a page, without comments and what tutorials run."""
+    text = path.read_text()
+    if path not in tutorial.PAGES:  # those run their own
+        text = SHELL.sub(lambda box: re.sub("^", "    ", box[1], flags=re.MULTILINE), text)
+    text = re.sub(r" \\\n\s*", " ", FENCE.sub("", text))
     found = BOX.findall(text) + [" ".join(each.split()) for each in INLINE.findall(text)]
     return [re.sub(r"\s+#.*", "", line).replace("\\|", "|").strip() for line in found]
 
@@ -79,3 +86,9 @@ def reason(line, run=frozenset()):
     if line in run or f"./run exec {line}" in run:
         return ""
     return next((why for pattern, why in UNRUN.items() if re.search(pattern, line)), None)
+
+
+def named_tests():
+    """The files of tests that the reasons of UNRUN name."""
+    words = re.findall(r"\b(?:tests/)?(?:\w+/)*\w+\.py\b", " ".join(UNRUN.values()))
+    return sorted(set(words))

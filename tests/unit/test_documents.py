@@ -98,6 +98,25 @@ def test_each_command_is_run_or_has_a_reason():
     assert set(page_commands.UNRUN.values()) - used == set()
 
 
+def test_reasons_name_tests_that_exist():
+    files = {path.name for path in [*ROOT.glob("tests/**/*.py"), *ROOT.glob("src/*/test/*.py")]}
+    named = page_commands.named_tests()
+    assert len(named) > 20
+    for name in named:
+        found = (ROOT / name).is_file() if "/" in name else name in files
+        assert found, f"{name}: no such test; see {page_commands.__file__}"
+
+
+def test_what_is_typed_is_found(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text(
+        "Type `rosparam list` or:\n\n    ./run web  # a comment\n\n```bash\n./run lap \\\n"
+        "  --driver line\n```\n\n```python\nimport rospy\n```\n"
+    )
+    wanted = ["./run lap --driver line", "./run web", "rosparam list"]
+    assert sorted(page_commands.lines(page)) == wanted
+
+
 def test_what_is_run_is_on_a_page():
     typed = {line for page in documents() for line in page_commands.lines(page)}
     for line in page_commands.run_elsewhere():
