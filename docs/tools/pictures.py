@@ -3,7 +3,7 @@
     ./run exec python docs/tools/pictures.py                # all but those of `--from`
     ./run exec python docs/tools/pictures.py page lap       # these
     ./run exec python docs/tools/pictures.py robots --from FOLDER --gazebo IMAGES
-    ./run exec python docs/tools/pictures.py film           # out/film.mp4, one minute
+    ./run exec python docs/tools/pictures.py film           # film.mp4, one minute
 
 FOLDER has clones of husky/husky, jackal/jackal and clearpathrobotics/LMS1xx (melodic-devel) and of
 ROBOTIS-GIT/turtlebot3 (noetic), each by its name. IMAGES gets NAME.world and NAME.urdf for Gazebo:
@@ -43,7 +43,7 @@ from track_model.track import load_track  # noqa: E402
 
 IMAGES = ROOT / "docs" / "images"
 OUT = ROOT / "out"
-LARGEST = 300_000  # bytes of a picture
+LARGEST, LARGEST_FILM = 300_000, 1_500_000  # bytes of a picture, of the film
 CAR, REAR_AXLE = Geometry(), Car().rear  # x of the rear axle in the car's frame [m]
 LARGEST_ANGLE = math.radians(60.0)  # hinge angle of a full steering slider
 HIDDEN = "for (const e of document.querySelectorAll('{}')) e.style.display = 'none';"
@@ -63,16 +63,20 @@ def save(picture: np.ndarray, name: str) -> None:
     told(path)
 
 
-def told(path: pathlib.Path) -> None:
+def told(path: pathlib.Path, largest: int = LARGEST) -> None:
     """Says what was written.
+
+    Args:
+        path: Of the file.
+        largest: What it may have [bytes].
 
     Raises:
         SystemExit: It is too large.
     """
     size = path.stat().st_size
     print(f"{path.relative_to(ROOT)}: {size // 1000} kB", flush=True)
-    if size > LARGEST:
-        raise SystemExit(f"{path} has more than {LARGEST // 1000} kB")
+    if size > largest:
+        raise SystemExit(f"{path} has more than {largest // 1000} kB")
 
 
 @contextlib.contextmanager
@@ -306,13 +310,18 @@ TERMINAL = """<body style="margin:0;background:#1e2329;color:#dfe5ea;padding:14p
 {text}</pre></body>"""
 
 
+def packages_to_check():
+    """Lets ./run find the packages of tests/drop_in."""
+    folder = ROOT / "tests" / "drop_in"
+    os.environ["ROS_PACKAGE_PATH"] = f"{folder}:{os.environ.get('ROS_PACKAGE_PATH', '')}"
+
+
 def check() -> None:
     """The report of ./run check, and the replay that it writes."""
     from web_rig import Browser
 
     words = ("check", "campus_rover", "campus.launch")
-    packages = str(ROOT / "tests" / "drop_in")
-    os.environ["ROS_PACKAGE_PATH"] = f"{packages}:{os.environ.get('ROS_PACKAGE_PATH', '')}"
+    packages_to_check()
     report = run(*words, refused=True).strip()
     with tempfile.TemporaryDirectory() as folder:
         file = pathlib.Path(folder, "report.html")
@@ -421,10 +430,25 @@ def in_packages(uri):
     return f"/{rest}" if scheme == "file" else str(found_package(package) / rest)
 
 
-SHOTS = (  # title, replay, seconds of it per second of the film
-    ("A lap by the line follower", "lap/replay.html", 2.0),
-    ("The truck parks its trailer backwards", "back_park.html", 2.0),
-    ("./run check of a package", "check/campus_rover/campus.html", 1.0),
+SMALL = ("camera_width:=160", "camera_height:=120")  # nobody looks at these images
+SHOTS = (  # title, command, its replay, seconds of it per second of the film, shown [s]
+    ("A lap by the line follower", ("lap", "--driver", "line"), "lap/replay.html", 2.0, 14.0),
+    (
+        "Pure pursuit on another track",
+        ("lap", "--driver", "pursuit", "--track", "hard", *SMALL),
+        "lap/replay.html",
+        2.0,
+        12.0,
+    ),
+    ("A truck parks its trailer", ("truck", "--back", "park"), "back_park.html", 2.0, 14.0),
+    ("A truck backs along an S", ("truck", "--back", "s"), "back_s.html", 2.5, 12.0),
+    (
+        "./run check of a package",
+        ("check", "campus_rover", "campus.launch"),
+        "check/campus_rover/campus.html",
+        1.0,
+        8.0,
+    ),
 )
 
 
@@ -437,30 +461,45 @@ def captioned(picture, title):
     return drawn
 
 
+def replays() -> list[pathlib.Path]:
+    """The replays of SHOTS; those that out/film/ has are not made again."""
+    packages_to_check()
+    folder = OUT / "film"
+    folder.mkdir(parents=True, exist_ok=True)
+    found = []
+    for index, (_, words, name, _, _) in enumerate(SHOTS):
+        target = folder / f"{index}.html"
+        if not target.exists():
+            slowly = () if words[0] == "check" else (SLOWLY,)
+            run(*words, *slowly, refused=words[0] == "check")
+            (OUT / name).replace(target)
+        found.append(target)
+    return found
+
+
 def film() -> None:
-    """A film of at most a minute of replays, out/film.mp4."""
+    """A film of a minute of replays, film.mp4."""
     import av
 
-    size, rate, longest = (960, 540), 15, 20.0  # [px], [Hz], of a shot [s]
-    run("lap", "--driver", "line", SLOWLY)
-    run("truck", "--back", "park", SLOWLY)
-    check()
-    target = OUT / "film.mp4"
-    with av.open(str(target), "w") as container:
+    size, rate = (640, 360), 15  # [px], [Hz]
+    made, target = OUT / "film.mp4", IMAGES / "film.mp4"
+    shots = list(zip(SHOTS, replays()))
+    with av.open(str(made), "w", options={"movflags": "faststart"}) as container:
         stream = container.add_stream("libx264", rate=rate)
         stream.width, stream.height = size
-        stream.pix_fmt, stream.options = "yuv420p", {"crf": "28", "preset": "slow"}
-        for title, name, pace in SHOTS:
-            with running(open_replay(OUT / name, *size)) as browser:
+        stream.pix_fmt, stream.options = "yuv420p", {"crf": "30", "preset": "veryslow"}
+        for (title, _, _, pace, longest), replay in shots:
+            with running(open_replay(replay, *size)) as browser:
                 seconds = min(longest, browser.run("return page.length") / pace)
                 for index in range(round(rate * seconds)):
                     browser.run("page.at = arguments[0]; return page.show()", index * pace / rate)
                     image = captioned(browser.picture(), title)
                     frame = av.VideoFrame.from_ndarray(image, format="rgb24")
                     container.mux(stream.encode(frame))
+            print(f"{title}: {seconds:.1f} s", flush=True)
         container.mux(stream.encode())
-    told_film = target.stat().st_size
-    print(f"{target.relative_to(ROOT)}: {told_film // 1000} kB")
+    made.replace(target)
+    told(target, LARGEST_FILM)
 
 
 PICTURES = {each.__name__: each for each in (page, classroom, window, rviz, lap, check)}
