@@ -176,7 +176,8 @@ class Sensors(unittest.TestCase):
             )
             wait_until(lambda: front.last is not None and front.last.states, "a contact")
             state = front.last.states[0]
-            self.assertEqual(state.collision1_name, "bot::bumper::bumper_collision")
+            name = "bot::base::base_fixed_joint_lump__bumper_collision_1"  # as sdformat writes it
+            self.assertEqual(state.collision1_name, name)
             self.assertEqual(state.collision2_name, "wall::link::c")
             self.assertLess(state.contact_normals[0].x, -0.9)
             self.assertAlmostEqual(state.contact_positions[0].x, 3.0, delta=0.02)

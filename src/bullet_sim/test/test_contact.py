@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from bullet_sim.description.collisions import collision_names
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
@@ -107,3 +108,47 @@ def test_point_belongs_to_the_shape_it_is_on(world, point, name):
     shape = nearest(shapes, point)
     assert link == "base" and shape.name == name
     assert distance(shape, point) < 0.0011
+
+
+PLAIN = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
+GIVEN = '<collision name="{}"><geometry><box size="1 1 1"/></geometry></collision>'
+MISSING = '<collision><geometry><mesh filename="/no/such/file.stl"/></geometry></collision>'
+
+
+def test_names_of_a_urdfs_collisions_are_sdformats():
+    """Expected: gz sdf -p of Gazebo 11.1 of this text."""
+    shapes = {
+        "base": PLAIN + GIVEN.format("base_b") + GIVEN.format("foo") + MISSING,
+        "mid": PLAIN,
+        "top": GIVEN.format("rubber") + PLAIN,
+        "a": PLAIN,
+    }
+    links = "".join(f'<link name="{name}">{MASS}{each}</link>' for name, each in shapes.items())
+    fixed = '<joint name="{}" type="fixed"><parent link="{}"/><child link="{}"/></joint>'
+    joints = "".join(
+        fixed.format(*each)
+        for each in (("z", "base", "mid"), ("y", "mid", "top"), ("b", "base", "a"))
+    )
+    model = parse_urdf(f'<robot name="r">{links}{joints}</robot>', str)
+    assert list(collision_names(model).values()) == [
+        "base::base_collision",
+        "base::base_b_collision_1",
+        "base::base_fixed_joint_lump__foo_collision_2",
+        "base::base_collision_3",
+        "base::base_fixed_joint_lump__a_collision_4",
+        "base::base_fixed_joint_lump__mid_collision_5",
+        "base::base_fixed_joint_lump__rubber_collision_6",
+        "base::base_fixed_joint_lump__top_collision_7",
+    ]
+
+
+def test_a_collision_whose_mesh_is_missing_has_a_name_and_no_shape():
+    mesh = "<geometry><mesh><uri>/no/such/file.stl</uri></mesh></geometry>"
+    box = "<geometry><box><size>1 1 1</size></box></geometry>"
+    text = (
+        f"<sdf version='1.6'><model name='m'><link name='k'><collision name='one'>{mesh}"
+        f"</collision><collision name='two'>{box}</collision></link></model></sdf>"
+    )
+    model, _ = sdf.parse_model(text, str, "m")
+    assert list(collision_names(model).values()) == ["k::one", "k::two"]
+    assert [shape.name for shape in model.links["k"].collisions] == ["two"]

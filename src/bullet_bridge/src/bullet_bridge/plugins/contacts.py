@@ -115,7 +115,9 @@ class ContactSensor(Sensor):
             pose = Pose(*model.frame_at(index))
             local = pose.matrix.T @ (position - np.asarray(pose.position))
             shape = nearest(shapes, local) or shape
-        return f"{model.name}::{shape.link or name}::{shape.name or 'collision'}", shape
+        plain = f"{shape.link or name}::{shape.name or 'collision'}"
+        told = model.collision_names.get((shape.link, shape.number), plain)
+        return f"{model.name}::{told}", shape
 
     def _model_of(self, body: int) -> Model | None:
         return next((it for it in self.world.models.values() if it.body == body), None)

@@ -254,15 +254,14 @@ class ModelServices:
         with refusing("GetModelProperties: model does not exist"):
             found = self._jobs.read(lambda: find_model(self._world, request.model_name))
         model, described = found.model, found.model.description
+        own = set(found.own(described.links))
         return srv.GetModelPropertiesResponse(
             parent_model_name=found.parent,
             body_names=found.plain(model.bodies),
             geom_names=[
-                f"{name}_collision" + (f"_{number}" if number else "")
-                if described.is_urdf
-                else shape.name
-                for name in found.own(described.links)
-                for number, shape in enumerate(described.links[name].collisions)
+                collision.rpartition("::")[2]
+                for (link, _), collision in model.collision_names.items()
+                if link in own
             ],
             joint_names=found.plain(filter(model.stays, described.joints)),
             child_model_names=found.children,

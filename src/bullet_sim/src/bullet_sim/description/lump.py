@@ -69,7 +69,7 @@ def lump(model: ModelDescription, as_in_gazebo: bool = False) -> LumpedModel:
     links = {model.root: moved(model.links[model.root], model.root_pose), **links}
     joints: list[Joint] = []
     welds: list[Joint] = []
-    for joint in _as_created(model) if as_in_gazebo else _parents_first(model):
+    for joint in as_created(model) if as_in_gazebo else _parents_first(model):
         parent, pose = frames[joint.parent]
         held = joint.name in model.measured or joint.name in model.kept
         welded = held and not model.static and _is_stiff(joint)
@@ -138,7 +138,7 @@ def _parents_first(model: ModelDescription) -> list[Joint]:
     return found
 
 
-def _as_created(model: ModelDescription) -> list[Joint]:
+def as_created(model: ModelDescription) -> list[Joint]:
     """Joints in the order in which Gazebo creates them and their links.
 
     Those of a URDF as sdformat writes them: from the root, depth first, the joints of each link by

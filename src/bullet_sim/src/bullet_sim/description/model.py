@@ -204,6 +204,8 @@ class Shape:
             'ode'; None: its link's.
         laser_retro: intensity that a lidar measures: of a collision, or of a visual for gpu_ray.
         visibility: of a visual, its visibility_flags.
+        number: of a collision among those of its link in the file.
+        given: its name in the file; empty: it has none, and `name` is made of its link's.
     """
 
     geometry: Geometry
@@ -217,6 +219,8 @@ class Shape:
     surface: Surface | None = None
     laser_retro: float = 0.0
     visibility: int = EVERYWHERE
+    number: int = 0
+    given: str = ""
 
     def at(self, pose: Pose) -> Shape:
         """The same shape in a frame in which its current frame has the given pose."""
@@ -278,6 +282,7 @@ class Link:
     """A rigid link: mass [kg], center of mass in the link frame, inertia (3, 3) about it.
 
     Attributes:
+        hollow: collisions that are there without a shape, as Gazebo has those of missing meshes.
         lights: that it carries, in its frame.
         gravity: False: the file disables gravity for it.
         self_collide: collides with other links of its model that have it.
@@ -292,6 +297,7 @@ class Link:
     inertia: Array = field(default_factory=lambda: np.zeros((3, 3)))
     visuals: list[Shape] = field(default_factory=list)
     collisions: list[Shape] = field(default_factory=list)
+    hollow: list[Shape] = field(default_factory=list)
     lights: list[Light] = field(default_factory=list)
     surface: Surface = field(default_factory=Surface)
     gravity: bool = True

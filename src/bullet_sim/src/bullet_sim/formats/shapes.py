@@ -98,6 +98,21 @@ def mesh_geometry(
     return Geometry("mesh", path=path, scale=scale)
 
 
+def hollow_collision(uri: str | None, resolve: Resolve) -> Shape | None:
+    """What Gazebo has of a collision whose mesh leads to no file: one without a shape.
+
+    Args:
+        uri: of the mesh; None: it has none.
+    """
+    if uri is None:
+        return None
+    try:
+        missing = not os.path.isfile(resolve(uri))
+    except ValueError:
+        missing = True
+    return Shape(Geometry("empty")) if missing else None
+
+
 PLANE_SIZE = (100.0, 100.0)  # [m] of a visual plane that gives none
 PLANE_THICKNESS = 0.002  # [m]
 _ONE = (1.0, 1.0, 1.0)

@@ -19,7 +19,7 @@ from bullet_sim.errors import ModelError
 from bullet_sim.formats import gazebo as gazebo_tags
 from bullet_sim.formats.joints import UNSUPPORTED_TYPES, check_mimics, read_joints
 from bullet_sim.formats.materials import Resolve, rgba_of
-from bullet_sim.formats.shapes import first_geometry, mesh_geometry, usable_size
+from bullet_sim.formats.shapes import first_geometry, hollow_collision, mesh_geometry, usable_size
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import Node, floats_of, number_of, parse, urdf_origin
 
@@ -184,17 +184,22 @@ def _link(
         return None
     if not _inertial(element, link, label):
         return link
-    for tag, shapes in (("visual", link.visuals), ("collision", link.collisions)):
-        for shape_element in element.findall(tag):
-            shape = _shape(shape_element, f"{label} {tag}", materials, resolve, model)
-            if shape is not None:
-                shapes.append(
-                    replace(
-                        shape,
-                        link=link.name,
-                        name=shape_element.get("name") or _shape_name(link.name, tag, len(shapes)),
-                    )
-                )
+    for part in element.findall("visual"):
+        shape = _shape(part, f"{label} visual", materials, resolve, model)
+        if shape is not None:
+            name = part.get("name") or _shape_name(link.name, "visual", len(link.visuals))
+            link.visuals.append(replace(shape, link=link.name, name=name))
+    for part in element.findall("collision"):
+        shape = _shape(part, f"{label} collision", materials, resolve, model)
+        shapes = link.collisions
+        if shape is None:
+            mesh = part.find("geometry/mesh")
+            uri = None if mesh is None else mesh.get("filename", "")
+            shape, shapes = hollow_collision(uri, resolve), link.hollow
+        if shape is not None:
+            given, number = part.get("name") or "", len(link.collisions) + len(link.hollow)
+            name = given or _shape_name(link.name, "collision", number)
+            shapes.append(replace(shape, link=link.name, name=name, number=number, given=given))
     return link
 
 

@@ -7,12 +7,14 @@ import math
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Tuple
 
 import numpy as np
 
 from bullet_sim.controllers.limits import UNLIMITED_EFFORT, UNLIMITED_SPEED
 from bullet_sim.controllers.manager import Manager
+from bullet_sim.description.collisions import collision_names
 from bullet_sim.description.lump import joint_inertias, visual_links
 from bullet_sim.description.model import (
     EVERYTHING,
@@ -369,6 +371,11 @@ class Model:
     def frame_at(self, index: int) -> tuple[Vec3, Quat]:
         """World pose of a link's frame (index in the engine): position and quaternion, tuples."""
         return self.engine.link_motion(self.body, index)[:2]
+
+    @cached_property
+    def collision_names(self) -> dict[tuple[str, int], str]:
+        """See description.collisions."""
+        return collision_names(self.description)
 
     def collisions_at(self, index: int) -> tuple[str, list[Shape]]:
         """Collision Shapes of a link of the body (index in the engine), in its frame.

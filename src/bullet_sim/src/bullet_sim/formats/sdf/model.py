@@ -21,7 +21,7 @@ from bullet_sim.formats.lights import parse_light
 from bullet_sim.formats.materials import Resolve
 from bullet_sim.formats.sdf.frames import Frames
 from bullet_sim.formats.sdf.includes import Includes, OpenInclude, unused
-from bullet_sim.formats.shapes import parse_shape
+from bullet_sim.formats.shapes import hollow_collision, parse_shape
 from bullet_sim.plugins import parse_plugin, parse_sensor
 from bullet_sim.plugins.forces import parse_gripper
 from bullet_sim.pose import Pose
@@ -132,6 +132,16 @@ def parse_model_element(
     return model
 
 
+def _add_hollow(link: Link, part: Node, number: int, resolve: Resolve) -> None:
+    """Note a collision that has no shape but is there in Gazebo, as its mesh is missing."""
+    uri = part.find("geometry/mesh/uri")
+    path = None if uri is None else uri.document.resolve_relative((uri.text or "").strip())
+    shape = hollow_collision(path, resolve)
+    if shape is not None:
+        name = part.get("name") or "collision"
+        link.hollow.append(replace(shape, link=link.name, name=name, number=number))
+
+
 def _find_loose_links(model: ModelDescription, poses: dict[str, Pose]) -> None:
     """Find the links that are loose: those that are no joint's child, but for the root.
 
@@ -217,11 +227,13 @@ class ModelReader:
                 in_link = inner.inverse() * frames.pose_of(part, name, f"{label} {tag}")
                 shape = parse_shape(part, tag, link.name, in_link, self.model, self._resolve)
                 if shape is None:
+                    if shapes is link.collisions:
+                        _add_hollow(link, part, number, self._resolve)
                     continue
                 retro = child_number(part, "laser_retro", f"{label} {tag}", 0.0)
                 shape = replace(shape, laser_retro=retro)
                 if shapes is link.collisions:
-                    shape = replace(shape, surface=surfaces[number])
+                    shape = replace(shape, surface=surfaces[number], number=number)
                 else:
                     flags = child_number(part, "visibility_flags", f"{label} {tag}", EVERYWHERE)
                     shape = replace(shape, visibility=int(flags) & EVERYWHERE)
