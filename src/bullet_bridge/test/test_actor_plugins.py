@@ -140,3 +140,20 @@ def test_a_line_enters_a_box_where_it_meets_it():
     assert entry(np.zeros(3), np.array((3.0, 0.0, 0.0)), *box) == pytest.approx((2.0, 0.0, 0.0))
     assert entry(np.array((3.0, 0.0, 1.0)), np.array((3.0, 0.0, 0.0)), *box) is None
     assert entry(np.array((0.0, 5.0, 1.0)), np.array((3.0, 4.0, 1.0)), *box) is None
+
+
+def test_the_animation_factor_is_how_fast_limbs_move_for_the_way():
+    """Upstream adds the way times the factor, 4.5 without one, to the animation's time."""
+    angles = []
+    factor = "<animation_factor>{}</animation_factor>"
+    for tags in ("", factor.format(4.5), factor.format(0)):
+        world = World()
+        world.load(parse_world(ACTOR.format(tags, ""), str))
+        model = world.models["walker"]
+        plugin = plugin_of(world, model, model.description.sensors[0])
+        world.step(20000)
+        plugin.update(world.time, 20.0)
+        angles.append(model.engine.joint_positions(0))
+        world.close()
+    default, same, standing = angles
+    assert default == same != standing

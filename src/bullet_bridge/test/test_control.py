@@ -402,3 +402,53 @@ def test_a_robot_whose_services_cannot_be_made_leaves_none(bot, monkeypatch):
     with pytest.raises(control.rospy.ServiceException):
         RobotControl(bot.jobs, bot.world, bot.model, "bot")
     assert len(bot.endpoints) == 3 and all(endpoint.closed for endpoint in bot.endpoints.values())
+
+
+def transmission(joint, interface):
+    return (
+        f"<transmission name='t_{joint}'><joint name='{joint}'>"
+        f"<hardwareInterface>hardware_interface/{interface}</hardwareInterface>"
+        "</joint><actuator name='m'/></transmission>"
+    )
+
+
+@pytest.mark.parametrize(
+    "text, expected",
+    [
+        (f"<robot name='r'>{transmission('arm', 'EffortJointInterface')}</robot>", ("effort",)),
+        (f"<robot name='r'>{transmission('leg', 'EffortJointInterface')}</robot>", ("velocity",)),
+        ("<robot", ("velocity",)),
+        (None, ("velocity",)),
+    ],
+)
+def test_transmissions_are_those_of_the_parameter(monkeypatch, text, expected):
+    """As upstream, found from the namespace upwards; without one the spawned text's count."""
+    asked = []
+
+    class Master:
+        def __init__(self, namespace):
+            asked.append(namespace)
+
+        def searchParam(self, name):  # noqa: N802
+            asked.append(name)
+            if text is None:
+                raise reconfigure.rosgraph.MasterError("there is none")
+            return f"/{name}"
+
+        def getParam(self, name):  # noqa: N802
+            return text
+
+    monkeypatch.setattr(reconfigure.rosgraph, "Master", Master)
+    plugin = bot_rig.CONTROL.replace(
+        "/></gazebo>", "><robotParam>it</robotParam></plugin></gazebo>"
+    )
+    parts = (
+        LINK.format("arm_link"),
+        JOINT.format("arm", "revolute"),
+        transmission("arm", "VelocityJointInterface"),
+    )
+    bot = bot_rig.Bot(monkeypatch, bot_rig.held_robot(parts, control=plugin), {})
+    assert asked == ["/bot", "it"]
+    assert bot.model.description.transmissions == {"arm": expected}
+    hardware = bot.model.manager.hardware
+    assert hardware.check_interface("c", expected[0], ["arm"]) == []

@@ -1,5 +1,6 @@
 """Outputs and controls of models: when they are updated, spawns and deletions."""
 
+import logging
 import math
 from types import SimpleNamespace
 
@@ -98,7 +99,9 @@ class Rig:
             name=name,
             manager=None,
             description=SimpleNamespace(
-                warnings=[], sensors=[Spec(rate=rate, name=f"s{rate}") for rate in rates]
+                log_level="",
+                warnings=[],
+                sensors=[Spec(rate=rate, name=f"s{rate}") for rate in rates],
             ),
         )
         self.world.models[name] = model
@@ -125,6 +128,20 @@ def test_outputs_are_updated_when_due_and_nothing_else_stops_a_batch(rig):
     assert rig.run(100) == [10, 20, 25, 30, 40, 50, 60, 70, 75, 80, 90, 100]
     assert rig.made[0].times == pytest.approx([0.01 * k for k in range(1, 11)])
     assert rig.made[1].times == pytest.approx([0.025, 0.05, 0.075, 0.1])
+
+
+def test_a_plugin_sets_the_level_of_the_log(rig):
+    log = logging.getLogger("rosout")
+    before = log.level
+    try:
+        log.setLevel("INFO")
+        model = rig.model("a", 100)
+        assert log.level == logging.INFO
+        model.description.log_level = "DEBUG"
+        rig.robots.connect(model)
+        assert log.level == logging.DEBUG
+    finally:
+        log.setLevel(before)
 
 
 def test_without_models_nothing_is_due(rig):
@@ -333,7 +350,9 @@ def _spawn(rig, monkeypatch):
         model = SimpleNamespace(
             name=name,
             manager=True,
-            description=SimpleNamespace(warnings=[], sensors=sensors, control_namespace=""),
+            description=SimpleNamespace(
+                log_level="", warnings=[], sensors=sensors, control_namespace=""
+            ),
         )
         rig.world.models[name] = model
         rig.robots.connect(model, "/n/")

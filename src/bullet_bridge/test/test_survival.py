@@ -113,7 +113,9 @@ def test_a_controller_that_cannot_be_published_stops_no_other(world, topics, mon
         model = SimpleNamespace(
             name=name,
             manager=True,
-            description=SimpleNamespace(warnings=[], sensors=[], control_namespace=name),
+            description=SimpleNamespace(
+                log_level="", warnings=[], sensors=[], control_namespace=name
+            ),
         )
         world.models[name] = model
         monkeypatch.setattr(World, "sources", lambda _: [])

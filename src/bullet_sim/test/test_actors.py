@@ -290,7 +290,8 @@ def test_a_pedestrian_has_the_parameters_of_its_plugin():
         "<group_gaze_weight>1</group_gaze_weight><group_coh_weight>3</group_coh_weight>"
         "<group_rep_weight>4</group_rep_weight><people_distance>6</people_distance>"
         "<group><model>bob</model></group><ignore_obstacles><model>cafe</model>"
-        "</ignore_obstacles><trajectory><cyclic>true</cyclic><waypoint>1 2 1.2</waypoint>"
+        "</ignore_obstacles><animation_factor>9</animation_factor>"
+        "<trajectory><cyclic>true</cyclic><waypoint>1 2 1.2</waypoint>"
         "<waypoint>3 4 1.2</waypoint></trajectory>"
     )
     plugin = "<plugin name='p' filename='libPedestrianSFMPlugin.so'>{}</plugin>"
@@ -298,7 +299,7 @@ def test_a_pedestrian_has_the_parameters_of_its_plugin():
     assert model.sensors == [
         PedestrianSpec(
             "p", "walker_pose", ((1.0, 2.0), (3.0, 4.0)), True, 1.1, 0.4, 2.5, 80.0, 15.0, 1.0,
-            3.0, 4.0, 6.0, ("bob",), ("cafe",),
+            3.0, 4.0, 6.0, ("bob",), ("cafe",), 2.0,
         )
     ]  # fmt: skip
     ((model, _),) = described(actor(more=plugin.format(""))).models

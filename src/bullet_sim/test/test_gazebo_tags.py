@@ -7,7 +7,7 @@ from bullet_sim.formats.materials import standard
 from bullet_sim.formats.sdf.world import parse_model
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec
-from bullet_sim.plugins.forces import ContactSpec
+from bullet_sim.plugins.forces import ContactSpec, GripperSpec
 from bullet_sim.plugins.inertial import GroundTruthSpec, ImuSpec
 from bullet_sim.plugins.lidars import RaySpec
 
@@ -461,6 +461,16 @@ def test_what_is_within_a_visual_and_a_collision():
 def test_elements_that_are_ignored_are_named(tag):
     (warning,) = read(f'<gazebo reference="base"><{tag}>1</{tag}></gazebo>').warnings
     assert f"<{tag}>" in warning and "ignored" in warning
+
+
+def test_a_gripper_of_a_urdf_is_that_of_its_sdf():
+    """sdformat copies it into the model where <gazebo> names no link, else into a link."""
+    text = (
+        "<gripper name='g'><palm_link>base</palm_link><gripper_link>base</gripper_link>"
+        "<grasp_check><attach_steps>7</attach_steps></grasp_check></gripper>"
+    )
+    model = read(f"<gazebo>{text}</gazebo>")
+    assert model.sensors == [GripperSpec("g", "base", ("base",), 2, 7, 40)] and not model.warnings
 
 
 NAMED = """<robot name="r"><link name="base">%s</link><link name="head">%s</link>

@@ -129,19 +129,15 @@ def test_parameters_of_a_cameras_distortion():
         assert found[0] != found[1], (tag, attribute)
 
 
-@pytest.mark.parametrize(
-    "library, tag",
-    [
-        ("gazebo_ros_depth_camera", "reflectanceTopicName"),
-        ("gazebo_ros_depth_camera", "normalsTopicName"),
-        ("gazebo_ros_depth_camera", "reduceNormals"),
-        ("gazebo_ros_control", "robotParam"),
-    ],
-)
-def test_a_parameter_without_an_effect_is_told(library, tag):
-    assert not any(tag in warning for warning in read(library, {}).warnings)
-    (warning,) = [text for text in read(library, {tag: "x"}).warnings if tag in text]
-    assert f"<{tag}>, which have no effect here" in warning
+def test_the_level_of_the_log_is_that_of_the_last_plugin():
+    for library in ("gazebo_ros_diff_drive", "gazebo_ros_tricycle_drive"):
+        assert read(library, {"rosDebugLevel": "warn"}).log_level == "WARN", library
+        assert read(library, {"rosDebugLevel": "na"}).log_level == "", library
+
+
+def test_the_parameter_of_gazebo_ros_control():
+    assert read("gazebo_ros_control", {}).robot_param == "robot_description"
+    assert read("gazebo_ros_control", {"robotParam": "arm"}).robot_param == "arm"
 
 
 REALSENSE = {  # parameter -> text, camera, attribute, default, read

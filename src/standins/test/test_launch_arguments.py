@@ -44,6 +44,8 @@ def test_the_arguments_of_the_node():
     assert (node.get("output"), node.get("respawn")) == ("$(arg output)", "$(arg respawn_gazebo)")
     gui = next(each for each in root.findall("node") if each.get("name") == "gazebo_gui")
     assert gui.get("required") == "$(arg gui_required)"
+    assert gui.get("if") == "$(arg gui)"  # headless has no effect, as upstream
+    assert (gui.get("pkg"), gui.get("type")) == ("gazebo_ros", "gzclient")
     given = {each.get("name"): each for each in node.findall("param")}
     assert given["paused"].get("value") == "$(arg paused)"
     assert given["world_file"].get("value") == "$(arg world_name)"

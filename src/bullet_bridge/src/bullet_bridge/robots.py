@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time as wall
 import traceback
@@ -91,6 +92,8 @@ class Robots:
     def _connect(
         self, model: Model, namespace: str, run: Callable[[Callable[[], bool]], bool]
     ) -> None:
+        if model.description.log_level:
+            logging.getLogger("rosout").setLevel(model.description.log_level)
         parts: list[ModelPlugin] = []
         controls: list[RobotControl] = []
 

@@ -9,12 +9,15 @@ import types
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, cast
 
+import rosgraph
 import rospy
 from bullet_sim.controllers import steer_bot
 from bullet_sim.controllers.pid import PidGains, parse_pid
 from bullet_sim.controllers.settings import as_number
 from bullet_sim.description.model import STEER_BOT_SIM_TYPE
 from bullet_sim.errors import ControllerError, SimError
+from bullet_sim.formats.urdf import bare_interfaces, parse_transmissions
+from bullet_sim.xml_reader import parse
 from control_toolbox.cfg import ParametersConfig
 
 from bullet_bridge.transport.reconfigure import ValuesServer, widened
@@ -119,6 +122,7 @@ def set_hardware(model: Model, namespace: str, pid_servers: PidServers) -> Calla
         Function that puts the hardware layer into force, for the simulation thread.
     """
     hardware = cast("Manager", model.manager).hardware
+    _take_transmissions(model, hardware, namespace)
     if model.description.robot_sim_type != STEER_BOT_SIM_TYPE:
         where = f"{namespace}/{PID_GAINS}"
         entries = rospy.get_param(where, None) or {}
@@ -135,6 +139,28 @@ def set_hardware(model: Model, namespace: str, pid_servers: PidServers) -> Calla
         return hardware.restart
     joints = steer_bot.SteerBotJoints(model.joints, config)
     return functools.partial(hardware.put_before, joints, config.interfaces())
+
+
+def _take_transmissions(model: Model, hardware: Hardware, namespace: str) -> None:
+    """Take the transmissions of the URDF in the parameter that <robotParam> names.
+
+    As upstream it is looked for from the namespace upwards. Those of the model's own file count
+    where there is none, for which upstream waits, or where it names no joint of the model.
+    """
+    description = model.description
+    if not description.robot_param:
+        return
+    try:
+        master = rosgraph.Master(f"/{namespace.strip('/')}")
+        name = master.searchParam(description.robot_param)
+        robot = parse(master.getParam(name), f"parameter {name}")
+    except (OSError, rosgraph.MasterException, TypeError, ValueError):
+        return
+    found = parse_transmissions(robot, description.joints, lambda text: None)
+    if found and found != description.transmissions:
+        description.transmissions = found
+        description.bare_interfaces = bare_interfaces(robot, description.joints)
+        hardware.set_interfaces(found)
 
 
 def _log_joints(description: ModelDescription, where: str, entries: Any) -> None:

@@ -53,7 +53,7 @@ class ActorMover(ModelPlugin):
         for _ in range(max(1, round((time - self.updated) / step))):
             before = self._place
             self._walk(step)
-            self._way += math.dist(self._place[:2], before[:2])
+            self._way += self.spec.steps * math.dist(self._place[:2], before[:2])
         self.updated = time
         self._show()
 

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+import roslib.message
 import rospy
 from bullet_sim.errors import RenderError
 from bullet_sim.plugins.cameras import (
@@ -504,6 +505,13 @@ class DepthCameraSensor(CameraSensor):
         self._depth = self.publisher(spec.depth_topic, Image, relayed=False)
         self._depth_info = self.publisher(spec.depth_info_topic, CameraInfo, relayed=False)
         self._points = self.publisher(spec.points_topic, PointCloud2, relayed=False)
+        if spec.reflectance_topic:
+            self.publisher(spec.reflectance_topic, Image, relayed=False)
+        markers = roslib.message.get_message_class(
+            "visualization_msgs/MarkerArray"
+        )  # None: not installed
+        if spec.normals_topic and markers is not None:
+            self.publisher(spec.normals_topic, markers, relayed=False)
 
     @property
     def nominal_rate(self) -> float:

@@ -61,6 +61,10 @@ class Hardware(Stateful):
         self._use(joints, interfaces)
         self.restart()
 
+    def set_interfaces(self, interfaces: Mapping[str, Sequence[str]]) -> None:
+        """Offer other interfaces of the same joints, before a controller has handles of them."""
+        self._use(self.joints, interfaces)
+
     def _use(self, joints: RobotJoints, interfaces: Mapping[str, Sequence[str]]) -> None:
         self.joints, self._interfaces = joints, interfaces
         self._handles = {

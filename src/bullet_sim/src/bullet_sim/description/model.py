@@ -400,6 +400,7 @@ class ModelDescription:
         robot_sim_type: of its hardware layer, as in <robotSimType>; empty: the default.
         kept: fixed joints that are not merged, as a URDF's <preserveFixedJoint> wants it.
         measured: joints whose force and torque a sensor measures; fixed ones are not merged.
+        robot_param: name of the parameter whose URDF has the transmissions; empty: the file's own.
         transmissions: hardware interfaces of each joint: 'effort', 'velocity', 'position'.
         bare_interfaces: of joints whose first one is written without `hardware_interface/`.
         static: never moves.
@@ -408,6 +409,7 @@ class ModelDescription:
         auto_disable: it may sleep while it rests.
         has_sensors: also such as are left out; with the solver 'ode' it does not sleep then.
         is_urdf: its file is a URDF, which Gazebo turns into SDF.
+        log_level: of the simulator's log from when the model is there; empty: it stays.
         motion: ActorMotion of an actor, which nothing else moves.
         origin: <origin> of a URDF's <robot>, within the pose at which it is spawned.
     """
@@ -426,6 +428,7 @@ class ModelDescription:
     robot_sim_type: str = ""
     kept: set[str] = field(default_factory=set)
     measured: set[str] = field(default_factory=set)
+    robot_param: str = ""
     transmissions: dict[str, tuple[str, ...]] = field(default_factory=dict)
     bare_interfaces: dict[str, str] = field(default_factory=dict)
     static: bool = False
@@ -435,6 +438,7 @@ class ModelDescription:
     auto_disable: bool = True
     has_sensors: bool = False
     is_urdf: bool = False
+    log_level: str = ""
     motion: Any = None
     origin: Pose = field(default_factory=Pose)
     warnings: list[ReadWarning] = field(default_factory=list)

@@ -21,6 +21,7 @@ from bullet_sim.errors import ModelError
 from bullet_sim.formats.lights import parse_light
 from bullet_sim.formats.materials import Material, Resolve, material_of, named_material
 from bullet_sim.plugins import parse_plugin, parse_sensor
+from bullet_sim.plugins.forces import parse_gripper
 from bullet_sim.plugins.xml import merged_links
 from bullet_sim.xml_reader import (
     Node,
@@ -204,6 +205,7 @@ READ = {
     "allow_auto_disable",
     "velocity_decay",
     "provideFeedback",
+    "gripper",
 }
 # Ignored without a warning; docs/support says of each what it means in Gazebo.
 QUIET = {
@@ -251,6 +253,7 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
     for name in model.links:
         _set_merged(name, gravity, decay, model)
     materials: dict[str, Material] = {}
+    grippers: list[Node] = []
     for element in robot.findall("gazebo"):
         reference = element.get("reference")
         if reference is None:
@@ -289,6 +292,10 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
             parse_sensor(sensor, link, model)
         for plugin in element.findall("plugin"):
             parse_plugin(plugin, model)
+        if reference is None:  # in a link SDF has none
+            grippers += element.findall("gripper")
+    for gripper in grippers:
+        parse_gripper(gripper, model, "")
     _assign(robot, materials, _retros(robot), model)
 
 
@@ -439,8 +446,9 @@ def _set_merged(
 
 def _unknown(element: Node, model: ModelDescription, reference: str | None) -> None:
     label = "<gazebo>" if reference is None else f"<gazebo reference='{reference}'>"
+    known = READ | QUIET if reference is None else (READ | QUIET) - {"gripper"}
     for child in element:
-        if isinstance(child.tag, str) and child.tag not in READ | QUIET:
+        if isinstance(child.tag, str) and child.tag not in known:
             model.warn(
                 f"{label}: <{child.tag}> means nothing here and is ignored",
                 f"<gazebo> elements have <{child.tag}>, which means nothing here and is ignored",

@@ -209,7 +209,7 @@ class ActorEngine:
 
         Args:
             pose: in the world.
-            way: that it has walked, for its limbs [m].
+            way: that its limbs have walked [m].
         """
         self._put = (pose, limbs("walking", 2.0 * math.pi * way / STRIDE))
         self._now = math.nan

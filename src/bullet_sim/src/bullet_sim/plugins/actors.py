@@ -9,6 +9,7 @@ from bullet_sim.plugins.xml import PluginXml
 from bullet_sim.pose import Vec3
 from bullet_sim.xml_reader import floats
 
+FACTOR = 4.5  # animation_factor where none is given, at which steps are as long as the way
 HIPS = 1.2138  # [m] height at which the plugins hold an actor
 
 
@@ -20,6 +21,7 @@ class WalkerSpec:
         target: the first one (3,) [m], in the world.
         weight, obstacle_weight: of the way to the target and away from models.
         ignored: models that it does not go around.
+        steps: how fast its limbs move for the way that it walks; 1: as far.
     """
 
     name: str
@@ -28,6 +30,7 @@ class WalkerSpec:
     weight: float = 1.15
     obstacle_weight: float = 1.5
     ignored: tuple[str, ...] = ()
+    steps: float = 1.0
     topic: str = ""
 
 
@@ -40,6 +43,7 @@ def walker(xml: PluginXml) -> WalkerSpec:
         weight=xml.number("target_weight", 1.15),
         obstacle_weight=xml.number("obstacle_weight", 1.5),
         ignored=_models(xml, "ignore_obstacles"),
+        steps=xml.number("animation_factor", FACTOR) / FACTOR,
     )
 
 
@@ -55,6 +59,7 @@ class PedestrianSpec:
         distance: within which other actors count [m].
         group: names of the actors that it walks with; None: it has no group.
         ignored: models that are no obstacles.
+        steps: see WalkerSpec.
     """
 
     name: str
@@ -72,6 +77,7 @@ class PedestrianSpec:
     distance: float = 5.0
     group: tuple[str, ...] | None = None
     ignored: tuple[str, ...] = ()
+    steps: float = 1.0
     topic: str = ""
 
 
@@ -97,6 +103,7 @@ def pedestrian(xml: PluginXml) -> PedestrianSpec:
         distance=xml.number("people_distance", 5.0),
         group=None if xml.element.find("group") is None else _models(xml, "group"),
         ignored=_models(xml, "ignore_obstacles"),
+        steps=xml.number("animation_factor", FACTOR) / FACTOR,
     )
 
 

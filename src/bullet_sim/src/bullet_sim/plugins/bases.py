@@ -6,7 +6,14 @@ import re
 from dataclasses import dataclass
 from typing import Any
 
-from bullet_sim.plugins.drives import PLANAR, link_frames, movable, odometry_names, warn_sizes
+from bullet_sim.plugins.drives import (
+    PLANAR,
+    link_frames,
+    movable,
+    odometry_names,
+    read_log_level,
+    warn_sizes,
+)
 from bullet_sim.plugins.registry import model_plugin
 from bullet_sim.plugins.rules import FrameName
 from bullet_sim.plugins.xml import PluginXml, library
@@ -174,6 +181,7 @@ def _base(xml: PluginXml) -> str:
 
 @model_plugin("gazebo_ros_tricycle_drive")
 def tricycle(xml: PluginXml) -> TricycleSpec | None:
+    read_log_level(xml)
     names = [
         xml.in_scope(xml.text(tag, default))
         for tag, default in (

@@ -29,6 +29,7 @@ class JointStatesSpec:
 
 PLANAR = (1e-5, 1e-5, 1e12, 1e12, 1e12, 1e-3)  # variances of a base's pose
 NO_COVARIANCE = (0.0,) * 6
+LOG_LEVELS = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL")
 
 
 @dataclass(frozen=True)
@@ -139,8 +140,7 @@ def control(xml: PluginXml) -> None:
     model.control_namespace = f"/{xml.names.namespace}"
     model.control_period = Values(xml.element, "gazebo_ros_control").number("controlPeriod")
     model.emergency_stop = xml.text("eStopTopic")
-    if xml.text("robotParam", "robot_description") != "robot_description":
-        xml.warn_ignored("robotParam")
+    model.robot_param = xml.text("robotParam", "robot_description")
     sim_type = xml.text("robotSimType", DEFAULT_SIM_TYPE).replace("::", "/")
     if sim_type not in known:
         xml.warn(
@@ -180,12 +180,20 @@ def state_publisher(xml: PluginXml) -> list[Any]:
     return specs
 
 
+def read_log_level(xml: PluginXml) -> None:
+    """Read <rosDebugLevel>, as the plugins do that share upstream's GazeboRos; the last counts."""
+    level = xml.text("rosDebugLevel").upper()
+    if level in LOG_LEVELS:
+        xml.model.log_level = level
+
+
 @model_plugin("gazebo_ros_diff_drive")
 def diff_drive(xml: PluginXml) -> WheelDriveSpec | None:
     """WheelDriveSpec; <publishTf> false switches the odometry off, too, as upstream.
 
     <legacyMode>, which once swapped the joints, is no more since gazebo_plugins 2.8.3.
     """
+    read_log_level(xml)
     left, right = (
         xml.in_scope(xml.text(f"{side}Joint", f"{side}_joint")) for side in ("left", "right")
     )
