@@ -338,6 +338,7 @@ def losses(found):
 LIBRARY = re.compile(r"lib[\w.+-]+\.so")
 NAMED = re.compile(r"(controller|world file|plugin) '([^']+)'")
 LOGGED = re.compile(r"\[?(?:ERROR|FATAL)\]?:? (?:\[[^]]*\]: )?(.*)")  # a line of a node's log
+IMAGE = re.compile(r'failed to open image file "(/[^"]+)"')  # map_server's error
 
 
 def _subject(text):
@@ -365,7 +366,18 @@ def _reason(found, program):
 def _before(found, name):
     """The error that was logged just before a node died, or ""."""
     text = LOGGED.fullmatch(found.get("before", {}).get(name, ""))
-    return f"; just before: {text.group(1)}" if text else ""
+    return f"; just before: {text.group(1)}{_elsewhere(text.group(1))}" if text else ""
+
+
+def _elsewhere(text):
+    """What helps where map_server's error names an image in a folder of its author's machine."""
+    image = IMAGE.search(text)
+    if not image or os.path.isdir(os.path.dirname(image.group(1))):
+        return ""
+    return (
+        f"; there is no such folder here: with 'image: {os.path.basename(image.group(1))}' in the "
+        "map's YAML file it is looked for beside that file"
+    )
 
 
 def _lost(found, text):

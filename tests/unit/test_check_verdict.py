@@ -598,5 +598,16 @@ def test_the_error_before_a_death_is_told(tmp_path):
     said = check_observer.read_launch_log(str(log))
     assert set(said["before"]) == {"map_server"}
     first, second = check.problems(changed(died=said["died"], before=said["before"]))
-    assert first.endswith('exit code 255; just before: failed to open image file "/maps/a.pgm"')
+    assert 'exit code 255; just before: failed to open image file "/maps/a.pgm"' in first
     assert second == "node amcl (amcl) died with exit code 1"
+
+
+@pytest.mark.parametrize("folder", ["", "there"])
+def test_a_map_whose_image_is_in_its_authors_folder(tmp_path, folder):
+    """Published maps name the image by the path that it had when map_saver wrote them."""
+    (tmp_path / "there").mkdir()
+    image = tmp_path / folder / "yard.pgm" if folder else "/home/somebody/maps/yard.pgm"
+    error = f'[ERROR] [1795828120.5]: failed to open image file "{image}": Couldn\'t open {image}'
+    said = changed(died=[("map_server-8", 255, "map_server")], before={"map_server-8": error})
+    (sentence,) = check.problems(said)
+    assert ("with 'image: yard.pgm' in the map's YAML file" in sentence) == (not folder)
