@@ -1,6 +1,6 @@
 """Lets a trained policy drive from unseen starts, and other drivers beside it.
 
-Every driver starts at the same places: laps made, lap times, distance from the centreline, why a
+Every driver starts at the same places: laps made, lap times, distance from the center line, why a
 run ended. The table is printed; out/evaluate/NAME/ has it as report.json, with an image of the
 ways for each track. Tracks that were not trained on are welcome.
 """

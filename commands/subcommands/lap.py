@@ -1,4 +1,4 @@
-"""Drives a whole lap without a display.
+"""Drives a lap without a display.
 
 Leaves in out/lap/: lap.mp4 (the camera with the window's overlay), lap.png, path.png (the path over
 the track), path.csv, referee.csv, replay.html (the lap in 3-D, for any browser) and result.json;
@@ -37,7 +37,7 @@ def add_arguments(parser):
         default="slider",
         type=one_of("driver", DRIVERS, ALIASES),
         help="slider (the real window's slider under cruise control; the default), line (camera "
-        "alone), pursuit (odometry and centreline), policy (a trained one, see --policy), buttons "
+        "alone), pursuit (odometry and center line), policy (a trained one, see --policy), buttons "
         "(roams with the window's buttons for 40 s)",
     )
     driver.complete = lambda: DRIVERS

@@ -1,6 +1,6 @@
 """Makes a replay of a rosbag: an HTML file that opens in any browser, without a server.
 
-It shows the track, the robot's odometry and joint states in 3-D, with a time bar. Our car and our
+It shows the track, the robot's odometry and joint states in 3-D, with a time bar. Paddock's car and
 truck are known by their topics; name the description of any other robot, for example:
   ./run replay drive.bag --track hard
   ./run replay rover.bag --urdf rover.urdf.xacro --odometry /odom --world yard.world

@@ -3,11 +3,11 @@
 Everything goes to out/train/NAME/: policy.onnx (what ./run lap --driver policy and ./run evaluate
 take), report.json, film and replay.html of the best lap, the learning curve, a map of where runs
 ended, logs and checkpoints. Ctrl-C ends in order and keeps all; --resume goes on. A new training of
-the same name empties the folder. The first time, Debian's torch and stable-baselines3 get installed
-(330 MB). reward_function.py, model_metadata.json and hyperparameters.json of AWS DeepRacer run as
-they are. --env backing teaches the Cyber Truck to back its trailer instead. docs/learning.md tells
-more. With --ray the workers are actors of Ray, on this machine or on several (./run cluster), as
-they are where more than two for each core are asked for.
+the same name empties the folder. The first time it installs Debian's torch and stable-baselines3.
+reward_function.py, model_metadata.json and hyperparameters.json of AWS DeepRacer run as they are.
+--env backing teaches the Cyber Truck to back its trailer instead. With --ray the workers are actors
+of Ray, on this machine or on several (./run cluster); more than two workers for each core mean
+--ray auto. docs/learning.md tells more.
 """
 
 import json
