@@ -8,7 +8,7 @@ import pytest
 import rospy
 from bullet_bridge.plugins import drives, lidars
 from bullet_bridge.transport.conversions import vector
-from bullet_sim.formats.sdf.world import ground_plane
+from bullet_sim.formats.sdf.world import ground_plane, parse_world
 from bullet_sim.plugins.drives import PlanarMoveSpec, WheelDriveSpec
 from bullet_sim.plugins.inertial import (
     BiasedImuSpec,
@@ -23,7 +23,7 @@ from bullet_sim.plugins.inertial import (
 from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-from fake_impl import FakeReceivedCounts, fake_publishers, in_thread, plugin_of
+from fake_impl import FakeReceivedCounts, FakeServer, fake_publishers, in_thread, plugin_of
 from geometry_msgs.msg import Twist, Vector3
 from hector_gazebo_plugins.srv import SetBiasRequest, SetReferenceGeoPoseRequest
 from sensor_msgs.msg import PointCloud, Range
@@ -176,6 +176,94 @@ def test_the_reference_of_a_gps_can_be_set(topics, world, cart):
     request.geo_pose.position.latitude = math.nan
     with pytest.raises(rospy.ServiceException, match="nan degrees north.*between -90 and 90"):
         topics["/fix/set_reference_geopose"].call(request)
+
+
+def test_a_gps_and_a_magnetometer_that_use_the_worlds_place(topics, cart):
+    """heading_deg is counter-clockwise from the east: at 90 the world's x points north."""
+    world = World()
+    world.load(
+        parse_world(
+            "<sdf version='1.6'><world name='w'><spherical_coordinates><surface_model>EARTH_WGS84"
+            "</surface_model><latitude_deg>47.5</latitude_deg><longitude_deg>8.5</longitude_deg>"
+            "<elevation>400</elevation><heading_deg>90</heading_deg></spherical_coordinates>"
+            "</world></sdf>",
+            str,
+        )
+    )
+    cart = world.spawn_urdf("cart", CART, Pose((100.0, 0.0, 0.0)), str)
+    names = ("latitude", "longitude", "altitude", "heading")
+    made(GpsSpec("g", "base", **dict.fromkeys(names)), world, cart).update(0.0, 0.0)
+    fix = topics["/fix"].messages[-1]
+    assert (fix.latitude - 47.5) * 111.18e3 == pytest.approx(100.0, rel=1e-3)
+    assert (fix.longitude, fix.altitude) == pytest.approx((8.5, 400.0))
+    made(MagneticSpec("m", "base", heading=None, topic="/m"), world, cart).update(0.0, 0.0)
+    field = topics["/m"].messages[-1].vector
+    assert (field.x, field.y) == pytest.approx((0.22, 0.0), abs=1e-9)
+    world.close()
+
+
+def test_a_set_reference_keeps_the_radii_of_the_first_one_as_upstream(topics, world, cart):
+    cart.set_state(Pose((0.0, 1000.0, 0.1)))
+    output = in_thread(made(GpsSpec("g", "base", latitude=0.0, heading=math.pi / 2), world, cart))
+    request = SetReferenceGeoPoseRequest()
+    request.geo_pose.position.latitude, request.geo_pose.orientation.w = 60.0, 1.0
+    topics["/fix/set_reference_geopose"].call(request)
+    output.update(2.0, 0.0)
+    degrees = topics["/fix"].messages[-1].latitude - 60.0
+    assert degrees * 110574.0 == pytest.approx(1000.0, abs=0.1)  # a degree at the equator
+
+
+def test_an_offset_of_hectors_imu_turns_from_the_left(topics, world, cart):
+    """Orientation and accelerations as rpyOffset times the link's; rates in the sensor's axes."""
+    cart.set_state(Pose.from_xyz_rpy((0.0, 0.0, 1.0), (0.0, 0.0, math.pi / 2)), angular=(0, 1, 0))
+    spec = BiasedImuSpec("i", "base", pose=((0.0,) * 3, (math.pi / 2, 0.0, 0.0)))
+    made(spec, world, cart).update(world.time, 0.0)
+    message = topics["/imu"].messages[-1]
+    turned = Pose.from_xyz_rpy((0.0,) * 3, (math.pi / 2, 0.0, 0.0)) * Pose.from_xyz_rpy(
+        (0.0,) * 3, (0.0, 0.0, math.pi / 2)
+    )
+    q = message.orientation
+    assert abs(np.dot((q.x, q.y, q.z, q.w), turned.orientation)) == pytest.approx(1.0)
+    force = turned.matrix.T @ (0.0, 0.0, 9.81)
+    assert vector(message.linear_acceleration) == pytest.approx(force, abs=0.02)
+    assert vector(message.angular_velocity) == pytest.approx((1.0, 0.0, 0.0), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    "spec, namespaces",
+    [
+        (BiasedImuSpec("i", "base"), ("/imu/accel", "/imu/rate", "/imu/yaw")),
+        (GpsSpec("g", "base"), ("/fix/position", "/fix/velocity", "/fix/status")),
+        (MagneticSpec("m", "base"), ("/magnetic",)),
+        (RangeSpec("s", "base", topic="/s", tunable=True, **SCAN), ("/s",)),
+        (RangeSpec("s", "base", topic="/s", **SCAN), ()),
+    ],
+)
+def test_errors_of_hectors_sensors_are_reconfigured(topics, world, cart, spec, namespaces):
+    made(spec, world, cart)
+    assert tuple(FakeServer.made) == namespaces
+
+
+def test_what_is_reconfigured_counts_for_all_axes(topics, world, cart):
+    errors = ErrorModel(offset=(1.0, 2.0, 3.0), noise=(0.0, 0.0, 0.0))
+    output = in_thread(made(GpsSpec("g", "base", errors=errors), world, cart))
+    server = FakeServer.made["/fix/position"]
+    assert server.values["offset"] == pytest.approx(2.0) and server.config.max["offset"] == 10.0
+    server.callback({**server.values, "offset": 5.0, "gaussian_noise": 0.0, "drift": 0.5}, 1)
+    output._errors.drift = (0.0, 0.0, 0.0)
+    output.update(2.0, 0.0)
+    fix = topics["/fix"].messages[-1]
+    assert fix.altitude == pytest.approx(5.0 + cart.pose.position[2], abs=0.2)
+    assert fix.position_covariance[::4] == pytest.approx((0.25,) * 3)
+    status = FakeServer.made["/fix/status"]
+    assert status.values["STATUS_FIX"] and not status.values["SERVICE_GPS"]
+    status.callback({**status.values, "STATUS_GBAS_FIX": True, "SERVICE_GALILEO": True}, 1)
+    output.update(3.0, 0.0)
+    fix = topics["/fix"].messages[-1]
+    assert (fix.status.status, fix.status.service) == (2, 8)
+    status.callback({**status.values, "STATUS_FIX": False}, 1)
+    output.update(4.0, 0.0)
+    assert topics["/fix"].messages[-1].status.status == -1
 
 
 def test_noise_of_an_imu_is_that_of_its_seed(topics, world, cart):

@@ -97,8 +97,8 @@ SPECIAL = [  # library, parameters, attribute, what upstream's source makes of t
     ("hector_gazebo_ros_magnetic", {"updatePeriod": "0 250000000"}, "rate", 4.0),
     ("hector_gazebo_ros_gps", {"updatePeriod": "2", "updateRate": "7"}, "rate", 0.5),
     ("hector_gazebo_ros_gps", {"xyzOffset": "1 2 3"}, "pose", [[0.0] * 3, [0.0] * 3]),
-    ("hector_gazebo_ros_gps", {"useWorldSphericalCoordinates": "1"}, "latitude", 0.0),
-    ("hector_gazebo_ros_gps", {"useWorldSphericalCoordinates": "1"}, "heading", math.pi / 2),
+    ("hector_gazebo_ros_gps", {"useWorldSphericalCoordinates": "1"}, "latitude", None),
+    ("hector_gazebo_ros_gps", {"useWorldSphericalCoordinates": "1"}, "heading", None),
 ]
 
 

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from bullet_sim.description.world import Place
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.drives import PlanarMoveSpec, WheelDriveSpec
 from bullet_sim.plugins.inertial import (
@@ -166,8 +167,9 @@ def test_a_degree_of_latitude_is_that_of_the_ellipsoid():
     ],
 )
 def test_a_fix(heading, position, north, east):
-    latitude, longitude, altitude = inertial.fix(position, 45.0, 10.0, 300.0, heading)
     per_north, per_east = inertial.radii(45.0)
+    place = Place(45.0, 10.0, 300.0, heading)
+    latitude, longitude, altitude = inertial.fix(position, place, (per_north, per_east))
     assert math.radians(latitude - 45.0) * per_north == pytest.approx(north, abs=1e-6)
     assert math.radians(longitude - 10.0) * per_east == pytest.approx(east, abs=1e-6)
     assert altitude == 305.0

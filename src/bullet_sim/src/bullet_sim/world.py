@@ -12,7 +12,7 @@ from bullet_sim.controllers import Controller
 from bullet_sim.controllers.effort_row import MAX_NOTED_STEPS
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.warnings import add_warning
-from bullet_sim.description.world import MIN_STEP, Scene, WorldDescription
+from bullet_sim.description.world import MIN_STEP, Place, Scene, WorldDescription
 from bullet_sim.engine import BodiesState, Engine, make_engine, restore_bodies, save_bodies
 from bullet_sim.errors import ModelError, WorldError
 from bullet_sim.files import OwnFolder
@@ -157,6 +157,7 @@ class World:
         self._next_key = 0
         self.name = "default"
         self.scene = Scene()
+        self.place = Place()  # on the earth
         self.models: dict[str, Model] = {}
         self.forces = Forces()
         self.on_implausible: Callable[[str], None] = lambda message: None
@@ -218,7 +219,7 @@ class World:
         Returns:
             Warnings (ReadWarning), one message each; a model that cannot be loaded is one.
         """
-        self.name, self.scene = described.name, described.scene
+        self.name, self.scene, self.place = described.name, described.scene, described.place
         self.engine.set_gravity(described.gravity)
         self.engine.configure(described.ode)
         self.engine.set_time_step(described.step)

@@ -25,6 +25,7 @@ from sensor_msgs.msg import ChannelFloat32, LaserScan, PointCloud, PointCloud2, 
 from tf2_msgs.msg import TFMessage
 
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
+from bullet_bridge.plugins.errors import TunedSensor
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedScan
 
@@ -211,7 +212,7 @@ def _half_a_ray_beyond(first: float, last: float, count: int) -> Array:
 
 
 @ros_side(RangeSpec)
-class RangeSensor(RaysSensor):
+class RangeSensor(RaysSensor, TunedSensor):
     """sensor_msgs/Range: the closest hit, max_range where there is none."""
 
     STATE = ("_errors", "_measured")
@@ -220,6 +221,8 @@ class RangeSensor(RaysSensor):
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         self._errors = SensorErrors(self.spec.errors)
+        if self.spec.tunable:
+            self.tune(self.spec.topic, self._errors)
 
     def reset(self, time: float) -> None:
         """With random errors, as its drift gives them."""

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import numpy as np
 import rospy
+from bullet_sim.description.world import Place
 from bullet_sim.plugins.forces import ForceTorqueSpec, LinkForceSpec
 from bullet_sim.plugins.inertial import (
     BiasedImuSpec,
@@ -29,11 +32,13 @@ from hector_gazebo_plugins.srv import (
     SetReferenceGeoPoseResponse,
 )
 from nav_msgs.msg import Odometry
+from paddock_common.reconfigure import describe
 from sensor_msgs.msg import Imu, MagneticField, NavSatFix
 from std_srvs.srv import Empty as EmptyService
 from std_srvs.srv import EmptyResponse
 
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
+from bullet_bridge.plugins.errors import TunedSensor
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedFix, PackedImu, PackedOdometry, PackedVector
 
@@ -78,6 +83,29 @@ class GroundTruthSensor(Sensor):
             linear = linear + self.rng.normal(0, self.spec.noise_stddev, 3)
             angular = angular + self.rng.normal(0, self.spec.noise_stddev, 3)
         self._sender.send(time, position, orientation, linear, angular)
+
+
+_SERVICES = {"SERVICE_GPS": 1, "SERVICE_GLONASS": 2, "SERVICE_COMPASS": 4, "SERVICE_GALILEO": 8}
+GNSS = SimpleNamespace(  # hector_gazebo_plugins/GNSS.cfg
+    **describe(
+        (name, "bool", default, False, True, text)
+        for name, default, text in (
+            ("STATUS_FIX", True, "unaugmented fix"),
+            ("STATUS_SBAS_FIX", False, "fix with satellite-based augmentation"),
+            ("STATUS_GBAS_FIX", False, "with ground-based augmentation"),
+            *((name, True, name.partition("_")[2]) for name in _SERVICES),
+        )
+    )
+)
+
+
+def _gnss_values(status: int, service: int) -> dict[str, bool]:
+    return {
+        "STATUS_FIX": status != -1,
+        "STATUS_SBAS_FIX": bool(status & 1),
+        "STATUS_GBAS_FIX": bool(status & 2),
+        **{name: bool(service & bit) for name, bit in _SERVICES.items()},
+    }
 
 
 @ros_side(ImuSpec)
@@ -182,11 +210,15 @@ class ModelImuSensor(ImuSensor):
 
 
 @ros_side(BiasedImuSpec)
-class BiasedImuSensor(ImuSensor):
-    """An IMU with biases that drift and that services set."""
+class BiasedImuSensor(ImuSensor, TunedSensor):
+    """An IMU with biases that drift and that services set.
+
+    As upstream <rpyOffset> is multiplied with the link's orientation from the left, which gives the
+    orientation and the axes of accelerations; rates are in the sensor's own axes.
+    """
 
     STATE = ("_gyro", "_force", "_heading", "_measured")
-    CACHE = ("_gravity",)
+    CACHE = ("_gravity", "_link")
     resets = True
 
     def __init__(self, context: PluginContext) -> None:
@@ -204,6 +236,18 @@ class BiasedImuSensor(ImuSensor):
             ("set_rate_bias", self._set_rate_bias),
         ):
             self.service(f"{spec.topic}/{name}", SetBias, self._handler(set_bias))
+        self._turn = Pose.from_xyz_rpy(*spec.pose).orientation
+        for name, errors in (("accel", self._force), ("rate", self._gyro), ("yaw", self._heading)):
+            self.tune(f"{spec.topic}/{name}", errors)
+
+    def _ideal(self, time: float) -> tuple[Quat, Vec3, Vec3]:
+        _, self._link, linear, angular = self.model.link_motion(self.spec.link)
+        orientation = multiply(self._turn, self._link)
+        force = inertial.specific_force(linear, self._before, time, self.world.gravity)
+        self._before = (linear, time)
+        force, _ = inertial.twist(orientation, force, angular)
+        rate, _ = inertial.twist(multiply(self._link, self._turn), angular, angular)
+        return orientation, rate, force
 
     def _handler(self, set_bias: Callable[[Vec3], None]) -> Callable[[Any], SetBiasResponse]:
         def handle(request: Any) -> SetBiasResponse:
@@ -249,7 +293,7 @@ class BiasedImuSensor(ImuSensor):
             tilt = [v / gravity**2 if gravity > 0.0 else -1.0 for v in forces[:2]]
             self._sender.set_variances([*tilt, spec.heading.noise[0] ** 2], rates, forces)
         if gravity > 0.0 and any(tilting):
-            orientation = inertial.tilt_error(orientation, tilting, gravity)
+            orientation = inertial.tilt_error(orientation, tilting, gravity, self._link)
         if yaw := self._heading.bias[0]:
             orientation = multiply(quaternion_from_yaw(yaw), orientation)
         if self._bias_sender is not None:
@@ -266,46 +310,82 @@ _NO_BIAS = (0.0, 0.0, 0.0)
 
 
 @ros_side(GpsSpec)
-class GpsSensor(Sensor):
+class GpsSensor(TunedSensor):
     """sensor_msgs/NavSatFix, and the velocity as geometry_msgs/Vector3Stamped.
 
     The velocity's axes point to the north, to the west and up.
     """
 
-    STATE = ("_reference", "_errors", "_velocity_errors", "_measured")
+    STATE = ("_reference", "_errors", "_velocity_errors", "_measured", "_status")
+    CACHE = ("_sender",)
     message = NavSatFix
     resets = True
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
-        # latitude, longitude [degrees], altitude [m] of the world's origin, heading of its x axis
-        self._reference = (spec.latitude, spec.longitude, spec.altitude, spec.heading)
+        given = {
+            key: getattr(spec, key) for key in ("latitude", "longitude", "altitude", "heading")
+        }
+        given = {key: value for key, value in given.items() if value is not None}
+        self._reference: Place = replace(self.world.place, **given)
+        self._meters = inertial.radii(self._reference.latitude)  # they stay, as upstream
         self._errors = SensorErrors(spec.errors)
         self._velocity_errors = SensorErrors(spec.velocity_errors)
-        variances = [n**2 + d**2 for n, d in zip(spec.errors.noise, spec.errors.drift)]
-        self._sender = PackedFix(self.pub, spec.frame_id, spec.status, spec.service, variances)
+        self._status = (spec.status, spec.service)
+        self._set_sender()
         velocities = self.publisher(spec.velocity_topic, Vector3Stamped)
         self._velocity_sender = PackedVector(velocities, spec.frame_id)
         name = f"{spec.topic}/set_reference_geopose"
         self.service(name, SetReferenceGeoPose, self._on_reference)
+        self.tune(f"{spec.topic}/position", self._errors, self._set_sender)
+        self.tune(f"{spec.topic}/velocity", self._velocity_errors)
+        values = _gnss_values(spec.status, spec.service)
+        self.reconfigure(f"{spec.topic}/status", GNSS, values, self._on_status)
+
+    def _set_sender(self) -> None:
+        """Send with the present status and the variances of the present errors."""
+        errors = self._errors.spec
+        variances = [n**2 + d**2 for n, d in zip(errors.noise, errors.drift)]
+        self._sender = PackedFix(self.pub, self.spec.frame_id, *self._status, variances)
+
+    def _on_status(self, config: Any, _level: int) -> Any:
+        status = -1
+        if config["STATUS_FIX"]:
+            status = config["STATUS_SBAS_FIX"] | 2 * config["STATUS_GBAS_FIX"]
+        service = sum(bit for name, bit in _SERVICES.items() if config[name])
+
+        def change() -> None:
+            self._status = (status, service)
+            self._set_sender()
+
+        self.call(change)
+        return config
 
     def _on_reference(self, request: Any) -> SetReferenceGeoPoseResponse:
         position, q = request.geo_pose.position, request.geo_pose.orientation
         yaw = Pose(orientation=(q.x, q.y, q.z, q.w)).rpy[2]  # counter-clockwise from east
-        reference = (position.latitude, position.longitude, position.altitude, math.pi / 2.0 - yaw)
-        if not (all(map(math.isfinite, reference)) and abs(position.latitude) < 90.0):
+        numbers = (position.latitude, position.longitude, position.altitude, math.pi / 2.0 - yaw)
+        if not (all(map(math.isfinite, numbers)) and abs(position.latitude) < 90.0):
             raise rospy.ServiceException(
-                f"reference is {reference[0]:g} degrees north, {reference[1]:g} east, "
-                f"{reference[2]:g} m, must be finite, the latitude between -90 and 90"
+                f"reference is {numbers[0]:g} degrees north, {numbers[1]:g} east, "
+                f"{numbers[2]:g} m, must be finite, the latitude between -90 and 90"
             )
-        self.call(lambda: setattr(self, "_reference", reference))
+
+        def change() -> None:
+            self._reference = Place(*numbers)
+            self._restart_errors()
+
+        self.call(change)
         return SetReferenceGeoPoseResponse()
 
     def reset(self, time: float) -> None:
         """With random errors, as its drifts give them."""
         super().reset(time)
         self._measured = time
+        self._restart_errors()
+
+    def _restart_errors(self) -> None:
         for errors in (self._errors, self._velocity_errors):
             errors.restart(self.rng)
 
@@ -317,12 +397,12 @@ class GpsSensor(Sensor):
         a, b, c = self._velocity_errors.drift  # which the position's drift adds up
         x, y, z = self._errors.drift
         self._errors.drift = x + elapsed * a, y + elapsed * b, z + elapsed * c
-        self._sender.send(time, *inertial.fix(fix, *self._reference))
-        self._velocity_sender.send(time, *inertial.to_north_west(self._reference[3], u, v), w)
+        self._sender.send(time, *inertial.fix(fix, self._reference, self._meters))
+        self._velocity_sender.send(time, *inertial.to_north_west(self._reference.heading, u, v), w)
 
 
 @ros_side(MagneticSpec)
-class MagneticSensor(Sensor):
+class MagneticSensor(TunedSensor):
     """The earth's field in the sensor frame: Vector3Stamped or MagneticField."""
 
     STATE = ("_errors", "_measured")
@@ -335,9 +415,9 @@ class MagneticSensor(Sensor):
         if spec.field_message:
             self.message = MagneticField
         super().__init__(context)
-        self._field = inertial.field(
-            spec.magnitude, spec.heading, spec.declination, spec.inclination
-        )
+        heading = self.world.place.heading if spec.heading is None else spec.heading
+        self._field = inertial.field(spec.magnitude, heading, spec.declination, spec.inclination)
+        self.tune(spec.topic, self._errors)
 
     def reset(self, time: float) -> None:
         """With random errors, as its drift gives them."""

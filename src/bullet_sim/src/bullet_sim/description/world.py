@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Tuple
 
@@ -108,6 +109,22 @@ class OdeSettings:
     precon_iterations: int = 0
 
 
+@dataclass(frozen=True)
+class Place:
+    """Where a world is on the earth, its <spherical_coordinates>.
+
+    Attributes:
+        latitude, longitude: of its origin [degrees].
+        altitude: of its origin [m].
+        heading: of its x axis [rad], clockwise from north.
+    """
+
+    latitude: float = 0.0
+    longitude: float = 0.0
+    altitude: float = 0.0
+    heading: float = math.pi / 2.0
+
+
 @dataclass
 class WorldDescription:
     """Contents of a world file; models with their world poses, in file order.
@@ -115,6 +132,7 @@ class WorldDescription:
     Attributes:
         ode: settings of the solver 'ode'.
         gravity: [m/s^2].
+        place: on the earth.
         step: of the physics [s].
         real_time_factor: simulated seconds per wall second that the file asks for; 0: as fast
             as possible.
@@ -128,6 +146,7 @@ class WorldDescription:
     name: str = "default"
     ode: OdeSettings = OdeSettings()
     gravity: Vec3 = (0.0, 0.0, -9.81)
+    place: Place = Place()
     step: float = DEFAULT_STEP
     real_time_factor: float = 1.0
     models: list[tuple[ModelDescription, Pose]] = field(default_factory=list)

@@ -496,12 +496,8 @@ def depth_camera(xml: SensorXml) -> DepthCameraSpec:
     plugin, group = xml.plugin("depth camera"), xml.text("cameraName")
     is_kinect = library(xml.element) == "gazebo_ros_openni_kinect"
     values = _camera_values(xml)
-    silent = {}
-    if not is_kinect:
-        silent = {
-            "reflectance_topic": xml.topic("reflectanceTopicName", "reflectance", group),
-            "normals_topic": xml.topic("normalsTopicName", "normals", group),
-        }
+    reflectance = xml.topic("reflectanceTopicName", "reflectance", group)
+    normals = xml.topic("normalsTopicName", "normals", group)
     if values["is_free"]:
         values.update(plugin_rate=0.0, is_free=False)
     return DepthCameraSpec(
@@ -513,7 +509,8 @@ def depth_camera(xml: SensorXml) -> DepthCameraSpec:
         cutoff_max=plugin.number("pointCloudCutoffMax", 5.0) if is_kinect else math.inf,
         organized=is_kinect,
         tells_info=is_kinect,
-        **silent,
+        reflectance_topic="" if is_kinect else reflectance,
+        normals_topic="" if is_kinect else normals,
         millimeters=is_true(xml.text("useDepth16UC1Format")),
     )
 

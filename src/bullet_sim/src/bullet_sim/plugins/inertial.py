@@ -158,7 +158,7 @@ class GpsSpec:
         rate: fixes per simulated second [Hz]; 0: every physics step.
         topic, velocity_topic: NavSatFix and Vector3Stamped.
         latitude, longitude: of the world's origin [degrees]; altitude [m].
-        heading: of the world's x axis [rad], clockwise from north.
+        heading: of the world's x axis [rad], clockwise from north. None of these: the world's own.
         status, service: of NavSatStatus.
         errors, velocity_errors: of x, y, z [m] and of the velocities [m/s].
     """
@@ -170,10 +170,10 @@ class GpsSpec:
     topic: str = "/fix"
     velocity_topic: str = "/fix_velocity"
     frame_id: str = "world"
-    latitude: float = 49.9
-    longitude: float = 8.9
-    altitude: float = 0.0
-    heading: float = 0.0
+    latitude: float | None = 49.9
+    longitude: float | None = 8.9
+    altitude: float | None = 0.0
+    heading: float | None = 0.0
     status: int = 0
     service: int = 0
     errors: ErrorModel = ErrorModel()
@@ -187,7 +187,7 @@ class MagneticSpec:
     Attributes:
         rate: messages per simulated second [Hz]; 0: every physics step.
         magnitude: of the field, in the message's unit.
-        heading: of the world's x axis [rad], clockwise from north.
+        heading: of the world's x axis [rad], clockwise from north; None: the world's own.
         declination, inclination: of the field [rad]; inclination positive downwards.
         field_message: MagneticField instead of Vector3Stamped.
         errors: along the sensor's axes.
@@ -200,7 +200,7 @@ class MagneticSpec:
     topic: str = "/magnetic"
     frame_id: str = "base_link"
     magnitude: float = 0.44
-    heading: float = 0.0
+    heading: float | None = 0.0
     declination: float = 0.0
     inclination: float = math.radians(60.0)
     field_message: bool = False
@@ -404,9 +404,17 @@ def _timer(xml: PluginXml, default: float = 0.0) -> float:
     return 1.0 / period if period > 0.0 else 0.0
 
 
-def _heading(xml: PluginXml) -> float:
-    """<referenceHeading> [rad]; where the world's coordinates are used, its x is the east."""
-    return math.radians(xml.number("referenceHeading", 90.0 if xml.switch(OF_WORLD) else 0.0))
+def _of_place(xml: PluginXml, tag: str, default: float) -> float | None:
+    """A number of the place on the earth; None: that of the world counts."""
+    if xml.switch(OF_WORLD) and xml.element.find(tag) is None:
+        return None
+    return xml.number(tag, default)
+
+
+def _heading(xml: PluginXml) -> float | None:
+    """<referenceHeading> [rad]; None: that of the world counts."""
+    heading = _of_place(xml, "referenceHeading", 0.0)
+    return None if heading is None else math.radians(heading)
 
 
 @model_plugin("hector_gazebo_ros_imu")
@@ -431,9 +439,6 @@ def hector_imu(xml: PluginXml) -> BiasedImuSpec:
 @model_plugin("hector_gazebo_ros_gps")
 def gps(xml: PluginXml) -> GpsSpec:
     link = xml.link("bodyName", xml.model.root)
-    latitude, longitude = GpsSpec.latitude, GpsSpec.longitude
-    if xml.switch(OF_WORLD):  # whose own are zeros
-        latitude = longitude = 0.0
     return GpsSpec(
         name=xml.name or "gps",
         link=link,
@@ -441,9 +446,9 @@ def gps(xml: PluginXml) -> GpsSpec:
         topic=xml.topic("topicName", "fix"),
         velocity_topic=xml.topic("velocityTopicName", "fix_velocity"),
         frame_id=xml.frame("frameId", "/world"),
-        latitude=xml.number("referenceLatitude", latitude),
-        longitude=xml.number("referenceLongitude", longitude),
-        altitude=xml.number("referenceAltitude"),
+        latitude=_of_place(xml, "referenceLatitude", 49.9),
+        longitude=_of_place(xml, "referenceLongitude", 8.9),
+        altitude=_of_place(xml, "referenceAltitude", 0.0),
         heading=_heading(xml),
         status=int(xml.number("status")),
         service=int(xml.number("service")),

@@ -116,12 +116,14 @@ class RangeSpec(LayeredRays):
         field_of_view: written into the message [rad].
         errors: of the range [m], all three alike, where it is below the maximum.
         limited: the range with its errors is not below the minimum.
+        tunable: dynamic_reconfigure changes the errors.
     """
 
     infrared: bool = False
     field_of_view: float = 0.05
     errors: ErrorModel = ErrorModel()
     limited: bool = True
+    tunable: bool = False
 
 
 def sweep(ray: Values) -> tuple[float, float]:
@@ -290,6 +292,7 @@ def sonar(xml: SensorXml) -> RangeSpec:
         infrared=False,
         field_of_view=min(angles, default=0.0),
         errors=sensor_errors(xml),
+        tunable=True,
     )
 
 

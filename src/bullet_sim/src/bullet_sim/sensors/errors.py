@@ -19,9 +19,10 @@ class SensorErrors(Stateful):
 
     Attributes:
         drift: now, along the axes.
+        spec: an ErrorModel, which may be replaced.
     """
 
-    STATE = ("drift",)
+    STATE = ("drift", "spec")
 
     def __init__(self, spec: ErrorModel) -> None:
         self.spec = spec

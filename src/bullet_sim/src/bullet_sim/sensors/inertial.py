@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bullet_sim.description.lump import WELD_AXIS
+from bullet_sim.description.world import Place
 from bullet_sim.pose import (
     Array,
     Motion,
@@ -50,16 +51,17 @@ def specific_force(
     return (u - a) / elapsed - x, (v - b) / elapsed - y, (w - c) / elapsed - z
 
 
-def tilt_error(orientation: Vector, bias: Vector, gravity: float) -> Quat:
+def tilt_error(orientation: Vector, bias: Vector, gravity: float, axes: Vector) -> Quat:
     """Orientation that an IMU with a biased accelerometer reports: its bias tilts the vertical.
 
     As hector's plugin: small angles, about the world's x and y.
 
     Args:
-        bias: (3,) of the accelerometer in the link's axes [m/s^2].
+        bias: (3,) of the accelerometer [m/s^2].
+        axes: quaternion of the axes in which the bias counts.
         gravity: [m/s^2], above 0.
     """
-    x, y, _ = (rotation_matrix(orientation) @ np.asarray(bias, dtype=float)).tolist()
+    x, y, _ = (rotation_matrix(axes) @ np.asarray(bias, dtype=float)).tolist()
     roll, pitch = 0.5 * y / gravity, -0.5 * x / gravity
     length = math.sqrt(roll * roll + pitch * pitch + 1.0)
     return multiply((roll / length, pitch / length, 0.0, 1.0 / length), orientation)
@@ -155,26 +157,22 @@ def to_north_west(heading: float, x: float, y: float) -> tuple[float, float]:
     return c * x + s * y, -s * x + c * y
 
 
-def fix(
-    position: Vector, latitude: float, longitude: float, altitude: float, heading: float
-) -> Vec3:
-    """Geodetic position of a point of the world, whose origin is given.
+def fix(position: Vector, place: Place, meters: tuple[float, float]) -> Vec3:
+    """Geodetic position of a point of the world.
 
     Args:
         position: (3,) [m] in the world.
-        latitude, longitude: of the world's origin [degrees].
-        altitude: of the world's origin [m].
-        heading: of the world's x axis [rad], clockwise from north.
+        place: of the world.
+        meters: per radian, see radii().
 
     Returns:
         latitude, longitude [degrees], altitude [m].
     """
-    north, west = to_north_west(heading, position[0], position[1])
-    per_latitude, per_longitude = radii(latitude)
+    north, west = to_north_west(place.heading, position[0], position[1])
     return (
-        latitude + math.degrees(north / per_latitude),
-        longitude - math.degrees(west / per_longitude),
-        altitude + position[2],
+        place.latitude + math.degrees(north / meters[0]),
+        place.longitude - math.degrees(west / meters[1]),
+        place.altitude + position[2],
     )
 
 

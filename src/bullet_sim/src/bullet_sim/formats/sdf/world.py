@@ -9,7 +9,13 @@ import re
 
 from bullet_sim.description.model import Light, ModelDescription
 from bullet_sim.description.warnings import ReadWarning
-from bullet_sim.description.world import Fog, Scene, WorldDescription, ground_plane
+from bullet_sim.description.world import (
+    Fog,
+    Place,
+    Scene,
+    WorldDescription,
+    ground_plane,
+)
 from bullet_sim.errors import ModelError
 from bullet_sim.files import MAX_TEXT, read_file
 from bullet_sim.formats.joints import Version
@@ -100,6 +106,17 @@ _IGNORED = {
 }
 
 
+def _place(element: Node | None) -> Place:
+    """Of <spherical_coordinates>, whose heading is counter-clockwise from the east [degrees]."""
+    if element is None:
+        return Place()
+    latitude, longitude, altitude, heading = (
+        child_number(element, tag, "spherical_coordinates", 0.0)
+        for tag in ("latitude_deg", "longitude_deg", "elevation", "heading_deg")
+    )
+    return Place(latitude, longitude, altitude, math.pi / 2.0 - math.radians(heading))
+
+
 def parse_world(
     text: str | bytes | Node, resolve: Resolve, label: str = "world"
 ) -> WorldDescription:
@@ -121,6 +138,7 @@ def parse_world(
         convert_physics(world)
     described.name = world.get("name") or "default"
     warn_unread(sdf)
+    described.place = _place(world.find("spherical_coordinates"))
     described.time = max(0.0, _seconds(world.find("state/sim_time")))
     choose_physics(world)
     read_physics(world, described, f"world '{described.name}'")
