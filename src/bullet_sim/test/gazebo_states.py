@@ -13,6 +13,8 @@ STEPS, EVERY = 500, 100  # made in all, between two recorded states
 # Fewer, where contacts of edges, or of depth 0, are there or not by the rounding of a number: from
 # then on all depends on it.
 UNTIL = {
+    "suspension of joints": 300,
+    "a screw": 200,  # whose post yields in Gazebo, by iterations that end, and never moves here
     "meshes on a mesh": 400,
     "a tilted box on a mesh": 200,
     "meshes on a box": 200,
@@ -669,8 +671,56 @@ def connected(name, kind, parent, child, more="<xyz>0 1 0</xyz>", rest=""):
 
 CUBE, BEAM = "<box><size>0.2 0.2 0.2</size></box>", "<box><size>0.4 0.1 0.1</size></box>"
 BALL = "<sphere><radius>0.1</radius></sphere>"
+POST = body("post", "0 0 1 0 0 0", "", 5.0, 0.1) + connected("held", "fixed", "world", "post")
+ODE = "<physics><ode>{}</ode></physics>"
 LOW = "<limit><lower>-0.3</lower><upper>0.2</upper></limit>"
-MOTOR = "<physics><ode><max_force>3</max_force><velocity>-0.5</velocity></ode></physics>"
+
+
+def screw(pitch):
+    """A nut that falls on its thread, with another one on it."""
+    thread = f"<thread_pitch>{pitch}</thread_pitch>"
+    return (
+        POST
+        + body("nut", "0.01 0.02 2.6 0 0 0.3", "", 1.0, center="0.05 0 0.01")
+        + body("arm", "0.1 0.02 2.6 0 0 0.3", "", 0.5, center="0.05 0 0.01")
+        + connected("screw", "screw", "post", "nut", "<xyz>0 0 1</xyz>", thread)
+        + connected("screw2", "screw", "nut", "arm", "<xyz>0 1 0</xyz>", thread)
+    )
+
+
+def gears(ratio):
+    """Two wheels on a base, of which the first is turned by an effort."""
+    axes = "<axis><xyz>0 1 0</xyz></axis><axis2><xyz>0 1 0</xyz></axis2>"
+    return (
+        body("base", "0 0 0.1 0 0 0", CUBE, 5.0, 0.05)
+        + body("one", "0.3 0.2 0.4 0 0 0", "", 0.5)
+        + body("two", "-0.3 0.2 0.4 0 0 0", "", 1.0, 0.02)
+        + connected("one_joint", "revolute", "base", "one")
+        + connected("two_joint", "revolute", "base", "two")
+        + f'<joint name="gears" type="gearbox"><parent>two</parent><child>one</child>{axes}'
+        f"<gearbox_ratio>{ratio}</gearbox_ratio>"
+        "<gearbox_reference_body>base</gearbox_reference_body></joint>"
+    )
+
+
+def swinging(ode, kind="revolute", axis="<xyz>0 1 0</xyz>" + LOW):
+    """An arm on a post, with parameters of its joint for ODE."""
+    return (
+        POST
+        + body("arm", "0 0.2 1 0 0 0", "", center="0.2 0 0.1")
+        + body("tip", "0.4 0.2 1 0 0 0", "", 0.5)
+        + connected("elbow", kind, "post", "arm", axis, ODE.format(ode))
+        + connected("wrist", "revolute", "arm", "tip", rest=ODE.format(ode))
+    )
+
+
+def bouncing(kind, axis):
+    """An arm on a post that bounces at its limits."""
+    rest = ODE.format("<bounce>0.5</bounce>")
+    arm = body("arm", "0 0.2 1 0 0 0", "", center="0.2 0 0.1")
+    return POST + arm + connected("elbow", kind, "post", "arm", f"<xyz>{axis}</xyz>{LOW}", rest)
+
+
 # Models of SDF, of which the record has all links: their text, commands as those of ROBOTS.
 MODELS = {
     "links without joints": (
@@ -697,13 +747,17 @@ MODELS = {
         + connected("elbow", "revolute", "post", "arm"),
         (),
     ),
-    "motors of joints": (
-        body("post", "0 0 1 0 0 0", "", 5.0, 0.1)
-        + body("arm", "0 0.2 1 0 0 0", "", center="0.2 0 0.1")
-        + body("tip", "0.4 0.2 1 0 0 0", "", 0.5)
-        + connected("held", "fixed", "world", "post")
-        + connected("elbow", "revolute", "post", "arm", f"<xyz>0 1 0</xyz>{LOW}", MOTOR)
-        + connected("wrist", "revolute", "arm", "tip", rest=MOTOR),
+    "a screw": (screw(20), ((100, "screw", "effort", 0.4, 0),)),
+    "a screw of a small pitch": (screw(0.5), ()),
+    "gears": (gears(2), ((0, "one_joint", "effort", 0.3, 0),)),
+    "gears that turn alike": (gears(-0.5), ((0, "two_joint", "effort", 0.3, 0),)),
+    "erp and cfm of joints": (swinging("<erp>0.02</erp><cfm>0.001</cfm>"), ()),
+    "bounce of a hinge": (bouncing("revolute", "0 1 0"), ()),
+    "bounce of a slider": (bouncing("prismatic", "0 0 -1"), ()),
+    "no bounce at a lower limit": (bouncing("prismatic", "0 0 1"), ()),
+    "motors of joints": (swinging("<max_force>3</max_force><velocity>-0.5</velocity>"), ()),
+    "suspension of joints": (
+        swinging("<suspension><erp>0.01</erp><cfm>0.1</cfm></suspension>"),
         (),
     ),
 }

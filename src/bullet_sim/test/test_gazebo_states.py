@@ -3,6 +3,7 @@
 import gazebo_states
 import numpy as np
 import pytest
+from bullet_sim.models.changes import set_joint_parameter
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
@@ -73,15 +74,16 @@ def test_robots_are_where_gazebo_has_them(name, tmp_path):
     assert min(max(each.values()) for each in found) < TOLERANCE, found
 
 
-@pytest.mark.parametrize("name", gazebo_states.MODELS)
-def test_links_are_where_gazebo_has_them(name):
+def spawned(name, text):
+    """A world with the ground of a model and the model of a text."""
     world = World(solver="ode", gravity=gazebo_states.GRAVITY)
-    for model, text in (
-        ("ground_plane", gazebo_states.ground(name)),
-        ("bot", gazebo_states.model(name)),
-    ):
-        world.spawn_sdf(model, f'<sdf version="1.6">{text}</sdf>', Pose(), str)
-    model = world.model("bot")
+    for model, part in (("ground_plane", gazebo_states.ground(name)), ("bot", text)):
+        world.spawn_sdf(model, f'<sdf version="1.6">{part}</sdf>', Pose(), str)
+    return world, world.model("bot")
+
+
+def differences_of_links(name, world, model):
+    """(step, link) -> how far a link is from where Gazebo has it."""
     still = {model.description.root} if model.description.fixed_base else set()
     links = [link for link in model.rigid_parts if link not in still]
     assert links
@@ -91,5 +93,24 @@ def test_links_are_where_gazebo_has_them(name):
             row[3:] = model.link_state(link)[0].orientation  # the root's row has the model's
             wanted = np.array(RECORDED[name][str(step)][link])
             differences[step, link] = difference(row, wanted)
+    return differences
+
+
+@pytest.mark.parametrize("name", gazebo_states.MODELS)
+def test_links_are_where_gazebo_has_them(name):
+    world, model = spawned(name, gazebo_states.model(name))
+    differences = differences_of_links(name, world, model)
+    world.close()
+    assert max(differences.values()) < TOLERANCE, differences
+
+
+def test_erp_and_cfm_of_a_joint_can_be_set():
+    name = "erp and cfm of joints"
+    text = gazebo_states.model(name).replace("<erp>0.02</erp><cfm>0.001</cfm>", "")
+    world, model = spawned(name, text)
+    for joint in model.joints.names:
+        set_joint_parameter(model, joint, "erp", 0.02)
+        set_joint_parameter(model, joint, "cfm", 0.001)
+    differences = differences_of_links(name, world, model)
     world.close()
     assert max(differences.values()) < TOLERANCE, differences

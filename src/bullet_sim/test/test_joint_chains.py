@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from bullet_sim.kinematics import Kinematics
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
@@ -18,6 +19,10 @@ SDF = (
     "{1}</joint></model></sdf>"
 )
 AXES = "<axis><xyz>1 0 0</xyz>{}</axis><axis2><xyz>0 1 0</xyz></axis2>"
+HINGE = (
+    '<joint name="h" type="revolute"><parent>base</parent><child>arm</child><axis><xyz>0 1 0</xyz>'
+    "</axis></joint>"
+)
 STOPS = "<limit><lower>-0.2</lower><upper>0.2</upper></limit>"
 
 
@@ -56,9 +61,79 @@ def test_the_limits_are_those_of_their_axis():
     world.close()
 
 
+MOVED = "<axis><xyz>0 0 1</xyz></axis><thread_pitch>{}</thread_pitch>"
+
+
+@pytest.mark.parametrize("pitch", [20.0, 0.5, -4.0])
+def test_a_screw_moves_along_its_axis_as_it_turns(pitch):
+    """It falls, so it turns: minus `pitch` rad for each metre, as in Gazebo 11."""
+    world, model = _model("screw", MOVED.format(pitch))
+    world.step(300)
+    angle = model.joints.arrays()[0][0]
+    fallen = 1.5 - model.link_state("arm")[0].position[2]
+    assert model.joints.names == ("j",) and fallen > 0.02
+    assert angle == pytest.approx(pitch * fallen, rel=1e-3)
+    state, source = world.snapshot().bodies[0], world.sources()[0]
+    mirror = Kinematics({source.key: source.links})
+    mirror.apply(world.snapshot())
+    assert mirror.poses[:, 2, 3].max() == pytest.approx(1.5 - fallen + 0.5, abs=1e-6)
+    assert len(state.joints) == 2
+    model.joints.set_positions({"j": 0.5})
+    assert model.link_state("arm")[0].position[2] == pytest.approx(1.5 - 0.5 / pitch, abs=1e-6)
+    world.close()
+
+
+@pytest.mark.parametrize("ratio", [2.0, -0.5])
+def test_gears_turn_each_other(ratio):
+    links = LINK.format("base", "0 0 2 0 0 0") + LINK.format("one", "0 1 2 0 0 0")
+    links += LINK.format("two", "0 -1 2 0 0 0")
+    held = '<joint name="held" type="fixed"><parent>world</parent><child>base</child></joint>'
+    for name in ("one", "two"):
+        held += (
+            f'<joint name="{name}_joint" type="revolute"><parent>base</parent><child>{name}</child>'
+            "<axis><xyz>0 1 0</xyz></axis></joint>"
+        )
+    gears = (
+        '<joint name="gears" type="gearbox"><parent>two</parent><child>one</child><axis><xyz>0 1 0'
+        "</xyz></axis><axis2><xyz>0 1 0</xyz></axis2><gearbox_reference_body>base"
+        f"</gearbox_reference_body><gearbox_ratio>{ratio}</gearbox_ratio></joint>"
+    )
+    world = World()
+    text = f'<sdf version="1.6"><model name="m">{links}{held}{gears}</model></sdf>'
+    model = world.spawn_sdf("m", text, Pose(), str)
+    assert model.joints.names == ("one_joint", "two_joint") and not model.description.warnings
+    for _ in range(400):
+        model.joints.add_effort("one_joint", 0.5)
+        world.step()
+    one, two = model.joints.arrays()[0]
+    assert one > 0.2 and one == pytest.approx(-ratio * two, rel=1e-3)
+    world.close()
+
+
+@pytest.mark.parametrize("axis, bounced", [("0 0 -1", 0.5), ("0 0 1", 0.0)])
+def test_a_slider_bounces_at_its_upper_limit_alone(axis, bounced):
+    """As ODE, which asks for the motor's velocity at the lower one."""
+    ode = f"<axis><xyz>{axis}</xyz>{STOPS}</axis><physics><ode><bounce>0.5</bounce></ode></physics>"
+    world, model = _model("prismatic", ode)
+    speeds = []
+    for _ in range(260):
+        world.step()
+        speeds.append(model.link_state("arm")[1][2])
+    if bounced:
+        assert max(speeds) == pytest.approx(-bounced * min(speeds), rel=1e-6)
+    else:  # by the limit's ERP
+        assert 0.0 < max(speeds) < -0.2 * min(speeds)
+    world.close()
+
+
 @pytest.mark.parametrize("kind", ["screw", "gearbox"])
-def test_others_are_held_with_one_warning(kind):
-    world, model = _model(kind, AXES.format(""))
-    assert model.joints.names == () and len(model.description.warnings) == 1
-    assert f"type '{kind}'" in model.description.warnings[0]
+def test_with_bullet_others_are_held_or_left_out_with_a_warning(kind):
+    axes = AXES.format("") + "<gearbox_reference_body>base</gearbox_reference_body>"
+    text = SDF.format(kind, axes)
+    if kind == "gearbox":
+        text = text.replace("</model>", HINGE + "</model>")
+    world = World(solver="bullet")
+    model = world.spawn_sdf("m", text, Pose(), str)
+    assert model.joints.names == (("h",) if kind == "gearbox" else ())
+    assert "joint 'j' of 'm' is a screw or a gearbox" in model.description.warnings[0]
     world.close()

@@ -196,7 +196,7 @@ class LinkServices:
         return srv.ApplyBodyWrenchResponse()  # without a text, as upstream
 
 
-PARAMETERS = ("stop_erp", "stop_cfm", "fudge_factor", "fmax", "vel")
+PARAMETERS = ("erp", "cfm", "stop_erp", "stop_cfm", "fudge_factor", "fmax", "vel")
 
 
 def gazebos_joint(world: World, name: str, refusal: str) -> tuple[Model, str]:
@@ -258,8 +258,7 @@ class JointServices:
         given = {
             name: list(getattr(config, name)) for name in config.__slots__ if getattr(config, name)
         }
-        without_effect = [name for name in ("erp", "cfm") if name in given]
-        without_effect += [f"{name}[1]" for name, values in given.items() if len(values) > 1]
+        without_effect = [f"{name}[1]" for name, values in given.items() if len(values) > 1]
 
         def work() -> None:
             refusal = "SetJointProperties: joint not found"

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bullet_sim.description.model import (
+    Gears,
     Joint,
     Light,
     Link,
@@ -43,6 +44,7 @@ class LumpedModel:
         welds: fixed joints that are measured or kept, which are not merged: continuous ones that
             a motor has to hold, as Bullet drops the contacts of links below its fixed joints.
         loose: of links that move freely: from the root to where each starts, kind 'free'.
+        gears: of these links.
     """
 
     links: dict[str, Link]
@@ -51,6 +53,7 @@ class LumpedModel:
     frames: dict[str, tuple[str, Pose]]
     welds: tuple[Joint, ...] = ()
     loose: tuple[Joint, ...] = ()
+    gears: tuple[Gears, ...] = ()
 
 
 def lump(model: ModelDescription, as_in_gazebo: bool = False) -> LumpedModel:
@@ -63,6 +66,8 @@ def lump(model: ModelDescription, as_in_gazebo: bool = False) -> LumpedModel:
     """
     if model.loose and (model.static or not as_in_gazebo):
         model = _with_loose_links_fixed(model)
+    if not as_in_gazebo:
+        model = _without_threads(model)
     frames = {root: (root, Pose()) for root in model.loose}
     links = {root: _copy(model.links[root]) for root in model.loose}
     frames[model.root] = model.root, model.root_pose
@@ -102,7 +107,39 @@ def lump(model: ModelDescription, as_in_gazebo: bool = False) -> LumpedModel:
     )
     if loose:
         links = _sorted(links, list(model.links), (*joints, *welds))
-    return LumpedModel(links, tuple(joints), model.root, frames, tuple(welds), loose)
+    gears = () if model.static else tuple(_merged(g, frames) for g in model.gears.values())
+    return LumpedModel(links, tuple(joints), model.root, frames, tuple(welds), loose, gears)
+
+
+def _merged(gears: Gears, frames: Mapping[str, tuple[str, Pose]]) -> Gears:
+    """Gears of the links that remain."""
+    first, pose = frames[gears.first]
+    second, second_pose = frames[gears.second]
+    (a, b, c), (d, e, f) = (
+        (pose.matrix @ np.array(gears.axis)).tolist(),
+        (second_pose.matrix @ np.array(gears.second_axis)).tolist(),
+    )
+    base = frames[gears.base][0]
+    return replace(
+        gears, first=first, second=second, base=base, axis=(a, b, c), second_axis=(d, e, f)
+    )
+
+
+def _without_threads(model: ModelDescription) -> ModelDescription:
+    """A model whose screws are fixed and that has no gears, with warnings: Bullet has none."""
+    joints = dict(model.joints)
+    for joint in model.joints.values():
+        if joint.kind == "screw":
+            joints[joint.name] = replace(joint, kind="fixed")
+    held = [name for name, joint in model.joints.items() if joint.kind == "screw"]
+    for name in (*held, *model.gears):
+        model.warn(
+            f"joint '{name}' of '{model.name}' is a screw or a gearbox, which the solver 'bullet' "
+            "does not have; it is fixed, or left out",
+            "joints are screws or gearboxes, which the solver 'bullet' does not have",
+            f"'{name}' of '{model.name}'",
+        )
+    return replace(model, joints=joints, gears={})
 
 
 def _with_loose_links_fixed(model: ModelDescription) -> ModelDescription:
@@ -432,23 +469,28 @@ def _about(link: Link, pose: Pose, joint: Joint, frame: Pose) -> float:
     return float(axis @ rotated @ axis + link.mass * (across @ across))
 
 
-def links_between(joint: Joint) -> tuple[str, ...]:
-    """Names of the links within free_chain() of a joint."""
-    return tuple(f"{joint.child}::free{number}" for number in range(1, 6))
-
-
 def is_of_chain(name: str) -> bool:
-    """Whether a joint of PyBullet's is one of free_chain()."""
+    """Whether a joint of PyBullet's is one of those of chain_of()."""
     return name[:-1].endswith("::free")
 
 
-def free_chain(joint: Joint) -> tuple[Joint, ...]:
-    """Joints without limits that put a loose link anywhere: along x, y and z, about z, y and x.
+def links_between(joint: Joint) -> tuple[str, ...]:
+    """Names of the links within the chain that PyBullet and mirrors of a world have of a joint."""
+    count = {"free": 5, "screw": 1}.get(joint.kind, 0)
+    return tuple(f"{joint.child}::free{number}" for number in range(1, count + 1))
 
-    PyBullet and what mirrors a world know bodies of joints alone.
+
+def chain_of(joint: Joint) -> tuple[Joint, ...]:
+    """Joints without limits that put a link where a joint has it that PyBullet does not know.
+
+    Of a loose link six, along x, y and z, about z, y and x; of a screw one along its axis, beside
+    its own joint, which turns.
     """
-    between = links_between(joint)
+    names = (*links_between(joint), joint.child)
+    if joint.kind == "screw":
+        return (Joint(names[0], "prismatic", joint.parent, names[0], joint.origin, joint.axis),)
     kinds = ("prismatic", "prismatic", "prismatic", "continuous", "continuous", "continuous")
+    parts = enumerate(zip(kinds, _CHAIN_AXES, (joint.parent, *names), names), 1)
     return tuple(
         Joint(
             f"{joint.child}::free{number}",
@@ -458,14 +500,23 @@ def free_chain(joint: Joint) -> tuple[Joint, ...]:
             joint.origin if number == 1 else Pose(),
             axis,
         )
-        for number, (kind, axis, parent, child) in enumerate(
-            zip(kinds, _CHAIN_AXES, (joint.parent, *between), (*between, joint.child)), 1
-        )
+        for number, (kind, axis, parent, child) in parts
     )
 
 
+def loaded_joints(lumped: LumpedModel) -> list[Joint]:
+    """The joints that PyBullet loads and mirrors of a world move."""
+    joints: list[Joint] = []
+    for joint in (*lumped.joints, *lumped.welds, *lumped.loose):
+        joints += chain_of(joint) if joint.kind in ("free", "screw") else (joint,)
+        if joint.kind == "screw":
+            parent = links_between(joint)[0]
+            joints.append(replace(joint, kind="continuous", parent=parent, origin=Pose()))
+    return joints
+
+
 def free_coordinates(joint: Joint, root: Pose, pose: Pose) -> tuple[float, ...]:
-    """Positions [m, rad] of the joints of free_chain() where a loose link has a pose and the root
+    """Positions [m, rad] of the joints of chain_of() where a loose link has a pose and the root
     another one."""
     here = (root * joint.origin).inverse() * pose
     return (*here.position, *reversed(here.rpy))
@@ -486,8 +537,7 @@ def visual_links(
     Returns:
         Tuple of VisualLink; parents are before their children if they are in `order`.
     """
-    chains = [part for joint in lumped.loose for part in free_chain(joint)]
-    joints = {joint.child: joint for joint in (*lumped.joints, *lumped.welds, *chains)}
+    joints = {joint.child: joint for joint in loaded_joints(lumped)}
     rows = {name: row for row, name in enumerate(order)}
     links = []
     for name in order:

@@ -348,7 +348,10 @@ class Joint:
         stop_erp: fraction of the way beyond a limit that a step of the solver 'ode' corrects.
         stop_cfm: how soft a limit is for it [rad/s per N m s, m/s per N s]; None: both the world's.
         stop_push: how much of its motor's effort away from a limit acts there, for the same.
+        erp, cfm: of its rows, for the same; None: the world's.
+        bounce: restitution at its limits, for the same.
         motor: effort and velocity of its motor at the start, for the same; None: its friction.
+        thread: of a screw [rad/m] along its axis, for the same.
         anchor: joint's frame in the child link's; in a URDF the two are equal.
         mimic: set if it follows another joint.
     """
@@ -371,7 +374,11 @@ class Joint:
     stop_erp: float | None = None
     stop_cfm: float | None = None
     stop_push: float = 1.0
+    erp: float | None = None
+    cfm: float | None = None
+    bounce: float = 0.0
     motor: tuple[float, float] | None = None
+    thread: float = 1.0
     anchor: Pose = Pose()
     mimic: Mimic | None = None
 
@@ -379,6 +386,29 @@ class Joint:
 def fixed_joint(parent: str, parent_pose: Pose, child: str, pose: Pose) -> Joint:
     """The Joint that holds a link at a pose, which is relative to the same as its parent's."""
     return Joint(f"{child}__fixed", "fixed", parent, child, parent_pose.inverse() * pose)
+
+
+@dataclass
+class Gears:
+    """Two links that rotate as gears do, for the solver 'ode': what the first one is turned by is
+    minus `ratio` times what the second one is.
+
+    Attributes:
+        first, second: names of the links (<child> and <parent> of a gearbox joint).
+        base: name of the link against which both rotate.
+        axis, second_axis: unit vectors in the frames of the two links.
+        erp, cfm: as those of a Joint.
+    """
+
+    name: str
+    first: str
+    second: str
+    base: str
+    axis: Vec3
+    second_axis: Vec3
+    ratio: float = 1.0
+    erp: float | None = None
+    cfm: float | None = None
 
 
 @dataclass
@@ -393,6 +423,7 @@ class ModelDescription:
             Pose of the frame in the model's, where it starts. With the solver 'ode' each moves
             freely, with what hangs on it; they are fixed where the model is static.
         nested: models inside it, by such names: (first link, Pose of its frame in that link).
+        gears: gearbox joints, by name.
         sensors: sensor specifications (of bullet_sim.plugins).
         control_namespace: namespace of the ros_control plugin; None: the model has none.
         control_period: of its controllers [s]; 0: every physics step.
@@ -419,6 +450,7 @@ class ModelDescription:
     joints: dict[str, Joint] = field(default_factory=dict)
     root_pose: Pose = Pose()
     loose: dict[str, Pose] = field(default_factory=dict)
+    gears: dict[str, Gears] = field(default_factory=dict)
     nested: dict[str, tuple[str, Pose]] = field(default_factory=dict)
     root: str = ""
     sensors: list[Any] = field(default_factory=list)

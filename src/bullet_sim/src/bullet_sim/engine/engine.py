@@ -92,7 +92,8 @@ class Engine:
     Attributes:
         client: PyBullet's number of the client.
         movable: body -> PyBullet's indices of its movable joints.
-        chains: the same of those by which loose links move (see free_chain), of bodies with such.
+        chains: body -> name -> PyBullet's index of those by which loose links and screws move
+            besides (see chain_of), of bodies with such.
         free: bodies whose root link is not fixed to the world.
         position_gain: fraction of a position motor's error that is corrected in one step.
         layout: number of what was loaded, removed or filtered since clear(): it gives bodies their
@@ -185,7 +186,7 @@ class Engine:
     def _forget(self) -> None:
         """Know no body any more."""
         self.movable: dict[int, list[int]] = {}
-        self.chains: dict[int, list[int]] = {}
+        self.chains: dict[int, dict[str, int]] = {}
         self.passable = Passable(lambda: self._client)
         self.free: set[int] = set()
         self._inertial: dict[int, tuple[Vec3, Quat]] = {}  # the root's center in its frame
@@ -277,8 +278,9 @@ class Engine:
         count = p.getNumJoints(body, physicsClientId=client)
         joints = [p.getJointInfo(body, i, physicsClientId=client) for i in range(count)]
         moving = [j for j in joints if j[2] in _MOVABLE]
-        chain = [j[0] for j in moving if is_of_chain(j[1].decode())]
-        movable = [j[0] for j in moving if j[0] not in chain]
+        names = {j[0]: j[1].decode() for j in moving}
+        chain = {name: index for index, name in names.items() if is_of_chain(name)}
+        movable = [index for index, name in names.items() if name not in chain]
         self._know(body, movable, chain, fixed_base, count)
         for link, damping in ((-1, -1.0), *((j[0], j[6]) for j in joints)):
             p.changeDynamics(
@@ -293,7 +295,7 @@ class Engine:
             )
         for joint in range(len(self.movable[body])):
             self.release(body, joint)
-        for joint in chain:
+        for joint in chain.values():
             p.setJointMotorControl2(
                 body, joint, p.VELOCITY_CONTROL, force=0.0, physicsClientId=client
             )
@@ -338,7 +340,12 @@ class Engine:
         self._drop(body)
 
     def _know(
-        self, body: int, movable: list[int], chain: list[int], fixed_base: bool, count: int
+        self,
+        body: int,
+        movable: list[int],
+        chain: dict[str, int],
+        fixed_base: bool,
+        count: int,
     ) -> None:
         """Note what was loaded; count: of its joints."""
         self.movable[body] = movable
@@ -591,22 +598,22 @@ class Engine:
         return tuple(state[0] for state in self.joint_states(body))
 
     def coordinates(self, body: int) -> tuple[float, ...]:
-        """Positions [rad, m] of all joints of a body, in PyBullet's order: also of those by which
-        loose links move."""
+        """Positions [rad, m] of all joints of a body, in PyBullet's order: also of its chains."""
         positions = self.joint_positions(body)
         if body not in self.chains:
             return positions
         found = dict(zip(self.movable[body], positions))
-        found.update(zip(self.chains[body], self._chain_positions(body)))
+        found.update(zip(self.chains[body].values(), self._chain_positions(body)))
         return tuple(found[joint] for joint in sorted(found))
 
-    def _chain_positions(self, body: int) -> tuple[float, ...]:
-        states = p.getJointStates(body, self.chains[body], physicsClientId=self.client)
-        return tuple(state[0] for state in states)
+    def _chain_positions(self, body: int) -> Sequence[float]:
+        joints = list(self.chains[body].values())
+        states = p.getJointStates(body, joints, physicsClientId=self.client)
+        return [state[0] for state in states]
 
     def set_coordinates(self, body: int, positions: Vector) -> None:
         """Set all joints to positions [rad, m] in the order of coordinates(), at rest."""
-        joints = sorted([*self.movable[body], *self.chains.get(body, ())])
+        joints = sorted([*self.movable[body], *self.chains.get(body, {}).values()])
         for joint, position in zip(joints, positions):
             p.resetJointState(body, joint, position, 0.0, physicsClientId=self.client)
 

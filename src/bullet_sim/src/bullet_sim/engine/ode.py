@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bullet_sim.controllers.effort_row import EffortRow
-from bullet_sim.description.lump import LumpedModel, free_coordinates
+from bullet_sim.description.lump import LumpedModel, chain_of, free_coordinates
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine import tables
 from bullet_sim.engine.ode_arrays import (
@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 
 # Parameters of joints by ODE's names -> column of their rows, attribute of Joint.
 _PARAMETERS = {
+    "erp": (q.ERP, "erp"),
+    "cfm": (q.CFM, "cfm"),
     "stop_erp": (q.STOP_ERP, "stop_erp"),
     "stop_cfm": (q.STOP_CFM, "stop_cfm"),
     "fudge_factor": (q.STOP_PUSH, "stop_push"),
@@ -240,11 +242,11 @@ class OdeSolver:
         return self.bodies[part.first : part.first + len(part.names)]
 
     def _joint_rows(self, part: DynamicModel) -> Array:
-        return self.joints[part.first_joint : part.first_joint + len(part.joints)]
+        return self.joints[part.first_joint : part.first_joint + part.rows]
 
     def _attached_rows(self) -> Array:
         """Rows of the joints of what is attached, which follow those of the models."""
-        return self.joints[sum(len(part.joints) for part in self._parts.values()) :]
+        return self.joints[sum(part.rows for part in self._parts.values()) :]
 
     # states -------------------------------------------------------------------------------------
     def _read(self) -> None:
@@ -287,6 +289,10 @@ class OdeSolver:
                 turn = (*(math.sin(0.5 * angle) * axis).tolist(), math.cos(0.5 * angle))
                 frame = frame * Pose((0.0, 0.0, 0.0), turn)
                 moved, turned = np.zeros(3), state[q.RATE] * along
+                if joint.kind == "screw":
+                    x, y, z = np.add(frame.position, angle / state[q.PITCH] * along).tolist()
+                    frame = Pose((x, y, z), frame.orientation)
+                    moved = state[q.RATE] / state[q.PITCH] * along
             arm = np.subtract(frame.position, pose.position)
             velocity = np.add(velocity, np.cross(spin, arm)) + moved
             motions[joint.child] = frame, velocity, np.add(spin, turned)
@@ -320,16 +326,20 @@ class OdeSolver:
             return None
         return part.frame if part.is_fixed else self._frame(part, part.shapes.root)
 
-    def free_coordinates(self, body: int) -> tuple[float, ...]:
-        """Positions of the joints of free_chain() of all loose links of a body."""
+    def chain_positions(self, body: int) -> list[float]:
+        """Positions [m, rad] of a body's joints of the engine's `chains`."""
         self.refresh()
         part = self._parts[body]
-        found: list[float] = []
-        root = self._root_frame(part)
-        assert root is not None
-        for joint in sorted(part.shapes.loose, key=lambda joint: part.links[joint.child]):
-            found += free_coordinates(joint, root, self._frame(part, joint.child))
-        return tuple(found)
+        found: dict[str, float] = {}
+        for joint in part.shapes.loose:
+            root, pose = self._root_frame(part), self._frame(part, joint.child)
+            assert root is not None
+            names = [link.name for link in chain_of(joint)]
+            found.update(zip(names, free_coordinates(joint, root, pose)))
+        for joint, row in zip(part.joints, self._joint_rows(part)):
+            if joint.kind == "screw":
+                found[chain_of(joint)[0].name] = row[q.ANGLE] / row[q.PITCH]
+        return [found[name] for name in self._engine.chains[body]]
 
     def place_link(self, body: int, link: int, pose: Pose, linear: Vector, angular: Vector) -> bool:
         """Put one link to a pose, with a velocity of its center of mass.
@@ -560,7 +570,7 @@ class OdeSolver:
         self._joint(body, joint)[q.DAMPING] = damping
 
     def set_parameter(self, body: int, joint: int, name: str, value: float) -> None:
-        """Change a joint's stop_erp, stop_cfm, fudge_factor, fmax or vel.
+        """Change a joint's erp, cfm, stop_erp, stop_cfm, fudge_factor, fmax or vel.
 
         The last two are the effort [N m, N] and the velocity [rad/s, m/s] of its motor. The effort
         is that of its friction, too, which it has again when it is released.

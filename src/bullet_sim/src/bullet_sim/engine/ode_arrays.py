@@ -12,7 +12,7 @@ import numpy as np
 
 from bullet_sim.controllers.effort_row import MAX_NOTED_STEPS
 from bullet_sim.description.lump import LumpedModel
-from bullet_sim.description.model import Joint, Link
+from bullet_sim.description.model import Gears, Joint, Link
 from bullet_sim.description.world import MAX_CONTACTS, OdeSettings
 from bullet_sim.engine import tables
 from bullet_sim.engine.ode_scene import (
@@ -60,6 +60,7 @@ class DynamicModel:
         order: row of each of the engine's joints.
         measured: gives their positions, velocities and motors' efforts of the flat table of joints.
         frame: of the root link where the rows were put last.
+        gears: of its links that move; they have rows after those of the joints.
     """
 
     body: int
@@ -75,6 +76,16 @@ class DynamicModel:
     order: list[int] = field(default_factory=list)
     measured: Measured = tuple
     frame: Pose = Pose()
+    gears: list[Gears] = field(init=False)
+
+    def __post_init__(self) -> None:
+        moving = set(self.names)
+        self.gears = [each for each in self.shapes.gears if {each.first, each.second} <= moving]
+
+    @property
+    def rows(self) -> int:
+        """How many rows of joints it has."""
+        return len(self.joints) + len(self.gears)
 
     def link(self, row: int) -> Link:
         """The link of a row of bodies."""
@@ -196,7 +207,7 @@ class SystemRows:
         for j in range(len(types) - 1, -1, -1):  # children come after their parents
             one = types[j, 1]
             below[j, one] = True
-            for k in np.flatnonzero(types[:, 2] == one):
+            for k in np.flatnonzero((types[:, 2] == one) & (types[:, 0] != q.GEARS)):
                 below[j] |= below[k]
         for _ in self.attached:  # what hangs on what is attached, however long the chain
             for j in range(len(types)):
@@ -312,10 +323,13 @@ class ArrayBuilder:
         ]
         for joint in model.joints:
             system.joints.append(self._joint_row(model, joint))
-            kind = {"prismatic": q.SLIDER}.get(joint.kind, q.HINGE)
+            kind = {"prismatic": q.SLIDER, "screw": q.SCREW}.get(joint.kind, q.HINGE)
             if joint in model.shapes.welds:
                 kind = q.FIXED
             system.types.append((kind, rows[joint.child], rows.get(joint.parent, -1)))
+        for gears in model.gears:
+            system.joints.append(self._gear_row(model, gears, rows))
+            system.types.append((q.GEARS, rows[gears.first], rows[gears.second]))
         place = {joint.name: first_joint + i for i, joint in enumerate(model.joints)}
         order = [place[name] for name in self._engine.joint_names(model.body)]
         measured: Measured = tuple
@@ -379,9 +393,34 @@ class ArrayBuilder:
         row[q.STOP_ERP] = self._settings.erp if erp is None else erp
         row[q.STOP_CFM] = self._settings.cfm if cfm is None else cfm
         row[q.STOP_PUSH] = joint.stop_push
+        row[q.ERP], row[q.CFM] = _or_worlds(joint.erp), _or_worlds(joint.cfm)
+        row[q.BOUNCE], row[q.PITCH] = joint.bounce, joint.thread
         if joint.motor is not None:
             row[q.FMAX], row[q.SPEED] = joint.motor
         return row
+
+    @staticmethod
+    def _gear_row(model: DynamicModel, gears: Gears, rows: Mapping[str, int]) -> Array:
+        frames = {model.shapes.root: Pose()}
+        for joint in (*model.joints, *model.shapes.loose):
+            frames[joint.child] = frames[joint.parent] * joint.origin
+        base = frames[gears.base].inverse()
+        row = np.zeros(q.J_SIZE)
+        row[q.AXIS1 : q.AXIS1 + 3], row[q.AXIS2 : q.AXIS2 + 3] = gears.axis, gears.second_axis
+        row[q.QREL : q.QREL + 4] = (base * frames[gears.first]).orientation
+        second = (base * frames[gears.second]).orientation
+        row[q.GEAR_BASE] = rows.get(gears.base, -1)
+        row[q.GEAR_QREL : q.GEAR_QREL + 4] = second
+        row[q.TARGET] = row[q.IMPOSED] = math.nan
+        row[q.LOWER], row[q.UPPER] = 1.0, -1.0
+        row[q.ERP], row[q.CFM] = _or_worlds(gears.erp), _or_worlds(gears.cfm)
+        row[q.PITCH] = gears.ratio
+        return row
+
+
+def _or_worlds(value: float | None) -> float:
+    """A joint's ERP or CFM in its row."""
+    return -1.0 if value is None else value
 
 
 def _placed_row(frame: Pose, axis: Array, anchor: Array) -> Array:
@@ -397,6 +436,7 @@ def _placed_row(frame: Pose, axis: Array, anchor: Array) -> Array:
     row[q.AXIS1 : q.AXIS1 + 3], row[q.AXIS2 : q.AXIS2 + 3] = axis, frame.matrix @ axis
     row[q.QREL : q.QREL + 4] = frame.orientation
     row[q.TARGET] = row[q.IMPOSED] = math.nan
+    row[q.ERP] = row[q.CFM] = -1.0
     return row
 
 

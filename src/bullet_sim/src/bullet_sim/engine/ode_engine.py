@@ -112,7 +112,7 @@ class OdeEngine(Engine):
         """Put the copy of a body where that is."""
         told = self._told[body]
         self.ode.tell(body, told)
-        chain = self.ode.free_coordinates(body) if told.chain and told.is_finite() else ()
+        chain = self.ode.chain_positions(body) if told.chain and told.is_finite() else ()
         place(self._number, body, told, Pose(*self._inertial[body]), chain)
         if not self.moves(body):
             p.changeDynamics(body, -1, activationState=SLEEP, physicsClientId=self._number)
@@ -323,8 +323,8 @@ class OdeEngine(Engine):
         self._tell(body)
         self.ode.gather(body)
 
-    def _chain_positions(self, body: int) -> tuple[float, ...]:
-        return self.ode.free_coordinates(body)
+    def _chain_positions(self, body: int) -> list[float]:
+        return self.ode.chain_positions(body)
 
     def link_motion(
         self, body: int, link: int, offset: tuple[Vec3, Quat] | None = None

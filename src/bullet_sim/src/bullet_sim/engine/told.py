@@ -28,7 +28,8 @@ class Told:
             second one has PyBullet's index 0.
         movable: PyBullet's indices of the joints that move, each that of the link below it.
         joints: their names.
-        chain: PyBullet's indices of the joints by which loose links move, see free_chain().
+        chain: name -> PyBullet's index of the joints by which loose links and screws move besides,
+            see chain_of().
         center: center of mass of the root link in its frame [m].
         pose: of the root link's frame in the world.
         linear, angular: velocity of its center of mass [m/s, rad/s], world axes.
@@ -42,7 +43,7 @@ class Told:
     links: list[str]
     movable: list[int]
     joints: list[str]
-    chain: list[int]
+    chain: dict[str, int]
     center: Vec3
     pose: Pose = Pose()
     linear: Vec3 = _STILL
@@ -106,8 +107,9 @@ def read_file(path: str, fixed_base: bool, self_collide: bool, static: bool) -> 
         joints.append(joint)
         waiting += below[name][::-1]
     moving = [index for index, joint in enumerate(joints) if joint.get("type") in _MOVABLE]
-    chain = [index for index in moving if is_of_chain(joints[index].get("name", ""))]
-    movable = [index for index in moving if index not in chain]
+    names = {index: joints[index].get("name", "") for index in moving}
+    chain = {name: index for index, name in names.items() if is_of_chain(name)}
+    movable = [index for index, name in names.items() if name not in chain]
     center = _STILL
     if not static:
         text = _attribute(elements[roots[0]], "inertial/origin", "xyz") or "0 0 0"
@@ -154,7 +156,7 @@ def place(client: int, body: int, told: Told, inertial: Pose, chain: Sequence[fl
     if chain:
         p.resetJointStatesMultiDof(
             body,
-            told.chain,
+            list(told.chain.values()),
             [[position] for position in chain],
             [[0.0]] * len(chain),
             physicsClientId=client,

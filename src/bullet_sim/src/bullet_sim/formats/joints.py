@@ -6,7 +6,14 @@ from typing import Tuple
 
 import numpy as np
 
-from bullet_sim.description.model import MOVABLE_TYPES, Joint, Link, Mimic, ModelDescription
+from bullet_sim.description.model import (
+    MOVABLE_TYPES,
+    Gears,
+    Joint,
+    Link,
+    Mimic,
+    ModelDescription,
+)
 from bullet_sim.formats.sdf.frames import Frames
 from bullet_sim.pose import Pose, Vec3, Vector
 from bullet_sim.xml_reader import (
@@ -211,7 +218,7 @@ CHAINS: dict[str, tuple[str | Vec3, ...]] = {
     "ball": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
 }
 MASS_RATIO = 0.01  # mass and inertia of a link within such a chain, of those of its child
-SDF_TYPES = ("fixed", "revolute", "prismatic", "continuous", *CHAINS)
+SDF_TYPES = ("fixed", "revolute", "prismatic", "continuous", "screw", "gearbox", *CHAINS)
 _UP = (0.0, 0.0, 1.0)
 
 
@@ -246,7 +253,10 @@ def read_joint(
     else:
         parent = prefix + str(parent)
     child = prefix + str(child)
-    error = _sdf_error(model, parent, child)
+    if joint_type == "gearbox":
+        error = _ends_error(model, parent, child)
+    else:
+        error = _sdf_error(model, parent, child)
     if error:
         element.warn(f"{label} {error}; it is left out", SKIPPED, f"'{name}' of '{model.name}'")
         return
@@ -256,12 +266,54 @@ def read_joint(
         anchor = frames.pose(default).inverse() * frames.pose_of(element, default, label)
     origin = poses[parent].inverse() * poses[child]
     joint = Joint(name, joint_type, parent, child, origin, anchor=anchor)
+    if joint_type == "gearbox":
+        _gears(element, joint, model, prefix, label, frames, version)
+        return
     if joint_type in CHAINS:
         _chain(element, joint, model, poses, label, frames, version)
         return
     if joint_type != "fixed":
         _axis(element, joint, label, frames, version)
+    if joint_type == "screw":
+        joint.thread = -child_number(element, "thread_pitch", label, 1.0) or 1.0  # ODE's sign
     model.joints[name] = joint
+
+
+def _gears(
+    element: Node,
+    joint: Joint,
+    model: ModelDescription,
+    prefix: str,
+    label: str,
+    frames: Frames,
+    version: Version,
+) -> None:
+    """Add the gears of a gearbox joint, which is between links that other joints hold."""
+    base = child_text(element, "gearbox_reference_body", "")
+    if prefix + base not in model.links:
+        element.warn(
+            f"{label} has the reference body '{base}', links are {', '.join(model.links)}; "
+            "it is left out",
+            SKIPPED,
+            f"'{joint.name}' of '{model.name}'",
+        )
+        return
+    axes = []
+    for tag in ("axis", "axis2"):
+        _axis(element, joint, label, frames, version, tag)
+        axes.append(joint.axis)
+    first, second = joint.anchor.matrix, (joint.origin * joint.anchor).matrix
+    model.gears[joint.name] = Gears(
+        joint.name,
+        joint.child,
+        joint.parent,
+        prefix + base,
+        unit_axis(first @ axes[0], _UP, label, element),
+        unit_axis(second @ axes[1], _UP, label, element),
+        child_number(element, "gearbox_ratio", label, 1.0),
+        joint.erp,
+        joint.cfm,
+    )
 
 
 def _chain(
@@ -304,10 +356,18 @@ def _chain(
         parent, origin = link, Pose()
 
 
-def _sdf_error(model: ModelDescription, parent: str | None, child: str | None) -> str:
-    """Why there can be no joint between two links, or ''."""
+def _ends_error(model: ModelDescription, parent: str | None, child: str | None) -> str:
+    """Why a joint has no two links, or ''."""
     if child not in model.links or parent not in model.links:
         return f"joins '{parent}' and '{child}', links are {', '.join(model.links)}"
+    return ""
+
+
+def _sdf_error(model: ModelDescription, parent: str | None, child: str | None) -> str:
+    """Why there can be no joint between two links, or ''."""
+    error = _ends_error(model, parent, child)
+    if error:
+        return error
     taken = any(joint.child == child for joint in model.joints.values())
     if taken or closes_loop(model, parent, child):
         return f"closes a loop at link '{child}', which cannot be simulated here"
@@ -329,6 +389,8 @@ def _axis(
     of_model = child_flag(element, f"{tag}/use_parent_model_frame", label, version < (1, 5))
     xyz = element.find(f"{tag}/xyz")
     frame = xyz.get("expressed_in") if xyz is not None else None
+    if joint.kind == "screw":  # Gazebo 11 (ODEScrewJoint::SetAxis) takes it in the model's
+        of_model, frame = True, None
     if of_model or frame:
         joint_frame = frames.pose(child_text(element, "child", "")) * anchor
         axis_frame = frames.pose(frame, xyz) if frame else Pose()
@@ -351,6 +413,9 @@ def _axis(
     joint.stop_erp = child_number(element, "physics/ode/limit/erp", label, None)
     joint.stop_cfm = child_number(element, "physics/ode/limit/cfm", label, None)
     joint.stop_push = child_number(element, "physics/ode/fudge_factor", label, 1.0)
+    joint.erp = child_number(element, "physics/ode/erp", label, None)
+    joint.cfm = child_number(element, "physics/ode/cfm", label, None)
+    joint.bounce = child_number(element, "physics/ode/bounce", label, 0.0)
     if element.find(f"{tag}/dynamics/friction") is None and tag == "axis":
         joint.motor = (
             max(0.0, child_number(element, "physics/ode/max_force", label, joint.friction)),

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bullet_sim.description.lump import MIN_MASS, LumpedModel, free_chain, links_between
+from bullet_sim.description.lump import MIN_MASS, LumpedModel, links_between, loaded_joints
 from bullet_sim.description.model import Geometry, Joint, Link
 from bullet_sim.pose import Array, Pose, Quat
 
@@ -62,14 +62,12 @@ def prepared_urdf(lumped: LumpedModel, static: bool) -> str:
                 collision.set("concave", "yes")
             _origin(collision, shape.pose)
             _geometry(collision, shape.geometry)
-    for joint in (*lumped.joints, *lumped.welds):
-        _joint(robot, joint)
-    for joint in lumped.loose:
+    for joint in (*lumped.joints, *lumped.loose):
         for name in links_between(joint):
             between = Link(name, MIN_MASS, inertia=MIN_MASS * np.eye(3))
             _inertial(ET.SubElement(robot, "link", name=name), between, static)
-        for part in free_chain(joint):
-            _joint(robot, part)
+    for joint in loaded_joints(lumped):
+        _joint(robot, joint)
     _indent(robot)  # PyBullet reads lines into a small buffer: a long line gets damaged
     return ET.tostring(robot, encoding="unicode")
 

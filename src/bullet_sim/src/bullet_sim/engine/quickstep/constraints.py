@@ -12,6 +12,7 @@ import math
 
 from bullet_sim.engine.quickstep import layout as col
 from bullet_sim.engine.quickstep.compiled import compiled, inlined, temporary
+from bullet_sim.engine.quickstep.screws import gear_row, screw_rows
 from bullet_sim.engine.quickstep.state import Constraints, Contacts, System
 from bullet_sim.engine.quickstep.vectors import (
     copy,
@@ -287,15 +288,23 @@ def _joint_rows(
     else:
         for k in range(3):
             a2[k], ax2[k] = joint[col.ANCHOR2 + k], joint[col.AXIS2 + k]
-    gain = settings[col.S_ERP] / step
+    gain = (joint[col.ERP] if joint[col.ERP] >= 0.0 else settings[col.S_ERP]) / step
+    softness = joint[col.CFM] if joint[col.CFM] >= 0.0 else settings[col.S_CFM]
+    if kind == col.GEARS:
+        gear_row(gain, softness, m, j, system, constraints)
+        return m + 1
     for i in range(6 if kind == col.FIXED else 5):
         for k in range(12):
             rows[m + i, col.R_J + k] = 0.0
     if kind != col.FIXED:
         plane_space(ax1, across[0], across[1])
-    if kind != col.SLIDER:
+    if kind == col.SCREW:
+        m = screw_rows(gain, m, j, a1, a2, ax1, across, system, rows)
+    elif kind != col.SLIDER:
         m = _anchor_rows(gain, m, ends, a1, a2, bodies, rows)
-    if kind == col.HINGE:
+    if kind == col.SCREW:
+        m = _axis_rows(gain, m, two, ax1, ax2, across, rows)
+    elif kind == col.HINGE:
         m = _axis_rows(gain, m, two, ax1, ax2, across, rows)
         if two >= 0 and settings[col.S_RESCALE] != 0.0:
             for i in range(2):
@@ -306,10 +315,10 @@ def _joint_rows(
         m = _line_rows(gain, m, ends, a2, across, bodies, rows)
     for i in range(first, m):
         row = rows[i]
-        row[col.R_MAX], row[col.R_CFM] = col.INFINITE, settings[col.S_CFM]
+        row[col.R_MAX], row[col.R_CFM] = col.INFINITE, softness
         row[col.R_LOW], row[col.R_HIGH], links[i, 2] = -col.INFINITE, col.INFINITE, col.BILATERAL
     if kind != col.FIXED:
-        m = _limit_row(step, m, j, ax1, system, constraints, settings)
+        m = _limit_row(step, softness, m, j, ax1, system, constraints)
     for i in range(first, m):
         links[i, 0], links[i, 1], links[i, 3], links[i, 4] = one, two, j, i - first
     return m
@@ -318,14 +327,19 @@ def _joint_rows(
 @inlined
 def _limit_row(
     step: float,
+    cfm: float,
     m: int,
     j: int,
     axis: Array,
     system: System,
     constraints: Constraints,
-    settings: Array,
 ) -> int:
-    """The row of a joint's motor, limit or damping, if it needs one; axis: (3,) of the joint."""
+    """The row of a joint's motor, limit or damping, if it needs one.
+
+    Args:
+        cfm: of a motor.
+        axis: (3,) of the joint.
+    """
     joint, bodies, work, links = system.joints[j], system.bodies, system.work, constraints.links
     kind, one, two = system.types[j, 0], system.types[j, 1], system.types[j, 2]
     position, limit = joint[col.ANGLE], 0
@@ -335,9 +349,11 @@ def _limit_row(
     damped = joint[col.IMPLICIT] != 0.0 and softness > 0.0 and limit == 0
     is_locked = joint[col.LOWER] == joint[col.UPPER]
     powered = joint[col.FMAX] > 0.0 and not (damped or limit and is_locked)
+    if kind == col.SCREW and limit == 0:
+        powered = False  # ODE counts no row for it
     if not (powered or limit or damped):
         return m
-    row, shift = constraints.rows[m], 3 if kind == col.HINGE else 0
+    row, shift = constraints.rows[m], 0 if kind == col.SLIDER else 3
     for k in range(12):
         row[col.R_J + k] = 0.0
     for k in range(3):
@@ -351,7 +367,7 @@ def _limit_row(
         cross(arm, axis, row[col.R_J + 3 : col.R_J + 6])
         for k in range(3):
             row[col.R_J + 9 + k] = row[col.R_J + 3 + k]
-    row[col.R_MAX], row[col.R_CFM] = col.INFINITE, settings[col.S_CFM]
+    row[col.R_MAX], row[col.R_CFM] = col.INFINITE, cfm
     row[col.R_LOW], row[col.R_HIGH], links[m, 2] = -col.INFINITE, col.INFINITE, col.BILATERAL
     if damped:  # a limit at both sides that yields as a spring and a damper do
         row[col.R_C] = -joint[col.STIFFNESS] / softness * (position - joint[col.AT_REST])
@@ -368,6 +384,13 @@ def _limit_row(
         row[col.R_CFM] = joint[col.STOP_CFM]
         if joint[col.LOWER] < joint[col.UPPER]:  # it holds in one direction
             row[col.R_LOW if limit == 1 else col.R_HIGH] = 0.0
+            bounced = -joint[col.BOUNCE] * joint[col.RATE]
+            if joint[col.BOUNCE] <= 0.0:
+                pass
+            elif limit == 1 and joint[col.SPEED] < 0.0:  # as in ODE: of the motor, not of the joint
+                row[col.R_C] = max(row[col.R_C], bounced)
+            elif limit == 2 and joint[col.RATE] > 0.0:
+                row[col.R_C] = min(row[col.R_C], bounced)
     else:
         row[col.R_C] = joint[col.SPEED]
         row[col.R_LOW], row[col.R_HIGH] = -joint[col.FMAX], joint[col.FMAX]

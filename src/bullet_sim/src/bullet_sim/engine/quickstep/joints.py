@@ -4,6 +4,7 @@ import math
 
 from bullet_sim.engine.quickstep import layout as col
 from bullet_sim.engine.quickstep.compiled import compiled, temporary
+from bullet_sim.engine.quickstep.screws import measure_screw
 from bullet_sim.engine.quickstep.state import System
 from bullet_sim.engine.quickstep.vectors import copy, cross, matrix, multiply, rotate
 
@@ -40,7 +41,10 @@ def _set_position(j: int, position: float, system: System) -> None:
     rotate(rotation, joint[col.ANCHOR1 : col.ANCHOR1 + 3], anchor)
     for k in range(3):
         anchor[k] += bodies[first, col.POS + k]
-    if kind == col.HINGE:
+    shift = change if kind == col.SLIDER else 0.0
+    if kind == col.SCREW:
+        shift = change / joint[col.PITCH]
+    if kind != col.SLIDER:
         sine = math.sin(0.5 * change)
         turn[0], turn[1], turn[2] = axis[0] * sine, axis[1] * sine, axis[2] * sine
         turn[3] = math.cos(0.5 * change)
@@ -48,7 +52,7 @@ def _set_position(j: int, position: float, system: System) -> None:
     for b in range(len(bodies)):
         if not system.below[j, b]:
             continue
-        if kind == col.HINGE:
+        if kind != col.SLIDER:
             for k in range(3):
                 arm[k] = bodies[b, col.POS + k] - anchor[k]
             rotate(rotation, arm, arm)
@@ -56,9 +60,9 @@ def _set_position(j: int, position: float, system: System) -> None:
                 bodies[b, col.POS + k] = anchor[k] + arm[k]
             multiply(turn, bodies[b, col.QUAT : col.QUAT + 4], quaternion)
             copy(quaternion, bodies[b, col.QUAT : col.QUAT + 4])
-        else:
+        if shift != 0.0:
             for k in range(3):
-                bodies[b, col.POS + k] += change * axis[k]
+                bodies[b, col.POS + k] += shift * axis[k]
 
 
 @compiled
@@ -75,7 +79,7 @@ def _set_velocity(j: int, velocity: float, system: System) -> None:
     rotate(rotation, joint[col.AXIS1 : col.AXIS1 + 3], axis)
     for k in range(3):
         child[col.VEL + k] = bodies[second, col.VEL + k] if second >= 0 else 0.0
-    if system.types[j, 0] != col.HINGE:
+    if system.types[j, 0] == col.SLIDER:
         for k in range(3):
             child[col.VEL + k] += velocity * axis[k]
         return
@@ -141,3 +145,6 @@ def measure(system: System) -> None:
                 position += axis[k] * (bodies[one, col.POS + k] - a2[k])
             joint[col.ANGLE] = position
         joint[col.RATE] = rate
+    for j in range(len(system.joints)):
+        if system.types[j, 0] == col.SCREW:
+            measure_screw(j, system)

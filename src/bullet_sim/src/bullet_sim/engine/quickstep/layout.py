@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from bullet_sim.pose import Array
 
-HINGE, SLIDER, FIXED = 0, 1, 2
+HINGE, SLIDER, FIXED, SCREW, GEARS = 0, 1, 2, 3, 4
 SPHERE, CYLINDER, BOX, MESH, OTHER, PLANE = range(6)
 # what is done with two bodies: they never collide; collided here; collided by the caller
 PAIR_FILTERED, PAIR_NATIVE, PAIR_EXTERNAL = range(3)
@@ -31,11 +31,17 @@ W_R, W_I, W_V, W_F, W_T, W_A, W_SIZE = 0, 9, 18, 27, 33, 39, 51
 # speed, last impulses of both solutions, the motor's last effort, force and torque on the first
 # body, whether damping is a constraint (else it is an effort of the last velocity), velocity that
 # the first body is given before each step (NaN: none), ERP and CFM of the limits, how much of the
-# motor's effort away from them acts there, stiffness of a spring and where it is at rest
+# motor's effort away from them acts there, stiffness of a spring and where it is at rest, ERP and
+# CFM of its rows (negative: the world's), restitution at its limits, thread of a screw [rad/m] or
+# ratio of gears
 ANCHOR1, ANCHOR2, AXIS1, AXIS2, QREL, LOWER, UPPER, DAMPING = 0, 3, 6, 9, 12, 16, 17, 18
 FMAX, SPEED, EFFORT, ANGLE, RATE, TARGET, REACHED, MAX_SPEED = 19, 20, 21, 22, 23, 24, 25, 26
 WARM, WARM2, MOTOR, WRENCH, IMPLICIT, IMPOSED = 27, 34, 41, 42, 48, 49
-STOP_ERP, STOP_CFM, STOP_PUSH, STIFFNESS, AT_REST, J_SIZE = 50, 51, 52, 53, 54, 55
+STOP_ERP, STOP_CFM, STOP_PUSH, STIFFNESS, AT_REST, ERP, CFM, BOUNCE = 50, 51, 52, 53, 54, 55, 56, 57
+PITCH, J_SIZE = 58, 59
+# of gears instead: row of the body that both rotate against (-1: the world), quaternion of the
+# second body in it at 0 (that of the first is QREL), rotation of the second (of the first: ANGLE)
+GEAR_BASE, GEAR_QREL, GEAR_ANGLE = 0, 1, 25
 # shapes: size, center in the body (from its center of mass), rotation, mu, mu2, fdir1, kp, kd,
 # slip1, slip2, restitution and from what speed on, torsional friction: coefficient, radius of the
 # patch, of the surface, whether the patch's counts, slip; contacts of a pair at most

@@ -73,7 +73,7 @@ def _add_effort(j: int, system: System) -> None:
         return
     first, second = system.types[j, 1], system.types[j, 2]
     rotate(work[first, col.W_R : col.W_R + 9], joint[col.AXIS1 : col.AXIS1 + 3], axis)
-    shift = 3 if system.types[j, 0] == col.HINGE else 0
+    shift = 0 if system.types[j, 0] == col.SLIDER else 3
     for k in range(3):
         work[first, col.W_F + shift + k] += effort * axis[k]
         if second >= 0:
