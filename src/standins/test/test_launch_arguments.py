@@ -42,6 +42,7 @@ def test_the_arguments_of_the_node():
     root = ElementTree.parse(LAUNCH / "empty_world.launch").getroot()
     node = next(each for each in root.findall("node") if each.get("name") == "gazebo")
     assert (node.get("output"), node.get("respawn")) == ("$(arg output)", "$(arg respawn_gazebo)")
+    assert node.get("required") == "$(arg server_required)"
     gui = next(each for each in root.findall("node") if each.get("name") == "gazebo_gui")
     assert gui.get("required") == "$(arg gui_required)"
     assert gui.get("if") == "$(arg gui)"  # headless has no effect, as upstream
