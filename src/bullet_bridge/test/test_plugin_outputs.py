@@ -131,6 +131,18 @@ def test_block_laser_has_a_point_of_each_ray_half_a_ray_beyond_it(topics, world,
     assert cloud.points[4].z == pytest.approx(5.0 * math.sin(0.05), abs=0.01)
 
 
+def test_an_intensity_of_block_laser_is_the_mean_with_the_next_rays(topics, world, cart):
+    retro = WALL.replace(
+        '<collision name="c">', '<collision name="c"><laser_retro>80</laser_retro>'
+    ).replace("0.2 20 20", "0.2 2 20")
+    world.delete("wall")
+    world.spawn_sdf("half", retro, Pose((3.1, 1.0, 0.0)), str)  # to the left of the middle ray
+    layers = dict(SCAN, samples=4, layers=2, min_elevation=0.0, max_elevation=0.1)
+    made(BlockCloudSpec("b", "base", topic="/b", **layers), world, cart).update(0.1, 0.0)
+    values = list(topics["/b"].messages[-1].channels[0].values)
+    assert values == [0.0, 40.0, 80.0, 80.0] * 2
+
+
 def test_block_laser_of_one_layer_has_no_numbers(topics, world, cart):
     made(BlockCloudSpec("b", "base", topic="/b", **SCAN), world, cart).update(0.1, 0.0)
     points = topics["/b"].messages[-1].points

@@ -92,6 +92,13 @@ def _by_layers(values: Array, layers: int) -> Array:
     return values.reshape(-1, layers).T.ravel()
 
 
+def _with_next(values: Array, layers: int) -> Array:
+    """Means (n,) of each value, the next one of its layer and both of the next layer."""
+    rows = np.pad(values.reshape(layers, -1), ((0, 1), (0, 1)), mode="edge")
+    means: Array = 0.25 * (rows[:-1, :-1] + rows[:-1, 1:] + rows[1:, :-1] + rows[1:, 1:])
+    return means.ravel()
+
+
 # velodyne_gazebo_plugins' layout of a point, 22 bytes.
 _POINT = np.dtype(
     {
@@ -157,6 +164,7 @@ class BlockLaserSensor(RaysSensor):
 
     As upstream's: where nothing was hit it is at the maximum range, without noise; each is half a
     ray's angle beyond its ray, but that of the last one; with a single ray or layer all are NaN.
+    Its intensity is the mean of four rays': the next one's and the next layer's count as well.
     """
 
     message, lidar = PointCloud, LayeredLidar
@@ -187,6 +195,7 @@ class BlockLaserSensor(RaysSensor):
         ranges = np.where(ranges == math.inf, spec.range_max, ranges)
         values = np.zeros(len(ranges)) if found is None else found
         ranges, values = (_by_layers(each, spec.layers) for each in (ranges, values))
+        values = _with_next(values, spec.layers)
         points = self._aims * ranges[:, None]
         if spec.point_noise > 0.0:
             hit = np.abs(spec.range_max - ranges) > _FARTHEST
