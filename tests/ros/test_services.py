@@ -213,6 +213,11 @@ class Services(unittest.TestCase):
             (0.002, 0.0),
             "refused as a whole, with the old values",
         )
+        unused = {"auto_disable_bodies": True, "sor_pgs_rms_error_tol": 0.5}
+        after = client.update_configuration(unused)
+        self.assertEqual({name: after[name] for name in unused}, unused, "as it was asked")
+        config = call("get_physics_properties", srv.GetPhysicsProperties).ode_config
+        self.assertEqual((config.auto_disable_bodies, config.sor_pgs_rms_error_tol), (False, 0.0))
         client.update_configuration({"time_step": 0.001, "sor_pgs_iters": 50})
         client.close()
 

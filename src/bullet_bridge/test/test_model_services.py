@@ -13,11 +13,12 @@ from bullet_bridge.services.lights import LightServices
 from bullet_bridge.services.links import JointServices, LinkServices
 from bullet_bridge.services.models import ModelServices
 from bullet_bridge.services.physics import PhysicsProperties, PhysicsServices
+from bullet_sim.description.world import ground_plane
 from bullet_sim.errors import WorldError
 from bullet_sim.pose import Pose, quaternion_from_yaw
 from bullet_sim.world import World
 from gazebo_msgs import srv
-from gazebo_msgs.msg import LinkState, ModelState, ODEJointProperties
+from gazebo_msgs.msg import LinkState, ModelState, ODEJointProperties, ODEPhysics
 from geometry_msgs.msg import Point, Quaternion, Twist, Vector3
 from geometry_msgs.msg import Pose as PoseMsg
 from rospy import Duration
@@ -558,9 +559,34 @@ def test_physics_properties_are_those_of_ode(desk):
     )
     assert desk.call("set_physics_properties", request).success
     assert desk.world.engine.settings.relaxation == 1.0
-    empty = srv.SetPhysicsPropertiesRequest(time_step=0.001, max_update_rate=1000.0)
-    assert desk.call("set_physics_properties", empty).success
-    assert desk.world.engine.settings.relaxation == 1.0, "an empty ode_config changes nothing"
+
+
+def test_with_an_ode_config_of_zeros_nothing_collides(desk):
+    """As in Gazebo 11.1, where bodies fall through each other from then on."""
+    base = '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="1" iyy="1" '
+    base += 'izz="1"/></inertial><collision><geometry><box size="1 1 1"/></geometry></collision>'
+    desk.world.spawn(ground_plane(), Pose((0.0, 0.0, -0.5)))
+    assert desk.spawn("box", base + "</link></robot>").success
+    desk.world.step(500)
+    model = desk.world.model("box")
+    assert model.pose.position[2] == pytest.approx(0.0, abs=1e-3)
+    zeros = srv.SetPhysicsPropertiesRequest(0.001, 1000.0, Vector3(0, 0, -9.8), ODEPhysics())
+    assert desk.call("set_physics_properties", zeros).success
+    settings = desk.world.engine.settings
+    assert (settings.iterations, settings.relaxation, settings.erp) == (0, 0.0, 0.0)
+    desk.world.step(500)
+    assert -model.pose.position[2] == pytest.approx(0.5 * 9.8 * 0.5**2, rel=0.01)
+
+
+def test_a_models_state_is_that_of_its_first_link(desk):
+    """Whatever canonical_link names, as in Gazebo 11.1."""
+    links = '<link name="one"/><link name="two"><pose>1 0 0 0 0 0</pose></link>'
+    text = f'<sdf version="1.7"><model name="m" canonical_link="two">{links}</model></sdf>'
+    assert desk.spawn("m", text, kind="sdf").success
+    state = LinkState("m::two", PoseMsg(Point(1, 0, 9), Quaternion(0, 0, 0, 1)), Twist(), "world")
+    assert desk.call("set_link_state", srv.SetLinkStateRequest(state)).success
+    state = desk.call("get_model_state", srv.GetModelStateRequest("m", ""))
+    assert (state.pose.position.x, state.pose.position.z) == (0.0, 0.0)
 
 
 HINGED = (

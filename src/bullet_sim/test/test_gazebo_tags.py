@@ -440,6 +440,15 @@ def test_elements_of_sdf_within_a_urdf():
     assert read("").auto_disable
 
 
+def test_a_collide_bitmask_counts_in_a_collision_alone():
+    mask = "<collide_bitmask>2</collide_bitmask>"
+    model = read(f'<gazebo reference="base">{mask}</gazebo>')
+    assert model.links["base"].surface.bitmask == 0xFFFF and len(model.warnings) == 1
+    mask = f"<collision><surface><contact>{mask}</contact></surface></collision>"
+    model = read(f'<gazebo reference="base">{mask}</gazebo>')
+    assert model.links["base"].surface.bitmask == 2 and model.warnings == []
+
+
 def test_what_is_within_a_visual_and_a_collision():
     inside = "<transparency>0.25</transparency><cast_shadows>false</cast_shadows>"
     inside += "<visibility_flags>48</visibility_flags><laser_retro>7</laser_retro>"

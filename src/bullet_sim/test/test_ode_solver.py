@@ -388,7 +388,8 @@ def test_a_wall_stops_only_what_shares_a_bit(world, monkeypatch, bits, stops):
     """collide_bitmask of a wall is 1; PyBullet is not asked, either."""
 
     def masked(text, bits):
-        mask = f"<collide_bitmask>{bits}</collide_bitmask>"
+        mask = f"<contact><collide_bitmask>{bits}</collide_bitmask></contact>"
+        mask = f"<collision><surface>{mask}</surface></collision>"
         return text.replace("</robot>", f'<gazebo reference="base">{mask}</gazebo></robot>')
 
     wall = robot(link("base", 1.0, inertia=0.1, shape='<box size="0.1 2 1"/>'))

@@ -40,9 +40,9 @@ def test_what_has_no_effect_is_named_where_it_is_not_the_default(path):
 
 
 def test_defaults_are_compared_as_numbers_and_plugins_are_not_read():
-    ratio = "<surface><contact><poissons_ratio>%s</poissons_ratio></contact></surface>"
+    solver = "<physics><ode><solver><precon_iters>%s</precon_iters></solver></ode></physics>"
     model = "<sdf version='1.6'><model name='m'><link name='l'>%s</link></model></sdf>"
-    plugin = f"<plugin name='p' filename='libgazebo_ros_imu.so'>{ratio % 0.1}</plugin>"
+    plugin = f"<plugin name='p' filename='libgazebo_ros_imu.so'>{solver % 1}</plugin>"
     assert parse_model(model % plugin, str)[0].warnings == []
-    assert parse_model(model % (ratio % "3.0e-01"), str)[0].warnings == []
-    assert len(parse_model(model % (ratio % "0.1"), str)[0].warnings) == 1
+    assert parse_model(model % (solver % "0.0e-01"), str)[0].warnings == []
+    assert len(parse_model(model % (solver % "0.1"), str)[0].warnings) == 1

@@ -160,6 +160,74 @@ def test_a_world_with_a_state_starts_there_and_is_reset_to_its_poses(world):
     assert world.model("a").pose.position == (1, 0, 0)
 
 
+def started(model, state):
+    """A world that starts with a model and a <state> of it, after 50 steps, and the model."""
+    text = (
+        f'<sdf version="1.6"><world name="w"><gravity>0 0 -9.8</gravity><model name="b">{model}'
+        f'</model><state world_name="w"><model name="b">{state}</model></state></world></sdf>'
+    )
+    world = World()
+    world.load(sdf.parse_world(text, str))
+    world.step(50)
+    return world, world.model("b")
+
+
+def test_links_start_with_the_velocities_and_the_wrench_of_a_state():
+    """The numbers are those of Gazebo 11.1: the wrench acts in the first step, along the world's
+    axes, and a model whose state has no pose is at the origin."""
+    inertial = (
+        "<inertial><pose>0.1 0 0 0 0 0</pose><mass>1</mass><inertia><ixx>0.01</ixx>"
+        "<iyy>0.01</iyy><izz>0.02</izz></inertia></inertial>"
+    )
+    world, model = started(
+        f'<pose>9 9 2 0 0 1</pose><link name="l"><pose>0 0 0 0 0 0.5</pose>{inertial}</link>',
+        '<link name="l"><pose>0 0 2 0 0 1.5</pose><velocity>1 0 0 0 0 2</velocity>'
+        "<acceleration>7 0 0 0 0 0</acceleration><wrench>5 0 0 0 0 1</wrench></link>",
+    )
+    pose, linear, angular = model.link_state("l")
+    arm = pose.matrix @ (0.1, 0.0, 0.0)
+    center = (0.0573237201668, 0.0997494986604, 1.987505)
+    assert pose.position + arm == pytest.approx(center, abs=1e-9)
+    assert pose.rpy == pytest.approx((0.0, 0.0, 1.60249996), abs=1e-7)
+    assert linear + np.cross(angular, arm) == pytest.approx((1.005, 0.0, -0.49), abs=1e-9)
+    assert angular == pytest.approx((0.0, 0.0, 2.05), abs=1e-9)
+    world.reset_models()
+    world.step()
+    assert model.link_state("l")[2] == pytest.approx((0.0, 0.0, 0.0), abs=1e-12)
+    world.close()
+
+
+@pytest.mark.parametrize(
+    "state, inner, angle",
+    [
+        ("<pose>0 0 3 0 0 0</pose>", (1.1, 0.0, 2.987505), 0.0),
+        (
+            '<pose>0 0 3 0 0 0</pose><model name="n"><pose>5 1 4 0 0 0.5</pose></model>',
+            (5.08775825619, 1.04794255386, 3.987505),
+            0.5,
+        ),
+        (
+            '<pose>0 0 3 0 0 0</pose><model name="n"><link name="l"><pose>5 1 4 0 0 0.5</pose>'
+            "</link></model>",
+            (5.0, 1.0, 3.987505),
+            0.5,
+        ),
+    ],
+)
+def test_models_in_a_model_start_where_the_state_has_them(state, inner, angle):
+    """The numbers are those of Gazebo 11.1."""
+    link = (
+        '<link name="{}"><pose>{} 0 0 0 0 0</pose><inertial><mass>1</mass></inertial></link>'
+    ).format
+    text = f'{link("l", 0)}<model name="n"><pose>1 0 0 0 0 0</pose>{link("l", 0.1)}</model>'
+    world, model = started(f"<pose>0 0 2 0 0 0</pose>{text}", state)
+    assert model.link_state("l")[0].position == pytest.approx((0.0, 0.0, 2.987505), abs=1e-9)
+    pose = model.link_state("n::l")[0]
+    assert pose.position == pytest.approx(inner, abs=1e-9)
+    assert pose.rpy[2] == pytest.approx(angle, abs=1e-9)
+    world.close()
+
+
 def test_a_saved_world_goes_on_at_its_time_until_a_reset(world):
     state = "<state world_name='w'><sim_time>12 500000000</sim_time></state>"
     world.load(sdf.parse_world(f"<sdf version='1.6'><world name='w'>{state}</world></sdf>", str))

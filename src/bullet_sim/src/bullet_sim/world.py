@@ -12,9 +12,9 @@ from bullet_sim.controllers import Controller
 from bullet_sim.controllers.effort_row import MAX_NOTED_STEPS
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.warnings import add_warning
-from bullet_sim.description.world import MIN_STEP, Place, Scene, WorldDescription
+from bullet_sim.description.world import MIN_STEP, LinkMotion, Place, Scene, WorldDescription
 from bullet_sim.engine import BodiesState, Engine, make_engine, restore_bodies, save_bodies
-from bullet_sim.errors import ModelError, WorldError
+from bullet_sim.errors import ModelError, SimError, WorldError
 from bullet_sim.files import OwnFolder
 from bullet_sim.formats import urdf
 from bullet_sim.formats.materials import Resolve
@@ -232,12 +232,27 @@ class World:
             else:
                 if model.name in described.starts:
                     self.models[model.name].set_state(described.starts[model.name])
+                for link, motion in described.motions.get(model.name, {}).items():
+                    self._start(self.models[model.name], link, motion)
             for warning in list(model.warnings):
                 add_warning(described.warnings, warning, warning.cause, warning.item)
         self._order.add_of_file(
             model.name for model, _ in described.models if model.name in self.models
         )
         return list(described.warnings)
+
+    def _start(self, model: Model, link: str, motion: LinkMotion) -> None:
+        """Have a link start as a <state> says; links that are merged into others start as these."""
+        if model.is_static or link not in model.link_names or model.is_merged(link):
+            return
+        steps = self.step_count, self.step_count + 1
+        try:
+            if any((*motion.linear, *motion.angular)):
+                pose = model.link_state(link)[0]
+                model.set_link_state(link, pose, motion.linear, motion.angular)
+            self.forces.apply_wrench(model, link, motion.force, motion.torque, steps)
+        except SimError as error:
+            model.description.warn(f"{error}; it starts at rest", "links start at rest", link)
 
     def spawn_urdf(
         self, name: str, text: str | bytes | Node, pose: Pose, resolve: Resolve

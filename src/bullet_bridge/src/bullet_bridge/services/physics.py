@@ -28,7 +28,8 @@ if TYPE_CHECKING:
 
 MAX_ITERATIONS = 10_000
 # Settings of ODE that do not change here, by the solver; requests to change them are ignored. Those
-# of 'ode' do not change in Gazebo either: it answers neither what was set of them.
+# of 'ode' do not change in Gazebo either (PhysicsEngine::SetAutoDisableFlag is empty, gazebo_ros
+# reads no tolerance): set_physics_properties answers neither, dynamic_reconfigure what was asked.
 FIXED = {
     "ode": dict(auto_disable_bodies=False, sor_pgs_rms_error_tol=0.0),
     "bullet": dict(
@@ -64,7 +65,8 @@ class Properties:
         time_step: physics step [s].
         max_update_rate: steps per wall second [Hz]; 0: no limit.
         gravity: (3,) [m/s^2] in the world frame.
-        iterations: of the constraint solver per step; 0 in a request: as it is.
+        iterations: of the constraint solver per step; 0: nothing holds or collides, as in Gazebo.
+            In a request to the solver 'bullet' 0 leaves them.
         ode: those of SOLVER and of FIXED, by gazebo_ros' names.
     """
 
@@ -87,9 +89,7 @@ class Properties:
                 f"max_update_rate is {self.max_update_rate} Hz, must be 0 (no limit) or more"
             )
         if not 0 <= self.iterations <= MAX_ITERATIONS:
-            raise WorldError(
-                f"sor_pgs_iters is {self.iterations}, must be 0 (as it is) to {MAX_ITERATIONS}"
-            )
+            raise WorldError(f"sor_pgs_iters is {self.iterations}, must be 0 to {MAX_ITERATIONS}")
         for name in SOLVER:
             value = self.ode.get(name, 0.0)
             if not (math.isfinite(value) and value >= 0.0):
@@ -136,9 +136,10 @@ class PhysicsProperties:
         factor = new.max_update_rate * self._world.time_step
         if not math.isclose(factor, self._server.real_time_factor, rel_tol=1e-9):
             self._server.set_pace(factor)
-        if new.iterations not in (0, now.iterations):
-            self._world.engine.set_solver_iterations(new.iterations)
         settings = self._world.engine.settings
+        if new.iterations != now.iterations and (new.iterations or settings is not None):
+            self._world.engine.set_solver_iterations(new.iterations)
+            settings = self._world.engine.settings
         if settings is not None:
             given = {
                 SOLVER[name]: new.ode[name]
@@ -192,11 +193,7 @@ class PhysicsServices:
 
     def _set(self, request: Any) -> srv.SetPhysicsPropertiesResponse:
         config = request.ode_config
-        given = {name: getattr(config, name) for name in self._properties.read().ode}
-        is_empty = not any(
-            [config.sor_pgs_iters, *given.values()]
-        )  # the solver stays as it is then
-        asked = {} if is_empty else {name: given[name] for name in SOLVER}
+        asked = {name: getattr(config, name) for name in SOLVER}
         self._jobs.call(
             lambda: self._properties.change(
                 time_step=request.time_step,
@@ -207,7 +204,7 @@ class PhysicsServices:
             )
         )
         now = self._properties.read().ode
-        others = [name for name in given if given[name] not in (now[name], type(now[name])())]
+        others = [name for name in asked if asked[name] not in (now[name], type(now[name])())]
         if others:
             rospy.logwarn(
                 "set_physics_properties: %s cannot be changed here and are ignored",
@@ -255,6 +252,7 @@ class PhysicsServer(ValuesServer):
 
     def _changed(self, config: Any, _level: int) -> Any:
         changes = requested_changes(config, self._last)
+        unused = {name: config[name] for name in FIXED["ode"]}
         try:
             self._jobs.call(lambda: self._properties.change(**changes))
         except (SimError, TimeoutError) as error:
@@ -264,4 +262,5 @@ class PhysicsServer(ValuesServer):
         except TimeoutError as error:
             rospy.logerr("physics properties: %s", error)
         config.update(self._last)
+        config.update(unused)
         return config

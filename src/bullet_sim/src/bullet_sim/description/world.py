@@ -125,6 +125,21 @@ class Place:
     heading: float = math.pi / 2.0
 
 
+@dataclass(frozen=True)
+class LinkMotion:
+    """How a link starts where a <state> says so, world axes.
+
+    Attributes:
+        linear, angular: velocity of its center of mass [m/s, rad/s].
+        force, torque: that act on it in the first step [N, N m].
+    """
+
+    linear: Vec3
+    angular: Vec3
+    force: Vec3
+    torque: Vec3
+
+
 @dataclass
 class WorldDescription:
     """Contents of a world file; models with their world poses, in file order.
@@ -139,6 +154,7 @@ class WorldDescription:
         time: simulated time of its <state> [s], at which it starts; a reset sets it to 0.
         starts: by the names of models: the poses of its <state>, where they start; a reset puts
             them to those of `models`, as in Gazebo.
+        motions: by the names of models and of their links: how these start, but for those at rest.
         plugins: names of libraries of its plugins that are known here.
         warnings: what was ignored or repaired, also in the models of its file.
     """
@@ -153,6 +169,7 @@ class WorldDescription:
     scene: Scene = Scene()
     time: float = 0.0
     starts: dict[str, Pose] = field(default_factory=dict)
+    motions: dict[str, dict[str, LinkMotion]] = field(default_factory=dict)
     plugins: list[str] = field(default_factory=list)
     warnings: list[ReadWarning] = field(default_factory=list)
 

@@ -154,7 +154,7 @@ _PROPERTIES: dict[str, tuple[Callable[[str, str], Any], tuple[str, ...], tuple[s
     "min_depth": (_not_negative, ("minDepth",), ("surface/contact/ode/min_depth",)),
     "bitmask": (
         _bitmask,
-        ("collide_bitmask",),
+        (),
         ("surface/contact/collide_bitmask", "surface/contact/bitmask"),
     ),
     "most": (_whole, ("maxContacts",), ("max_contacts",)),
@@ -237,7 +237,11 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
         name = element.get("reference") or ""
         label = f"<gazebo reference='{name}'>"
         gravity[name] = not is_true(child_text(element, "turnGravityOff", "false"))
-        for tag, does in (("gravity", "turnGravityOff"), ("velocity_decay", "dampingFactor")):
+        for tag, does in (
+            ("gravity", "turnGravityOff"),
+            ("velocity_decay", "dampingFactor"),
+            ("collide_bitmask", "collision><surface><contact><collide_bitmask"),
+        ):
             if element.find(tag) is not None and not (
                 tag == "gravity" and is_true(child_text(element, tag, "true"))
             ):  # sdformat writes it behind one of its own, and the first counts

@@ -368,6 +368,10 @@ class Model:
         name, pose = self._lumped.frames[link]
         return self._links[name], pose
 
+    def is_merged(self, link: str) -> bool:
+        """Whether a link of the description is a part of another one in the body."""
+        return self._lumped.frames[link][0] != link
+
     def frame_at(self, index: int) -> tuple[Vec3, Quat]:
         """World pose of a link's frame (index in the engine): position and quaternion, tuples."""
         return self.engine.link_motion(self.body, index)[:2]

@@ -74,7 +74,7 @@ def _ode_settings(world: Node, label: str) -> OdeSettings:
     most = child_number(world, "physics/max_contacts", label, float(default.max_contacts))
     even = child_text(world, "physics/ode/solver/use_dynamic_moi_rescaling", "false")
     return OdeSettings(
-        iterations=int(min(number("solver/iters", default.iterations, 1.0), MAX_ITERATIONS)),
+        iterations=int(min(number("solver/iters", default.iterations, 0.0), MAX_ITERATIONS)),
         relaxation=number("solver/sor", default.relaxation, 0.0),
         cfm=number("constraints/cfm", default.cfm, 0.0),
         erp=number("constraints/erp", default.erp, 0.0),

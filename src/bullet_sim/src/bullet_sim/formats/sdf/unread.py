@@ -23,8 +23,6 @@ UNREAD: dict[str, tuple[str, ...]] = {
     "projector/near_clip": (),
     "projector/far_clip": (),
     "heightmap/texture/normal": (),
-    "surface/contact/poissons_ratio": ("0.3",),
-    "surface/contact/elastic_modulus": ("-1", "0"),
 }
 _SKIPPED = ("plugin", "actor")  # what they contain is none of SDF, or is left out as a whole
 _BY_TAG: dict[str, list[tuple[str, ...]]] = {}

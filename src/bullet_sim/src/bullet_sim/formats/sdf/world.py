@@ -6,11 +6,13 @@ import dataclasses
 import functools
 import math
 import re
+from collections.abc import Iterator
 
 from bullet_sim.description.model import Light, ModelDescription
 from bullet_sim.description.warnings import ReadWarning
 from bullet_sim.description.world import (
     Fog,
+    LinkMotion,
     Place,
     Scene,
     WorldDescription,
@@ -30,7 +32,7 @@ from bullet_sim.formats.sdf.population import places
 from bullet_sim.formats.sdf.unread import warn_unread
 from bullet_sim.formats.shapes import parse_road
 from bullet_sim.plugins.xml import library
-from bullet_sim.pose import Pose
+from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
     Node,
     add_child,
@@ -208,29 +210,54 @@ def _model(
             f"'{element.get('name')}'",
         )
         return
-    if state is not None and state.find("pose") is not None:
+    if state is not None:
         described.starts[model.name] = sdf_pose(state, f"{label} state of '{model.name}'")
+        described.motions[model.name] = dict(_motions(state, "", label))
     described.models.append((model, pose))
 
 
 def _move_links(element: Node, state: Node, label: str) -> None:
-    """Give the links of a <model> without joints the poses, in the world, of its <state>."""
+    """Give the links and models in a <model> without joints the poses, in the world, of its
+    <state>; a model has one in any case, as in Gazebo."""
     if element.find("joint") is not None:
         return
     label = f"{label} state of '{element.get('name')}'"
     origin = sdf_pose(state, label).inverse()
-    links = {link.get("name"): link for link in element.findall("link")}
-    for moved in state.findall("link"):
-        link, pose = links.get(moved.get("name")), moved.find("pose")
-        if link is None or pose is None:
-            continue
-        local = origin * sdf_pose(moved, f"{label} link '{moved.get('name')}'")
-        own = link.find("pose")
-        if own is not None:
-            link.remove(own)
-        pose.attrib.clear()
-        pose.text = " ".join(f"{value:.9g}" for value in (*local.position, *local.rpy))
-        link.append(pose)
+    for tag in ("link", "model"):
+        parts = {part.get("name"): part for part in element.findall(tag)}
+        for moved in state.findall(tag):
+            part = parts.get(moved.get("name"))
+            if part is None or (tag == "link" and moved.find("pose") is None):
+                continue
+            local = origin * sdf_pose(moved, f"{label} {tag} '{moved.get('name')}'")
+            own = part.find("pose")
+            if own is not None:
+                part.remove(own)
+            values = (*local.position, *local.rpy)
+            add_child(part, "pose", " ".join(f"{value:.9g}" for value in values))
+            if tag == "model":
+                _move_links(part, moved, label)
+
+
+def _motions(state: Node, prefix: str, label: str) -> Iterator[tuple[str, LinkMotion]]:
+    """How links start by the <state> of a <model>: (name in the outermost model, LinkMotion)."""
+    for link in state.findall("link"):
+        name = f"{prefix}{link.get('name')}"
+        numbers: list[float] = []
+        for tag in ("velocity", "wrench"):
+            text = child_text(link, tag, "0 0 0 0 0 0")
+            found, rest = leading_numbers(text, 6)
+            if rest or len(found) != 6 or not all(map(math.isfinite, found)):
+                link.warn(
+                    f"{label} link '{name}' has the {tag} '{text}', must be 6 numbers; it is 0"
+                )
+                found = (0.0,) * 6
+            numbers += found
+        if any(numbers):
+            vectors: list[Vec3] = [(x, y, z) for x, y, z in zip(*[iter(numbers)] * 3)]
+            yield name, LinkMotion(*vectors)
+    for model in state.findall("model"):
+        yield from _motions(model, f"{prefix}{model.get('name')}::", label)
 
 
 def _number_names(described: WorldDescription, label: str) -> None:
