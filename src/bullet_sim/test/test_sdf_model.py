@@ -409,6 +409,34 @@ def test_links_are_where_the_state_has_them():
     assert model.joints["j"].origin.position == pytest.approx((0.0, 0.0, 4.0), abs=1e-6)
 
 
+@pytest.mark.parametrize(
+    "geometry, scale, height",
+    [
+        ("<sphere><radius>0.1</radius></sphere>", "2 2 2", 0.2),
+        ("<cylinder><radius>0.1</radius><length>0.2</length></cylinder>", "2 2 3", 0.3),
+        ("<box><size>0.3 0.2 0.1</size></box>", "1 2 3", 0.15),
+        ("<cylinder><radius>0.1</radius><length>0.6</length></cylinder>", "3 2 1", 0.3),
+    ],
+)
+def test_shapes_have_the_scale_of_the_state(geometry, scale, height):
+    """They rest at the heights that Gazebo 11.1 has; the last one lies on its side."""
+    pose = "<pose>0 0 0 1.5707963 0 0</pose>" if scale == "3 2 1" else ""
+    world = World()
+    world.load(
+        world_of(
+            '<model name="ground"><static>1</static><link name="l"><collision name="c"><geometry>'
+            "<plane><normal>0 0 1</normal></plane></geometry></collision></link></model>"
+            '<model name="m"><link name="l"><inertial><mass>1</mass></inertial><collision name="c">'
+            f"{pose}<geometry>{geometry}</geometry></collision></link></model>"
+            f'<state world_name="w"><model name="m"><pose>0 0 {height + 0.1} 0 0 0</pose>'
+            f"<scale>{scale}</scale></model></state>"
+        )
+    )
+    world.step(1000)
+    assert world.model("m").pose.position[2] == pytest.approx(height, abs=1e-4)
+    world.close()
+
+
 def test_models_of_one_name_get_numbers():
     world = world_of('<model name="cone"><link name="a"/></model>' * 3)
     assert [model.name for model, _ in world.models] == ["cone", "cone_1", "cone_2"]

@@ -17,7 +17,6 @@ UNREAD: dict[str, tuple[str, ...]] = {
     "physics/ode/solver/type": ("quick",),
     "physics/ode/solver/precon_iters": ZERO,
     "physics/ode/solver/friction_model": ("pyramid_model",),
-    "state/model/scale": ("1 1 1",),
     "projector/texture": (),
     "projector/fov": (),
     "projector/near_clip": (),

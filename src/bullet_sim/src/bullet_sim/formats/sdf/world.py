@@ -37,6 +37,7 @@ from bullet_sim.xml_reader import (
     Node,
     add_child,
     child_flag,
+    child_floats,
     child_number,
     child_text,
     copied,
@@ -201,6 +202,7 @@ def _model(
     try:
         if state is not None:
             _move_links(element, state, label)
+            _scale(element, state, label)
         model = _read_model(element, resolve, version)
         pose = frames.pose_of(element, "", f"{label} model '{model.name}'")
     except ModelError as error:
@@ -239,20 +241,37 @@ def _move_links(element: Node, state: Node, label: str) -> None:
                 _move_links(part, moved, label)
 
 
+def _scale(element: Node, state: Node, label: str) -> None:
+    """Multiply the sizes of a <model>'s shapes by the <scale> of its <state>, as Gazebo's
+    Model::SetScale: poses, masses and the models inside keep theirs."""
+    x, y, z = factors = child_floats(state, "scale", 3, label, (1.0, 1.0, 1.0))
+    if factors == (1.0, 1.0, 1.0):
+        return
+    for shape, tag, by in (
+        ("box", "size", factors),
+        ("sphere", "radius", (max(factors),)),
+        ("cylinder", "radius", (max(x, y),)),
+        ("cylinder", "length", (z,)),
+        ("mesh", "scale", factors),
+    ):
+        paths = (f"link/{kind}/geometry/{shape}" for kind in ("collision", "visual"))
+        for node in (node for path in paths for node in element.findall(path)):
+            text = child_text(node, tag, "1 1 1" if shape == "mesh" else "")
+            values, rest = leading_numbers(text, len(by))
+            if not rest and len(values) == len(by):  # else whoever reads it says so
+                for old in node.findall(tag):
+                    node.remove(old)
+                scaled = (f"{value * factor:.9g}" for value, factor in zip(values, by))
+                add_child(node, tag, " ".join(scaled))
+
+
 def _motions(state: Node, prefix: str, label: str) -> Iterator[tuple[str, LinkMotion]]:
     """How links start by the <state> of a <model>: (name in the outermost model, LinkMotion)."""
     for link in state.findall("link"):
         name = f"{prefix}{link.get('name')}"
         numbers: list[float] = []
         for tag in ("velocity", "wrench"):
-            text = child_text(link, tag, "0 0 0 0 0 0")
-            found, rest = leading_numbers(text, 6)
-            if rest or len(found) != 6 or not all(map(math.isfinite, found)):
-                link.warn(
-                    f"{label} link '{name}' has the {tag} '{text}', must be 6 numbers; it is 0"
-                )
-                found = (0.0,) * 6
-            numbers += found
+            numbers += child_floats(link, tag, 6, f"{label} link '{name}'", (0.0,) * 6)
         if any(numbers):
             vectors: list[Vec3] = [(x, y, z) for x, y, z in zip(*[iter(numbers)] * 3)]
             yield name, LinkMotion(*vectors)
