@@ -2,6 +2,7 @@
 
     ./run exec python docs/tools/results_page.py
 
+README.md gets the number of worlds that are as fast as in Gazebo.
 The page has a section for each file, in the bench's order: what it says in a sentence, how it is
 measured, a table with the spread, and a plot where there are many figures of one kind.
 """
@@ -10,6 +11,7 @@ from __future__ import annotations
 
 import json
 import pathlib
+import re
 import statistics
 import sys
 from typing import Callable, NamedTuple
@@ -20,7 +22,7 @@ sys.path.append(str(ROOT / "bench"))
 import results  # noqa: E402
 from sections import SECTIONS  # noqa: E402
 
-PAGE, IMAGES = ROOT / "docs" / "results.md", ROOT / "docs" / "images"
+README, PAGE, IMAGES = ROOT / "README.md", ROOT / "docs" / "results.md", ROOT / "docs" / "images"
 PACES = ROOT / "bench" / "worlds" / "gazebo_paces.json"
 GAZEBO = "beside Gazebo, "  # before the names of worlds
 HEAD = """# Results
@@ -80,12 +82,16 @@ def beside_gazebo(figures: dict) -> str:
     times = [quotient[0] for quotient in map(times_gazebo, figures.values()) if quotient]
     if not times:
         return ""
-    faster = sum(value >= 1.0 for value in times)
     return (
-        f"Paddock is at least as fast as Gazebo in {faster} of {len(times)} worlds: "
+        f"Paddock is at least as fast as Gazebo in {as_fast(times)} worlds: "
         f"{number(min(times))} to {number(max(times))} times its pace, "
         f"{number(statistics.median(times))} in the median."
     )
+
+
+def as_fast(times: list[float]) -> str:
+    """How many of some worlds have Gazebo's pace or more: "8 of 9"."""
+    return f"{sum(value >= 1.0 for value in times)} of {len(times)}"
 
 
 def times_gazebo(figure: dict) -> tuple[float, float, float] | None:
@@ -248,6 +254,16 @@ def page(folder: pathlib.Path = results.FOLDER) -> str:
     return HEAD + ("".join(map(section, documents(folder))) or NONE)
 
 
+def readme(folder: pathlib.Path = results.FOLDER) -> str:
+    """README.md with the number of worlds beside Gazebo that `page()` tells."""
+    text = README.read_text(encoding="utf-8")
+    for found in documents(folder):
+        if found["name"] == "beside_gazebo":
+            times = [quotient[0] for quotient in map(times_gazebo, found["figures"]) if quotient]
+            text = re.sub(r"\d+ of \d+(?= worlds of the bench)", as_fast(times), text)
+    return text
+
+
 def draw(found: dict, path: pathlib.Path) -> None:
     """Draws the figures of one kind of a section as bars with their spread.
 
@@ -292,6 +308,7 @@ def main() -> None:
         if TOLD[found["name"]].plot:
             draw(found, IMAGES / picture(found["name"]))
     PAGE.write_text(page(), encoding="utf-8")
+    README.write_text(readme(), encoding="utf-8")
     print(PAGE)
 
 

@@ -204,6 +204,12 @@ def test_a_section_of_results_has_a_sentence_its_method_and_a_table(tmp_path):
         assert (drawn == color).all(axis=1).sum() > 500
 
 
+def test_the_readme_has_the_figure_of_the_page_of_results():
+    text = (ROOT / "README.md").read_text()
+    assert len(re.findall(r"in \d+ of \d+ worlds of the bench", text)) == 1
+    assert results_page.readme() == text
+
+
 def test_the_readme_has_the_figures_of_the_page_of_paths():
     page = " ".join((ROOT / "docs" / "beside-gazebo.md").read_text().split())
     alike, total = re.search(r"(\d+) of (\d+) are\.", page).groups()
@@ -230,6 +236,27 @@ def test_environments_are_those_of_the_gym():
 def test_the_glossary_has_ten_words():
     table = (ROOT / "docs" / "physics.md").read_text().split("| word |")[1]
     assert len(re.findall(r"^\| (?!---)", table, re.MULTILINE)) == 10
+
+
+def test_pictures_load_fast():
+    films = []
+    for folder in (ROOT / "docs").rglob("images"):
+        for path in folder.iterdir():
+            films += [path] if path.suffix == ".mp4" else []
+            largest = 1_500_000 if path.suffix == ".mp4" else 300_000
+            assert path.stat().st_size <= largest, path
+    assert [path.name for path in films] == ["film.mp4"]
+
+
+def test_the_film_lasts_a_minute_and_is_on_the_first_page():
+    import av
+
+    assert "\n\n[A film of one minute](docs/images/film.mp4)\n" in (ROOT / "README.md").read_text()
+    with av.open(str(ROOT / "docs" / "images" / "film.mp4")) as container:
+        (stream,) = container.streams
+        assert stream.codec_context.name == "h264"
+        assert (stream.width, stream.height) == (640, 360)
+        assert 50.0 < float(stream.duration * stream.time_base) < 65.0
 
 
 def test_the_readme_fits_on_two_screens():
