@@ -77,7 +77,6 @@ def step(world):
 CUBE = "<box><size>1 1 1</size></box>"
 GREY = (1.0, 1.0, 1.0, 1.0)
 FRAME = '<pose relative_to="nose">1 0 0 0 0 0</pose>'
-GEARBOX = hinged("", "gearbox")
 
 # what is wrong: text, what is read of it, what it is, words of the one warning
 VALUES = {
@@ -145,10 +144,16 @@ VALUES = {
     "endless stops": (stopped("-inf", "1e16"), stops, (None, None), []),
     "a stop of a word": (stopped("-1", "far"), stops, (-1, 1e9), ["'far'"]),
     "an unknown joint": (
-        GEARBOX,
+        hinged("", "glue"),
         lambda w: joint(w).kind,
         "fixed",
-        ["'gearbox'", "fixed, revolute, prismatic"],
+        ["'glue'", "fixed, revolute, prismatic"],
+    ),
+    "a gearbox without its reference body": (
+        hinged("", "gearbox"),
+        lambda w: list(read(w).joints),
+        [],
+        ["reference body ''"],
     ),
     "a joint in capitals": (hinged("", "Fixed"), lambda w: joint(w).kind, "fixed", ["'Fixed'"]),
     "no such frame": (
