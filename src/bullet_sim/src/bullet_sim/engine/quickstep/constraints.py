@@ -299,7 +299,7 @@ def _joint_rows(
     if kind != col.FIXED:
         plane_space(ax1, across[0], across[1])
     if kind == col.SCREW:
-        m = screw_rows(gain, m, j, a1, a2, ax1, across, system, rows)
+        m = screw_rows(gain, m, j, a1, a2, across, system, rows)
     elif kind != col.SLIDER:
         m = _anchor_rows(gain, m, ends, a1, a2, bodies, rows)
     if kind == col.SCREW:

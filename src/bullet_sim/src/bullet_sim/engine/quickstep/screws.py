@@ -65,7 +65,6 @@ def screw_rows(
     j: int,
     a1: Array,
     a2: Array,
-    axis: Array,
     across: Array,
     system: System,
     rows: Array,
@@ -74,7 +73,8 @@ def screw_rows(
     its thread says; arguments as those of constraints._anchor_rows() and _axis_rows()."""
     joint, bodies, work = system.joints[j], system.bodies, system.work
     one, two = system.types[j, 1], system.types[j, 2]
-    arm, start, rotation = temporary(3), temporary(3), temporary(9)
+    arm, start, rotation, axis = temporary(3), temporary(3), temporary(9), temporary(3)
+    rotate(work[one, col.W_R : col.W_R + 9], joint[col.AXIS1 : col.AXIS1 + 3], axis)
     for i in range(2):
         t, row = across[i], rows[m]
         error = 0.0
