@@ -14,7 +14,7 @@ import pathlib
 import re
 import statistics
 import sys
-from typing import Callable, NamedTuple
+from typing import Callable, Iterable, NamedTuple
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "bench"))
@@ -79,7 +79,7 @@ def told_if(text: str, *names: str) -> Callable[[dict], str]:
 
 def beside_gazebo(figures: dict) -> str:
     """In how many worlds Paddock is as fast as Gazebo."""
-    times = [quotient[0] for quotient in map(times_gazebo, figures.values()) if quotient]
+    times = all_times_gazebo(figures.values())
     if not times:
         return ""
     return (
@@ -87,6 +87,11 @@ def beside_gazebo(figures: dict) -> str:
         f"{number(min(times))} to {number(max(times))} times its pace, "
         f"{number(statistics.median(times))} in the median."
     )
+
+
+def all_times_gazebo(figures: Iterable[dict]) -> list[float]:
+    """Paddock's pace over Gazebo's in the worlds where that was recorded."""
+    return [quotient[0] for quotient in map(times_gazebo, figures) if quotient]
 
 
 def as_fast(times: list[float]) -> str:
@@ -259,8 +264,8 @@ def readme(folder: pathlib.Path = results.FOLDER) -> str:
     text = README.read_text(encoding="utf-8")
     for found in documents(folder):
         if found["name"] == "beside_gazebo":
-            times = [quotient[0] for quotient in map(times_gazebo, found["figures"]) if quotient]
-            text = re.sub(r"\d+ of \d+(?= worlds of the bench)", as_fast(times), text)
+            fast = as_fast(all_times_gazebo(found["figures"]))
+            text = re.sub(r"\d+ of \d+(?= worlds of the bench)", fast, text)
     return text
 
 

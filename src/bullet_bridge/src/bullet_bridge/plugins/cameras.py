@@ -507,9 +507,8 @@ class DepthCameraSensor(CameraSensor):
         self._points = self.publisher(spec.points_topic, PointCloud2, relayed=False)
         if spec.reflectance_topic:
             self.publisher(spec.reflectance_topic, Image, relayed=False)
-        markers = roslib.message.get_message_class(
-            "visualization_msgs/MarkerArray"
-        )  # None: not installed
+        # None where the package is not installed
+        markers = roslib.message.get_message_class("visualization_msgs/MarkerArray")
         if spec.normals_topic and markers is not None:
             self.publisher(spec.normals_topic, markers, relayed=False)
 

@@ -469,9 +469,17 @@ def _about(link: Link, pose: Pose, joint: Joint, frame: Pose) -> float:
     return float(axis @ rotated @ axis + link.mass * (across @ across))
 
 
-def is_of_chain(name: str) -> bool:
-    """Whether a joint of PyBullet's is one of those of chain_of()."""
-    return name[:-1].endswith("::free")
+def without_chains(names: Mapping[int, str]) -> tuple[list[int], dict[str, int]]:
+    """Tell the joints of a file from those of chain_of().
+
+    Args:
+        names: PyBullet's indices of joints that move -> their names.
+
+    Returns:
+        Indices of those of the file; name -> index of those of chains.
+    """
+    chain = {name: index for index, name in names.items() if name[:-1].endswith("::free")}
+    return [index for index, name in names.items() if name not in chain], chain
 
 
 def links_between(joint: Joint) -> tuple[str, ...]:

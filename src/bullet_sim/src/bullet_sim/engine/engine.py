@@ -13,7 +13,7 @@ import numpy as np
 import pybullet as p
 
 from bullet_sim.controllers.effort_row import EffortRow
-from bullet_sim.description.lump import LumpedModel, is_of_chain, lump
+from bullet_sim.description.lump import LumpedModel, lump, without_chains
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine.ode_shapes import mesh_triangles
@@ -278,9 +278,7 @@ class Engine:
         count = p.getNumJoints(body, physicsClientId=client)
         joints = [p.getJointInfo(body, i, physicsClientId=client) for i in range(count)]
         moving = [j for j in joints if j[2] in _MOVABLE]
-        names = {j[0]: j[1].decode() for j in moving}
-        chain = {name: index for index, name in names.items() if is_of_chain(name)}
-        movable = [index for index, name in names.items() if name not in chain]
+        movable, chain = without_chains({j[0]: j[1].decode() for j in moving})
         self._know(body, movable, chain, fixed_base, count)
         for link, damping in ((-1, -1.0), *((j[0], j[6]) for j in joints)):
             p.changeDynamics(

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 import pybullet as p
 
-from bullet_sim.description.lump import is_of_chain
+from bullet_sim.description.lump import without_chains
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Motion, Pose, Vec3, compose, velocity_at
 
@@ -107,9 +107,7 @@ def read_file(path: str, fixed_base: bool, self_collide: bool, static: bool) -> 
         joints.append(joint)
         waiting += below[name][::-1]
     moving = [index for index, joint in enumerate(joints) if joint.get("type") in _MOVABLE]
-    names = {index: joints[index].get("name", "") for index in moving}
-    chain = {name: index for index, name in names.items() if is_of_chain(name)}
-    movable = [index for index, name in names.items() if name not in chain]
+    movable, chain = without_chains({index: joints[index].get("name", "") for index in moving})
     center = _STILL
     if not static:
         text = _attribute(elements[roots[0]], "inertial/origin", "xyz") or "0 0 0"

@@ -43,7 +43,7 @@ def walker(xml: PluginXml) -> WalkerSpec:
         weight=xml.number("target_weight", 1.15),
         obstacle_weight=xml.number("obstacle_weight", 1.5),
         ignored=_models(xml, "ignore_obstacles"),
-        steps=xml.number("animation_factor", FACTOR) / FACTOR,
+        steps=_steps(xml),
     )
 
 
@@ -103,8 +103,13 @@ def pedestrian(xml: PluginXml) -> PedestrianSpec:
         distance=xml.number("people_distance", 5.0),
         group=None if xml.element.find("group") is None else _models(xml, "group"),
         ignored=_models(xml, "ignore_obstacles"),
-        steps=xml.number("animation_factor", FACTOR) / FACTOR,
+        steps=_steps(xml),
     )
+
+
+def _steps(xml: PluginXml) -> float:
+    """See WalkerSpec."""
+    return xml.number("animation_factor", FACTOR) / FACTOR
 
 
 def _models(xml: PluginXml, tag: str) -> tuple[str, ...]:
