@@ -71,7 +71,7 @@ def main():
         file.with_suffix(".ground").write_text(around.replace("{folder}", str(folder)))
         file.with_suffix(".height").write_text(f"{height}\n")
         write_commands(file, commands)
-    for name, (_, commands) in gazebo_states.MODELS.items():
+    for name, (_, commands) in gazebo_states.ALL_MODELS.items():
         file = file_of(folder, name)
         file.with_suffix(".model").write_text(gazebo_states.model(name) + "\n")
         file.with_suffix(".ground").write_text(gazebo_states.ground(name) + "\n")
@@ -92,7 +92,7 @@ def file_of(folder, name):
 def record(folder):
     """Write gazebo_states.json from the outputs in a folder."""
     found = {}
-    for name in (*gazebo_states.ROBOTS, *gazebo_states.MODELS):
+    for name in (*gazebo_states.ROBOTS, *gazebo_states.ALL_MODELS):
         found[name] = states = {}
         file = file_of(folder, name).with_suffix(".out")
         if not file.exists():  # what was recorded before stays
@@ -104,7 +104,7 @@ def record(folder):
                 step = rest[0]
                 continue
             numbers = [float(f"{float(number):.10g}") for number in rest[1:8]]
-            if name in gazebo_states.MODELS:
+            if name in gazebo_states.ALL_MODELS:
                 states.setdefault(step, {})[rest[0]] = numbers
             elif rest[0] == "base":
                 states[step] = numbers

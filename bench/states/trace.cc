@@ -3,20 +3,24 @@
 // Environment: TRACE_OUT (file), TRACE_STEPS (number), TRACE_EVERY (steps between two prints),
 // TRACE_COMMANDS (file with lines "step joint KIND value motor's_effort"; KIND is velocity of the
 // joint's motor, position, effort, or imposed: a velocity that is set before each step; planar: the
-// joint's model moves along x with the value and turns with the last number before each step).
+// joint's model moves along x with the value and turns with the last number before each step; winch
+// and detach: what a HarnessPlugin hears, in the place of the joint stands its model).
 // A printed step begins with "S number"; then each link has a line "L name", its center's position
 // [m], its quaternion (x, y, z, w), linear and angular velocity [m/s, rad/s].
 
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <map>
 #include <sstream>
 #include <string>
+#include <thread>
 
 #include <gazebo/common/common.hh>
 #include <gazebo/gazebo.hh>
 #include <gazebo/physics/physics.hh>
+#include <gazebo/transport/transport.hh>
 
 using namespace gazebo;
 
@@ -30,6 +34,8 @@ class Trace : public WorldPlugin
   long step = 0, steps = 0, every = 1;
   std::multimap<long, Command> commands;
   std::map<std::string, Command> held;  // positions and efforts, which last
+  transport::NodePtr node{new transport::Node()};
+  std::map<std::string, transport::PublisherPtr> publishers;
 
   void Load(physics::WorldPtr _world, sdf::ElementPtr) override
   {
@@ -53,12 +59,31 @@ class Trace : public WorldPlugin
     return nullptr;
   }
 
+  // Publishes a number, or true, to a harness and waits until it is heard.
+  void Tell(const Command &_c)
+  {
+    bool winch = _c.kind == "winch";
+    auto &publisher = this->publishers[_c.joint + _c.kind];
+    if (!publisher)
+    {
+      this->node->Init(this->world->Name());
+      publisher = this->node->Advertise<msgs::GzString>(
+          "~/" + _c.joint + "/harness/" + (winch ? "velocity" : "detach"));
+      publisher->WaitForConnection();
+    }
+    msgs::GzString message;
+    message.set_data(winch ? std::to_string(_c.value) : "true");
+    publisher->Publish(message);
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  }
+
   void Apply()
   {
     auto due = this->commands.equal_range(this->step);
     for (auto i = due.first; i != due.second; ++i)
     {
       const Command &c = i->second;
+      if (c.kind == "winch" || c.kind == "detach") { this->Tell(c); continue; }
       if (c.kind != "velocity") { this->held[c.joint] = c; continue; }
       auto joint = this->Find(c.joint);
       joint->SetParam("fmax", 0, c.effort);

@@ -763,9 +763,107 @@ MODELS = {
 }
 
 
+PIDS = (
+    "<pos_pid><p>3000</p><i>200</i><d>100</d><i_max>5</i_max><i_min>-5</i_min>"
+    "<cmd_max>400</cmd_max><cmd_min>-400</cmd_min></pos_pid>"
+    "<vel_pid><p>500</p><d>0.5</d><cmd_max>300</cmd_max></vel_pid>"
+)
+LOWERED = (
+    (100, "bot", "winch", -0.3, 0),
+    (250, "bot", "winch", 0.0, 0),
+    (400, "bot", "detach", 0, 0),
+)
+
+
+def harness(*joints, winch="winch", pids=PIDS):
+    """Gazebo's HarnessPlugin; joints: (name, type, parent, child, pose, elements of the axis)."""
+    made = "".join(
+        f'<joint name="{name}" type="{kind}"><pose>{pose}</pose><parent>{parent}</parent>'
+        f"<child>{child}</child><axis>{axis}</axis></joint>"
+        for name, kind, parent, child, pose, axis in joints
+    )
+    return (
+        f'<plugin name="harness" filename="libHarnessPlugin.so">{made}<winch><joint>{winch}'
+        f"</joint>{pids}</winch><detach>{winch}</detach></plugin>"
+    )
+
+
+def axis(limit="", xyz="0 0 1", more=""):
+    """Elements of an <axis>."""
+    return f"<xyz>{xyz}</xyz>{more}" + (limit and f"<limit>{limit}</limit>")
+
+
+EFFORT = "<effort>1000</effort><velocity>10</velocity>"
+LOWERABLE = f"<lower>-0.5</lower><upper>0.02</upper>{EFFORT}"
+LOW_ALONE = "<lower>-0.5</lower><upper>0</upper>"
+BOX = body("box", "0 0 1.5 0 0 0", CUBE, 5.0, 0.05)
+ARM = (
+    body("base", "0 0 1 0.2 0.1 0.3", CUBE, 5.0, 0.05)
+    + body("arm", "0.3 0 1.2 0 0.2 0.1", BEAM, 1.0, center="0.1 0 0")
+    + connected("swing", "revolute", "base", "arm")
+)
+
+# Models that a HarnessPlugin holds.
+HARNESSES = {
+    "a harness": (
+        BOX + harness(("winch", "prismatic", "world", "box", "0 0 0 0 0 0", axis(LOWERABLE))),
+        LOWERED,
+    ),
+    "a harness without an effort": (
+        BOX + harness(("winch", "prismatic", "world", "box", "0 0 0 0 0 0", axis(LOW_ALONE))),
+        LOWERED,
+    ),
+    "a harness that is turned": (
+        ARM
+        + harness(
+            (
+                *("winch", "prismatic", "world", "arm", "0.1 0 0.05 0.1 0.2 0.3"),
+                axis(LOWERABLE, "0 0.1 1", "<dynamics><damping>5</damping></dynamics>"),
+            )
+        ),
+        LOWERED,
+    ),
+    "a harness by a hinge": (
+        ARM
+        + harness(
+            ("held", "fixed", "world", "base", "0 0 0 0 0 0", axis()),
+            ("winch", "revolute", "world", "arm", "0 0 0.1 0 0 0.2", axis(xyz="0 1 0")),
+        ),
+        LOWERED,
+    ),
+    "a harness with a spring": (
+        BOX
+        + harness(
+            (
+                *("winch", "prismatic", "world", "box", "0 0 0 0 0 0"),
+                axis(
+                    more="<dynamics><damping>2</damping><friction>3</friction><spring_reference>"
+                    "-0.1</spring_reference><spring_stiffness>200</spring_stiffness></dynamics>"
+                ),
+            )
+        ),
+        LOWERED,
+    ),
+    "a harness of two joints": (
+        ARM
+        + harness(
+            (
+                *("winch", "prismatic", "world", "arm", "0 0 0 0.3 0.2 0"),
+                axis(LOWERABLE, "0 0 1", "<use_parent_model_frame>1</use_parent_model_frame>"),
+            ),
+            ("second", "revolute", "base", "tip", "0 0 0 0 0 0", axis(xyz="1 0 0")),
+        )
+        + body("tip", "-0.4 0 1.2 0 0.2 0.1", BALL, 0.5),
+        LOWERED,
+    ),
+}
+
+ALL_MODELS = {**MODELS, **HARNESSES}
+
+
 def model(name):
-    """The text of one of MODELS."""
-    return f'<model name="bot">{MODELS[name][0]}</model>'
+    """The text of one of MODELS or HARNESSES."""
+    return f'<model name="bot">{ALL_MODELS[name][0]}</model>'
 
 
 def recorded():

@@ -14,7 +14,7 @@ import pybullet as p
 
 from bullet_sim.controllers.effort_row import EffortRow
 from bullet_sim.description.lump import LumpedModel, lump, without_chains
-from bullet_sim.description.model import ModelDescription
+from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine.ode_shapes import mesh_triangles
 from bullet_sim.engine.passable import Passable
@@ -811,8 +811,31 @@ class Engine:
         self._attached[key] = -1, one, other
         return True
 
+    def attach_by_joint(
+        self, key: Any, parent: tuple[int, int] | None, child: tuple[int, int], joint: Joint
+    ) -> bool:
+        """Connect a link with another one, or with the world, by a joint that is at 0 now;
+        detach() lets it go.
+
+        Args:
+            key: as of attach().
+            parent, child: (body, link); None: the world.
+            joint: its anchor counts, not its names and origin.
+
+        Returns:
+            Whether it does: Bullet knows no such joints.
+        """
+        return False
+
+    def attached_state(self, key: Any) -> tuple[float, float]:
+        """Position [rad, m] and velocity [rad/s, m/s] of a joint of attach_by_joint()."""
+        return 0.0, 0.0
+
+    def add_attached_effort(self, key: Any, effort: float) -> None:
+        """Have an effort [N m, N] act on such a joint in the next step."""
+
     def attachments(self) -> dict[Any, tuple[tuple[int, int], tuple[int, int]]]:
-        """What is held now: key -> both (body, link)."""
+        """What attach() holds now: key -> both (body, link)."""
         held = self._attached.items()
         return {key: (one, other) for key, (joint, one, other) in held if joint >= 0}
 

@@ -169,7 +169,7 @@ class OdeSolver:
             self._is_built = False  # planes and boxes
 
     def attach(self, key: Any, attachment: Attachment) -> None:
-        """A link is held by another one, or not any more."""
+        """A link is held by another one, or by a joint, or not any more."""
         self.refresh()
         self.wake(attachment.parent[0])
         self.wake(attachment.child[0])
@@ -178,6 +178,21 @@ class OdeSolver:
     def attachments(self) -> dict[Any, Attachment]:
         """What was attached, by its keys, also where it is let go by now."""
         return self._models.attached
+
+    def attached_state(self, key: Any) -> tuple[float, float]:
+        """Position [rad, m] and velocity of the joint of what is attached; zeros where none is."""
+        self.refresh()
+        row = self._arrays.attached.get(key)
+        if row is None:
+            return 0.0, 0.0
+        return float(self.joints[row, q.ANGLE]), float(self.joints[row, q.RATE])
+
+    def add_attached_effort(self, key: Any, effort: float) -> None:
+        """An effort acts on such a joint in the next step."""
+        self.refresh()
+        row = self._arrays.attached.get(key)
+        if row is not None:
+            self.joints[row, q.EFFORT] += effort
 
     def set_bitmask(self, body: int, link: int, bits: int) -> None:
         """A link touches only what shares a bit."""
@@ -212,6 +227,11 @@ class OdeSolver:
             for part in self._parts.values()
             if part.body in self._arrays.models
         }
+        moved = {
+            key: self.joints[row, q.ANGLE : q.RATE + 1].copy()
+            for key, row in self._arrays.attached.items()
+            if key in self._models.attached and self._models.attached[key].joint is not None
+        }
         self._build_arrays()
         for body, (bodies, joints) in kept.items():
             part = self._parts[body]
@@ -219,6 +239,9 @@ class OdeSolver:
             self._rows(part)[:, state] = bodies[:, state]
             moving = slice(q.FMAX, q.J_SIZE)
             self._joint_rows(part)[:, moving] = joints[:, moving]
+        for key, values in moved.items():
+            if key in self._arrays.attached:
+                self.joints[self._arrays.attached[key], q.ANGLE : q.RATE + 1] = values
         self._unread |= self._parts.keys() - kept.keys()
         self._sort()
         self._is_built = True

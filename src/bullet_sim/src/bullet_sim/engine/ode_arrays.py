@@ -104,20 +104,25 @@ class StaticModel:
     link: Link
 
 
+WORLD: BodyLink = (-1, -1)
+
+
 @dataclass(frozen=True)
 class Attachment:
-    """A link that is held where it was relative to another one.
+    """A link that is held where it was relative to another one, or by a joint.
 
     Attributes:
-        parent, child: (body, link).
+        parent, child: (body, link); the parent may be WORLD where there is a joint.
         frame: pose of the child's frame in the parent's.
         is_on: it is held now.
+        joint: of the two, at whose position 0 they are so; None: they are held as they are.
     """
 
     parent: BodyLink
     child: BodyLink
     frame: Pose
     is_on: bool = True
+    joint: Joint | None = None
 
 
 @dataclass
@@ -154,6 +159,7 @@ class Arrays:
         rows: the other way round.
         inward: from the centers of mass to the links' frames [m].
         state, table: all numbers, as Python and as the compiled functions take them.
+        attached: row of the joint of what is attached, by its key.
         planes, known: (body, link) of planes, and of others whose contacts quickstep finds.
         watch: bodies may come close to each other or to what never moves, but for planes.
         always: PyBullet finds contacts of each step.
@@ -166,6 +172,7 @@ class Arrays:
     inward: list[Vec3]
     state: State
     table: Array
+    attached: dict[Any, int]
     planes: list[BodyLink]
     known: list[BodyLink]
     watch: bool
@@ -239,6 +246,7 @@ class ArrayBuilder:
         self._settings, self._models = settings, models
         self._system, self._shapes = SystemRows(), DynamicShapes()
         self._placed: list[tuple[DynamicModel, int, int, list[int], Measured]] = []  # and its rows
+        self._attached: dict[Any, int] = {}
 
     def build(self, numbers: Array, gravity: Array) -> Arrays:
         """Build them; rows of the models that move are where these say from then on.
@@ -250,9 +258,9 @@ class ArrayBuilder:
         moving, static, solids = models.moving.values(), StaticShapes(), Solids()
         for model in moving:
             self._add(model)
-        for attachment in models.attached.values():
+        for key, attachment in models.attached.items():
             if attachment.is_on:
-                self._attach(attachment)
+                self._attach(key, attachment)
         for body, immobile in models.static.items():
             frame, mask = Pose(*self._engine.base_pose(body)), models.bits_of((body, -1))
             static.add(body, immobile.link, frame, mask, self._cache, solids)
@@ -284,6 +292,7 @@ class ArrayBuilder:
             ],
             state=state,
             table=make_table(state),
+            attached=self._attached,
             planes=static.plane_links,
             known=static.known,
             watch=bool(static.aabbs or collide.any()),
@@ -323,9 +332,7 @@ class ArrayBuilder:
         ]
         for joint in model.joints:
             system.joints.append(self._joint_row(model, joint))
-            kind = {"prismatic": q.SLIDER, "screw": q.SCREW}.get(joint.kind, q.HINGE)
-            if joint in model.shapes.welds:
-                kind = q.FIXED
+            kind = q.FIXED if joint in model.shapes.welds else _kind(joint)
             system.types.append((kind, rows[joint.child], rows.get(joint.parent, -1)))
         for gears in model.gears:
             system.joints.append(self._gear_row(model, gears, rows))
@@ -339,25 +346,31 @@ class ArrayBuilder:
             measured = itemgetter(*places.ravel().tolist())
         self._placed.append((model, first, first_joint, order, measured))
 
-    def _attach(self, attachment: Attachment) -> None:
-        """A fixed joint of two links, of which one may never move."""
-        system = self._system
-        rows = {key: row for row, key in enumerate(system.owner)}
+    def _attach(self, key: Any, attachment: Attachment) -> None:
+        """A joint of two links, of which one may never move."""
+        system, joint = self._system, attachment.joint
+        rows = {owner: row for row, owner in enumerate(system.owner)}
         (parent, child), frame = (attachment.parent, attachment.child), attachment.frame
-        if child not in rows:
+        if child not in rows and joint is None:
             parent, child, frame = child, parent, frame.inverse()
         if child not in rows:
             return  # neither moves
         one, other = rows[child], rows.get(parent, -1)
         center = np.zeros(3)
-        if other < 0:
+        if other < 0 and parent != WORLD:
             frame = Pose(*self._engine.link_motion(*parent)[:2]) * frame
-        else:
+        elif other >= 0:
             center = self._link(parent).center
             system.attached.append((one, other))
         for number in (one, other):
             if number >= 0:
                 system.bodies[number][q.MAY_SLEEP] = 0.0
+        self._attached[key] = len(system.joints)
+        if joint is not None and joint.kind != "fixed":
+            row = self._moving_row(joint, self._link(child), frame, center, at=joint.anchor)
+            system.joints.append(row)
+            system.types.append((_kind(joint), one, other))
+            return
         anchor = np.array(frame.position) - center + frame.matrix @ self._link(child).center
         row = _placed_row(frame, np.array((0.0, 0.0, 1.0)), anchor)
         row[q.LOWER], row[q.UPPER] = 1.0, -1.0
@@ -372,18 +385,38 @@ class ArrayBuilder:
         return next(model.shapes.links[name] for name in model.names if model.links[name] == key[1])
 
     def _joint_row(self, model: DynamicModel, joint: Joint) -> Array:
-        child = model.shapes.links[joint.child]
-        axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
-        frame = joint.origin
+        child, frame = model.shapes.links[joint.child], joint.origin
         center = model.shapes.links[joint.parent].center
         if model.is_fixed and joint.parent == model.shapes.root:
             frame, center = Pose(*self._engine.base_pose(model.body)) * joint.origin, np.zeros(3)
+        return self._moving_row(joint, child, frame, center, joint in model.shapes.welds)
+
+    def _moving_row(
+        self,
+        joint: Joint,
+        child: Link,
+        frame: Pose,
+        center: Array,
+        welded: bool = False,
+        at: Pose | None = None,
+    ) -> Array:
+        """Row of a joint.
+
+        Args:
+            frame: of the child, in that of the second body, at position 0.
+            center: of mass of the second body, in its frame (3,) [m].
+            welded: it is a fixed one.
+            at: joint's frame in the child's; None: they are one.
+        """
+        axis, place = np.array(joint.axis) / np.linalg.norm(joint.axis), np.zeros(3)
+        if at is not None:
+            axis, place = at.matrix @ axis, np.array(at.position)
         anchor = np.array(frame.position) - center
-        if joint.kind == "prismatic" or joint in model.shapes.welds:  # where the child's center is
+        if joint.kind == "prismatic" or welded:  # where the child's center is
             row = _placed_row(frame, axis, anchor + frame.matrix @ child.center)
         else:
-            row = _placed_row(frame, axis, anchor)
-            row[q.ANCHOR1 : q.ANCHOR1 + 3] = -child.center
+            row = _placed_row(frame, axis, anchor + frame.matrix @ place)
+            row[q.ANCHOR1 : q.ANCHOR1 + 3] = place - child.center
         lower, upper = joint.lower, joint.upper
         row[q.LOWER], row[q.UPPER] = (1.0, -1.0) if lower is None else (lower, upper)
         row[q.DAMPING], row[q.FMAX] = joint.damping, joint.friction
@@ -416,6 +449,11 @@ class ArrayBuilder:
         row[q.ERP], row[q.CFM] = _or_worlds(gears.erp), _or_worlds(gears.cfm)
         row[q.PITCH] = gears.ratio
         return row
+
+
+def _kind(joint: Joint) -> int:
+    """Kind of a joint's rows."""
+    return {"prismatic": q.SLIDER, "screw": q.SCREW}.get(joint.kind, q.HINGE)
 
 
 def _or_worlds(value: float | None) -> float:

@@ -12,11 +12,11 @@ import pybullet as p
 
 from bullet_sim.controllers.effort_row import EffortRow
 from bullet_sim.description.lump import LumpedModel, as_printed, lump
-from bullet_sim.description.model import ModelDescription
+from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.description.world import OdeSettings
 from bullet_sim.engine.engine import SLEEP, Contact, Engine, stacked, vector3
 from bullet_sim.engine.ode import OdeSolver
-from bullet_sim.engine.ode_arrays import Attachment
+from bullet_sim.engine.ode_arrays import WORLD, Attachment
 from bullet_sim.engine.ode_scene import BodyLink
 from bullet_sim.engine.rays import MeshScene
 from bullet_sim.engine.tables import Tree, make_tree
@@ -415,6 +415,21 @@ class OdeEngine(Engine):
         pose, there = (Pose(*self.link_motion(*link)[:2]) for link in (one, other))
         self.ode.attach(key, Attachment(one, other, pose.inverse() * there))
 
+    def attach_by_joint(
+        self, key: Any, parent: BodyLink | None, child: BodyLink, joint: Joint
+    ) -> bool:
+        frame, above = Pose(*self.link_motion(*child)[:2]), WORLD if parent is None else parent
+        if parent is not None:
+            frame = Pose(*self.link_motion(*parent)[:2]).inverse() * frame
+        self.ode.attach(key, Attachment(above, child, frame, joint=joint))
+        return True
+
+    def attached_state(self, key: Any) -> tuple[float, float]:
+        return self.ode.attached_state(key)
+
+    def add_attached_effort(self, key: Any, effort: float) -> None:
+        self.ode.add_attached_effort(key, effort)
+
     def attach_again(self, key: Any) -> bool:
         return self._switch_attachment(key, True)
 
@@ -430,7 +445,7 @@ class OdeEngine(Engine):
 
     def attachments(self) -> dict[Any, tuple[BodyLink, BodyLink]]:
         held = self.ode.attachments().items()
-        return {key: (it.parent, it.child) for key, it in held if it.is_on}
+        return {key: (it.parent, it.child) for key, it in held if it.is_on and it.joint is None}
 
     # Contacts
 
