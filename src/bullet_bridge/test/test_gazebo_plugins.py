@@ -4,11 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from bullet_bridge.plugins import drives
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.gazebo import InitialVelocitySpec, LiftDragSpec, StandingWheelsSpec
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-from fake_impl import plugin_of
+from fake_impl import FakeServer, fake_publishers, in_thread, plugin_of
 
 LINK = (
     '<link name="{}"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/>'
@@ -19,6 +20,7 @@ JOINT = (
     '<axis xyz="0 1 0"/></joint>'
 )
 PLUGIN = '<gazebo><plugin name="p" filename="lib{}.so">{}</plugin></gazebo>'
+NAMED = "<robotNamespace>bot</robotNamespace>"
 WHEELS = "<left_joint>left</left_joint><right_joint>{}</right_joint>"
 
 
@@ -118,3 +120,61 @@ def test_a_wing_lifts_its_model_and_its_flap_adds_to_it(world):
         rise = (linear - before[1])[2] / world.time_step
         assert rise == pytest.approx(0.5 * 1.2041 * 100.0 * 0.5 * lift / 3.0, rel=0.2)
         assert (angular - before[2])[0] > 0.0, "the center of pressure is on the left"
+
+
+def following(tags):
+    """A joint 'right' that follows 'left' by the mimic plugin."""
+    pair = "<joint>left</joint><mimicJoint>right</mimicJoint><maxEffort>2</maxEffort>"
+    return robot("roboticsgroup_upatras_gazebo_mimic_joint_plugin", pair + tags)
+
+
+@pytest.mark.parametrize(
+    "tags, name",
+    [
+        ("<hasPID/>", "/gazebo_ros_control/pid_gains/right"),
+        (
+            "<robotNamespace>bot</robotNamespace><hasPID/>",
+            "/bot/gazebo_ros_control/pid_gains/right",
+        ),
+        (NAMED + "<hasPID>mine</hasPID>", "/bot/mine"),
+    ],
+)
+def test_names_of_a_mimics_gains(tags, name):
+    (spec,) = parse_urdf(following(tags), str).sensors
+    assert (spec.joint, spec.topic) == ("right", name)
+    assert parse_urdf(following(""), str).sensors == []
+
+
+@pytest.mark.parametrize("values", [{"p": 3.0, "d": 0.4}, None, {"i": 1.0}, {"p": "x"}])
+def test_a_mimic_with_a_pid_is_pushed_by_it_and_moves_freely_without_gains(
+    values, world, monkeypatch
+):
+    fake_publishers(monkeypatch)
+    monkeypatch.setattr(drives.rospy, "get_param", lambda name, default: values)
+    tags = "<hasPID/><multiplier>0.5</multiplier>"
+    model = world.spawn_urdf("r", following(tags), Pose((0.0, 0.0, 1.0)), str)
+    plugin = in_thread(plugin_of(world, model, model.description.sensors[0]))
+    plugin.prepare()
+    server = FakeServer.made["/gazebo_ros_control/pid_gains/right"]
+    pushed, add_effort = [], model.joints.add_effort
+
+    def note(name, effort):
+        pushed.append(effort)
+        add_effort(name, effort)
+
+    monkeypatch.setattr(model.joints, "add_effort", note)
+    model.joints.set_positions({"left": 3.0, "right": 0.0})
+    usable = bool(values) and values.get("p") == 3.0
+    world.step()
+    assert pushed == [2.0 if usable else 0.0], "1.5 rad times 3, at most 2 N m"
+    world.step(4000)
+    left, right = (model.joints.state()[0][name] for name in ("left", "right"))
+    assert right == pytest.approx(0.5 * left if usable else 0.0, abs=1e-3)
+    values = {**server.values, "p": 0.0, "d": 0.0}
+    assert server.callback(values, 0) == values
+    bad = server.callback({**values, "p": math.nan}, 0)
+    assert bad == values, "what is no number is refused"
+    pushed.clear()
+    model.joints.set_positions({"left": 1.0, "right": 0.0})
+    world.step()
+    assert pushed == [0.0]

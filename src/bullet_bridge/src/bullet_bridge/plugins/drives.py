@@ -10,10 +10,17 @@ import numpy as np
 import rospy
 from bullet_sim.controllers import MAX_COMMAND
 from bullet_sim.controllers.drive import WheelDrive
+from bullet_sim.controllers.pid import PidGains, parse_pid
 from bullet_sim.errors import SimError
-from bullet_sim.plugins.drives import JointStatesSpec, PlanarMoveSpec, WheelDriveSpec
+from bullet_sim.plugins.drives import (
+    JointStatesSpec,
+    MimicPidSpec,
+    PlanarMoveSpec,
+    WheelDriveSpec,
+)
 from bullet_sim.plugins.forces import HandOfGodSpec, JointPosesSpec
 from bullet_sim.pose import Motion, Pose, Vec3, rpy_from_quaternion
+from control_toolbox.cfg import ParametersConfig
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
@@ -21,9 +28,16 @@ from tf2_msgs.msg import TFMessage
 from trajectory_msgs.msg import JointTrajectory
 
 from bullet_bridge.loop.clock import Schedule, whole_rate
-from bullet_bridge.plugins.base import ModelPlugin, PluginContext, Sensor, ros_side
+from bullet_bridge.plugins.base import (
+    ModelPlugin,
+    PluginContext,
+    Preparing,
+    Sensor,
+    ros_side,
+)
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedBase, PackedJointState
+from bullet_bridge.transport.reconfigure import widened
 
 
 @ros_side(JointStatesSpec)
@@ -397,3 +411,52 @@ class JointPosesPlugin(ModelPlugin):
         except SimError as error:
             rospy.logerr("%s: %s", self.spec.topic, error)
         self._next += wait
+
+
+GAINS = ("p", "i", "d", "i_clamp_min", "i_clamp_max", "antiwindup")
+
+
+@ros_side(MimicPidSpec)
+class MimicPidPlugin(Preparing):
+    """Gives a joint that follows another one the PID of its parameters, which can be changed.
+
+    As upstream it moves freely without gains.
+    """
+
+    STATE = ("_gains",)
+
+    def __init__(self, context: PluginContext) -> None:
+        super().__init__(context)
+        where = self.spec.topic
+        values = rospy.get_param(where, None)
+        if not isinstance(values, dict) or "p" not in values:
+            rospy.logerr("No p gain specified for pid.  Namespace: %s", where)
+            values = {"p": 0.0}
+        warnings: list[str] = []
+        try:
+            gains = parse_pid(values, where, warnings)
+        except SimError as error:
+            gains = PidGains(0.0)
+            warnings.append(f"{error}; the gains are 0")
+        for text in warnings:
+            rospy.logwarn("%s", text)
+        self._gains = gains
+        first = {name: getattr(gains, name) for name in GAINS}
+        self.reconfigure(where, widened(ParametersConfig, first), first, self._on_values)
+
+    def _on_values(self, config: Any, _level: int) -> Any:
+        values = {name: config[name] for name in GAINS}
+        if all(math.isfinite(value) for value in values.values()):
+            self.call(lambda: self._set(PidGains(**values)))
+        else:
+            rospy.logerr("%s: gains are %s, must be finite numbers", self.spec.topic, values)
+            config.update({name: getattr(self._gains, name) for name in GAINS})
+        return config
+
+    def _set(self, gains: PidGains) -> None:
+        self._gains = gains
+        self.model.mimics.set_gains(self.spec.joint, gains)
+
+    def prepare(self) -> None:
+        """The gains count."""
+        self._set(self._gains)

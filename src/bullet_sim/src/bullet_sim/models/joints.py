@@ -14,6 +14,7 @@ from bullet_sim.controllers import law
 from bullet_sim.controllers.effort_row import EffortRow
 from bullet_sim.controllers.handle import JointHandle
 from bullet_sim.controllers.limits import JointLimits
+from bullet_sim.controllers.pid import Pid, PidGains
 from bullet_sim.description.model import Joint, Mimic
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Array
@@ -220,14 +221,14 @@ class Mimics(Stateful):
     """Drives the following joints of one model before each step.
 
     As the plugin, they follow and do not push back. Where the plugin puts the joint, here its motor
-    moves it with at most its effort.
+    moves it with at most its effort; where it has a PID, its effort does.
 
     Args:
         mimics: Mimics of the description by the name of the joint that follows.
         inertias: joint name -> inertia that its effort moves [kg m^2, kg].
     """
 
-    STATE = ("_targets",)
+    STATE = ("_targets", "_pids")
 
     def __init__(
         self, joints: Joints, mimics: Mapping[str, Mimic], inertias: Mapping[str, float]
@@ -235,6 +236,7 @@ class Mimics(Stateful):
         self._joints = joints
         known = set(joints.names)
         self._targets: dict[str, float] = {}  # of the last step
+        self._pids: dict[str, Pid] = {}  # of joints that have one
         self._following: list[tuple[str, Mimic, JointLimits, float, float]] = []
         for name, mimic in mimics.items():
             if name in known and mimic.joint in known:
@@ -250,11 +252,27 @@ class Mimics(Stateful):
     def restart(self) -> None:
         """Note that the model was loaded again."""
         self._targets = {}
+        for pid in self._pids.values():
+            pid.reset()
+
+    def set_gains(self, name: str, gains: PidGains) -> None:
+        """Have a joint follow by a PID from now on."""
+        if name in self._pids:
+            self._pids[name].gains = gains
+        elif any(name == following for following, *_ in self._following):
+            self._pids[name] = Pid(gains)
+            self._joints.release((name,))
 
     def update(self, period: float) -> None:
         """Drive the joints for a step of this length [s]."""
         positions, _ = self._joints.state()
         for name, mimic, limits, effort, braking in self._following:
+            if name in self._pids:
+                error = positions[mimic.joint] * mimic.multiplier + mimic.offset - positions[name]
+                if abs(error) >= mimic.sensitiveness:
+                    pushed = self._pids[name].update(error, period)
+                    self._joints.add_effort(name, max(-effort, min(effort, pushed)))
+                continue
             target = limits.position(positions[mimic.joint] * mimic.multiplier + mimic.offset)
             # A joint that is put to its position moves without a velocity.
             followed = (target - self._targets.get(name, target)) / period

@@ -133,6 +133,21 @@ class RootTransformSpec:
     child_frame_id: str = ""
 
 
+@dataclass(frozen=True)
+class MimicPidSpec:
+    """<hasPID> of a mimic plugin: its joint follows by a PID's effort.
+
+    Attributes:
+        joint: that follows.
+        topic: name of the parameters of its gains.
+    """
+
+    name: str
+    link: str
+    joint: str
+    topic: str
+
+
 @model_plugin("gazebo_ros_control")
 def control(xml: PluginXml) -> None:
     """Namespace, period and hardware layer of a model's controllers."""
@@ -256,11 +271,11 @@ def planar_move(xml: PluginXml) -> PlanarMoveSpec:
 @model_plugin(
     "roboticsgroup_gazebo_mimic_joint_plugin", "roboticsgroup_upatras_gazebo_mimic_joint_plugin"
 )
-def mimic_joint(xml: PluginXml) -> None:
-    """A joint's Mimic; <hasPID> is ignored."""
+def mimic_joint(xml: PluginXml) -> MimicPidSpec | None:
+    """A joint's Mimic, and with <hasPID> where its gains are, which need ROS."""
     leader, follower = (xml.in_scope(xml.text(tag)) for tag in ("joint", "mimicJoint"))
     if len(movable(xml, (leader, follower))) < 2:
-        return
+        return None
     effort = xml.number("maxEffort", -1.0)
     xml.model.joints[follower].mimic = Mimic(
         leader,
@@ -269,6 +284,11 @@ def mimic_joint(xml: PluginXml) -> None:
         effort if effort >= 0.0 else None,
         abs(xml.number("sensitiveness")),
     )
+    if xml.element.find("hasPID") is None:
+        return None
+    own = f"gazebo_ros_control/pid_gains/{xml.text('mimicJoint')}"
+    where, child = xml.topic("hasPID", own), xml.model.joints[follower].child
+    return MimicPidSpec(xml.name or "mimic_joint", child, follower, where)
 
 
 def movable(xml: PluginXml, names: Sequence[str]) -> tuple[str, ...]:
