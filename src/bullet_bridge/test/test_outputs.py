@@ -5,12 +5,12 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from bullet_bridge.plugins import contacts
 from bullet_bridge.plugins import drives as wheel_plugins
 from bullet_bridge.plugins.base import ROS_SIDE
 from bullet_bridge.plugins.cameras import PointClouds, depth_image
 from bullet_bridge.transport import conversions, publishing
 from bullet_sim.controllers.drive import WheelDrive
-from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins import drives, lidars
@@ -297,7 +297,7 @@ def test_bumper_names_shapes_and_sums_forces(topics, world, bot):
     assert np.mean(wrenches, axis=0) == pytest.approx((2 * 9.81, 0.0, 0.0), rel=0.02, abs=0.05)
 
 
-@pytest.mark.parametrize("names", [(), ("rubber",), ("base_fixed_joint_lump__rubber",)])
+@pytest.mark.parametrize("names", [(), ("base_fixed_joint_lump__rubber_collision_1",)])
 def test_bumper_on_a_merged_link_sees_its_own_shape_only(topics, world, bot, names):
     output = plugin_of(world, bot, ContactSpec("c", "bumper", names, topic="/hit"))
     world.step(1)
@@ -381,10 +381,18 @@ def test_contacts_with_what_never_moves_as_gazebo_has_them(topics, world, of):
     assert total / 500 == pytest.approx(wanted, abs=0.3)
 
 
-def test_bumper_of_an_unknown_collision_is_refused(topics, world, bot):
-    with pytest.raises(ModelError, match="'nose'.*rubber"):
-        plugin_of(world, bot, ContactSpec("c", "base", ("nose",)))
-    assert topics == {}
+@pytest.mark.parametrize("name", ["nose", "bumper_collision", "rubber", "__default__"])
+def test_bumper_of_an_unknown_collision_tells_nothing_as_in_gazebo(
+    topics, world, bot, name, monkeypatch
+):
+    """Gazebo 11.1: messages without states come at the sensor's rate."""
+    logged = []
+    monkeypatch.setattr(contacts.rospy, "logwarn", lambda text, *rest: logged.append(text % rest))
+    bumper = plugin_of(world, bot, ContactSpec("c", "bumper", (name,), topic="/hit"))
+    assert f"tells nothing of {name}" in logged[0] and "base::base_collision" in logged[0]
+    world.step()
+    bumper.update(world.time, 0.0)
+    assert [message.states for message in topics["/hit"].messages] == [[]]
 
 
 def test_a_scan_of_several_layers_has_the_ranges_of_all(topics, world):

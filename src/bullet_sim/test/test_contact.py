@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 from bullet_sim.description.collisions import collision_names
-from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.forces import ContactSpec
 from bullet_sim.pose import Pose
-from bullet_sim.sensors.contact import distance, nearest, watched_links
+from bullet_sim.sensors.contact import distance, nearest, watched
 from bullet_sim.world import World
 
 MASS = '<inertial><mass value="2"/><inertia ixx="0.02" iyy="0.02" izz="0.02"/></inertial>'
@@ -68,29 +67,39 @@ def test_no_contact_in_the_air(world):
     assert world.engine.contacts(model.body, -1) == []
 
 
+PLAIN = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
+LUMP = "base_fixed_joint_lump__bumper_collision"
+
+
 @pytest.mark.parametrize(
-    "names, expected",
+    "names, expected, missing",
     [
-        ((), {("bumper", "")}),
-        (("base_collision",), {("base", "base_collision")}),
-        (("r::base::base_collision",), {("base", "base_collision")}),
-        (("bumper_collision_1",), {("bumper", "bumper_collision_1")}),
-        (("base_fixed_joint_lump__bumper_collision_1",), {("bumper", "")}),
-        (
-            ("base_fixed_joint_lump__bumper_collision_7", "base_collision"),
-            {("bumper", ""), ("base", "base_collision")},
-        ),
+        ((), {f"base::{LUMP}_1", f"base::{LUMP}_2"}, []),
+        (("base_collision",), {"base::base_collision"}, []),
+        (("r::base::base_collision",), set(), ["r::base::base_collision"]),
+        (("bumper_collision",), set(), ["bumper_collision"]),
+        (("bumper_collision_1",), set(), ["bumper_collision_1"]),
+        ((f"{LUMP}_1",), {f"base::{LUMP}_1"}, []),
+        (("nose", f"{LUMP}_2", "base_collision"), {f"base::{LUMP}_2", "base::base_collision"},
+         ["nose"]),
+        (("__default__",), set(), ["__default__"]),
     ],
-)
-def test_names_of_collisions(names, expected):
-    assert watched_links(ContactSpec("s", "bumper", names), parse_urdf(ROBOT, str)) == expected
+)  # fmt: skip
+def test_names_of_collisions_are_those_of_the_sensors_link_in_gazebo(names, expected, missing):
+    """Gazebo 11.1: sensors of other names are silent, all of them alike."""
+    found = watched(ContactSpec("s", "bumper", names), parse_urdf(ROBOT, str))
+    assert found == (expected, missing)
 
 
-def test_unknown_collision_lists_what_there_is():
-    with pytest.raises(ModelError) as error:
-        watched_links(ContactSpec("s", "base", ("nose",)), parse_urdf(ROBOT, str))
-    for word in ("'nose'", "'s'", "base_collision, bumper_collision, bumper_collision_1"):
-        assert word in str(error.value)
+def test_a_collision_of_another_link_is_none_of_the_sensors():
+    arm = PLAIN.join((f'<link name="arm">{MASS}', "</link>"))
+    joint = '<joint name="a" type="continuous"><parent link="base"/><child link="arm"/></joint>'
+    model = parse_urdf(ROBOT.replace("</robot>", f"{arm}{joint}</robot>"), str)
+    assert watched(ContactSpec("s", "base", ("arm_collision",)), model) == (
+        set(),
+        ["arm_collision"],
+    )
+    assert watched(ContactSpec("s", "arm", ("arm_collision",)), model)[0] == {"arm::arm_collision"}
 
 
 @pytest.mark.parametrize(
@@ -110,7 +119,6 @@ def test_point_belongs_to_the_shape_it_is_on(world, point, name):
     assert distance(shape, point) < 0.0011
 
 
-PLAIN = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
 GIVEN = '<collision name="{}"><geometry><box size="1 1 1"/></geometry></collision>'
 MISSING = '<collision><geometry><mesh filename="/no/such/file.stl"/></geometry></collision>'
 

@@ -6,9 +6,10 @@ from collections import deque
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+import rospy
 from bullet_sim.plugins.forces import ContactSpec
 from bullet_sim.pose import Array, Pose, cross
-from bullet_sim.sensors.contact import nearest, watched_links
+from bullet_sim.sensors.contact import nearest, watched
 from gazebo_msgs.msg import ContactsState, ContactState
 from geometry_msgs.msg import Vector3, Wrench
 
@@ -17,7 +18,6 @@ from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
 from bullet_bridge.transport import conversions
 
 if TYPE_CHECKING:
-    from bullet_sim.description.model import Shape
     from bullet_sim.models.model import Model
 
 MOST_STEPS = 100  # whose contacts Gazebo keeps for a message
@@ -38,8 +38,18 @@ class ContactSensor(Sensor):
     every_step = True
 
     def __init__(self, context: PluginContext) -> None:
-        self._monitored = watched_links(context.spec, context.model.description)
-        self._indices = sorted({context.model.link_in_body(link)[0] for link, _ in self._monitored})
+        model, spec = context.model, context.spec
+        names, missing = watched(spec, model.description)
+        self._monitored = {f"{model.name}::{name}" for name in names}
+        self._index = model.link_in_body(spec.link)[0]
+        if missing:
+            rospy.logwarn(
+                "contact sensor '%s' of '%s' tells nothing of %s, as in Gazebo: collisions are %s",
+                spec.name,
+                model.name,
+                ", ".join(missing),
+                ", ".join(model.collision_names.values()) or "(none)",
+            )
         self._steps: deque[tuple[ContactState, ...]] = deque(maxlen=MOST_STEPS)
         step = context.world.time_step
         self._messages = Schedule(1.0 / step, step, context.world.step_count)
@@ -79,13 +89,13 @@ class ContactSensor(Sensor):
     def _states(self, time: float) -> list[ContactState]:
         """States of the last step; their info begins with the names."""
         pairs: dict[tuple[str, str], list[tuple[int, Any]]] = {}
-        for index in self._indices:
-            for contact in self.world.engine.contacts(self.model.body, index):
-                mine, shape = self._named(self.model, index, contact.position)
-                if self._is_monitored(shape):
-                    names = mine, self._other(contact)
-                    pair = names if contact.is_first else names[::-1]
-                    pairs.setdefault(pair, []).append((index, contact))
+        touched = self.world.engine.contacts(self.model.body, self._index)
+        for contact in touched if self._monitored else ():
+            mine = self._named(self.model, self._index, contact.position)
+            if mine in self._monitored:
+                names = mine, self._other(contact)
+                pair = names if contact.is_first else names[::-1]
+                pairs.setdefault(pair, []).append((self._index, contact))
         if not pairs:
             return []
         stamp = conversions.stamp(time)
@@ -99,17 +109,12 @@ class ContactSensor(Sensor):
             states.append(state)
         return states
 
-    def _is_monitored(self, shape: Shape | None) -> bool:
-        return shape is not None and (
-            (shape.link, shape.name) in self._monitored or (shape.link, "") in self._monitored
-        )
-
     @staticmethod
-    def _named(model: Model, index: int, position: Array) -> tuple[str, Shape | None]:
-        """(model::link::collision, its Shape) of the shape that a point in the world is on."""
+    def _named(model: Model, index: int, position: Array) -> str:
+        """model::link::collision of the shape that a point in the world is on."""
         name, shapes = model.collisions_at(index)
         if not shapes:
-            return f"{model.name}::{name}::collision", None
+            return f"{model.name}::{name}::collision"
         shape = shapes[0]
         if len(shapes) > 1:
             pose = Pose(*model.frame_at(index))
@@ -117,7 +122,7 @@ class ContactSensor(Sensor):
             shape = nearest(shapes, local) or shape
         plain = f"{shape.link or name}::{shape.name or 'collision'}"
         told = model.collision_names.get((shape.link, shape.number), plain)
-        return f"{model.name}::{told}", shape
+        return f"{model.name}::{told}"
 
     def _model_of(self, body: int) -> Model | None:
         return next((it for it in self.world.models.values() if it.body == body), None)
@@ -126,7 +131,7 @@ class ContactSensor(Sensor):
         model = self._model_of(contact.body)
         if model is None:
             return "world"
-        return self._named(model, contact.link, contact.position)[0]
+        return self._named(model, contact.link, contact.position)
 
     def _state(self, contacts: list[tuple[int, Any]]) -> ContactState:
         """Without names: contacts of a pair of shapes, each with the index of the own link."""

@@ -6,6 +6,16 @@ from bullet_sim.description.lump import as_created
 from bullet_sim.description.model import ModelDescription
 
 
+def merged(model: ModelDescription) -> dict[str, str]:
+    """Link -> the one that sdformat merges it into, itself where it stays."""
+    body = {name: name for name in model.links}
+    for joint in as_created(model) if model.is_urdf else ():
+        kept = joint.name in model.kept or joint.name in model.measured
+        if joint.kind == "fixed" and not kept:
+            body[joint.child] = body[joint.parent]
+    return body
+
+
 def collision_names(model: ModelDescription) -> dict[tuple[str, int], str]:
     """The collisions as Gazebo names and orders them, those without a shape as well.
 
@@ -15,15 +25,9 @@ def collision_names(model: ModelDescription) -> dict[tuple[str, int], str]:
     Returns:
         (link in the file, number there) -> LINK::COLLISION.
     """
-    body = {name: name for name in model.links}
-    order = list(model.links)
+    body, order = merged(model), list(model.links)
     if model.is_urdf:
-        joints = as_created(model)
-        for joint in joints:
-            kept = joint.name in model.kept or joint.name in model.measured
-            if joint.kind == "fixed" and not kept:
-                body[joint.child] = body[joint.parent]
-        order = [model.root, *model.loose, *(joint.child for joint in joints)]
+        order = [model.root, *model.loose, *(joint.child for joint in as_created(model))]
     count = dict.fromkeys(order, 0)
     names = {}
     for link in sorted(order, key=lambda name: order.index(body[name])):

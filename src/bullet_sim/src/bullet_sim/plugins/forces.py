@@ -19,7 +19,8 @@ class ContactSpec:
     """A bumper: contacts of some collision shapes.
 
     Attributes:
-        collisions: names of the monitored collisions of the description.
+        collisions: names of the monitored collisions in Gazebo, of the link that the sensor is in
+            there; empty: all of `link` in the file.
         rate: messages per simulated second [Hz]; 0: every physics step.
     """
 
@@ -249,7 +250,9 @@ class ElevatorSpec:
 
 @sensor_plugin("gazebo_ros_bumper", types=("contact",))
 def bumper(xml: SensorXml) -> ContactSpec:
+    # As sdformat: the name that it gives where there is none is that of no collision.
     named = [(element.text or "").strip() for element in xml.sensor.findall("contact/collision")]
+    named = named or ["__default__"]
     return ContactSpec(
         name=xml.name,
         link=xml.parent,

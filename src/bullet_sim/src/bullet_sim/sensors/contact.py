@@ -6,45 +6,28 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bullet_sim.description.collisions import collision_names, merged
 from bullet_sim.description.model import ModelDescription, Shape
-from bullet_sim.errors import ModelError
 from bullet_sim.plugins.forces import ContactSpec
 from bullet_sim.pose import Vector
 
 
-def watched_links(spec: ContactSpec, description: ModelDescription) -> set[tuple[str, str]]:
-    """Links and shape names of a ContactSpec.
+def watched(spec: ContactSpec, description: ModelDescription) -> tuple[set[str], list[str]]:
+    """Collisions of a ContactSpec, by their names in Gazebo: LINK::COLLISION.
 
-    Names are those of the description's collisions or, as sdformat makes them, LINK_collision,
-    LINK_collision_1 ... and PARENT_fixed_joint_lump__LINK_collision ... for links on fixed
-    joints.
+    As there a name has to be that of a collision of the sensor's link, of a URDF as sdformat writes
+    it, see collision_names; without names they are those of the link in the file.
 
     Returns:
-        Set of (link, shape name); shape name '' means all shapes of the link.
-
-    Raises:
-        ModelError: a name matches nothing; lists the valid names.
+        Names that there are, and those of the ContactSpec that name nothing.
     """
+    names = collision_names(description)
     if not spec.collisions:
-        return {(spec.link, "")}
-    known = {
-        shape.name: link.name for link in description.links.values() for shape in link.collisions
-    }
-    watched = set()
-    for name in spec.collisions:
-        plain = name.rsplit("::", 1)[-1].rsplit("_fixed_joint_lump__", 1)[-1]
-        if plain in known:
-            numbered = "_fixed_joint_lump__" in name  # sdformat numbers those through
-            watched.add((known[plain], "" if numbered else plain))
-            continue
-        link = plain.rsplit("_collision", 1)[0]
-        if link not in description.links or not description.links[link].collisions:
-            raise ModelError(
-                f"contact sensor '{spec.name}' watches collision '{name}', which "
-                f"does not exist; collisions are {', '.join(known) or '(none)'}"
-            )
-        watched.add((link, ""))
-    return watched
+        return {told for (link, _), told in names.items() if link == spec.link}, []
+    body, known = merged(description)[spec.link], set(names.values())
+    found = {name: f"{body}::{name}" for name in spec.collisions}
+    missing = [name for name, told in found.items() if told not in known]
+    return set(found.values()) & known, missing
 
 
 def distance(shape: Shape, point: Vector) -> float:
