@@ -443,6 +443,44 @@ def test_models_within_a_model_have_names_of_their_own(desk):
     assert not refused.success and "part of 'rover'" in refused.status_message
 
 
+def link(name, pose):
+    mass = "<inertial><mass>1</mass></inertial>"
+    return f'<link name="{name}"><pose>{pose}</pose>{mass}</link>'
+
+
+MOVABLE = (
+    f'<sdf version="1.6"><model name="x">{link("base", "0 0 0 0 0 0")}<model name="inner"><pose>'
+    f"0 1 0 0 0 0.5</pose>{link('one', '0.1 0 0 0 0 0')}{link('two', '0.5 0 0.2 0 0 0')}"
+    f'<model name="deep"><pose>0 0 1 0 0 0</pose>{link("three", "0 0 0 0 0 0")}</model></model>'
+    '<joint name="j" type="revolute"><parent>base</parent><child>inner::one</child><axis><xyz>0 0 1'
+    "</xyz></axis></joint></model></sdf>"
+)
+
+
+@pytest.mark.parametrize("name", ["outer::inner", "inner"])
+def test_a_model_within_a_model_is_set_with_its_links_alone(desk, name):
+    """Expected: Gazebo 11.1, paused."""
+    request = srv.SpawnModelRequest(model_name="outer", model_xml=MOVABLE)
+    request.initial_pose.position.x, request.initial_pose.position.z = 1.0, 1.0
+    assert desk.call("spawn_sdf_model", request).success
+    state = ModelState(model_name=name)
+    state.pose.position.x, state.pose.position.y, state.pose.position.z = 3.0, 2.0, 1.0
+    state.pose.orientation.z = state.pose.orientation.w = 0.5**0.5
+    state.twist.linear.x, state.twist.angular.z = 0.3, 0.2
+    assert desk.call("set_model_state", srv.SetModelStateRequest(state)).success
+    found = {}
+    for each in ("base", "inner::one", "inner::two", "inner::deep::three"):
+        told = desk.call("get_link_state", srv.GetLinkStateRequest(f"outer::{each}", "")).link_state
+        place, twist = told.pose.position, told.twist
+        found[each] = [place.x, place.y, place.z, twist.linear.x, twist.angular.z]
+    assert found == {
+        "base": pytest.approx([1.0, 0.0, 1.0, 0.0, 0.0]),
+        "inner::one": pytest.approx([3.0, 2.1, 1.0, 0.3, 0.2]),
+        "inner::two": pytest.approx([3.0, 2.5, 1.2, 0.3, 0.2]),
+        "inner::deep::three": pytest.approx([3.0, 2.0, 2.0, 0.0, 0.0]),
+    }
+
+
 WORLD = '<sdf version="1.6"><world name="w">{}</world></sdf>'
 LINK = '<link name="l"><inertial><mass>1</mass></inertial></link>'
 TIMED_OUT = "SpawnModel: Entity pushed to spawn queue"

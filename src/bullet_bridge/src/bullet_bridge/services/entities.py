@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-from bullet_sim.errors import WorldError
+from bullet_sim.errors import ModelError, WorldError
 from bullet_sim.pose import Array, Pose
 
 from bullet_bridge.loop.received import ReceivedCounts
@@ -90,6 +90,40 @@ class FoundModel:
         pose, linear, angular = self.model.link_state(link)
         arm = pose.matrix @ np.asarray(offset.position)
         return pose * offset, linear + np.cross(angular, arm), angular
+
+    def set_state(self, pose: Pose, linear: Array, angular: Array) -> None:
+        """Put the model to a world pose with a velocity.
+
+        As in Gazebo a model inside another one goes with all its links and without the others, to
+        which joints pull it back; its own links get the velocity, those of models inside it keep
+        theirs.
+
+        Raises:
+            ModelError: a number is NaN, infinite or out of bounds, or a fixed joint holds one of
+                its links to another model's.
+        """
+        model = self.model
+        if not self.path:
+            model.set_state(pose, linear, angular)
+            return
+        links = [name for name in model.description.links if name.startswith(self._scope)]
+        parts = [name for name in links if name in model.rigid_parts]
+        held = {model.link_in_body(name)[0] for name in links}
+        if model.is_static or len(held) != len(parts):
+            raise ModelError(
+                f"model '{model.name}::{self.path}' is a fixed part of '{model.name}' and has no "
+                "pose that can be set; set that of the whole"
+            )
+        moved = pose.normalized() * self.state()[0].inverse()
+        for name in parts:
+            there, at, spin = model.link_state(name)
+            arm = np.subtract(
+                model.engine.link_center(model.body, model.index(name)), there.position
+            )
+            motion = at + np.cross(spin, arm), spin
+            if scope_of(model, name) == self._scope:
+                motion = linear, angular
+            model.set_link_state(name, moved * there, *motion)
 
     def own(self, names: Iterable[str]) -> list[str]:
         """Those of the outermost model's links or joints that are its own."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import rospy
-from bullet_sim.errors import ModelError, SimError
+from bullet_sim.errors import SimError
 from bullet_sim.formats.lights import parse_light
 from bullet_sim.pose import Array, Pose
 from bullet_sim.xml_reader import Node
@@ -204,12 +204,7 @@ class ModelServices:
                 found = find_model(self._world, state.model_name)
             with refusing("SetModelState: specified reference frame entity does not exist"):
                 frame = find_frame(self._world, state.reference_frame).pose
-            if found.path:
-                raise ModelError(
-                    f"model '{state.model_name}' is a part of '{found.model.name}' and has no pose "
-                    "that can be set; set that of the whole"
-                )
-            found.model.set_state(frame * pose, frame.matrix @ linear, frame.matrix @ angular)
+            found.set_state(frame * pose, frame.matrix @ linear, frame.matrix @ angular)
 
         self._jobs.call(work)
         return srv.SetModelStateResponse(status_message="SetModelState: set model state done")
