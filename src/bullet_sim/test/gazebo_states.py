@@ -15,6 +15,7 @@ STEPS, EVERY = 500, 100  # made in all, between two recorded states
 UNTIL = {
     "suspension of joints": 300,
     "a screw": 200,  # whose post yields in Gazebo, by iterations that end, and never moves here
+    "four bars that end at the root": 400,  # then they pass their dead point
     "meshes on a mesh": 400,
     "a tilted box on a mesh": 200,
     "meshes on a box": 200,
@@ -74,6 +75,15 @@ def wheel(name, x, y, parent="base", shape=""):
 
 def robot(*parts):
     return f'<robot name="bot">{"".join(parts)}</robot>'
+
+
+def in_gazebo(name, kind, parent, child, at="0 0 0", axis="0 1 0"):
+    """A joint of SDF within a URDF."""
+    return (
+        f'<gazebo><joint name="{name}" type="{kind}"><pose>{at} 0 0 0</pose>'
+        f"<parent>{parent}</parent><child>{child}</child><axis><xyz>{axis}</xyz></axis>"
+        "</joint></gazebo>"
+    )
 
 
 BASE = link("base", 8.0, 0.1, '<box size="0.4 0.3 0.08"/>', center="0.03 0 0.02")
@@ -231,7 +241,23 @@ SMALL = (
 # name -> URDF, height at which it is spawned [m], commands (step, joint, 'velocity' of its motor,
 # 'imposed' (a velocity that is set before each step), 'position', 'effort' or 'planar' (the model's
 # velocity along x), value, the motor's effort, or the model's yaw rate)
+KNEE = '<limit lower="-0.5" upper="0.5" effort="10" velocity="10"/>'
 ROBOTS = {
+    "a leg of four bars on wheels": (
+        robot(
+            BASE,
+            *(wheel(name, x, y) for name, (x, y) in CORNERS.items()),
+            link("thigh", 0.4, 0.002, center="0 0 0.1"),
+            joint("hip", "continuous", "base", "thigh", "0.05 0 0.1"),
+            link("foot", 0.8, 0.004, center="0.1 0 0.02"),
+            joint("knee", "revolute", "thigh", "foot", "0 0 0.2", more=KNEE),
+            link("bar", 0.3, 0.002, center="0 0 0.1"),
+            joint("other", "continuous", "base", "bar", "0.35 0 0.1"),
+            in_gazebo("ring", "revolute", "bar", "foot", "0.3 0 0"),
+        ),
+        0.12,
+        ((100, "hip", "effort", 0.6, 0),),
+    ),
     "sphere": (robot(link("base", 3.0, 0.02, '<sphere radius="0.2"/>')), 0.3, []),
     "box": (
         robot(link("base", 3.0, 0.02, '<box size="0.4 0.4 0.3"/>', center="0 0.02 0")),
@@ -721,6 +747,46 @@ def bouncing(kind, axis):
     return POST + arm + connected("elbow", kind, "post", "arm", f"<xyz>{axis}</xyz>{LOW}", rest)
 
 
+def pinned(name, parent, child, at, kind="revolute", more="<xyz>0 1 0</xyz>"):
+    """A joint at a place in its child's frame."""
+    return connected(name, kind, parent, child, more, f"<pose>{at} 0 0 0</pose>")
+
+
+def four_bars(base, last):
+    """Four links in a ring.
+
+    Args:
+        base: of which the post is held, or not.
+        last: the joint that closes the ring.
+    """
+    return (
+        base
+        + body("crank", "0 0.1 1 0 0 0", "", 0.4, 0.002, "0 0 0.1")
+        + body("coupler", "0 0.1 1.2 0 0.1 0", "", 0.6, 0.004, "0.2 0 0.02")
+        + body("rocker", "0.5 0.1 0.9 0 0.2 0", "", 0.5, 0.003, "0 0 0.1")
+        + connected("low", "revolute", "post", "crank")
+        + connected("high", "revolute", "crank", "coupler", "<xyz>0 1 0</xyz><dynamics/>")
+        + connected("other", "revolute", "post", "rocker")
+        + last
+    )
+
+
+RING = pinned("ring", "rocker", "coupler", "0.5 0 0.05")
+FREE = body("post", "0 0 1 0 0 0", "", 5.0, 0.1)
+CRANK_AND_SLIDER = (
+    POST
+    + body("crank", "0 0.1 1 0 0 0", "", 0.4, 0.002, "0 0 0.1")
+    + body("rod", "0 0.1 1.2 0 0.35 0", "", 0.3, 0.003, "0.25 0 0")
+    + body("slider", "0.47 0.1 1.03 0 0 0.2", "", 0.8, 0.004, "0.01 0 0")
+    + connected("low", "revolute", "post", "crank")
+    + connected("high", "revolute", "crank", "rod")
+    + connected("end", "revolute", "rod", "slider", "<xyz expressed_in='__model__'>0 1 0</xyz>")
+)
+LIMITED = (
+    "<limit><lower>-0.05</lower><upper>0.04</upper></limit>"
+    "<dynamics><damping>2</damping></dynamics>"
+)
+
 # Models of SDF, of which the record has all links: their text, commands as those of ROBOTS.
 MODELS = {
     "links without joints": (
@@ -756,6 +822,43 @@ MODELS = {
     "bounce of a slider": (bouncing("prismatic", "0 0 -1"), ()),
     "no bounce at a lower limit": (bouncing("prismatic", "0 0 1"), ()),
     "motors of joints": (swinging("<max_force>3</max_force><velocity>-0.5</velocity>"), ()),
+    "four bars": (four_bars(POST, RING), ()),
+    "four bars, put to a position": (four_bars(POST, RING), ((100, "low", "position", 0.2, 0),)),
+    "four bars that fall, pushed": (four_bars(FREE, RING), ((0, "low", "effort", 0.5, 0),)),
+    "four bars that end at the root": (
+        four_bars(POST, pinned("ring", "coupler", "rocker", "0.01 0 0.25")),
+        ((100, "ring", "effort", 0.2, 0),),
+    ),
+    "a ring that is closed before its links hang": (
+        RING.replace('name="ring"', 'name="first"') + four_bars(POST, ""),
+        (),
+    ),
+    "a crank and a slider of the world": (
+        CRANK_AND_SLIDER
+        + connected("guide", "prismatic", "world", "slider", f"<xyz>1 0 0</xyz>{LIMITED}"),
+        (),
+    ),
+    "a crank and a slider of the post": (
+        CRANK_AND_SLIDER
+        + connected("guide", "prismatic", "slider", "post", f"<xyz>1 0 0</xyz>{LIMITED}"),
+        (),
+    ),
+    "two arms and a fixed joint": (
+        POST
+        + body("one", "0 0.1 1 0 0 0", "", 0.4, 0.002, "0.1 0 0")
+        + body("two", "0.4 0.1 1 0 0 0.3", "", 0.6, 0.004, "-0.1 0 0.02")
+        + connected("left", "revolute", "post", "one")
+        + connected("right", "revolute", "post", "two", "<xyz>0 0 1</xyz>")
+        + connected("weld", "fixed", "one", "two"),
+        (),
+    ),
+    "what hangs is fixed to the world": (
+        body("a", "0 0 1 0 0 0", "", 1.0, center="0.1 0 0")
+        + body("b", "0 0.2 1 0 0 0.3", "", 0.6, 0.004, "-0.1 0 0.02")
+        + connected("elbow", "revolute", "a", "b")
+        + connected("held", "fixed", "world", "b"),
+        (),
+    ),
     "suspension of joints": (
         swinging("<suspension><erp>0.01</erp><cfm>0.1</cfm></suspension>"),
         (),

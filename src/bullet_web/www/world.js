@@ -365,7 +365,8 @@ class World {
 
   /* Positions of joints by name, of a body. */
   joints(body) {
-    return Object.fromEntries(body.moving.map((joint, index) => [joint.joint, body.state[8 + index]]));
+    const all = body.moving.map((joint, index) => [joint.joint, body.state[8 + index]]);
+    return Object.fromEntries(all.filter(([name]) => name));
   }
 
   yaw(body) {

@@ -30,7 +30,7 @@ def joint_position(description: ModelDescription | None, name: str) -> Vec3:
     description = _with_joint(description, name)
     pose = Pose()
     joint: Joint | None = description.joints[name]
-    parents = {j.child: j for j in description.joints.values()}
+    parents = description.above()
     while joint is not None:
         pose = joint.origin * pose
         joint = parents.get(joint.parent)

@@ -39,7 +39,8 @@ class LumpedModel:
 
     Attributes:
         links: parents first.
-        joints: the movable joints, in the original's order.
+        joints: the movable joints, in the original's order. What closes a loop has the pose of its
+            frame in the child's as its anchor, of others it is none.
         frames: for every original link: the link it is merged into and its pose in that link.
         welds: fixed joints that are measured or kept, which are not merged: continuous ones that
             a motor has to hold, as Bullet drops the contacts of links below its fixed joints.
@@ -55,19 +56,23 @@ class LumpedModel:
     loose: tuple[Joint, ...] = ()
     gears: tuple[Gears, ...] = ()
 
+    def tree(self) -> list[Joint]:
+        """Its joints that make a tree, one above each link but the root and what is loose."""
+        return [joint for joint in (*self.joints, *self.welds) if not joint.closes]
+
 
 def lump(model: ModelDescription, as_in_gazebo: bool = False) -> LumpedModel:
     """Merge all fixed joints (of a static model: all joints, at their zero position).
 
     Args:
         as_in_gazebo: links in the order in which Gazebo creates them, and its reading of inertias
-            that are not positive definite, and loose links move; False: those next to the root
-            first, in the order of the file, and loose links are fixed to the root.
+            that are not positive definite, loose links move, loops are closed; False: those next to
+            the root first, in the order of the file, loose links are fixed to the root.
     """
     if model.loose and (model.static or not as_in_gazebo):
         model = _with_loose_links_fixed(model)
     if not as_in_gazebo:
-        model = _without_threads(model)
+        model = _without_loops(_without_threads(model))
     frames = {root: (root, Pose()) for root in model.loose}
     links = {root: _copy(model.links[root]) for root in model.loose}
     frames[model.root] = model.root, model.root_pose
@@ -85,17 +90,16 @@ def lump(model: ModelDescription, as_in_gazebo: bool = False) -> LumpedModel:
             inner = joint.anchor.inverse()  # the link's frame in the joint's
             frames[joint.child] = (joint.child, inner)
             links[joint.child] = moved(model.links[joint.child], inner)
-            remaining = replace(
-                joint,
-                kind="continuous" if welded else joint.kind,
-                axis=WELD_AXIS if welded else joint.axis,
-                lower=None if welded else joint.lower,
-                parent=parent,
-                anchor=Pose(),
-                origin=pose * joint.origin * joint.anchor,
-            )
+            remaining = _without_anchor(joint, parent, pose, welded)
             (welds if welded else joints).append(remaining)
     if not model.static:
+        for joint in (each for each in model.joints.values() if each.closes):
+            parent, pose = frames[joint.parent]
+            child, inside = frames[joint.child]
+            closing = _without_anchor(joint, parent, pose, joint.kind == "fixed")
+            closing.child, closing.anchor = child, inside * joint.anchor
+            if parent != child:
+                (welds if joint.kind == "fixed" else joints).append(closing)
         for link in links.values():
             if model.fixed_base and link.name == model.root and link.mass <= 0:
                 link.mass, link.inertia = MIN_MASS, np.eye(3) * MIN_MASS  # fixed to the world
@@ -106,9 +110,27 @@ def lump(model: ModelDescription, as_in_gazebo: bool = False) -> LumpedModel:
         Joint(f"{name}::free", "free", model.root, name, pose) for name, pose in model.loose.items()
     )
     if loose:
-        links = _sorted(links, list(model.links), (*joints, *welds))
+        links = _sorted(links, list(model.links), [j for j in (*joints, *welds) if not j.closes])
     gears = () if model.static else tuple(_merged(g, frames) for g in model.gears.values())
     return LumpedModel(links, tuple(joints), model.root, frames, tuple(welds), loose, gears)
+
+
+def _without_anchor(joint: Joint, parent: str, pose: Pose, welded: bool) -> Joint:
+    """A joint whose child's frame is that of the joint.
+
+    Args:
+        parent: link that remains of its parent, which has there the pose.
+        welded: it does not move.
+    """
+    return replace(
+        joint,
+        kind="continuous" if welded else joint.kind,
+        axis=WELD_AXIS if welded else joint.axis,
+        lower=None if welded else joint.lower,
+        parent=parent,
+        anchor=Pose(),
+        origin=pose * joint.origin * joint.anchor,
+    )
 
 
 def _merged(gears: Gears, frames: Mapping[str, tuple[str, Pose]]) -> Gears:
@@ -140,6 +162,20 @@ def _without_threads(model: ModelDescription) -> ModelDescription:
             f"'{name}' of '{model.name}'",
         )
     return replace(model, joints=joints, gears={})
+
+
+def _without_loops(model: ModelDescription) -> ModelDescription:
+    """A model without the joints that close loops, with warnings: Bullet's bodies are trees."""
+    for joint in model.joints.values():
+        if joint.closes and not model.static:
+            model.warn(
+                f"joint '{joint.name}' of '{model.name}' closes a loop at link '{joint.child}', "
+                "which the solver 'bullet' cannot simulate; it is left out",
+                "joints close loops and are left out by the solver 'bullet'",
+                f"'{joint.name}' of '{model.name}'",
+            )
+    joints = {name: joint for name, joint in model.joints.items() if not joint.closes}
+    return replace(model, joints=joints)
 
 
 def _with_loose_links_fixed(model: ModelDescription) -> ModelDescription:
@@ -189,7 +225,7 @@ def as_created(model: ModelDescription) -> list[Joint]:
             found.append(pending.pop())
             pending += _by_name(model, found[-1].child)
         return found
-    waiting, placed = list(model.joints.values()), {model.root, *model.loose}
+    waiting, placed = list(model.above().values()), {model.root, *model.loose}
     while waiting:
         joint = next(joint for joint in waiting if joint.parent in placed)
         waiting.remove(joint)
@@ -226,6 +262,7 @@ def as_printed(model: LumpedModel) -> LumpedModel:
                 joint,
                 origin=_printed_pose(joint.origin),
                 axis=_printed_vector(joint.axis),
+                anchor=_printed_pose(joint.anchor) if joint.closes else joint.anchor,
                 lower=None if joint.lower is None else _printed(joint.lower),
                 upper=None if joint.upper is None else _printed(joint.upper),
             )
@@ -414,7 +451,7 @@ def joint_inertias(lumped: LumpedModel, fixed_base: bool) -> dict[str, float]:
         sides, each as one rigid body.
     """
     frames = {lumped.root: Pose()}
-    waiting = [*lumped.joints, *lumped.welds, *lumped.loose]
+    waiting = [*lumped.tree(), *lumped.loose]
     while waiting:
         pending, waiting = waiting, []
         for joint in pending:
@@ -425,7 +462,7 @@ def joint_inertias(lumped: LumpedModel, fixed_base: bool) -> dict[str, float]:
     result = {}
     for joint in lumped.joints:
         below, connected = _descendants(lumped, joint.child), _connected(lumped, joint.child)
-        frame = frames[joint.child]
+        frame = frames[joint.child] * joint.anchor
         child_side, parent_side = (
             sum(_about(lumped.links[name], frames[name], joint, frame) for name in names)
             for names in (
@@ -443,7 +480,7 @@ def joint_inertias(lumped: LumpedModel, fixed_base: bool) -> dict[str, float]:
 
 def _descendants(lumped: LumpedModel, link: str) -> set[str]:
     names = {link}
-    joints = (*lumped.joints, *lumped.welds)
+    joints = lumped.tree()
     for _ in joints:
         names |= {joint.child for joint in joints if joint.parent in names}
     return names
@@ -451,7 +488,7 @@ def _descendants(lumped: LumpedModel, link: str) -> set[str]:
 
 def _connected(lumped: LumpedModel, link: str) -> list[str]:
     """Names of the links that joints connect with one, and of itself."""
-    above = {joint.child: joint.parent for joint in (*lumped.joints, *lumped.welds)}
+    above = {joint.child: joint.parent for joint in lumped.tree()}
     while link in above:
         link = above[link]
     found = _descendants(lumped, link)
@@ -483,9 +520,18 @@ def without_chains(names: Mapping[int, str]) -> tuple[list[int], dict[str, int]]
 
 
 def links_between(joint: Joint) -> tuple[str, ...]:
-    """Names of the links within the chain that PyBullet and mirrors of a world have of a joint."""
+    """Names of the links that PyBullet and mirrors of a world have besides, of a joint: within the
+    chain, and the one at the end of a joint that closes a loop."""
     count = {"free": 5, "screw": 1}.get(joint.kind, 0)
-    return tuple(f"{joint.child}::free{number}" for number in range(1, count + 1))
+    end = end_of(joint)
+    names = tuple(f"{end}::free{number}" for number in range(1, count + 1))
+    return (*names, end) if joint.closes else names
+
+
+def end_of(joint: Joint) -> str:
+    """Name of the link that PyBullet and mirrors of a world have below a joint: a body without
+    shapes where it closes a loop."""
+    return f"{joint.name}::end" if joint.closes else joint.child
 
 
 def chain_of(joint: Joint) -> tuple[Joint, ...]:
@@ -516,10 +562,13 @@ def loaded_joints(lumped: LumpedModel) -> list[Joint]:
     """The joints that PyBullet loads and mirrors of a world move."""
     joints: list[Joint] = []
     for joint in (*lumped.joints, *lumped.welds, *lumped.loose):
-        joints += chain_of(joint) if joint.kind in ("free", "screw") else (joint,)
+        if joint.kind in ("free", "screw"):
+            joints += chain_of(joint)
         if joint.kind == "screw":
-            parent = links_between(joint)[0]
-            joints.append(replace(joint, kind="continuous", parent=parent, origin=Pose()))
+            parent, origin = links_between(joint)[0], Pose()
+            joint = replace(joint, kind="continuous", parent=parent, origin=origin)
+        if joint.kind != "free":
+            joints.append(replace(joint, child=end_of(joint)))
     return joints
 
 
@@ -568,7 +617,8 @@ def depth_first(lumped: LumpedModel) -> list[str]:
     """Names of a LumpedModel's links, each followed by those below it."""
     below: dict[str, list[str]] = {}
     for joint in lumped.joints:
-        below.setdefault(joint.parent, []).append(joint.child)
+        if not joint.closes:
+            below.setdefault(joint.parent, []).append(joint.child)
     pending, names = [lumped.root], []
     while pending:
         name = pending.pop()

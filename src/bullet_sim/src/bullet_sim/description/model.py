@@ -353,6 +353,7 @@ class Joint:
         motor: effort and velocity of its motor at the start, for the same; None: its friction.
         thread: of a screw [rad/m] along its axis, for the same.
         anchor: joint's frame in the child link's; in a URDF the two are equal.
+        closes: its child is held by other joints, too, so that it closes a loop.
         mimic: set if it follows another joint.
     """
 
@@ -380,6 +381,7 @@ class Joint:
     motor: tuple[float, float] | None = None
     thread: float = 1.0
     anchor: Pose = Pose()
+    closes: bool = False
     mimic: Mimic | None = None
 
 
@@ -480,8 +482,22 @@ class ModelDescription:
         add_warning(self.warnings, text, cause, item)
 
     def joints_of(self, parent: str) -> list[Joint]:
-        """Joints whose parent is the given link, in file order."""
-        return [joint for joint in self.joints.values() if joint.parent == parent]
+        """Joints whose parent is the given link, in file order, without those that close loops."""
+        return [j for j in self.joints.values() if j.parent == parent and not j.closes]
+
+    def above(self) -> dict[str, Joint]:
+        """Link -> the joint by which it hangs on its parent; other joints close loops."""
+        return {joint.child: joint for joint in self.joints.values() if not joint.closes}
+
+    def poses(self) -> dict[str, Pose]:
+        """Link -> its pose in the root link's frame, or in the model's if it is loose; all joints
+        at 0."""
+        found = {self.root: self.root_pose, **self.loose}
+        for name in (pending := list(found)):
+            for joint in self.joints_of(name):
+                found[joint.child] = found[name] * joint.origin
+                pending.append(joint.child)
+        return found
 
     def unreachable(self) -> list[str]:
         """Links without a chain of joints to the root or a loose link: those of a loop, and below
@@ -492,7 +508,7 @@ class ModelDescription:
         return [name for name in self.links if name not in reached]
 
     def find_root(self, label: str) -> None:
-        """Set the root link and check that the joints make trees.
+        """Set the root link and check that the joints make trees, but for those that close loops.
 
         Args:
             label: of the description, for messages, e.g. "URDF of 'car'".
@@ -503,7 +519,7 @@ class ModelDescription:
         """
         if not self.links:
             raise ModelError(f"{label} has no link")
-        children = [joint.child for joint in self.joints.values()]
+        children = [joint.child for joint in self.joints.values() if not joint.closes]
         repeated = sorted({child for child in children if children.count(child) > 1})
         if repeated:
             raise ModelError(

@@ -649,17 +649,19 @@ class Engine:
             body, self.movable[body][joint], position, 0.0, physicsClientId=self.client
         )
 
-    def measure_joint(self, body: int, link: int) -> None:
-        """Have the forces of the joint above a link measured from the next step on."""
+    def measure_joint(self, body: int, joint: int) -> None:
+        """Have the forces of a joint measured from the next step on."""
+        link = self.movable[body][joint]
         p.enableJointForceTorqueSensor(body, link, 1, physicsClientId=self.client)
 
-    def joint_load(self, body: int, link: int) -> tuple[Array, Array, float]:
-        """What the measured joint above a link exerts on it.
+    def joint_load(self, body: int, joint: int) -> tuple[Array, Array, float]:
+        """What a measured joint exerts on its child link.
 
         Returns:
             force (3,) [N] and torque (3,) [N m] about the joint in the link's axes, without what
             its motor does; the motor's effort [N m, N].
         """
+        link = self.movable[body][joint]
         _, _, load, effort = p.getJointState(body, link, physicsClientId=self.client)
         force, torque = np.array(load[:3]), np.array(load[3:])
         center, axes = p.getDynamicsInfo(body, link, physicsClientId=self.client)[3:5]

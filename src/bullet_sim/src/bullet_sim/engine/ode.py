@@ -132,10 +132,15 @@ class OdeSolver:
         if static:
             self._models.static[body] = StaticModel(body, model.links[model.root])
             return
-        joints = {joint.child: joint for joint in (*model.joints, *model.welds)}
+        joints = {joint.child: joint for joint in model.tree()}
         names = list(model.links)
         moving = [name for name in names if not (fixed and name == model.root)]
         moved = [joints[name] for name in names if name in joints]
+        for number, joint in enumerate((*model.joints, *model.welds)):
+            if joint.closes:  # behind those that come before it in the file
+                before = {each.name for each in (*model.joints, *model.welds)[:number]}
+                places = [place for place, each in enumerate(moved, 1) if each.name in before]
+                moved.insert(max(places, default=0), joint)
         self._placed.discard(body)
         self._parts[body] = DynamicModel(
             body, moving, moved, links, model, fixed, may_sleep and not joints, touching
@@ -301,6 +306,8 @@ class OdeSolver:
                 motions[joint.child] = pose * there, velocity, spin
         self._placed.add(part.body)
         for joint, state in zip(part.joints, self._joint_rows(part)):
+            if joint.closes:
+                continue
             pose, velocity, spin = motions[joint.parent]
             axis, angle = np.array(joint.axis) / np.linalg.norm(joint.axis), state[q.ANGLE]
             frame = pose * joint.origin
@@ -627,16 +634,16 @@ class OdeSolver:
         for handle, angle, rate in zip(handles, numbers, numbers[len(part.order) :]):
             handle.position, handle.velocity = angle, rate
 
-    def joint_load(self, body: int, link: int) -> tuple[Array, Array, float]:
-        """As Engine.joint_load, of the joint above a link."""
+    def joint_load(self, body: int, joint: int) -> tuple[Array, Array, float]:
+        """As Engine.joint_load."""
         self.refresh()
-        row = self._arrays.rows[body, link]
-        joint = self.joints[int(np.flatnonzero(self._state.system.types[:, 1] == row)[0])]
+        number = self._parts[body].order[joint]
+        numbers, row = self.joints[number], self._state.system.types[number, 1]
         turn = matrix_from_quaternion(self.bodies[row, q.QUAT : q.QUAT + 4]).T
-        force = turn @ joint[q.WRENCH : q.WRENCH + 3]
-        torque = turn @ joint[q.WRENCH + 3 : q.WRENCH + 6]
+        force = turn @ numbers[q.WRENCH : q.WRENCH + 3]
+        torque = turn @ numbers[q.WRENCH + 3 : q.WRENCH + 6]
         center = self._parts[body].link(row).center
-        return force, torque + np.cross(center, force), joint[q.MOTOR]
+        return force, torque + np.cross(center, force), numbers[q.MOTOR]
 
     # bodies -------------------------------------------------------------------------------------
     def link_motion(self, body: int, link: int) -> tuple[Vec3, Quat, Vec3, Vec3, Vec3] | None:

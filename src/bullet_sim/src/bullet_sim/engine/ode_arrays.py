@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Callable, Tuple
 
@@ -201,26 +201,43 @@ class SystemRows:
     touching: list[tuple[int, int]] = field(default_factory=list)
     attached: list[tuple[int, int]] = field(default_factory=list)
 
+    def _beyond(self, joint: int, lists: Sequence[Sequence[int]]) -> list[int]:
+        """Bodies that a joint moves when it is put to a position; none if it is part of a loop.
+
+        Those that joints connect with its first body, without passing its second one, as in
+        Gazebo's Joint::FindAllConnectedLinks.
+
+        Args:
+            lists: joints of each body.
+        """
+        _, one, two = self.types[joint]
+        found, pending = {one}, [one]
+        while pending:
+            body = pending.pop()
+            for other in lists[body]:
+                kind, *ends = self.types[other]
+                if other == joint or kind == q.GEARS:
+                    continue
+                reached = ends[0] if ends[1] == body else ends[1]
+                if reached == two:
+                    return []
+                if reached >= 0 and reached not in found:
+                    found.add(reached)
+                    pending.append(reached)
+        return sorted(found)
+
     def pack(self) -> System:
         """The arrays of these; joints of what is attached are the last ones."""
         count = len(self.bodies)
         types = tables.table(self.types, 3, np.int64)
         lists: list[list[int]] = [[] for _ in range(count)]
-        below = np.zeros((len(types), count), np.bool_)
         for j, (_, one, two) in enumerate(self.types):
             lists[one].insert(0, j)
             if two >= 0:
                 lists[two].insert(0, j)
-        for j in range(len(types) - 1, -1, -1):  # children come after their parents
-            one = types[j, 1]
-            below[j, one] = True
-            for k in np.flatnonzero((types[:, 2] == one) & (types[:, 0] != q.GEARS)):
-                below[j] |= below[k]
-        for _ in self.attached:  # what hangs on what is attached, however long the chain
-            for j in range(len(types)):
-                for k in range(len(types)):
-                    if types[k, 2] >= 0 and below[j, types[k, 2]]:
-                        below[j] |= below[k]
+        below = np.zeros((len(types), count), np.bool_)
+        for j in range(len(types)):
+            below[j, self._beyond(j, lists)] = True
         return System(
             bodies=tables.table(self.bodies, q.B_SIZE),
             work=np.zeros((count + 1, q.W_SIZE)),
@@ -333,7 +350,8 @@ class ArrayBuilder:
         for joint in model.joints:
             system.joints.append(self._joint_row(model, joint))
             kind = q.FIXED if joint in model.shapes.welds else _kind(joint)
-            system.types.append((kind, rows[joint.child], rows.get(joint.parent, -1)))
+            one, two = rows.get(joint.child, -1), rows.get(joint.parent, -1)
+            system.types.append((kind, one, two) if one >= 0 else (kind, two, one))
         for gears in model.gears:
             system.joints.append(self._gear_row(model, gears, rows))
             system.types.append((q.GEARS, rows[gears.first], rows[gears.second]))
@@ -385,11 +403,19 @@ class ArrayBuilder:
         return next(model.shapes.links[name] for name in model.names if model.links[name] == key[1])
 
     def _joint_row(self, model: DynamicModel, joint: Joint) -> Array:
-        child, frame = model.shapes.links[joint.child], joint.origin
-        center = model.shapes.links[joint.parent].center
-        if model.is_fixed and joint.parent == model.shapes.root:
-            frame, center = Pose(*self._engine.base_pose(model.body)) * joint.origin, np.zeros(3)
-        return self._moving_row(joint, child, frame, center, joint in model.shapes.welds)
+        (child, inside), (parent, frame) = (joint.child, joint.anchor), (joint.parent, joint.origin)
+        welded, still = joint in model.shapes.welds, model.shapes.root if model.is_fixed else ""
+        if joint.closes:
+            if child == still:  # the other one moves, the other way
+                (child, inside), (parent, frame) = (parent, frame), (child, inside)
+                x, y, z = joint.axis
+                joint = replace(joint, axis=(-x, -y, -z))
+            frame = frame * inside.inverse()
+        link, center = model.shapes.links[child], model.shapes.links[parent].center
+        if parent == still:
+            frame, center = Pose(*self._engine.base_pose(model.body)) * frame, np.zeros(3)
+        at = inside if joint.closes else None
+        return self._moving_row(joint, link, frame, center, welded, at)
 
     def _moving_row(
         self,

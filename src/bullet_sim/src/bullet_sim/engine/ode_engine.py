@@ -363,8 +363,8 @@ class OdeEngine(Engine):
     def read_joints(self, body: int, handles: Iterable[JointHandle]) -> None:
         self.ode.read_joints(body, handles)
 
-    def joint_load(self, body: int, link: int) -> tuple[Array, Array, float]:
-        return self.ode.joint_load(body, link)
+    def joint_load(self, body: int, joint: int) -> tuple[Array, Array, float]:
+        return self.ode.joint_load(body, joint)
 
     # Motors
 
@@ -391,7 +391,7 @@ class OdeEngine(Engine):
     def release(self, body: int, joint: int) -> None:
         self.ode.release(body, joint)
 
-    def measure_joint(self, body: int, link: int) -> None:
+    def measure_joint(self, body: int, joint: int) -> None:
         """The solver measures all joints."""
 
     def drive_efforts(self, body: int, joints: Sequence[int], efforts: Sequence[float]) -> None:

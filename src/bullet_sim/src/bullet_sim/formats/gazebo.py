@@ -206,6 +206,7 @@ READ = {
     "velocity_decay",
     "provideFeedback",
     "gripper",
+    "joint",
 }
 # Ignored without a warning; docs/support says of each what it means in Gazebo.
 QUIET = {
@@ -450,7 +451,7 @@ def _set_merged(
 
 def _unknown(element: Node, model: ModelDescription, reference: str | None) -> None:
     label = "<gazebo>" if reference is None else f"<gazebo reference='{reference}'>"
-    known = READ | QUIET if reference is None else (READ | QUIET) - {"gripper"}
+    known = READ | QUIET if reference is None else (READ | QUIET) - {"gripper", "joint"}
     for child in element:
         if isinstance(child.tag, str) and child.tag not in known:
             model.warn(

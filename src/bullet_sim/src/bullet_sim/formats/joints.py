@@ -78,9 +78,9 @@ def set_limits(
 
 def closes_loop(model: ModelDescription, parent: str | None, child: str | None) -> bool:
     """Whether a joint between two links would close a loop."""
-    above = {joint.child: joint.parent for joint in model.joints.values()}
+    above = model.above()
     while parent is not None and parent != child:
-        parent = above.get(parent)
+        parent = above[parent].parent if parent in above else None
     return parent == child
 
 
@@ -218,6 +218,7 @@ CHAINS: dict[str, tuple[str | Vec3, ...]] = {
     "ball": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
 }
 MASS_RATIO = 0.01  # mass and inertia of a link within such a chain, of those of its child
+SDF_OF_URDF = (1, 7)  # the version of what sdformat makes of a URDF
 SDF_TYPES = ("fixed", "revolute", "prismatic", "continuous", "screw", "gearbox", *CHAINS)
 _UP = (0.0, 0.0, 1.0)
 
@@ -253,10 +254,7 @@ def read_joint(
     else:
         parent = prefix + str(parent)
     child = prefix + str(child)
-    if joint_type == "gearbox":
-        error = _ends_error(model, parent, child)
-    else:
-        error = _sdf_error(model, parent, child)
+    error = _ends_error(model, parent, child)
     if error:
         element.warn(f"{label} {error}; it is left out", SKIPPED, f"'{name}' of '{model.name}'")
         return
@@ -266,6 +264,7 @@ def read_joint(
         anchor = frames.pose(default).inverse() * frames.pose_of(element, default, label)
     origin = poses[parent].inverse() * poses[child]
     joint = Joint(name, joint_type, parent, child, origin, anchor=anchor)
+    joint.closes = child in model.above() or closes_loop(model, parent, child)
     if joint_type == "gearbox":
         _gears(element, joint, model, prefix, label, frames, version)
         return
@@ -277,6 +276,30 @@ def read_joint(
     if joint_type == "screw":
         joint.thread = -child_number(element, "thread_pitch", label, 1.0) or 1.0  # ODE's sign
     model.joints[name] = joint
+
+
+def read_sdf_joints(robot: Node, model: ModelDescription) -> None:
+    """Add the joints that a URDF has within <gazebo>, which sdformat copies; they close loops."""
+    poses = model.poses()
+    for element in robot.findall("gazebo"):
+        if element.get("reference") is not None:
+            continue
+        frames = Frames(element, model.name, poses=poses)
+        for joint in element.findall("joint"):
+            child = child_text(joint, "child")
+            if child_text(joint, "parent") == "world":
+                if joint.get("type") == "fixed" and child == model.root:
+                    model.fixed_base = True
+                    continue
+                joint.warn(
+                    f"joint '{joint.get('name')}' of '{model.name}' joins '{child}' to the world, "
+                    f"which a joint within <gazebo> must be fixed for, and of '{model.root}'; it "
+                    "is left out",
+                    SKIPPED,
+                    f"'{joint.get('name')}' of '{model.name}'",
+                )
+                continue
+            read_joint(joint, model, poses, "", frames, SDF_OF_URDF)
 
 
 def _gears(
@@ -341,6 +364,7 @@ def _chain(
         joint = Joint(
             name, "continuous", parent, link, origin, anchor=original.anchor if last else Pose()
         )
+        joint.closes = last and original.closes
         if isinstance(axis, str):
             joint.kind = "revolute"
             _axis(element, joint, label, frames, version, axis, original.anchor)
@@ -360,18 +384,7 @@ def _ends_error(model: ModelDescription, parent: str | None, child: str | None) 
     """Why a joint has no two links, or ''."""
     if child not in model.links or parent not in model.links:
         return f"joins '{parent}' and '{child}', links are {', '.join(model.links)}"
-    return ""
-
-
-def _sdf_error(model: ModelDescription, parent: str | None, child: str | None) -> str:
-    """Why there can be no joint between two links, or ''."""
-    error = _ends_error(model, parent, child)
-    if error:
-        return error
-    taken = any(joint.child == child for joint in model.joints.values())
-    if taken or closes_loop(model, parent, child):
-        return f"closes a loop at link '{child}', which cannot be simulated here"
-    return ""
+    return f"joins '{child}' to itself" if parent == child else ""
 
 
 def _axis(

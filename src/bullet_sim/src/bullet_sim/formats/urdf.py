@@ -17,7 +17,12 @@ from bullet_sim.description.model import (
 )
 from bullet_sim.errors import ModelError
 from bullet_sim.formats import gazebo as gazebo_tags
-from bullet_sim.formats.joints import UNSUPPORTED_TYPES, check_mimics, read_joints
+from bullet_sim.formats.joints import (
+    UNSUPPORTED_TYPES,
+    check_mimics,
+    read_joints,
+    read_sdf_joints,
+)
 from bullet_sim.formats.materials import Resolve, rgba_of
 from bullet_sim.formats.shapes import first_geometry, hollow_collision, mesh_geometry, usable_size
 from bullet_sim.pose import Pose
@@ -120,6 +125,7 @@ def parse_urdf(text: str | bytes | Node, resolve: Resolve, name: str = "robot") 
     model.find_root(f"URDF of '{name}'")
     _fix_to_world(model)
     _free_links(model)
+    read_sdf_joints(robot, model)
     model.transmissions = parse_transmissions(robot, model.joints, model.warn)
     model.bare_interfaces = bare_interfaces(robot, model.joints)
     check_mimics(model)

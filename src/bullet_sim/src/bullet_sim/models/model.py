@@ -96,7 +96,8 @@ class Model:
 
     Attributes:
         body: its index in the engine.
-        measured: joint name -> index in the engine of the child link, of joints that are measured.
+        loaded_links: names of the engine's links, the root first, which source.links describes.
+        measured: joint name -> number of the engine's, of joints that are measured.
         bodies: names of the links that Gazebo has: of a URDF those into which fixed joints merge
             others; in the place of `world` those that are fixed to it.
 
@@ -123,8 +124,9 @@ class Model:
         with open(path, "w", encoding="utf-8") as file:
             file.write(prepared_urdf(self._lumped, description.static))
         self.source = BodySource(key, path, description.static or description.fixed_base)
-        order = self._load()
-        self.source = replace(self.source, links=visual_links(self._lumped, order, visuals))
+        self.loaded_links = self._load()
+        links = visual_links(self._lumped, self.loaded_links, visuals)
+        self.source = replace(self.source, links=links)
         self.bodies = self._bodies()
         self._at_parts = all(self.link_in_body(body)[1] == _SAME for body in self.bodies)
         self.joints = Joints(engine, self.body, self._lumped.joints)
@@ -163,14 +165,14 @@ class Model:
         for name, link in links.items():
             if link.surface.bitmask != EVERYTHING:
                 engine.set_bitmask(body, index[name], link.surface.bitmask)
+        names = engine.joint_names(body)
         self.measured = {
-            joint.name: index[joint.child]
+            joint.name: names.index(joint.name)
             for joint in (*lumped.joints, *lumped.welds)
             if joint.name in description.measured
         }
-        for link_index in self.measured.values():
-            engine.measure_joint(body, link_index)
-        names = engine.joint_names(body)
+        for number in self.measured.values():
+            engine.measure_joint(body, number)
         for joint in lumped.welds:
             number = names.index(joint.name)
             engine.drive_position(body, number, 0.0, UNLIMITED_EFFORT, UNLIMITED_SPEED)

@@ -62,7 +62,7 @@ def prepared_urdf(lumped: LumpedModel, static: bool) -> str:
                 collision.set("concave", "yes")
             _origin(collision, shape.pose)
             _geometry(collision, shape.geometry)
-    for joint in (*lumped.joints, *lumped.loose):
+    for joint in (*lumped.joints, *lumped.welds, *lumped.loose):
         for name in links_between(joint):
             between = Link(name, MIN_MASS, inertia=MIN_MASS * np.eye(3))
             _inertial(ET.SubElement(robot, "link", name=name), between, static)

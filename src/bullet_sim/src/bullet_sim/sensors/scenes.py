@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bullet_sim.description.lump import end_of
+
 if TYPE_CHECKING:
     from bullet_sim.models.model import Model
     from bullet_sim.snapshot import BodyState
@@ -51,8 +53,8 @@ class WorldViews:
         Returns:
             number; light: the fields of Scene; bodies: for each model its key, name, whether it is
             static, state as in a view, links (fields of VisualLink with their name and the name of
-            the joint to their parent) and frames: of each link of its file the row of `links` that
-            it belongs to, and its pose there.
+            the joint to their parent, empty if the file has no such joint) and frames: of each link
+            of its file the row of `links` that it belongs to, and its pose there.
         """
         self._count_scene()
         return {
@@ -86,16 +88,14 @@ class WorldViews:
 
 def body_fields(model: Model) -> dict[str, Any]:
     """A model's part of a scene."""
-    names = sorted(model.rigid_parts, key=model.index)
-    joints = {joint.child: joint.name for joint in model.parts_joints}
-    sources = model.source.links or ()
-    if len(names) != len(sources):
-        raise ValueError(f"'{model.name}' has {len(names)} parts, its source {len(sources)}")
+    names = model.loaded_links
+    joints = {end_of(joint): joint.name for joint in model.parts_joints}
     links = [
         {**asdict(link), "name": name, "joint": joints.get(name, "")}
-        for name, link in zip(names, sources)
+        for name, link in zip(names, model.source.links or ())
     ]
-    rows = {model.index(name): row for row, name in enumerate(names)}
+    parts = model.rigid_parts
+    rows = {model.index(name): row for row, name in enumerate(names) if name in parts}
     frames = {}
     for name in model.link_names:
         index, pose = model.link_in_body(name)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import Node, child_text, sdf_pose
@@ -20,14 +20,19 @@ class Frames:
         name: of it, for messages.
         open_include: of an <include> of a world the <model> of its file; it may raise OSError or
             ValueError.
+        poses: of frames that are described elsewhere, by name.
     """
 
     def __init__(
-        self, element: Node, name: str, open_include: Callable[[Node], Node] | None = None
+        self,
+        element: Node,
+        name: str,
+        open_include: Callable[[Node], Node] | None = None,
+        poses: Mapping[str, Pose] | None = None,
     ) -> None:
         self._name, self._kind, self._open = name, element.tag, open_include
         self._elements: dict[str, tuple[Node, str]] = {}
-        self._poses = {"__model__": Pose(), "": Pose(), "world": Pose()}
+        self._poses = {"__model__": Pose(), "": Pose(), "world": Pose(), **(poses or {})}
         self._unnamed: list[Node] = []  # includes whose file has their name
         for tag in _PARTS.get(element.tag, _PARTS_OF_MODEL):
             for part in element.findall(tag):

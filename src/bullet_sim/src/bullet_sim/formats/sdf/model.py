@@ -146,11 +146,15 @@ def _find_loose_links(model: ModelDescription, poses: dict[str, Pose]) -> None:
     """Find the links that are loose: those that are no joint's child, but for the root.
 
     The root is the first of them that is fixed to the world, or the first one; what else is fixed
-    to the world is fixed to the root.
+    to the world is fixed to the root, also what is a joint's child.
     """
     if not model.links:
         raise ModelError(f"model '{model.name}' has no link")
-    above = {joint.child: joint.parent for joint in model.joints.values()}
+    above = model.above()
+    hanging = [name for name in model.anchored if name in above]
+    if len(hanging) == len(model.anchored) > 0:  # the world alone holds them
+        model.links.setdefault("world", Link("world"))
+        poses.setdefault("world", Pose())
     roots = [name for name in model.links if name not in above]
     anchored = [name for name in roots if name in model.anchored or name == "world"]
     model.root = next(iter(sorted(anchored, key=lambda name: name != "world") or roots), "")
@@ -160,6 +164,9 @@ def _find_loose_links(model: ModelDescription, poses: dict[str, Pose]) -> None:
             model.joints[held.name] = held
         elif name != model.root:
             model.loose[name] = poses[name]
+    for name in hanging:
+        held = fixed_joint(model.root, poses[model.root], name, poses[name])
+        model.joints[held.name] = replace(held, closes=True)
 
 
 def _number_names(element: Node) -> None:
