@@ -1,9 +1,10 @@
 """Makes the pictures of the documents that show Paddock at work.
 
-    ./run exec python docs/tools/pictures.py                # all but those of `--from`
+    ./run exec python docs/tools/pictures.py                # all but the next ones
     ./run exec python docs/tools/pictures.py page lap       # these
     ./run exec python docs/tools/pictures.py robots --from FOLDER --gazebo IMAGES
     ./run exec python docs/tools/pictures.py film           # film.mp4, one minute
+    ./run exec python docs/tools/pictures.py navigation     # on the tutorial's map, out/yard.yaml
 
 FOLDER has clones of husky/husky, jackal/jackal and clearpathrobotics/LMS1xx (melodic-devel) and of
 ROBOTIS-GIT/turtlebot3 (noetic), each by its name. IMAGES gets NAME.world and NAME.urdf for Gazebo:
@@ -349,6 +350,41 @@ def shot(browser):
     return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
 
 
+PLACE = 9.0, -4.5  # of the goal [m]
+LAYERS = ("/map", "/particlecloud", "/plan", "/global_costmap/costmap")
+TICK = """const box = [...byId('layers').querySelectorAll('input')]
+  .find((each) => each.value.endsWith(arguments[0]));
+if (box && !box.checked) box.click();
+return box && page.world.layers.has(box.value)"""
+
+
+def navigation() -> None:
+    """The page while the truck drives to a goal: map, costmap, plan and particles.
+
+    What it wants is in docs/tutorials/map_and_navigate.md: the packages from source, and the map.
+    """
+    from web_rig import Web, wait
+
+    launch = ("exec", "roslaunch", "paddock_navigation", "navigate.launch", "web:=true")
+    words = (f"map:={OUT / 'yard.yaml'}", "real_time_factor:=0.5")
+    with running(Web(*launch, *words, master=free_port())) as web, running(
+        open_page(web, width=1024, height=640)
+    ) as browser:
+        browser.run("page.panels.look('above'); page.world.render = () => {}")
+        browser.run("document.querySelector('[data-panel=look]').click()")
+        for layer in LAYERS:
+            if layer == "/plan":
+                wait(lambda: not browser.run("return byId('goal').hidden"), "move_base")
+                browser.run("page.act('goal', {x: arguments[0], y: arguments[1], z: 0})", *PLACE)
+            wait(lambda name=layer: browser.run(TICK, name), layer)
+        x = "return page.world.followed ? page.world.followed.state[1] : 0"
+        wait(lambda: browser.run(x) > PLACE[0] / 3, "the truck on its way")
+        freeze(browser)
+        browser.run("delete page.world.render; byId('layers').scrollIntoView()")
+        picture = browser.picture()
+    save(picture, "navigation.png")
+
+
 YARD = """<sdf version="1.6"><world name="yard">
   <scene><ambient>0.75 0.75 0.75 1</ambient><background>0.8 0.88 0.97 1</background></scene>
   <light name="sun" type="directional"><cast_shadows>1</cast_shadows><pose>0 0 10 0 0 0</pose>
@@ -508,7 +544,7 @@ PICTURES = {each.__name__: each for each in (page, classroom, window, rviz, lap,
 def main() -> int:
     """Makes what is asked for."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("names", nargs="*", choices=[*PICTURES, "robots", "film", []])
+    parser.add_argument("names", nargs="*", choices=[*PICTURES, "robots", "film", "navigation", []])
     parser.add_argument("--from", dest="folder", help="clones of published robots")
     parser.add_argument("--gazebo", type=pathlib.Path, help="Gazebo's images of them")
     options = parser.parse_args()
@@ -516,7 +552,7 @@ def main() -> int:
         if name == "robots":
             robots(os.path.abspath(options.folder), options.gazebo)
         else:
-            {**PICTURES, "film": film}[name]()
+            {**PICTURES, "film": film, "navigation": navigation}[name]()
     return 0
 
 
