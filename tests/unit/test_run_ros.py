@@ -8,6 +8,8 @@ import subprocess
 import pytest
 import ros_rig
 import run_rig
+from catkin_pkg import package, topological_order
+from catkin_pkg.packages import find_packages
 from run_rig import ROOT, run
 
 from commands import environment
@@ -295,6 +297,25 @@ def test_gazebo_ros_is_ours_in_our_shells_alone(tmp_path, shell):
     real, standin = f"{noetic}/share/gazebo_ros\n", f"{ROOT}/src/standins/gazebo_ros\n"
     assert found(plain) == [real, standin]
     assert {path: path.stat().st_mtime_ns for path in noetic.rglob("*")} == before
+
+
+def test_real_plugins_that_need_gazebo_ros_make_no_circle():
+    """catkin orders those of the ROS below together with our packages, among them gazebo_ros."""
+    manifest = "<name>{}</name><version>1.0.0</version><description>a</description><license>a" \
+        '</license><maintainer email="a@example.org">a</maintainer>'  # fmt: skip
+    real = {}
+    for name in workspace.rule().NEED_GAZEBO:
+        # hector's alone is built without it
+        need = "exec_depend" if name == "hector_gazebo_plugins" else "depend"
+        text = f'<package format="2">{manifest.format(name)}<{need}>gazebo_ros</{need}></package>'
+        if name != "gazebo_ros":
+            real[name] = package.parse_package_string(text)
+    below = {f"ros/{name}": each for name, each in real.items()}
+    ours = {path: each for path, each in find_packages(str(ROOT / "src")).items()
+            if each.name not in real}  # fmt: skip
+    assert "standins/gazebo_ros" in ours and "bullet_bridge" in ours
+    ordered = topological_order.topological_order_packages(ours, underlay_packages=below)
+    assert [circle for path, circle in ordered if path is None] == []
 
 
 def test_stand_ins_that_give_way_are_not_found_in_the_sources(found, monkeypatch, tmp_path):
