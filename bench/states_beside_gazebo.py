@@ -74,7 +74,8 @@ def main():
     for name, (_, commands) in gazebo_states.ALL_MODELS.items():
         file = file_of(folder, name)
         file.with_suffix(".model").write_text(gazebo_states.model(name) + "\n")
-        file.with_suffix(".ground").write_text(gazebo_states.ground(name) + "\n")
+        around = gazebo_states.ground(name) + gazebo_states.wind(name)
+        file.with_suffix(".ground").write_text(around + "\n")
         write_commands(file, commands)
 
 

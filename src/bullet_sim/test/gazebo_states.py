@@ -961,7 +961,45 @@ HARNESSES = {
     ),
 }
 
-ALL_MODELS = {**MODELS, **HARNESSES}
+WINDY = "<enable_wind>1</enable_wind>"
+SWINGING = (
+    body("a", "0 0 3 0 0 0.5", CUBE, 2.0, center="0.02 0 0.01")
+    + body("arm", "0.3 0 3.2 0 0.2 0.1", BEAM, 1.0, center="0.2 0 0")
+    + body("b", "0 2 3 0 0 0", CUBE)
+    + connected("swing", "revolute", "a", "arm")
+)
+GUSTS = (
+    "<horizontal><magnitude><time_for_rise>0.5</time_for_rise><sin><amplitude_percent>0.3"
+    "</amplitude_percent><period>0.2</period></sin></magnitude><direction><time_for_rise>0.3"
+    "</time_for_rise><sin><amplitude>20</amplitude><period>0.4</period></sin></direction>"
+    "</horizontal>"
+)
+# Models in a wind: what a WindPlugin has, and the model.
+WINDS = {
+    "a wind": ("", body("a", "0 0 3 0 0 0.5", CUBE, 2.0).replace("<inertial", WINDY + "<inertial")),
+    "gusts": (GUSTS, SWINGING.replace("<inertial>", WINDY + "<inertial>")),
+    "a wind for one link": (
+        GUSTS,
+        SWINGING.replace("<inertial>", WINDY + "<inertial>", 2),
+    ),
+    "a wind for a model but for a link": (
+        "",
+        WINDY + SWINGING.replace("<inertial>", "<enable_wind>0</enable_wind><inertial>", 1),
+    ),
+}
+ALL_MODELS = {**MODELS, **HARNESSES, **{name: (text, ()) for name, (_, text) in WINDS.items()}}
+
+
+def wind(name):
+    """Elements of a world of one of WINDS; of others none."""
+    if name not in WINDS:
+        return ""
+    return (
+        "<wind><linear_velocity>3 4 0.5</linear_velocity></wind>"
+        f'<plugin name="wind" filename="libWindPlugin.so">{WINDS[name][0]}'
+        "<vertical><time_for_rise>0.2</time_for_rise></vertical>"
+        "<force_approximation_scaling_factor>2</force_approximation_scaling_factor></plugin>"
+    )
 
 
 def model(name):

@@ -3,6 +3,7 @@
 import gazebo_states
 import numpy as np
 import pytest
+from bullet_sim.formats.sdf.world import parse_world
 from bullet_sim.models.changes import set_joint_parameter
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
@@ -100,6 +101,33 @@ def differences_of_links(name, world, model):
 def test_links_are_where_gazebo_has_them(name):
     world, model = spawned(name, gazebo_states.model(name))
     differences = differences_of_links(name, world, model)
+    world.close()
+    assert max(differences.values()) < TOLERANCE, differences
+
+
+def windy(name):
+    """A world with the wind and the model of one of WINDS."""
+    parts = gazebo_states.ground(name) + gazebo_states.wind(name) + gazebo_states.model(name)
+    world = World(solver="ode")
+    text = f'<sdf version="1.6"><world name="w">{parts}</world></sdf>'
+    assert not [each for each in world.load(parse_world(text, str)) if "wind" in each.lower()]
+    return world, world.model("bot")
+
+
+@pytest.mark.parametrize("name", gazebo_states.WINDS)
+def test_links_are_where_gazebos_wind_has_them(name):
+    world, model = windy(name)
+    start, differences = world.save_state(), {}
+    for again in range(2):  # a state has the wind's as well
+        for step in range(gazebo_states.STEPS):
+            world.step()
+            if (step + 1) % gazebo_states.EVERY == 0:
+                poses = world.engine.ode.save()["bodies"][model.body][:, :7]
+                for link, row in zip(model.rigid_parts, poses):
+                    row[3:] = model.link_state(link)[0].orientation
+                    wanted = np.array(RECORDED[name][str(step + 1)][link])
+                    differences[again, step + 1, link] = difference(row, wanted)
+        world.restore_state(start)
     world.close()
     assert max(differences.values()) < TOLERANCE, differences
 

@@ -23,6 +23,7 @@ from bullet_sim.models.actor import ActorEngine
 from bullet_sim.models.changes import Forces
 from bullet_sim.models.model import PERIOD, Model, Placed, implausible_state
 from bullet_sim.models.step_batch import StepBatch
+from bullet_sim.models.wind import WindForces
 from bullet_sim.pose import PLACEABLE, Pose, Vec3
 from bullet_sim.sensors.visible import VisibleScene
 from bullet_sim.snapshot import BodySource, Snapshot
@@ -158,6 +159,7 @@ class World:
         self.name = "default"
         self.scene = Scene()
         self.place = Place()  # on the earth
+        self.wind: WindForces | None = None
         self.models: dict[str, Model] = {}
         self.forces = Forces()
         self.on_implausible: Callable[[str], None] = lambda message: None
@@ -220,6 +222,11 @@ class World:
             Warnings (ReadWarning), one message each; a model that cannot be loaded is one.
         """
         self.name, self.scene, self.place = described.name, described.scene, described.place
+        self.wind = (
+            None
+            if described.wind is None
+            else WindForces(lambda: self.models.values(), described.wind)
+        )
         self.engine.set_gravity(described.gravity)
         self.engine.configure(described.ode)
         self.engine.set_time_step(described.step)
@@ -348,8 +355,11 @@ class World:
         mimics = [model.mimics for model in self.models.values() if model.mimics]
         updates: list[Callable[[float], None]] = [each.update for each in managers]
         updates += [each.update for each in mimics]
+        wind = self.wind
+        if wind is not None:
+            updates.append(lambda period: wind.update(self.time + period, period))
         engine, forces, time_step = self.engine, self.forces, self.time_step
-        may_batch = engine.computes_pids and managers and not mimics
+        may_batch = engine.computes_pids and managers and not mimics and self.wind is None
         end, next_try = self.step_count + count, self.step_count
         while self.step_count < end:
             if may_batch and self.step_count >= next_try and not forces.active:
@@ -397,6 +407,8 @@ class World:
             time: also set simulated time to 0.
         """
         self.forces.clear()
+        if self.wind is not None:
+            self.wind.restart()
         self._reload()
         self._next_check = 0.0
         self._order.reset()
@@ -502,6 +514,7 @@ class World:
     def _parts(self) -> list[Stateful]:
         """What has a state besides the bodies: forces, order, joints and controllers."""
         parts: list[Stateful] = [self.forces, self._order]
+        parts += [self.wind] if self.wind is not None else []
         for model in self.models.values():
             parts += [model.joints, model.mimics]
             if model.manager is not None:

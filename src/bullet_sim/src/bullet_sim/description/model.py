@@ -289,6 +289,7 @@ class Link:
         kinematic: the solver 'ode' moves it as its velocity says: neither forces nor gravity do.
         decay: fractions of its linear and angular velocity that it loses in each step of the
             solver 'ode'.
+        wind: a wind of the world acts on it.
     """
 
     name: str
@@ -304,6 +305,7 @@ class Link:
     self_collide: bool = False
     kinematic: bool = False
     decay: tuple[float, float] = (0.0, 0.0)
+    wind: bool = False
 
     def set_inertia(self, pose: Pose, moments: Sequence[float]) -> None:
         """Set center and inertia, (ixx, ixy, ixz, iyy, iyz, izz) in a frame in the center."""

@@ -140,6 +140,33 @@ class LinkMotion:
     torque: Vec3
 
 
+@dataclass(frozen=True)
+class Wind:
+    """Of Gazebo's WindPlugin; times are characteristic ones, after which a mean is there by 63 %.
+
+    Attributes:
+        velocity: of the world [m/s].
+        factor: force on a link by its mass and its velocity in the wind [1/s].
+        rise, vertical_rise: of the horizontal and of the vertical speed [s].
+        gusts, gust_period: amplitude, a fraction of the speed, and period of its changes [s].
+        turn: of its direction [s].
+        sway, sway_period: amplitude [degrees] and period [s] of its changes.
+        noise: (mean, standard deviation) of the horizontal speed [m/s], of the direction [degrees]
+            and of the vertical speed [m/s].
+    """
+
+    velocity: Vec3
+    factor: float
+    rise: float = 1.0
+    gusts: float = 0.0
+    gust_period: float = 1.0
+    turn: float = 1.0
+    sway: float = 0.0
+    sway_period: float = 1.0
+    vertical_rise: float = 1.0
+    noise: tuple[tuple[float, float], ...] = ((0.0, 0.0),) * 3
+
+
 @dataclass
 class WorldDescription:
     """Contents of a world file; models with their world poses, in file order.
@@ -156,6 +183,7 @@ class WorldDescription:
             them to those of `models`, as in Gazebo.
         motions: by the names of models and of their links: how these start, but for those at rest.
         plugins: names of libraries of its plugins that are known here.
+        wind: that a plugin makes of its <wind>; None: nothing feels it.
         warnings: what was ignored or repaired, also in the models of its file.
     """
 
@@ -171,6 +199,7 @@ class WorldDescription:
     starts: dict[str, Pose] = field(default_factory=dict)
     motions: dict[str, dict[str, LinkMotion]] = field(default_factory=dict)
     plugins: list[str] = field(default_factory=list)
+    wind: Wind | None = None
     warnings: list[ReadWarning] = field(default_factory=list)
 
     def warn(self, text: str, cause: str = "", item: str = "") -> None:

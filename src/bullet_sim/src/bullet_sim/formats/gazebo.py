@@ -207,6 +207,7 @@ READ = {
     "provideFeedback",
     "gripper",
     "joint",
+    "enable_wind",
 }
 # Ignored without a warning; docs/support says of each what it means in Gazebo.
 QUIET = {
@@ -215,7 +216,6 @@ QUIET = {
     "stopKd",
     "erp",
     "cfm",
-    "enable_wind",
     "soft_cfm",
     "soft_erp",
     "slip1",
@@ -232,6 +232,7 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
     _keep_joints(robot, model)
     gravity: dict[str, bool] = {}
     decay: dict[str, float] = {}
+    windy: dict[str, bool] = {}
     for element in robot.findall("gazebo"):
         for child in element:  # <mu1 value="0.8"/>, which counts before a text, as in sdformat
             child.text = child.get("value", child.text)
@@ -255,8 +256,10 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
         lost = child_number(element, "dampingFactor", label, None)
         if lost is not None:
             decay.setdefault(name, max(0.0, lost))
+        if element.find("enable_wind") is not None:
+            windy.setdefault(name, is_true(child_text(element, "enable_wind", "")))
     for name in model.links:
-        _set_merged(name, gravity, decay, model)
+        _set_merged(name, gravity, decay, windy, model)
     materials: dict[str, Material] = {}
     grippers: list[Node] = []
     for element in robot.findall("gazebo"):
@@ -423,13 +426,15 @@ def _set_merged(
     name: str,
     gravity: dict[str, bool],
     decay: dict[str, float],
+    windy: dict[str, bool],
     model: ModelDescription,
 ) -> None:
-    """Whether gravity acts on a link, and on those that fixed joints merge into it; their decay.
+    """Whether gravity and wind act on a link, and on those that fixed joints merge into it; their
+    decay.
 
     The link's own <gazebo> elements come first, then those of the links fixed to it, in the order
-    of their joints' names. As in sdformat all have the gravity that the last one says, and the
-    decay that the first one says.
+    of their joints' names. As in sdformat all have the gravity that the last one says, the decay
+    and the wind that the first one says.
     """
     if any(joint.child == name and _merges(joint, model) for joint in model.joints.values()):
         return  # of a link that is merged
@@ -445,8 +450,10 @@ def _set_merged(
         fixed.sort(key=lambda joint: joint.name, reverse=True)
         pending += [joint.child for joint in fixed]
     lost = next((decay[name] for name in names if name in decay), 0.0)
+    blown = next((windy[name] for name in names if name in windy), False)
     for merged in names:
-        model.links[merged].gravity, model.links[merged].decay = said, (lost, lost)
+        link = model.links[merged]
+        link.gravity, link.decay, link.wind = said, (lost, lost), blown
 
 
 def _unknown(element: Node, model: ModelDescription, reference: str | None) -> None:

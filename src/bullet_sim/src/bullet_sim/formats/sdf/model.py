@@ -25,7 +25,7 @@ from bullet_sim.formats.shapes import hollow_collision, parse_shape
 from bullet_sim.plugins import parse_plugin, parse_sensor
 from bullet_sim.plugins.forces import parse_gripper
 from bullet_sim.pose import Pose
-from bullet_sim.xml_reader import Node, child_number, child_text, is_true, sdf_pose
+from bullet_sim.xml_reader import Node, child_flag, child_number, child_text, is_true, sdf_pose
 
 
 def read_inertial(element: Node, link: Link, label: str) -> None:
@@ -201,8 +201,9 @@ class ModelReader:
         """Add a <model> with a prefix of its names and its frame's pose in the outermost model."""
         _number_names(element)
         frames = Frames(element, element.get("name") or self.model.name)
+        windy = child_flag(element, "enable_wind", f"model '{self.model.name}'", False)
         for link in element.findall("link"):
-            self._link(link, prefix, pose, frames)
+            self._link(link, prefix, pose, frames, windy)
         for inner in element.findall("model"):
             name = inner.get("name") or "model"
             there = pose * frames.pose(name)
@@ -222,13 +223,14 @@ class ModelReader:
                     f"'{self.model.name}'",
                 )
 
-    def _link(self, element: Node, prefix: str, pose: Pose, frames: Frames) -> None:
+    def _link(self, element: Node, prefix: str, pose: Pose, frames: Frames, windy: bool) -> None:
         name = element.get("name") or "link"
         link = Link(prefix + name)
         label = f"link '{link.name}' of '{self.model.name}'"
         inner = frames.pose(name, element)
         read_inertial(element, link, label)
         surfaces = read_surfaces(element, link, label, self.model)
+        link.wind = child_flag(element, "enable_wind", label, windy)
         for tag, shapes in (("visual", link.visuals), ("collision", link.collisions)):
             for number, part in enumerate(element.findall(tag)):
                 in_link = inner.inverse() * frames.pose_of(part, name, f"{label} {tag}")

@@ -15,6 +15,7 @@ from bullet_sim.description.world import (
     LinkMotion,
     Place,
     Scene,
+    Wind,
     WorldDescription,
     ground_plane,
 )
@@ -31,7 +32,7 @@ from bullet_sim.formats.sdf.physics import choose_physics, convert_physics, read
 from bullet_sim.formats.sdf.population import places
 from bullet_sim.formats.sdf.unread import warn_unread
 from bullet_sim.formats.shapes import parse_road
-from bullet_sim.plugins.xml import library
+from bullet_sim.plugins.xml import PluginValues, library
 from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
     Node,
@@ -120,6 +121,36 @@ def _place(element: Node | None) -> Place:
     return Place(latitude, longitude, altitude, math.pi / 2.0 - math.radians(heading))
 
 
+def _wind(plugin: Node, described: WorldDescription, blows: Vec3) -> None:
+    """Read a WindPlugin of a wind [m/s]; in Gazebo 11.1 it does nothing without a factor."""
+    values = PluginValues(plugin, f"plugin '{plugin.get('filename')}'")
+
+    def period(path: str) -> float:
+        value = values.number(path, 1.0)
+        return value if value > 0.0 else math.inf
+
+    factor = values.number("force_approximation_scaling_factor")
+    if abs(factor) < 1e-6:
+        described.warn(
+            f"{values.label} has no <force_approximation_scaling_factor> above 0: there is no "
+            "wind, as in Gazebo 11"
+        )
+        return
+    magnitude, direction, vertical = "horizontal/magnitude", "horizontal/direction", "vertical"
+    described.wind = Wind(
+        blows,
+        factor,
+        period(f"{magnitude}/time_for_rise"),
+        values.number(f"{magnitude}/sin/amplitude_percent"),
+        period(f"{magnitude}/sin/period"),
+        period(f"{direction}/time_for_rise"),
+        values.number(f"{direction}/sin/amplitude"),
+        period(f"{direction}/sin/period"),
+        period(f"{vertical}/time_for_rise"),
+        tuple(values.noise(f"{path}/noise") for path in (magnitude, direction, vertical)),
+    )
+
+
 def parse_world(
     text: str | bytes | Node, resolve: Resolve, label: str = "world"
 ) -> WorldDescription:
@@ -142,6 +173,7 @@ def parse_world(
     described.name = world.get("name") or "default"
     warn_unread(sdf)
     described.place = _place(world.find("spherical_coordinates"))
+    blows = child_floats(world, "wind/linear_velocity", 3, f"{label} <wind>", (0.0, 0.0, 0.0))
     described.time = max(0.0, _seconds(world.find("state/sim_time")))
     choose_physics(world)
     read_physics(world, described, f"world '{described.name}'")
@@ -164,7 +196,7 @@ def parse_world(
         elif element.tag in ("actor", "population"):
             continue  # their models come after all others
         else:
-            _other(element, described, label)
+            _other(element, described, label, blows)
     described.models += [parse_actor(element, label) for element in world.findall("actor")]
     for population in world.findall("population"):
         _populate(population, described, resolve, label, _version(sdf))
@@ -310,12 +342,14 @@ def _seconds(element: Node | None) -> float:
     return time if not rest and math.isfinite(time) and time < MAX_TIME else 0.0
 
 
-def _other(element: Node, described: WorldDescription, label: str) -> None:
+def _other(element: Node, described: WorldDescription, label: str, blows: Vec3) -> None:
     if element.tag in _IGNORED:
         return
     if element.tag == "plugin":
         name = element.get("filename")
-        if library(element) in WORLD_PLUGINS:
+        if library(element) == "WindPlugin":
+            _wind(element, described, blows)
+        elif library(element) in WORLD_PLUGINS:
             described.plugins.append(library(element))
         elif library(element) not in BUILT_IN_PLUGINS:
             described.warn(
