@@ -146,8 +146,11 @@ def test_robotniks_stays_where_it_is_after_its_watchdog(world, topics):
     run(plugin, world, 150)
     held = model.pose.position
     world.engine.set_gravity((0.0, 0.0, -9.81))
+    count = len(topics["/odom"].messages)
+    assert count > 0
     run(plugin, world, 300)
     assert math.dist(model.pose.position, held) < 1e-4
+    assert len(topics["/odom"].messages) == count, "upstream sends no odometry then"
     received.take(command(1.0))
     run(plugin, world, 50)
     assert model.pose.position[0] > held[0] + 0.01

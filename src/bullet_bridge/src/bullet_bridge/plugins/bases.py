@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
+import rospy
 from bullet_sim.controllers.bases import RIGHT_ANGLE, TricycleMotion, after_arc
 from bullet_sim.plugins.bases import ForceMoveSpec, ManyWheelsSpec, TricycleSpec
 from bullet_sim.pose import Pose, quaternion_from_yaw
@@ -28,7 +29,7 @@ STILL = 1e-4  # [rad/s] below which it does not turn
 class ForceMovePlugin(PlanarMovePlugin):
     """Pushes and turns a link in every step; publishes Odometry and its transform."""
 
-    STATE = ("_pose2d", "_sent_at", "_held")
+    STATE = ("_pose2d", "_sent_at", "_held", "_is_held")
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
@@ -54,16 +55,28 @@ class ForceMovePlugin(PlanarMovePlugin):
         """Without a command, odometry at zero."""
         self._pose2d = (0.0, 0.0, 0.0)
         self._held: Pose | None = None  # where it stays, without a command
+        self._is_held = False
         super().reset(time)
 
     def update(self, time: float, period: float) -> None:
         spec, model = self.spec, self.model
         if self._new:
-            self._since, self._new, self._held = time, False, None
+            self._since, self._new = time, False
         is_late = 0.0 <= spec.timeout < time - (self._since or 0.0)
+        position, orientation, linear, angular = model.link_motion(spec.link)
+        if spec.holds and is_late:  # without odometry, as upstream
+            if not self._is_held:
+                rospy.logwarn(
+                    "PlanarMovePlugin (ns = %s): Robot stopped and pose forced to prevent slipping "
+                    "away.",
+                    model.name,
+                )
+            self._is_held = True
+            model.set_state(self._held or Pose(position, orientation))
+            return
+        self._held, self._is_held = Pose(position, orientation), False
         if is_late:
             self._command = (0.0, 0.0, 0.0)
-        position, orientation, linear, angular = model.link_motion(spec.link)
         own, turning = inertial.twist(orientation, linear, angular)
         x, y, yaw_rate = map(min, self._command, spec.maxima)
         gain_x, gain_y, gain_yaw = spec.gains
@@ -72,9 +85,6 @@ class ForceMovePlugin(PlanarMovePlugin):
         if push.any() or turn.any():
             rotation = model.link_state(spec.base)[0].matrix
             model.apply_wrench(self._index, rotation @ push, turn)
-        if spec.holds and is_late:
-            self._held = self._held or Pose(position, orientation)
-            model.set_state(self._held)
         if spec.rate > 0.0 and self._due.due(self.world.step_count):
             self._publish(time, own, turning)
 

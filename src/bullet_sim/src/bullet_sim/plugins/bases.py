@@ -143,7 +143,7 @@ _FORCE_MOVES = (
 _TIMEOUTS = {
     "ridgeback_ros_force_based_move": ("cmdVelTimeOut", 0.25),
     "nexus_ros_force_based_move": ("cmdVelTimeOut", 0.25),
-    "robotnik_force_based_move": ("commandWatchdog", 0.5),
+    "robotnik_force_based_move": ("commandWatchdog", 2.0),
 }
 
 
