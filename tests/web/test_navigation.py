@@ -13,6 +13,8 @@ from nav_msgs.msg import OccupancyGrid, Path
 from tf2_msgs.msg import TFMessage
 from web_rig import wait
 
+pytestmark = pytest.mark.isolated  # it is a ROS node
+
 ODOM = (2.0, 1.0, 0.3)  # pose of the odometry's frame, which is the world's, in the map
 CELL = 0.1  # [m]
 BLOCK = (1.0, 0.5)  # x, y [m] of an obstacle's middle

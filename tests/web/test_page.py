@@ -14,6 +14,8 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import CameraInfo, Image
 from web_rig import LIMIT, ROOT, SHOTS, wait
 
+pytestmark = pytest.mark.isolated  # it is a ROS node
+
 CAR = "page.world.body('racecar')"
 SIZES = [
     ("desktop", 1920, 1080, False),
