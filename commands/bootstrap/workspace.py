@@ -76,6 +76,8 @@ if not sources.library_path().is_file():  # sources with new dates may be the sa
     from bullet_sim.engine.quickstep import entries
     entries.main()
 """
+# What stand-ins make in devel/ under other names than their own.
+MAKES = {"gazebo_dev": ("gazebo",), "state_publisher": ("robot_state_publisher",)}
 _loaded = {}
 COMPILERS = ("CC", "CXX", "CFLAGS", "CXXFLAGS", "LDFLAGS")
 
@@ -348,8 +350,9 @@ def _forget(name):
     import shutil
 
     places = ("lib", "share", "include", "lib/python3*/dist-packages")
-    for path in [path for place in places for path in glob.glob(f"{DEVEL}/{place}/{name}")]:
-        shutil.rmtree(path)
+    for each in (name, *MAKES.get(name, ())):
+        for path in [path for place in places for path in glob.glob(f"{DEVEL}/{place}/{each}")]:
+            shutil.rmtree(path)
     shutil.rmtree(os.path.join(BUILD, "standins", name), ignore_errors=True)
 
 

@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 
@@ -316,6 +317,26 @@ def test_real_plugins_that_need_gazebo_ros_make_no_circle():
     assert "standins/gazebo_ros" in ours and "bullet_bridge" in ours
     ordered = topological_order.topological_order_packages(ours, underlay_packages=below)
     assert [circle for path, circle in ordered if path is None] == []
+
+
+def test_what_a_stand_in_made_goes_when_it_gives_way(monkeypatch, tmp_path):
+    """Paddock was built before Gazebo was installed: no find_package may end in what is left."""
+    devel, build = tmp_path / "devel", tmp_path / "build"
+    monkeypatch.setattr(workspace, "DEVEL", str(devel))
+    monkeypatch.setattr(workspace, "BUILD", str(build))
+    made = re.compile(r"\{CATKIN_DEVEL_PREFIX\}/(?:share|include|lib)/(\w+)")
+    for folder in (ROOT / "src" / "standins").iterdir():
+        listed = folder / "CMakeLists.txt"
+        names = {folder.name, *made.findall(listed.read_text())} if listed.exists() else set()
+        for name in names:
+            (devel / "share" / name / "cmake").mkdir(parents=True)
+    assert (devel / "share" / "gazebo").is_dir() and (devel / "share" / "gazebo_msgs").is_dir()
+    workspace._forget("gazebo_dev")
+    assert not list(devel.glob("share/gazebo_dev*")) + list(devel.glob("share/gazebo"))
+    assert (devel / "share" / "gazebo_msgs").is_dir()
+    for folder in (ROOT / "src" / "standins").iterdir():
+        workspace._forget(folder.name)
+    assert list(devel.glob("share/*")) == []
 
 
 def test_stand_ins_that_give_way_are_not_found_in_the_sources(found, monkeypatch, tmp_path):
