@@ -39,6 +39,7 @@ _FAILED = re.compile(r"\*\*\* \[(.+)\] Error \d+")
 _TARGET = re.compile(r"^(?:\./)?(.+)/CMakeFiles/([^/]+)\.dir/")
 NO_ERROR = "the log has no error of it"
 _DEPEND = re.compile(r"<(\w*depend)\b[^>]*>\s*([\w-]+)\s*</")
+_told = set()  # by this process
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,13 @@ def save(entries):
     import json
 
     write(FILE, json.dumps([asdict(entry) for entry in entries]))
+
+
+def lines(entries):
+    """Lists what is printed of entries: a command that builds and then tells says each once."""
+    new = [entry for entry in entries if entry not in _told]
+    _told.update(new)
+    return [entry.line() for entry in new]
 
 
 def before_configuration(users, is_there):

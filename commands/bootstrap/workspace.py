@@ -339,8 +339,8 @@ def _build(step):
     failed = yield from _make(step, environ, ours)
     entries = [*others, *refused, *failed]
     left_out.save(entries)
-    for entry in entries:
-        step.note(entry.line())
+    for line in left_out.lines(entries):
+        step.note(line)
     write(STAMP, f"{_key(sources)}\n")
 
 

@@ -57,8 +57,8 @@ def run(options, _rest):
     deps.offer(list(users.values()), setup.asked)
     bootstrap.prepare()
     entries = left_out.saved()
-    for entry in entries:
-        say(entry.line())
+    for line in left_out.lines(entries):
+        say(line)
     gone = {entry.package for entry in entries if not entry.program}
     new = sorted(set(users) - before - gone)
     say(f"here now: {', '.join(new) or 'nothing new'}")

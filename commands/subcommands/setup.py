@@ -53,8 +53,8 @@ def run(options, _rest):
     bootstrap.prepare()
     if options.lists:
         venv.prepare_extras(*options.lists)
-    for entry in left_out.saved():
-        say(entry.line())
+    for line in left_out.lines(left_out.saved()):
+        say(line)
     say(f"ready: {ROOT}")
 
 

@@ -96,6 +96,14 @@ def test_components_that_are_asked_for_only_sometimes_refuse_nothing(tmp_path):
     assert (entry.package, entry.missing) == ("a", "roscpp")
 
 
+def test_what_is_left_out_is_said_once(monkeypatch):
+    """By the build, and not again by the command that has built."""
+    monkeypatch.setattr(left_out, "_told", set())
+    one, other = (left_out.LeftOut(name, "", "it needs no_such_thing") for name in ("a", "b"))
+    assert left_out.lines([one]) == ["left out: a: it needs no_such_thing"]
+    assert left_out.lines([left_out.LeftOut(**vars(one)), other]) == [other.line()]
+
+
 def test_rig_has_the_rule(tmp_path):
     root = run_rig.small_clone(tmp_path / "paddock")
     assert (root / "src" / "standins" / "give_way.py").exists()
