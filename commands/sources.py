@@ -23,7 +23,6 @@ ELSEWHERE = {
         "ros-perception/depthimage_to_laserscan": ("depthimage_to_laserscan",),
         "clearpathrobotics/fath_pivot_mount_description": ("fath_pivot_mount_description",),
         "ros-drivers/flir_camera_driver#noetic-devel": ("flir_camera_description",),
-        "hrnr/m-explore": ("explore_lite", "multirobot_map_merge"),
         "paulbovbel/frontier_exploration": ("frontier_exploration",),
         "yujinrobot/kobuki": ("kobuki_description", "kobuki_node", "kobuki_safety_controller"),
         "yujinrobot/kobuki_desktop": ("kobuki_gazebo", "kobuki_gazebo_plugins"),
