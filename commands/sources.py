@@ -41,7 +41,6 @@ ELSEWHERE = {
         "introlab/rtabmap_ros": ("rtabmap_ros",),
         "ros-visualization/rqt_robot_steering": ("rqt_robot_steering",),
         "agilexrobotics/scout_ros": ("scout_base", "scout_bringup", "scout_msgs"),
-        "agilexrobotics/ugv_gazebo_sim": ("scout_control", "scout_description", "scout_gazebo_sim"),
         "uos/sick_tim#noetic": ("sick_tim",),
         "SteveMacenski/slam_toolbox#noetic-devel": ("slam_toolbox",),
         "rst-tu-dortmund/teb_local_planner#noetic-devel": ("teb_local_planner",),
