@@ -32,6 +32,7 @@ ASKED = {
     "tutorials",
     "long",
 }  # that run only when they are asked for
+STANDINS = ("src", "standins")  # the folder of theirs
 SECONDS = "paddock/seconds"  # in pytest's cache: file -> wall time of its tests in the last run [s]
 WORLD = re.compile(r"^from shared_worlds import (\w+) as LAUNCH\b", re.MULTILINE)
 OUTCOMES = "paddock/outcomes"  # there: test that has failed -> whether it passed, run by run
@@ -81,13 +82,17 @@ def name_of(path, root):
 
 
 def pytest_ignore_collect(collection_path, config):
-    """Leaves out files that no filter matches, and stages that are not asked for."""
+    """Leaves out files that no filter matches, stages that are not asked for, and the tests of
+    stand-ins that give way to real packages of the ROS below: what they test is not there."""
     root = config.rootpath
     if root not in collection_path.parents or collection_path in given_paths(config):
         return None
     stage, filters = stage_of(collection_path, root), config.option.select
     if stage is None:
         return None
+    standin = pathlib.Path(*collection_path.relative_to(root).parts[:3])
+    if standin.parts[:2] == STANDINS and (root / standin / "CATKIN_IGNORE").exists():
+        return True
     if stage in ASKED and stage not in filters:
         inside = any(
             collection_path in (p, *p.parents) or p in collection_path.parents
