@@ -2,15 +2,19 @@
 
 The scenes are what has made worlds slow: things at rest and awake, links that collide with each
 other, static meshes, a lidar among many bodies. Two more rows are steps with controllers, in calls
-of many over calls of one, before each of which Python updates them.
+of many over calls of one, before each of which Python updates them. The last row is a world of cars
+with island_threads over the same without.
 """
 
 import math
 import os
 import pathlib
 import tempfile
+from dataclasses import replace
 
 import numpy as np
+import xacro
+from bullet_sim.formats.sdf.world import parse_world
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from pairs import alternate, pairs_of, rate_of_work
@@ -22,6 +26,8 @@ SECONDS, STEPS = 0.4, 50  # of a round, of a call
 SETTLE = 2.5  # [s] until things sleep
 SPEED = 8.0  # [rad/s] of the car's wheels
 RAYS, FAR = 720, 10.0  # of the lidar, [m]
+CARS, ISLAND_THREADS = 16, 2
+SOURCES = pathlib.Path(__file__).resolve().parents[2] / "src"
 
 
 def thing(shape, mass, moment, awake):
@@ -110,6 +116,25 @@ def controlled(kind):
     return world
 
 
+def many_cars(threads):
+    """A world of 16 of our cars, as launched, that turn, with a number of island_threads."""
+    world = World(solver="ode")
+    text = (SOURCES / "track_model" / "worlds" / "track.world").read_text(encoding="utf-8")
+    settings = replace(parse_world(text, str).ode, island_threads=threads)
+    world.engine.configure(settings)
+    world.spawn_sdf("ground", GROUND, Pose(), str)
+    urdf = xacro.process_file(str(SOURCES / "track_model" / "urdf" / "racecar.urdf.xacro")).toxml()
+    for number in range(CARS):
+        at = Pose((2.0 * (number % 4), 2.0 * (number // 4), 0.05))
+        joints = world.spawn_urdf(
+            f"car{number}", urdf, at, lambda uri: uri.replace("package://", f"{SOURCES}/")
+        ).joints
+        wheels = [name for name in joints.names if "wheel" in name]
+        joints.drive_velocities(wheels, [SPEED if "left" in name else -SPEED for name in wheels])
+    world.step(STEPS)
+    return world
+
+
 def stepping(world, count=STEPS):
     """Function of a round of steps, of which a call makes a number."""
 
@@ -157,6 +182,12 @@ def measure(quick, _log):
         pairs = alternate(stepping(world, 1), many, pairs_of(quick), monitor)["many"]
         found[f"many steps a call, {kind}"] = pairs.figures()
         world.close()
+    worlds = [many_cars(threads) for threads in (0, ISLAND_THREADS)]
+    one, several = map(stepping, worlds)
+    pairs = alternate(one, {"several": several}, pairs_of(quick), monitor)["several"]
+    found[f"{ISLAND_THREADS} island_threads, {CARS} cars"] = pairs.figures()
+    for world in worlds:
+        world.close()
     return {"rows": found}
 
 
@@ -165,4 +196,5 @@ def rows(figures):
     for name, row in figures["rows"].items():
         unit = "scans per s" if name.startswith("scans") else "steps per s"
         over = "one step a call" if name.startswith("many") else "the solver bullet's"
+        over = "no island_threads" if "island_threads" in name else over
         yield ratio_row(f"ode, {name}", row, over, unit)

@@ -26,6 +26,7 @@ PLACES = {  # record -> (left, top) of its box
     "Contacts": (3.6, 4.3),
     "Constraints": (3.6, 6.6),
     "Blocks": (7.2, 6.6),
+    "Islands": (7.2, 4.3),
 }
 SHOWN = {"Scene": ("shapes", "kinds", "points", "aabbs", "may_collide", "close_pairs", "solids",
                    "faces", "trees")}  # fmt: skip
@@ -80,7 +81,8 @@ def main() -> None:
     for start, end, text, place in ARROWS:
         axes.annotate("", end, start, arrowprops={"arrowstyle": "->", "color": "#b3541e"})
         axes.text(*place, text, fontsize=7.5, style="italic", ha="center", color="#b3541e")
-    axes.plot([8.3, 8.3, -0.12, -0.12], [5.05, 2.35, 2.35, 6.0], color="#b3541e", lw=1)
+    way = (9.55, 9.68, 9.68, -0.12, -0.12), (6.0, 6.0, 2.35, 2.35, 6.0)
+    axes.plot(*way, color="#b3541e", lw=1)
     axes.annotate("", (0.0, 6.0), (-0.12, 6.0), arrowprops={"arrowstyle": "->", "color": "#b3541e"})
     axes.text(6.2, 2.43, BACK, fontsize=7.5, style="italic", ha="center", color="#b3541e")
     figure.tight_layout()

@@ -96,6 +96,7 @@ class OdeSettings:
         surface_layer: depth of contacts where no body has one of its own, which all have [m].
         precon_iterations: those before; no step makes any.
         evens_inertias: inertias of hinged bodies are at most 200:1 (use_dynamic_moi_rescaling).
+        island_threads: that solve bodies which do not touch; 0 or 1: none but that of the steps.
     """
 
     iterations: int = 50
@@ -107,6 +108,7 @@ class OdeSettings:
     max_contacts: int = 20
     surface_layer: float = 0.001
     precon_iterations: int = 0
+    island_threads: int = 0
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ from bullet_sim.engine.ode_arrays import (
 from bullet_sim.engine.ode_contacts import Contact, Contacts
 from bullet_sim.engine.ode_scene import BodyLink
 from bullet_sim.engine.ode_shapes import ShapeCache
+from bullet_sim.engine.ode_threads import Helpers, processors
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.engine.quickstep.library import advance, compile_once, is_compiled
 from bullet_sim.engine.rays import RayScene, RayShape
@@ -70,6 +71,7 @@ class OdeSolver:
 
     def __init__(self, engine: Engine, told: Mapping[int, Told]) -> None:
         self.unlocked = False
+        self._helpers: Helpers | None = None
         self._engine, self._told = engine, told
         self._numbers, self._gravity = np.zeros(q.S_SIZE), np.zeros(3)
         self.configure(OdeSettings())
@@ -79,6 +81,7 @@ class OdeSolver:
     def configure(self, settings: OdeSettings) -> None:
         """Set what a world file says of the solver, before bodies are added."""
         self.settings = settings
+        self.end_threads()
         self._engine.solver_iterations = settings.iterations
         numbers = self._numbers
         numbers[q.S_RELAXATION], numbers[q.S_ERP] = settings.relaxation, settings.erp
@@ -94,6 +97,12 @@ class OdeSolver:
         compile_once()
         self._advance(0, -1)
         self.ray_scene()[0].cast(np.zeros(3), np.zeros((0, 3)), 0.0, 0.0)
+
+    def end_threads(self) -> None:
+        """End the threads that solve islands; the next steps start them again."""
+        if self._helpers is not None:
+            self._helpers.end()
+            self._helpers = None
 
     def clear(self) -> None:
         """All bodies are gone."""
@@ -252,6 +261,7 @@ class OdeSolver:
         self._is_built = True
 
     def _build_arrays(self) -> None:
+        self.end_threads()
         builder = ArrayBuilder(self._engine, self._shapes, self.settings, self._models)
         self._arrays = arrays = builder.build(self._numbers, self._gravity)
         self._state = state = arrays.state
@@ -516,7 +526,10 @@ class OdeSolver:
 
     def _advance(self, count: int, given: int) -> int:
         step, iterations = self._engine.time_step, self.settings.iterations
-        arrays = self._arrays
+        arrays, threads = self._arrays, self.settings.island_threads
+        if threads > 1 and self._helpers is None and len(arrays.models) > 1:
+            count_of_helpers = min(threads, processors()) - 1
+            self._helpers = Helpers(self, self._state, arrays.table, count_of_helpers)
         numbers = count, given, step, iterations, arrays.watch, arrays.sleepy
         done: int = advance(*numbers, arrays.table, unlocked=self.unlocked)
         if arrays.sleepy:

@@ -34,6 +34,7 @@ from bullet_sim.engine.quickstep.state import (
     State,
     System,
     make_blocks,
+    make_islands,
     make_table,
 )
 from bullet_sim.pose import Array, Pose, Vec3
@@ -521,6 +522,7 @@ def _state(numbers: Array, gravity: Array, system: System, scene: Scene, room: i
         ),
         constraints=Constraints(np.zeros((rows, q.R_SIZE)), np.zeros((rows, 6), np.int64)),
         blocks=make_blocks(movable, room, system.work),
+        islands=make_islands(count),
         marks=np.zeros((4, max(room, count + 1, movable)), np.int64),
         result=np.zeros(1, np.int64),
         pids=np.zeros((movable, q.PID_SIZE)),

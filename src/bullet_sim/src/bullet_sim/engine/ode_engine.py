@@ -158,6 +158,10 @@ class OdeEngine(Engine):
     def noted(self, body: int, joints: Iterable[int], count: int) -> list[list[float]]:
         return self.ode.noted(body, joints, count)
 
+    def close(self) -> None:
+        self.ode.end_threads()
+        super().close()
+
     def save_solver(self) -> dict[str, Any]:
         self._disconnect()  # PyBullet's contacts start anew, as they do where this is restored
         return {"poses": {body: told.pose for body, told in self._told.items()}, **self.ode.save()}

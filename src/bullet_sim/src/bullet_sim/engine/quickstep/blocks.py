@@ -29,7 +29,7 @@ from bullet_sim.engine.quickstep.lanes import (
     load_twice,
     store,
 )
-from bullet_sim.engine.quickstep.state import Blocks
+from bullet_sim.engine.quickstep.state import Blocks, Islands
 from bullet_sim.pose import Array
 
 _ROWS = col.BLOCK_ROWS  # for temporary()
@@ -123,13 +123,13 @@ def _place(block: Array, at: int, row: int, pair: bool, links: Array, nobody: in
 
 
 @compiled
-def _sort(first: int, last: int, blocks: Blocks) -> None:
-    """Blocks from `first` to before `last`, sorted by their levels."""
-    places, unsorted, levels, counts = (
-        blocks.places, blocks.unsorted, blocks.levels, blocks.counts,
-    )  # fmt: skip
-    for body in range(len(levels)):
-        levels[body] = 0
+def _sort(group: int, first: int, last: int, blocks: Blocks) -> None:
+    """Blocks of a group of islands from `first` to before `last`, sorted by their levels."""
+    places, unsorted, levels = blocks.places, blocks.unsorted, blocks.levels
+    counts = blocks.counts[first + group :]  # one more than it has blocks
+    for i in range(first, last):
+        levels[places[i, col.BLOCK_ONE] // col.W_SIZE] = 0
+        levels[places[i, col.BLOCK_TWO] // col.W_SIZE] = 0
     deepest = 0
     for i in range(first, last):
         block = unsorted[i]
@@ -157,15 +157,16 @@ def _sort(first: int, last: int, blocks: Blocks) -> None:
 
 
 @compiled
-def pack(m: int, rows: Array, links: Array, blocks: Blocks) -> None:
-    """Blocks of m rows.
+def pack(group: int, rows: Array, links: Array, blocks: Blocks, islands: Islands) -> None:
+    """Blocks of the rows of a group of islands.
 
     Args:
         links: gets where the rows' impulses are in the blocks.
     """
-    places, numbers, ends = blocks.places, blocks.numbers, blocks.ends
+    places, numbers, starts = blocks.places, blocks.numbers, islands.starts
     scratch, nobody = temporary(_ROWS, 20), len(blocks.work) // col.W_SIZE - 1
-    n, at, i = 0, col.WEIGHTS, 0
+    begin, m, ends = starts[group, col.I_ROW], starts[group + 1, col.I_ROW], starts[group]
+    n, at, i = begin, starts[group, col.I_NUMBER], begin
     while i < m:
         if links[i, 2] != col.BILATERAL:
             i += 1
@@ -181,12 +182,12 @@ def pack(m: int, rows: Array, links: Array, blocks: Blocks) -> None:
         soft = _pack_joint(at, i, count, rows, links, numbers, scratch)
         _place(places[n], at, i, soft, links, nobody)
         n, at, i = n + 1, at + col.JB_SIZE, i + count
-    ends[0] = n
-    _sort(0, n, blocks)
+    ends[col.I_ENDS] = n
+    _sort(group, begin, n, blocks)
     for friction in range(2):
         waiting = -1  # a row that makes a block with the next one, if that is of the same bodies
-        for turn in range(m + 1):
-            i = -1 if turn == m else turn if friction else m - 1 - turn
+        for turn in range(begin, m + 1):
+            i = -1 if turn == m else turn if friction else m - 1 - (turn - begin)
             if i >= 0 and (links[i, 2] < 0 if friction else links[i, 2] != col.UNILATERAL):
                 continue
             if waiting < 0:
@@ -199,14 +200,14 @@ def pack(m: int, rows: Array, links: Array, blocks: Blocks) -> None:
             _place(places[n], at, waiting, pair, links, nobody)
             n, at = n + 1, at + col.CB_SIZE
             waiting = -1 if pair else i
-        _sort(ends[friction], n, blocks)
-        ends[1 + friction] = n
+        _sort(group, ends[col.I_ENDS + friction], n, blocks)
+        ends[col.I_ENDS + 1 + friction] = n
 
 
 @compiled
-def unpack(m: int, rows: Array, links: Array, blocks: Blocks) -> None:
-    """Impulses of m rows from their blocks."""
-    for i in range(m):
+def unpack(group: int, rows: Array, links: Array, blocks: Blocks, islands: Islands) -> None:
+    """Impulses of the rows of a group of islands from their blocks."""
+    for i in range(islands.starts[group, col.I_ROW], islands.starts[group + 1, col.I_ROW]):
         for k in range(2):
             rows[i, col.R_L + k] = blocks.numbers[links[i, 5] + k]
 
@@ -300,12 +301,14 @@ def _solve_contact(block: Array, n: Array, w: Array) -> None:
 
 
 @compiled
-def iterate(iterations: int, blocks: Blocks) -> None:
-    """Projected Gauss-Seidel on both solutions, then friction alone."""
-    places, numbers, ends, work = blocks.places, blocks.numbers, blocks.ends, blocks.work
+def iterate(iterations: int, group: int, blocks: Blocks, islands: Islands) -> None:
+    """Projected Gauss-Seidel on both solutions of a group of islands, then friction alone."""
+    places, numbers, work, starts = blocks.places, blocks.numbers, blocks.work, islands.starts
+    begin, joints = starts[group, col.I_ROW], starts[group, col.I_ENDS]
+    normals, end = starts[group, col.I_ENDS + 1], starts[group, col.I_ENDS + 2]
     for iteration in range(iterations + col.FRICTION_ITERATIONS):
         if iteration < iterations:
-            for i in range(ends[0]):
+            for i in range(begin, joints):
                 _solve_joint(places[i], numbers, work)
-        for i in range(ends[0] if iteration < iterations else ends[1], ends[2]):
+        for i in range(joints if iteration < iterations else normals, end):
             _solve_contact(places[i], numbers, work)

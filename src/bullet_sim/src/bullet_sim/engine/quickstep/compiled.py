@@ -51,6 +51,8 @@ if "__deepcopy__" not in vars(numba_ir.Var):
 # A division by 0 gives inf or NaN, as in C: a robot whose gains are unstable must not end the
 # simulation of the others.
 compiled = njit(cache=True, _nrt=False, error_model="numpy")
+# Without Python's lock, also where there is no library.
+threaded = njit(cache=True, _nrt=False, error_model="numpy", nogil=True)
 # As part of each function that calls it: a call passes each array of a tuple as nine numbers.
 inlined = njit(cache=True, _nrt=False, error_model="numpy", inline="always")
 

@@ -13,7 +13,7 @@ import math
 from bullet_sim.engine.quickstep import layout as col
 from bullet_sim.engine.quickstep.compiled import compiled, inlined, temporary
 from bullet_sim.engine.quickstep.screws import gear_row, screw_rows
-from bullet_sim.engine.quickstep.state import Constraints, Contacts, System
+from bullet_sim.engine.quickstep.state import Constraints, Contacts, Islands, System
 from bullet_sim.engine.quickstep.vectors import (
     copy,
     cross,
@@ -416,6 +416,7 @@ def add_rows(
     system: System,
     contacts: Contacts,
     constraints: Constraints,
+    islands: Islands,
     marks: Array,
     sequence: Array,
     settings: Array,
@@ -429,13 +430,16 @@ def add_rows(
 
     Args:
         n: number of contacts.
+        islands: gets where groups of them begin.
         marks: (4, k) numbers to work with.
         sequence: gets the bodies in that order.
     """
     bodies, types, lists, owners = system.bodies, system.types, system.lists, contacts.owners
     count, m, top, placed = len(bodies), 0, 0, 0
     body_seen, joint_seen, stack = marks[0], marks[1], marks[2]
-    contact_seen = marks[3]
+    contact_seen, starts = marks[3], islands.starts
+    group, at = 0, col.WEIGHTS  # where the blocks of the rows are, at most
+    starts[0, col.I_ROW], starts[0, col.I_BODY], starts[0, col.I_NUMBER] = 0, 0, at
     for b in range(count):
         body_seen[b] = 0
     for j in range(len(types)):
@@ -445,6 +449,10 @@ def add_rows(
     for root in range(count - 1, -1, -1):
         if body_seen[root] or bodies[root, col.ASLEEP] != 0.0:
             continue
+        if m - starts[group, col.I_ROW] >= col.GROUP_ROWS:
+            group += 1
+            starts[group, col.I_ROW], starts[group, col.I_BODY] = m, placed
+            starts[group, col.I_NUMBER] = at
         body_seen[root] = 1
         b = root
         while True:
@@ -456,7 +464,9 @@ def add_rows(
                 if contact_seen[i] or (owners[i, 0] != b and owners[i, 1] != b):
                     continue
                 contact_seen[i] = 1
+                before = m
                 m = _contact_rows(step, m, i, contacts, bodies, constraints)
+                at += (m - before) * col.CB_SIZE
                 other = owners[i, 1] if owners[i, 0] == b else owners[i, 0]
                 if other >= 0 and not body_seen[other]:
                     body_seen[other] = 1
@@ -467,7 +477,9 @@ def add_rows(
                 if joint_seen[j]:
                     continue
                 joint_seen[j] = 1
+                before = m
                 m = _joint_rows(step, m, j, system, constraints, settings)
+                at += (m - before) * col.JB_SIZE
                 other = types[j, 2] if types[j, 1] == b else types[j, 1]
                 if other >= 0 and not body_seen[other]:
                     body_seen[other] = 1
@@ -482,4 +494,6 @@ def add_rows(
             sequence[placed] = b
             bodies[b, col.PLACE] = placed
             placed += 1
+    starts[group + 1, col.I_ROW], starts[group + 1, col.I_BODY] = m, placed
+    islands.counts[0] = group + 1
     return m

@@ -39,7 +39,12 @@ def _build_tree(table: Any) -> int:
     return trees.build_tree(_building_at(table))
 
 
-FUNCTIONS = {"advance": solver.advance, "cast": _cast, "build_tree": _build_tree}
+FUNCTIONS = {
+    "advance": solver.advance,
+    "serve": solver.serve,
+    "cast": _cast,
+    "build_tree": _build_tree,
+}
 
 
 def is_compiled() -> bool:
@@ -109,7 +114,7 @@ def make_library(path: Path) -> None:
         module = llvm.parse_bitcode(library._final_module.as_bitcode())
         compiled_file.write_bytes(machine.emit_object(module))
         options = "-shared", "-Wl,-z,defs,-z,noexecstack"
-        words = [linker, *options, "-o", str(linked), str(compiled_file), "-lm"]
+        words = [linker, *options, "-o", str(linked), str(compiled_file), "-lm", "-lpthread"]
         done = subprocess.run(words, text=True, capture_output=True, check=False)
         if done.returncode != 0:
             raise BuildError(f"{linker} failed: {done.stderr.strip()}")

@@ -16,6 +16,7 @@ from typing import Any
 
 from bullet_sim.engine.quickstep.sources import CACHE, library_path
 from bullet_sim.engine.quickstep.state import CALLS, Building, Casting, make_table
+from bullet_sim.pose import Array
 
 
 def _open(path: Path, kind: Any = ctypes.PyDLL) -> dict[str, Callable[..., int]] | None:
@@ -79,6 +80,11 @@ def _call(name: str, *arguments: Any, unlocked: bool = False) -> int:
 def advance(*arguments: Any, unlocked: bool = False) -> int:
     """Make steps, see solver.advance(); unlocked: as of _call()."""
     return _call("advance", *arguments, unlocked=unlocked)
+
+
+def serve(table: Array) -> None:
+    """Help advance(), see solver.serve(); other threads of Python run meanwhile."""
+    _call("serve", table, unlocked=True)
 
 
 def caster(casting: Casting) -> Callable[[float, float, int, bool], int]:

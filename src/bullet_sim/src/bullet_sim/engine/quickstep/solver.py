@@ -21,7 +21,6 @@ import math
 
 from bullet_sim.engine.quickstep import joints
 from bullet_sim.engine.quickstep import layout as col
-from bullet_sim.engine.quickstep.blocks import iterate, pack, unpack
 from bullet_sim.engine.quickstep.broadphase import is_near
 from bullet_sim.engine.quickstep.collision import find_contacts, place_solids
 from bullet_sim.engine.quickstep.compiled import (
@@ -30,8 +29,10 @@ from bullet_sim.engine.quickstep.compiled import (
     inlined,
     numba_type,
     temporary,
+    threaded,
 )
 from bullet_sim.engine.quickstep.constraints import add_rows
+from bullet_sim.engine.quickstep.islands import end_islands, help_solve, solve_islands
 from bullet_sim.engine.quickstep.pids import apply_pids
 from bullet_sim.engine.quickstep.state import Constraints, Contacts, State, System
 from bullet_sim.engine.quickstep.vectors import cross, matrix, multiply, rotate, similar
@@ -119,64 +120,6 @@ def _fall_asleep(step: float, n: int, bodies: Array, owners: Array, touched: Arr
             body[col.VEL : col.VEL + 6] = 0.0
             found = True
     return found
-
-
-@inlined
-def _relax(step: float, m: int, system: System, constraints: Constraints, settings: Array) -> None:
-    """Right sides, scaled rows and the impulses to begin with."""
-    bodies, joints, work = system.bodies, system.joints, system.work
-    rows, links = constraints.rows, constraints.links
-    v = temporary(3)
-    for b in range(len(bodies)):
-        rotate(work[b, col.W_V : col.W_V + 9], work[b, col.W_F + 3 : col.W_F + 6], v)
-        for k in range(3):
-            work[b, col.W_T + k] = (
-                work[b, col.W_F + k] / bodies[b, col.MASS] + bodies[b, col.VEL + k] / step
-            )
-            work[b, col.W_T + 3 + k] = v[k] + bodies[b, col.VEL + 3 + k] / step
-        work[b, col.W_A : col.W_A + 12] = 0.0
-    for i in range(m):
-        row, one, two = rows[i], links[i, 0], links[i, 1]
-        total = diagonal = 0.0
-        for k in range(6):
-            total += row[col.R_J + k] * work[one, col.W_T + k]
-        for k in range(3):
-            row[col.R_M + k] = row[col.R_J + k] / bodies[one, col.MASS]
-        inverse, angular = work[one, col.W_V : col.W_V + 9], row[col.R_M + 3 : col.R_M + 6]
-        rotate(inverse, row[col.R_J + 3 : col.R_J + 6], angular)
-        for k in range(6):
-            diagonal += row[col.R_M + k] * row[col.R_J + k]
-        if two >= 0:
-            for k in range(6):
-                total += row[col.R_J + 6 + k] * work[two, col.W_T + k]
-            for k in range(3):
-                row[col.R_M + 6 + k] = row[col.R_J + 6 + k] / bodies[two, col.MASS]
-            inverse, angular = work[two, col.W_V : col.W_V + 9], row[col.R_M + 9 : col.R_M + 12]
-            rotate(inverse, row[col.R_J + 9 : col.R_J + 12], angular)
-            for k in range(6, 12):
-                diagonal += row[col.R_M + k] * row[col.R_J + k]
-        softness = row[col.R_CFM] / step
-        scale = settings[col.S_RELAXATION] / (diagonal + softness)
-        if links[i, 2] >= 0:
-            scale *= col.FRICTION_SCALE
-        wanted = row[col.R_C]
-        row[col.R_RHS2] = (wanted / step - total) * scale
-        row[col.R_RHS] = (min(wanted, row[col.R_MAX]) / step - total) * scale
-        row[col.R_CFM] = scale * softness
-        for k in range(12):
-            row[col.R_J + k] *= scale
-        row[col.R_L] = row[col.R_L2] = 0.0
-        j = links[i, 3]
-        if j >= 0:
-            row[col.R_L] = col.WARM_START * joints[j, col.WARM + links[i, 4]]
-            row[col.R_L2] = col.WARM_START * joints[j, col.WARM2 + links[i, 4]]
-            for k in range(6):
-                work[one, col.W_A + 2 * k] += row[col.R_L] * row[col.R_M + k]
-                work[one, col.W_A + 2 * k + 1] += row[col.R_L2] * row[col.R_M + k]
-            if two >= 0:
-                for k in range(6):
-                    work[two, col.W_A + 2 * k] += row[col.R_L] * row[col.R_M + 6 + k]
-                    work[two, col.W_A + 2 * k + 1] += row[col.R_L2] * row[col.R_M + 6 + k]
 
 
 @compiled
@@ -291,22 +234,21 @@ def advance(
     Returns:
         Number of steps made; it also stops after a step in which a body has fallen asleep.
     """
-    (settings, gravity, sequence, system, scene, contacts, constraints, blocks, marks, result,
-     pids, active, noted) = _state_at(table)  # fmt: skip
+    (settings, gravity, sequence, system, scene, contacts, constraints, blocks, islands, marks,
+     result, pids, active, noted) = _state_at(table)  # fmt: skip
+    made = count
     for done in range(count):
         if watch and is_near(system.bodies, scene) and given < 0:
-            return done
+            made = done
+            break
         apply_pids(step, pids, active, noted, system.joints)
         joints.impose(step, system)
         _prepare(gravity, system)
         place_solids(system, scene)
         n = find_contacts(step, system, sequence, scene, contacts, max(given, 0))
         fell = sleepy and _fall_asleep(step, n, system.bodies, contacts.owners, marks[0])
-        m = add_rows(step, n, system, contacts, constraints, marks, sequence, settings)
-        _relax(step, m, system, constraints, settings)
-        pack(m, constraints.rows, constraints.links, blocks)
-        iterate(iterations, blocks)
-        unpack(m, constraints.rows, constraints.links, blocks)
+        m = add_rows(step, n, system, contacts, constraints, islands, marks, sequence, settings)
+        solve_islands(step, iterations, system, sequence, constraints, blocks, islands, settings)
         _keep_impulses(m, system, constraints)
         _measure_contacts(m, n, system.bodies, contacts, constraints)
         _move(step, system)
@@ -314,5 +256,16 @@ def advance(
         result[0] = n
         given = -1
         if fell:
-            return done + 1
-    return count
+            made = done + 1
+            break
+    end_islands(islands)
+    return made
+
+
+@threaded
+def serve(table: Array) -> int:
+    """Help advance() in another thread until it is told to end, see islands.py; table: as there."""
+    (settings, _, sequence, system, _, _, constraints, blocks, islands, _, _, _, _, _) = _state_at(
+        table
+    )
+    return help_solve(system, sequence, constraints, blocks, islands, settings)

@@ -170,18 +170,32 @@ class Blocks(NamedTuple):
     Attributes:
         places: (b, BLOCK_SIZE).
         numbers: (n,) of all blocks.
-        ends: (3,) number of blocks up to the joints' last, the normals' last and the last.
         work: (n W_SIZE,) working values of all bodies.
-        unsorted: (b, BLOCK_SIZE), levels: (n,) and counts: (b + 1,) to sort blocks with.
+        unsorted: (b, BLOCK_SIZE), levels: (n,) and counts: (b + g,) to sort blocks with.
     """
 
     places: Array
     numbers: Array
-    ends: Array
     work: Array
     unsorted: Array
     levels: Array
     counts: Array
+
+
+class Islands(NamedTuple):
+    """Groups of islands of bodies, see islands.py.
+
+    Attributes:
+        starts: (g + 1, I_SIZE) where each begins, and where the last one ends.
+        counts: (2,) groups of a step; iterations.
+        step: (1,) time step [s].
+        shared: (T_SIZE,) what threads share.
+    """
+
+    starts: Array
+    counts: Array
+    step: Array
+    shared: Array
 
 
 class State(NamedTuple):
@@ -204,6 +218,7 @@ class State(NamedTuple):
     contacts: Contacts
     constraints: Constraints
     blocks: Blocks
+    islands: Islands
     marks: Array
     result: Array
     pids: Array
@@ -294,9 +309,10 @@ KINDS: dict[Any, tuple[Any, ...]] = {  # of the fields of each record, in their 
     ),
     Contacts: (_2, _N2, _N1),
     Constraints: (_2, _N2),
-    Blocks: (_N2, _1, _N1, _1, _N2, _N1, _N1),
+    Blocks: (_N2, _1, _1, _N2, _N1, _N1),
+    Islands: (_N2, _N1, _1, _N1),
     State: (
-        *(_1, _1, _N1, System, Scene, Contacts, Constraints, Blocks),
+        *(_1, _1, _N1, System, Scene, Contacts, Constraints, Blocks, Islands),
         *(_N2, _N1, _2, _N1, _2),
     ),
     Casting: (
@@ -308,6 +324,7 @@ KINDS: dict[Any, tuple[Any, ...]] = {  # of the fields of each record, in their 
 # functions that Python calls -> kinds of numbers that they are given before their table
 CALLS = {
     "advance": ("i8", "i8", "f8", "i8", "b1", "b1"),
+    "serve": (),
     "cast": ("f8", "f8", "i8", "b1"),
     "build_tree": (),
 }
@@ -319,16 +336,23 @@ def make_blocks(joints: int, contacts: int, work: Array) -> Blocks:
     Args:
         work: (n, W_SIZE); the last row is of no body.
     """
-    # joints' rows one by one; a normal, its friction and its torsion
-    capacity = col.MAX_JOINT_ROWS * joints + 3 * contacts
-    size = col.WEIGHTS + col.MAX_JOINT_ROWS * joints * col.JB_SIZE + 3 * contacts * col.CB_SIZE
+    # each row in a block of its own: a group of islands has room for as many as it has rows
+    capacity = col.MAX_JOINT_ROWS * joints + col.MAX_CONTACT_ROWS * contacts
+    size = col.WEIGHTS + col.MAX_JOINT_ROWS * joints * col.JB_SIZE
+    size += col.MAX_CONTACT_ROWS * contacts * col.CB_SIZE
     raw = np.zeros(size + 8)
     begin = -raw.ctypes.data // 8 % 8  # at a multiple of 64 bytes, which a processor loads at once
     numbers = raw[begin : begin + size]
     numbers[: col.WEIGHTS] = (1.0 - col.SMOOTHING, 1.0) * 2 + (col.SMOOTHING, 0.0) * 2
     places, unsorted = np.zeros((2, capacity, col.BLOCK_SIZE), np.int64)
-    ends, levels, counts = (np.zeros(n, np.int64) for n in (3, len(work), capacity + 1))
-    return Blocks(places, numbers, ends, work.reshape(-1), unsorted, levels, counts)
+    levels, counts = (np.zeros(n, np.int64) for n in (len(work), capacity + len(work)))
+    return Blocks(places, numbers, work.reshape(-1), unsorted, levels, counts)
+
+
+def make_islands(bodies: int) -> Islands:
+    """Room for the islands of a number of bodies."""
+    starts, shared = np.zeros((bodies + 2, col.I_SIZE), np.int64), np.zeros(col.T_SIZE, np.int64)
+    return Islands(starts, np.zeros(2, np.int64), np.zeros(1), shared)
 
 
 def make_table(arrays: Any) -> Array:

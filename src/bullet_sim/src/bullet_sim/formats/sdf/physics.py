@@ -18,6 +18,7 @@ from bullet_sim.xml_reader import (
 )
 
 MAX_ITERATIONS = 10_000  # of the solver per step
+MAX_THREADS = 1024  # for islands
 DEFAULT_GRAVITY = (0.0, 0.0, -9.8)  # [m/s^2] where a world gives none, as in sdformat
 DEFAULT_RATE = 1000.0  # [Hz] steps a second of wall time where a world gives no rate
 _OLD_PHYSICS = {
@@ -83,4 +84,5 @@ def _ode_settings(world: Node, label: str) -> OdeSettings:
         max_contacts=int(most) if most > 0 else MAX_CONTACTS,
         surface_layer=number("constraints/contact_surface_layer", default.surface_layer, 0.0),
         precon_iterations=int(number("solver/precon_iters", default.precon_iterations, 0.0)),
+        island_threads=int(min(number("solver/island_threads", 0.0, 0.0), MAX_THREADS)),
     )
