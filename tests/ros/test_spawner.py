@@ -5,18 +5,16 @@ import subprocess
 import sys
 import time
 import unittest
-from pathlib import Path
 
 import rosnode
-import rospkg
 import rospy
 from controller_manager_msgs.srv import ListControllers
+from roslib.packages import find_node
 from shared_worlds import EFFORT_BOT as LAUNCH  # noqa: F401
 from sim_client import START_LIMIT, wait_connected, wait_until
 from std_msgs.msg import Bool
 
 BOT = "/effort_bot"
-SCRIPTS = Path(rospkg.RosPack().get_path("controller_manager")) / "scripts"
 
 
 class Spawner(unittest.TestCase):
@@ -43,7 +41,7 @@ class Spawner(unittest.TestCase):
 
     def start(self, script, *arguments):
         process = subprocess.Popen(
-            [sys.executable, SCRIPTS / script, *arguments],
+            [sys.executable, find_node("controller_manager", script)[0], *arguments],
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
