@@ -411,7 +411,6 @@ def _push_at_limit(limit: int, joint: Array) -> float:
 
 @inlined
 def add_rows(
-    step: float,
     n: int,
     system: System,
     contacts: Contacts,
@@ -430,12 +429,12 @@ def add_rows(
 
     Args:
         n: number of contacts.
-        islands: gets where groups of them begin.
+        islands: has the time step; gets where groups of them begin.
         marks: (4, k) numbers to work with.
         sequence: gets the bodies in that order.
     """
     bodies, types, lists, owners = system.bodies, system.types, system.lists, contacts.owners
-    count, m, top, placed = len(bodies), 0, 0, 0
+    step, count, m, top, placed = islands.step[0], len(bodies), 0, 0, 0
     body_seen, joint_seen, stack = marks[0], marks[1], marks[2]
     contact_seen, starts = marks[3], islands.starts
     group, at = 0, col.WEIGHTS  # where the blocks of the rows are, at most

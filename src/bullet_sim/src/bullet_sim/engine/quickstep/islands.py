@@ -98,13 +98,13 @@ def _let_others_run(typing: Any) -> Any:
 
 @inlined
 def _relax(
-    step: float, group: int, system: System, sequence: Array, constraints: Constraints,
-    islands: Islands, settings: Array,
+    group: int, system: System, sequence: Array, constraints: Constraints, islands: Islands,
+    settings: Array,
 ) -> None:  # fmt: skip
     """Right sides, scaled rows and the impulses to begin with."""
     bodies, joints, work = system.bodies, system.joints, system.work
     rows, links, starts = constraints.rows, constraints.links, islands.starts
-    v = temporary(3)
+    step, v = islands.step[0], temporary(3)
     for place in range(starts[group, col.I_BODY], starts[group + 1, col.I_BODY]):
         b = sequence[place]
         rotate(work[b, col.W_V : col.W_V + 9], work[b, col.W_F + 3 : col.W_F + 6], v)
@@ -160,30 +160,27 @@ def _relax(
 
 @compiled
 def _solve_group(
-    step: float, iterations: int, group: int, system: System, sequence: Array,
-    constraints: Constraints, blocks: Blocks, islands: Islands, settings: Array,
+    group: int, system: System, sequence: Array, constraints: Constraints, blocks: Blocks,
+    islands: Islands, settings: Array,
 ) -> None:  # fmt: skip
     """Impulses of the rows of a group, and what they do to its bodies."""
-    _relax(step, group, system, sequence, constraints, islands, settings)
+    _relax(group, system, sequence, constraints, islands, settings)
     pack(group, constraints.rows, constraints.links, blocks, islands)
-    iterate(iterations, group, blocks, islands)
+    iterate(islands.counts[1], group, blocks, islands)
     unpack(group, constraints.rows, constraints.links, blocks, islands)
 
 
 @compiled
 def solve_islands(
-    step: float, iterations: int, system: System, sequence: Array, constraints: Constraints,
-    blocks: Blocks, islands: Islands, settings: Array,
+    system: System, sequence: Array, constraints: Constraints, blocks: Blocks, islands: Islands,
+    settings: Array,
 ) -> None:  # fmt: skip
     """Solve the groups of a step, with the helpers if there are any."""
     shared, count = islands.shared, islands.counts[0]
     if shared[col.T_HELPERS] == 0 or count < 2:
         for group in range(count):
-            _solve_group(
-                step, iterations, group, system, sequence, constraints, blocks, islands, settings
-            )
+            _solve_group(group, system, sequence, constraints, blocks, islands, settings)
         return
-    islands.step[0], islands.counts[1] = step, iterations
     _write(shared, col.T_UNDONE, count)
     _write(shared, col.T_OFFERED, count)
     if shared[col.T_AWAKE] == 0:
@@ -221,10 +218,7 @@ def _take_groups(
         group = _count_down(shared, col.T_OFFERED) - 1
         if group < 0:
             break
-        step, iterations = islands.step[0], islands.counts[1]
-        _solve_group(
-            step, iterations, group, system, sequence, constraints, blocks, islands, settings
-        )
+        _solve_group(group, system, sequence, constraints, blocks, islands, settings)
         _count_down(shared, col.T_UNDONE)
         found = True
     return found

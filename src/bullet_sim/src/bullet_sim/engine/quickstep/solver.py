@@ -236,6 +236,7 @@ def advance(
     """
     (settings, gravity, sequence, system, scene, contacts, constraints, blocks, islands, marks,
      result, pids, active, noted) = _state_at(table)  # fmt: skip
+    islands.step[0], islands.counts[1] = step, iterations
     made = count
     for done in range(count):
         if watch and is_near(system.bodies, scene) and given < 0:
@@ -247,8 +248,8 @@ def advance(
         place_solids(system, scene)
         n = find_contacts(step, system, sequence, scene, contacts, max(given, 0))
         fell = sleepy and _fall_asleep(step, n, system.bodies, contacts.owners, marks[0])
-        m = add_rows(step, n, system, contacts, constraints, islands, marks, sequence, settings)
-        solve_islands(step, iterations, system, sequence, constraints, blocks, islands, settings)
+        m = add_rows(n, system, contacts, constraints, islands, marks, sequence, settings)
+        solve_islands(system, sequence, constraints, blocks, islands, settings)
         _keep_impulses(m, system, constraints)
         _measure_contacts(m, n, system.bodies, contacts, constraints)
         _move(step, system)

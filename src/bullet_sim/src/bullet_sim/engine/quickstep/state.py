@@ -187,8 +187,8 @@ class Islands(NamedTuple):
 
     Attributes:
         starts: (g + 1, I_SIZE) where each begins, and where the last one ends.
-        counts: (2,) groups of a step; iterations.
-        step: (1,) time step [s].
+        counts: (2,) groups of a step; iterations, as advance() is told.
+        step: (1,) time step [s], likewise.
         shared: (T_SIZE,) what threads share.
     """
 
