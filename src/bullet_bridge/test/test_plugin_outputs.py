@@ -131,6 +131,16 @@ def test_block_laser_has_a_point_of_each_ray_half_a_ray_beyond_it(topics, world,
     assert cloud.points[4].z == pytest.approx(5.0 * math.sin(0.05), abs=0.01)
 
 
+def test_rays_of_block_laser_begin_at_their_minimum_range(topics, world, cart):
+    """What is nearer is not there for them: a wall at 5 m."""
+    layers = dict(SCAN, layers=2, min_elevation=0.0, max_elevation=0.1)
+    layers.update(range_min=5.5, range_max=7.0)
+    made(BlockCloudSpec("b", "base", topic="/b", **layers), world, cart).update(0.1, 0.0)
+    points = topics["/b"].messages[-1].points
+    ranges = [math.sqrt(point.x**2 + point.y**2 + point.z**2) for point in points]
+    assert min(ranges) > 5.5 - 1e-5 and max(ranges) < 7.0 + 1e-5
+
+
 def test_an_intensity_of_block_laser_is_the_mean_with_the_next_rays(topics, world, cart):
     retro = WALL.replace(
         '<collision name="c">', '<collision name="c"><laser_retro>80</laser_retro>'

@@ -35,9 +35,11 @@ class RaysSensor(Sensor):
 
     Attributes:
         lidar: class of the core's lidar.
+        too_near: what is nearer than the minimum range has the range -inf; False: rays begin there.
     """
 
     lidar: ClassVar[type[Lidar]] = Lidar
+    too_near: ClassVar[bool] = True
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
@@ -54,6 +56,7 @@ class RaysSensor(Sensor):
             orientation,
             self.rng,
             self.model.body,
+            self.too_near,
         )
 
     def _intensities(self) -> Array | None:
@@ -162,12 +165,13 @@ class CloudSensor(RaysSensor):
 class BlockLaserSensor(RaysSensor):
     """sensor_msgs/PointCloud of libgazebo_ros_block_laser: a point of each ray, layer by layer.
 
-    As upstream's: where nothing was hit it is at the maximum range, without noise; each is half a
-    ray's angle beyond its ray, but that of the last one; with a single ray or layer all are NaN.
+    As upstream's: where nothing was hit beyond the minimum range it is at the maximum range,
+    without noise; each is half a ray's angle beyond its ray, but that of the last one; with a
+    single ray or layer all are NaN.
     Its intensity is the mean of four rays': the next one's and the next layer's count as well.
     """
 
-    message, lidar = PointCloud, LayeredLidar
+    message, lidar, too_near = PointCloud, LayeredLidar, False
     relayed = False
     CACHE = ("_aims",)
 
