@@ -7,8 +7,8 @@ import pytest
 from bot_rig import Bot, held_robot
 from bullet_bridge.control import reconfigure
 from bullet_bridge.control import robot as control
-from bullet_bridge.control.reconfigure import config_type
 from bullet_bridge.plugins import base
+from bullet_bridge.transport.pid_gains import config_type
 from bullet_sim.controllers.pid import PidGains
 from control_msgs.msg import JointControllerState, PidState
 from fake_impl import FakeServer

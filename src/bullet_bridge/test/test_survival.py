@@ -5,11 +5,12 @@ from types import SimpleNamespace
 
 import pytest
 import rospy
-from bullet_bridge.control.reconfigure import NAMES, PidServer
+from bullet_bridge.control.reconfigure import PidServer
 from bullet_bridge.loop import server
 from bullet_bridge.plugins import base as plugin_base
 from bullet_bridge.robots import Robots
 from bullet_bridge.services.physics import Properties
+from bullet_bridge.transport.pid_gains import NAMES
 from bullet_sim.controllers.pid import PidGains
 from bullet_sim.errors import ControllerError, WorldError
 from bullet_sim.pose import Pose

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import functools
-import math
 import threading
-import types
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, cast
 
 import rosgraph
@@ -15,12 +13,12 @@ from bullet_sim.controllers import steer_bot
 from bullet_sim.controllers.pid import PidGains, parse_pid
 from bullet_sim.controllers.settings import as_number
 from bullet_sim.description.model import STEER_BOT_SIM_TYPE
-from bullet_sim.errors import ControllerError, SimError
+from bullet_sim.errors import SimError
 from bullet_sim.formats.urdf import bare_interfaces, parse_transmissions
 from bullet_sim.xml_reader import parse
-from control_toolbox.cfg import ParametersConfig
 
-from bullet_bridge.transport.reconfigure import ValuesServer, widened
+from bullet_bridge.transport.pid_gains import config_type, gains_of, values_of
+from bullet_bridge.transport.reconfigure import ValuesServer
 
 if TYPE_CHECKING:
     from bullet_sim.controllers.hardware import Hardware
@@ -29,27 +27,6 @@ if TYPE_CHECKING:
     from bullet_sim.models.model import Model
 
     from bullet_bridge.loop.jobs import JobQueue
-
-NAMES = ("p", "i", "d", "i_clamp_min", "i_clamp_max", "antiwindup")
-
-
-def config_type(gains: PidGains) -> types.SimpleNamespace:
-    """ParametersConfig with ranges widened to include the present gains."""
-    return widened(ParametersConfig, {name: getattr(gains, name) for name in NAMES})
-
-
-def _checked(config: Mapping[str, Any]) -> PidGains:
-    """PidGains of a configuration; a NaN passes dynamic_reconfigure's bounds.
-
-    Raises:
-        ControllerError: a gain is no finite number.
-    """
-    for name in NAMES:
-        if not math.isfinite(config[name]):
-            raise ControllerError(
-                f"{name} is {config[name]}, must be a finite number; the gains are unchanged"
-            )
-    return PidGains(**{name: config[name] for name in NAMES})
 
 
 class PidServer(ValuesServer):
@@ -62,14 +39,14 @@ class PidServer(ValuesServer):
 
     def __init__(self, namespace: str, gains: PidGains, apply: Callable[[PidGains], Any]) -> None:
         self._namespace, self._apply = namespace, apply
-        self._last = {name: getattr(gains, name) for name in NAMES}
+        self._last = values_of(gains)
         super().__init__(config_type(gains), self._last, self._changed, namespace)
 
     def _changed(self, config: Any, _level: int) -> Any:
         try:
-            gains = _checked(config)
+            gains = gains_of(config)
             self._apply(gains)
-            self._last = {name: getattr(gains, name) for name in NAMES}
+            self._last = values_of(gains)
         except (SimError, TimeoutError) as error:
             rospy.logerr("%s: %s", self._namespace, error)
             config.update(self._last)

@@ -20,7 +20,6 @@ from bullet_sim.plugins.drives import (
 )
 from bullet_sim.plugins.forces import HandOfGodSpec, JointPosesSpec
 from bullet_sim.pose import Motion, Pose, Vec3, rpy_from_quaternion
-from control_toolbox.cfg import ParametersConfig
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
@@ -37,7 +36,7 @@ from bullet_bridge.plugins.base import (
 )
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedBase, PackedJointState
-from bullet_bridge.transport.reconfigure import widened
+from bullet_bridge.transport.pid_gains import config_type, gains_of, values_of
 
 
 @ros_side(JointStatesSpec)
@@ -413,9 +412,6 @@ class JointPosesPlugin(ModelPlugin):
         self._next += wait
 
 
-GAINS = ("p", "i", "d", "i_clamp_min", "i_clamp_max", "antiwindup")
-
-
 @ros_side(MimicPidSpec)
 class MimicPidPlugin(Preparing):
     """Gives a joint that follows another one the PID of its parameters, which can be changed.
@@ -441,16 +437,15 @@ class MimicPidPlugin(Preparing):
         for text in warnings:
             rospy.logwarn("%s", text)
         self._gains = gains
-        first = {name: getattr(gains, name) for name in GAINS}
-        self.reconfigure(where, widened(ParametersConfig, first), first, self._on_values)
+        self.reconfigure(where, config_type(gains), values_of(gains), self._on_values)
 
     def _on_values(self, config: Any, _level: int) -> Any:
-        values = {name: config[name] for name in GAINS}
-        if all(math.isfinite(value) for value in values.values()):
-            self.call(lambda: self._set(PidGains(**values)))
-        else:
-            rospy.logerr("%s: gains are %s, must be finite numbers", self.spec.topic, values)
-            config.update({name: getattr(self._gains, name) for name in GAINS})
+        try:
+            gains = gains_of(config)
+            self.call(lambda: self._set(gains))
+        except (SimError, TimeoutError) as error:
+            rospy.logerr("%s: %s", self.spec.topic, error)
+            config.update(values_of(self._gains))
         return config
 
     def _set(self, gains: PidGains) -> None:
