@@ -539,12 +539,13 @@ def film() -> None:
 
 
 PICTURES = {each.__name__: each for each in (page, classroom, window, rviz, lap, check)}
+ASKED = {each.__name__: each for each in (film, navigation)}  # made only when they are named
 
 
 def main() -> int:
     """Makes what is asked for."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("names", nargs="*", choices=[*PICTURES, "robots", "film", "navigation", []])
+    parser.add_argument("names", nargs="*", choices=[*PICTURES, *ASKED, "robots", []])
     parser.add_argument("--from", dest="folder", help="clones of published robots")
     parser.add_argument("--gazebo", type=pathlib.Path, help="Gazebo's images of them")
     options = parser.parse_args()
@@ -552,7 +553,7 @@ def main() -> int:
         if name == "robots":
             robots(os.path.abspath(options.folder), options.gazebo)
         else:
-            {**PICTURES, "film": film, "navigation": navigation}[name]()
+            {**PICTURES, **ASKED}[name]()
     return 0
 
 

@@ -359,7 +359,7 @@ class World:
         if wind is not None:
             updates.append(lambda period: wind.update(self.time + period, period))
         engine, forces, time_step = self.engine, self.forces, self.time_step
-        may_batch = engine.computes_pids and managers and not mimics and self.wind is None
+        may_batch = engine.computes_pids and managers and not mimics and wind is None
         end, next_try = self.step_count + count, self.step_count
         while self.step_count < end:
             if may_batch and self.step_count >= next_try and not forces.active:

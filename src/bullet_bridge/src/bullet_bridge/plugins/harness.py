@@ -79,7 +79,12 @@ class HarnessPlugin(ModelPlugin):
         super().reset(time)
 
     def _key(self, joint: Joint) -> tuple[str, str]:
+        """Of the model's changes."""
         return "harness", joint.name
+
+    def _attachment(self, joint: Joint) -> tuple[str, str, str]:
+        """Key of the engine's."""
+        return (self.model.name, *self._key(joint))
 
     def _in_body(self, joint: Joint) -> Joint:
         """A joint with its frame in that of the link of the engine that its child is in."""
@@ -88,12 +93,12 @@ class HarnessPlugin(ModelPlugin):
     def _attach(self, joint: Joint) -> None:
         body, index = self.model.body, self.model.link_in_body
         parent = None if joint.parent == WORLD else (body, index(joint.parent)[0])
-        engine, key = self.world.engine, (self.model.name, *self._key(joint))
-        if not engine.attach_by_joint(key, parent, (body, index(joint.child)[0]), joint):
+        child, key = (body, index(joint.child)[0]), self._attachment(joint)
+        if not self.world.engine.attach_by_joint(key, parent, child, joint):
             rospy.logwarn_once("the solver 'bullet' has no joints of a HarnessPlugin")
 
     def _remove(self, joint: Joint) -> None:
-        self.world.engine.detach((self.model.name, *self._key(joint)))
+        self.world.engine.detach(self._attachment(joint))
 
     def _on_velocity(self, message: Any) -> None:
         value = float(message.data)
@@ -126,7 +131,7 @@ class HarnessPlugin(ModelPlugin):
 
     def _winch(self) -> tuple[float, float]:
         """Position and velocity of the winch."""
-        key = self.model.name, *self._key(self._joints[self.spec.winch])
+        key = self._attachment(self._joints[self.spec.winch])
         return self.world.engine.attached_state(key)
 
     def update(self, time: float, period: float) -> None:
@@ -147,7 +152,7 @@ class HarnessPlugin(ModelPlugin):
             effort = 0.0
         if joint.effort >= 0.0:
             effort = max(-joint.effort, min(joint.effort, effort))
-        self.world.engine.add_attached_effort((self.model.name, *self._key(joint)), effort)
+        self.world.engine.add_attached_effort(self._attachment(joint), effort)
 
     def close(self) -> None:
         """Let go of everything."""

@@ -262,7 +262,7 @@ def as_printed(model: LumpedModel) -> LumpedModel:
                 joint,
                 origin=_printed_pose(joint.origin),
                 axis=_printed_vector(joint.axis),
-                anchor=_printed_pose(joint.anchor) if joint.closes else joint.anchor,
+                anchor=_printed_pose(joint.anchor),
                 lower=None if joint.lower is None else _printed(joint.lower),
                 upper=None if joint.upper is None else _printed(joint.upper),
             )

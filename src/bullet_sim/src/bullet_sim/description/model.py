@@ -492,8 +492,7 @@ class ModelDescription:
         return {joint.child: joint for joint in self.joints.values() if not joint.closes}
 
     def poses(self) -> dict[str, Pose]:
-        """Link -> its pose in the root link's frame, or in the model's if it is loose; all joints
-        at 0."""
+        """Link -> its pose in the model's frame, all joints at 0."""
         found = {self.root: self.root_pose, **self.loose}
         for name in (pending := list(found)):
             for joint in self.joints_of(name):

@@ -145,9 +145,10 @@ class OdeSolver:
         names = list(model.links)
         moving = [name for name in names if not (fixed and name == model.root)]
         moved = [joints[name] for name in names if name in joints]
-        for number, joint in enumerate((*model.joints, *model.welds)):
+        listed = (*model.joints, *model.welds)
+        for number, joint in enumerate(listed):
             if joint.closes:  # behind those that come before it in the file
-                before = {each.name for each in (*model.joints, *model.welds)[:number]}
+                before = {each.name for each in listed[:number]}
                 places = [place for place, each in enumerate(moved, 1) if each.name in before]
                 moved.insert(max(places, default=0), joint)
         self._placed.discard(body)

@@ -416,17 +416,21 @@ class OdeEngine(Engine):
     # Attaching
 
     def attach(self, key: Any, one: BodyLink, other: BodyLink) -> None:
-        pose, there = (Pose(*self.link_motion(*link)[:2]) for link in (one, other))
-        self.ode.attach(key, Attachment(one, other, pose.inverse() * there))
+        self._attach(key, one, other)
 
     def attach_by_joint(
         self, key: Any, parent: BodyLink | None, child: BodyLink, joint: Joint
     ) -> bool:
-        frame, above = Pose(*self.link_motion(*child)[:2]), WORLD if parent is None else parent
-        if parent is not None:
-            frame = Pose(*self.link_motion(*parent)[:2]).inverse() * frame
-        self.ode.attach(key, Attachment(above, child, frame, joint=joint))
+        self._attach(key, WORLD if parent is None else parent, child, joint)
         return True
+
+    def _attach(
+        self, key: Any, parent: BodyLink, child: BodyLink, joint: Joint | None = None
+    ) -> None:
+        frame = Pose(*self.link_motion(*child)[:2])
+        if parent != WORLD:
+            frame = Pose(*self.link_motion(*parent)[:2]).inverse() * frame
+        self.ode.attach(key, Attachment(parent, child, frame, joint=joint))
 
     def attached_state(self, key: Any) -> tuple[float, float]:
         return self.ode.attached_state(key)

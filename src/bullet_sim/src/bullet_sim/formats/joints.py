@@ -164,7 +164,7 @@ def _urdf_error(name: str, parent: str | None, child: str | None, model: ModelDe
             return f"has {end} link '{link}', which does not exist; links are " + ", ".join(
                 model.links
             )
-    if any(joint.child == child for joint in model.joints.values()):
+    if child in model.above():
         return f"gives link '{child}' more than one parent joint"
     return "closes a loop" if closes_loop(model, parent, child) else ""
 
