@@ -167,3 +167,14 @@ def test_memory_of_one_more_car():
     grown = (psutil.Process().memory_info().rss - before) / more
     first.close(), second.close()
     assert grown < MAX_MEMORY, f"{grown / 1e6:.1f} MB"
+
+
+def test_images_are_rendered_in_the_thread_that_asks_for_them():
+    text = "import pathlib, gymnasium, paddock_gym\n"
+    text += "env = gymnasium.make(paddock_gym.IDS[0], observation='camera')\n"
+    text += "env.reset(seed=1)\n"
+    text += "print(*(f.read_text() for f in pathlib.Path('/proc/self/task').glob('*/comm')))"
+    found = subprocess.run(
+        [sys.executable, "-c", text], capture_output=True, text=True, timeout=100, check=True
+    )
+    assert "llvmpipe" not in found.stdout, found.stdout

@@ -33,6 +33,7 @@ from bullet_sim.engine.quickstep.state import (
     Scene,
     State,
     System,
+    aligned_zeros,
     make_blocks,
     make_islands,
     make_table,
@@ -241,7 +242,7 @@ class SystemRows:
             below[j, self._beyond(j, lists)] = True
         return System(
             bodies=tables.table(self.bodies, q.B_SIZE),
-            work=np.zeros((count + 1, q.W_SIZE)),
+            work=aligned_zeros(count + 1, q.W_SIZE),
             joints=tables.table(self.joints, q.J_SIZE),
             types=types,
             starts=np.cumsum([0, *map(len, lists)]).astype(np.int64),

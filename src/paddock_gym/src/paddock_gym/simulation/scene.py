@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import os
 
 from bullet_sim.errors import RenderError
 from bullet_sim.pose import Pose
@@ -102,6 +103,8 @@ class SceneRenderer:
 
     def __init__(self, world):
         self._world, self._count = world, 0
+        # Mesa renders in the thread that asks it: an observation is too small for several
+        os.environ.setdefault("LP_NUM_THREADS", "0")
         try:
             self._renderer, self.backend = GlRenderer(QUALITY), "gl"
         except RenderError:

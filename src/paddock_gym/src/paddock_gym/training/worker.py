@@ -1,6 +1,5 @@
 """One environment of a training, for any process; needs no torch."""
 
-import os
 import pathlib
 import signal
 from dataclasses import dataclass
@@ -64,7 +63,6 @@ def environment(options):
 
 def make(options):
     """As environment(), in any thread."""
-    os.environ.setdefault("LP_NUM_THREADS", "0")  # Mesa renders in the thread that asks it
     from paddock_gym.ids import IDS  # the package registers the environments
 
     env = Reporting(gymnasium.make(**{"id": IDS[0], **options}))

@@ -23,8 +23,8 @@ POS, QUAT, VEL, PLACE, REST, REST_STEPS, ASLEEP = 0, 3, 7, 13, 14, 15, 16
 MASS, INERTIA, INVERSE, GRAVITY = 17, 18, 27, 36
 MAX_VEL, MIN_DEPTH, RADIUS, MAY_SLEEP, FORCE, DECAY, B_SIZE = 37, 38, 39, 40, 41, 47, 49
 # working values of bodies: rotation, inertia and inverse in world axes, force and torque, wanted
-# accelerations, those of the solutions (of each axis both)
-W_R, W_I, W_V, W_F, W_T, W_A, W_SIZE = 0, 9, 18, 27, 33, 39, 51
+# accelerations, those of the solutions (of each axis both; in whole lines of the cache)
+W_R, W_I, W_V, W_F, W_T, W_A, W_SIZE = 0, 9, 18, 27, 33, 40, 56
 # joints: anchor in both bodies (from their centers; of the world: its coordinates), axis in both,
 # quaternion of the first in the second at 0, limits, damping, the motor's effort and velocity,
 # effort of the next step, position, velocity, commanded position and where it is by now, its

@@ -6,6 +6,7 @@ they have to be: "f8.2" is a float64 array with two dimensions, in C's order.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -330,6 +331,14 @@ CALLS = {
 }
 
 
+def aligned_zeros(*shape: int) -> Array:
+    """Zeros from a multiple of 64 bytes on, which a processor loads at once."""
+    size = math.prod(shape)
+    raw = np.zeros(size + 8)
+    begin = -raw.ctypes.data // 8 % 8
+    return raw[begin : begin + size].reshape(shape)
+
+
 def make_blocks(joints: int, contacts: int, work: Array) -> Blocks:
     """Room for the blocks of a number of joints and contacts, between bodies with working values.
 
@@ -340,9 +349,7 @@ def make_blocks(joints: int, contacts: int, work: Array) -> Blocks:
     capacity = col.MAX_JOINT_ROWS * joints + col.MAX_CONTACT_ROWS * contacts
     size = col.WEIGHTS + col.MAX_JOINT_ROWS * joints * col.JB_SIZE
     size += col.MAX_CONTACT_ROWS * contacts * col.CB_SIZE
-    raw = np.zeros(size + 8)
-    begin = -raw.ctypes.data // 8 % 8  # at a multiple of 64 bytes, which a processor loads at once
-    numbers = raw[begin : begin + size]
+    numbers = aligned_zeros(size)
     numbers[: col.WEIGHTS] = (1.0 - col.SMOOTHING, 1.0) * 2 + (col.SMOOTHING, 0.0) * 2
     places, unsorted = np.zeros((2, capacity, col.BLOCK_SIZE), np.int64)
     levels, counts = (np.zeros(n, np.int64) for n in (len(work), capacity + len(work)))
