@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 import xacro
+from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
@@ -88,6 +89,29 @@ def test_any_number_of_threads_gives_the_same_bits(scene):
     for threads in THREADS[1:]:
         for _ in range(3 if threads > 1 else 1):
             assert states(threads, steps, **SCENES[scene]) == expected, threads
+
+
+def test_a_group_of_several_islands_has_no_more_rows_than_a_cache_can_keep():
+    assert rows_of_groups(dict(cars=APART[:3]), 1) == [[60, 60, 60]]
+    cans = dict(cans=[(0.5 * k, 3.0, 0.06) for k in range(24)])
+    found = rows_of_groups(cans, 40)
+    most = max(max(each) for each in found)
+    assert q.GROUP_ROWS - 12 < most <= q.GROUP_ROWS, "cans have 12 rows at most, or none"
+    assert max(map(len, found)) == 5
+
+
+def rows_of_groups(things, steps):
+    """Rows of each group in each of some steps, of what stands."""
+    world = made(0, **things)
+    world.step(200 if "cars" in things else 45)
+    found = []
+    for _ in range(steps):
+        world.step()
+        islands = world.engine.ode._state.islands
+        begins = islands.starts[: islands.counts[0] + 1, q.I_ROW]
+        found.append(list(begins[1:] - begins[:-1]))
+    world.close()
+    return found
 
 
 def test_helpers_end_with_what_they_work_with():

@@ -448,10 +448,7 @@ def add_rows(
     for root in range(count - 1, -1, -1):
         if body_seen[root] or bodies[root, col.ASLEEP] != 0.0:
             continue
-        if m - starts[group, col.I_ROW] >= col.GROUP_ROWS:
-            group += 1
-            starts[group, col.I_ROW], starts[group, col.I_BODY] = m, placed
-            starts[group, col.I_NUMBER] = at
+        first_row, first_body, first_number = m, placed, at  # of this island
         body_seen[root] = 1
         b = root
         while True:
@@ -488,6 +485,11 @@ def add_rows(
                 break
             top -= 1
             b = stack[top]
+        begin = starts[group, col.I_ROW]
+        if m - begin > col.GROUP_ROWS and first_row > begin:
+            group += 1
+            starts[group, col.I_ROW], starts[group, col.I_BODY] = first_row, first_body
+            starts[group, col.I_NUMBER] = first_number
     for b in range(count):
         if not body_seen[b]:
             sequence[placed] = b

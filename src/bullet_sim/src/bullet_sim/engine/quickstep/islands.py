@@ -1,8 +1,8 @@
 """Islands of bodies that touch or are joined, solved by several threads (island_threads).
 
 Islands share no body, so that each has the same bits whoever solves it, and whenever. The rows of
-an island follow each other (constraints.add_rows); islands are solved in groups of some hundred
-rows, whose blocks stay in a processor's cache during the iterations.
+an island follow each other (constraints.add_rows); small islands are solved in groups, whose blocks
+stay in a processor's first cache during the iterations.
 
 The thread that makes steps offers the groups of each step by a countdown; it and its helpers take
 one after the other from it. Helpers are inside serve() for as long as the arrays exist, so that

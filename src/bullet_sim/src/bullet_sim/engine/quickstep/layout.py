@@ -112,7 +112,7 @@ S_RELAXATION, S_ERP, S_CFM, S_RESCALE, S_SIZE = 0, 1, 2, 3, 4
 # their blocks, the number of blocks before the first, up to the joints' last, the normals' last and
 # the last
 I_ROW, I_BODY, I_NUMBER, I_ENDS, I_SIZE = 0, 1, 2, 3, 6
-GROUP_ROWS = 64  # of a group of several islands, but for the last one's
+GROUP_ROWS = 64  # at most, of a group of several islands: its blocks fit a processor's first cache
 # what threads share: semaphore, whether steps are made, whether helpers end, how many there are,
 # groups that nobody has taken, groups that are not solved; in a cache line each
 T_SEMAPHORE, T_AWAKE, T_ENDED, T_HELPERS, T_OFFERED, T_UNDONE, T_SIZE = 0, 8, 16, 24, 32, 40, 48
