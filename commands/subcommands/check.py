@@ -21,7 +21,7 @@ import re
 import shutil
 import subprocess
 
-from commands import check_remedies, environment, launching, processes
+from commands import check_companions, check_remedies, environment, launching, processes
 from commands.check_roslaunch import TOGETHER
 from commands.errors import CommandError, UsageError, say
 from commands.paths import OUT, ROOT, VENV_PYTHON, relative
@@ -83,6 +83,7 @@ def run(options, rest):
         found = json.load(stream)
     missing = check_remedies.missing_packages(found)
     found["remedies"] = {name: check_remedies.for_package(name) for name in missing}
+    found["companions"] = _companions(files, environ)
     found.update(problems=problems(found), notes=notes(found), verdict=verdict(found), log=log)
     found["replay"] = kept_replay(folder, options.package, options.file)
     if options.json:
@@ -153,13 +154,27 @@ def together(files, path, environ):
     return path
 
 
-def _launch_file(package, file, environ):
+def _companions(files, environ):
+    """Launch files that may bring what is missing, of the packages beside the first one."""
+    try:
+        folder = _folder(files[0][0], environ)
+    except CommandError:
+        return {}
+    checked = {(package, file) for package, file, _ in files}
+    return check_companions.find(folder, environ.get("ROS_PACKAGE_PATH", ""), checked)
+
+
+def _folder(package, environ):
     done = subprocess.run(
         ["rospack", "find", package], env=environ, capture_output=True, text=True, check=False
     )
     if done.returncode != 0:
         raise CommandError(f"there is no package {package!r}", check_remedies.for_package(package))
-    for directory, below, names in os.walk(done.stdout.strip()):
+    return done.stdout.strip()
+
+
+def _launch_file(package, file, environ):
+    for directory, below, names in os.walk(_folder(package, environ)):
         below.sort()
         if file in names:
             return os.path.join(directory, file)
@@ -239,8 +254,9 @@ def _findings(found):
     for name in found.get("unable", ()):
         add([f"node {name} has a program that cannot be run"], f"node {name}")
     if not found["simulator"] and not found.get("refused"):
-        text = "no simulator came up: does the file include gazebo_ros's empty_world.launch?"
-        add([text], None)
+        question = ": does the file include gazebo_ros's empty_world.launch?"
+        hint = check_companions.hint(found, "world", question)
+        add([f"no simulator came up{hint}"], None)
     for name in check_remedies.unspawned(found):
         remedy = found.get("remedies", {}).get(name, check_remedies.GENERIC)
         text = f"package {name} is not there, so that what names its files is not spawned; {remedy}"
@@ -257,12 +273,12 @@ def _findings(found):
 def _add_models(found, add):
     """Adds the findings about plugins, robots, their controllers and sensors."""
     if not robots(found):
-        add(["no robot was spawned"], None)
+        add(["no robot was spawned" + check_companions.hint(found, "robot")], None)
     for text in losses(found):
         add([_lost(found, text)], _subject(text))
     for model in robots(found):
         some_run = any(state == "running" for _, _, state in model.get("controllers") or ())
-        for sentence in _controllers(model):
+        for sentence in _controllers(found, model):
             add([sentence], sentence.partition(" is ")[0] if some_run else None)
     for model in robots(found):
         add(_stance(model), None)
@@ -459,14 +475,16 @@ def _stance(model):
     return said
 
 
-def _controllers(model):
+def _controllers(found, model):
     if model["control_namespace"] is None:
         return []
     where = f"{model['control_namespace'] or '/'}"
     if model.get("controllers") is None:
         return [f"the controller_manager of {model['name']} in {where} does not answer"]
     if not model["controllers"]:
-        return [f"no controller is loaded in {where}: is there a spawner, and its YAML?"]
+        question = ": is there a spawner, and its YAML?"
+        hint = check_companions.hint(found, "controllers", question)
+        return [f"no controller is loaded in {where}{hint}"]
     return [
         f"controller {name} in {where} is {state}"
         for name, _, state in model["controllers"]

@@ -1,0 +1,80 @@
+"""Launch files that bring what the checked ones do not, for ./run check: a world, robot, spawner.
+
+Many packages split them: one file starts the world, another spawns the robot or its controllers.
+"""
+
+import os
+import re
+
+from commands.bootstrap import workspace
+from commands.paths import SOURCES, read
+
+COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+WORLD = re.compile(r"empty_world\.launch|type=[\"'](?:gzserver|gazebo)[\"']")
+BRINGS = {  # what is missing -> text of a launch file that brings it
+    "world": WORLD,
+    "robot": re.compile(r"type=[\"']spawn_(?:model|urdf)[\"']"),
+    "controllers": re.compile(
+        r"type=[\"']spawner[\"']|type=[\"']controller_manager[\"'][^>]*spawn"
+    ),
+}
+LISTED = 3  # files that a sentence names
+
+
+def find(folder, package_path, checked=()):
+    """Looks through the launch files of a package and of those beside it.
+
+    Args:
+        folder: Of the package.
+        package_path: ROS_PACKAGE_PATH; above its folders nothing is searched.
+        checked: (package, file) of what was checked, which is left out.
+
+    Returns:
+        Dict from "world", "robot", "controllers" to a list of (package, file): those that bring it,
+        the same package's first. Files with a world of their own bring nothing but that.
+    """
+    found = {name: [] for name in BRINGS}
+    parent = os.path.dirname(folder)
+    sources = [path.rstrip("/") for path in package_path.split(":") if path]
+    inside = any(f"{parent}/".startswith(f"{path}/") for path in sources)
+    is_installed = os.path.basename(parent) == "share"  # all packages of a ROS
+    beside = workspace.manifests_of(parent if inside and not is_installed else folder)
+    for package, path in sorted(beside.items(), key=lambda item: (item[1] != folder, item[0])):
+        if _is_ours(path):
+            continue
+        for name, text in _launch_files(path):
+            if (package, name) in checked:
+                continue
+            brings = [what for what, pattern in BRINGS.items() if pattern.search(text)]
+            for what in ["world"] if "world" in brings else brings:
+                found[what].append((package, name))
+    return found
+
+
+def hint(found, what, otherwise=""):
+    """A sentence's end that names the files which bring what is missing.
+
+    Args:
+        found: What check_observer.py has written, with what find() has found as "companions".
+        what: "world", "robot" or "controllers".
+        otherwise: The end where there is no such file.
+    """
+    files = found.get("companions", {}).get(what, ())
+    if not files:
+        return otherwise
+    named = ", ".join(f"+ {package} {name}" for package, name in files[:LISTED])
+    more = f" and {len(files) - LISTED} more" if len(files) > LISTED else ""
+    return f"; if another launch file brings it, add it to the command: {named}{more}"
+
+
+def _launch_files(folder):
+    for directory, below, names in os.walk(folder):
+        below.sort()
+        for name in sorted(names):
+            if name.endswith(".launch"):
+                yield name, COMMENT.sub("", read(os.path.join(directory, name)))
+
+
+def _is_ours(folder):
+    first, *_ = os.path.relpath(os.path.realpath(folder), os.path.realpath(SOURCES)).split(os.sep)
+    return first in workspace.OURS

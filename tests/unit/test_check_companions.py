@@ -1,0 +1,75 @@
+"""./run check: launch files of the packages beside the checked one that bring what is missing."""
+
+import copy
+
+import pytest
+from test_check_verdict import GOOD, changed
+
+from commands import check_companions
+from commands.bootstrap import workspace
+from commands.subcommands import check
+
+INCLUDE = '<include file="$(find gazebo_ros)/launch/empty_world.launch"/>'
+SPAWN = '<node name="s" pkg="gazebo_ros" type="spawn_model" args="-urdf -model m"/>'
+SPAWNER = '<node name="c" pkg="controller_manager" type="spawner" args="wheels"/>'
+FILES = {
+    "field_worlds/launch/field.launch": INCLUDE,
+    "field_robot/launch/robot.launch": SPAWN,
+    "field_robot/launch/old.launch": f"<!-- {SPAWN} -->",
+    "field_robot/launch/all.launch": INCLUDE + SPAWN + SPAWNER,
+    "field_control/launch/control.launch": SPAWNER.replace('"', "'"),
+}
+
+
+@pytest.fixture
+def sources(tmp_path):
+    for name, text in FILES.items():
+        path = tmp_path / "field" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(f"<launch>{text}</launch>")
+        package = path.parents[1]
+        (package / "package.xml").write_text(f"<package><name>{package.name}</name></package>")
+    return tmp_path
+
+
+def found_in(sources, package="field_worlds", path=None, checked=()):
+    folder = str(sources / "field" / package)
+    return check_companions.find(folder, str(sources) if path is None else path, checked)
+
+
+def test_files_are_found_by_what_they_bring(sources):
+    assert found_in(sources, checked={("field_worlds", "field.launch")}) == {
+        "world": [("field_robot", "all.launch")],
+        "robot": [("field_robot", "robot.launch")],
+        "controllers": [("field_control", "control.launch")],
+    }
+    assert found_in(sources)["world"][0] == ("field_worlds", "field.launch")  # its own come first
+
+
+def test_nothing_above_the_package_path_is_searched(sources):
+    for path in ("", str(sources / "field" / "field_worlds")):
+        assert found_in(sources, path=path)["robot"] == []
+
+
+def test_packages_of_paddock_bring_nothing():
+    folder = f"{workspace.SOURCES}/field_worlds"  # a user's package beside them
+    found = check_companions.find(folder, workspace.SOURCES)
+    assert found == {"world": [], "robot": [], "controllers": []}
+
+
+def test_the_sentence_names_the_files(sources):
+    companions = found_in(sources)
+    no_robot = changed(models=[GOOD["models"][0]], companions=companions)
+    assert check.verdict(no_robot) == (
+        "does not work because no robot was spawned; if another launch file brings it, add it to "
+        "the command: + field_robot robot.launch"
+    )
+    (idle,) = check.problems(changed(car_controllers=[], companions=companions))
+    assert idle.endswith(": + field_control control.launch")
+    nothing = changed(simulator=False, models=[], companions=companions)
+    assert ": + field_worlds field.launch, + field_robot all.launch" in check.problems(nothing)[0]
+    many = copy.deepcopy(companions)
+    many["robot"] *= 5
+    said = check_companions.hint({"companions": many}, "robot")
+    assert said.count("robot.launch") == 3 and said.endswith(" and 2 more")
+    assert check_companions.hint({}, "robot") == ""
