@@ -32,7 +32,7 @@ if __name__ == "__main__":
     del sys.path[0]  # this folder: what is in it are modules of commands
     sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
 
-from commands import check_remedies, procfs  # noqa: E402
+from commands import check_python, check_remedies, procfs  # noqa: E402
 
 ROSLAUNCH = str(pathlib.Path(__file__).with_name("check_roslaunch.py"))
 START_LIMIT = 60.0  # wall time until the simulator answers [s]
@@ -328,9 +328,10 @@ def read_launch_log(path):
 
     Returns:
         died: (node, exit code, name of its program); before: of such a node the error that was
-        logged just before, which may be another's; cannot: (package, type) of nodes that could
-        not start; unable: nodes whose program could not be run; interpreters: (script, missing
-        interpreter); errors: lines of errors; refused: why roslaunch refuses the file, or None.
+        logged just before, which may be another's; raised: of a Python program the exception that
+        ended it; cannot: (package, type) of nodes that could not start; unable: nodes whose
+        program could not be run; interpreters: (script, missing interpreter); errors: lines of
+        errors; refused: why roslaunch refuses the file, or None.
     """
     with open(path, encoding="utf-8", errors="replace") as stream:
         text = _COLORS.sub("", stream.read())
@@ -346,6 +347,7 @@ def read_launch_log(path):
             for match in _DIED.finditer(text)
             if (said := _errors(text[: match.start()].splitlines()[-BEFORE:]))
         },
+        "raised": check_python.exceptions(text),
         "cannot": sorted(set(_CANNOT.findall(text))),
         "unable": sorted(set(_UNABLE.findall(text))),
         "interpreters": missing_interpreters(_NOT_FOUND.findall(text)),
@@ -355,8 +357,10 @@ def read_launch_log(path):
 
 
 def _errors(lines):
-    """Lines of errors, without what gazebo_ros_control logs of joints that need no gains."""
+    """Lines of errors, without what gazebo_ros_control logs of joints that need no gains, and what
+    roslaunch logs of other nodes."""
     lines = [line.strip() for line in lines if "No p gain specified for pid." not in line]
+    lines = [line for line in lines if not _CANNOT.search(line)]
     return [line for line in lines if re.match(r"\[?(ERROR|FATAL)\b", line)]
 
 
@@ -387,6 +391,19 @@ def _refused(text):
         lines = [line.strip() for line in text[:end].splitlines() if line.strip()]
         causes = [line for line in lines if not line.startswith("ROS path")][-1:]
     return "; ".join(words + causes[:REFUSED_LINES])
+
+
+def raised(exceptions):
+    """Exceptions of programs, with what helps against them.
+
+    Args:
+        exceptions: Program -> sentence, of check_python.exceptions().
+    """
+    rospack = rospkg.RosPack()
+    return {
+        program: said + check_python.remedy(said, lambda name: name in rospack.list())
+        for program, said in exceptions.items()
+    }
 
 
 def builders(found):
@@ -488,6 +505,7 @@ def main(result, log, port, seconds, *launch_words):
             said = read_launch_log(log)
             found.update(said, exit_status=launch.returncode)
             found["builders"] = builders(found)
+            found["raised"] = raised(found["raised"])
             json.dump(found, stream)
     return 0
 

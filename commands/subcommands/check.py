@@ -266,7 +266,8 @@ def _findings(found):
     for name, code, program in found["died"]:
         if not needs_screen(program):
             text = f"node {name} ({program}) died with exit code {code}"
-            add([text + (_reason(found, program) or _before(found, name))], f"node {name}")
+            why = _raised(found, program) or _reason(found, program) or _before(found, name)
+            add([text + why], f"node {name}")
     return said
 
 
@@ -364,6 +365,12 @@ def _subject(text):
     if library:
         return f"plugin {library.group()}"
     return " ".join(named.groups()) if named else text
+
+
+def _raised(found, program):
+    """The exception that ended a Python program, or ""."""
+    said = found.get("raised", {}).get(program)
+    return f": {said}" if said else ""
 
 
 def _reason(found, program):

@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from commands import check_observer, check_remedies, check_roslaunch, cli
+from commands import check_observer, check_python, check_remedies, check_roslaunch, cli
 from commands.errors import CommandError, UsageError
 from commands.subcommands import check
 
@@ -167,6 +167,58 @@ def test_nodes_that_died_are_read_from_the_log(begin, tmp_path):
         "\nlog file: /tmp/base-2*.log\n"
     )
     assert check_observer.read_launch_log(str(tmp_path / "log"))["died"] == [("base", 1, "driver")]
+
+
+ENDED = """process[driver-10]: started with pid [5527]
+  File "/ws/src/car/driver.py", line 34
+    radius = base / t
+TabError: inconsistent use of tabs and spaces in indentation
+[view-2] process has died [pid 11, exit code -6, cmd /usr/lib/view].
+Traceback (most recent call last):
+  File "/ws/devel/lib/car/brake", line 15, in <module>
+    exec(compile(fh.read(), python_script, 'exec'), context)
+  File "/ws/src/car/scripts/brake", line 3, in <module>
+    import serial.tools
+ModuleNotFoundError: No module named 'serial'
+ERROR: cannot launch node of type [gmapping/slam_gmapping]: gmapping
+[driver-10] process has died [pid 12, exit code 1, cmd /ws/src/car/driver.py __name:=driver].
+[brake-11] process has died [pid 13, exit code 1, cmd /ws/devel/lib/car/brake __name:=brake].
+"""
+
+
+def test_what_python_raised_is_why_a_node_died(tmp_path):
+    (tmp_path / "log").write_text(ENDED)
+    said = check_observer.read_launch_log(str(tmp_path / "log"))
+    assert said["raised"] == {
+        "driver.py": "TabError: inconsistent use of tabs and spaces in indentation "
+        "(driver.py, line 34)",
+        "brake": "ModuleNotFoundError: No module named 'serial' (brake, line 3)",
+    }
+    assert said["errors"] == [] and said["before"] == {}, "roslaunch's error is not the node's"
+    found = changed(died=said["died"], raised=said["raised"], before={"driver": "[ERROR]: other"})
+    problems = check.problems(found)
+    assert "node driver (driver.py) died with exit code 1: TabError: inconsistent" in problems[1]
+    assert problems[2].endswith("No module named 'serial' (brake, line 3)")
+
+
+@pytest.mark.parametrize(
+    "said, words",
+    [
+        ("TabError: inconsistent use of tabs and spaces", "written for Python 2"),
+        ("SyntaxError: Missing parentheses in call to 'print'.", "written for Python 2"),
+        ("NameError: name 'raw_input' is not defined", "written for Python 2"),
+        ("ModuleNotFoundError: No module named 'Tkinter'", "written for Python 2"),
+        ("ModuleNotFoundError: No module named 'serial.tools' (x, line 3)", "python3-serial"),
+        ("ModuleNotFoundError: No module named 'car.msg'", "package car is not built"),
+        ("ModuleNotFoundError: No module named 'some_net'", "pip install some_net"),
+        ("NameError: name 'speed' is not defined", ""),
+    ],
+)
+def test_what_helps_against_what_python_raised(said, words):
+    found = check_python.remedy(
+        said, {"car"}.__contains__, lambda names: set(names) & {"python3-serial"}
+    )
+    assert words in found if words else found == ""
 
 
 MEANT = "plugin '{}' is not known here and is ignored; did you mean 'libgazebo_ros_control.so'?"
@@ -352,7 +404,7 @@ def test_the_launch_log(tmp_path):
     (tmp_path / "log").write_text(LOG)
     said = check_observer.read_launch_log(str(tmp_path / "log"))
     assert said["died"] == [("view", -6, "rviz")] and said["unable"] == ["pad"]
-    assert said["cannot"] == [("hover", "drive")] and len(said["errors"]) == 2
+    assert said["cannot"] == [("hover", "drive")] and len(said["errors"]) == 1
     assert "gone" in said["before"]["view"], "no gains are no fault"
     assert "Invalid <param> tag" in said["refused"] and "'lidar' not found" in said["refused"]
 
