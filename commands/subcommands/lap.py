@@ -68,7 +68,8 @@ def run(options, rest):
 
 
 def policy_arguments(options):
-    """Returns the launch arguments of the driver policy: its file and the sensors it learned from.
+    """Returns the launch arguments of the driver policy: its file, its sensors, walls if it has
+    learned between walls.
 
     Raises:
         UsageError: A policy without its driver, or the driver without one.
@@ -78,7 +79,10 @@ def policy_arguments(options):
     if not options.policy:
         return []
     found = [f"policy:={options.policy}"]
-    observation = launching.policy_settings(options.policy).get("observation", ())
+    settings = launching.policy_settings(options.policy)
+    observation = settings.get("observation", ())
+    if settings.get("walls"):
+        found.append("walls:=true")
     if "lidar" in observation:
         found.append("lidar:=true")
     if "camera" in observation:

@@ -164,6 +164,8 @@ def test_a_policys_lap_gets_its_sensors(trainings):
         "camera_width:=160",
         "camera_height:=120",
     ]
+    (path.parent / "settings.json").write_text('{"observation": ["lidar"], "walls": true}')
+    assert lap.policy_arguments(options) == [f"policy:={path}", "walls:=true", "lidar:=true"]
     assert lap.policy_arguments(Namespace(driver="line", policy=None)) == []
     for driver, policy in (("policy", None), ("line", str(path))):
         with pytest.raises(UsageError, match="belong together"):

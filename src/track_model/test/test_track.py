@@ -233,6 +233,18 @@ def test_command_line(small, own_cache, tmp_path):
     assert sorted(os.listdir(tmp_path / "out dir")) == sorted(cache.FILES)
 
 
+def test_walls_can_be_asked_for(small, own_cache):
+    code, out, err = run("--sdf", "--walls", small)
+    assert (code, err) == (0, "")
+    made = ET.fromstring(out).find("model")
+    assert len(made.findall("link[@name='walls']/collision")) > 10
+    uri = made.find("link/visual/geometry/mesh/uri").text
+    assert uri == ET.fromstring(run("--sdf", small)[1]).find(".//visual//uri").text
+    assert track.load_track(small, walls=True).spec.walls.enabled
+    assert not track.load_track(small).spec.walls.enabled
+    assert run("--walls", small)[0] == 2
+
+
 def test_cached_answer_imports_no_numpy(small, package):
     cache.ensure(small)
     code = (

@@ -23,9 +23,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--sdf", action="store_true", help="print the SDF model, nothing else")
     parser.add_argument(
+        "--walls", action="store_true", help="with --sdf: walls along the lane in any case"
+    )
+    parser.add_argument(
         "-o", "--output", metavar="DIR", help="write the files there and not into the cache"
     )
     arguments = parser.parse_args(argv)
+    if arguments.walls and not arguments.sdf:
+        parser.error("--walls is for --sdf")
     try:
         path = source.find(arguments.track)
         if arguments.output:
@@ -33,7 +38,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         else:
             directory = cache.ensure(path)
             paths = [os.path.join(directory, name) for name in cache.FILES]
-        if arguments.sdf:
+        if arguments.walls:
+            sys.stdout.write(_with_walls(arguments.track))
+        elif arguments.sdf:
             with open(paths[cache.FILES.index("track.sdf")], encoding="utf-8") as stream:
                 sys.stdout.write(stream.read())
         else:
@@ -53,3 +60,11 @@ def main(argv: Sequence[str] | None = None) -> int:
             file=sys.stderr,
         )
     return 1
+
+
+def _with_walls(name_or_path: str) -> str:
+    from track_model.files import writer  # numpy and OpenCV, which a cached answer does without
+    from track_model.track import load_track
+
+    track = load_track(name_or_path, walls=True)
+    return writer.sdf_file(writer.model_sdf(track.lane, track.spec, track.directory))

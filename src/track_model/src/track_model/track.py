@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from dataclasses import dataclass
 from typing import Any
@@ -45,11 +46,12 @@ class Track:
     spec: spec.TrackSpec
 
 
-def load_track(name_or_path: str) -> Track:
+def load_track(name_or_path: str, walls: bool | None = None) -> Track:
     """Load a track, generating its files if they are not cached.
 
     Args:
         name_or_path: default, easy, medium, hard, or the path of a YAML, .npy or .csv file.
+        walls: Whether the lane has walls; None: as the file says. `directory` is the file's.
 
     Raises:
         TrackError: There is no such track, or its file is not valid.
@@ -57,6 +59,10 @@ def load_track(name_or_path: str) -> Track:
     path = source.find(name_or_path)
     directory = cache.ensure(path)
     parsed = source.load(path)
+    if walls is not None:
+        parsed = dataclasses.replace(
+            parsed, walls=dataclasses.replace(parsed.walls, enabled=walls)
+        )
     lane = geometry.lane(parsed)
     inner, outer = sorted(
         (lane.edge(side) for side in (-1.0, 1.0)),

@@ -273,6 +273,15 @@ def model_sdf(lane: Lane, spec: TrackSpec, directory: str) -> str:
     return text + "  </model>\n"
 
 
+def sdf_file(model: str) -> str:
+    """Return the content of track.sdf.
+
+    Args:
+        model: Of model_sdf().
+    """
+    return f'<?xml version="1.0"?>\n<sdf version="1.6">\n{model}</sdf>\n'
+
+
 def preview(image: npt.NDArray[Any], area: Extent) -> npt.NDArray[Any]:
     """Return the image at 1000 px with the start frame's axes and a 1 m scale."""
     scale = 1000.0 / max(image.shape[:2])
@@ -316,7 +325,7 @@ def write(spec: TrackSpec, directory: str, final: str) -> None:
     texts = {
         "track.obj": ground_obj(area),
         "track.mtl": "newmtl track\nKa 1 1 1\nKd 1 1 1\nKs 0 0 0\nillum 1\nmap_Kd track.png\n",
-        "track.sdf": f'<?xml version="1.0"?>\n<sdf version="1.6">\n{model}</sdf>\n',
+        "track.sdf": sdf_file(model),
         "track.world": WORLD.format(name="track_world", model=model),
     }
     for name, text in texts.items():

@@ -231,7 +231,8 @@ class RefereeNode:
     """
 
     def __init__(self) -> None:
-        track = load_track(str(rospy.get_param("~track", "default")))
+        walled = True if rospy.get_param("~walls", False) else None  # None: as its file says
+        track = load_track(str(rospy.get_param("~track", "default")), walled)
         rules, car = read(Rules, rospy.get_param), read(Car, rospy.get_param)
         walls: list[Polygon] = []
         if track.spec.walls.enabled:
