@@ -1,10 +1,11 @@
-"""Steps a second of Paddock's environments beside f1tenth_gym's and Gymnasium's CarRacing.
+"""Steps a second of Paddock's environments beside those of other simulators of cars.
 
-    ./run exec python bench/others.py --f1tenth PYTHON --box2d PYTHON
+    ./run exec python bench/others.py --mujoco PYTHON --racecar PYTHON --f1tenth PYTHON
 
 The others are not part of Paddock: each runs with the Python of a virtual environment in which it
 is installed; without one a line says how to install it. Rounds alternate, Paddock's single car
-before each of the others, so that a slower minute slows both. Cars drive round a circle.
+before each of the others, so that a slower minute slows both. Cars drive round a circle. The
+section `peers` of ./run bench measures the same and keeps it.
 """
 
 import argparse
@@ -14,32 +15,55 @@ import pathlib
 import subprocess
 import sys
 
-from pairs import matched
-
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 from figures import BenchError, Spread  # noqa: E402
-from pairs import alternate, pairs_of  # noqa: E402
+from pairs import Round, alternate, matched, pairs_of  # noqa: E402
+from usage import Monitor  # noqa: E402
 
 WORKER = pathlib.Path(__file__).resolve().parent / "observers" / "others.py"
 REFERENCE = "paddock_state_1"
-# Name -> (which Python, what a step of it contains).
+OURS = "6 driven joints, 4 wheels in contact, ODE's quickstep of 100 iterations, 1 ms"
+MUJOCO = "6 driven joints, 4 wheels in contact, Newton's method, soft contacts, 1 ms; rollout"
+RACECAR = "16 joints with 2 differentials, Bullet's contacts of 50 iterations, 10 ms"
+# Name -> (which Python, what it simulates and returns).
 SUBJECTS = {
-    REFERENCE: ("paddock", "state, multi-body physics"),
+    REFERENCE: ("paddock", f"state; {OURS}"),
     "paddock_state_16": ("paddock", "the same for 16 cars, each in its world (make_vec)"),
-    "paddock_lidar_1": ("paddock", "64 rays, multi-body physics"),
+    "paddock_lidar_1": ("paddock", f"64 rays at 15 Hz; {OURS}"),
     "paddock_lidar_16": ("paddock", "the same for 16 cars, each in its world (make_vec)"),
-    "f1tenth_1": ("f1tenth", "1080 rays, single-track model in 2D"),
+    "mujoco_1": ("mujoco", f"state; {MUJOCO}"),
+    "mujoco_16": ("mujoco", "the same for 16 cars, each in its world"),
+    "racecar_1": ("racecar", f"1080 rays at 25 Hz, pose, motion; {RACECAR}"),
+    "racecar_16": ("racecar", "the same for 16 cars in one world"),
+    "f1tenth_1": ("f1tenth", "1080 rays at 100 Hz; single-track model in 2D, no contacts, 10 ms"),
     "f1tenth_16": ("f1tenth", "the same for 16 agents that also see and hit each other"),
-    "car_racing": ("box2d", "96x96 colour image, Box2D in 2D"),
+    "car_racing": ("box2d", "96x96 colour image at 50 Hz; Box2D in 2D, 20 ms"),
 }
+# Pairs of subjects that observe alike.
+BESIDE = (
+    ("paddock_state_1", "mujoco_1"),
+    ("paddock_state_16", "mujoco_16"),
+    ("paddock_lidar_1", "racecar_1"),
+    ("paddock_lidar_16", "racecar_16"),
+    ("paddock_lidar_1", "f1tenth_1"),
+    ("paddock_lidar_16", "f1tenth_16"),
+)
 INSTALL = {
+    "mujoco": "python3 -m venv V && V/bin/pip install mujoco, then --mujoco V/bin/python",
+    "racecar": "python3.10 -m venv V && git clone https://github.com/axelbr/racecar_gym && "
+    "V/bin/pip install -e racecar_gym (Python 3.8 to 3.10), then --racecar V/bin/python",
     "f1tenth": 'python3 -m venv V && V/bin/pip install "f1tenth_gym @ '
     'git+https://github.com/f1tenth/f1tenth_gym@v1.0.0", then --f1tenth V/bin/python',
     "box2d": "python3 -m venv V && V/bin/pip install swig && PATH=$PWD/V/bin:$PATH V/bin/pip "
     'install "gymnasium[box2d]>=1.0", then --box2d V/bin/python',
 }
-NEEDED = {"f1tenth": "f1tenth_gym", "box2d": "gymnasium.envs.box2d.car_racing, Box2D, pygame"}
+NEEDED = {
+    "mujoco": "mujoco.rollout",
+    "racecar": "racecar_gym.envs.gym_api",
+    "f1tenth": "f1tenth_gym",
+    "box2d": "gymnasium.envs.box2d.car_racing, Box2D, pygame",
+}
 SECONDS = 1.0  # of a round
 
 
@@ -51,6 +75,7 @@ class Subject:
 
     Attributes:
         period: simulated time of a step [s]; time_step: of the physics [s]; cars: in a step.
+        pid: of the process.
 
     Raises:
         BenchError: the process did not start.
@@ -63,19 +88,24 @@ class Subject:
             [python, *([] if ours else ["-I"]), str(WORKER), name], text=True,
             env=None if ours else quiet(), stdin=subprocess.PIPE, stdout=subprocess.PIPE,
         )  # fmt: skip
+        self.pid = self._process.pid
         about = self._answer()
         self.period, self.time_step, self.cars = (
             about[key] for key in ("period", "time_step", "cars")
         )
 
     def rate(self):
-        """Steps a second over a round; with several cars a step moves each of them."""
+        """Round of steps a second; with several cars a step moves each of them.
+
+        Its details have `own`: steps a second of processor time.
+        """
         try:
             self._process.stdin.write(f"{SECONDS}\n")
             self._process.stdin.flush()
         except BrokenPipeError:
             pass  # the answer is missing, too
-        return self._answer()["rate"]
+        answer = self._answer()
+        return Round(answer["rate"], {"own": answer["own"]})
 
     def _answer(self):
         line = self._process.stdout.readline()
@@ -118,7 +148,8 @@ def measure(pythons, quick):
         pythons: kind -> path.
 
     Returns:
-        dict: name -> figures of Pairs with period, time_step, cars, real_time.
+        dict: name -> figures of Pairs with period, time_step, cars, real_time; own: car seconds a
+        second of processor time, a value a round, reference_own: of the reference beside it.
     """
     subjects = {}
     try:
@@ -126,13 +157,20 @@ def measure(pythons, quick):
             if kind in pythons:
                 subjects[name] = Subject(pythons[kind], name)
         others = {name: one.rate for name, one in subjects.items() if name != REFERENCE}
-        measured = alternate(subjects[REFERENCE].rate, others, pairs_of(quick))
+        monitor = Monitor({"bench": [os.getpid(), *(one.pid for one in subjects.values())]})
+        measured = alternate(subjects[REFERENCE].rate, others, pairs_of(quick), monitor)
     finally:
         for subject in subjects.values():
             subject.close()
     found = {name: pairs.figures() for name, pairs in measured.items()}
     for name, figures in found.items():
         figures.update(about(subjects[name], figures["variant"]["median"]))
+        for key, rounds, subject in (
+            ("own", measured[name].variant, subjects[name]),
+            ("reference_own", measured[name].reference, subjects[REFERENCE]),
+        ):
+            scale = subject.period * subject.cars
+            figures[key] = [scale * one_round.details["own"] for one_round in rounds]
     return found
 
 
@@ -155,32 +193,55 @@ def lines(found):
     reference = next(iter(found.values()))["reference"]
     spreads = {REFERENCE: Spread.read(reference)}
     spreads.update({name: Spread.read(figures["variant"]) for name, figures in found.items()})
-    yield f"{'':18}{'steps a second':>34}{'s a step':>10}{'physics':>10}{'car s a s':>11}"
+    yield (
+        f"{'':18}{'steps a second':>34}{'s a step':>10}{'physics':>10}{'car s a s':>11}"
+        f"{'a core':>9}"
+    )
     for name, spread in spreads.items():
         about = found.get(name) or found["paddock_lidar_1"]  # steps of both are equally long
         pace = spread.median * about["period"] * about["cars"]
         yield (
             f"{name:18}{spread.text('.0f'):>34}{about['period']:10.4f}{about['time_step']:10.4f}"
-            f"{pace:11.1f}  {SUBJECTS[name][1]}"
+            f"{pace:11.1f}{own(found, name).median:9.1f}  {SUBJECTS[name][1]}"
         )
-    for mine, its in (("paddock_lidar_1", "f1tenth_1"), ("paddock_lidar_16", "f1tenth_16")):
+    for mine, its in BESIDE:
         if its in found:
-            yield f"{mine} over {its}, car seconds a second: {over(found, mine, its).text()}"
+            ratio = over(found, mine, its).text()
+            yield f"{mine} over {its}, car seconds a second of processor time: {ratio}"
+
+
+def own(found, name):
+    """Spread of a subject's car seconds a second of processor time."""
+    if name == REFERENCE:
+        return Spread.of(value for each in found.values() for value in each["reference_own"])
+    return Spread.of(found[name]["own"])
 
 
 def over(found, mine, its):
-    """Spread of the ratio of two subjects' simulated time, round by round."""
-    scale = found[mine]["period"] / found[its]["period"]
-    pairs = matched(found[mine]["ratios"], found[its]["ratios"])
-    return Spread.of(scale * one / other for one, other in pairs)
+    """Spread of the ratio of two subjects' car seconds a second of processor time, round by round,
+    each over the reference's beside it."""
+    one, other = (
+        [1.0] * len(found[its]["own"])
+        if name == REFERENCE
+        else [a / b for a, b in matched(found[name]["own"], found[name]["reference_own"])]
+        for name in (mine, its)
+    )
+    return Spread.of(a / b for a, b in matched(one, other))
 
 
 def main(arguments=None):
     """Measure and tell; returns the exit code."""
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog="\n".join(f"{kind}: {how}" for kind, how in INSTALL.items()),
     )
-    for kind, what in (("f1tenth", "f1tenth_gym v1.0.0"), ("box2d", "Gymnasium with Box2D")):
+    for kind, what in (
+        ("mujoco", "MuJoCo"),
+        ("racecar", "racecar_gym"),
+        ("f1tenth", "f1tenth_gym v1.0.0"),
+        ("box2d", "Gymnasium with Box2D"),
+    ):
         parser.add_argument(f"--{kind}", metavar="PYTHON", help=f"interpreter with {what}")
     parser.add_argument("--quick", action="store_true", help="fewer rounds")
     parser.add_argument("--save", type=pathlib.Path, metavar="FILE", help="also write JSON here")

@@ -149,7 +149,9 @@ class Racecar:
         scenario = os.path.join(root, "scenario.yml")
         self._names = [f"car{number}" for number in range(cars)]
         with open(scenario, "w") as stream:
-            json.dump({"world": {"name": "ring"}, "agents": list(map(self._agent, self._names))}, stream)
+            json.dump(
+                {"world": {"name": "ring"}, "agents": list(map(self._agent, self._names))}, stream
+            )
         kind = api.SingleAgentRaceEnv if cars == 1 else api.MultiAgentRaceEnv
         self.env = kind(scenario, render_mode="rgb_array_follow")  # no window; nothing is rendered
         action = {"steering": self.steering, "speed": self.speed}
@@ -317,7 +319,8 @@ KINDS = {
 
 def main(name):
     """Serve rounds until stdin ends; what libraries print goes to stderr."""
-    answers, sys.stdout = sys.stdout, sys.stderr
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)  # PyBullet prints past Python
     subject = KINDS[name]()
     subject.step()
     rate(subject, WARM_UP)

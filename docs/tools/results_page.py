@@ -20,6 +20,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "bench"))
 
 import results  # noqa: E402
+from others import SUBJECTS  # noqa: E402
 from sections import SECTIONS  # noqa: E402
 
 README, PAGE, IMAGES = ROOT / "README.md", ROOT / "docs" / "results.md", ROOT / "docs" / "images"
@@ -169,6 +170,29 @@ TOLD = {
         ),
         "gym, ",
     ),
+    "gym_gap": Told(
+        "Gym and ROS",
+        "A lap from line to line after a standing start by the same policy, as `./run train` makes "
+        "it, in the gym and over ROS.",
+        told_if(
+            "Over ROS a lap takes {} more with `state`, {} with `lidar`, {} with `camera`.",
+            *(f"{name}, over ROS longer by" for name in ("state", "lidar", "camera")),
+        ),
+    ),
+    "peers": Told(
+        "Beside other gyms",
+        "Each simulator drives cars round a circle by its own API, in rounds that alternate: "
+        "simulated seconds, times cars, a second of processor time of all its threads. They "
+        "simulate and return different things, as the table says. Ratios are of those that "
+        "observe alike.",
+        told_if(
+            "With `state` Paddock makes {} times MuJoCo's car seconds a second of processor time, "
+            "with a lidar {} times f1tenth_gym's and {} times racecar_gym's.",
+            "paddock_state_1 over mujoco_1",
+            "paddock_lidar_1 over f1tenth_1",
+            "paddock_lidar_1 over racecar_1",
+        ),
+    ),
     "gym_steps": Told(
         "Physics steps of the gym",
         "The car with steps of 0.5 to 4 ms: steady circles, a slalom, a minute at rest, a lap by "
@@ -210,7 +234,10 @@ def row(figure: dict, unit: str) -> str:
     """A line of the table; worlds beside Gazebo have one column more."""
     spread = "" if figure["spread"] is None else " to ".join(map(number, figure["spread"]))
     value = f"{number(figure['value'])} {figure['unit'] or unit}".rstrip()
-    text = f"| {figure['name']} | {value} | {spread} | {figure['runs']} |"
+    name = figure["name"]
+    if name in SUBJECTS:
+        name += f": {SUBJECTS[name][1]}"
+    text = f"| {name} | {value} | {spread} | {figure['runs']} |"
     times = times_gazebo(figure)
     return text if times is None else f"{text} {number(times[0])} |"
 

@@ -3,16 +3,19 @@
 import stat
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
+from paddock_gym.simulation.description import car_urdf
 
 BENCH = Path(__file__).resolve().parents[2] / "bench"
-sys.path.insert(0, str(BENCH))
+sys.path[:0] = [str(BENCH), str(BENCH.parent / "docs" / "tools")]
 
 import others  # noqa: E402
+import results_page  # noqa: E402
 from figures import BenchError  # noqa: E402
-from observers.others import KINDS  # noqa: E402
-from pairs import alternate  # noqa: E402
+from observers.others import KINDS, mujoco_car  # noqa: E402
+from sections import section  # noqa: E402
 
 WORKER = """#!{python}
 import json, sys
@@ -20,7 +23,8 @@ name = sys.argv[-1]
 print(json.dumps({{"period": 0.01 if "f1" in name else 0.05, "time_step": 0.005,
                    "cars": 16 if name.endswith("16") else 1}}), flush=True)
 for line in sys.stdin:
-    print(json.dumps({{"rate": 500.0 if "f1" in name else 200.0}}), flush=True)
+    rate = 500.0 if "f1" in name else 200.0
+    print(json.dumps({{"rate": rate, "own": 2.0 * rate}}), flush=True)
 """
 
 
@@ -44,31 +48,71 @@ def test_every_subject_has_its_process():
 
 def test_what_is_measured_is_told(python):
     found = others.measure({"paddock": python, "f1tenth": python}, quick=True)
-    assert set(found) == set(others.SUBJECTS) - {others.REFERENCE, "car_racing"}
+    ours = {name for name, (kind, _) in others.SUBJECTS.items() if kind in ("paddock", "f1tenth")}
+    assert set(found) == ours - {others.REFERENCE}
     assert found["f1tenth_16"]["variant"]["median"] == 500.0
     assert found["f1tenth_16"]["real_time"] == pytest.approx(5.0)
     table = {line.split()[0]: line for line in list(others.lines(found))[1:-2]}
-    assert set(table) == set(others.SUBJECTS) - {"car_racing"}
+    assert set(table) == ours
     assert table["paddock_state_1"].split()[1] == "200"
-    assert "0.0500    0.0050       10.0" in table["paddock_state_1"]  # 200 steps of 0.05 s
-    assert "0.0100    0.0050       80.0" in table["f1tenth_16"]  # 500 of 0.01 s with 16 cars
+    assert "0.0500    0.0050       10.0     20.0" in table["paddock_state_1"]  # 200 of 0.05 s
+    assert "0.0100    0.0050       80.0    160.0" in table["f1tenth_16"]  # 500 of 0.01 s, 16 cars
     assert "1080 rays" in table["f1tenth_1"]
+    figures = {"subjects": found, "errors": {}}
+    rows = {row.label: row for row in section("peers").rows(figures)}
+    assert set(rows) > ours
+    assert rows["f1tenth_16"].value.median == pytest.approx(160.0)
+    assert rows["f1tenth_16, all cores"].value == pytest.approx(80.0)
+    assert rows["paddock_lidar_1 over f1tenth_1"].value.median == pytest.approx(2.0)
+    assert "16 cars" in results_page.row({"name": "mujoco_16", "value": 1.0, "unit": "",
+                                          "spread": None, "runs": 1}, "x")  # fmt: skip
 
 
 def test_simulated_time_is_compared_turn_by_turn():
-    rates = {"paddock_lidar_1": iter((30.0, 60.0)), "f1tenth_1": iter((100.0, 100.0))}
-    measured = alternate(
-        lambda: 10.0, {name: lambda own=own: next(own) for name, own in rates.items()}, 2
-    )
-    found = {name: pairs.figures() for name, pairs in measured.items()}
-    found["paddock_lidar_1"]["period"], found["f1tenth_1"]["period"] = 0.05, 0.01
+    found = {
+        "paddock_lidar_1": {"own": [15.0, 60.0], "reference_own": [10.0, 20.0]},
+        "f1tenth_1": {"own": [10.0, 10.0], "reference_own": [10.0, 10.0]},
+    }
     spread = others.over(found, "paddock_lidar_1", "f1tenth_1")
     assert (spread.least, spread.greatest) == (pytest.approx(1.5), pytest.approx(3.0))
+    spread = others.over(found, others.REFERENCE, "paddock_lidar_1")
+    assert (spread.least, spread.greatest) == (pytest.approx(1 / 3), pytest.approx(1 / 1.5))
+    assert others.own(found, others.REFERENCE).greatest == 20.0
+
+
+def test_peers_that_are_not_there_are_told(tmp_path, monkeypatch, python):
+    errors = {}
+    monkeypatch.delenv("PADDOCK_PEERS", raising=False)
+    assert list(section("peers").pythons(errors)) == ["paddock"]
+    assert set(errors) == set(others.INSTALL)
+    (tmp_path / "mujoco" / "bin").mkdir(parents=True)
+    program(tmp_path / "mujoco" / "bin" / "python", "#!/bin/sh\n")
+    monkeypatch.setenv("PADDOCK_PEERS", str(tmp_path))
+    errors = {}
+    assert list(section("peers").pythons(errors)) == ["paddock", "mujoco"]
+    assert set(errors) == set(others.INSTALL) - {"mujoco"}
+
+
+def test_the_car_for_mujoco_has_the_joints_and_masses_of_ours():
+    car = ElementTree.fromstring(mujoco_car(0.001))
+    urdf = ElementTree.fromstring(car_urdf())
+    driven = [
+        joint for joint in urdf.iter("joint") if joint.get("type") in ("continuous", "revolute")
+    ]
+    assert len(car.findall(".//joint[@axis]")) == len(driven) == len(car.find("actuator")) == 6
+    masses = {link.get("name"): link.find("inertial/mass") for link in urdf.iter("link")}
+    kinds = ("chassis", "wheel", "hinge")
+    ours = sorted(
+        float(mass.get("value"))
+        for name, mass in masses.items()
+        if mass is not None and any(kind in name for kind in kinds)
+    )
+    assert sorted(float(each.get("mass")) for each in car.iter("inertial")) == ours
 
 
 @pytest.mark.parametrize("kind", others.INSTALL)
 def test_what_is_not_installed_says_how(kind, tmp_path):
-    how = f"{kind} is not measured: install it with: python3 -m venv"
+    how = f"{kind} is not measured: install it with: python3"
     assert others.missing(kind, None).startswith(how)
     reason = others.missing(kind, str(tmp_path / "absent"))
     assert "absent', which is no Python that can be run; " + how in reason

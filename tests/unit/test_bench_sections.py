@@ -192,3 +192,20 @@ def test_the_worlds_and_topics_of_the_variants_with_high_rates():
         known = {item.get("name") for item in launch.iter("arg")}
         assert {item.partition(":=")[0] for item in variant.arguments} <= known
         assert variant.topics
+
+
+def test_a_lap_in_the_gym_and_over_ros_is_a_row_each(tmp_path):
+    found = {"state": {"gym": 10.0, "ros": [10.0, 10.1, 10.2]}, "errors": {}}
+    rows = {row.label: row for row in section("gym_gap").rows(found)}
+    assert rows["state, lap in the gym"].value == 10.0
+    assert rows["state, lap over ROS"].value.median == 10.1
+    assert rows["state, over ROS longer by"].value.greatest == pytest.approx(2.0)
+    assert rows["state, over ROS longer by"].unit == "%"
+    path = tmp_path / "result.json"
+    path.write_text(json.dumps({"starts": [{"outcome": "lap", "lap_time": 9.5}]}))
+    assert section("gym_gap").lap_time(path) == 9.5
+    path.write_text(json.dumps({"starts": [{"outcome": "off track", "lap_time": 0.0}]}))
+    with pytest.raises(BenchError, match="no lap came of it: off track"):
+        section("gym_gap").lap_time(path)
+    with pytest.raises(BenchError, match="there was no result"):
+        section("gym_gap").lap_time(tmp_path / "none.json")

@@ -60,9 +60,7 @@ def load_track(name_or_path: str, walls: bool | None = None) -> Track:
     directory = cache.ensure(path)
     parsed = source.load(path)
     if walls is not None:
-        parsed = dataclasses.replace(
-            parsed, walls=dataclasses.replace(parsed.walls, enabled=walls)
-        )
+        parsed = dataclasses.replace(parsed, walls=dataclasses.replace(parsed.walls, enabled=walls))
     lane = geometry.lane(parsed)
     inner, outer = sorted(
         (lane.edge(side) for side in (-1.0, 1.0)),
