@@ -18,6 +18,7 @@ sys.path[:0] = [
 
 import page_commands  # noqa: E402
 import results_page  # noqa: E402
+import typed  # noqa: E402
 from test_tutorials import PACKAGES, check, words_of  # noqa: E402
 
 from commands.errors import UsageError  # noqa: E402
@@ -96,6 +97,59 @@ def test_each_command_is_run_or_has_a_reason():
             )
             used.add(why)
     assert set(page_commands.UNRUN.values()) - used == set()
+
+
+@pytest.mark.parametrize("path", documents(), ids=lambda path: str(path.relative_to(ROOT)))
+def test_words_of_commands_exist(path):
+    for line in page_commands.lines(path):
+        try:
+            typed.check(line)
+        except Exception as error:
+            raise AssertionError(f"{path.relative_to(ROOT)}: {line}: {error!r}") from None
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "./run chekc PACKAGE FILE.launch",
+        "./run train NAME --observatoin camera",
+        "./run lap [--track T] [--divers D]",
+        "./run lap --driver lien",
+        "./run evaluate first --track default medum",
+        "./run truck --back lnie|arc",
+        "./run desk lap --drvier line",
+        "./run world pased:=true",
+        "./run test crcle",
+        "./run bench -- --only efficency",
+        "./run setup --with gymm",
+        "./run add navigaton",
+        "./run exec rolaunch track_model world.launch",
+        "roslaunch track_model wrld.launch",
+        "roslaunch cybertrck truck.launch",
+        "roslaunch cybertruck truck.launch trailr:=true",
+        "rosrun track_model mak_track default",
+        "rosservice call /gazebo/pause_phisics",
+        "rostopic eco /odom",
+        "./run exec rostopic pub /cmd_vel geometry_msgs/Twits '{}'",
+        "./run exec python docs/tools/platform.py",
+        "PADDOCK_SOLVER=bullet ./rum exec roslaunch PACKAGE FILE.launch",
+        "cd /opt/paddock && ./run setpu",
+        "podman run --rm paddock demo && ./run demoo",
+    ],
+)
+def test_words_that_do_not_exist_are_found(line):
+    with pytest.raises((AssertionError, UsageError)):
+        typed.check(line)
+
+
+def test_each_line_of_a_box_is_read_as_a_command():
+    """A program that page_commands does not know would be looked at by no test."""
+    for page in documents():
+        text = re.sub(r" \\\n\s*", " ", page_commands.FENCE.sub("", page.read_text()))
+        boxes = re.findall(r"(?:^|\n)\n((?:    \S[^\n]*\n)+)", text)
+        for line in "".join(boxes).splitlines():
+            known = page_commands.BOX.match(line) or line.strip()[0] in "<[" or "(" in line
+            assert known, f"{page.relative_to(ROOT)}: {line}: see {page_commands.__file__}"
 
 
 def test_reasons_name_tests_that_exist():
