@@ -108,6 +108,8 @@ def setup_changes():
         if fields[-1] == "end":
             return [tuple(fields[at : at + 3]) for at in range(0, len(fields) - 1, 3)]
     found = _measure()
+    if not is_own():
+        return found
     write(CHANGES, "\0".join([*(field for change in found for field in change), "end"]))
     signature.save("environment", DEVEL, _inputs(found))
     return found
@@ -221,7 +223,8 @@ def _workspace_of(packages):
     import sys
 
     name = hashlib.sha256(os.fsencode(";".join(packages))).hexdigest()[:16]
-    marker = os.path.join(CACHE, "workspaces", name, ".catkin")
+    cache = CACHE if is_own() else os.path.expanduser("~/.cache/paddock")
+    marker = os.path.join(cache, "workspaces", name, ".catkin")
     if not os.path.exists(marker):
         script = "import sys; from catkin_pkg.package import parse_package as p; p(sys.argv[1])"
         valid = []
@@ -235,6 +238,25 @@ def _workspace_of(packages):
                 print(f"run: {path}/package.xml: {why}; ours is used", file=sys.stderr)
         write(marker, ";".join(valid))
     return os.path.dirname(marker) if read(marker) else None
+
+
+def is_own():
+    """Returns whether the caller may write into this clone."""
+    return os.access(CACHE, os.W_OK)
+
+
+def shared():
+    """Returns the environment for somebody who may only read this clone, as a dict.
+
+    Raises:
+        CommandError: It is not set up, or was changed since.
+    """
+    if not (bootstrap.venv.ready() and bootstrap.workspace.ready()):
+        raise CommandError(
+            f"{ROOT} is not set up, and belongs to somebody else",
+            "Its owner has to type ./run setup there.",
+        )
+    return activated(callers())
 
 
 def ready():
@@ -270,7 +292,7 @@ def activated(environ):
     Returns:
         It.
     """
-    if not environ.get("HOME") or not os.access(environ["HOME"], os.W_OK):
+    if is_own() and not (environ.get("HOME") and os.access(environ["HOME"], os.W_OK)):
         environ["HOME"] = os.path.join(CACHE, "home")
         os.makedirs(environ["HOME"], exist_ok=True)
     if not environ.get("LANG") and not environ.get("LC_ALL"):
@@ -290,9 +312,9 @@ def activated(environ):
     if not has_sound(environ):  # SDL's mixer, of pygame, ends a program where nothing can sound
         environ.setdefault("SDL_AUDIODRIVER", "dummy")
     environ["PADDOCK_ROOT"] = ROOT
-    clean_up_logs()
-    if not environ.get("ROS_LOG_DIR"):
-        environ["ROS_LOG_DIR"] = LOG_FOLDER
+    if is_own():
+        clean_up_logs()
+        environ["ROS_LOG_DIR"] = environ.get("ROS_LOG_DIR") or LOG_FOLDER
     if not environ.get("ROS_IP") and not environ.get("ROS_HOSTNAME"):
         environ["ROS_IP"] = "127.0.0.1"
     return environ

@@ -79,7 +79,8 @@ def print_environment():
 
     kept = os.dup(1)
     os.dup2(2, 1)
-    lines = changes(environment.callers(), environment.ready())
+    after = environment.ready() if environment.is_own() else environment.shared()
+    lines = changes(environment.callers(), after)
     os.dup2(kept, 1)
     print("\n".join(lines))
 

@@ -1,6 +1,7 @@
 """source setup.bash: the environment of ./run exec in bash and zsh, from anywhere."""
 
 import os
+import shutil
 import subprocess
 
 import pytest
@@ -63,6 +64,31 @@ def test_a_workspace_elsewhere_is_chained(tmp_path):
     first, *found = done.stdout.split()
     assert first.startswith(f"{tmp_path}/devel:{ROOT}/devel")
     assert found[0] == str(package)
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root becomes somebody else")
+def test_somebody_who_cannot_write_into_the_clone_sources_it(tmp_path):
+    run("exec", "true")  # what is set up already
+    (tmp_path / "home").mkdir()
+    shutil.chown(tmp_path / "home", "nobody")
+    for folder in (*tmp_path.parents[:3], tmp_path):
+        os.chmod(folder, 0o755)
+    becomes = ["setpriv", "--reuid=nobody", "--regid=nogroup", "--clear-groups"]
+    if subprocess.run([*becomes, "test", "-r", f"{ROOT}/run"], check=False).returncode != 0:
+        pytest.skip("the clone is in a folder that nobody else may enter")
+    environ = {"PATH": "/usr/bin:/bin", "HOME": str(tmp_path / "home")}
+    script = f"source '{ROOT}/setup.bash' && rospack find track_model && echo [$ROS_LOG_DIR]"
+    done = subprocess.run(
+        [*becomes, *SHELLS["bash"], script], env=environ, cwd=tmp_path, timeout=PATIENCE,
+        check=False, capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == [f"{ROOT}/src/track_model", "[]"]
+    refused = subprocess.run(
+        [*becomes, f"{ROOT}/run", "version"], env=environ, timeout=PATIENCE, check=False,
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert refused.returncode != 0 and "cannot write to" in refused.stderr
 
 
 def test_a_set_up_that_fails_is_not_hidden(tmp_path):
