@@ -44,11 +44,11 @@ FROM = "measured", "sources"
 HEAD = """# What is supported
 
 Every element, attribute and parameter that the sources of Gazebo 11 and its ROS packages read,
-and what becomes of it here. `docs/tools/supported.py` makes this page of [docs/support](support).
+and what Paddock does with it. `docs/tools/supported.py` makes this page of [docs/support](support).
 
 - `as Gazebo`: a test holds it, which is named.
 - `differs`: how; measured beside Gazebo, or read in the sources of both.
-- `ignored`: it means something in Gazebo and nothing here; with or without a warning that names it.
+- `ignored`: it means something in Gazebo and nothing in Paddock; a warning may name it.
 - `means nothing here`: it has no effect in Gazebo with ODE and ROS either, or the row says why.
 """
 
