@@ -178,7 +178,9 @@ def _check_tool(words):
             assert rest[1] in MODULES, f"there is no module {rest[1]}"
         files = [word for word in rest if re.match(r"[a-z]+/", word)] or rest[:1]
         for word in files:
-            known = (ROOT / word).exists() or word == "example.py" or word[0] in "~.-"
+            known = (
+                (ROOT / word).exists() or word[0] in ".-" or _is_own(word) or word == "example.py"
+            )
             assert known, f"there is no file {word}"
 
 
