@@ -242,6 +242,9 @@ def test_a_section_of_results_has_a_sentence_its_method_and_a_table(tmp_path):
     assert "**All controllers of the car run 2.50 s after `roslaunch`.** Wall time" in text
     assert "*Fast, 2 cores, Python 3.11.2; commit 12345678, 2026-01-02.*" in text
     assert "| start to 7 controllers | 2.50 s | 2.50 to 2.50 | 3 |" in text
+    laps = [(f"{name}, over ROS longer by", more, "%") for name, more in (("a", -0.3), ("b", 0.2))]
+    text = results_page.section(recorded("gym_gap", *laps))
+    assert "**Over ROS a lap takes as long as in the gym within 0.300 %: `a`, `b`.**" in text
     paces = json.loads(results_page.PACES.read_text())["worlds"]
     (first, one), (second, other) = list(paces.items())[:2]
     found = recorded(
