@@ -38,13 +38,17 @@ def policy_of(name, log):
     if not (folder / "policy.onnx").exists():
         if not importlib.util.find_spec("stable_baselines3"):
             raise BenchError("there is no policy; ./run train installs what trains one")
-        given = dict.fromkeys(("threads", "ray", "workers"))
-        given.update(name=name, observation=[name], resume=False, **KINDS[name][0])
-        table = {**train.wanted(argparse.Namespace(**given)), "folder": str(folder)}
-        words = [sys.executable, "-m", "paddock_gym.training.cli", json.dumps(table)]
+        words = [sys.executable, "-m", "paddock_gym.training.cli", json.dumps(training(name))]
         if subprocess.run(words, stdout=log, stderr=log, check=False).returncode:
             raise BenchError("the training failed")
     return folder / "policy.onnx"
+
+
+def training(name):
+    """What ./run train asks for with an observation, and the folder."""
+    given = dict.fromkeys(("threads", "ray", "workers"))
+    given.update(name=name, observation=[name], resume=False, **KINDS[name][0])
+    return {**train.wanted(argparse.Namespace(**given)), "folder": str(FOLDER / name)}
 
 
 def lap_in_the_gym(policy):

@@ -8,6 +8,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from paddock_gym.training.settings import Settings
 
 BENCH = Path(__file__).resolve().parents[2] / "bench"
 sys.path.insert(0, str(BENCH))
@@ -192,6 +193,20 @@ def test_the_worlds_and_topics_of_the_variants_with_high_rates():
         known = {item.get("name") for item in launch.iter("arg")}
         assert {item.partition(":=")[0] for item in variant.arguments} <= known
         assert variant.topics
+
+
+@pytest.mark.parametrize("name", ["state", "lidar", "camera"])
+def test_a_policy_that_lacks_is_trained_as_a_user_would(name, tmp_path, monkeypatch):
+    gap = section("gym_gap")
+    monkeypatch.setattr(gap, "FOLDER", tmp_path)
+    table = gap.training(name)
+    assert table.pop("folder") == str(tmp_path / name) and not table.pop("resume")
+    settings = Settings(**table)
+    assert settings.until_laps and settings.observation == (name,)
+    assert settings.walls is (True if name == "lidar" else None)
+    (tmp_path / name).mkdir()
+    (tmp_path / name / "policy.onnx").touch()
+    assert gap.policy_of(name, None) == tmp_path / name / "policy.onnx"
 
 
 def test_a_lap_in_the_gym_and_over_ros_is_a_row_each(tmp_path):
