@@ -21,6 +21,11 @@ if(NOT CATKIN_ENABLE_TESTING AND NOT PROJECT_NAME STREQUAL "Project")
     endfunction()
   endforeach()
 endif()
+# FindG2O.cmake of other packages wants a library of g2o's examples, which libg2o.cmake leaves out; it
+# is theirs to link, but nobody calls it.
+if(EXISTS "${CATKIN_DEVEL_PREFIX}/lib/libg2o_core.so" AND NOT G2O_INCREMENTAL_LIB)
+  set(G2O_INCREMENTAL_LIB "" CACHE FILEPATH "of g2o's examples")
+endif()
 include("${PADDOCK_HELP}")
 if(NOT DEFINED "paddock_help_${CMAKE_CURRENT_SOURCE_DIR}")
   return()

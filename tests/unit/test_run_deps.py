@@ -137,6 +137,12 @@ def test_names_of_debian():
     assert of_a_sourced_ros["tf"] == [] and of_a_sourced_ros["eigen"] == ["libeigen3-dev"]
 
 
+def test_boost_comes_without_mpi():
+    found = deps.resolve(["boost"])["boost"]
+    assert {"libboost-dev", "libboost-graph-dev", "libboost-python-dev"} <= set(found)
+    assert not {name for name in found if "mpi" in name or name == "libboost-all-dev"}
+
+
 def test_a_name_that_is_listed_twice_is_ours_and_updated_sources_count(tmp_path):
     home = tmp_path / "ros"
     lookup = {"HOME": str(tmp_path), "ROS_HOME": str(home), "PATH": "/usr/bin:/bin"}

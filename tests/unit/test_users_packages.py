@@ -1,6 +1,7 @@
 """Packages that a user puts into src/: how each is looked at before it is built."""
 
 import shutil
+import subprocess
 
 import pytest
 import run_rig
@@ -94,6 +95,31 @@ def test_components_that_are_asked_for_only_sometimes_refuse_nothing(tmp_path):
     assert left_out.before_configuration({"a": str(folder)}, {"roscpp"}.__contains__) == []
     (entry,) = left_out.before_configuration({"a": str(folder)}, set().__contains__)
     assert (entry.package, entry.missing) == ("a", "roscpp")
+
+
+FINDS_G2O = """cmake_minimum_required(VERSION 3.1)
+project(band NONE)
+find_library(G2O_INCREMENTAL_LIB g2o_incremental)
+set(found "/lib/libg2o_core.so" ${G2O_INCREMENTAL_LIB})
+if(found)
+  message(STATUS "libraries: ${found}")
+endif()
+"""
+
+
+@pytest.mark.parametrize("built", [True, False])
+def test_g2o_is_found_without_the_library_of_its_examples(tmp_path, built):
+    (tmp_path / "lib").mkdir()
+    (tmp_path / "help.cmake").write_text("")
+    (tmp_path / "CMakeLists.txt").write_text(FINDS_G2O)
+    if built:
+        (tmp_path / "lib" / "libg2o_core.so").write_text("")
+    words = [f"-DCMAKE_PROJECT_INCLUDE={old_code.HOOK}", f"-DPADDOCK_HELP={tmp_path}/help.cmake"]
+    done = subprocess.run(
+        ["cmake", str(tmp_path), *words, f"-DCATKIN_DEVEL_PREFIX={tmp_path}"],
+        cwd=tmp_path / "lib", check=True, capture_output=True, text=True,
+    )  # fmt: skip
+    assert ("-- libraries: /lib/libg2o_core.so\n" in done.stdout) == built
 
 
 def test_what_is_left_out_is_said_once(monkeypatch):
