@@ -22,7 +22,10 @@ PLUGINS = {
 OWN_PLUGIN = "a Python class can take its place (docs/tutorials/your_own_simulation.md)"
 GENERIC = "./run deps PATH names Debian's packages, others have to be in your workspace as sources"
 _WITHOUT_PATH = re.compile(r"Package\[([^]]*)\] does not have a path")  # of gazebo_ros
-_NOT_FOUND = re.compile(r"Resource not found: ([\w-]+)|\b[Pp]ackage '([\w-]+)' not found")
+_NOT_FOUND = re.compile(
+    r"Resource not found: (?:The following package was not found in .*: )?([\w-]+)"
+    r"|\b[Pp]ackage '([\w-]+)' not found"
+)
 
 
 def for_package(name, existing=deps.existing, resolve=deps.resolve):

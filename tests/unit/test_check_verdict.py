@@ -382,6 +382,14 @@ def test_a_crate_that_was_spawned_is_no_robot_beside_one():
     assert sentence == "robot crate is tilted by 90 degrees"
 
 
+def test_packages_that_a_refused_file_misses():
+    long = 'The following package was not found in <arg name="a: b" value="$(find ferry)/x: y"/>'
+    assert check_remedies.named_packages("Resource not found: ferry\nROS path [0]=/a") == ["ferry"]
+    assert check_remedies.named_packages(f"Resource not found: {long}: ferry_2\n") == ["ferry_2"]
+    assert check_remedies.named_packages("package 'ferry' not found") == ["ferry"]
+    assert check_remedies.named_packages(None) == []
+
+
 def test_a_refused_file_is_one_problem():
     found = {"simulator": False, "refused": "no such arg", "cannot": [], "died": []}
     assert check.problems(found) == ["roslaunch refuses the file: no such arg"]
