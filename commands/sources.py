@@ -19,7 +19,6 @@ ELSEWHERE = {
     name: repository
     for repository, names in {
         "cartographer-project/cartographer_ros": ("cartographer_ros",),
-        "rst-tu-dortmund/costmap_converter": ("costmap_converter",),
         "ros-perception/depthimage_to_laserscan": ("depthimage_to_laserscan",),
         "clearpathrobotics/fath_pivot_mount_description": ("fath_pivot_mount_description",),
         "ros-drivers/flir_camera_driver#noetic-devel": ("flir_camera_description",),
@@ -28,11 +27,8 @@ ELSEWHERE = {
         "yujinrobot/kobuki_desktop": ("kobuki_gazebo", "kobuki_gazebo_plugins"),
         "ros-perception/laser_filters": ("laser_filters",),
         "clearpathrobotics/LMS1xx#noetic-devel": ("lms1xx",),
-        "ros-gbp/libg2o-release#release/noetic/libg2o": ("libg2o",),
         "dfki-ric/mir_robot#noetic": ("mir_description", "mir_gazebo", "mir_navigation"),
-        "naturerobots/move_base_flex#noetic": (
-            *("mbf_abstract_nav", "mbf_costmap_core", "mbf_costmap_nav", "mbf_msgs"),
-        ),
+        "naturerobots/move_base_flex#noetic": ("mbf_abstract_nav", "mbf_costmap_nav"),
         "ros-perception/pointcloud_to_laserscan#lunar-devel": ("pointcloud_to_laserscan",),
         "ros-drivers/pointgrey_camera_driver#noetic-devel": ("pointgrey_camera_description",),
         "PR2/pr2_common": ("pr2_description", "pr2_msgs"),
@@ -43,7 +39,6 @@ ELSEWHERE = {
         "agilexrobotics/scout_ros": ("scout_base", "scout_bringup", "scout_msgs"),
         "uos/sick_tim#noetic": ("sick_tim",),
         "SteveMacenski/slam_toolbox#noetic-devel": ("slam_toolbox",),
-        "rst-tu-dortmund/teb_local_planner#noetic-devel": ("teb_local_planner",),
         "turtlebot/turtlebot": ("turtlebot_bringup", "turtlebot_description"),
         "turtlebot/turtlebot_apps": ("turtlebot_navigation",),
         "turtlebot/turtlebot_interactions": ("turtlebot_rviz_launchers",),

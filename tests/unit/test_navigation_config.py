@@ -1,9 +1,11 @@
-"""paddock_navigation's parameters: what DWA may command to a vehicle that steers like a car.
+"""paddock_navigation's parameters: what DWA and teb may command to what steers like a car.
 
 The rules are those of dwa_local_planner: a command's speed is one that acc_lim_x reaches within a
-period of the controller; a command below both min_vel_trans and min_vel_theta is none.
+period of the controller; a command below both min_vel_trans and min_vel_theta is none. teb keeps
+min_turning_radius by a penalty only, and the footprint min_obstacle_dist from a line.
 """
 
+import math
 import os
 
 import pytest
@@ -15,12 +17,17 @@ CIRCLES = {"car": 0.28, "truck": 0.51}  # [m] of the sharpest turn that it drive
 STANDING = 0.0
 
 
+def read(vehicle, name):
+    """Reads a file of a vehicle's parameters."""
+    path = os.path.join(SOURCES, "paddock_navigation", "config", vehicle, f"{name}.yaml")
+    with open(path, encoding="utf-8") as stream:
+        return yaml.safe_load(stream)
+
+
 def planner(vehicle):
     """Reads the parameters of DWA and the period of the controller [s]."""
-    path = os.path.join(SOURCES, "paddock_navigation", "config", vehicle, "move_base.yaml")
-    with open(path, encoding="utf-8") as stream:
-        given = yaml.safe_load(stream)
-    return given["DWAPlannerROS"], 1.0 / given["controller_frequency"]
+    period = 1.0 / read(vehicle, "move_base")["controller_frequency"]
+    return read(vehicle, "dwa")["DWAPlannerROS"], period
 
 
 def speeds(vehicle, now):
@@ -60,3 +67,31 @@ def test_it_backs_up_from_rest_and_never_changes_direction_while_it_drives(vehic
     for now in (dwa["min_vel_trans"], dwa["max_vel_x"]):
         assert min(speeds(vehicle, now)) > 0.0
     assert max(speeds(vehicle, dwa["min_vel_x"])) < 0.0
+
+
+@pytest.mark.parametrize("vehicle", sorted(CIRCLES))
+@pytest.mark.parametrize("name", ["dwa", "teb"])
+def test_a_planner_has_the_parameters_of_its_name(vehicle, name):
+    given = read(vehicle, name)
+    package, _, kind = given.pop("base_local_planner").partition("/")
+    assert package == f"{name}_local_planner"
+    assert list(given) == [kind]
+    assert not {"base_local_planner", kind} & set(read(vehicle, "move_base"))
+
+
+@pytest.mark.parametrize("vehicle", sorted(CIRCLES))
+def test_teb_commands_turns_that_the_vehicle_drives_both_ways(vehicle):
+    teb = read(vehicle, "teb")["TebLocalPlannerROS"]
+    assert teb["min_turning_radius"] >= 1.2 * CIRCLES[vehicle]
+    assert teb["cmd_angle_instead_rotvel"] is False  # their /cmd_vel has a yaw rate
+    assert teb["allow_init_with_backwards_motion"] is True
+    assert teb["max_vel_x_backwards"] > 0.0
+
+
+@pytest.mark.parametrize("vehicle", sorted(CIRCLES))
+def test_what_teb_keeps_free_is_the_footprint_of_the_costmaps(vehicle):
+    teb, given = read(vehicle, "teb")["TebLocalPlannerROS"], read(vehicle, "costmap")
+    (begin, _), (end, _) = (teb["footprint_model"][name] for name in ("line_start", "line_end"))
+    for x, y in given["footprint"]:
+        beside = max(begin - x, 0.0, x - end)
+        assert math.hypot(beside, y) <= teb["min_obstacle_dist"]
