@@ -14,6 +14,7 @@ from launching import WORLDS, Launch
 from report import Row, spent_text
 from usage import Monitor, spent_within
 
+NOTED = 0.05  # processors, of a node that has a row of its own
 SETTLE = 3.0  # [s] between the start of the drive and the window
 TURTLEBOT3 = str(WORLDS / "turtlebot3.launch")
 TRUCK = ("paddock_navigation", "vehicle.launch")
@@ -93,3 +94,6 @@ def rows(figures):
             f"{late['late_ms_p50']:.2f} / {late['late_ms_p999']:.2f} ms",
         )
         yield Row("  processors", spent_text(found["spent"]))
+        for node, share in sorted(found["spent"]["cpu"].items(), key=lambda item: -item[1]):
+            if share >= NOTED:
+                yield Row(f"{name}, {node}", f"{share:.2f} processors", share, "processors")
