@@ -1,6 +1,7 @@
 """The gym is the world of track_model's launch files: the same commands, the same bits."""
 
 import math
+import pathlib
 
 import pytest
 import xacro
@@ -28,7 +29,8 @@ class Launched:
         self.world = World()
         self.world.load(sdf.parse_world(text, description.resolve))
         urdf = xacro.process_file(str(share / "urdf" / "racecar.urdf.xacro")).toxml()
-        self.world.spawn_sdf("track", description.track_sdf(track), Pose(), description.resolve)
+        model = pathlib.Path(track.directory, "track.sdf").read_text(encoding="utf-8")
+        self.world.spawn_sdf("track", model, Pose(), description.resolve)
         self.car = self.world.spawn_urdf("racecar", urdf, Pose(), description.resolve)
         self.world.sort_before_start()
         self.manager: Manager = self.car.manager

@@ -242,6 +242,8 @@ def test_walls_can_be_asked_for(small, own_cache):
     assert uri == ET.fromstring(run("--sdf", small)[1]).find(".//visual//uri").text
     assert track.load_track(small, walls=True).spec.walls.enabled
     assert not track.load_track(small).spec.walls.enabled
+    assert track.load_track(small, walls=True).sdf() == out
+    assert track.load_track(small).sdf() == run("--sdf", small)[1], "what the cache has"
     assert run("--walls", small)[0] == 2
 
 

@@ -39,7 +39,10 @@ def main(argv: Sequence[str] | None = None) -> int:
             directory = cache.ensure(path)
             paths = [os.path.join(directory, name) for name in cache.FILES]
         if arguments.walls:
-            sys.stdout.write(_with_walls(arguments.track))
+            # numpy and OpenCV, which a cached answer does without
+            from track_model.track import load_track
+
+            sys.stdout.write(load_track(arguments.track, walls=True).sdf())
         elif arguments.sdf:
             with open(paths[cache.FILES.index("track.sdf")], encoding="utf-8") as stream:
                 sys.stdout.write(stream.read())
@@ -60,11 +63,3 @@ def main(argv: Sequence[str] | None = None) -> int:
             file=sys.stderr,
         )
     return 1
-
-
-def _with_walls(name_or_path: str) -> str:
-    from track_model.files import writer  # numpy and OpenCV, which a cached answer does without
-    from track_model.track import load_track
-
-    track = load_track(name_or_path, walls=True)
-    return writer.sdf_file(writer.model_sdf(track.lane, track.spec, track.directory))

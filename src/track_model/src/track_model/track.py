@@ -45,6 +45,10 @@ class Track:
     directory: str
     spec: spec.TrackSpec
 
+    def sdf(self) -> str:
+        """Return its SDF file, with walls if its spec has them; meshes are those of `directory`."""
+        return writer.sdf_file(writer.model_sdf(self.lane, self.spec, self.directory))
+
 
 def load_track(name_or_path: str, walls: bool | None = None) -> Track:
     """Load a track, generating its files if they are not cached.

@@ -1,4 +1,4 @@
-"""The descriptions of a world: the car's URDF, the track's SDF."""
+"""The descriptions of a world: the car's URDF, the world file."""
 
 import dataclasses
 import functools
@@ -6,7 +6,6 @@ import pathlib
 
 import xacro
 from bullet_sim.formats.sdf import world as sdf
-from track_model.files import writer
 
 from track_model import source
 
@@ -30,20 +29,6 @@ def car_urdf(lidar_rays=LIDAR_RAYS):
     }
     path = share_folder() / "urdf" / "racecar.urdf.xacro"
     return xacro.process_file(str(path), mappings=arguments).toxml()
-
-
-def track_sdf(track, walls=None):
-    """SDF text of a track.
-
-    Args:
-        walls: True or False: with or without walls along both borders; None: as its file says.
-    """
-    spec = track.spec
-    if walls is None or walls == spec.walls.enabled:
-        return (pathlib.Path(track.directory) / "track.sdf").read_text(encoding="utf-8")
-    spec = dataclasses.replace(spec, walls=dataclasses.replace(spec.walls, enabled=walls))
-    model = writer.model_sdf(track.lane, spec, track.directory)
-    return f'<sdf version="1.6">\n{model}</sdf>\n'
 
 
 def world(time_step):

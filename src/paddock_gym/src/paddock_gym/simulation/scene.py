@@ -146,7 +146,7 @@ class Scene:
         track: name or path of a track.
         time_step: physics step [s].
         control_rate: actions per simulated second [Hz].
-        walls: see description.track_sdf.
+        walls: see load_track.
 
     Attributes:
         projector: Projector of its lane.
@@ -161,14 +161,13 @@ class Scene:
     def __init__(self, track="default", time_step=TIME_STEP, control_rate=15.0, walls=None):
         STEPS.check("time_step", time_step, GymError)
         CONTROL_RATE.check("control_rate", control_rate, GymError)
-        self.track = load_track(track)
+        self.track = load_track(track, walls)
         self.projector = Projector(Course(self.track.lane), WINDOW)
         self.period = 1.0 / control_rate
         self.substeps = max(1, round(self.period / time_step))
         self.world = World()
         self.world.load(description.world(time_step))
-        sdf = description.track_sdf(self.track, walls)
-        ground = self.world.spawn_sdf("track", sdf, Pose(), description.resolve)
+        ground = self.world.spawn_sdf("track", self.track.sdf(), Pose(), description.resolve)
         self.ground = frozenset({(ground.body, ground.link_in_body("ground")[0])})
         self.has_walls = "walls" in ground.link_names
         self.car = Car(self.world, "racecar", Pose(), description.car_urdf())
