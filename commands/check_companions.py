@@ -7,12 +7,10 @@ import os
 import re
 
 from commands.bootstrap import workspace
-from commands.paths import SOURCES, read
+from commands.paths import SOURCES, read_xml
 
-COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
-WORLD = re.compile(r"empty_world\.launch|type=[\"'](?:gzserver|gazebo)[\"']")
 BRINGS = {  # what is missing -> text of a launch file that brings it
-    "world": WORLD,
+    "world": re.compile(r"empty_world\.launch|type=[\"'](?:gzserver|gazebo)[\"']"),
     "robot": re.compile(r"type=[\"']spawn_(?:model|urdf)[\"']"),
     "controllers": re.compile(
         r"type=[\"']spawner[\"']|type=[\"']controller_manager[\"'][^>]*spawn"
@@ -72,7 +70,7 @@ def _launch_files(folder):
         below.sort()
         for name in sorted(names):
             if name.endswith(".launch"):
-                yield name, COMMENT.sub("", read(os.path.join(directory, name)))
+                yield name, read_xml(os.path.join(directory, name))
 
 
 def _is_ours(folder):

@@ -2,8 +2,8 @@
 
 import os
 import re
-import subprocess
 
+from commands import check_remedies
 from commands.subcommands import deps
 
 # Lines of a traceback, then the exception; of a SyntaxError there is no more than the place.
@@ -63,10 +63,5 @@ def remedy(said, is_package, existing=deps.existing):
     if is_package(module):
         return f"; package {module} is not built: ./run setup builds what is in src/"
     name = "python3-" + module.lower().replace("_", "-")
-    try:
-        known = existing([name])
-    except (OSError, subprocess.CalledProcessError):  # no apt here
-        known = set()
-    if known:
-        return f"; apt-get install {name}"
-    return f"; if it is on PyPI: ./run exec python -m pip install {module}"
+    otherwise = f"if it is on PyPI: ./run exec python -m pip install {module}"
+    return f"; {check_remedies.from_debian(lambda: existing([name])) or otherwise}"

@@ -37,13 +37,20 @@ def for_package(name, existing=deps.existing, resolve=deps.resolve):
     """
     if name in SAME:
         return f"{SAME[name]} does the same"
+    return from_debian(lambda: existing(resolve([name])[name])) or sources.adding(name) or GENERIC
+
+
+def from_debian(find):
+    """A sentence's end: how to install Debian's packages, or "" where there are none.
+
+    Args:
+        find: Function without arguments: names of the packages that exist; it asks apt.
+    """
     try:
-        known = existing(resolve([name])[name])
+        known = find()
     except (OSError, subprocess.CalledProcessError, CommandError, SystemExit):  # no apt here
-        known = set()
-    if known:
-        return f"apt-get install {' '.join(sorted(known))}"
-    return sources.adding(name) or GENERIC
+        known = ()
+    return f"apt-get install {' '.join(sorted(known))}" if known else ""
 
 
 def finding(text):

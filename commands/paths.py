@@ -1,6 +1,7 @@
 """Where things are: the clone, what set-up makes in it, and the system's Python."""
 
 import os
+import re
 
 ROOT = os.path.dirname(os.path.dirname(os.path.realpath(__file__)))
 SOURCES = os.path.join(ROOT, "src")
@@ -28,6 +29,11 @@ def read(path):
             return stream.read()
     except FileNotFoundError:
         return ""
+
+
+def read_xml(path):
+    """Returns an XML file's text without its comments; empty where there is no such file."""
+    return re.sub(r"<!--.*?-->", "", read(path), flags=re.DOTALL)
 
 
 def write(path, text):

@@ -7,7 +7,7 @@ import os
 import re
 from dataclasses import asdict, dataclass
 
-from commands.paths import BUILD, read, write
+from commands.paths import BUILD, read, read_xml, write
 
 FILE = os.path.join(BUILD, ".left_out")
 OWN = "a Python class can take its place (docs/tutorials/your_own_simulation.md)"
@@ -134,7 +134,7 @@ def asked_for(folder, tags=None):
     Args:
         tags: By which elements; None: by any.
     """
-    text = re.sub(r"<!--.*?-->", "", read(os.path.join(folder, "package.xml")), flags=re.S)
+    text = read_xml(os.path.join(folder, "package.xml"))
     return {name for tag, name in _DEPEND.findall(text) if tags is None or tag in tags}
 
 

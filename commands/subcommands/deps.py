@@ -18,7 +18,7 @@ from commands import sources
 from commands.bootstrap import left_out, old_code, ros
 from commands.bootstrap.workspace import given_way, manifests_below, users_packages
 from commands.errors import CommandError, UsageError, say
-from commands.paths import CACHE, PYTHON, ROOT, SOURCES, read, write
+from commands.paths import CACHE, PYTHON, ROOT, SOURCES, read, read_xml, write
 
 USAGE = "[--names] [PATH]"
 DEPEND_TAGS = (
@@ -113,8 +113,8 @@ def named_in_launch_files(folder):
     """Returns the packages of which the launch files of a package start nodes or take files."""
     found = set()
     for path in glob.glob(f"{glob.escape(folder)}/**/*.launch", recursive=True):
-        text = re.sub(r"<!--.*?-->", "", read(path), flags=re.S)
-        found |= {first or second for first, second in _IN_LAUNCH_FILE.findall(text)}
+        named = _IN_LAUNCH_FILE.findall(read_xml(path))
+        found |= {first or second for first, second in named}
     return found
 
 
