@@ -57,7 +57,7 @@ UNRUN = {
     r"steering_map|plot_pose|plot\.launch": "test_cybertruck_physics.py, tests of cybertruck",
     r"^./run (world|truck)\b|exec (bash|roslaunch|rostopic pub)|^roslaunch |rqt": "launches: "
     "tests/ros/ start these files, test_documents.py looks each argument up",
-    r"spawn_model|gzserver|bullet_bridge bridge|sending_figures": "test_spawner.py, "
+    r"spawn_model|gzserver|bullet_bridge bridge": "test_spawner.py, "
     "test_world_files.py, tests/long",
     r"my\.yaml|route|xacro": "files of the reader: test_track.py, test_ros_packages.py",
     r"topics: \[/|rosservice call /gazebo/step": "lockstep: test_lockstep.py, test_step.py",

@@ -2,6 +2,7 @@
 
 import math
 import pathlib
+import re
 import xml.etree.ElementTree as ET
 
 import numpy as np
@@ -9,8 +10,6 @@ import pytest
 import xacro
 import yaml
 from cybertruck.drive.model import TruckGeometry
-
-from cybertruck.meshes import MESHES
 
 PACKAGE = pathlib.Path(__file__).resolve().parents[1]
 SHAPE = TruckGeometry()
@@ -26,6 +25,14 @@ def expand(**arguments):
 @pytest.fixture(scope="module")
 def robot():
     return expand(trailer_lidar="true")
+
+
+def triangles(name):
+    """Corners of a mesh's triangles (N, 3, 3) [m]."""
+    text = (PACKAGE / "meshes" / f"{name}.obj").read_text()
+    points = np.array([line.split()[1:] for line in text.splitlines() if line[:2] == "v "], float)
+    faces = [re.findall(r"(\d+)//", line) for line in text.splitlines() if line[:2] == "f "]
+    return points[np.array(faces, int) - 1]
 
 
 def numbers(text):
@@ -107,17 +114,15 @@ def test_mass_and_inertia_are_those_of_the_volume(robot, link, parts, density, o
     """A homogeneous body of the meshes' shape, by sums over tetrahedra, within a fifth."""
     mass, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
     for part in parts:
-        triangles = MESHES.makers[part]().triangles() + np.array(offset)
-        volumes = (
-            np.einsum("ij,ij->i", triangles[:, 0], np.cross(triangles[:, 1], triangles[:, 2])) / 6.0
-        )
-        sums = triangles.sum(axis=1)
+        corners = triangles(part) + np.array(offset)
+        volumes = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
+        sums = corners.sum(axis=1)
         mass += density * volumes.sum()
         first += density * (volumes[:, None] * sums / 4.0).sum(axis=0)
         second += density * np.einsum(
             "n,nij->ij",
             volumes / 20.0,
-            np.einsum("nki,nkj->nij", triangles, triangles) + np.einsum("ni,nj->nij", sums, sums),
+            np.einsum("nki,nkj->nij", corners, corners) + np.einsum("ni,nj->nij", sums, sums),
         )
     center = first / mass
     second -= mass * np.outer(center, center)
@@ -146,19 +151,16 @@ def test_the_box_passes_the_truck_at_any_angle(robot):
         numbers(box.find("origin").get("xyz"))[0]
         + numbers(box.find("geometry/box").get("size"))[0] / 2
     )
-    low, high = MESHES.makers["shell"]().bounds()
-    corner = math.hypot(-SHAPE.hitch_offset - low[0], high[1])
+    x, y, _ = triangles("shell").reshape(-1, 3).T
+    corner = math.hypot(-SHAPE.hitch_offset - x.min(), y.max())
     assert -front > corner + 0.02
 
 
 def test_the_lidar_is_above_the_truck_and_below_the_trailers_roof(robot):
     beams = position(robot, "lidar_link")[2]
-    assert MESHES.makers["shell"]().bounds()[1][2] + 0.05 < beams
-    assert beams < MESHES.makers["trailer_box"]().bounds()[1][2] - 0.05
-    assert (
-        position(robot, "trailer_lidar_link")[2]
-        > MESHES.makers["trailer_box"]().bounds()[1][2] + 0.05
-    )
+    truck, trailer = (triangles(name)[..., 2].max() for name in ("shell", "trailer_box"))
+    assert truck + 0.05 < beams < trailer - 0.05
+    assert position(robot, "trailer_lidar_link")[2] > trailer + 0.05
 
 
 @pytest.mark.parametrize(
@@ -235,6 +237,8 @@ def test_controllers_match_joints_and_transmissions(robot):
 
 def test_meshes_exist(robot):
     uris = {mesh.get("filename") for mesh in robot.iter("mesh")}
-    assert {uri.rsplit("/", 1)[1][:-4] for uri in uris} == set(MESHES.makers)
+    assert {uri.rsplit("/", 1)[1][:-4] for uri in uris} == {
+        path.stem for path in (PACKAGE / "meshes").glob("*.obj")
+    }
     for uri in uris:
         assert (PACKAGE / uri.replace("package://cybertruck/", "")).is_file()

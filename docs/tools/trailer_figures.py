@@ -229,11 +229,9 @@ def backing_figure(file):
 
 
 def main():
-    """Writes the figures into the argument's folder, or into docs/images of the source tree."""
-    docs = Path(__file__).resolve().parents[1] / "docs"
-    if len(sys.argv) < 2 and not docs.is_dir():
-        sys.exit("trailer_figures: no docs/ of the source tree here; name a folder for the figures")
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else docs / "images"
+    """Writes the figures into the argument's folder, or over those of the package."""
+    images = Path(__file__).resolve().parents[2] / "src" / "cybertruck" / "docs" / "images"
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else images
     folder.mkdir(parents=True, exist_ok=True)
     geometry_figure(folder / "trailer_geometry.png")
     off_tracking_figure(folder / "trailer_off_tracking.png")
