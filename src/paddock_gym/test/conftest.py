@@ -2,7 +2,7 @@
 
 import gymnasium
 import pytest
-from track_model.referee.course import Course, Projector
+from track_model.referee.course import Course
 from track_model.track import load_track
 
 import paddock_gym
@@ -23,16 +23,16 @@ def straight(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def straight_track(straight):
-    """Track and Projector of the straight course."""
+    """Track and Course of the straight course."""
     track = load_track(straight)
-    return track, Projector(Course(track.lane))
+    return track, Course(track.lane)
 
 
 @pytest.fixture(scope="session")
 def circuit():
-    """Track and Projector of the track `easy`: a wide oval, driven counter-clockwise."""
+    """Track and Course of the track `easy`: a wide oval, driven counter-clockwise."""
     track = load_track("easy")
-    return track, Projector(Course(track.lane))
+    return track, Course(track.lane)
 
 
 @pytest.fixture(scope="module")

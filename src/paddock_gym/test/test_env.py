@@ -72,7 +72,7 @@ def test_noise_and_randomization_follow_the_seed():
 
 def test_reset_takes_a_start(env):
     env.reset(seed=1, options={"start": 0.25, "lateral": 0.1, "turn": math.radians(5.0)})
-    state, length = env.run.state, env.scene.projector.length
+    state, length = env.run.state, env.scene.course.length
     assert state.s == pytest.approx(0.25 * length, abs=0.02)
     assert state.lateral == pytest.approx(0.1, abs=0.005)
     assert math.degrees(state.heading_error) == pytest.approx(5.0, abs=0.5)
@@ -193,7 +193,7 @@ def test_starts_go_round_where_they_are_not_random():
     starts = []
     for _ in range(3):
         env.reset(seed=5)
-        starts.append(env.run.state.s / env.scene.projector.length)
+        starts.append(env.run.state.s / env.scene.course.length)
     starts[0] -= round(starts[0])  # a lap's end is its start
     assert starts == pytest.approx([0.0, 0.05, 0.10], abs=1e-3)
     env.close()

@@ -14,10 +14,10 @@ from paddock_gym import observations
 
 
 def test_the_state_on_a_straight(straight_track):
-    _, projector = straight_track
+    _, course = straight_track
     motion = Motion(1.0, 0.1, math.radians(30.0), 2.0, -0.5, 1.0)
-    course_pose = locate(projector, motion)
-    row = StateObserver(projector).observe(motion, course_pose, (3.0, math.radians(15.0)))
+    course_pose = locate(course, motion)
+    row = StateObserver(course).observe(motion, course_pose, (3.0, math.radians(15.0)))
     expected = [0.25, 0.5, math.sqrt(0.75), 0.5, -0.5, 0.25, 0.5, 0.75]
     assert row[:8] == pytest.approx(expected, abs=1e-4)
     assert row[8:] == pytest.approx(np.zeros(len(LOOKAHEADS)), abs=1e-3)
@@ -25,12 +25,13 @@ def test_the_state_on_a_straight(straight_track):
 
 
 def test_curvatures_ahead_are_the_courses(circuit):
-    _, projector = circuit
-    observer = StateObserver(projector)
-    for s in (0.5, 4.0, projector.length - 0.3):
+    _, course = circuit
+    observer = StateObserver(course)
+    for s in (0.5, 4.0, course.length - 0.3):
         course_pose = SimpleNamespace(s=s, lateral=0.0, heading_error=0.0, left=0.5, right=0.5)
         row = observer.observe(Motion(0, 0, 0, 0, 0, 0), course_pose, (0.0, 0.0))
-        expected = [projector.course.curvature(s + ahead) for ahead in LOOKAHEADS]
+        turns = (course.heading(at + 0.05) - course.heading(at - 0.05) for at in s + LOOKAHEADS)
+        expected = [math.remainder(turn, 2.0 * math.pi) / 0.1 for turn in turns]
         assert row[8:] == pytest.approx(expected, abs=0.05)
 
 
@@ -69,7 +70,7 @@ def test_a_robots_messages_make_the_environments_observation():
     """Motion, ranges and image of messages make the observation that the policy was trained on."""
     names = ("state", "lidar", "camera")
     env = gymnasium.make(paddock_gym.IDS[0], observation=names, walls=True).unwrapped
-    assembler = Assembler(names, projector=env.scene.projector)
+    assembler = Assembler(names, course=env.scene.course)
     assert assembler.observe((0.0, 0.0)) is None
     rng = np.random.default_rng(2)
     observation, _ = env.reset(seed=2, options={"start": 0.97})

@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from paddock_gym.contract.params import Waypoints, params
 from paddock_gym.course import Motion, RunEvaluator, TrackObject
-from track_model.referee.course import Course, Projector
+from track_model.referee.course import Course
 from track_model.track import load_track
 
 
-def params_at(track, projector, pose, before=None, objects=(), crashed=False):
-    evaluator = RunEvaluator(projector)
+def params_at(track, course, pose, before=None, objects=(), crashed=False):
+    evaluator = RunEvaluator(course)
     motion = Motion(*pose, 1.0, 0.0, 0.0)
     evaluator.start(Motion(*(before or pose), 0.0, 0.0, 0.0))
     state = evaluator.update(motion, crashed)
     command = 1.5, math.radians(-20.0)
     width = state.left + state.right
-    return params(state, motion, command, Waypoints(track, projector), width, objects)
+    return params(state, motion, command, Waypoints(track, course), width, objects)
 
 
 def test_every_key_on_a_straight(straight_track):
@@ -79,8 +79,8 @@ def test_a_crash_is_told(straight_track):
 
 
 def test_a_circuit_ends_with_its_first_waypoint(circuit):
-    track, projector = circuit
-    found = params_at(track, projector, projector.pose(projector.length - 0.01))
+    track, course = circuit
+    found = params_at(track, course, course.pose(course.length - 0.01))
     waypoints = found["waypoints"]
     assert waypoints[0] == waypoints[-1] == pytest.approx((0.0, 0.0), abs=1e-6)
     assert found["closest_waypoints"] == [len(waypoints) - 2, len(waypoints) - 1]
@@ -95,7 +95,7 @@ def test_a_route_keeps_the_points_of_its_file(tmp_path):
     path = tmp_path / "ring.npy"
     np.save(path, np.hstack([2.0 * ring, 1.6 * ring, 2.4 * ring]))
     track = load_track(str(path))
-    waypoints = Waypoints(track, Projector(Course(track.lane)))
+    waypoints = Waypoints(track, Course(track.lane))
     assert len(waypoints.points) == 41
     # the start frame: origin at the first point, x along the way; the center is 2 m to the left
     for number, (x, y) in enumerate(waypoints.points):

@@ -65,7 +65,7 @@ def test_files_that_are_no_policies(tmp_path):
 
 def test_the_gym_and_a_robot_get_the_same_action(tmp_path, env):
     driver = PolicyDriver(lane_keeper(tmp_path / "policy.onnx"))
-    assembler = Assembler(("state",), projector=env.scene.projector)
+    assembler = Assembler(("state",), course=env.scene.course)
     observation, _ = env.reset(seed=4)
     last = (0.0, 0.0)
     for _ in range(30):
@@ -85,7 +85,7 @@ def test_a_driver_makes_its_lap(tmp_path, env, kind):
     )
     lap = laps.drive(env, driver, laps.starts(2)[1])
     assert lap.end == "lap" and lap.is_lap and lap.progress == 100.0
-    length = env.scene.projector.length
+    length = env.scene.course.length
     assert lap.time == pytest.approx(length / np.mean(lap.trajectory[:, 2]), rel=0.05)
     assert lap.rms_lateral < 0.2 and lap.max_lateral < 0.38
     assert len(lap.trajectory) == round(15 * lap.time)
@@ -114,15 +114,15 @@ def test_a_lap_from_line_to_line_is_timed_by_the_referee(tmp_path, track, straig
     env = DeepRacerEnv(straight if track == "straight" else track, randomize=())
     driver = PolicyDriver(lane_keeper(tmp_path / "policy.onnx"))
     found = laps.line_to_line(env, driver)
-    projector, period = env.scene.projector, env.scene.period
-    s = [standing_start(projector.course)]
-    observation, _ = env.reset(options={"start": s[0] / projector.length})
-    while s[-1] < projector.length:  # also on after the run's end, which is before the line
+    course, period = env.scene.course, env.scene.period
+    s = [standing_start(course)]
+    observation, _ = env.reset(options={"start": s[0] / course.length})
+    while s[-1] < course.length:  # also on after the run's end, which is before the line
         observation, *_ = env.step(driver.act(observation, env))
         s.append(s[-1] + env.run.state.gain)
     times = period * np.arange(len(s))
-    begin = np.interp(0.0, s, times) if projector.closed else 0.0
-    assert found == pytest.approx(np.interp(projector.length, s, times) - begin, abs=0.1 * period)
+    begin = np.interp(0.0, s, times) if course.closed else 0.0
+    assert found == pytest.approx(np.interp(course.length, s, times) - begin, abs=0.1 * period)
     env.close()
 
 

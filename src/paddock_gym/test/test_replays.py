@@ -17,13 +17,13 @@ ACTIONS = 12
 def lap(env):
     """Some actions of a drive, as keep() wants it; `places` are those of the car."""
 
-    def some(each):
+    def some(add_frame):
         env.reset(seed=1, options={"start": 0.1, "lateral": 0.0, "turn": 0.0})
         driver = PursuitDriver(1.0)
         for _ in range(ACTIONS):
             env.step(driver.act(None, env))
             some.places.append((env.run.motion.x, env.run.motion.y))
-            each()
+            add_frame()
         return "twelve actions"
 
     some.places = []
@@ -68,9 +68,12 @@ def test_a_replay_that_cannot_be_written_is_told(env, lap, tmp_path):
 
 
 def test_the_best_lap_is_driven_as_before(env, lap):
-    def end(each):
+    def end(add_frame):
         done = drive(
-            env, PursuitDriver(1.0), {"start": 0.1, "lateral": 0.0, "turn": 0.0}, each=each
+            env,
+            PursuitDriver(1.0),
+            {"start": 0.1, "lateral": 0.0, "turn": 0.0},
+            after_action=add_frame,
         )
         return done.end, done.time, done.trajectory.tolist()
 

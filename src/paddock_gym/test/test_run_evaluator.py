@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from paddock_gym.course import STUCK_STEPS, Motion, RunEvaluator, motion_from
-from track_model.referee.course import Course, Projector
+from track_model.referee.course import Course
 from track_model.referee.referee import Car
 from track_model.track import load_track
 
@@ -14,8 +14,8 @@ def at(x, y=0.0, yaw=0.0):
     return Motion(x, y, yaw, 0.0, 0.0, 0.0)
 
 
-def evaluate(projector, first, *motions):
-    evaluator = RunEvaluator(projector)
+def evaluate(course, first, *motions):
+    evaluator = RunEvaluator(course)
     evaluator.start(first)
     for motion in motions:
         state = evaluator.update(motion)
@@ -57,7 +57,7 @@ def test_wheels_beside_the_lane(straight_track, y, off, end):
 def test_wheels_are_judged_as_the_referee_does(name):
     """Against the referee's polygons of the lane, for poses all over the track."""
     course = Course(load_track(name).lane)
-    evaluator, rng = RunEvaluator(Projector(course)), np.random.default_rng(3)
+    evaluator, rng = RunEvaluator(course), np.random.default_rng(3)
     differ = 0
     for _ in range(400):
         x, y, yaw = course.pose(rng.uniform(0.0, course.length))
@@ -70,12 +70,12 @@ def test_wheels_are_judged_as_the_referee_does(name):
 
 
 def test_a_whole_round_is_a_lap(circuit):
-    _, projector = circuit
-    evaluator, start = RunEvaluator(projector), 3.0
-    evaluator.start(at(*projector.pose(start)))
+    _, course = circuit
+    evaluator, start = RunEvaluator(course), 3.0
+    evaluator.start(at(*course.pose(start)))
     steps = 40
     for number in range(1, steps + 1):
-        state = evaluator.update(at(*projector.pose(start + number * projector.length / steps)))
+        state = evaluator.update(at(*course.pose(start + number * course.length / steps)))
         assert state.progress == pytest.approx(100.0 * number / steps, abs=0.1)
         assert (state.end == "lap") == (number == steps)
 

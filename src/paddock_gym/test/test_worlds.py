@@ -139,11 +139,11 @@ def test_each_thread_has_its_own_environments():
 
     worlds = Worlds([lambda index=index: Env(index) for index in range(5)], threads=2)
     assert len(set(made.values())) == 2 and threading.get_ident() not in made.values()
-    found = worlds.each(lambda index: worlds.envs[index].reset()[0])
+    found = worlds.map(lambda index: worlds.envs[index].reset()[0])
     assert found == [made[index] for index in range(5)]
     with pytest.raises(ZeroDivisionError):
-        worlds.each(lambda index: 1 // (index - 3))
-    assert worlds.each(lambda index: 2 * index) == [0, 2, 4, 6, 8]
+        worlds.map(lambda index: 1 // (index - 3))
+    assert worlds.map(lambda index: 2 * index) == [0, 2, 4, 6, 8]
     worlds.close()
 
 

@@ -46,12 +46,12 @@ def drive(referee, angles, times, offset=0.0, rotation=0.0):
 def test_projection(course):
     for angle in np.linspace(0.01, 6.2, 40):
         for offset in (-0.3, 0.0, 0.35):
-            s, left = course.project(*pose_at(angle, offset)[:2])
+            s, left = course.locate(*pose_at(angle, offset)[:2])
             assert s == pytest.approx(RADIUS * angle, abs=2e-3)
             assert left == pytest.approx(offset, abs=2e-4)
     assert course.pose(RADIUS)[:2] == pytest.approx(pose_at(1.0)[:2], abs=1e-3)
     assert course.pose(RADIUS)[2] == pytest.approx(1.0, abs=1e-3)
-    assert course.curvature(3.0) == pytest.approx(1.0 / RADIUS, rel=0.01)
+    assert float(course.curvature(3.0)) == pytest.approx(1.0 / RADIUS, rel=0.01)
 
 
 @pytest.mark.parametrize("rate", [10.0, 50.0, 123.0])

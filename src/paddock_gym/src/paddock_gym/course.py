@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from track_model.referee.course import Projector
+from track_model.referee.course import Course
 from track_model.referee.referee import Car
 
 
@@ -86,7 +86,7 @@ class TrackObject(NamedTuple):
     speed: float
 
 
-def next_objects(objects: Iterable[TrackObject], s: float, projector: Projector) -> np.ndarray:
+def next_objects(objects: Iterable[TrackObject], s: float, course: Course) -> np.ndarray:
     """The next objects ahead.
 
     Args:
@@ -97,10 +97,10 @@ def next_objects(objects: Iterable[TrackObject], s: float, projector: Projector)
         the centreline / half lane, closest first.
     """
     row = np.tile(np.array((1.0, 0.0), dtype=np.float32), OBSERVED_OBJECTS)
-    ahead = sorted(((obj.s - s) % projector.length, obj.lateral) for obj in objects)
+    ahead = sorted(((obj.s - s) % course.length, obj.lateral) for obj in objects)
     for index, (distance, lateral) in enumerate(ahead[:OBSERVED_OBJECTS]):
         if distance < MAX_OBJECT_DISTANCE:
-            half = sum(projector.sides(s)) / 2.0
+            half = sum(course.sides(s)) / 2.0
             row[2 * index : 2 * index + 2] = distance / MAX_OBJECT_DISTANCE, lateral / half
     return np.clip(row, -1.0, 1.0)
 
@@ -162,25 +162,25 @@ class RunState:
 class RunEvaluator:
     """Evaluates the run of one car, action by action."""
 
-    def __init__(self, projector: Projector, car: Car = Car()) -> None:
-        self.projector = projector
+    def __init__(self, course: Course, car: Car = Car()) -> None:
+        self.course = course
         self._wheels = car.wheels  # from base_link
 
     def start(self, motion: Motion) -> RunState:
         """Start a run at the car's pose."""
-        self._s = float(self.projector.project([(motion.x, motion.y)])[0][0])
-        lateral = self.projector.project_point(motion.x, motion.y, self._s)[1]
+        self._s = self.course.locate(motion.x, motion.y)[0]
+        lateral = self.course.project_point(motion.x, motion.y, self._s)[1]
         self._distance = self._best = 0.0
         self._steps = 0
-        length = self.projector.length
-        self._goal = length if self.projector.closed else max(length - self._s, 1e-6)
+        length = self.course.length
+        self._goal = length if self.course.closed else max(length - self._s, 1e-6)
         self._past = deque([0.0], maxlen=STUCK_STEPS + 1)
         return self._state(motion, lateral, 0.0, False)
 
     def update(self, motion: Motion, crashed: bool = False) -> RunState:
         """Evaluate after one more action."""
-        s, lateral = self.projector.project_point(motion.x, motion.y, self._s)
-        gain = self.projector.course.difference(s, self._s)
+        s, lateral = self.course.project_point(motion.x, motion.y, self._s)
+        gain = self.course.difference(s, self._s)
         self._s = s
         self._distance += gain
         self._best = max(self._best, self._distance)
@@ -189,10 +189,10 @@ class RunEvaluator:
         return self._state(motion, lateral, gain, crashed)
 
     def _state(self, motion: Motion, lateral: float, gain: float, crashed: bool) -> RunState:
-        heading = self.projector.heading(self._s)
+        heading = self.course.heading(self._s)
         error = math.remainder(motion.yaw - heading, 2.0 * math.pi)
         wheels_off = self._wheels_off(lateral, error)
-        left, right = self.projector.sides(self._s)
+        left, right = self.course.sides(self._s)
         return RunState(
             self._s,
             lateral,
@@ -210,7 +210,7 @@ class RunEvaluator:
 
     def _wheels_off(self, lateral: float, error: float) -> tuple[bool, ...]:
         """Whether each wheel is off the lane, which is an arc over the length of a car."""
-        curvature, projector = self.projector.point_curvature(self._s), self.projector
+        curvature, course = self.course.point_curvature(self._s), self.course
         c, s = math.cos(error), math.sin(error)
         off = []
         for x, y in self._wheels:
@@ -219,7 +219,7 @@ class RunEvaluator:
                 # in radii of the lane
                 radius = math.hypot(curvature * along, 1.0 - curvature * aside)
                 aside = (1.0 - radius) / curvature
-            left, right = projector.uniform_sides or projector.sides(self._s + along)
+            left, right = course.uniform_sides or course.sides(self._s + along)
             off.append(not -right <= aside <= left)
         return tuple(off)
 
@@ -228,7 +228,7 @@ class RunEvaluator:
             return CRASHED
         if off:
             return OFF_TRACK
-        if self._distance >= self._goal - (0.0 if self.projector.closed else 0.02):
+        if self._distance >= self._goal - (0.0 if self.course.closed else 0.02):
             return LAP
         if self._best - self._distance > MAX_REVERSE:
             return REVERSED

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike
-from track_model.referee.course import Projector
+from track_model.referee.course import Course
 
 from paddock_gym.course import Motion, RunState
 
@@ -102,11 +102,11 @@ STATE_SHAPE = (len(NAMES),)
 class StateObserver:
     """Observes the state on one course."""
 
-    def __init__(self, projector: Projector) -> None:
-        count = round(projector.length / STEP)
-        self._step, self._count = projector.length / count, count
+    def __init__(self, course: Course) -> None:
+        count = round(course.length / STEP)
+        self._step, self._count = course.length / count, count
         at = (np.arange(count) * self._step)[:, None] + LOOKAHEADS
-        curvatures = [projector.curvature(row) for row in at]
+        curvatures = [course.curvature(row) for row in at]
         self._curvatures = np.clip(curvatures, -LIMIT, LIMIT).astype(np.float32)
 
     def observe(
@@ -151,35 +151,34 @@ class CoursePose(NamedTuple):
     right: float
 
 
-def locate(projector: Projector, motion: Motion, near: float | None = None) -> CoursePose:
+def locate(course: Course, motion: Motion, near: float | None = None) -> CoursePose:
     """Find the CoursePose of a car.
 
     Args:
         near: its last arc length [m], or None.
     """
-    arc, lateral = projector.project([(motion.x, motion.y)], near)
-    s = float(arc[0])
-    left, right = projector.sides(s)
-    error = math.remainder(motion.yaw - projector.heading(s), 2.0 * math.pi)
-    return CoursePose(s, float(lateral[0]), error, float(left), float(right))
+    s, lateral = course.locate(motion.x, motion.y, near)
+    left, right = course.sides(s)
+    error = math.remainder(motion.yaw - course.heading(s), 2.0 * math.pi)
+    return CoursePose(s, lateral, error, float(left), float(right))
 
 
 class Assembler:
     """Stores the newest measurement of each sensor.
 
     Args:
-        projector: needed for `state`.
+        course: needed for `state`.
     """
 
     def __init__(
-        self, names: Sequence[str], colour: bool = False, projector: Projector | None = None
+        self, names: Sequence[str], colour: bool = False, course: Course | None = None
     ) -> None:
-        self._names, self._colour, self._projector = names, colour, projector
+        self._names, self._colour, self._course = names, colour, course
         self._observer: StateObserver | None = None
         if "state" in names:
-            if projector is None:
-                raise ValueError("projector is None; the observation state needs one")
-            self._observer = StateObserver(projector)
+            if course is None:
+                raise ValueError("course is None; the observation state needs one")
+            self._observer = StateObserver(course)
         self._motion: Motion | None = None
         self._course_pose: CoursePose | None = None
         self._ranges: np.ndarray | None = None
@@ -187,12 +186,12 @@ class Assembler:
 
     def set_motion(self, motion: Motion) -> None:
         """Set the car's Motion."""
-        if self._observer is None or self._projector is None:
+        if self._observer is None or self._course is None:
             return
         near = self._course_pose.s if self._course_pose else None
-        course_pose = locate(self._projector, motion, near)
+        course_pose = locate(self._course, motion, near)
         if near is not None and abs(course_pose.lateral) > 1.0:
-            course_pose = locate(self._projector, motion)  # a service has moved the car
+            course_pose = locate(self._course, motion)  # a service has moved the car
         self._motion, self._course_pose = motion, course_pose
 
     def set_ranges(self, measured: ArrayLike) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from track_model.referee.course import Projector
+from track_model.referee.course import Course
 from track_model.track import Track
 
 from paddock_gym.course import Motion, RunState, TrackObject
@@ -29,14 +29,14 @@ class Waypoints:
         length: of the centreline [m].
     """
 
-    def __init__(self, track: Track, projector: Projector) -> None:
-        self.closed, self.length = projector.closed, projector.length
+    def __init__(self, track: Track, course: Course) -> None:
+        self.closed, self.length = course.closed, course.length
         if track.spec.imported:
-            points, along = (values.tolist() for values in _of_file(track, projector))
+            points, along = (values.tolist() for values in _of_file(track, course))
         else:
-            count = max(4, round(projector.length / SPACING))
-            along = (np.arange(count + (not self.closed)) * projector.length / count).tolist()
-            points = [projector.pose(s)[:2] for s in along]
+            count = max(4, round(course.length / SPACING))
+            along = (np.arange(count + (not self.closed)) * course.length / count).tolist()
+            points = [course.pose(s)[:2] for s in along]
         self._along = [float(s) for s in along]
         self.points = [(float(x), float(y)) for x, y in points]
         if self.closed:
@@ -50,13 +50,13 @@ class Waypoints:
         return [ahead - 1, ahead]
 
 
-def _of_file(track: Track, projector: Projector) -> tuple[np.ndarray, np.ndarray]:
+def _of_file(track: Track, course: Course) -> tuple[np.ndarray, np.ndarray]:
     """The file's points in the track's frame, and their arc lengths in increasing order."""
     x, y, yaw = track.lane.origin
     c, s = math.cos(yaw), math.sin(yaw)
     points = (np.asarray(track.spec.points) - (x, y)) @ np.array(((c, -s), (s, c)))
-    along, _ = projector.project(points)
-    along[np.abs(along - projector.length) < 1e-3] = 0.0 if projector.closed else projector.length
+    along, _ = course.project(points)
+    along[np.abs(along - course.length) < 1e-3] = 0.0 if course.closed else course.length
     order = np.argsort(along, kind="stable")
     return points[order], along[order]
 

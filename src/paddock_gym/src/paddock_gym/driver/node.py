@@ -11,7 +11,7 @@ from nav_msgs.msg import Odometry
 from paddock_common.geometry import yaw_of
 from paddock_common.nodes import run
 from sensor_msgs.msg import Image, LaserScan
-from track_model.referee.course import Course, Projector
+from track_model.referee.course import Course
 from track_model.track import load_track
 
 from deepracer_control import topics
@@ -40,11 +40,11 @@ class PolicyNode:
                 f"the policy was trained for {self._about.race}; the car has no sensor for the "
                 "objects that it expects, it must be time_trial"
             )
-        projector = None
+        course = None
         if "state" in names:
             track = load_track(str(rospy.get_param("~track", "default")))
-            projector = Projector(Course(track.lane))
-        self._assembler = Assembler(names, self._about.colour, projector)
+            course = Course(track.lane)
+        self._assembler = Assembler(names, self._about.colour, course)
         self._commands, self._bridge = CommandPublisher(), CvBridge()
         self._wheelbase, self._last, self._due = Geometry().wheelbase, (0.0, 0.0), None
         self._rays = self._scan_shape = None

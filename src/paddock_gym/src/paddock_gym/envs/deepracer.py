@@ -7,7 +7,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from track_model.referee.course import Projector
+from track_model.referee.course import Course
 
 from paddock_gym.contract.actions import Actions
 from paddock_gym.envs import options as gym_options
@@ -84,7 +84,7 @@ class DeepRacerEnv(gymnasium.Env):
         self.scene.restore()
         start = None
         if options:
-            start = start_of(self.scene.projector, options)
+            start = start_of(self.scene.course, options)
         observation, info = self.run.start(self.np_random, start)
         self._show()
         return observation, info
@@ -120,7 +120,7 @@ class DeepRacerEnv(gymnasium.Env):
             self._window.show(self.observer_image(), self.metadata["render_fps"])
 
 
-def start_of(projector: Projector, options: dict[str, Any]) -> tuple[float, float, float]:
+def start_of(course: Course, options: dict[str, Any]) -> tuple[float, float, float]:
     """Return the start pose (x, y, yaw) [m], [rad] of the options of reset().
 
     Raises:
@@ -129,5 +129,5 @@ def start_of(projector: Projector, options: dict[str, Any]) -> tuple[float, floa
     unknown = set(options) - {"start", "lateral", "turn"}
     if unknown:
         raise GymError(f"reset has {min(unknown)!r}; there are start, lateral and turn")
-    s = float(options.get("start", 0.0)) * projector.length
-    return offset_pose(projector, s, options.get("lateral", 0.0), options.get("turn", 0.0))
+    s = float(options.get("start", 0.0)) * course.length
+    return offset_pose(course, s, options.get("lateral", 0.0), options.get("turn", 0.0))

@@ -74,10 +74,10 @@ class Run:
     ) -> None:
         self._scene, self._car, self._options = scene, car, options
         self._obstacles = obstacles
-        self._projector = scene.projector
-        self._evaluator = RunEvaluator(scene.projector)
-        self._observer = observations.StateObserver(scene.projector)
-        self._waypoints = options.reward and Waypoints(scene.track, scene.projector)
+        self._course = scene.course
+        self._evaluator = RunEvaluator(scene.course)
+        self._observer = observations.StateObserver(scene.course)
+        self._waypoints = options.reward and Waypoints(scene.track, scene.course)
         self._randomizer = Randomizer(scene, car, options.randomize)
         self._may_crash = scene.has_walls or obstacles is not None
         names = options.observations
@@ -137,7 +137,7 @@ class Run:
 
     def params(self) -> dict[str, Any]:
         """Parameters of a reward function after the last action."""
-        self._waypoints = self._waypoints or Waypoints(self._scene.track, self._projector)
+        self._waypoints = self._waypoints or Waypoints(self._scene.track, self._course)
         state = self.state
         width = state.left + state.right
         return params(state, self.motion, self._command, self._waypoints, width, self.objects)
@@ -174,9 +174,7 @@ class Run:
         row = self._observer.observe(self.motion, state, self._command)
         if self._obstacles is None:
             return row
-        return np.concatenate(
-            (row, next_objects(self._obstacles.objects, state.s, self._projector))
-        )
+        return np.concatenate((row, next_objects(self._obstacles.objects, state.s, self._course)))
 
     def _ranges(self, lidar: CarLidar) -> np.ndarray:
         return observations.ranges(lidar.scan(self._rng))

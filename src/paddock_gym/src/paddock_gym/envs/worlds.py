@@ -41,12 +41,12 @@ class Worlds:
         self._threads = [ThreadPoolExecutor(1, "worlds") for _ in range(threads)]
         self.envs: list[gymnasium.Env] = []
         try:
-            self.envs = self.each(lambda index: _made(makers[index]))
+            self.envs = self.map(lambda index: _made(makers[index]))
         except BaseException:
             self.close()
             raise
 
-    def each(self, work: Callable[[int], Any]) -> list[Any]:
+    def map(self, work: Callable[[int], Any]) -> list[Any]:
         """Results of a function of the numbers of the environments, each in its thread; what one
         raises is raised after all have ended."""
 
@@ -70,7 +70,7 @@ class Worlds:
         """Close the environments and end the threads; at Python's end these have ended already, and
         what the environments hold goes with the process."""
         if self.envs and threading.main_thread().is_alive():
-            self.each(lambda index: self.envs[index].close())
+            self.map(lambda index: self.envs[index].close())
         self.envs = []
         for thread in self._threads:
             thread.shutdown()
@@ -146,14 +146,14 @@ class WorldsEnv(gymnasium.vector.VectorEnv):
         elif isinstance(seed, (int, np.integer)):
             seeds = [int(seed) + k for k in range(self.num_envs)]
         else:
-            seeds = [None if each is None else int(each) for each in seed]
+            seeds = [None if number is None else int(number) for number in seed]
         if len(seeds) != self.num_envs:
             raise GymError(f"seed has {len(seeds)} numbers; it must be one, or {self.num_envs}")
         self._over[:] = False
-        started = self._worlds.each(
+        started = self._worlds.map(
             lambda index: self.envs[index].reset(seed=seeds[index], options=options)
         )
-        return self._batched([each[0] for each in started]), self._infos(started)
+        return self._batched([observation for observation, _ in started]), self._infos(started)
 
     def step(self, actions: Any) -> tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Apply one action in each world and advance by one control period."""
@@ -165,7 +165,7 @@ class WorldsEnv(gymnasium.vector.VectorEnv):
             observation, info = self.envs[index].reset()
             return observation, 0.0, False, False, info
 
-        results = self._worlds.each(step)
+        results = self._worlds.map(step)
         observations, rewards, terminated, truncated, _ = zip(*results)
         ends = np.array(terminated, bool), np.array(truncated, bool)
         self._over = ends[0] | ends[1]
@@ -175,7 +175,7 @@ class WorldsEnv(gymnasium.vector.VectorEnv):
         """An image of each, see DeepRacerEnv; None without render_mode rgb_array."""
         if self.render_mode is None:
             return None
-        return tuple(self._worlds.each(lambda index: self.envs[index].render()))
+        return tuple(self._worlds.map(lambda index: self.envs[index].render()))
 
     def _batched(self, observations: Sequence[Any]) -> Any:
         space = self.single_observation_space

@@ -59,13 +59,13 @@ class BackingRun:
     rms_lateral: float
 
 
-def drive(env: BackingEnv, driver, seed, each=None) -> BackingRun:
+def drive(env: BackingEnv, driver, seed, after_action=None) -> BackingRun:
     """Drive once along the path of a seed.
 
     Args:
         driver: has act(observation, env) -> action, and restart().
         seed: of path and start.
-        each: called without arguments after every action.
+        after_action: called without arguments.
     """
     observation, info = env.reset(seed=seed)
     driver.restart()
@@ -74,8 +74,8 @@ def drive(env: BackingEnv, driver, seed, each=None) -> BackingRun:
         observation, _, terminated, truncated, info = env.step(driver.act(observation, env))
         done = terminated or truncated
         lateral.append(info["lateral"])
-        if each:
-            each()
+        if after_action:
+            after_action()
     rms = float(np.sqrt(np.mean(np.square(lateral))))
     return BackingRun(info["end"], info["time"], info["lateral"], info["heading"], rms)
 

@@ -60,14 +60,14 @@ def starts(count, seed=FIRST_SEED):
     ]
 
 
-def drive(env, driver, start, seed=0, each=None) -> Lap:
+def drive(env, driver, start, seed=0, after_action=None) -> Lap:
     """Drive once.
 
     Args:
         driver: has act(observation, env) -> action, and restart().
         start: of starts().
         seed: of noise.
-        each: called without arguments after every action; for films.
+        after_action: called without arguments; for films.
     """
     observation, info = env.reset(seed=seed, options=start)
     driver.restart()
@@ -78,8 +78,8 @@ def drive(env, driver, start, seed=0, each=None) -> Lap:
         motion = env.run.motion
         trajectory.append((motion.x, motion.y, motion.forward))
         lateral.append(info["lateral"])
-        if each:
-            each()
+        if after_action:
+            after_action()
     return Lap(
         start["start"],
         info["end"],
@@ -101,7 +101,7 @@ def line_to_line(env, driver, seed=FIRST_SEED):
     Returns:
         [s]; None: no lap came of it.
     """
-    course = env.scene.projector.course
+    course = env.scene.course
     start = {"start": standing_start(course) / course.length}
     observation, info = env.reset(seed=seed, options=start)
     driver.restart()
@@ -117,12 +117,12 @@ def line_to_line(env, driver, seed=FIRST_SEED):
     return None
 
 
-def film_lap(env, driver, start, path, each=None) -> Lap:
+def film_lap(env, driver, start, path, after_action=None) -> Lap:
     """Drive once and film it.
 
     Args:
         path: of the film.
-        each: called without arguments after every action.
+        after_action: called without arguments.
 
     Raises:
         OSError: the file cannot be written.
@@ -139,11 +139,11 @@ def film_lap(env, driver, start, path, each=None) -> Lap:
                 image, text, (12, 24), cv2.FONT_HERSHEY_SIMPLEX, 0.6, color, width, cv2.LINE_AA
             )
         film.add(image)
-        if each:
-            each()
+        if after_action:
+            after_action()
 
     try:
-        return drive(env, driver, start, each=add)
+        return drive(env, driver, start, after_action=add)
     finally:
         film.close()
 

@@ -52,7 +52,8 @@ def keep(world: Any, title: str, path: str, drive: Callable[[Callable[[], None]]
     """Drive once and write the drive as a replay.
 
     Args:
-        drive: function of `each`, which it calls after every action; returns the replay's text.
+        drive: function of `add_frame`, which it calls after every action; returns a text for the
+            replay.
 
     Returns:
         Why there is no replay, or an empty text; the drive is done in any case.

@@ -118,23 +118,23 @@ class Randomizer:
 
     def _start(self, rng):
         """A pose on the course: at random, or 5 % further with each run."""
-        projector = self._scene.projector
-        room = projector.length if projector.closed else 0.8 * projector.length
+        course = self._scene.course
+        room = course.length if course.closed else 0.8 * course.length
         if "start" not in self._properties:
             self._round += 1
-            return projector.pose(room * ((self._round - 1) * FIRST_STARTS % 1.0))
+            return course.pose(room * ((self._round - 1) * FIRST_STARTS % 1.0))
         s = rng.uniform(0.0, room)
         return offset_pose(
-            projector,
+            course,
             s,
-            rng.uniform(-START_SIDE, START_SIDE) * sum(projector.sides(s)) / 2.0,
+            rng.uniform(-START_SIDE, START_SIDE) * sum(course.sides(s)) / 2.0,
             rng.uniform(-START_HEADING, START_HEADING),
         )
 
 
-def offset_pose(projector, s, lateral=0.0, heading=0.0):
+def offset_pose(course, s, lateral=0.0, heading=0.0):
     """(x, y, yaw) at an arc length [m], offset from the centreline [m] and rotated [rad]."""
-    x, y, yaw = projector.pose(s)
+    x, y, yaw = course.pose(s)
     return (
         x - float(lateral) * math.sin(yaw),
         y + float(lateral) * math.cos(yaw),

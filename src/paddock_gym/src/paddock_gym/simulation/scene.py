@@ -11,7 +11,7 @@ from bullet_sim.render.pybullet_renderer import PyBulletRenderer
 from bullet_sim.render.request import Quality
 from bullet_sim.world import World
 from paddock_common.settings import Number
-from track_model.referee.course import Course, Projector
+from track_model.referee.course import Course
 from track_model.track import load_track
 
 from paddock_gym.course import TrackObject
@@ -43,7 +43,7 @@ class Obstacles:
     """
 
     def __init__(self, scene, object_type):
-        self._projector, self._period = scene.projector, scene.period
+        self._course, self._period = scene.course, scene.period
         self._bots = object_type == "bots"
         self._size = BOT if self._bots else BOX
         x, y, z = self._size
@@ -61,7 +61,7 @@ class Obstacles:
 
     def start(self, rng, s):
         """Put the objects at random arc lengths ahead of a car at arc length s [m]."""
-        room = (self._projector.length - 2.0 * CLEAR) / COUNT
+        room = (self._course.length - 2.0 * CLEAR) / COUNT
         self._courses = []
         for index in range(COUNT):
             at = s + CLEAR + (index + rng.uniform(0.2, 0.8)) * room
@@ -78,12 +78,12 @@ class Obstacles:
             self._show()
 
     def _show(self):
-        length, self.objects = self._projector.length, []
+        length, self.objects = self._course.length, []
         for model, (at, side, speed) in zip(self._models, self._courses):
-            s = at % length if self._projector.closed else min(at, length)
-            left, right = self._projector.sides(s)
+            s = at % length if self._course.closed else min(at, length)
+            left, right = self._course.sides(s)
             lateral = side * float(left if side > 0.0 else right)
-            x, y, yaw = offset_pose(self._projector, s, lateral)
+            x, y, yaw = offset_pose(self._course, s, lateral)
             model.set_state(Pose.from_xyz_rpy((x, y, self._size[2] / 2.0), (0.0, 0.0, yaw)))
             self.objects.append(TrackObject(x, y, yaw, s, lateral, speed))
 
@@ -149,7 +149,7 @@ class Scene:
         walls: see load_track.
 
     Attributes:
-        projector: Projector of its lane.
+        course: Course of its lane.
         car: Car.
         substeps: physics steps of an action, in the mean and rounded.
         period: of control [s].
@@ -162,7 +162,7 @@ class Scene:
         STEPS.check("time_step", time_step, GymError)
         CONTROL_RATE.check("control_rate", control_rate, GymError)
         self.track = load_track(track, walls)
-        self.projector = Projector(Course(self.track.lane), WINDOW)
+        self.course = Course(self.track.lane, WINDOW)
         self.period = 1.0 / control_rate
         self.substeps = max(1, round(self.period / time_step))
         self.world = World()

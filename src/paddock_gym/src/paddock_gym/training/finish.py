@@ -64,8 +64,8 @@ def _finish_laps(settings, folder, model, rows):
     best = min(complete or laps, key=lambda lap: (-lap.progress, lap.time))
     filmed, driver = starts(STARTS)[laps.index(best)], PolicyDriver(os.path.join(folder, POLICY))
 
-    def drive_best(each):
-        lap = film_lap(env, driver, filmed, os.path.join(folder, FILM), each)
+    def drive_best(add_frame):
+        lap = film_lap(env, driver, filmed, os.path.join(folder, FILM), add_frame)
         return f"{lap.end}, {lap.progress:.0f} % of a lap in {lap.time:.2f} s"
 
     replay = os.path.join(folder, REPLAY)
@@ -73,7 +73,7 @@ def _finish_laps(settings, folder, model, rows):
     env.close()
     return {
         **_without_replay(problem),
-        "track_length": round(float(env.scene.projector.length), 3),
+        "track_length": round(float(env.scene.course.length), 3),
         "evaluated_starts": STARTS,
         "laps": len(complete),
         "lap_times": [round(seconds, 3) for seconds in times],
@@ -98,8 +98,8 @@ def _finish_backing(settings, folder, model, _rows):
     best = min(range(STARTS), key=lambda k: (runs[k].end != ARRIVED, runs[k].rms_lateral))
     driver = PolicyDriver(os.path.join(folder, POLICY), BACKING)
 
-    def drive_best(each):
-        run = backing.drive(env, driver, FIRST_SEED + best, each)
+    def drive_best(add_frame):
+        run = backing.drive(env, driver, FIRST_SEED + best, add_frame)
         return f"{run.end or 'too slow'} after {run.time:.1f} s, {100 * run.rms_lateral:.1f} cm rms"
 
     replay = os.path.join(folder, REPLAY)

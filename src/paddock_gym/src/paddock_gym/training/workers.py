@@ -1,12 +1,12 @@
 """Environments of a training: in threads of its process, or in processes of their own, of which
 one that dies is replaced; only its episode is lost."""
 
+import contextlib
 import multiprocessing
 
 import numpy as np
-from stable_baselines3.common.env_util import is_wrapped
-from stable_baselines3.common.vec_env import SubprocVecEnv
-from stable_baselines3.common.vec_env.base_vec_env import CloudpickleWrapper, VecEnv
+from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv
+from stable_baselines3.common.vec_env.base_vec_env import CloudpickleWrapper
 from stable_baselines3.common.vec_env.subproc_vec_env import _stack_obs, _worker
 
 from paddock_gym.envs.worlds import Worlds
@@ -26,8 +26,8 @@ def factory(options):
     return lambda: environment(options)
 
 
-class Threads(VecEnv):
-    """Environments in threads of this process, see Worlds; as stable-baselines3 wants them.
+class Threads(DummyVecEnv):
+    """DummyVecEnv whose environments reset and step in threads of this process, see Worlds.
 
     Args:
         options: keyword arguments of each environment.
@@ -42,37 +42,30 @@ class Threads(VecEnv):
 
     def __init__(self, options, count, threads=None):
         self._worlds = Worlds([lambda: make(options)] * count, threads)
-        first = self._worlds.envs[0]
-        self.render_mode = None
-        super().__init__(count, first.observation_space, first.action_space)
-        self._actions = None
+        super().__init__([lambda env=env: env for env in self._worlds.envs])
 
     def reset(self):
         """Reset all."""
-        envs, seeds, options = self._worlds.envs, self._seeds, self._options
 
         def reset(index):
-            given = {"options": options[index]} if options[index] else {}
-            return envs[index].reset(seed=seeds[index], **given)
+            options = {"options": self._options[index]} if self._options[index] else {}
+            return self.envs[index].reset(seed=self._seeds[index], **options)
 
-        observations, self.reset_infos = zip(*self._worlds.each(reset))
+        observations, self.reset_infos = zip(*self._worlds.map(reset))
         self._reset_seeds()
         self._reset_options()
         return _stack_obs(observations, self.observation_space)
 
-    def step_async(self, actions):
-        """Take the actions."""
-        self._actions = actions
-
     def step_wait(self):
-        """Apply them; a run that has ended starts anew."""
-        observations, rewards, dones, infos, self.reset_infos = zip(*self._worlds.each(self._step))
+        """Apply the actions; a run that has ended starts anew."""
+        results = zip(*self._worlds.map(self._step))
+        observations, rewards, dones, infos, self.reset_infos = results
         stacked = _stack_obs(observations, self.observation_space)
         return stacked, np.array(rewards, np.float32), np.array(dones), list(infos)
 
     def _step(self, index):
-        env, reset_info = self._worlds.envs[index], self.reset_infos[index]
-        observation, reward, terminated, truncated, info = env.step(self._actions[index])
+        env, reset_info = self.envs[index], self.reset_infos[index]
+        observation, reward, terminated, truncated, info = env.step(self.actions[index])
         info["TimeLimit.truncated"] = truncated and not terminated
         done = terminated or truncated
         if done:
@@ -80,38 +73,21 @@ class Threads(VecEnv):
             observation, reset_info = env.reset()
         return observation, reward, done, info, reset_info
 
-    def close(self):
-        """Free all."""
-        self._worlds.close()
-
-    def get_attr(self, attr_name, indices=None):
-        """An attribute of each."""
-        return [env.get_wrapper_attr(attr_name) for env in self._chosen(indices)]
-
-    def set_attr(self, attr_name, value, indices=None):
-        """Set an attribute of each."""
-        for env in self._chosen(indices):
-            setattr(env.unwrapped, attr_name, value)
-
     def env_method(self, method_name, *arguments, indices=None, **options):
         """Results of a method of each, in its thread."""
-        chosen = set(self._get_indices(indices))
+        chosen = self._get_indices(indices)
 
         def call(index):
             if index in chosen:
-                method = self._worlds.envs[index].get_wrapper_attr(method_name)
-                return method(*arguments, **options)
+                return self.envs[index].get_wrapper_attr(method_name)(*arguments, **options)
             return None
 
-        results = self._worlds.each(call)
-        return [results[index] for index in self._get_indices(indices)]
+        results = self._worlds.map(call)
+        return [results[index] for index in chosen]
 
-    def env_is_wrapped(self, wrapper_class, indices=None):
-        """Whether each has a wrapper of a class."""
-        return [is_wrapped(env, wrapper_class) for env in self._chosen(indices)]
-
-    def _chosen(self, indices):
-        return [self._worlds.envs[index] for index in self._get_indices(indices)]
+    def close(self):
+        """Free all."""
+        self._worlds.close()
 
 
 def died_again(index, count):
@@ -119,6 +95,55 @@ def died_again(index, count):
     return GymError(
         f"worker {index} died {ATTEMPTS} times in a row; is there memory for {count} workers?"
     )
+
+
+class Connection:
+    """A worker's connection as SubprocVecEnv uses it: a process that died is replaced.
+
+    Args:
+        workers: Workers of which it is number `index`.
+    """
+
+    def __init__(self, workers, index, pipe):
+        self._workers, self._index, self._pipe = workers, index, pipe
+        self._command = self._observation = None  # the last command, the last observation
+
+    def send(self, message):
+        """Send a command; recv() notices if nobody takes it."""
+        self._command = message[0]
+        with contextlib.suppress(*_CONNECTION_LOST):
+            self._pipe.send(message)
+
+    def recv(self):
+        """The response; the run of a dead worker is truncated."""
+        try:
+            result = self._pipe.recv()
+        except _CONNECTION_LOST:
+            if self._command not in ("reset", "step"):
+                raise
+            info = {"TimeLimit.truncated": True, "terminal_observation": self._observation}
+            result = self._restarted()
+            if self._command == "step":
+                result = result[0], 0.0, True, dict(info, end=LOST), result[1]
+        if self._command in ("reset", "step"):
+            self._observation = result[0]
+        return result
+
+    def _restarted(self):
+        """(observation, info) of the reset of a new process.
+
+        Raises:
+            GymError: the new ones die as well.
+        """
+        for _ in range(ATTEMPTS):
+            self._pipe.close()
+            self._pipe = self._workers.restart(self._index)
+            try:
+                self._pipe.send(("reset", (None, {})))
+                return self._pipe.recv()
+            except _CONNECTION_LOST:
+                pass
+        raise died_again(self._index, self._workers.num_envs)
 
 
 class Workers(SubprocVecEnv):
@@ -134,95 +159,22 @@ class Workers(SubprocVecEnv):
     def __init__(self, makers):
         self._makers, self.lost = makers, 0
         super().__init__(makers, start_method="forkserver")
-        self._before = [None] * len(makers)  # the last observation of each
+        self.remotes = [Connection(self, *numbered) for numbered in enumerate(self.remotes)]
 
-    def reset(self):
-        """Reset all."""
-        for index in range(self.num_envs):
-            self._send(index, ("reset", (self._seeds[index], self._options[index])))
-        results = [self._receive(index) for index in range(self.num_envs)]
-        results = [
-            self._replace(index) if result is None else result
-            for index, result in enumerate(results)
-        ]
-        observations, self.reset_infos = zip(*results)
-        self._before = list(observations)
-        self._reset_seeds()
-        self._reset_options()
-        return _stack_obs(observations, self.observation_space)
-
-    def step_async(self, actions):
-        """Send the actions."""
-        for index, action in enumerate(actions):
-            self._send(index, ("step", action))
-        self.waiting = True
-
-    def step_wait(self):
-        """Collect their results; the run of a dead worker is truncated."""
-        self.waiting = False
-        results = [self._receive(index) for index in range(self.num_envs)]
-        results = [
-            self._truncate(index) if result is None else result
-            for index, result in enumerate(results)
-        ]
-        observations, rewards, dones, infos, self.reset_infos = zip(*results)
-        self._before = list(observations)
-        stacked = _stack_obs(observations, self.observation_space)
-        return stacked, np.stack(rewards), np.stack(dones), infos
-
-    def close(self):
-        """Stop all processes, also after an error."""
-        if not self.closed:
-            for index in range(self.num_envs):
-                self._send(index, ("close", None))
-            for process in self.processes:
-                process.join()
-            self.closed = True
-
-    def _send(self, index, message):
-        try:
-            self.remotes[index].send(message)
-        except _CONNECTION_LOST:
-            pass  # _receive() notices
-
-    def _receive(self, index):
-        """A worker's response, or None: it is dead."""
-        try:
-            return self.remotes[index].recv()
-        except _CONNECTION_LOST:
-            return None
-
-    def _truncate(self, index):
-        info = {"TimeLimit.truncated": True, "terminal_observation": self._before[index]}
-        observation, reset_info = self._replace(index)
-        return observation, 0.0, True, dict(info, end=LOST), reset_info
-
-    def _replace(self, index):
-        """Replace a process; returns (observation, info) of its reset.
-
-        Raises:
-            GymError: the new ones die as well.
-        """
-        for _ in range(ATTEMPTS):
-            self.lost += 1
-            self._start(index)
-            self._send(index, ("reset", (None, {})))
-            started = self._receive(index)
-            if started is not None:
-                return started
-        raise died_again(index, self.num_envs)
-
-    def _start(self, index):
-        self.remotes[index].close()
+    def restart(self, index):
+        """Start another process for a dead one; returns the connection to it."""
+        self.lost += 1
         self.processes[index].join()
         context = multiprocessing.get_context("forkserver")
         here, there = context.Pipe()
-        process = context.Process(
-            target=_worker,
-            args=(there, here, CloudpickleWrapper(self._makers[index])),
-            daemon=True,
-        )
+        maker = CloudpickleWrapper(self._makers[index])
+        process = context.Process(target=_worker, args=(there, here, maker), daemon=True)
         process.start()
         there.close()
-        self.remotes = (*self.remotes[:index], here, *self.remotes[index + 1 :])
         self.processes[index] = process
+        return here
+
+    def close(self):
+        """Stop all processes, also after an error."""
+        self.waiting = False  # for results, some of which may have been received
+        super().close()

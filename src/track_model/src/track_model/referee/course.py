@@ -13,136 +13,40 @@ from track_model.geometry import Lane
 from track_model.region import Inside, lane_area
 
 WINDOW = 1.0  # arc length around the last position that is searched [m]
+HALF_SPAN = 0.05  # half the length over which a curvature is computed [m]
 
 
 class Course:
-    """Arc length and lateral distance on a lane.
-
-    Attributes:
-        ends: (N + 1, 2) points of the chords, on a circuit the first one again [m].
-        chords: (N, 2) from each point to the next [m].
-        lengths: (N,) of the chords [m].
-        along: (N + 1,) arc lengths of the points [m].
-        contains: function of points (M, 2) [m]: whether each lies in the lane.
-    """
-
-    def __init__(self, lane: Lane) -> None:
-        self.lane = lane
-        self.closed, self.length = lane.closed, lane.length
-        self.ends = np.vstack([lane.curve, lane.curve[:1]]) if lane.closed else lane.curve
-        self.chords = np.diff(self.ends, axis=0)
-        self.lengths = np.linalg.norm(self.chords, axis=1)
-        self.along = np.concatenate(([0.0], np.cumsum(self.lengths)))
-        self.contains = Inside(lane_area(lane))
-
-    def project(self, x: float, y: float, near: float | None = None) -> tuple[float, float]:
-        """Project a point onto the centreline.
-
-        Args:
-            x, y: [m], track frame.
-            near: last arc length [m]: only positions around it are searched, so that a neighboring
-                part of the track never counts as progress. None: everywhere.
-
-        Returns:
-            (arc length [m], distance to the left [m]). An open course is extended
-            straight beyond both ends.
-        """
-        point = np.array((x, y))
-        start, chords, lengths = self.ends[:-1], self.chords, self.lengths
-        if near is None:
-            pick = np.arange(len(chords))
-        else:
-            count = int(WINDOW / lengths[0]) + 1
-            center = int(
-                np.searchsorted(
-                    self.along,
-                    near % self.length if self.closed else np.clip(near, 0, self.length),
-                )
-            )
-            pick = np.arange(center - count, center + count)
-            pick = (
-                pick % len(chords) if self.closed else np.unique(np.clip(pick, 0, len(chords) - 1))
-            )
-        offset = point - start[pick]
-        fraction = np.sum(offset * chords[pick], axis=1) / lengths[pick] ** 2
-        low = np.zeros(len(pick))
-        high = np.ones(len(pick))
-        if not self.closed:
-            low[pick == 0] = -np.inf
-            high[pick == len(chords) - 1] = np.inf
-        fraction = np.clip(fraction, low, high)
-        gap = np.linalg.norm(offset - fraction[:, None] * chords[pick], axis=1)
-        best = int(np.argmin(gap))
-        k = int(pick[best])
-        left = chords[k, 0] * offset[best, 1] - chords[k, 1] * offset[best, 0]
-        return (
-            float(self.along[k] + fraction[best] * lengths[k]),
-            float(np.copysign(gap[best], left)),
-        )
-
-    def difference(self, s: float, before: float) -> float:
-        """Return the signed distance [m] between two arc lengths, in the shorter direction."""
-        if not self.closed:
-            return s - before
-        return (s - before + self.length / 2.0) % self.length - self.length / 2.0
-
-    def pose(self, s: float) -> tuple[float, float, float]:
-        """Return (x, y, yaw) of the centreline at an arc length [m]."""
-        at = s % self.length if self.closed else float(np.clip(s, 0.0, self.length))
-        k = min(int(np.searchsorted(self.along, at, side="right")) - 1, len(self.chords) - 1)
-        x, y = self.ends[k] + (at - self.along[k]) / self.lengths[k] * self.chords[k]
-        tangents = curves.tangents(self.lane.curve, self.closed)
-        step = self.lane.curve.shape[0]
-        a, b = tangents[k % step], tangents[(k + 1) % step]
-        direction = a + (at - self.along[k]) / self.lengths[k] * (b - a)
-        return float(x), float(y), float(np.arctan2(direction[1], direction[0]))
-
-    def curvature(self, s: float) -> float:
-        """Return the centreline's curvature [1/m] at an arc length, positive to the left."""
-        before, after = self.pose(s - 0.05), self.pose(s + 0.05)
-        change = (after[2] - before[2] + np.pi) % (2.0 * np.pi) - np.pi
-        return float(change / 0.1)
-
-
-LEAD = 0.3  # of a start before the line of a circuit [m]
-OPEN_LEAD = 0.15  # of a start after the line of an open course [m]
-
-
-def standing_start(course: Course) -> float:
-    """Arc length [m] at which ./run lap puts the car; a circuit's lap begins at the line after it,
-    an open course's when the car moves."""
-    return -LEAD if course.closed else OPEN_LEAD
-
-
-HALF_SPAN = 0.05  # half the length over which a curvature is computed, as in Course.curvature [m]
-
-
-class Projector:
-    """Projects arrays of points onto a Course near a known arc length, with the same results.
+    """Arc length and distance to the side on a lane, of points and arrays of them.
 
     Args:
-        window: arc length around the known one that is searched [m].
+        window: arc length around a known one that is searched [m].
 
     Attributes:
+        contains: function of points (M, 2) [m]: whether each lies in the lane.
         uniform_sides: (left, right) from the centreline to the edges [m] if the lane has one width
             everywhere, else None.
     """
 
-    def __init__(self, course: Course, window: float = WINDOW) -> None:
-        self.course = course
-        self.closed, self.length = course.closed, course.length
-        lane = course.lane
-        ends, chords, lengths, along = course.ends, course.chords, course.lengths, course.along
+    def __init__(self, lane: Lane, window: float = WINDOW) -> None:
+        self.lane = lane
+        self.closed, self.length = lane.closed, lane.length
+        self.contains = Inside(lane_area(lane))
+        ends = np.vstack([lane.curve, lane.curve[:1]]) if lane.closed else lane.curve
+        chords = np.diff(ends, axis=0)
+        lengths = np.linalg.norm(chords, axis=1)
+        along = np.concatenate(([0.0], np.cumsum(lengths)))
         self._count = len(chords)
         self._step = self.length / self._count
-        self._window_count = int(window / lengths[0]) + 1
+        self._window_count = min(int(window / lengths[0]) + 1, self._count)
         low, high = np.zeros(self._count), np.ones(self._count)
         if not self.closed:
             low[0], high[-1] = -np.inf, np.inf
         self._along = along
         rows = (*ends[:-1].T, *chords.T, *(chords / lengths[:, None] ** 2).T, low, high)
         self._rows = np.array([self._padded(row) for row in (*rows, along[:-1], lengths)])
-        self._sides = self._padded_points(np.stack([lane.left, lane.right]))
+        sides = np.stack([lane.left, lane.right])
+        self._sides = np.hstack([sides, sides[:, :1]]) if self.closed else sides
         uniform = not np.ptp(lane.left) and not np.ptp(lane.right)
         self.uniform_sides = (float(lane.left[0]), float(lane.right[0])) if uniform else None
         tangents = curves.tangents(lane.curve, self.closed)
@@ -151,14 +55,10 @@ class Projector:
             turns = round((yaw[-1] - yaw[0]) / (2.0 * np.pi))
             yaw = np.append(yaw, yaw[0] + 2.0 * np.pi * turns)
             self._lap_angle = 2.0 * np.pi * turns
-        self._yaw = yaw
-        self._yaws = yaw.tolist()
-        self._ends = ends
+        self._ends, self._yaw, self._yaws = ends, yaw, yaw.tolist()
         self._curvature = self._curvatures()
         self._curvature_list = self._curvature.tolist()
-        self._xs, self._ys = (self._padded(row) for row in ends[:-1].T)
-        if not self.closed:
-            self._xs, self._ys = ends.T
+        self._xs, self._ys = map(self._padded, ends[:-1].T) if self.closed else ends.T
         columns = (*ends[:-1].T, *chords.T, lengths, low, high, along[:-1])
         self._chord_rows = list(zip(*(column.tolist() for column in columns)))
 
@@ -168,8 +68,11 @@ class Projector:
             return row
         return np.concatenate((row[-self._window_count :], row, row[: self._window_count]))
 
-    def _padded_points(self, rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        return np.concatenate((rows, rows[:, :1]), axis=1) if self.closed else rows
+    def difference(self, s: float, before: float) -> float:
+        """Return the signed distance [m] between two arc lengths, in the shorter direction."""
+        if not self.closed:
+            return s - before
+        return (s - before + self.length / 2.0) % self.length - self.length / 2.0
 
     def project(
         self, points: npt.ArrayLike, near: float | None = None
@@ -178,11 +81,12 @@ class Projector:
 
         Args:
             points: (N, 2) [m], track frame.
-            near: arc length [m]; only positions around it are searched, as in Course.project; None:
-                everywhere.
+            near: last arc length [m]: only positions around it are searched, so that a neighboring
+                part of the track never counts as progress. None: everywhere.
 
         Returns:
-            arc lengths (N,) [m], distances to the left (N,) [m].
+            arc lengths (N,) [m], distances to the left (N,) [m]. An open course is extended
+            straight beyond both ends.
         """
         points = np.asarray(points, dtype=float)
         start, stop = self._window(near)
@@ -199,8 +103,13 @@ class Projector:
             np.copysign(np.sqrt(gap[row, best]), side),
         )
 
+    def locate(self, x: float, y: float, near: float | None = None) -> tuple[float, float]:
+        """Arc length and distance to the left [m] of one point, see project()."""
+        s, left = self.project([(x, y)], near)
+        return float(s[0]), float(left[0])
+
     def project_point(self, x: float, y: float, near: float) -> tuple[float, float]:
-        """Project one point near a known arc length, as project(), but faster for a single one.
+        """Project one point near a known arc length, as locate(), but faster.
 
         Args:
             x, y: [m], track frame.
@@ -270,7 +179,7 @@ class Projector:
         return math.remainder(yaw + (at - k) * (self._yaws[k + 1] - yaw), 2.0 * math.pi)
 
     def pose(self, s: float) -> tuple[float, float, float]:
-        """(x, y, yaw) of the centreline at an arc length [m], as Course.pose."""
+        """(x, y, yaw) of the centreline at an arc length [m]."""
         k, fraction = self._chord_at(s)
         x, y = self._ends[k] + fraction * (self._ends[k + 1] - self._ends[k])
         return float(x), float(y), self.heading(s)
@@ -300,3 +209,13 @@ class Projector:
         laps = np.floor(s / self.length)
         at = np.arange(self._count + 1) * self._step
         return np.interp(s - laps * self.length, at, self._yaw) + laps * self._lap_angle
+
+
+LEAD = 0.3  # of a start before the line of a circuit [m]
+OPEN_LEAD = 0.15  # of a start after the line of an open course [m]
+
+
+def standing_start(course: Course) -> float:
+    """Arc length [m] at which ./run lap puts the car; a circuit's lap begins at the line after it,
+    an open course's when the car moves."""
+    return -LEAD if course.closed else OPEN_LEAD

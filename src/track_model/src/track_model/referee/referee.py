@@ -222,11 +222,9 @@ class Referee:
         """
         if self._previous is not None and time < self._previous[0]:
             self.restart()
-        s, lateral = self.course.project(
-            x, y, None if self._previous is None else self._previous[3]
-        )
+        s, lateral = self.course.locate(x, y, None if self._previous is None else self._previous[3])
         if self._previous is not None and math.dist((x, y), self._previous[1:3]) > JUMP:
-            s, lateral = self.course.project(x, y)  # a service has moved it
+            s, lateral = self.course.locate(x, y)  # a service has moved it
             self._previous = None
         if self._previous is None:
             self._waiting_at_start = (
