@@ -1,13 +1,15 @@
-"""The demo's measuring: unwrapped headings, path following, the image from above."""
+"""The demo's measuring: unwrapped headings, path following, the plot of its path."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from deepracer_teleop.runs import results
 from deepracer_teleop.runs.results import Recorder, along
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex
 from nav_msgs.msg import Odometry
+from track_model.track import load_track
 
 
 def odometry(t, x, y, yaw, v=0.3):
@@ -18,11 +20,6 @@ def odometry(t, x, y, yaw, v=0.3):
     message.pose.pose.orientation.w = math.cos(yaw / 2.0)
     message.twist.twist.linear.x = v
     return message
-
-
-def circle(radius=2.0, count=400):
-    angle = np.linspace(0.0, 2.0 * math.pi, count, endpoint=False)
-    return np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
 
 
 def test_headings_are_unwrapped():
@@ -49,20 +46,21 @@ def test_csv(tmp_path):
     ]
 
 
-def test_birdseye_shows_the_path_at_its_position():
+def test_the_figure_shows_the_path_at_its_position_in_the_colors_of_its_phases():
     recorder = Recorder()
-    recorder.phase = "cruise"
-    for index in range(11):
-        recorder.callback(odometry(index, -1.0 + 0.2 * index, 0.5, 0.0))
-    track = SimpleNamespace(
-        centreline=circle(2.0),
-        inner=circle(1.6),
-        outer=circle(2.4),
-        extent=(-3.0, 3.0, -3.0, 3.0),
-        texture="/no/such/texture.png",
-    )
-    image = results.render(track, recorder.samples, width=800)
-    view = results.View(track.extent, 800)
-    column, row = view.pixels([(0.5, 0.5)])[0]
-    assert tuple(image[row, column]) == results.COLORS[1]
-    assert image.shape == view.shape
+    for index in range(21):
+        recorder.phase = "cruise" if index > 10 else "Forward"
+        recorder.callback(odometry(index, -1.0 + 0.2 * index, 2.0, 0.0))
+    figure = results.path_figure(load_track("default"), recorder.samples)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    image = np.asarray(canvas.buffer_rgba())
+    (axes,) = figure.axes
+    for x, color in ((0.5, results.COLORS[0]), (2.5, results.COLORS[1])):
+        column, row = axes.transData.transform((x, 2.0)).round().astype(int)
+        assert to_hex(image[len(image) - row, column] / 255.0) == color
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert labels == ["buttons", "cruise + slider", "start", "end"]
+    single = results.path_figure(load_track("default"), recorder.samples, ("line driver",))
+    assert [line.get_label() for line in single.axes[0].lines] == ["line driver", "end"]
+    assert np.isfinite(single.axes[0].lines[0].get_xydata()).all()

@@ -179,7 +179,7 @@ class Demo:
         samples = self.car.recorder.samples
         self.car.recorder.write_csv(os.path.join(self.out_dir, "path.csv"))
         results.write_image(self.out_dir, "camera.png", self._frame)
-        results.write_image(self.out_dir, "birdseye.png", results.render(self.track, samples))
+        results.path_figure(self.track, samples).savefig(os.path.join(self.out_dir, "birdseye.png"))
 
     def run(self):
         """Runs all manoeuvres; returns whether every check passed."""

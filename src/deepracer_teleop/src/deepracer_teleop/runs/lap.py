@@ -236,8 +236,8 @@ class LapRun:
         samples = self.recorder.samples
         self.recorder.write_csv(os.path.join(self.out_dir, "path.csv"))
         names = (f"{self.settings.driver} driver",)
-        image = results.render(self.track, samples, names=names)
-        results.write_image(self.out_dir, "path.png", image)
+        figure = results.path_figure(self.track, samples, names)
+        figure.savefig(os.path.join(self.out_dir, "path.png"))
         if self._camera.frame is not None:
             results.write_image(self.out_dir, "lap.png", self._camera.frame)
 

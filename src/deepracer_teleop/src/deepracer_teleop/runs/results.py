@@ -1,4 +1,4 @@
-"""Results of a run: recorded paths, views from above, result files."""
+"""Results of a run: recorded paths, their plots, result files."""
 
 import csv
 import json
@@ -9,7 +9,9 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from matplotlib.figure import Figure
 from paddock_common.geometry import yaw_of
+from track_model.plots import draw_ground
 
 
 @dataclass(frozen=True)
@@ -89,126 +91,35 @@ class Recorder:
                 )
 
 
-MARGIN = 70  # around the track, for the axes [px]
-COLORS = ((255, 160, 40), (80, 80, 255))  # BGR: buttons, cruise
-FONT = cv2.FONT_HERSHEY_SIMPLEX
+COLORS = ("#28a0ff", "#ff5050")  # buttons, cruise
 
 
-class View:
-    """Maps meters to pixels: x to the right, y upwards."""
-
-    def __init__(self, extent, width=1200):
-        """Fits an extent (xmin, xmax, ymin, ymax) [m] into a width [px]."""
-        self.xmin, self.xmax, self.ymin, self.ymax = extent
-        self.scale = (width - 2 * MARGIN) / (self.xmax - self.xmin)
-        self.shape = (round((self.ymax - self.ymin) * self.scale) + 2 * MARGIN, width, 3)
-
-    def pixels(self, points):
-        """Returns (N, 2) int32 pixels of (N, 2) meters."""
-        points = np.asarray(points, dtype=float).reshape(-1, 2)
-        return np.round(
-            np.column_stack(
-                [
-                    MARGIN + (points[:, 0] - self.xmin) * self.scale,
-                    MARGIN + (self.ymax - points[:, 1]) * self.scale,
-                ]
-            )
-        ).astype(np.int32)
-
-
-def render(track, samples, width=1200, names=("buttons", "cruise + slider")):
-    """Renders track, path, start, axes in meters and a scale bar.
+def path_figure(track, samples, names=("buttons", "cruise + slider")):
+    """Returns a matplotlib Figure of track, path, start and end, axes in meters.
 
     Args:
-        track: track_model.track.Track: centreline, inner, outer, extent and texture.
+        track: track_model.track.Track.
         samples: Recorder samples, at least one; phases that start with "cruise" get a second
             color.
-        width: Width of the image [px].
         names: Labels of the path's colors; with one label the path has one color.
-
-    Returns:
-        (H, W, 3) uint8 BGR.
     """
-    view = View(track.extent, width)
-    image = np.full(view.shape, 250, np.uint8)
-    _draw_ground(image, view, track)
-    _draw_axes(image, view)
-    points = view.pixels([(sample.x, sample.y) for sample in samples])
-    for first, second, sample in zip(points[:-1], points[1:], samples[1:]):
-        color = COLORS[len(names) > 1 and sample.phase.startswith("cruise")]
-        cv2.line(image, tuple(map(int, first)), tuple(map(int, second)), color, 3, cv2.LINE_AA)
-    _draw_ends(image, view, samples)
-    _draw_legend(image, view, names)
-    return image
-
-
-def _draw_ground(image, view, track):
-    (left, top), (right, bottom) = view.pixels([(view.xmin, view.ymax), (view.xmax, view.ymin)])
-    texture = cv2.imread(track.texture)
-    if texture is not None:
-        image[top:bottom, left:right] = cv2.resize(
-            texture, (right - left, bottom - top), interpolation=cv2.INTER_AREA
-        )
-        return
-    for line, color in (
-        (track.outer, (90, 90, 90)),
-        (track.inner, (90, 90, 90)),
-        (track.centreline, (20, 140, 245)),
-    ):
-        cv2.polylines(image, [view.pixels(line)], True, color, 2, cv2.LINE_AA)
-
-
-def _draw_axes(image, view):
-    (left, top), (right, bottom) = view.pixels([(view.xmin, view.ymax), (view.xmax, view.ymin)])
-    cv2.rectangle(image, (int(left), int(top)), (int(right), int(bottom)), (60, 60, 60), 1)
-    for meter in range(int(np.ceil(view.xmin)), int(view.xmax) + 1):
-        x = int(view.pixels([(meter, 0)])[0, 0])
-        cv2.line(image, (x, bottom), (x, bottom + 6), (60, 60, 60), 1)
-        _write(image, f"{meter}", (x, bottom + 22), centered=True)
-    for meter in range(int(np.ceil(view.ymin)), int(view.ymax) + 1):
-        y = int(view.pixels([(0, meter)])[0, 1])
-        cv2.line(image, (left - 6, y), (left, y), (60, 60, 60), 1)
-        _write(image, f"{meter}", (left - 22, y + 5), centered=True)
-    _write(image, "x [m]", ((left + right) // 2, bottom + 46), centered=True)
-    _write(image, "y [m]", (left - 40, top - 14))
-
-
-def _draw_ends(image, view, samples):
-    first, last = samples[0], samples[-1]
-    start = view.pixels([(first.x, first.y)])[0]
-    tip = view.pixels([(first.x + 0.35 * np.cos(first.yaw), first.y + 0.35 * np.sin(first.yaw))])[0]
-    for color, width in (((0, 0, 0), 6), ((90, 230, 90), 3)):
-        cv2.arrowedLine(
-            image,
-            tuple(map(int, start)),
-            tuple(map(int, tip)),
-            color,
-            width,
-            cv2.LINE_AA,
-            tipLength=0.4,
-        )
-        cv2.circle(image, tuple(map(int, start)), 7 + width // 3, color, -1, cv2.LINE_AA)
-    end = tuple(map(int, view.pixels([(last.x, last.y)])[0]))
-    cv2.circle(image, end, 9, (0, 0, 0), -1, cv2.LINE_AA)
-    cv2.circle(image, end, 6, (255, 255, 255), -1, cv2.LINE_AA)
-
-
-def _draw_legend(image, view, names):
-    left, top = MARGIN + 90, MARGIN - 40
-    for label, color in (("start", (90, 230, 90)), *zip(names, COLORS), ("end", (0, 0, 0))):
-        cv2.circle(image, (left, top + 8), 7, color, 1 if label == "end" else -1, cv2.LINE_AA)
-        _write(image, label, (left + 14, top + 13))
-        left += 40 + 10 * len(label)
-    right = view.shape[1] - MARGIN
-    start = right - round(view.scale)
-    cv2.line(image, (start, top + 8), (right, top + 8), (0, 0, 0), 4)
-    _write(image, "1 m", (start - 42, top + 13))
-
-
-def _write(image, text, position, centered=False):
-    (width, _), _ = cv2.getTextSize(text, FONT, 0.5, 1)
-    x = int(position[0]) - (width // 2 if centered else 0)
-    cv2.putText(image, text, (x, int(position[1])), FONT, 0.5, (40, 40, 40), 1, cv2.LINE_AA)
+    left, right, low, high = track.extent
+    size = 12.0, 12.0 * (high - low) / (right - left) + 1.0
+    figure = Figure(figsize=size, constrained_layout=True)
+    axes = figure.subplots()
+    draw_ground(axes, track)
+    places = np.array([(sample.x, sample.y) for sample in samples])
+    second = np.array([len(names) > 1 and sample.phase.startswith("cruise") for sample in samples])
+    for name, color, of_color in zip(names, COLORS, (~second, second)):
+        shown = of_color | np.append(of_color[1:], False)  # from the sample before
+        line = np.where(shown[:, None], places, np.nan)
+        axes.plot(*line.T, color=color, linewidth=3.0, label=name)
+    yaw = samples[0].yaw
+    arrow = (*places[0], np.cos(yaw), np.sin(yaw))
+    axes.quiver(*arrow, color="#40c040", scale=25.0, width=0.006, zorder=3, label="start")
+    axes.plot(*places[-1], "o", color="white", markeredgecolor="black", zorder=3, label="end")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 1.08), ncol=4)
+    return figure
 
 
 RESULT = "result.json"

@@ -1,8 +1,8 @@
 """Plots of driven trajectories over a track."""
 
-import cv2
 import matplotlib
 import numpy as np
+from track_model.plots import draw_ground
 
 matplotlib.use("Agg")
 
@@ -26,13 +26,3 @@ def write(figure, path):
     figure.tight_layout()
     figure.savefig(path)
     pyplot.close(figure)
-
-
-def draw_ground(axes, track):
-    """Plot a track's image as the ground, axes in meters."""
-    left, right, low, high = track.extent
-    image = cv2.imread(track.texture)
-    if image is not None:
-        small = cv2.resize(image, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
-        axes.imshow(small[..., ::-1], extent=(left, right, low, high), alpha=0.6)
-    axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")

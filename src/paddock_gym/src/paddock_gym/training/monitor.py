@@ -8,6 +8,7 @@ from collections import deque
 import numpy as np
 from matplotlib import pyplot
 from stable_baselines3.common.callbacks import BaseCallback
+from track_model.plots import draw_ground
 
 from paddock_gym.course import LAP
 from paddock_gym.errors import RewardError
@@ -176,7 +177,7 @@ def heat_map(rows, track, path):
         [(float(row["x"]), float(row["y"])) for row in rows if row["end"] != LAP]
     ).reshape(-1, 2)
     figure, axes = pyplot.subplots(figsize=(9, 6.5), dpi=110)
-    plots.draw_ground(axes, track)
+    draw_ground(axes, track)
     points = axes.scatter(
         positions[:, 0],
         positions[:, 1],
