@@ -6,7 +6,8 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent
-sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "plugins")]
+OPENCV = ROOT / ".venv" / "opencv"  # the cv2 of Paddock's own programs
+sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "plugins"), str(OPENCV)]
 sys.pycache_prefix = str(ROOT / ".cache" / "pycache")  # compiled once, not in src
 sys.dont_write_bytecode = False
 

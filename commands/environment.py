@@ -28,6 +28,7 @@ from commands.paths import (
 )
 
 LOG_FOLDER = os.path.join(CACHE, "ros")
+PYTHON_START = os.path.join(ROOT, "config", "python")  # its sitecustomize: cv2, no screen
 LOGS_KEPT = 7 * 86400.0  # [s]
 CHANGES = os.path.join(CACHE, "environment")
 SETUP = os.path.join(DEVEL, "setup.bash")
@@ -309,6 +310,11 @@ def activated(environ):
     if not in_ros("xacro") and not os.path.exists(os.path.join(STANDINS, "xacro", MARKER)):
         # For launch files that call a bare xacro: PyPI's in .venv cannot $(find) packages.
         prepend(environ, os.path.join(STANDINS, "xacro"))
+    python = environ.get("PYTHONPATH", "").split(":")
+    if PYTHON_START not in python:  # behind: a sitecustomize of the caller's comes first
+        environ["PYTHONPATH"] = ":".join([*filter(None, python), PYTHON_START])
+    if not (environ.get("DISPLAY") or environ.get("WAYLAND_DISPLAY")):
+        environ.setdefault("QT_QPA_PLATFORM", "xcb;offscreen")  # C++ programs with windows of Qt
     if not has_sound(environ):  # SDL's mixer, of pygame, ends a program where nothing can sound
         environ.setdefault("SDL_AUDIODRIVER", "dummy")
     environ["PADDOCK_ROOT"] = ROOT

@@ -10,9 +10,12 @@ from commands.bootstrap.step import SetupLock, Step, run_beside
 from commands.paths import CACHE, ROOT, VENV, VENV_PYTHON, VENV_STAMP, read, write
 
 REQUIREMENTS = os.path.join(ROOT, "config", "requirements.txt")
+OPENCV = os.path.join(ROOT, "config", "requirements-opencv.txt")
+HEADLESS = os.path.join(VENV, "opencv")  # where it is: config/python/sitecustomize.py finds it
 # Run by .venv's Python, with the path of .venv: whether what Paddock imports is there.
 CHECK = """
 import sys
+sys.path.append(sys.argv[1] + "/opencv")
 import av, cv2, cv_bridge, numpy, pybullet, rospy, xacro, yaml
 from PyQt5 import QtWidgets
 if numpy.__file__.startswith(sys.argv[1]) and sys.version_info >= (3, 10):
@@ -77,14 +80,14 @@ def _stamp():
     """What STAMP holds when .venv is complete."""
     import hashlib
 
-    with open(REQUIREMENTS, "rb") as stream:
-        return f"{_base()}\n{hashlib.sha256(stream.read()).hexdigest()}\n"
+    lists = read(REQUIREMENTS) + read(OPENCV)
+    return f"{_base()}\n{hashlib.sha256(lists.encode()).hexdigest()}\n"
 
 
 def _prepare(step):
     if not _complete():
         yield from _install(step)
-    signature.save("venv", _key(), [REQUIREMENTS, VENV_STAMP, VENV_PYTHON, ros.python()])
+    signature.save("venv", _key(), [REQUIREMENTS, OPENCV, VENV_STAMP, VENV_PYTHON, ros.python()])
 
 
 def _install(step):
@@ -109,6 +112,9 @@ def _install(step):
     if compiled:
         yield "wheel"
         yield [*_pip("install"), "--find-links", WHEELS, *compiled], environ
+    if glob.glob(f"{VENV}/lib/python3*/site-packages/opencv_python_headless-*"):  # of an older list
+        yield [VENV_PYTHON, "-m", "pip", "uninstall", "-y", "opencv-python-headless"], environ
+    yield [*_pip("install"), "--target", HEADLESS, "--upgrade", "-r", OPENCV], environ
     yield from _strip(environ)
     ros.enter(environ, folder)
     yield "packages"

@@ -34,7 +34,7 @@ LISTS = tuple(
     f"apt{name}.txt"
     for name in ("-first", "", "-ros", "-desk", "-desk-test", "-test", "-lint", "-gym")
 )
-PINS = tuple(f"requirements{name}.txt" for name in ("", "-test", "-lint", "-gym"))
+PINS = tuple(f"requirements{name}.txt" for name in ("", "-opencv", "-test", "-lint", "-gym"))
 GLIBC = (5, 12, 17, 24, 26, 27, 28, 31, 34, 35)  # minor versions that wheels are made for
 COMPILED = {  # package -> whether it is compiled for a version of Python on a machine
     "pybullet": lambda python, machine: machine == "aarch64" or python > (3, 11),

@@ -19,6 +19,14 @@ PATH="/usr/bin:$PATH"
 export PATH="$root/.venv/bin:$PATH" PADDOCK_ROOT=$root
 if [ ! -e "$share/xacro/package.xml" ]; then PATH="$root/src/standins/xacro:$PATH"; fi
 export ROS_LOG_DIR=${ROS_LOG_DIR:-$root/.cache/ros}
+PYTHONPATH=${PYTHONPATH#:} PYTHONPATH=${PYTHONPATH%:}
+case :$PYTHONPATH: in
+  *:$root/config/python:*) ;;
+  *) export PYTHONPATH=$PYTHONPATH:$root/config/python ;;
+esac
+if [ -z "$DISPLAY$WAYLAND_DISPLAY" ]; then
+  export QT_QPA_PLATFORM="${QT_QPA_PLATFORM:-xcb;offscreen}"
+fi
 if ! ls /dev/snd/pcm*p >/dev/null 2>&1; then export SDL_AUDIODRIVER=${SDL_AUDIODRIVER:-dummy}; fi
 if [ -z "$ROS_IP$ROS_HOSTNAME" ]; then export ROS_IP=127.0.0.1; fi
 if [ -n "$master" ]; then export ROS_MASTER_URI=$master; fi

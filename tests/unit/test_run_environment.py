@@ -52,7 +52,7 @@ def test_as_by_hand_after_another_workspace(tmp_path):
     assert found.pop("ROS_PACKAGE_PATH") == f"{PACKAGES}:/opt/packages"
     expected.pop("ROS_PACKAGE_PATH")
     assert found == expected
-    assert found["PYTHONPATH"].endswith("dist-packages:/opt/python")
+    assert found["PYTHONPATH"].endswith(f"dist-packages:/opt/python:{ROOT}/config/python")
     assert str(tmp_path) not in " ".join(found.values())
 
 

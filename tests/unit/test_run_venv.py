@@ -110,14 +110,24 @@ def test_what_others_wait_for_comes_first(folder, monkeypatch, has_wheel):
     monkeypatch.setattr(venv, "_has_wheel", lambda: has_wheel)
     monkeypatch.setattr(venv, "_strip", lambda _environ: iter(()))
     step = Step(venv._install)
-    make, compiler, rest, *own, check = [argv for argv, _ in step.commands]
+    make, compiler, rest, *own, opencv, check = [argv for argv, _ in step.commands]
     assert make[1:3] == ["-m", "venv"] and check[1] == "-c"
     assert compiler[-3:] == ["numba==1.0; python_version > '3'", "llvmlite==1.0", NUMPY]
     assert rest[-2:] == (["--no-compile", "other==1.0"] if not has_wheel else [PIN, "other==1.0"])
+    assert opencv[-5:] == ["--target", venv.HEADLESS, "--upgrade", "-r", venv.OPENCV]
     assert [argv[-1] for argv in own] == ([] if has_wheel else [PIN])
     assert step.reached == [("venv", 1), ("numba", 2)]
     assert step.waited == ([] if has_wheel else ["wheel"]) + ["packages"]
     assert venv.read(venv.VENV_STAMP) == venv._stamp()
+
+
+def test_a_cv2_of_an_older_list_leaves_what_users_programs_import(folder, monkeypatch):
+    """In site-packages it would hide the system's, which has windows."""
+    monkeypatch.setattr(venv, "_strip", lambda _environ: iter(()))
+    (folder / "opencv_python_headless-4.10.0.84.dist-info").mkdir()
+    venv.write(venv.VENV_STAMP, f"{venv._base()}\nolder\n")
+    commands = [argv[1:] for argv, _ in Step(venv._install).commands]
+    assert ["-m", "pip", "uninstall", "-y", "opencv-python-headless"] in commands
 
 
 def test_symbols_are_left_out_of_new_files(folder, monkeypatch):
