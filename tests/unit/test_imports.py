@@ -263,12 +263,11 @@ SUITES = {
         "geometry",
         "region",
         "files",
-        "meshes",
         "track",
         "referee",
         "",
     ),
-    "cybertruck": ("msg", "srv", "meshes", "drive", "trailer", "goal", "teleop", "plot", "backing"),
+    "cybertruck": ("msg", "srv", "drive", "trailer", "goal", "teleop", "plot", "backing"),
     "deepracer_teleop": ("camera", "input_devices", "recording", "window", "drivers", "runs"),
     "paddock_gym": (
         "errors",

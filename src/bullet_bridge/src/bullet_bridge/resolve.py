@@ -277,6 +277,7 @@ def _sdf_file(folder: str) -> str | None:
     return next((path for path in reversed(files) if os.path.isfile(path)), None)
 
 
+MOST_LINES, MOST_DETAILS = 100, 5000  # of one model in the log, and in its file
 _details = logging.getLogger("bullet_bridge.resolve")  # goes to the node's log file alone
 
 
@@ -287,10 +288,12 @@ def log_warnings(warnings: Sequence[str], model: str = "") -> None:
         model: name of the model that they are about, for lines that do not name it.
     """
     lines = grouped(warnings)
-    for line in lines:
+    for line in lines[:MOST_LINES]:
         rospy.logwarn("%s", _with_name(line, model))
+    if len(lines) > MOST_LINES:
+        rospy.logwarn("%d more kinds of warnings are not shown", len(lines) - MOST_LINES)
     if len(lines) < len(warnings):
-        for warning in warnings:
+        for warning in warnings[:MOST_DETAILS]:
             _details.info("%s", _with_name(warning, model))
 
 

@@ -11,7 +11,6 @@ from bullet_sim.component import Stateful
 from bullet_sim.controllers import Controller
 from bullet_sim.controllers.effort_row import MAX_NOTED_STEPS
 from bullet_sim.description.model import ModelDescription
-from bullet_sim.description.warnings import add_warning
 from bullet_sim.description.world import MIN_STEP, LinkMotion, Place, Scene, WorldDescription
 from bullet_sim.engine import BodiesState, Engine, make_engine, restore_bodies, save_bodies
 from bullet_sim.errors import ModelError, SimError, WorldError
@@ -242,7 +241,7 @@ class World:
                 for link, motion in described.motions.get(model.name, {}).items():
                     self._start(self.models[model.name], link, motion)
             for warning in list(model.warnings):
-                add_warning(described.warnings, warning, warning.cause, warning.item)
+                described.warnings.add(warning, warning.cause, warning.item)
         self._order.add_of_file(
             model.name for model, _ in described.models if model.name in self.models
         )

@@ -19,7 +19,7 @@ from xml.parsers import expat
 
 import numpy as np
 
-from bullet_sim.description.warnings import ReadWarning, add_warning
+from bullet_sim.description.warnings import Warnings
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Pose
 
@@ -61,9 +61,9 @@ class Document:
 
     root: Node
 
-    def __init__(self, name: str, warnings: list[ReadWarning] | None = None) -> None:
+    def __init__(self, name: str, warnings: Warnings | None = None) -> None:
         self.name = name
-        self.warnings = [] if warnings is None else warnings
+        self.warnings = Warnings() if warnings is None else warnings
 
     def resolve_relative(self, uri: str) -> str:
         """A path relative to the document's file if that file exists, else the URI as it is."""
@@ -92,10 +92,10 @@ class Node(ElementTree.Element):
         """Add a warning about what is ignored or repaired, with file and line."""
         name, line = self.document.name, self.line
         item = f"{item} ({os.path.basename(name)}:{line})"
-        add_warning(self.document.warnings, f"{name}, line {line}: {text}", cause, item)
+        self.document.warnings.add(f"{name}, line {line}: {text}", cause, item)
 
 
-def parse(text: str | bytes | Node, name: str, warnings: list[ReadWarning] | None = None) -> Node:
+def parse(text: str | bytes | Node, name: str, warnings: Warnings | None = None) -> Node:
     """Root element (a Node) of an XML text.
 
     Args:
@@ -117,8 +117,7 @@ def parse(text: str | bytes | Node, name: str, warnings: list[ReadWarning] | Non
         root = _built(repaired(text), document)
     except expat.ExpatError as error:
         raise ModelError(f"{name} is not well-formed XML: {error}") from error
-    add_warning(
-        document.warnings,
+    document.warnings.add(
         f"{name} is not well-formed XML: {problem}; it is read as Gazebo's reader does",
         "files are not well-formed XML and are read as Gazebo's reader does",
         name,
@@ -148,11 +147,12 @@ def copied(node: Node) -> Node:
     return copy
 
 
-def _adopted(root: Node, name: str, warnings: list[ReadWarning] | None) -> Node:
+def _adopted(root: Node, name: str, warnings: Warnings | None) -> Node:
     document = root.document
     document.name = name
     if warnings is not None:
-        warnings += [warning for warning in document.warnings if warning not in warnings]
+        for warning in document.warnings:
+            warnings.add(warning, warning.cause, warning.item)
         document.warnings = warnings
     return root
 
@@ -172,8 +172,7 @@ def decoded(text: str | bytes, document: Document) -> str:
             return codecs.decode(text, name)
         except (LookupError, ValueError):
             continue
-    add_warning(
-        document.warnings,
+    document.warnings.add(
         f"{document.name} has bytes that are not UTF-8; they are read as Latin-1",
         "files have bytes that are not UTF-8; these are read as Latin-1",
         document.name,

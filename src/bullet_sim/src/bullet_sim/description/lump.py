@@ -6,8 +6,9 @@ links without <inertial> 1 kg; fewer links also make a step faster.
 
 from __future__ import annotations
 
+import heapq
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -104,8 +105,8 @@ def lump(model: ModelDescription, as_in_gazebo: bool = False) -> LumpedModel:
             if model.fixed_base and link.name == model.root and link.mass <= 0:
                 link.mass, link.inertia = MIN_MASS, np.eye(3) * MIN_MASS  # fixed to the world
             _repair_inertia(link, model, as_in_gazebo)
-    order = list(model.joints)
-    joints.sort(key=lambda joint: order.index(joint.name))
+    order = {name: number for number, name in enumerate(model.joints)}
+    joints.sort(key=lambda joint: order[joint.name])
     loose = tuple(
         Joint(f"{name}::free", "free", model.root, name, pose) for name, pose in model.loose.items()
     )
@@ -197,17 +198,18 @@ def _sorted(
     links: dict[str, Link], order: Sequence[str], joints: Iterable[Joint]
 ) -> dict[str, Link]:
     """Links in the order of the file, if there parents come first."""
-    placed = [name for name in order if name in links]
-    if any(placed.index(joint.parent) > placed.index(joint.child) for joint in joints):
+    placed = {name: number for number, name in enumerate(order) if name in links}
+    if any(placed[joint.parent] > placed[joint.child] for joint in joints):
         return links
     return {name: links[name] for name in placed}
 
 
 def _parents_first(model: ModelDescription) -> list[Joint]:
     """Joints, those next to the root first."""
-    found = model.joints_of(model.root)
+    below = model.below()
+    found = [*below.get(model.root, ())]
     for joint in found:
-        found += model.joints_of(joint.child)
+        found += below.get(joint.child, ())
     return found
 
 
@@ -219,24 +221,25 @@ def as_created(model: ModelDescription) -> list[Joint]:
     as far as parents come first.
     """
     found: list[Joint] = []
+    below, roots = model.below(), (*model.loose, model.root)
     if model.is_urdf:
-        pending = [joint for root in (*model.loose, model.root) for joint in _by_name(model, root)]
+        for joints in below.values():
+            joints.sort(key=lambda joint: joint.name, reverse=True)
+        pending = [joint for root in roots for joint in below.get(root, ())]
         while pending:
             found.append(pending.pop())
-            pending += _by_name(model, found[-1].child)
+            pending += below.get(found[-1].child, ())
         return found
-    waiting, placed = list(model.above().values()), {model.root, *model.loose}
-    while waiting:
-        joint = next(joint for joint in waiting if joint.parent in placed)
-        waiting.remove(joint)
-        placed.add(joint.child)
+    order = {name: number for number, name in enumerate(model.above())}
+    ready = [order[joint.child] for root in {*roots} for joint in below.get(root, ())]
+    heapq.heapify(ready)
+    joints = list(model.above().values())
+    while ready:
+        joint = joints[heapq.heappop(ready)]
         found.append(joint)
+        for each in below.get(joint.child, ()):
+            heapq.heappush(ready, order[each.child])
     return found
-
-
-def _by_name(model: ModelDescription, link: str) -> list[Joint]:
-    """Joints below a link, the last name first."""
-    return sorted(model.joints_of(link), key=lambda joint: joint.name, reverse=True)
 
 
 def as_printed(model: LumpedModel) -> LumpedModel:
@@ -440,70 +443,86 @@ def _block(link: Link) -> Array:
     return np.diag(link.mass / 3.0 * (squares.sum() - squares))
 
 
-def joint_inertias(lumped: LumpedModel, fixed_base: bool) -> dict[str, float]:
-    """Inertia that an effort of each joint accelerates, all joints at 0 and without contacts.
+def joint_inertias(
+    lumped: LumpedModel, fixed_base: bool, names: Collection[str]
+) -> dict[str, float]:
+    """Inertia that an effort of some joints accelerates, all joints at 0 and without contacts.
 
     Args:
         fixed_base: whether the root link is fixed to the world.
+        names: of the joints.
 
     Returns:
         Dict of joint name -> [kg m^2], of a prismatic joint [kg]: the reduced inertia of both
         sides, each as one rigid body.
     """
-    frames = {lumped.root: Pose()}
-    waiting = [*lumped.tree(), *lumped.loose]
-    while waiting:
-        pending, waiting = waiting, []
-        for joint in pending:
-            if joint.parent in frames:
-                frames[joint.child] = frames[joint.parent] * joint.origin
-            else:
-                waiting.append(joint)
+    if not names:
+        return {}
+    tree, frames = lumped.tree(), {lumped.root: Pose()}
+    below: dict[str, list[Joint]] = {}
+    for joint in (*tree, *lumped.loose):
+        below.setdefault(joint.parent, []).append(joint)
+    for name in (pending := [lumped.root]):
+        for joint in below.get(name, ()):
+            frames[joint.child] = frames[name] * joint.origin
+            pending.append(joint.child)
+    bodies = _Bodies(lumped, frames)
+    connected = {}  # link -> the root or loose link above it
+    for start in (lumped.root, *(joint.child for joint in lumped.loose)):
+        connected.update(dict.fromkeys(_descendants(tree, start), start))
     result = {}
-    for joint in lumped.joints:
-        below, connected = _descendants(lumped, joint.child), _connected(lumped, joint.child)
-        frame = frames[joint.child] * joint.anchor
-        child_side, parent_side = (
-            sum(_about(lumped.links[name], frames[name], joint, frame) for name in names)
-            for names in (
-                [name for name in lumped.links if name in below],  # in order: reproducible rounding
-                [name for name in connected if name not in below],
-            )
-        )
+    for joint in (joint for joint in lumped.joints if joint.name in names):
+        inside, start = _descendants(tree, joint.child), connected[joint.child]
+        about = bodies.about(joint, frames[joint.child] * joint.anchor)
+        child_side, parent_side = 0.0, 0.0  # in the links' order: reproducible rounding
+        for name, inertia in zip(lumped.links, about):
+            if name in inside:
+                child_side += inertia
+            elif connected[name] == start:
+                parent_side += inertia
         result[joint.name] = (
             child_side
-            if fixed_base and lumped.root in connected or not parent_side > 0
+            if fixed_base and start == lumped.root or not parent_side > 0
             else child_side * parent_side / (child_side + parent_side)
         )
     return result
 
 
-def _descendants(lumped: LumpedModel, link: str) -> set[str]:
-    names = {link}
-    joints = lumped.tree()
-    for _ in joints:
-        names |= {joint.child for joint in joints if joint.parent in names}
-    return names
+def _descendants(tree: Iterable[Joint], link: str) -> set[str]:
+    """Names of a link and of those below it."""
+    below: dict[str, list[str]] = {}
+    for joint in tree:
+        below.setdefault(joint.parent, []).append(joint.child)
+    found = [link]
+    for name in found:
+        found += below.get(name, ())
+    return set(found)
 
 
-def _connected(lumped: LumpedModel, link: str) -> list[str]:
-    """Names of the links that joints connect with one, and of itself."""
-    above = {joint.child: joint.parent for joint in lumped.tree()}
-    while link in above:
-        link = above[link]
-    found = _descendants(lumped, link)
-    return [name for name in lumped.links if name in found]
+class _Bodies:
+    """Centers and inertias of a model's links in the world, at poses of their frames."""
 
+    def __init__(self, lumped: LumpedModel, frames: Mapping[str, Pose]) -> None:
+        poses = [(link, frames[name]) for name, link in lumped.links.items()]
+        self._masses = np.array([link.mass for link, _ in poses])
+        self._centers = np.array(
+            [np.asarray(pose.position) + pose.matrix @ link.center for link, pose in poses]
+        )
+        self._inertias = np.array(
+            [pose.matrix @ link.inertia @ pose.matrix.T for link, pose in poses]
+        )
 
-def _about(link: Link, pose: Pose, joint: Joint, frame: Pose) -> float:
-    """Inertia of a link at a pose about a joint's axis, or its mass along it."""
-    if joint.kind == "prismatic":
-        return link.mass
-    axis = frame.matrix @ np.asarray(joint.axis)
-    arm = np.asarray(pose.position) + pose.matrix @ link.center - np.asarray(frame.position)
-    across = np.cross(axis, arm)
-    rotated = pose.matrix @ link.inertia @ pose.matrix.T
-    return float(axis @ rotated @ axis + link.mass * (across @ across))
+    def about(self, joint: Joint, frame: Pose) -> list[float]:
+        """Inertia of each link about a joint's axis, or its mass along it."""
+        if joint.kind == "prismatic":
+            masses: list[float] = self._masses.tolist()
+            return masses
+        axis = frame.matrix @ np.asarray(joint.axis)
+        across = np.cross(axis, self._centers - np.asarray(frame.position))
+        own = np.matmul((axis @ self._inertias)[:, None, :], axis[:, None])[:, 0, 0]
+        far = np.matmul(across[:, None, :], across[:, :, None])[:, 0, 0]
+        inertias: list[float] = (own + self._masses * far).tolist()
+        return inertias
 
 
 def without_chains(names: Mapping[int, str]) -> tuple[list[int], dict[str, int]]:

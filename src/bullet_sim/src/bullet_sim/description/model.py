@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Tuple
 
 import numpy as np
 
-from bullet_sim.description.warnings import ReadWarning, add_warning
+from bullet_sim.description.warnings import Warnings
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Array, Pose, Vec3
 
@@ -477,15 +478,23 @@ class ModelDescription:
     log_level: str = ""
     motion: Any = None
     origin: Pose = field(default_factory=Pose)
-    warnings: list[ReadWarning] = field(default_factory=list)
+    warnings: Warnings = field(default_factory=Warnings)
 
     def warn(self, text: str, cause: str = "", item: str = "") -> None:
         """Add a warning about something ignored or repaired, once: see ReadWarning."""
-        add_warning(self.warnings, text, cause, item)
+        self.warnings.add(text, cause, item)
 
     def joints_of(self, parent: str) -> list[Joint]:
         """Joints whose parent is the given link, in file order, without those that close loops."""
         return [j for j in self.joints.values() if j.parent == parent and not j.closes]
+
+    def below(self) -> dict[str, list[Joint]]:
+        """Link -> joints_of() it, of links that have such joints."""
+        found: dict[str, list[Joint]] = {}
+        for joint in self.joints.values():
+            if not joint.closes:
+                found.setdefault(joint.parent, []).append(joint)
+        return found
 
     def above(self) -> dict[str, Joint]:
         """Link -> the joint by which it hangs on its parent; other joints close loops."""
@@ -493,9 +502,9 @@ class ModelDescription:
 
     def poses(self) -> dict[str, Pose]:
         """Link -> its pose in the model's frame, all joints at 0."""
-        found = {self.root: self.root_pose, **self.loose}
+        found, below = {self.root: self.root_pose, **self.loose}, self.below()
         for name in (pending := list(found)):
-            for joint in self.joints_of(name):
+            for joint in below.get(name, ()):
                 found[joint.child] = found[name] * joint.origin
                 pending.append(joint.child)
         return found
@@ -503,9 +512,11 @@ class ModelDescription:
     def unreachable(self) -> list[str]:
         """Links without a chain of joints to the root or a loose link: those of a loop, and below
         it."""
-        reached = [self.root, *self.loose]
-        for name in reached:
-            reached += [j.child for j in self.joints_of(name) if j.child not in reached]
+        reached, below = dict.fromkeys((self.root, *self.loose)), self.below()
+        for name in (pending := list(reached)):
+            found = [j.child for j in below.get(name, ()) if j.child not in reached]
+            reached.update(dict.fromkeys(found))
+            pending += found
         return [name for name in self.links if name not in reached]
 
     def find_root(self, label: str) -> None:
@@ -520,8 +531,8 @@ class ModelDescription:
         """
         if not self.links:
             raise ModelError(f"{label} has no link")
-        children = [joint.child for joint in self.joints.values() if not joint.closes]
-        repeated = sorted({child for child in children if children.count(child) > 1})
+        children = Counter(joint.child for joint in self.joints.values() if not joint.closes)
+        repeated = sorted(child for child, count in children.items() if count > 1)
         if repeated:
             raise ModelError(
                 f"link '{repeated[0]}' of '{self.name}' has more than one parent joint"

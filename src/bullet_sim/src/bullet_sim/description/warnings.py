@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, List
 
+LONGEST = 600  # characters of a message
 LISTED = 3  # items that a line names; with more it names the first and counts the others
 _LOSS = re.compile(
     r"(world plugins|plugins|plugins of sensors) .*(ignored|left out)"
@@ -28,15 +29,32 @@ class ReadWarning(str):
     item = ""
 
     def __new__(cls, text: str, cause: str = "", item: str = "") -> ReadWarning:
-        warning = super().__new__(cls, text)
-        warning.cause, warning.item = cause, item
+        warning = super().__new__(cls, shortened(text))
+        warning.cause, warning.item = shortened(cause), shortened(item)
         return warning
 
 
-def add_warning(warnings: list[ReadWarning], text: str, cause: str = "", item: str = "") -> None:
-    """Append a ReadWarning to a list that does not contain this text yet."""
-    if text not in warnings:
-        warnings.append(ReadWarning(text, cause, item))
+class Warnings(List[ReadWarning]):
+    """List of warnings, each text once."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._texts: set[str] = set()
+
+    def add(self, text: str, cause: str = "", item: str = "") -> None:
+        """Append a ReadWarning whose text is not in the list yet."""
+        warning = ReadWarning(text, cause, item)
+        if warning not in self._texts:
+            self._texts.add(warning)
+            self.append(warning)
+
+
+def shortened(text: str, length: int = LONGEST) -> str:
+    """A text of at most this length: a longer one without its middle."""
+    if len(text) <= length:
+        return text
+    end = length // 4
+    return f"{text[: length - end - 5]} ... {text[-end:]}"
 
 
 def is_loss(warning: str) -> bool:

@@ -15,7 +15,7 @@ from bullet_sim.description.model import (
     ModelDescription,
     Shape,
 )
-from bullet_sim.description.warnings import ReadWarning, add_warning
+from bullet_sim.description.warnings import Warnings
 from bullet_sim.pose import Pose, Vec3
 
 
@@ -202,11 +202,11 @@ class WorldDescription:
     motions: dict[str, dict[str, LinkMotion]] = field(default_factory=dict)
     plugins: list[str] = field(default_factory=list)
     wind: Wind | None = None
-    warnings: list[ReadWarning] = field(default_factory=list)
+    warnings: Warnings = field(default_factory=Warnings)
 
     def warn(self, text: str, cause: str = "", item: str = "") -> None:
         """Add a warning about something ignored or repaired, once: see ReadWarning."""
-        add_warning(self.warnings, text, cause, item)
+        self.warnings.add(text, cause, item)
 
 
 def ground_plane() -> ModelDescription:

@@ -258,8 +258,14 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
             decay.setdefault(name, max(0.0, lost))
         if element.find("enable_wind") is not None:
             windy.setdefault(name, is_true(child_text(element, "enable_wind", "")))
+    merging: dict[str, list[Joint]] = {}
+    for joint in sorted(model.joints.values(), key=lambda joint: joint.name, reverse=True):
+        if _merges(joint, model):
+            merging.setdefault(joint.parent, []).append(joint)
+    merged = {joint.child for joints in merging.values() for joint in joints}
     for name in model.links:
-        _set_merged(name, gravity, decay, windy, model)
+        if name not in merged:
+            _set_merged(name, gravity, decay, windy, model, merging)
     materials: dict[str, Material] = {}
     grippers: list[Node] = []
     for element in robot.findall("gazebo"):
@@ -428,6 +434,7 @@ def _set_merged(
     decay: dict[str, float],
     windy: dict[str, bool],
     model: ModelDescription,
+    merging: dict[str, list[Joint]],
 ) -> None:
     """Whether gravity and wind act on a link, and on those that fixed joints merge into it; their
     decay.
@@ -435,20 +442,20 @@ def _set_merged(
     The link's own <gazebo> elements come first, then those of the links fixed to it, in the order
     of their joints' names. As in sdformat all have the gravity that the last one says, the decay
     and the wind that the first one says.
+
+    Args:
+        merging: link -> joints that merge others into it, the last name first.
     """
-    if any(joint.child == name and _merges(joint, model) for joint in model.joints.values()):
-        return  # of a link that is merged
-    names, said = [], True
+    names: dict[str, None] = {}
+    said = True
     pending = [name]
     while pending:
         name = pending.pop()
         if name in names:  # a loop
             continue
-        names.append(name)
+        names[name] = None
         said = gravity.get(name, said)
-        fixed = [joint for joint in model.joints_of(name) if _merges(joint, model)]
-        fixed.sort(key=lambda joint: joint.name, reverse=True)
-        pending += [joint.child for joint in fixed]
+        pending += [joint.child for joint in merging.get(name, ())]
     lost = next((decay[name] for name in names if name in decay), 0.0)
     blown = next((windy[name] for name in names if name in windy), False)
     for merged in names:

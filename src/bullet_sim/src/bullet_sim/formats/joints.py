@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Tuple
 
 import numpy as np
@@ -76,12 +77,25 @@ def set_limits(
     joint.lower, joint.upper = lower, upper
 
 
-def closes_loop(model: ModelDescription, parent: str | None, child: str | None) -> bool:
-    """Whether a joint between two links would close a loop."""
-    above = model.above()
-    while parent is not None and parent != child:
-        parent = above[parent].parent if parent in above else None
-    return parent == child
+class Tree:
+    """How the links of a model hang on each other, while its joints are read."""
+
+    def __init__(self, joints: Iterable[Joint] = ()) -> None:
+        self.above: dict[str, str] = {}  # child -> parent
+        self._parents: set[str] = set()
+        for joint in joints:
+            self.add(joint)
+
+    def add(self, joint: Joint) -> None:
+        if not joint.closes:
+            self.above[joint.child] = joint.parent
+            self._parents.add(joint.parent)
+
+    def would_loop(self, parent: str | None, child: str | None) -> bool:
+        """Whether a joint between two links would close a loop."""
+        while parent != child and child in self._parents and parent is not None:
+            parent = self.above.get(parent)
+        return parent == child
 
 
 UNSUPPORTED_TYPES = ("floating", "planar")
@@ -91,20 +105,22 @@ SKIPPED = "joints are left out"
 
 def read_joints(robot: Node, model: ModelDescription) -> None:
     """Add every valid <joint> of a <robot> to the model; others cause warnings."""
+    tree = Tree()
     for element in robot.findall("joint"):
-        joint = _joint(element, model)
+        joint = _joint(element, model, tree)
         if joint is not None:
             model.joints[joint.name] = joint
+            tree.add(joint)
 
 
-def _joint(element: Node, model: ModelDescription) -> Joint | None:
+def _joint(element: Node, model: ModelDescription, tree: Tree) -> Joint | None:
     name = element.get("name") or ""
     label = f"joint '{name}' of '{model.name}'"
     parent, child = (
         end.get("link") if end is not None else None
         for end in (element.find("parent"), element.find("child"))
     )
-    error = _urdf_error(name, parent, child, model)
+    error = _urdf_error(name, parent, child, model, tree)
     if error:
         element.warn(f"{label} {error}; it is left out", SKIPPED, f"'{name}'")
         return None
@@ -153,7 +169,9 @@ def check_mimics(model: ModelDescription) -> None:
             joint.mimic = None  # controllers move it
 
 
-def _urdf_error(name: str, parent: str | None, child: str | None, model: ModelDescription) -> str:
+def _urdf_error(
+    name: str, parent: str | None, child: str | None, model: ModelDescription, tree: Tree
+) -> str:
     """Why an element is no valid joint, or ''."""
     if not name:
         return "has no name"
@@ -164,9 +182,9 @@ def _urdf_error(name: str, parent: str | None, child: str | None, model: ModelDe
             return f"has {end} link '{link}', which does not exist; links are " + ", ".join(
                 model.links
             )
-    if child in model.above():
+    if child in tree.above:
         return f"gives link '{child}' more than one parent joint"
-    return "closes a loop" if closes_loop(model, parent, child) else ""
+    return "closes a loop" if tree.would_loop(parent, child) else ""
 
 
 def _joint_type(element: Node, label: str, types: tuple[str, ...]) -> str:
@@ -230,12 +248,14 @@ def read_joint(
     prefix: str,
     frames: Frames,
     version: Version,
+    tree: Tree,
 ) -> None:
     """Add a <joint> to a model, or warn why that is impossible.
 
     Args:
         poses: of the model's links in its frame, by name; links that a joint needs are added.
         prefix: of the names of the nested model that the joint is in.
+        tree: of the joints so far.
     """
     name = prefix + (element.get("name") or "joint")
     label = f"joint '{name}' of '{model.name}'"
@@ -264,23 +284,24 @@ def read_joint(
         anchor = frames.pose(default).inverse() * frames.pose_of(element, default, label)
     origin = poses[parent].inverse() * poses[child]
     joint = Joint(name, joint_type, parent, child, origin, anchor=anchor)
-    joint.closes = child in model.above() or closes_loop(model, parent, child)
+    joint.closes = child in tree.above or tree.would_loop(parent, child)
     if joint_type == "gearbox":
         _gears(element, joint, model, prefix, label, frames, version)
         return
     if joint_type in CHAINS:
-        _chain(element, joint, model, poses, label, frames, version)
+        _chain(element, joint, model, poses, label, frames, version, tree)
         return
     if joint_type != "fixed":
         _axis(element, joint, label, frames, version)
     if joint_type == "screw":
         joint.thread = -child_number(element, "thread_pitch", label, 1.0) or 1.0  # ODE's sign
     model.joints[name] = joint
+    tree.add(joint)
 
 
 def read_sdf_joints(robot: Node, model: ModelDescription) -> None:
     """Add the joints that a URDF has within <gazebo>, which sdformat copies; they close loops."""
-    poses = model.poses()
+    poses, tree = model.poses(), Tree(model.joints.values())
     for element in robot.findall("gazebo"):
         if element.get("reference") is not None:
             continue
@@ -299,7 +320,7 @@ def read_sdf_joints(robot: Node, model: ModelDescription) -> None:
                     f"'{joint.get('name')}' of '{model.name}'",
                 )
                 continue
-            read_joint(joint, model, poses, "", frames, SDF_OF_URDF)
+            read_joint(joint, model, poses, "", frames, SDF_OF_URDF, tree)
 
 
 def _gears(
@@ -347,6 +368,7 @@ def _chain(
     label: str,
     frames: Frames,
     version: Version,
+    tree: Tree,
 ) -> None:
     """Add the hinges that make up a joint of several axes, with small links between them.
 
@@ -371,6 +393,7 @@ def _chain(
         else:
             joint.axis = axis
         model.joints[name] = joint
+        tree.add(joint)
         if not last:
             moment = MASS_RATIO * max(float(child.inertia.trace()) / 3.0, 1e-6)
             model.links[link] = Link(

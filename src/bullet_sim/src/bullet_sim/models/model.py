@@ -130,8 +130,8 @@ class Model:
         self.bodies = self._bodies()
         self._at_parts = all(self.link_in_body(body)[1] == _SAME for body in self.bodies)
         self.joints = Joints(engine, self.body, self._lumped.joints)
-        inertias = joint_inertias(self._lumped, description.fixed_base)
         mimics = {joint.name: joint.mimic for joint in self._lumped.joints if joint.mimic}
+        inertias = joint_inertias(self._lumped, description.fixed_base, mimics)
         self.mimics = Mimics(self.joints, mimics, inertias)
         self.manager = (
             None if description.control_namespace is None else Manager(self.joints, description)
@@ -190,16 +190,15 @@ class Model:
         links = self._lumped.links
         joints = (*self._lumped.joints, *self._lumped.welds)
         neighbors = {frozenset((joint.parent, joint.child)) for joint in joints}
-        found = []
-        for one, other in itertools.combinations(links, 2):
-            wanted = [
-                link.self_collide or self.description.self_collide
-                for link in (links[one], links[other])
-            ]
-            plain = not any(_has_mesh(links[name]) for name in (one, other))
-            if (any if plain else all)(wanted) and frozenset((one, other)) not in neighbors:
-                found.append((one, other))
-        return found
+        every = self.description.self_collide
+        wanted = {name for name, link in links.items() if every or link.self_collide}
+        meshes = {name for name, link in links.items() if _has_mesh(link)}
+        return [
+            (one, other)
+            for one, other in (itertools.combinations(links, 2) if wanted else ())
+            if (one in wanted) + (other in wanted) > (one in meshes or other in meshes)
+            and frozenset((one, other)) not in neighbors
+        ]
 
     def _separate_hulls(self, pairs: list[tuple[str, str]]) -> list[tuple[str, str]]:
         """Switch off the collision of self-colliding links of which a mesh's convex hull overlaps

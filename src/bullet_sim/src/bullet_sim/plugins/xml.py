@@ -60,15 +60,23 @@ def merged_links(robot: Element, model: ModelDescription) -> dict[str, str]:
         robot: <robot>, whose <gazebo> elements may keep joints.
     """
     joints = _lumped(robot, model)
-    return {name: [name, *_above(name, joints)][-1] for name in model.links}
+    found: dict[str, str] = {}
+    for name in model.links:
+        passed, link = [name], name
+        while link in joints and link not in found:
+            link = joints[link].parent
+            passed.append(link)
+        found.update(dict.fromkeys(passed, found.get(link, link)))
+    return {name: found[name] for name in model.links}
 
 
 def _above(link: str, joints: dict[str, Joint]) -> list[str]:
     """Links that a link is merged into one after the other."""
-    found = [link]
-    while found[-1] in joints and joints[found[-1]].parent not in found:
-        found.append(joints[found[-1]].parent)
-    return found[1:]
+    found: dict[str, None] = {link: None}
+    while link in joints and joints[link].parent not in found:
+        link = joints[link].parent
+        found[link] = None
+    return [*found][1:]
 
 
 def offset_of_merged(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import Node, child_text, sdf_pose
@@ -42,7 +42,6 @@ class Frames:
                     self._elements.setdefault(key, (part, self._default(part, tag)))
                 elif tag == "include":
                     self._unnamed.append(part)
-        self._pending: list[str] = []
 
     @staticmethod
     def _default(part: Node, tag: str) -> str:
@@ -58,34 +57,44 @@ class Frames:
                 is replaced by the model's frame, or the world.
             element: that names it; takes the warning.
         """
-        if name in self._poses:
-            return self._poses[name]
-        if name not in self._elements:
-            self._name_includes()
-        if name not in self._elements:
-            outer, _, inner = name.partition("::")
-            if inner and outer in self._elements:  # a frame inside a nested model
-                part, _ = self._elements[outer]
-                return self.pose(outer, element) * Frames(part, name).pose(inner, element)
+        waiting: dict[str, None] = {}  # each relative to the next; not by recursion: ropes are long
+        while name not in self._poses and name not in waiting:
+            if name not in self._elements:
+                self._name_includes()
+            if name not in self._elements:
+                break
+            waiting[name] = None
+            element, default = self._elements[name]
+            name = self._base(self._placed(element), default)
+        pose = self._poses[name] if name in self._poses else self._end(name, element, waiting)
+        for name in reversed(waiting):
+            placed = self._placed(self._elements[name][0])
+            if placed is None:
+                pose = Pose()
+            else:
+                pose = pose * sdf_pose(placed, f"'{name}' of '{self._name}'")
+            self._poses[name] = pose
+        return pose
+
+    def _end(self, name: str, element: Node | None, waiting: Collection[str]) -> Pose:
+        """Pose of a frame that is not among the elements, or for which its own pose waits."""
+        if name in waiting:
             return self._model_frame(
                 element,
-                f"{self._kind} '{self._name}' has no frame '{name}'; frames are "
-                f"{', '.join(self._elements)}",
-                name,
-            )
-        part, default = self._elements[name]
-        if name in self._pending:
-            return self._model_frame(
-                part,
                 f"frames of model '{self._name}' are relative to each other in a "
-                f"circle: {', '.join(self._pending)}",
+                f"circle: {', '.join(waiting)}",
                 name,
             )
-        self._pending.append(name)
-        pose = self.pose_of(part, default, f"'{name}' of '{self._name}'")
-        self._pending.remove(name)
-        self._poses[name] = pose
-        return pose
+        outer, _, inner = name.partition("::")
+        if inner and outer in self._elements:  # a frame inside a nested model
+            part, _ = self._elements[outer]
+            return self.pose(outer, element) * Frames(part, name).pose(inner, element)
+        return self._model_frame(
+            element,
+            f"{self._kind} '{self._name}' has no frame '{name}'; frames are "
+            f"{', '.join(self._elements)}",
+            name,
+        )
 
     def _name_includes(self) -> None:
         """Read the names of included models that have none but their file's."""
@@ -114,12 +123,23 @@ class Frames:
         Args:
             default: name of the frame that its pose is relative to when it names none.
         """
+        placed = self._placed(element)
+        if placed is None:
+            return Pose()
+        return self.pose(self._base(placed, default), placed) * sdf_pose(placed, label)
+
+    def _placed(self, element: Node) -> Node | None:
+        """The element whose <pose> counts for one; None: it cannot be had."""
         if element.tag == "include" and element.find("pose") is None and self._open:
             try:
-                element = self._open(element)
+                return self._open(element)
             except (OSError, ValueError):
-                return Pose()
-        pose = element.find("pose")
+                return None
+        return element
+
+    @staticmethod
+    def _base(placed: Node | None, default: str) -> str:
+        """Name of the frame that an element's pose is relative to."""
+        pose = None if placed is None else placed.find("pose")
         named = None if pose is None else pose.get("relative_to") or pose.get("frame")  # 1.6
-        base = named or default
-        return self.pose(base, element) * sdf_pose(element, label)
+        return named or ("" if placed is None else default)

@@ -16,7 +16,7 @@ from bullet_sim.description.model import (
 )
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.gazebo import read_surface
-from bullet_sim.formats.joints import Version, read_joint
+from bullet_sim.formats.joints import Tree, Version, read_joint
 from bullet_sim.formats.lights import parse_light
 from bullet_sim.formats.materials import Resolve
 from bullet_sim.formats.sdf.frames import Frames
@@ -193,6 +193,7 @@ class ModelReader:
     def __init__(self, model: ModelDescription, resolve: Resolve) -> None:
         self.model, self._resolve = model, resolve
         self.poses: dict[str, Pose] = {}
+        self._tree = Tree()
         self.nested: dict[str, tuple[str, Pose]] = {}
         self.plugins: list[tuple[Node, str]] = []
         self.grippers: list[tuple[Node, str]] = []
@@ -212,7 +213,7 @@ class ModelReader:
             if first:
                 self.nested[prefix + name] = first, there
         for joint in element.findall("joint"):
-            read_joint(joint, self.model, self.poses, prefix, frames, version)
+            read_joint(joint, self.model, self.poses, prefix, frames, version, self._tree)
         self.plugins += [(plugin, prefix) for plugin in element.findall("plugin")]
         self.grippers += [(gripper, prefix) for gripper in element.findall("gripper")]
         for part in element:

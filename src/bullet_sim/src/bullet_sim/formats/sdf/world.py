@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 
 from bullet_sim.description.model import Light, ModelDescription
-from bullet_sim.description.warnings import ReadWarning
+from bullet_sim.description.warnings import Warnings
 from bullet_sim.description.world import (
     Fog,
     LinkMotion,
@@ -448,7 +448,7 @@ def _populate(
         )
 
 
-def _opener(resolve: Resolve, warnings: list[ReadWarning]) -> OpenInclude:
+def _opener(resolve: Resolve, warnings: Warnings) -> OpenInclude:
     """Function <include> -> (<model> element, SDF version of its file)."""
 
     def open_include(include: Node) -> tuple[Node, Version]:
