@@ -1,5 +1,6 @@
 """Processes: children that are waited for, with signals handed on, and what ./run becomes."""
 
+import contextlib
 import errno
 import os
 import sys
@@ -15,8 +16,9 @@ class DeadlineExceeded(Exception):
 
 
 def run_child(
-    argv, *, group=True, session=True, deadline=None, grace=KILLED_AFTER, tick=None, **popen
-):
+    argv, *, group=True, session=True, deadline=None, grace=KILLED_AFTER, tick=None, signals=None,
+    **popen,
+):  # fmt: skip
     """Runs a child to its end. Signals to ./run stop the child first.
 
     Args:
@@ -25,6 +27,7 @@ def run_child(
         deadline: Longest run [s]; None for no limit.
         grace: Wait from SIGINT to SIGKILL [s]; None to wait for ever.
         tick: Called with the seconds since the start, a few times a second.
+        signals: The caller's Signals, whose with statement goes on; None for some of its own.
         **popen: For subprocess.Popen.
 
     Returns:
@@ -38,7 +41,8 @@ def run_child(
     import time
 
     start = time.monotonic()
-    with Signals() as signals:
+    with Signals() if signals is None else contextlib.nullcontext(signals) as signals:
+        signals.check()
         process = subprocess.Popen(argv, start_new_session=session, **popen)
         status = None
         while status is None:
@@ -113,11 +117,6 @@ class Signals:
         """Raises Interrupted if one came."""
         if self.first is not None:
             raise Interrupted(self.first)
-
-    def hand_on(self, _seconds=0.0):
-        """Sends one that came while nobody listened again, to those who listen now."""
-        if self.first is not None:
-            os.kill(os.getpid(), self.first)
 
     def _note(self, number, _frame):
         if self.first is None:

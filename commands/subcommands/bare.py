@@ -1,6 +1,6 @@
 """Runs COMMAND on a Debian with nothing installed; needs root.
 
-The Debian is a folder that debootstrap fills (kept for later runs), the project in it a clone of
+The Debian is a folder that mmdebstrap fills (kept for later runs), the project in it a clone of
 what is committed here. COMMAND is ./run test by default; a single word is a line of bash:
   ./run bare
   ./run bare --suite trixie ./run demo
@@ -18,7 +18,7 @@ import shutil
 import subprocess
 import sys
 
-from commands import parsing
+from commands import parsing, processes
 from commands.bare.host import SUITES
 from commands.errors import CommandError, say
 from commands.paths import OUT, ROOT, SYSTEM_PATH
@@ -28,7 +28,7 @@ COMMAND = True  # options behind the command are its own
 PASSES_ON = True
 DEFAULT = ["./run", "test"]
 PACKAGES = "apt-bare.txt"  # in config/
-TOOLS = ("debootstrap", "git", "mount")
+TOOLS = ("bwrap", "git", "mmdebstrap", "pip3")
 RESULTS = os.path.join(ROOT, "test-results")
 MARK = "bare.txt"  # in a folder of results: they are a bare machine's
 
@@ -60,12 +60,12 @@ def run(arguments):
 
     options, words = split(arguments)
     words = words or DEFAULT
-    isolated = check()
+    check()
     if options.check:
         return 0
     prepare()
     results = RESULTS if ours() else os.path.join(RESULTS, "bare")
-    with Machine(options.suite, isolated) as machine:
+    with processes.Signals() as signals, Machine(options.suite, signals) as machine:
         machine.make()
         announce(options.suite, words, results)
         status = machine.run(words)
@@ -88,9 +88,6 @@ def split(arguments):
 def check():
     """Refuses what cannot work, before anything is made.
 
-    Returns:
-        Whether the machine can have namespaces of its own.
-
     Raises:
         Refusal: Something is missing.
     """
@@ -98,7 +95,7 @@ def check():
 
     if os.geteuid() != 0:
         raise Refusal(
-            f"a bare machine needs root (for debootstrap, mount and chroot), and this is user "
+            f"a bare machine needs root (for mmdebstrap, mount and chroot), and this is user "
             f"{os.geteuid()}; sudo ./run bare would do"
         )
     missing = missing_tools()
@@ -112,13 +109,11 @@ def check():
             f"a bare machine gets what is committed, and {ROOT} is no git clone; git clone makes "
             "one"
         )
-    isolated = isolation()
-    if isolated is None:
+    if not isolation():
         raise Refusal(
             "a bare machine needs the right to mount and to chroot, which root has not here; a "
             "machine of its own, or a container with CAP_SYS_ADMIN (--privileged), would do"
         )
-    return isolated
 
 
 def missing_tools():
