@@ -241,62 +241,200 @@ SDF_TYPES = ("fixed", "revolute", "prismatic", "continuous", "screw", "gearbox",
 _UP = (0.0, 0.0, 1.0)
 
 
-def read_joint(
-    element: Node,
-    model: ModelDescription,
-    poses: dict[str, Pose],
-    prefix: str,
-    frames: Frames,
-    version: Version,
-    tree: Tree,
-) -> None:
-    """Add a <joint> to a model, or warn why that is impossible.
+def _ends_error(model: ModelDescription, parent: str | None, child: str | None) -> str:
+    """Why a joint has no two links, or ''."""
+    if child not in model.links or parent not in model.links:
+        return f"joins '{parent}' and '{child}', links are {', '.join(model.links)}"
+    return f"joins '{child}' to itself" if parent == child else ""
+
+
+class JointReader:
+    """Adds the <joint>s of one <model> to a model.
 
     Args:
         poses: of the model's links in its frame, by name; links that a joint needs are added.
-        prefix: of the names of the nested model that the joint is in.
-        tree: of the joints so far.
+        prefix: of the names of the nested model that the joints are in.
+        version: of the SDF document.
+        tree: of the model's joints so far.
     """
-    name = prefix + (element.get("name") or "joint")
-    label = f"joint '{name}' of '{model.name}'"
-    parent, child = child_text(element, "parent"), child_text(element, "child")
-    joint_type = _joint_type(element, label, SDF_TYPES)
-    if child == "world" and joint_type == "fixed":
-        parent, child = child, parent
-    if parent == "world" and prefix + str(child) in model.links:
-        if joint_type == "fixed":
-            model.fixed_base = True
-            model.anchored.append(prefix + str(child))
+
+    def __init__(
+        self,
+        model: ModelDescription,
+        poses: dict[str, Pose],
+        prefix: str,
+        frames: Frames,
+        version: Version,
+        tree: Tree,
+    ) -> None:
+        self._model, self._poses, self._prefix = model, poses, prefix
+        self._frames, self._version, self._tree = frames, version, tree
+
+    def read(self, element: Node) -> None:
+        """Add a <joint>, or warn why that is impossible."""
+        model = self._model
+        name = self._prefix + (element.get("name") or "joint")
+        label = f"joint '{name}' of '{model.name}'"
+        joint_type = _joint_type(element, label, SDF_TYPES)
+        parent, child = self._ends(element, joint_type)
+        if parent is None:
             return
-        model.links.setdefault("world", Link("world"))
-        poses.setdefault("world", Pose())
-        model.fixed_base, parent = True, "world"
-    else:
-        parent = prefix + str(parent)
-    child = prefix + str(child)
-    error = _ends_error(model, parent, child)
-    if error:
-        element.warn(f"{label} {error}; it is left out", SKIPPED, f"'{name}' of '{model.name}'")
-        return
-    anchor = Pose()
-    if element.find("pose") is not None:
-        default = child_text(element, "child", "")
-        anchor = frames.pose(default).inverse() * frames.pose_of(element, default, label)
-    origin = poses[parent].inverse() * poses[child]
-    joint = Joint(name, joint_type, parent, child, origin, anchor=anchor)
-    joint.closes = child in tree.above or tree.would_loop(parent, child)
-    if joint_type == "gearbox":
-        _gears(element, joint, model, prefix, label, frames, version)
-        return
-    if joint_type in CHAINS:
-        _chain(element, joint, model, poses, label, frames, version, tree)
-        return
-    if joint_type != "fixed":
-        _axis(element, joint, label, frames, version)
-    if joint_type == "screw":
-        joint.thread = -child_number(element, "thread_pitch", label, 1.0) or 1.0  # ODE's sign
-    model.joints[name] = joint
-    tree.add(joint)
+        error = _ends_error(model, parent, child)
+        if error:
+            item = f"'{name}' of '{model.name}'"
+            element.warn(f"{label} {error}; it is left out", SKIPPED, item)
+            return
+        anchor = Pose()
+        if element.find("pose") is not None:
+            default = child_text(element, "child", "")
+            pose = self._frames.pose_of(element, default, label)
+            anchor = self._frames.pose(default).inverse() * pose
+        origin = self._poses[parent].inverse() * self._poses[child]
+        joint = Joint(name, joint_type, parent, child, origin, anchor=anchor)
+        joint.closes = child in self._tree.above or self._tree.would_loop(parent, child)
+        if joint_type == "gearbox":
+            self._add_gears(element, joint, label)
+        elif joint_type in CHAINS:
+            self._add_chain(element, joint, label)
+        else:
+            if joint_type != "fixed":
+                self._read_axis(element, joint, label)
+            if joint_type == "screw":  # ODE's sign
+                joint.thread = -child_number(element, "thread_pitch", label, 1.0) or 1.0
+            model.joints[name] = joint
+            self._tree.add(joint)
+
+    def _ends(self, element: Node, joint_type: str) -> tuple[str | None, str]:
+        """Names of parent and child; (None, "") where the joint fixes a link to the world."""
+        parent, child = child_text(element, "parent"), child_text(element, "child")
+        if child == "world" and joint_type == "fixed":
+            parent, child = child, parent
+        name = self._prefix + str(child)
+        if parent != "world" or name not in self._model.links:
+            return self._prefix + str(parent), name
+        self._model.fixed_base = True
+        if joint_type == "fixed":
+            self._model.anchored.append(name)
+            return None, ""
+        self._model.links.setdefault("world", Link("world"))
+        self._poses.setdefault("world", Pose())
+        return "world", name
+
+    def _add_gears(self, element: Node, joint: Joint, label: str) -> None:
+        """Add the gears of a gearbox joint, which is between links that other joints hold."""
+        model, base = self._model, child_text(element, "gearbox_reference_body", "")
+        if self._prefix + base not in model.links:
+            element.warn(
+                f"{label} has the reference body '{base}', links are {', '.join(model.links)}; "
+                "it is left out",
+                SKIPPED,
+                f"'{joint.name}' of '{model.name}'",
+            )
+            return
+        axes = []
+        for tag in ("axis", "axis2"):
+            self._read_axis(element, joint, label, tag)
+            axes.append(joint.axis)
+        first, second = joint.anchor.matrix, (joint.origin * joint.anchor).matrix
+        model.gears[joint.name] = Gears(
+            joint.name,
+            joint.child,
+            joint.parent,
+            self._prefix + base,
+            unit_axis(first @ axes[0], _UP, label, element),
+            unit_axis(second @ axes[1], _UP, label, element),
+            child_number(element, "gearbox_ratio", label, 1.0),
+            joint.erp,
+            joint.cfm,
+        )
+
+    def _add_chain(self, element: Node, original: Joint, label: str) -> None:
+        """Add the hinges that make up a joint of several axes, with small links between them.
+
+        The first has the joint's name, the others have a number appended. The second axis of a ball
+        joint must not rotate by 90 degrees.
+        """
+        links, axes = self._model.links, CHAINS[original.kind]
+        child = links[original.child]
+        parent, origin = original.parent, original.origin * original.anchor
+        for index, axis in enumerate(axes, 1):
+            last = index == len(axes)
+            name = original.name if index == 1 else f"{original.name}__{index}"
+            link = original.child if last else f"{original.name}__link{index}"
+            if last:
+                origin = origin * original.anchor.inverse()
+            anchor = original.anchor if last else Pose()
+            joint = Joint(name, "continuous", parent, link, origin, anchor=anchor)
+            joint.closes = last and original.closes
+            if isinstance(axis, str):
+                joint.kind = "revolute"
+                self._read_axis(element, joint, label, axis, original.anchor)
+            else:
+                joint.axis = axis
+            self._model.joints[name] = joint
+            self._tree.add(joint)
+            if not last:
+                moment = MASS_RATIO * max(float(child.inertia.trace()) / 3.0, 1e-6)
+                mass = MASS_RATIO * max(child.mass, 1e-3)
+                links[link] = Link(link, mass=mass, inertia=moment * np.eye(3))
+                self._poses[link] = self._poses[original.child] * original.anchor
+            parent, origin = link, Pose()
+
+    def _read_axis(
+        self, element: Node, joint: Joint, label: str, tag: str = "axis", anchor: Pose | None = None
+    ) -> None:
+        """Read an axis with its limits; anchor: joint frame in the child's; None: joint.anchor."""
+        joint.axis = self._axis(
+            element, joint, label, tag, joint.anchor if anchor is None else anchor
+        )
+        if joint.kind != "continuous":
+            lower = child_bound(element, f"{tag}/limit/lower", label)
+            upper = child_bound(element, f"{tag}/limit/upper", label)
+            set_limits(joint, lower, upper, label, element)
+        joint.effort = max(0.0, child_bound(element, f"{tag}/limit/effort", label) or 0.0)
+        joint.velocity = max(0.0, child_bound(element, f"{tag}/limit/velocity", label) or 0.0)
+        joint.implicit_damping = any(
+            is_true(child_text(element, f"physics/ode/{key}", "false"))
+            for key in ("implicit_spring_damper", "cfm_damping")
+        )
+        for key, (path, default) in _AXIS_NUMBERS.items():
+            setattr(joint, key, child_number(element, path.format(tag), label, default))
+        joint.damping, joint.friction = max(0.0, joint.damping), max(0.0, joint.friction)
+        if element.find(f"{tag}/dynamics/friction") is None and tag == "axis":
+            joint.motor = (
+                max(0.0, child_number(element, "physics/ode/max_force", label, joint.friction)),
+                child_number(element, "physics/ode/velocity", label, 0.0),
+            )
+
+    def _axis(self, element: Node, joint: Joint, label: str, tag: str, anchor: Pose) -> Vec3:
+        """Unit vector of an axis in the joint's frame."""
+        vector = child_floats(element, f"{tag}/xyz", 3, f"{label} {tag}", _UP)
+        before = self._version < (1, 5)
+        of_model = child_flag(element, f"{tag}/use_parent_model_frame", label, before)
+        xyz = element.find(f"{tag}/xyz")
+        frame = xyz.get("expressed_in") if xyz is not None else None
+        if joint.kind == "screw":  # Gazebo 11 (ODEScrewJoint::SetAxis) takes it in the model's
+            of_model, frame = True, None
+        if of_model or frame:
+            joint_frame = self._frames.pose(child_text(element, "child", "")) * anchor
+            axis_frame = self._frames.pose(frame, xyz) if frame else Pose()
+            vector = joint_frame.matrix.T @ axis_frame.matrix @ vector
+        return unit_axis(vector, _UP, label, element)
+
+
+# Attribute of a Joint -> path of its number, {} is the axis, and its default.
+_AXIS_NUMBERS: dict[str, tuple[str, float | None]] = {
+    "damping": ("{}/dynamics/damping", 0.0),
+    "friction": ("{}/dynamics/friction", 0.0),
+    "stiffness": ("{}/dynamics/spring_stiffness", 0.0),
+    "rest": ("{}/dynamics/spring_reference", 0.0),
+    "stop_erp": ("physics/ode/limit/erp", None),
+    "stop_cfm": ("physics/ode/limit/cfm", None),
+    "stop_push": ("physics/ode/fudge_factor", 1.0),
+    "erp": ("physics/ode/erp", None),
+    "cfm": ("physics/ode/cfm", None),
+    "bounce": ("physics/ode/bounce", 0.0),
+}
 
 
 def read_sdf_joints(robot: Node, model: ModelDescription) -> None:
@@ -306,12 +444,14 @@ def read_sdf_joints(robot: Node, model: ModelDescription) -> None:
         if element.get("reference") is not None:
             continue
         frames = Frames(element, model.name, poses=poses)
+        reader = JointReader(model, poses, "", frames, SDF_OF_URDF, tree)
         for joint in element.findall("joint"):
             child = child_text(joint, "child")
-            if child_text(joint, "parent") == "world":
-                if joint.get("type") == "fixed" and child == model.root:
-                    model.fixed_base = True
-                    continue
+            if child_text(joint, "parent") != "world":
+                reader.read(joint)
+            elif joint.get("type") == "fixed" and child == model.root:
+                model.fixed_base = True
+            else:
                 joint.warn(
                     f"joint '{joint.get('name')}' of '{model.name}' joins '{child}' to the world, "
                     f"which a joint within <gazebo> must be fixed for, and of '{model.root}'; it "
@@ -319,141 +459,3 @@ def read_sdf_joints(robot: Node, model: ModelDescription) -> None:
                     SKIPPED,
                     f"'{joint.get('name')}' of '{model.name}'",
                 )
-                continue
-            read_joint(joint, model, poses, "", frames, SDF_OF_URDF, tree)
-
-
-def _gears(
-    element: Node,
-    joint: Joint,
-    model: ModelDescription,
-    prefix: str,
-    label: str,
-    frames: Frames,
-    version: Version,
-) -> None:
-    """Add the gears of a gearbox joint, which is between links that other joints hold."""
-    base = child_text(element, "gearbox_reference_body", "")
-    if prefix + base not in model.links:
-        element.warn(
-            f"{label} has the reference body '{base}', links are {', '.join(model.links)}; "
-            "it is left out",
-            SKIPPED,
-            f"'{joint.name}' of '{model.name}'",
-        )
-        return
-    axes = []
-    for tag in ("axis", "axis2"):
-        _axis(element, joint, label, frames, version, tag)
-        axes.append(joint.axis)
-    first, second = joint.anchor.matrix, (joint.origin * joint.anchor).matrix
-    model.gears[joint.name] = Gears(
-        joint.name,
-        joint.child,
-        joint.parent,
-        prefix + base,
-        unit_axis(first @ axes[0], _UP, label, element),
-        unit_axis(second @ axes[1], _UP, label, element),
-        child_number(element, "gearbox_ratio", label, 1.0),
-        joint.erp,
-        joint.cfm,
-    )
-
-
-def _chain(
-    element: Node,
-    original: Joint,
-    model: ModelDescription,
-    poses: dict[str, Pose],
-    label: str,
-    frames: Frames,
-    version: Version,
-    tree: Tree,
-) -> None:
-    """Add the hinges that make up a joint of several axes, with small links between them.
-
-    The first has the joint's name, the others have a number appended. The second axis of a ball
-    joint must not rotate by 90 degrees.
-    """
-    child, axes = model.links[original.child], CHAINS[original.kind]
-    parent, origin = original.parent, original.origin * original.anchor
-    for index, axis in enumerate(axes, 1):
-        last = index == len(axes)
-        name = original.name if index == 1 else f"{original.name}__{index}"
-        link = original.child if last else f"{original.name}__link{index}"
-        if last:
-            origin = origin * original.anchor.inverse()
-        joint = Joint(
-            name, "continuous", parent, link, origin, anchor=original.anchor if last else Pose()
-        )
-        joint.closes = last and original.closes
-        if isinstance(axis, str):
-            joint.kind = "revolute"
-            _axis(element, joint, label, frames, version, axis, original.anchor)
-        else:
-            joint.axis = axis
-        model.joints[name] = joint
-        tree.add(joint)
-        if not last:
-            moment = MASS_RATIO * max(float(child.inertia.trace()) / 3.0, 1e-6)
-            model.links[link] = Link(
-                link, mass=MASS_RATIO * max(child.mass, 1e-3), inertia=moment * np.eye(3)
-            )
-            poses[link] = poses[original.child] * original.anchor
-        parent, origin = link, Pose()
-
-
-def _ends_error(model: ModelDescription, parent: str | None, child: str | None) -> str:
-    """Why a joint has no two links, or ''."""
-    if child not in model.links or parent not in model.links:
-        return f"joins '{parent}' and '{child}', links are {', '.join(model.links)}"
-    return f"joins '{child}' to itself" if parent == child else ""
-
-
-def _axis(
-    element: Node,
-    joint: Joint,
-    label: str,
-    frames: Frames,
-    version: Version,
-    tag: str = "axis",
-    anchor: Pose | None = None,
-) -> None:
-    """Read an axis with its limits; anchor: joint frame in the child's; None: joint.anchor."""
-    anchor = joint.anchor if anchor is None else anchor
-    vector = child_floats(element, f"{tag}/xyz", 3, f"{label} {tag}", _UP)
-    of_model = child_flag(element, f"{tag}/use_parent_model_frame", label, version < (1, 5))
-    xyz = element.find(f"{tag}/xyz")
-    frame = xyz.get("expressed_in") if xyz is not None else None
-    if joint.kind == "screw":  # Gazebo 11 (ODEScrewJoint::SetAxis) takes it in the model's
-        of_model, frame = True, None
-    if of_model or frame:
-        joint_frame = frames.pose(child_text(element, "child", "")) * anchor
-        axis_frame = frames.pose(frame, xyz) if frame else Pose()
-        vector = joint_frame.matrix.T @ axis_frame.matrix @ vector
-    joint.axis = unit_axis(vector, _UP, label, element)
-    if joint.kind != "continuous":
-        lower = child_bound(element, f"{tag}/limit/lower", label)
-        upper = child_bound(element, f"{tag}/limit/upper", label)
-        set_limits(joint, lower, upper, label, element)
-    joint.effort = max(0.0, child_bound(element, f"{tag}/limit/effort", label) or 0.0)
-    joint.velocity = max(0.0, child_bound(element, f"{tag}/limit/velocity", label) or 0.0)
-    joint.damping = max(0.0, child_number(element, f"{tag}/dynamics/damping", label, 0.0))
-    joint.implicit_damping = any(
-        is_true(child_text(element, f"physics/ode/{key}", "false"))
-        for key in ("implicit_spring_damper", "cfm_damping")
-    )
-    joint.friction = max(0.0, child_number(element, f"{tag}/dynamics/friction", label, 0.0))
-    joint.stiffness = child_number(element, f"{tag}/dynamics/spring_stiffness", label, 0.0)
-    joint.rest = child_number(element, f"{tag}/dynamics/spring_reference", label, 0.0)
-    joint.stop_erp = child_number(element, "physics/ode/limit/erp", label, None)
-    joint.stop_cfm = child_number(element, "physics/ode/limit/cfm", label, None)
-    joint.stop_push = child_number(element, "physics/ode/fudge_factor", label, 1.0)
-    joint.erp = child_number(element, "physics/ode/erp", label, None)
-    joint.cfm = child_number(element, "physics/ode/cfm", label, None)
-    joint.bounce = child_number(element, "physics/ode/bounce", label, 0.0)
-    if element.find(f"{tag}/dynamics/friction") is None and tag == "axis":
-        joint.motor = (
-            max(0.0, child_number(element, "physics/ode/max_force", label, joint.friction)),
-            child_number(element, "physics/ode/velocity", label, 0.0),
-        )

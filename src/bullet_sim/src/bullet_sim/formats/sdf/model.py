@@ -16,7 +16,7 @@ from bullet_sim.description.model import (
 )
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.gazebo import read_surface
-from bullet_sim.formats.joints import Tree, Version, read_joint
+from bullet_sim.formats.joints import JointReader, Tree, Version
 from bullet_sim.formats.lights import parse_light
 from bullet_sim.formats.materials import Resolve
 from bullet_sim.formats.sdf.frames import Frames
@@ -212,8 +212,9 @@ class ModelReader:
             first = next((link for link in self.poses if link.startswith(f"{prefix}{name}::")), "")
             if first:
                 self.nested[prefix + name] = first, there
+        joints = JointReader(self.model, self.poses, prefix, frames, version, self._tree)
         for joint in element.findall("joint"):
-            read_joint(joint, self.model, self.poses, prefix, frames, version, self._tree)
+            joints.read(joint)
         self.plugins += [(plugin, prefix) for plugin in element.findall("plugin")]
         self.grippers += [(gripper, prefix) for gripper in element.findall("gripper")]
         for part in element:

@@ -107,6 +107,8 @@ _IGNORED = {
     "spherical_coordinates",
     "state",
     "frame",
+    "actor",
+    "population",
 }
 
 
@@ -119,36 +121,6 @@ def _place(element: Node | None) -> Place:
         for tag in ("latitude_deg", "longitude_deg", "elevation", "heading_deg")
     )
     return Place(latitude, longitude, altitude, math.pi / 2.0 - math.radians(heading))
-
-
-def _wind(plugin: Node, described: WorldDescription, blows: Vec3) -> None:
-    """Read a WindPlugin of a wind [m/s]; in Gazebo 11.1 it does nothing without a factor."""
-    values = PluginValues(plugin, f"plugin '{plugin.get('filename')}'")
-
-    def period(path: str) -> float:
-        value = values.number(path, 1.0)
-        return value if value > 0.0 else math.inf
-
-    factor = values.number("force_approximation_scaling_factor")
-    if abs(factor) < 1e-6:
-        described.warn(
-            f"{values.label} has no <force_approximation_scaling_factor> above 0: there is no "
-            "wind, as in Gazebo 11"
-        )
-        return
-    magnitude, direction, vertical = "horizontal/magnitude", "horizontal/direction", "vertical"
-    described.wind = Wind(
-        blows,
-        factor,
-        period(f"{magnitude}/time_for_rise"),
-        values.number(f"{magnitude}/sin/amplitude_percent"),
-        period(f"{magnitude}/sin/period"),
-        period(f"{direction}/time_for_rise"),
-        values.number(f"{direction}/sin/amplitude"),
-        period(f"{direction}/sin/period"),
-        period(f"{vertical}/time_for_rise"),
-        tuple(values.noise(f"{path}/noise") for path in (magnitude, direction, vertical)),
-    )
 
 
 def parse_world(
@@ -173,81 +145,234 @@ def parse_world(
     described.name = world.get("name") or "default"
     warn_unread(sdf)
     described.place = _place(world.find("spherical_coordinates"))
-    blows = child_floats(world, "wind/linear_velocity", 3, f"{label} <wind>", (0.0, 0.0, 0.0))
     described.time = max(0.0, _seconds(world.find("state/sim_time")))
     choose_physics(world)
     read_physics(world, described, f"world '{described.name}'")
     described.scene = parse_scene(world, label)
-    states = {model.get("name"): model for model in world.findall("state/model")}
-    of_lights = {light.get("name"): light for light in world.findall("state/light")}
-    opener = functools.lru_cache(maxsize=None)(_opener(resolve, described.warnings))
-    frames = Frames(world, described.name, lambda include: _included(include, opener))
-    for element in world:
-        if element.tag == "include":
-            _include(element, described, resolve, label, frames, opener)
-        elif element.tag == "model":
-            _model(element, described, resolve, label, _version(sdf), states, frames)
-        elif element.tag == "light":
-            state = of_lights.get(element.get("name"))
-            there = None if state is None else sdf_pose(state, f"{label} state of a light")
-            _add_light(described, parse_light(element, label, there))
-        elif element.tag == "road":
-            _road(element, described, resolve, label)
-        elif element.tag in ("actor", "population"):
-            continue  # their models come after all others
-        else:
-            _other(element, described, label, blows)
-    described.models += [parse_actor(element, label) for element in world.findall("actor")]
-    for population in world.findall("population"):
-        _populate(population, described, resolve, label, _version(sdf))
-    _number_names(described, label)
+    WorldReader(world, described, resolve, label, _version(sdf)).read()
     return described
 
 
-def _add_light(described: WorldDescription, light: Light) -> None:
-    scene = described.scene
-    described.scene = dataclasses.replace(scene, lights=(*scene.lights, light))
+class WorldReader:
+    """Adds the models, lights, roads and plugins of a <world> to its description."""
 
+    def __init__(
+        self,
+        world: Node,
+        described: WorldDescription,
+        resolve: Resolve,
+        label: str,
+        version: Version,
+    ) -> None:
+        self._world, self._described, self._resolve = world, described, resolve
+        self._label, self._version = label, version
+        self._states = {model.get("name"): model for model in world.findall("state/model")}
+        self._lights = {light.get("name"): light for light in world.findall("state/light")}
+        self._open = functools.lru_cache(maxsize=None)(_opener(resolve, described.warnings))
+        self._frames = Frames(world, described.name, self._included)
+        nothing = (0.0, 0.0, 0.0)  # [m/s]
+        self._wind = child_floats(world, "wind/linear_velocity", 3, f"{label} <wind>", nothing)
 
-def _road(element: Node, described: WorldDescription, resolve: Resolve, label: str) -> None:
-    model = ModelDescription("road", warnings=described.warnings)
-    try:
-        road = parse_road(element, label, model, resolve)
-    except ModelError as error:
-        described.warn(f"{error}; it is left out", "roads are left out", label)
-        return
-    if road is not None:
-        scene = described.scene
-        described.scene = dataclasses.replace(scene, roads=(*scene.roads, road))
+    def read(self) -> None:
+        """Read all of it."""
+        readers = {
+            "include": self._add_include,
+            "model": self._add_model,
+            "light": self._add_light,
+            "road": self._add_road,
+            "plugin": self._add_plugin,
+        }
+        for element in self._world:
+            if element.tag in readers:
+                readers[element.tag](element)
+            elif element.tag not in _IGNORED:
+                name = f" '{element.get('name')}'" if element.get("name") else ""
+                self._described.warn(
+                    f"{self._label}: <{element.tag}>{name} means nothing here and is ignored",
+                    f"<{element.tag}> of the world mean nothing here and are ignored",
+                    f"<{element.tag}>{name}",
+                )
+        # after all other models
+        actors = self._world.findall("actor")
+        self._described.models += [parse_actor(actor, self._label) for actor in actors]
+        for population in self._world.findall("population"):
+            self._add_population(population)
+        self._number_names()
 
+    def _add_light(self, element: Node) -> None:
+        state = self._lights.get(element.get("name"))
+        pose = None if state is None else sdf_pose(state, f"{self._label} state of a light")
+        self._shine(parse_light(element, self._label, pose))
 
-def _model(
-    element: Node,
-    described: WorldDescription,
-    resolve: Resolve,
-    label: str,
-    version: Version,
-    states: dict[str | None, Node],
-    frames: Frames,
-) -> None:
-    state = states.get(element.get("name"))
-    try:
+    def _shine(self, light: Light) -> None:
+        scene = self._described.scene
+        self._described.scene = dataclasses.replace(scene, lights=(*scene.lights, light))
+
+    def _add_road(self, element: Node) -> None:
+        model = ModelDescription("road", warnings=self._described.warnings)
+        try:
+            road = parse_road(element, self._label, model, self._resolve)
+        except ModelError as error:
+            self._described.warn(f"{error}; it is left out", "roads are left out", self._label)
+            return
+        if road is not None:
+            scene = self._described.scene
+            self._described.scene = dataclasses.replace(scene, roads=(*scene.roads, road))
+
+    def _add_model(self, element: Node) -> None:
+        state = self._states.get(element.get("name"))
+        try:
+            if state is not None:
+                _move_links(element, state, self._label)
+                _scale(element, state, self._label)
+            model = _read_model(element, self._resolve, self._version)
+            pose = self._frames.pose_of(element, "", f"{self._label} model '{model.name}'")
+        except ModelError as error:
+            element.warn(
+                f"model '{element.get('name')}' is left out: {error}",
+                "models are left out",
+                f"'{element.get('name')}'",
+            )
+            return
         if state is not None:
-            _move_links(element, state, label)
-            _scale(element, state, label)
-        model = _read_model(element, resolve, version)
-        pose = frames.pose_of(element, "", f"{label} model '{model.name}'")
-    except ModelError as error:
-        element.warn(
-            f"model '{element.get('name')}' is left out: {error}",
-            "models are left out",
-            f"'{element.get('name')}'",
+            label = f"{self._label} state of '{model.name}'"
+            self._described.starts[model.name] = sdf_pose(state, label)
+            self._described.motions[model.name] = dict(_motions(state, "", self._label))
+        self._described.models.append((model, pose))
+
+    def _included(self, include: Node) -> Node:
+        """The <model> of the file of an <include>; a plain one of ground_plane, which has none."""
+        if _database_name(include) == "ground_plane":
+            plane = Node("model", name="ground_plane")
+            plane.document, plane.line = include.document, include.line
+            return plane
+        return self._open(include)[0]
+
+    def _add_include(self, element: Node) -> None:
+        label = f"{self._label} <include>"
+        if _database_name(element) == "sun":
+            self._shine(sun(element, label))
+            return
+        try:
+            model = self._included_model(element, label)
+        except (OSError, ValueError) as error:
+            uri = child_text(element, "uri", "")
+            self._described.warn(
+                f"{self._label} includes '{uri}', which cannot be used: {error}",
+                "included models cannot be used",
+                f"'{uri}'",
+            )
+            return
+        if model is not None:
+            model.name = child_text(element, "name", model.name)
+            model.static = is_true(child_text(element, "static", str(model.static)))
+            self._described.models.append((model, self._frames.pose_of(element, "", label)))
+
+    def _included_model(self, element: Node, label: str) -> ModelDescription | None:
+        """The model of an <include>; None: it is a light, which is added."""
+        if _database_name(element) == "ground_plane":
+            return ground_plane()
+        inner, version = self._open(element)
+        if inner.tag == "light":
+            has_pose = element.find("pose") is not None
+            pose = sdf_pose(element, label) if has_pose else None
+            self._shine(parse_light(inner, self._label, pose))
+            return None
+        for plugin in element.findall("plugin"):
+            inner.append(plugin)
+        if name := child_text(element, "name"):  # which its plugins have as namespace
+            inner.set("name", name)
+        return _read_model(inner, self._resolve, version)
+
+    def _add_plugin(self, element: Node) -> None:
+        name = element.get("filename")
+        if library(element) == "WindPlugin":
+            self._read_wind(element)
+        elif library(element) in WORLD_PLUGINS:
+            self._described.plugins.append(library(element))
+        elif library(element) not in BUILT_IN_PLUGINS:
+            self._described.warn(
+                f"{self._label}: world plugin '{name}' is not known here and is ignored",
+                "world plugins are not known here and are ignored",
+                f"'{name}'",
+            )
+
+    def _read_wind(self, plugin: Node) -> None:
+        """Read a WindPlugin; in Gazebo 11.1 it does nothing without a factor."""
+        values = PluginValues(plugin, f"plugin '{plugin.get('filename')}'")
+
+        def period(path: str) -> float:
+            value = values.number(path, 1.0)
+            return value if value > 0.0 else math.inf
+
+        factor = values.number("force_approximation_scaling_factor")
+        if abs(factor) < 1e-6:
+            self._described.warn(
+                f"{values.label} has no <force_approximation_scaling_factor> above 0: there is no "
+                "wind, as in Gazebo 11"
+            )
+            return
+        magnitude, direction, vertical = "horizontal/magnitude", "horizontal/direction", "vertical"
+        self._described.wind = Wind(
+            self._wind,
+            factor,
+            period(f"{magnitude}/time_for_rise"),
+            values.number(f"{magnitude}/sin/amplitude_percent"),
+            period(f"{magnitude}/sin/period"),
+            period(f"{direction}/time_for_rise"),
+            values.number(f"{direction}/sin/amplitude"),
+            period(f"{direction}/sin/period"),
+            period(f"{vertical}/time_for_rise"),
+            tuple(values.noise(f"{path}/noise") for path in (magnitude, direction, vertical)),
         )
-        return
-    if state is not None:
-        described.starts[model.name] = sdf_pose(state, f"{label} state of '{model.name}'")
-        described.motions[model.name] = dict(_motions(state, "", label))
-    described.models.append((model, pose))
+
+    def _add_population(self, population: Node) -> None:
+        """Add the models of a <population>, NAME_clone_0 and so on; a faulty one is left out."""
+        label = f"{self._label} population '{population.get('name')}'"
+        model, include, version = (
+            population.find("model"),
+            population.find("include"),
+            self._version,
+        )
+        try:
+            if model is None and include is not None:
+                model, version = _opener(self._resolve, self._described.warnings)(include)
+                model.set("name", child_text(include, "name") or model.get("name") or "model")
+            if model is None:
+                raise ModelError(f"{label} has no <model>")
+            for number, place in enumerate(places(population, label)):
+                clone = copied(model)
+                clone.set("name", f"{model.get('name') or 'model'}_clone_{number}")
+                read = _read_model(clone, self._resolve, version)
+                self._described.models.append((read, Pose(place)))
+        except (OSError, ValueError) as error:
+            population.warn(
+                f"{error}; it is left out",
+                "populations cannot be used and are left out",
+                f"'{population.get('name')}'",
+            )
+
+    def _number_names(self) -> None:
+        """Rename models whose name is taken; Gazebo would refuse them."""
+        taken = set()
+        for model, _ in self._described.models:
+            name, number = model.name, 0
+            while model.name in taken:
+                number += 1
+                model.name = f"{name}_{number}"
+            if number:
+                self._described.warn(
+                    f"{self._label} has more than one model '{name}'; this one becomes "
+                    f"'{model.name}'",
+                    "models have a name that is taken and get a number",
+                    f"'{model.name}'",
+                )
+            taken.add(model.name)
+
+
+def _database_name(include: Node) -> str:
+    """The name of a model of Gazebo's database that an <include> names."""
+    return child_text(include, "uri", "").replace("model://", "").strip("/")
 
 
 def _move_links(element: Node, state: Node, label: str) -> None:
@@ -311,23 +436,6 @@ def _motions(state: Node, prefix: str, label: str) -> Iterator[tuple[str, LinkMo
         yield from _motions(model, f"{prefix}{model.get('name')}::", label)
 
 
-def _number_names(described: WorldDescription, label: str) -> None:
-    """Rename models whose name is taken; Gazebo would refuse them."""
-    taken = set()
-    for model, _ in described.models:
-        name, number = model.name, 0
-        while model.name in taken:
-            number += 1
-            model.name = f"{name}_{number}"
-        if number:
-            described.warn(
-                f"{label} has more than one model '{name}'; this one becomes '{model.name}'",
-                "models have a name that is taken and get a number",
-                f"'{model.name}'",
-            )
-        taken.add(model.name)
-
-
 def _version(sdf: Node) -> Version:
     """(major, minor) of an <sdf>; (1, 6) where it gives no valid one."""
     match = re.match(r"\s*(\d+)\.(\d+)", sdf.get("version") or "")
@@ -340,112 +448,6 @@ def _seconds(element: Node | None) -> float:
     seconds, nanoseconds = (*values, 0.0, 0.0)[:2]
     time = seconds + 1e-9 * nanoseconds
     return time if not rest and math.isfinite(time) and time < MAX_TIME else 0.0
-
-
-def _other(element: Node, described: WorldDescription, label: str, blows: Vec3) -> None:
-    if element.tag in _IGNORED:
-        return
-    if element.tag == "plugin":
-        name = element.get("filename")
-        if library(element) == "WindPlugin":
-            _wind(element, described, blows)
-        elif library(element) in WORLD_PLUGINS:
-            described.plugins.append(library(element))
-        elif library(element) not in BUILT_IN_PLUGINS:
-            described.warn(
-                f"{label}: world plugin '{name}' is not known here and is ignored",
-                "world plugins are not known here and are ignored",
-                f"'{name}'",
-            )
-        return
-    name = f" '{element.get('name')}'" if element.get("name") else ""
-    described.warn(
-        f"{label}: <{element.tag}>{name} means nothing here and is ignored",
-        f"<{element.tag}> of the world mean nothing here and are ignored",
-        f"<{element.tag}>{name}",
-    )
-
-
-def _plain(include: Node) -> str:
-    """The name of a model of Gazebo's database that an <include> names."""
-    return child_text(include, "uri", "").replace("model://", "").strip("/")
-
-
-def _included(include: Node, opener: OpenInclude) -> Node:
-    """The <model> of the file of an <include>; a plain one of ground_plane, which has none here."""
-    if _plain(include) == "ground_plane":
-        plane = Node("model", name="ground_plane")
-        plane.document, plane.line = include.document, include.line
-        return plane
-    return opener(include)[0]
-
-
-def _include(
-    element: Node,
-    described: WorldDescription,
-    resolve: Resolve,
-    label: str,
-    frames: Frames,
-    opener: OpenInclude,
-) -> None:
-    uri = child_text(element, "uri", "")
-    plain = _plain(element)
-    if plain == "sun":
-        _add_light(described, sun(element, f"{label} <include>"))
-        return
-    try:
-        if plain == "ground_plane":
-            model = ground_plane()
-        else:
-            inner, version = opener(element)
-            if inner.tag == "light":
-                has_pose = element.find("pose") is not None
-                light_pose = sdf_pose(element, f"{label} <include>") if has_pose else None
-                _add_light(described, parse_light(inner, label, light_pose))
-                return
-            for plugin in element.findall("plugin"):
-                inner.append(plugin)
-            if name := child_text(element, "name"):  # which its plugins have as namespace
-                inner.set("name", name)
-            model = _read_model(inner, resolve, version)
-    except (OSError, ValueError) as error:
-        described.warn(
-            f"{label} includes '{uri}', which cannot be used: {error}",
-            "included models cannot be used",
-            f"'{uri}'",
-        )
-        return
-    model.name = child_text(element, "name", model.name)
-    model.static = is_true(child_text(element, "static", str(model.static)))
-    described.models.append((model, frames.pose_of(element, "", f"{label} <include>")))
-
-
-def _populate(
-    population: Node,
-    described: WorldDescription,
-    resolve: Resolve,
-    label: str,
-    version: Version,
-) -> None:
-    """Add the models of a <population>, NAME_clone_0 and so on; a faulty one is left out."""
-    label = f"{label} population '{population.get('name')}'"
-    try:
-        model, include = population.find("model"), population.find("include")
-        if model is None and include is not None:
-            model, version = _opener(resolve, described.warnings)(include)
-            model.set("name", child_text(include, "name") or model.get("name") or "model")
-        if model is None:
-            raise ModelError(f"{label} has no <model>")
-        for number, place in enumerate(places(population, label)):
-            clone = copied(model)
-            clone.set("name", f"{model.get('name') or 'model'}_clone_{number}")
-            described.models.append((_read_model(clone, resolve, version), Pose(place)))
-    except (OSError, ValueError) as error:
-        population.warn(
-            f"{error}; it is left out",
-            "populations cannot be used and are left out",
-            f"'{population.get('name')}'",
-        )
 
 
 def _opener(resolve: Resolve, warnings: Warnings) -> OpenInclude:
