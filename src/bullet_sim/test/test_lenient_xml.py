@@ -1,6 +1,7 @@
 """XML texts as TinyXML takes them: encodings, declarations, odd signs; and what it refuses."""
 
 import pytest
+from bullet_sim.description.warnings import Warnings
 from bullet_sim.errors import ModelError
 from bullet_sim.xml_reader import Document, Node, parse, repaired
 
@@ -88,7 +89,7 @@ TAKEN = [
     "text, expected, said", [row[1:] for row in TAKEN], ids=[r[0] for r in TAKEN]
 )
 def test_taken(text, expected, said):
-    warnings = []
+    warnings = Warnings()
     root = parse(text, "my.world", warnings)
     assert root.tag == "a" and root.find("b").text == expected
     assert len(warnings) == bool(said)
@@ -128,7 +129,7 @@ def test_lines(broken):
 
 
 def test_a_warning_names_file_line_and_cause():
-    warnings = []
+    warnings = Warnings()
     root = parse("<a>\n<b/></a>", "/tmp/x/my.world", warnings)
     root.find("b").warn("link 'b' is odd", "links are odd", "'b'")
     assert warnings == ["/tmp/x/my.world, line 2: link 'b' is odd"]
