@@ -83,7 +83,7 @@ def pushed(world, topics, **values):
     """(plugin, received, model) of a box of MASS that is moved by forces."""
     model = world.spawn_urdf("r", BOX, Pose(), str)
     received = FakeReceivedCounts()
-    spec = ForceMoveSpec("f", "base", "base", **{"gains": (1e3, 1e3, 100.0), **values})
+    spec = ForceMoveSpec("f", "base", base="base", **{"gains": (1e3, 1e3, 100.0), **values})
     return plugin_of(world, model, spec, received=received), received, model
 
 
@@ -161,7 +161,8 @@ def trike(world, received, **values):
     world.engine.set_gravity((0.0, 0.0, -9.81))
     model = world.spawn_urdf("trike", TRIKE, Pose((0.0, 0.0, 0.1)), str)
     values = {"diameter": 0.2, "encoder_diameter": 0.2, "separation": 0.4, **values}
-    spec = TricycleSpec("t", "base", "steer", "front_j", ("left_j", "right_j"), **values)
+    wheels = {"steering": "steer", "wheel": "front_j", "encoders": ("left_j", "right_j")}
+    spec = TricycleSpec("t", "base", **wheels, **values)
     plugin = plugin_of(world, model, spec, received=received)
     plugin.prepare()
     return plugin, model
@@ -219,7 +220,7 @@ def test_odometry_by_a_tricycles_encoders(world, topics):
 def test_bases_of_many_wheels_give_them_their_velocity(world, topics):
     model = world.spawn_urdf("trike", TRIKE, Pose(), str)
     spec = ManyWheelsSpec(
-        "d", "base", ("left_j",), ("right_j",), separation=0.4, diameter=0.2, resets=True
+        "d", "base", left=("left_j",), right=("right_j",), separation=0.4, diameter=0.2, resets=True
     )
     received = FakeReceivedCounts()
     plugin = plugin_of(world, model, spec, received=received)
@@ -229,7 +230,7 @@ def test_bases_of_many_wheels_give_them_their_velocity(world, topics):
     assert rates["left_j"] == pytest.approx(3.0, rel=1e-3)  # (0.5 - 0.2) / 0.1
     assert rates["right_j"] == pytest.approx(7.0, rel=1e-3)
     assert topics["/odom"].messages == [] and plugin.resets_with_model
-    spec = ManyWheelsSpec("d", "base", ("left_j",), ("right_j",), publish_odometry=True)
+    spec = ManyWheelsSpec("d", "base", left=("left_j",), right=("right_j",), publish_odometry=True)
     plugin = plugin_of(world, model, spec, received=received)
     run(plugin, world, 5)
     assert topics["/odom"].messages and not plugin.resets_with_model

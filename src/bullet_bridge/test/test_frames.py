@@ -52,8 +52,8 @@ def test_the_parameter_of_each_rule(source, namespace, expected):
     spec = WheelDriveSpec(
         "d",
         "base",
-        ("l",),
-        ("r",),
+        left=("l",),
+        right=("r",),
         frame_id=FrameName("f", FramePrefix(source, namespace)),
         wheel_frames={"l": (FrameName("base", FramePrefix(source, namespace)), "wheel")},
     )

@@ -2,6 +2,7 @@
 
 import io
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -525,11 +526,16 @@ def test_planar_move_drives_on_when_time_goes_back_and_its_odometry_waits(topics
     output.close()
 
 
+CART_DRIVE = WheelDriveSpec(
+    "d", "base", left=("left",), right=("right",), separation=0.3, diameter=0.2
+)
+
+
 @pytest.mark.parametrize(
     "spec",
     [
         PlanarMoveSpec("p", "base", rate=20.0),
-        WheelDriveSpec("d", "base", ("left",), ("right",), separation=0.3, diameter=0.2, rate=20.0),
+        replace(CART_DRIVE, rate=20.0),
     ],
     ids=["planar_move", "diff_drive"],
 )
@@ -556,8 +562,7 @@ def test_a_command_before_the_first_update_counts(topics, world, cart, spec):
 
 def test_diff_drive_tells_of_its_wheels(topics, world, cart):
     frames = {side: ("tb3/base", f"tb3/{side}_wheel") for side in ("right", "left")}
-    spec = WheelDriveSpec("d", "base", ("left",), ("right",), separation=0.3, diameter=0.2,
-                          wheel_states_topic="/joint_states", wheel_frames=frames)  # fmt: skip
+    spec = replace(CART_DRIVE, wheel_states_topic="/joint_states", wheel_frames=frames)
     received = FakeReceivedCounts()
     output = made(spec, world, cart, received)
     command = Twist()

@@ -3,7 +3,7 @@
 import pytest
 from bullet_bridge.plugins import transforms
 from bullet_sim.formats.sdf import world as sdf
-from bullet_sim.plugins import drives
+from bullet_sim.plugins.transforms import JointTransformsSpec, RootTransformSpec
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from fake_impl import fake_publishers, plugin_of
@@ -54,11 +54,11 @@ def output(world, model, number=0):
 def test_what_the_plugin_asks_for(world):
     model = world.spawn_urdf("arm", arm("revolute"), Pose((0, 0, 1.0)), str)
     joints, root = model.description.sensors
-    assert joints == drives.JointTransformsSpec("p", "base", 20.0)
-    assert root == drives.RootTransformSpec("p", "base", "map", 50.0, child_frame_id="base")
+    assert joints == JointTransformsSpec("p", "base", 20.0)
+    assert root == RootTransformSpec("p", "base", "map", 50.0, child_frame_id="base")
     plain = arm("revolute", PLUGIN.replace("<frameName>map</frameName>", ""))
     (only,) = world.spawn_urdf("plain", plain, Pose((3, 0, 1.0)), str).description.sensors
-    assert isinstance(only, drives.JointTransformsSpec)
+    assert isinstance(only, JointTransformsSpec)
 
 
 @pytest.mark.parametrize("kind", ["revolute", "continuous", "prismatic"])

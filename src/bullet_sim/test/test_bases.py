@@ -31,7 +31,7 @@ def read(library, tags):
 
 def test_force_based_move_has_hectors_defaults():
     ((spec,), warnings) = read("gazebo_ros_force_based_move", "")
-    assert spec == ForceMoveSpec("p", "base_footprint", "base_footprint")
+    assert spec == ForceMoveSpec("p", "base_footprint", base="base_footprint")
     assert (spec.gains, spec.timeout, spec.maxima) == ((1e4, 1e4, 100.0), -1.0, UNLIMITED)
     assert warnings == []
 
@@ -100,9 +100,9 @@ def test_tricycle_has_upstreams_defaults():
     assert spec == TricycleSpec(
         "p",
         "base_footprint",
-        "steer_j",
-        "front_j",
-        ("left_j", "right_j"),
+        steering="steer_j",
+        wheel="front_j",
+        encoders=("left_j", "right_j"),
         command_topic="/bot/cmd_vel",
         topic="/bot/odom",
     )
@@ -166,8 +166,8 @@ def test_hectors_bases_of_many_wheels():
     assert spec == ManyWheelsSpec(
         "p",
         "base_footprint",
-        ("left_j", "front_j"),
-        ("right_j",),
+        left=("left_j", "front_j"),
+        right=("right_j",),
         separation=0.5,
         diameter=0.2,
         publish_odometry=True,
@@ -202,8 +202,8 @@ def test_a_full_circle_in_parts_ends_where_it_began():
 
 
 def tricycle(**values):
-    names = ("base", "s", "w", ("l", "r"))
-    return TricycleMotion(TricycleSpec("t", *names, **values))
+    wheels = {"steering": "s", "wheel": "w", "encoders": ("l", "r")}
+    return TricycleMotion(TricycleSpec("t", "base", **wheels, **values))
 
 
 def test_encoders_turn_to_the_side_of_the_slower_wheel_as_upstream():

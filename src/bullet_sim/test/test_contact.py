@@ -5,7 +5,7 @@ import pytest
 from bullet_sim.description.collisions import collision_names
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.plugins.forces import ContactSpec
+from bullet_sim.plugins.contacts import ContactSpec
 from bullet_sim.pose import Pose
 from bullet_sim.sensors.contact import distance, nearest, watched
 from bullet_sim.world import World

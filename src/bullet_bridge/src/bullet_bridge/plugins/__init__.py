@@ -1,33 +1,7 @@
-"""What the families of plugins and sensors do in ROS; importing this enters them all."""
+"""What the families of plugins and sensors do in ROS; importing this enters each file of it."""
 
-from bullet_bridge.plugins import (
-    actors,
-    bases,
-    cameras,
-    contacts,
-    drives,
-    forces,
-    gazebo,
-    grasping,
-    harness,
-    lidars,
-    measurements,
-    servos,
-    transforms,
-)
+import importlib
+import pkgutil
 
-__all__ = [
-    "actors",
-    "bases",
-    "cameras",
-    "contacts",
-    "drives",
-    "forces",
-    "gazebo",
-    "grasping",
-    "harness",
-    "lidars",
-    "measurements",
-    "servos",
-    "transforms",
-]
+for _module in pkgutil.iter_modules(__path__):
+    importlib.import_module(f"{__name__}.{_module.name}")

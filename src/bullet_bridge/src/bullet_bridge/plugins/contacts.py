@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import rospy
-from bullet_sim.plugins.forces import ContactSpec
+from bullet_sim.plugins.contacts import ContactSpec
 from bullet_sim.pose import Array, Pose, cross
 from bullet_sim.sensors.contact import nearest, watched
 from gazebo_msgs.msg import ContactsState, ContactState

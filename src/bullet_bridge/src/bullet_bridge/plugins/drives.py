@@ -13,12 +13,13 @@ from bullet_sim.controllers.drive import WheelDrive
 from bullet_sim.controllers.pid import PidGains, parse_pid
 from bullet_sim.errors import SimError
 from bullet_sim.plugins.drives import (
+    JointPosesSpec,
     JointStatesSpec,
     MimicPidSpec,
     PlanarMoveSpec,
     WheelDriveSpec,
 )
-from bullet_sim.plugins.forces import HandOfGodSpec, JointPosesSpec
+from bullet_sim.plugins.forces import HandOfGodSpec
 from bullet_sim.pose import Motion, Pose, Vec3, rpy_from_quaternion
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry

@@ -10,7 +10,7 @@ from typing import Any, Dict, NamedTuple, Tuple
 import numpy as np
 import rospy
 from bullet_sim.description.model import EVERYTHING
-from bullet_sim.plugins.forces import GraspFixSpec, GraspingArm, GripperSpec
+from bullet_sim.plugins.grasping import GraspFixSpec, GraspingArm, GripperSpec
 from bullet_sim.pose import Array, Pose
 
 from bullet_bridge.plugins.base import ModelPlugin, PluginContext, ros_side

@@ -6,7 +6,7 @@ import math
 import threading
 from typing import TYPE_CHECKING, Any
 
-from bullet_sim.plugins.drives import JointTransformsSpec, RootTransformSpec
+from bullet_sim.plugins.transforms import JointTransformsSpec, RootTransformSpec
 from bullet_sim.pose import Pose, Quat, Vec3, compose, multiply
 from tf2_msgs.msg import TFMessage
 

@@ -21,7 +21,7 @@ from bullet_sim.errors import ModelError
 from bullet_sim.formats.lights import parse_light
 from bullet_sim.formats.materials import Material, Resolve, material_of, named_material
 from bullet_sim.plugins import parse_plugin, parse_sensor
-from bullet_sim.plugins.forces import parse_gripper
+from bullet_sim.plugins.grasping import parse_gripper
 from bullet_sim.plugins.xml import merged_links
 from bullet_sim.xml_reader import (
     Node,

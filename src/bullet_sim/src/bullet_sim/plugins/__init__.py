@@ -2,50 +2,32 @@
 
 from __future__ import annotations
 
+import importlib
+import pkgutil
 from difflib import get_close_matches
 from typing import Any
 from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ModelError
-from bullet_sim.plugins import (
-    actors,
-    bases,
-    cameras,
-    drives,
-    forces,
-    gazebo,
-    harness,
-    inertial,
-    lidars,
-    servos,
-)
 from bullet_sim.plugins.registry import PLUGINS, SENSOR_PLUGINS, SensorReader
 from bullet_sim.plugins.xml import MissingPart, PluginXml, SensorXml, library
 from bullet_sim.registry import Registry
 from bullet_sim.xml_reader import document_root, sdf_pose
 
-__all__ = [
-    "PLUGINS",
-    "SENSOR_PLUGINS",
-    "actors",
-    "bases",
-    "cameras",
-    "drives",
-    "forces",
-    "gazebo",
-    "harness",
-    "inertial",
-    "lidars",
-    "parse_plugin",
-    "parse_sensor",
-    "servos",
-]
-# Types of <sensor> that built-in readers support.
-SENSOR_TYPES = ("camera", "multicamera", "wideanglecamera", "depth", "depth_camera",
-                "ray", "gpu_ray", "imu", "contact")  # fmt: skip
+__all__ = ["PLUGINS", "SENSOR_PLUGINS", "parse_plugin", "parse_sensor"]
+
+for _module in pkgutil.iter_modules(__path__):  # each enters what it reads
+    importlib.import_module(f"{__name__}.{_module.name}")
 
 SIMILAR = 0.85  # of two names, by difflib's ratio: one letter of six is wrong or missing
+
+
+def sensor_types() -> tuple[str, ...]:
+    """Types of <sensor> that built-in readers support."""
+    names = filter(SENSOR_PLUGINS.is_built_in, SENSOR_PLUGINS.names())
+    types = (kind for name in names for kind in SENSOR_PLUGINS.find(name).types)  # type: ignore[attr-defined]
+    return tuple(dict.fromkeys(types))
 
 
 def parse_plugin(element: Element, model: ModelDescription, scope: str = "") -> None:
@@ -81,9 +63,9 @@ def parse_sensor(element: Element, link: str, model: ModelDescription) -> None:
     model.has_sensors = True
     plugins = element.findall("plugin")
     readers = [_sensor_reader(library(plugin), sensor_type) for plugin in plugins]
-    if sensor_type not in SENSOR_TYPES and not any(readers):
+    if sensor_type not in sensor_types() and not any(readers):
         model.warn(
-            f"sensor '{name}' has type '{sensor_type}', known are {', '.join(SENSOR_TYPES)};"
+            f"sensor '{name}' has type '{sensor_type}', known are {', '.join(sensor_types())};"
             " it is left out",
             "sensors have a type that is not known here and are left out",
             f"'{name}' ({sensor_type})",
@@ -99,7 +81,7 @@ def parse_sensor(element: Element, link: str, model: ModelDescription) -> None:
     for plugin, reader in zip(plugins, readers):
         if reader is None:
             known = [
-                f"lib{it}.so" for it in SENSOR_PLUGINS.names() if _sensor_reader(it, sensor_type)
+                f"lib{own}.so" for own in SENSOR_PLUGINS.names() if _sensor_reader(own, sensor_type)
             ]
             model.warn(
                 f"plugin '{plugin.get('filename')}' of sensor '{name}' is not known here "
@@ -133,8 +115,8 @@ def _nearest(name: str) -> str:
         return ""
     # reversed: of gazebo_ros_imu and hector_gazebo_ros_imu the first remains
     own = {known.rpartition("gazebo_ros_")[2]: known for known in reversed(PLUGINS.names())}
-    found = get_close_matches(name.rpartition("gazebo_ros_")[2], own, 1, SIMILAR)
-    return f"; did you mean 'lib{own[found[0]]}.so'?" if found else ""
+    matches = get_close_matches(name.rpartition("gazebo_ros_")[2], own, 1, SIMILAR)
+    return f"; did you mean 'lib{own[matches[0]]}.so'?" if matches else ""
 
 
 def _sensor_reader(name: str, sensor_type: str | None) -> SensorReader | None:
@@ -146,5 +128,6 @@ def _sensor_reader(name: str, sensor_type: str | None) -> SensorReader | None:
 def _is_for_a_plugin(sensor: Element) -> bool:
     """Whether a sensor without a plugin may be one that a plugin of its model reads."""
     holders = [node for node in document_root(sensor).iter() if node.tag in ("model", "gazebo")]
-    readers = [_find(PLUGINS, library(it)) for holder in holders for it in holder.findall("plugin")]
+    plugins = [plugin for holder in holders for plugin in holder.findall("plugin")]
+    readers = [_find(PLUGINS, library(plugin)) for plugin in plugins]
     return any(getattr(reader, "reads_sensors", True) for reader in readers)

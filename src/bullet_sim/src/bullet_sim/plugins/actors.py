@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bullet_sim.plugins.registry import model_plugin
+from bullet_sim.plugins.spec import PluginSpec, number, reading, vector
 from bullet_sim.plugins.xml import PluginXml
 from bullet_sim.pose import Vec3
 from bullet_sim.xml_reader import floats
@@ -13,8 +14,29 @@ FACTOR = 4.5  # animation_factor where none is given, at which steps are as long
 HIPS = 1.2138  # [m] height at which the plugins hold an actor
 
 
+def _models(xml: PluginXml, tag: str) -> tuple[str, ...]:
+    """Names in the <model>s of an element."""
+    return tuple((model.text or "").strip() for model in xml.element.findall(f"{tag}/model"))
+
+
+def _ignored(xml: PluginXml) -> tuple[str, ...]:
+    return _models(xml, "ignore_obstacles")
+
+
+def _group(xml: PluginXml) -> tuple[str, ...] | None:
+    return None if xml.element.find("group") is None else _models(xml, "group")
+
+
+def _goals(xml: PluginXml) -> tuple[tuple[float, float], ...]:
+    """The first two numbers of each <waypoint> that has them."""
+    texts = [element.text or "" for element in xml.element.findall("trajectory/waypoint")]
+    points = [floats(text, None, f"{xml.label} <waypoint>") for text in texts]
+    return tuple((point[0], point[1]) for point in points if len(point) > 1)
+
+
+@model_plugin("ActorPlugin")
 @dataclass(frozen=True)
-class WalkerSpec:
+class WalkerSpec(PluginSpec):
     """Gazebo's ActorPlugin: walks to a target, then to one by chance, around models.
 
     Attributes:
@@ -24,31 +46,18 @@ class WalkerSpec:
         steps: how fast its limbs move for the way that it walks; 1: as far.
     """
 
-    name: str
-    link: str
-    target: Vec3
-    weight: float = 1.15
-    obstacle_weight: float = 1.5
-    ignored: tuple[str, ...] = ()
-    steps: float = 1.0
+    NAME = "actor"
+    target: Vec3 = vector("target", (0.0, -5.0, HIPS))
+    weight: float = number("target_weight", 1.15)
+    obstacle_weight: float = number("obstacle_weight", 1.5)
+    ignored: tuple[str, ...] = reading(_ignored, ())
+    steps: float = number("animation_factor", FACTOR, lambda factor: factor / FACTOR)
     topic: str = ""
 
 
-@model_plugin("ActorPlugin")
-def walker(xml: PluginXml) -> WalkerSpec:
-    return WalkerSpec(
-        name=xml.name or "actor",
-        link=xml.model.root,
-        target=xml.vector("target", 3, (0.0, -5.0, HIPS)),
-        weight=xml.number("target_weight", 1.15),
-        obstacle_weight=xml.number("obstacle_weight", 1.5),
-        ignored=_models(xml, "ignore_obstacles"),
-        steps=_steps(xml),
-    )
-
-
+@model_plugin("PedestrianSFMPlugin")
 @dataclass(frozen=True)
-class PedestrianSpec:
+class PedestrianSpec(PluginSpec):
     """libPedestrianSFMPlugin: walks from goal to goal, by social forces (lightsfm).
 
     Attributes:
@@ -62,56 +71,19 @@ class PedestrianSpec:
         steps: see WalkerSpec.
     """
 
-    name: str
-    link: str
-    goals: tuple[tuple[float, float], ...] = ()
-    cyclic: bool = False
-    speed: float = 0.8
-    radius: float = 0.35
-    desired: float = 2.0
-    obstacle: float = 10.0
-    social: float = 2.1
-    gaze: float = 3.0
-    coherence: float = 2.0
-    repulsion: float = 1.0
-    distance: float = 5.0
-    group: tuple[str, ...] | None = None
-    ignored: tuple[str, ...] = ()
-    steps: float = 1.0
+    NAME = "pedestrian"
+    goals: tuple[tuple[float, float], ...] = reading(_goals, ())
+    cyclic: bool = reading(lambda xml: xml.flag("trajectory/cyclic"), False)
+    speed: float = number("velocity", 0.8)
+    radius: float = number("radius", 0.35)
+    desired: float = number("goal_weight", 2.0)
+    obstacle: float = number("obstacle_weight", 10.0)
+    social: float = number("social_weight", 2.1)
+    gaze: float = number("group_gaze_weight", 3.0)
+    coherence: float = number("group_coh_weight", 2.0)
+    repulsion: float = number("group_rep_weight", 1.0)
+    distance: float = number("people_distance", 5.0)
+    group: tuple[str, ...] | None = reading(_group, None)
+    ignored: tuple[str, ...] = reading(_ignored, ())
+    steps: float = number("animation_factor", FACTOR, lambda factor: factor / FACTOR)
     topic: str = ""
-
-
-@model_plugin("PedestrianSFMPlugin")
-def pedestrian(xml: PluginXml) -> PedestrianSpec:
-    label = f"{xml.label} <waypoint>"
-    points = [
-        floats(each.text or "", None, label) for each in xml.element.findall("trajectory/waypoint")
-    ]
-    return PedestrianSpec(
-        name=xml.name or "pedestrian",
-        link=xml.model.root,
-        goals=tuple((point[0], point[1]) for point in points if len(point) > 1),
-        cyclic=xml.flag("trajectory/cyclic"),
-        speed=xml.number("velocity", 0.8),
-        radius=xml.number("radius", 0.35),
-        desired=xml.number("goal_weight", 2.0),
-        obstacle=xml.number("obstacle_weight", 10.0),
-        social=xml.number("social_weight", 2.1),
-        gaze=xml.number("group_gaze_weight", 3.0),
-        coherence=xml.number("group_coh_weight", 2.0),
-        repulsion=xml.number("group_rep_weight", 1.0),
-        distance=xml.number("people_distance", 5.0),
-        group=None if xml.element.find("group") is None else _models(xml, "group"),
-        ignored=_models(xml, "ignore_obstacles"),
-        steps=_steps(xml),
-    )
-
-
-def _steps(xml: PluginXml) -> float:
-    """See WalkerSpec."""
-    return xml.number("animation_factor", FACTOR) / FACTOR
-
-
-def _models(xml: PluginXml, tag: str) -> tuple[str, ...]:
-    """Names in the <model>s of an element."""
-    return tuple((model.text or "").strip() for model in xml.element.findall(f"{tag}/model"))

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from typing import Any
 
 from bullet_sim.plugins.drives import (
-    PLANAR,
+    BaseSpec,
+    SidesSpec,
     link_frames,
     movable,
-    odometry_names,
     read_log_level,
-    warn_sizes,
+    wheel_states_topic,
+    with_wheels,
 )
 from bullet_sim.plugins.registry import model_plugin
-from bullet_sim.plugins.rules import FrameName
+from bullet_sim.plugins.rules import BASE, UTILS_OF_MODELS, FrameName
+from bullet_sim.plugins.spec import frame_of, not_negative, number, read, reading, switch
 from bullet_sim.plugins.xml import PluginXml, library
 
 FORCE_POSE = (1e-3, 1e-3, 1e12, 1e12, 1e12, 0.01)  # variances, where it does not turn
@@ -23,8 +24,13 @@ FORCE_TWIST = (1e-3, 1e-3, 1e-3, 1e12, 1e12, 0.01)
 UNLIMITED = (float("inf"),) * 3
 
 
+def _gains(xml: PluginXml) -> tuple[float, ...]:
+    axes = (("x", 1e4), ("y", 1e4), ("yaw", 100.0))
+    return tuple(xml.number(f"{axis}_velocity_p_gain", default) for axis, default in axes)
+
+
 @dataclass(frozen=True)
-class ForceMoveSpec:
+class ForceMoveSpec(BaseSpec):
     """The plugins ..._force_based_move: a force and a torque in proportion to what the velocity
     lacks, odometry by adding up the velocity.
 
@@ -40,96 +46,17 @@ class ForceMoveSpec:
         publish_tf: also publish the odometry's transform on /tf.
     """
 
-    name: str
-    link: str
-    base: str
-    gains: tuple[float, float, float] = (1e4, 1e4, 100.0)
+    NAME = "force_based_move"
+    base: str = ""
+    gains: tuple[float, ...] = reading(_gains, (1e4, 1e4, 100.0))
     maxima: tuple[float, float, float] = UNLIMITED
-    rate: float = 20.0
+    rate: float = number("odometryRate", 20.0, not_negative)
     timeout: float = -1.0
     holds: bool = False
     sideways: bool = True
-    publish_tf: bool = True
-    command_topic: str = "/cmd_vel"
-    topic: str = "/odom"
-    frame_id: str = "odom"
-    child_frame_id: str = "base_footprint"
+    publish_tf: bool = switch("publishOdometryTf", True)
     pose_covariance: tuple[float, ...] = FORCE_POSE
     twist_covariance: tuple[float, ...] = FORCE_TWIST
-
-
-@dataclass(frozen=True)
-class TricycleSpec:
-    """libgazebo_ros_tricycle_drive: one wheel is steered and driven, two have encoders.
-
-    Attributes:
-        steering, wheel: joints of the driven wheel.
-        encoders: joints of the left and the right wheel.
-        diameter, encoder_diameter: of the driven wheel, of those with encoders [m].
-        separation: between those with encoders [m].
-        torque: maximum of the driven wheel and of its steering [N m].
-        acceleration, deceleration: of the driven wheel [rad/s^2]; an acceleration of 0: at once.
-        speed_tolerance: [rad/s] below which a difference in speed stays.
-        steering_speed: [rad/s]; 0: the wheel is put to its angle.
-        angle_tolerance: [rad] within which steering stops.
-        from_wheels: odometry by the encoders, from zero; else the true pose.
-        wheel_states_topic: of JointState of the four joints; empty: none.
-        wheel_frames: (parent, frame) of the four joints, for transforms on /tf; empty: none.
-    """
-
-    name: str
-    link: str
-    steering: str
-    wheel: str
-    encoders: tuple[str, str]
-    diameter: float = 0.15
-    encoder_diameter: float = 0.15
-    separation: float = 0.5
-    torque: float = 5.0
-    acceleration: float = 0.0
-    deceleration: float = 0.0
-    speed_tolerance: float = 0.01
-    steering_speed: float = 0.0
-    angle_tolerance: float = 0.01
-    from_wheels: bool = False
-    rate: float = 100.0
-    wheel_states_topic: str = ""
-    wheel_frames: tuple[tuple[str, str], ...] = ()
-    command_topic: str = "/cmd_vel"
-    topic: str = "/odom"
-    frame_id: str = "odom"
-    child_frame_id: str = "base_link"
-    pose_covariance: tuple[float, ...] = PLANAR
-    twist_covariance: tuple[float, ...] = (0.0,) * 6
-
-
-@dataclass(frozen=True)
-class ManyWheelsSpec:
-    """libdiffdrive_plugin_6w and _multi_wheel: velocities that the wheels of each side are given.
-
-    Attributes:
-        left, right: joints of each side.
-        separation, diameter: of the wheels [m].
-        publish_odometry, publish_tf: of the true pose; 6w publishes neither.
-        rate: of commands to the wheels and of odometry [Hz]; 0: every physics step.
-    """
-
-    name: str
-    link: str
-    left: tuple[str, ...]
-    right: tuple[str, ...]
-    separation: float = 0.34
-    diameter: float = 0.15
-    publish_odometry: bool = False
-    publish_tf: bool = False
-    rate: float = 0.0
-    resets: bool = False
-    command_topic: str = "/cmd_vel"
-    topic: str = "/odom"
-    frame_id: str = "odom"
-    child_frame_id: str = "base_footprint"
-    pose_covariance: tuple[float, ...] = PLANAR
-    twist_covariance: tuple[float, ...] = (0.0,) * 6
 
 
 _FORCE_MOVES = (
@@ -147,30 +74,20 @@ _TIMEOUTS = {
 }
 
 
-@model_plugin(*_FORCE_MOVES)
+@model_plugin(*_FORCE_MOVES, rule=BASE)
 def force_based_move(xml: PluginXml) -> ForceMoveSpec:
     """ForceMoveSpec; the plugins of the packages differ in time-out, limits and odometry."""
     name = library(xml.element)
-    timeout = _TIMEOUTS.get(name)
-    limited = name.startswith("nexus")
-    yaw = xml.number("max_yaw_velocity", 0.5)
-    along = xml.number("max_x_velocity", 0.6)
-    return ForceMoveSpec(
-        name=xml.name or "force_based_move",
-        link=xml.model.root,
+    yaw, along = xml.number("max_yaw_velocity", 0.5), xml.number("max_x_velocity", 0.6)
+    return read(
+        ForceMoveSpec,
+        xml,
         base=xml.link("robotBaseFrame", _base(xml)),
-        gains=(
-            xml.number("x_velocity_p_gain", 1e4),
-            xml.number("y_velocity_p_gain", 1e4),
-            xml.number("yaw_velocity_p_gain", 100.0),
-        ),
-        maxima=(along, along, yaw) if limited else UNLIMITED,  # of y, too, that of x, as upstream
-        rate=max(0.0, xml.number("odometryRate", 20.0)),
-        timeout=xml.number(*timeout) if timeout else -1.0,
+        # of y, too, that of x, as upstream
+        maxima=(along, along, yaw) if name.startswith("nexus") else UNLIMITED,
+        timeout=xml.number(*_TIMEOUTS[name]) if name in _TIMEOUTS else -1.0,
         holds=name.startswith("robotnik"),
         sideways=not name.startswith("ridgeback"),
-        publish_tf=xml.switch("publishOdometryTf", True),
-        **odometry_names(xml),
     )
 
 
@@ -179,7 +96,48 @@ def _base(xml: PluginXml) -> str:
     return "base_footprint" if "base_footprint" in xml.model.links else xml.model.root
 
 
-@model_plugin("gazebo_ros_tricycle_drive")
+@dataclass(frozen=True)
+class TricycleSpec(BaseSpec):
+    """libgazebo_ros_tricycle_drive: one wheel is steered and driven, two have encoders.
+
+    Attributes:
+        steering, wheel: joints of the driven wheel.
+        encoders: joints of the left and the right wheel.
+        diameter, encoder_diameter: of the driven wheel, of those with encoders [m].
+        separation: between those with encoders [m].
+        torque: maximum of the driven wheel and of its steering [N m].
+        acceleration, deceleration: of the driven wheel [rad/s^2]; an acceleration of 0: at once.
+        speed_tolerance: [rad/s] below which a difference in speed stays.
+        steering_speed: [rad/s]; 0: the wheel is put to its angle.
+        angle_tolerance: [rad] within which steering stops.
+        from_wheels: odometry by the encoders, from zero; else the true pose.
+        wheel_states_topic: of JointState of the four joints; empty: none.
+        wheel_frames: (parent, frame) of the four joints, for transforms on /tf; empty: none.
+    """
+
+    NAME = "tricycle_drive"
+    steering: str = ""
+    wheel: str = ""
+    encoders: tuple[str, str] = ("", "")
+    child_frame_id: str = frame_of("robotBaseFrame", "base_link")
+    diameter: float = number("actuatedWheelDiameter", 0.15)
+    encoder_diameter: float = number("encoderWheelDiameter", 0.15)
+    separation: float = number("encoderWheelSeparation", 0.5)
+    torque: float = number("wheelTorque", 5.0, not_negative)
+    acceleration: float = number("wheelAcceleration")
+    deceleration: float = reading(
+        lambda xml: xml.number("wheelDeceleration", xml.number("wheelAcceleration")), 0.0
+    )
+    speed_tolerance: float = number("wheelSpeedTolerance", 0.01)
+    steering_speed: float = number("steeringSpeed")
+    angle_tolerance: float = number("steeringAngleTolerance", 0.01)
+    from_wheels: bool = reading(lambda xml: xml.text("odometrySource") == "encoder", False)
+    rate: float = number("updateRate", 100.0, not_negative)
+    wheel_states_topic: str = reading(wheel_states_topic, "")
+    wheel_frames: tuple[tuple[str, str], ...] = ()
+
+
+@model_plugin("gazebo_ros_tricycle_drive", rule=UTILS_OF_MODELS)
 def tricycle(xml: PluginXml) -> TricycleSpec | None:
     read_log_level(xml)
     names = [
@@ -193,57 +151,52 @@ def tricycle(xml: PluginXml) -> TricycleSpec | None:
     ]
     if len(movable(xml, names)) < len(names):
         return None
+    steering, wheel, *encoders = names
+    frames: tuple[tuple[str, str], ...] = ()
+    if xml.option("publishWheelTF"):
+        parents, prefix = link_frames(xml, names), xml.names.prefix()
+        frames = tuple((parents[name][0], FrameName(name, prefix)) for name in names)
+    wheels = {"steering": steering, "wheel": wheel, "encoders": tuple(encoders)}
+    spec = read(TricycleSpec, xml, **wheels, wheel_frames=frames)
+    if spec.diameter and (spec.separation or not spec.from_wheels):
+        return spec
     sizes = {
-        tag: xml.number(tag, default)
-        for tag, default in (
-            ("actuatedWheelDiameter", 0.15),
-            ("encoderWheelDiameter", 0.15),
-            ("encoderWheelSeparation", 0.5),
-        )
+        "actuatedWheelDiameter": spec.diameter,
+        "encoderWheelDiameter": spec.encoder_diameter,
+        "encoderWheelSeparation": spec.separation,
     }
-    from_wheels = xml.text("odometrySource") == "encoder"
-    if not sizes["actuatedWheelDiameter"] or (from_wheels and not sizes["encoderWheelSeparation"]):
-        xml.warn(f"{xml.label} has {sizes}, must not be 0; it is left out")
+    xml.warn(f"{xml.label} has {sizes}, must not be 0; it is left out")
+    return None
+
+
+@dataclass(frozen=True)
+class ManyWheelsSpec(SidesSpec):
+    """libdiffdrive_plugin_6w and _multi_wheel: velocities that the wheels of each side are given.
+
+    Attributes:
+        publish_odometry, publish_tf: of the true pose; 6w publishes neither.
+        rate: of commands to the wheels and of odometry [Hz]; 0: every physics step.
+    """
+
+    NAME = "diffdrive"
+    publish_odometry: bool = False
+    publish_tf: bool = False
+    rate: float = 0.0
+
+
+def _many_wheels(
+    xml: PluginXml, left: tuple[str, ...], right: tuple[str, ...], **given: Any
+) -> ManyWheelsSpec | None:
+    if any([len(movable(xml, side)) < max(1, len(side)) for side in (left, right)]):
         return None
-    acceleration = xml.number("wheelAcceleration")
-    values = odometry_names(xml)
-    values["child_frame_id"] = xml.frame("robotBaseFrame", "base_link")
-    frames, prefix = link_frames(xml, names), xml.names.prefix()
-    return TricycleSpec(
-        name=xml.name or "tricycle_drive",
-        link=xml.model.root,
-        steering=names[0],
-        wheel=names[1],
-        encoders=(names[2], names[3]),
-        diameter=sizes["actuatedWheelDiameter"],
-        encoder_diameter=sizes["encoderWheelDiameter"],
-        separation=sizes["encoderWheelSeparation"],
-        torque=max(0.0, xml.number("wheelTorque", 5.0)),
-        acceleration=acceleration,
-        deceleration=xml.number("wheelDeceleration", acceleration),
-        speed_tolerance=xml.number("wheelSpeedTolerance", 0.01),
-        steering_speed=xml.number("steeringSpeed"),
-        angle_tolerance=xml.number("steeringAngleTolerance", 0.01),
-        from_wheels=from_wheels,
-        rate=max(0.0, xml.number("updateRate", 100.0)),
-        wheel_states_topic=xml.names.topic("joint_states")
-        if xml.option("publishWheelJointState")
-        else "",
-        wheel_frames=tuple((frames[name][0], FrameName(name, prefix)) for name in names)
-        if xml.option("publishWheelTF")
-        else (),
-        **values,
-    )
-
-
-_SIX = ("front", "mid", "rear")
+    return with_wheels(ManyWheelsSpec, xml, left, right, **given)
 
 
 @model_plugin("diffdrive_plugin_6w")
 def six_wheels(xml: PluginXml) -> ManyWheelsSpec | None:
     """ManyWheelsSpec; upstream advertises its odometry and publishes none."""
     left, right = (
-        tuple(xml.in_scope(xml.text(f"{place}{side}Joint")) for place in _SIX)
+        tuple(xml.in_scope(xml.text(f"{place}{side}Joint")) for place in ("front", "mid", "rear"))
         for side in ("Left", "Right")
     )
     return _many_wheels(
@@ -254,41 +207,22 @@ def six_wheels(xml: PluginXml) -> ManyWheelsSpec | None:
         link=xml.link("bodyName", xml.model.root),
         command_topic=xml.topic("topicName", "cmd_vel"),
         topic=xml.names.topic("odom"),
+        frame_id="odom",
+        child_frame_id="base_footprint",
     )
 
 
-@model_plugin("diffdrive_plugin_multi_wheel")
+@model_plugin("diffdrive_plugin_multi_wheel", rule=BASE)
 def multi_wheel(xml: PluginXml) -> ManyWheelsSpec | None:
     left, right = (
-        tuple(xml.in_scope(name) for name in re.split(r"\s+", xml.text(f"{side}Joints")) if name)
+        tuple(xml.in_scope(name) for name in xml.text(f"{side}Joints").split())
         for side in ("left", "right")
     )
     return _many_wheels(
         xml,
         left,
         right,
-        link=xml.model.root,
         rate=max(0.0, xml.number("updateRate", 100.0)),
         publish_odometry=xml.switch("publishOdometryMsg", True),
         publish_tf=xml.switch("publishOdometryTf", True),
-        **odometry_names(xml),
-    )
-
-
-def _many_wheels(
-    xml: PluginXml, left: tuple[str, ...], right: tuple[str, ...], **values: Any
-) -> ManyWheelsSpec | None:
-    if any([len(movable(xml, side)) < max(1, len(side)) for side in (left, right)]):
-        return None
-    separation, diameter = xml.number("wheelSeparation", 0.34), xml.number("wheelDiameter", 0.15)
-    if not diameter:
-        warn_sizes(xml, separation, diameter)
-        return None
-    return ManyWheelsSpec(
-        name=xml.name or "diffdrive",
-        left=left,
-        right=right,
-        separation=separation,
-        diameter=diameter,
-        **values,
     )

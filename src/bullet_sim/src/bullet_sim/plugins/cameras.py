@@ -9,7 +9,9 @@ from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import EVERYWHERE, VISIBLE, ModelDescription
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
-from bullet_sim.plugins.xml import ZERO_POSE, PluginXml, PoseTuple, SensorXml, Values, library
+from bullet_sim.plugins.rules import UTILS_OF_SENSORS
+from bullet_sim.plugins.spec import SensorSpec
+from bullet_sim.plugins.xml import PluginXml, PoseTuple, SensorXml, Values, library
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import document_root, is_true, sdf_pose, warn_replaced
 
@@ -83,7 +85,7 @@ class Intrinsics:
 
 
 @dataclass(frozen=True)
-class CameraSpec:
+class CameraSpec(SensorSpec):
     """A color camera that points along +x of its sensor frame, z up.
 
     Attributes:
@@ -113,9 +115,6 @@ class CameraSpec:
         save: folder to which each image is written; "": none is.
     """
 
-    name: str
-    link: str
-    pose: PoseTuple = ZERO_POSE
     width: int = 640
     height: int = 480
     horizontal_fov: float = 1.047
@@ -415,7 +414,9 @@ def _pose_in_link(xml: SensorXml, camera: Values) -> PoseTuple:
     return pose.position, pose.rpy
 
 
-@sensor_plugin("gazebo_ros_camera", types=("camera", "depth", "depth_camera", WIDE))
+@sensor_plugin(
+    "gazebo_ros_camera", types=("camera", "depth", "depth_camera", WIDE), rule=UTILS_OF_SENSORS
+)
 def camera(xml: SensorXml) -> CameraSpec:
     """CameraSpec; of a wide-angle camera with its lens."""
     if xml.type != WIDE:
@@ -456,7 +457,7 @@ def _pair(xml: SensorXml, triggered: bool = False) -> dict[str, dict[str, Any]]:
     return pair
 
 
-@sensor_plugin("gazebo_ros_multicamera", types=("multicamera",))
+@sensor_plugin("gazebo_ros_multicamera", types=("multicamera",), rule=UTILS_OF_SENSORS)
 def multicamera(xml: SensorXml) -> list[CameraSpec]:
     """CameraSpecs; where the right camera comes first, each has the other's images, as upstream."""
     pair = _pair(xml)
@@ -466,13 +467,13 @@ def multicamera(xml: SensorXml) -> list[CameraSpec]:
     return [CameraSpec(**values) for values in pair.values()]
 
 
-@sensor_plugin("gazebo_ros_triggered_camera", types=("camera",))
+@sensor_plugin("gazebo_ros_triggered_camera", types=("camera",), rule=UTILS_OF_SENSORS)
 def triggered_camera(xml: SensorXml) -> CameraSpec:
     topic = xml.topic("triggerTopicName", "image_trigger", xml.text("cameraName"))
     return TriggeredCameraSpec(**_camera_values(xml, triggered=True), trigger_topics=(topic,))
 
 
-@sensor_plugin("gazebo_ros_triggered_multicamera", types=("multicamera",))
+@sensor_plugin("gazebo_ros_triggered_multicamera", types=("multicamera",), rule=UTILS_OF_SENSORS)
 def triggered_multicamera(xml: SensorXml) -> list[CameraSpec]:
     """TriggeredCameraSpecs; either trigger has both images taken, as upstream."""
     pair, name = _pair(xml, triggered=True), xml.text("cameraName")
@@ -486,6 +487,7 @@ def triggered_multicamera(xml: SensorXml) -> list[CameraSpec]:
     "gazebo_ros_depth_camera",
     "gazebo_ros_openni_kinect",
     types=("camera", "depth", "depth_camera"),
+    rule=UTILS_OF_SENSORS,
 )
 def depth_camera(xml: SensorXml) -> DepthCameraSpec:
     """DepthCameraSpec; as in Gazebo only openni_kinect has a pointCloudCutoffMax.

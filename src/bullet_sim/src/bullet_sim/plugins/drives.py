@@ -1,31 +1,16 @@
-"""Joint control and states, drives, transforms: their specifications, read from plugins."""
+"""Joint control and states, drives: their specifications, read from plugins."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 from bullet_sim.description.model import DEFAULT_SIM_TYPE, MOVABLE_TYPES, STEER_BOT_SIM_TYPE, Mimic
 from bullet_sim.plugins.registry import model_plugin
-from bullet_sim.plugins.rules import FrameName
+from bullet_sim.plugins.rules import BASE, MODEL, ROOT, UTILS_OF_MODELS, FrameName, Rule
+from bullet_sim.plugins.spec import PluginSpec, frame_of, number, read, reading, topic_of
 from bullet_sim.plugins.xml import PluginXml, Values
-
-
-@dataclass(frozen=True)
-class JointStatesSpec:
-    """libgazebo_ros_joint_state_publisher: positions and velocities of named joints.
-
-    As upstream it has no efforts.
-    """
-
-    name: str
-    link: str
-    joints: tuple[str, ...]
-    rate: float = 100.0
-    topic: str = "/joint_states"
-    frame_id: str = ""
-
 
 PLANAR = (1e-5, 1e-5, 1e12, 1e12, 1e12, 1e-3)  # variances of a base's pose
 NO_COVARIANCE = (0.0,) * 6
@@ -33,55 +18,73 @@ LOG_LEVELS = ("DEBUG", "INFO", "WARN", "ERROR", "FATAL")
 
 
 @dataclass(frozen=True)
-class WheelDriveSpec:
-    """libgazebo_ros_diff_drive and _skid_steer_drive: velocity commands to wheels, odometry.
+class BaseSpec(PluginSpec):
+    """A base that takes velocity commands and publishes its odometry.
 
     Attributes:
         link: root link, whose pose the odometry reports.
-        left, right: joints of each side that get that side's speed.
-        separation: between the sides [m].
-        diameter: of the wheels [m].
-        torque: maximum of a wheel [N m].
-        acceleration: of a wheel's rim [m/s^2]; 0: unlimited.
-        rate: of commands to the wheels and of odometry [Hz].
         command_topic, topic: of velocity commands and of odometry.
         frame_id, child_frame_id: of the odometry.
-        publish_odometry: False: neither odometry nor its transform.
-        publish_tf: also publish the odometry's transform on /tf.
         pose_covariance, twist_covariance: diagonals of the odometry's.
-        from_wheels: odometry by the wheels' angles, from zero; else the true pose.
-        flat: the height of the odometry is 0.
-        wheel_states_topic: of JointState with the wheels' positions; empty: none.
-        resets: a reset of its model drops its command and restarts its odometry.
-        wheel_frames: joint -> (parent, child), for the wheels' transforms on /tf; empty: none.
     """
 
-    name: str
-    link: str
-    left: tuple[str, ...]
-    right: tuple[str, ...]
-    separation: float = 0.34
-    diameter: float = 0.15
-    torque: float = 5.0
-    acceleration: float = 0.0
-    rate: float = 100.0
-    command_topic: str = "/cmd_vel"
-    topic: str = "/odom"
-    frame_id: str = "odom"
-    child_frame_id: str = "base_footprint"
-    publish_odometry: bool = True
-    publish_tf: bool = True
+    command_topic: str = topic_of("commandTopic", "cmd_vel")
+    topic: str = topic_of("odometryTopic", "odom")
+    frame_id: str = frame_of("odometryFrame", "odom")
+    child_frame_id: str = frame_of("robotBaseFrame", "base_footprint")
     pose_covariance: tuple[float, ...] = PLANAR
     twist_covariance: tuple[float, ...] = NO_COVARIANCE
-    from_wheels: bool = False
-    flat: bool = False
-    wheel_states_topic: str = ""
-    resets: bool = False
-    wheel_frames: Mapping[str, tuple[str, str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
-class PlanarMoveSpec:
+class SidesSpec(BaseSpec):
+    """A base with wheels on two sides.
+
+    Attributes:
+        left, right: joints of each side that get that side's speed.
+        separation: between the sides [m].
+        diameter: of the wheels [m].
+        rate: of commands to the wheels and of odometry [Hz].
+        publish_odometry, publish_tf: publish the odometry, and its transform on /tf.
+        resets: a reset of its model drops its command and restarts its odometry.
+    """
+
+    left: tuple[str, ...] = ()
+    right: tuple[str, ...] = ()
+    separation: float = number("wheelSeparation", 0.34)
+    diameter: float = number("wheelDiameter", 0.15)
+    rate: float = number("updateRate", 100.0)
+    publish_odometry: bool = True
+    publish_tf: bool = True
+    resets: bool = False
+
+
+@dataclass(frozen=True)
+class WheelDriveSpec(SidesSpec):
+    """libgazebo_ros_diff_drive and _skid_steer_drive: velocity commands to wheels, odometry.
+
+    Attributes:
+        publish_odometry: False: neither odometry nor its transform.
+        torque: maximum of a wheel [N m]; a negative one counts as 0, as in ODE.
+        acceleration: of a wheel's rim [m/s^2]; 0: unlimited.
+        from_wheels: odometry by the wheels' angles, from zero; else the true pose.
+        flat: the height of the odometry is 0.
+        wheel_states_topic: of JointState with the wheels' positions; empty: none.
+        wheel_frames: joint -> (parent, child), for the wheels' transforms on /tf; empty: none.
+    """
+
+    NAME = "drive"
+    torque: float = 5.0
+    acceleration: float = 0.0
+    from_wheels: bool = False
+    flat: bool = False
+    wheel_states_topic: str = ""
+    wheel_frames: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+
+
+@model_plugin("gazebo_ros_planar_move", rule=BASE)
+@dataclass(frozen=True)
+class PlanarMoveSpec(BaseSpec):
     """libgazebo_ros_planar_move: a model that follows its velocity commands exactly.
 
     Attributes:
@@ -89,52 +92,37 @@ class PlanarMoveSpec:
         timeout: without a command after which it stops [s]; negative: never.
     """
 
-    name: str
-    link: str
-    rate: float = 20.0
-    timeout: float = -1.0
-    command_topic: str = "/cmd_vel"
-    topic: str = "/odom"
-    frame_id: str = "odom"
-    child_frame_id: str = "base_footprint"
-    pose_covariance: tuple[float, ...] = PLANAR
-    twist_covariance: tuple[float, ...] = NO_COVARIANCE
+    NAME = "planar_move"
+    rate: float = number("odometryRate", 20.0)
+    timeout: float = number("cmdTimeout", -1.0)
 
 
 @dataclass(frozen=True)
-class JointTransformsSpec:
-    """libpaddock_state_publisher: the transforms of all joints, as robot_state_publisher's.
+class JointStatesSpec(PluginSpec):
+    """libgazebo_ros_joint_state_publisher: positions and velocities of named joints.
 
-    Attributes:
-        prefix: before the links' names.
+    As upstream it has no efforts.
     """
 
-    name: str
-    link: str
-    rate: float = 50.0
-    topic: str = "/tf"
-    prefix: str = ""
+    NAME = "joint_states"
+    joints: tuple[str, ...]
+    rate: float = number("updateRate", 100.0)
+    topic: str = reading(lambda xml: xml.names.topic("joint_states"), "/joint_states")
+    frame_id: str = ""
+
+
+@model_plugin("gazebo_ros_joint_pose_trajectory")
+@dataclass(frozen=True)
+class JointPosesSpec(PluginSpec):
+    """libgazebo_ros_joint_pose_trajectory: sets joint positions to the points of a trajectory."""
+
+    NAME = "joint_pose_trajectory"
+    rate: float = 0.0
+    topic: str = topic_of("topicName", "set_joint_trajectory")
 
 
 @dataclass(frozen=True)
-class RootTransformSpec:
-    """The true transform of a model's root link.
-
-    Attributes:
-        frame_id: name of the world's frame.
-        child_frame_id: of the link.
-    """
-
-    name: str
-    link: str
-    frame_id: str
-    rate: float = 50.0
-    topic: str = "/tf"
-    child_frame_id: str = ""
-
-
-@dataclass(frozen=True)
-class MimicPidSpec:
+class MimicPidSpec(PluginSpec):
     """<hasPID> of a mimic plugin: its joint follows by a PID's effort.
 
     Attributes:
@@ -142,13 +130,12 @@ class MimicPidSpec:
         topic: name of the parameters of its gains.
     """
 
-    name: str
-    link: str
+    NAME = "mimic_joint"
     joint: str
     topic: str
 
 
-@model_plugin("gazebo_ros_control")
+@model_plugin("gazebo_ros_control", rule=Rule(MODEL, ROOT))
 def control(xml: PluginXml) -> None:
     """Namespace, period and hardware layer of a model's controllers."""
     model, known = xml.model, (DEFAULT_SIM_TYPE, STEER_BOT_SIM_TYPE)
@@ -165,34 +152,11 @@ def control(xml: PluginXml) -> None:
     model.robot_sim_type = sim_type if sim_type in known else DEFAULT_SIM_TYPE
 
 
-@model_plugin("gazebo_ros_joint_state_publisher")
+@model_plugin("gazebo_ros_joint_state_publisher", rule=Rule(MODEL, MODEL))
 def joint_states(xml: PluginXml) -> JointStatesSpec | None:
     named = [name.strip() for name in xml.text("jointName").replace(" ", "").split(",")]
-    named = [name for name in named if name]
-    joints = movable(xml, [xml.in_scope(name) for name in named])
-    if not joints:
-        return None
-    return JointStatesSpec(
-        name=xml.name or "joint_states",
-        link=xml.model.root,
-        joints=joints,
-        rate=xml.number("updateRate", 100.0),
-        topic=xml.names.topic("joint_states"),
-    )
-
-
-@model_plugin("paddock_state_publisher")
-def state_publisher(xml: PluginXml) -> list[Any]:
-    """JointTransformsSpec; with a <frameName> of the world RootTransformSpec, too."""
-    name, root, prefix = xml.name or "state_publisher", xml.model.root, xml.names.prefix()
-    links = JointTransformsSpec(
-        name, root, xml.number("updateRate", 50.0), prefix=FrameName("", prefix)
-    )
-    specs: list[Any] = [links]
-    if frame := xml.text("frameName").lstrip("/"):
-        rate, child = xml.number("frameRate", 50.0), FrameName(root, prefix)
-        specs.append(RootTransformSpec(name, root, frame, rate, child_frame_id=child))
-    return specs
+    joints = movable(xml, [xml.in_scope(name) for name in named if name])
+    return read(JointStatesSpec, xml, joints=joints) if joints else None
 
 
 def read_log_level(xml: PluginXml) -> None:
@@ -202,7 +166,7 @@ def read_log_level(xml: PluginXml) -> None:
         xml.model.log_level = level
 
 
-@model_plugin("gazebo_ros_diff_drive")
+@model_plugin("gazebo_ros_diff_drive", rule=UTILS_OF_MODELS)
 def diff_drive(xml: PluginXml) -> WheelDriveSpec | None:
     """WheelDriveSpec; <publishTf> false switches the odometry off, too, as upstream.
 
@@ -212,25 +176,23 @@ def diff_drive(xml: PluginXml) -> WheelDriveSpec | None:
     left, right = (
         xml.in_scope(xml.text(f"{side}Joint", f"{side}_joint")) for side in ("left", "right")
     )
-    with_states = xml.option("publishWheelJointState")
-    with_frames = xml.option("publishWheelTF")
-    return _drive(
+    return with_wheels(
+        WheelDriveSpec,
         xml,
         (left,),
         (right,),
-        0.34,
-        xml.number("wheelTorque", 5.0),
+        torque=max(0.0, xml.number("wheelTorque", 5.0)),
         publish_odometry=xml.switch("publishTf", True),
         publish_tf=xml.option("publishOdomTF", True),
-        wheel_states_topic=xml.names.topic("joint_states") if with_states else "",
+        wheel_states_topic=wheel_states_topic(xml),
         resets=True,
-        wheel_frames=link_frames(xml, (right, left)) if with_frames else {},
+        wheel_frames=link_frames(xml, (right, left)) if xml.option("publishWheelTF") else {},
         acceleration=xml.number("wheelAcceleration"),
         from_wheels=xml.text("odometrySource") == "encoder",
     )
 
 
-@model_plugin("gazebo_ros_skid_steer_drive")
+@model_plugin("gazebo_ros_skid_steer_drive", rule=BASE)
 def skid_steer(xml: PluginXml) -> WheelDriveSpec | None:
     left, right = (
         tuple(
@@ -244,27 +206,17 @@ def skid_steer(xml: PluginXml) -> WheelDriveSpec | None:
         for name, default in (("x", 1e-4), ("y", 1e-4), ("yaw", 1e-2))
     )
     covariance = (along, across, *PLANAR[2:5], turning)
-    return _drive(
+    return with_wheels(
+        WheelDriveSpec,
         xml,
         left,
         right,
-        0.4,
-        xml.number("torque", 5.0),
+        separation=xml.number("wheelSeparation", 0.4),
+        torque=max(0.0, xml.number("torque", 5.0)),
         publish_tf=xml.switch("broadcastTF"),
         pose_covariance=covariance,
         twist_covariance=covariance,
         flat=True,
-    )
-
-
-@model_plugin("gazebo_ros_planar_move")
-def planar_move(xml: PluginXml) -> PlanarMoveSpec:
-    return PlanarMoveSpec(
-        name=xml.name or "planar_move",
-        link=xml.model.root,
-        rate=xml.number("odometryRate", 20.0),
-        timeout=xml.number("cmdTimeout", -1.0),
-        **odometry_names(xml),
     )
 
 
@@ -288,7 +240,7 @@ def mimic_joint(xml: PluginXml) -> MimicPidSpec | None:
         return None
     own = f"gazebo_ros_control/pid_gains/{xml.text('mimicJoint')}"
     where, child = xml.topic("hasPID", own), xml.model.joints[follower].child
-    return MimicPidSpec(xml.name or "mimic_joint", child, follower, where)
+    return read(MimicPidSpec, xml, link=child, joint=follower, topic=where)
 
 
 def movable(xml: PluginXml, names: Sequence[str]) -> tuple[str, ...]:
@@ -317,48 +269,26 @@ def link_frames(xml: PluginXml, joints: Sequence[str]) -> dict[str, tuple[str, s
     return frames
 
 
-def odometry_names(xml: PluginXml) -> dict[str, Any]:
-    """Topics and frames of a drive."""
-    return dict(
-        command_topic=xml.topic("commandTopic", "cmd_vel"),
-        topic=xml.topic("odometryTopic", "odom"),
-        frame_id=xml.frame("odometryFrame", "odom"),
-        child_frame_id=xml.frame("robotBaseFrame", "base_footprint"),
-    )
+def wheel_states_topic(xml: PluginXml) -> str:
+    """Of JointState of the wheels; empty: none."""
+    return xml.names.topic("joint_states") if xml.option("publishWheelJointState") else ""
 
 
-def warn_sizes(xml: PluginXml, separation: float, diameter: float) -> None:
-    """Warning for a drive that would divide by zero; one below 0 turns or drives backwards."""
+S = TypeVar("S", bound=SidesSpec)
+
+
+def with_wheels(
+    kind: type[S], xml: PluginXml, left: tuple[str, ...], right: tuple[str, ...], **given: Any
+) -> S | None:
+    """A specification; None, with a warning, without the joints, or where it would divide by 0."""
+    wheels = (*left, *right)
+    if len(movable(xml, wheels)) < len(wheels):
+        return None
+    spec = read(kind, xml, left=left, right=right, **given)
+    if spec.diameter and (spec.separation or not getattr(spec, "from_wheels", False)):
+        return spec
     xml.warn(
-        f"{xml.label} has wheelSeparation {separation} and wheelDiameter {diameter}, must not be "
-        "0; it is left out"
+        f"{xml.label} has wheelSeparation {spec.separation} and wheelDiameter {spec.diameter}, "
+        "must not be 0; it is left out"
     )
-
-
-def _drive(
-    xml: PluginXml,
-    left: tuple[str, ...],
-    right: tuple[str, ...],
-    separation: float,
-    torque: float,
-    **values: Any,
-) -> WheelDriveSpec | None:
-    separation = xml.number("wheelSeparation", separation)
-    diameter = xml.number("wheelDiameter", 0.15)
-    if len(movable(xml, (*left, *right))) < len((*left, *right)):
-        return None
-    if not diameter or not (separation or not values.get("from_wheels")):
-        warn_sizes(xml, separation, diameter)
-        return None
-    return WheelDriveSpec(
-        name=xml.name or "drive",
-        link=xml.model.root,
-        left=left,
-        right=right,
-        separation=separation,
-        diameter=diameter,
-        torque=max(0.0, torque),  # as ODE takes a negative one
-        rate=xml.number("updateRate", 100.0),
-        **odometry_names(xml),
-        **values,
-    )
+    return None

@@ -10,32 +10,32 @@ import numpy as np
 
 from bullet_sim.plugins.drives import movable
 from bullet_sim.plugins.registry import model_plugin
+from bullet_sim.plugins.spec import PluginSpec, link_of, number, read, reading, switch, vector
 from bullet_sim.plugins.xml import PluginXml
 from bullet_sim.pose import Array, Vec3
 
 
 @dataclass(frozen=True)
-class StandingWheelsSpec:
+class StandingWheelsSpec(PluginSpec):
     """DiffDrivePlugin: wheels that stand, whatever turns them, as they do without a command."""
 
-    name: str
-    link: str
+    NAME = "diff_drive"
     joints: tuple[str, ...]
     topic: str = ""
 
 
+@model_plugin("InitialVelocityPlugin")
 @dataclass(frozen=True)
-class InitialVelocitySpec:
+class InitialVelocitySpec(PluginSpec):
     """InitialVelocityPlugin: a model's velocity when it is there, and after each reset.
 
     Attributes:
         linear, angular: (3,) [m/s], [rad/s], along the world's axes.
     """
 
-    name: str
-    link: str
-    linear: Vec3
-    angular: Vec3
+    NAME = "initial_velocity"
+    linear: Vec3 = vector("linear")
+    angular: Vec3 = vector("angular")
     topic: str = ""
 
 
@@ -43,8 +43,34 @@ SLOW = 0.01  # [m/s] below which a wing has no lift
 RIGHT_ANGLE = 0.5 * math.pi
 
 
+def _unit(values: Array) -> Array:
+    """A values of length 1; one without a length stays."""
+    length = float(np.linalg.norm(values))
+    return values / length if length > 0.0 else values
+
+
+def _direction(tag: str, default: Vec3) -> Any:
+    """A vector of length 1."""
+
+    def of(xml: PluginXml) -> Vec3:
+        x, y, z = _unit(np.array(xml.vector(tag, default=default))).tolist()
+        return x, y, z
+
+    return reading(of, default)
+
+
+def _control_joint(xml: PluginXml) -> str:
+    """The joint whose angle adds to the lift; one that the model lacks adds nothing."""
+    joint = xml.in_scope(xml.text("control_joint_name"))
+    if not joint or joint in xml.model.joints:
+        return joint
+    xml.warn(f"{xml.label} has control_joint_name '{joint}', which is no joint; it has none")
+    return ""
+
+
+@model_plugin("LiftDragPlugin")
 @dataclass(frozen=True)
-class LiftDragSpec:
+class LiftDragSpec(PluginSpec):
     """LiftDragPlugin: lift and drag of a wing that is a link.
 
     Attributes:
@@ -58,22 +84,22 @@ class LiftDragSpec:
         joint: whose angle adds to the lift, `gain` [1/rad]; empty: none.
     """
 
-    name: str
-    link: str
-    a0: float = 0.0
-    cla: float = 1.0
-    cda: float = 0.01
-    alpha_stall: float = RIGHT_ANGLE
-    cla_stall: float = 0.0
-    cda_stall: float = 1.0
-    cp: Vec3 = (0.0, 0.0, 0.0)
-    forward: Vec3 = (1.0, 0.0, 0.0)
-    upward: Vec3 = (0.0, 0.0, 1.0)
-    area: float = 1.0
-    density: float = 1.2041
-    radial: bool = False
-    joint: str = ""
-    gain: float = 4.0
+    NAME = "lift_drag"
+    link: str = link_of("link_name")
+    a0: float = number("a0")
+    cla: float = number("cla", 1.0)
+    cda: float = number("cda", 0.01)
+    alpha_stall: float = number("alpha_stall", RIGHT_ANGLE)
+    cla_stall: float = number("cla_stall")
+    cda_stall: float = number("cda_stall", 1.0)
+    cp: Vec3 = vector("cp")
+    forward: Vec3 = _direction("forward", (1.0, 0.0, 0.0))
+    upward: Vec3 = _direction("upward", (0.0, 0.0, 1.0))
+    area: float = number("area", 1.0)
+    density: float = number("air_density", 1.2041)
+    radial: bool = switch("radial_symmetry")
+    joint: str = reading(_control_joint, "")
+    gain: float = number("control_joint_rad_to_cl", 4.0)
     topic: str = ""
 
     def force(self, rotation: Array, velocity: Array, angle: float = 0.0) -> Array:
@@ -111,51 +137,11 @@ class LiftDragSpec:
         return result
 
 
-def _unit(vector: Array) -> Array:
-    """A vector of length 1; one without a length stays."""
-    length = float(np.linalg.norm(vector))
-    return vector / length if length > 0.0 else vector
-
-
 def _stalling(attack: float, slope: float, stalled: float, limit: float) -> float:
     """A coefficient at an angle of attack [rad], with another slope beyond a limit."""
     if abs(attack) <= limit:
         return slope * attack
     return math.copysign(slope * limit, attack) + stalled * (attack - math.copysign(limit, attack))
-
-
-@model_plugin("LiftDragPlugin")
-def lift_drag(xml: PluginXml) -> LiftDragSpec:
-    """LiftDragSpec; a joint that the model lacks is told, and adds nothing."""
-    link, joint = xml.link("link_name"), xml.in_scope(xml.text("control_joint_name"))
-    if joint and joint not in xml.model.joints:
-        xml.warn(f"{xml.label} has control_joint_name '{joint}', which is no joint; it has none")
-        joint = ""
-    numbers: dict[str, Any] = {
-        tag: xml.number(tag, getattr(LiftDragSpec, tag))
-        for tag in ("a0", "cla", "cda", "alpha_stall", "cla_stall", "cda_stall", "area")
-    }
-    forward, upward = (
-        _unit(np.array(xml.vector(tag, default=getattr(LiftDragSpec, tag))))
-        for tag in ("forward", "upward")
-    )
-    return LiftDragSpec(
-        xml.name or "lift_drag",
-        link,
-        **numbers,
-        cp=xml.vector("cp"),
-        forward=_triple(forward),
-        upward=_triple(upward),
-        density=xml.number("air_density", LiftDragSpec.density),
-        radial=xml.switch("radial_symmetry"),
-        joint=joint,
-        gain=xml.number("control_joint_rad_to_cl", LiftDragSpec.gain),
-    )
-
-
-def _triple(vector: Array) -> Vec3:
-    x, y, z = vector.tolist()
-    return x, y, z
 
 
 @model_plugin("DiffDrivePlugin")
@@ -169,14 +155,4 @@ def standing_wheels(xml: PluginXml) -> StandingWheelsSpec | None:
         "plugins get no commands, which come by Gazebo's own transport",
         xml.label,
     )
-    return StandingWheelsSpec(xml.name or "diff_drive", xml.model.root, tuple(names))
-
-
-@model_plugin("InitialVelocityPlugin")
-def initial_velocity(xml: PluginXml) -> InitialVelocitySpec:
-    return InitialVelocitySpec(
-        xml.name or "initial_velocity",
-        xml.model.root,
-        xml.vector("linear"),
-        xml.vector("angular"),
-    )
+    return read(StandingWheelsSpec, xml, joints=tuple(names))

@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import Joint
 from bullet_sim.plugins.registry import model_plugin
+from bullet_sim.plugins.spec import PluginSpec, read, topic_of
 from bullet_sim.plugins.xml import PluginValues, PluginXml, library
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import sdf_pose
@@ -34,7 +35,7 @@ class WinchGains:
 
 
 @dataclass(frozen=True)
-class HarnessSpec:
+class HarnessSpec(PluginSpec):
     """Gazebo's HarnessPlugin, and libgazebo_ros_harness: joints that hold a model.
 
     Attributes:
@@ -46,8 +47,7 @@ class HarnessSpec:
             true lets go; empty: none.
     """
 
-    name: str
-    link: str
+    NAME = "harness"
     joints: tuple[Joint, ...]
     winch: int = -1
     detach: int = -1
@@ -57,41 +57,44 @@ class HarnessSpec:
     topic: str = ""
 
 
+@model_plugin("gazebo_ros_projector")
 @dataclass(frozen=True)
-class ProjectorSpec:
-    """libgazebo_ros_projector: the topics that would switch a projector and choose its texture.
+class ProjectorSpec(PluginSpec):
+    """libgazebo_ros_projector: the topics that would switch a projector and choose its texture;
+    nothing is projected.
 
     Attributes:
         topic, switch_topic: of std_msgs/String and std_msgs/Int32.
     """
 
-    name: str
-    link: str
-    topic: str
-    switch_topic: str
+    NAME = "projector"
+    topic: str = topic_of("textureTopicName", "")
+    switch_topic: str = topic_of("projectorTopicName", "")
 
 
 @model_plugin("HarnessPlugin", "gazebo_ros_harness")
 def harness(xml: PluginXml) -> HarnessSpec | None:
     """HarnessSpec; a joint that cannot be made is left out with a warning."""
-    found = [_joint(xml, element) for element in xml.element.findall("joint")]
-    joints = {joint.name: joint for joint in found if joint is not None}
+    usable = [_joint(xml, element) for element in xml.element.findall("joint")]
+    joints = {joint.name: joint for joint in usable if joint is not None}
     if not joints:
         xml.warn(f"{xml.label} has no <joint> that it can use; it is left out")
         return None
-    topics = "", ""
+    topics = {}
     if library(xml.element) == "gazebo_ros_harness":
-        topics = f"/{xml.model.name}/harness/velocity", f"/{xml.model.name}/harness/detach"
+        namespace = f"/{xml.model.name}/harness"
+        topics = {"velocity_topic": f"{namespace}/velocity", "topic": f"{namespace}/detach"}
     names = list(joints)
-    return HarnessSpec(
-        xml.name or "harness",
-        joints[names[0]].child,
-        tuple(joints.values()),
-        _number(xml, "winch/joint", names),
-        _number(xml, "detach", names),
-        _gains(xml, "winch/pos_pid"),
-        _gains(xml, "winch/vel_pid"),
-        *topics,
+    return read(
+        HarnessSpec,
+        xml,
+        link=joints[names[0]].child,
+        joints=tuple(joints.values()),
+        winch=_number(xml, "winch/joint", names),
+        detach=_number(xml, "detach", names),
+        position=_gains(xml, "winch/pos_pid"),
+        velocity=_gains(xml, "winch/vel_pid"),
+        **topics,
     )
 
 
@@ -123,9 +126,9 @@ def _joint(xml: PluginXml, element: Element) -> Joint | None:
         for text in (values.text("parent"), values.text("child"))
     )
     links = xml.model.links
-    taken = xml.scope + name in xml.model.joints
-    if kind not in KINDS or taken or child not in links or parent not in (WORLD, *links):
-        is_taken = ", of which there is another one," if taken else ""
+    exists = xml.scope + name in xml.model.joints
+    if kind not in KINDS or exists or child not in links or parent not in (WORLD, *links):
+        is_taken = ", of which there is another one," if exists else ""
         xml.warn(
             f"{values.label}{is_taken} has type '{kind}' and goes from '{parent}' to '{child}', "
             f"must be {', '.join(KINDS)} from the world or a link to a link of "
@@ -157,15 +160,4 @@ def _joint(xml: PluginXml, element: Element) -> Joint | None:
         stiffness=values.number(f"{dynamics}/spring_stiffness"),
         rest=values.number(f"{dynamics}/spring_reference"),
         anchor=sdf_pose(element, values.label) if element.find("pose") is not None else Pose(),
-    )
-
-
-@model_plugin("gazebo_ros_projector")
-def projector(xml: PluginXml) -> ProjectorSpec:
-    """ProjectorSpec; nothing is projected."""
-    return ProjectorSpec(
-        xml.name or "projector",
-        xml.model.root,
-        xml.topic("textureTopicName", ""),
-        xml.topic("projectorTopicName", ""),
     )

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from bullet_sim.plugins.registry import model_plugin, sensor_plugin
+from bullet_sim.plugins.rules import MODEL, PLAIN, ROOT, Rule
+from bullet_sim.plugins.spec import SensorSpec, number, read, reading, switch, topic_of
 from bullet_sim.plugins.xml import (
     ZERO,
     ZERO_POSE,
@@ -61,8 +64,68 @@ class BiasModel:
     precision: Vec3 = ZERO
 
 
+def sensor_errors(xml: PluginXml, prefix: str = "", noise: float = 0.0) -> ErrorModel:
+    """Errors that a plugin's tags give.
+
+    Args:
+        prefix: of the tags: "accel" reads <accelOffset>; empty: <offset> ...
+        noise: standard deviation of all axes; 0: that of the tag.
+    """
+
+    def vector(name: str, default: Vec3) -> Vec3:
+        tag = f"{prefix}{name}" if prefix else f"{name[0].lower()}{name[1:]}"
+        return xml.vector(tag, default=default, broadcast=True)
+
+    return ErrorModel(
+        offset=vector("Offset", ZERO),
+        drift=vector("Drift", ZERO),
+        frequency=vector("DriftFrequency", HOUR),
+        noise=(noise,) * 3 if noise else vector("GaussianNoise", ZERO),
+        scale=vector("ScaleError", (1.0,) * 3),
+    )
+
+
+def _timer(xml: PluginXml, default: float = 0.0) -> float:
+    """Rate [Hz] of hector's UpdateTimer: <updatePeriod>, seconds and nanoseconds, wins."""
+    rate = xml.number("updateRate", default)
+    seconds, _, rest = xml.text("updatePeriod").partition(" ")
+    if xml.element.find("updatePeriod") is None:
+        return max(0.0, rate)
+    try:
+        period = int(seconds) + int(rest or "0") * 1e-9
+    except ValueError:
+        period = 0.0
+    return 1.0 / period if period > 0.0 else 0.0
+
+
+def _of_place(tag: str, default: float = 0.0, then: Callable[[float], float] = float) -> Any:
+    """A number of the place on the earth; None: that of the world counts."""
+
+    def of(xml: PluginXml) -> float | None:
+        if xml.switch(OF_WORLD) and xml.element.find(tag) is None:
+            return None
+        return then(xml.number(tag, default))
+
+    return reading(of, then(default))
+
+
+def _errors(prefix: str = "") -> Any:
+    """See sensor_errors."""
+    return reading(lambda xml: sensor_errors(xml, prefix), ErrorModel())
+
+
+def _link(xml: PluginXml) -> str:
+    """Link <bodyName>; the root link without one."""
+    return xml.link("bodyName", xml.model.root)
+
+
+def _frame(xml: PluginXml) -> str:
+    """Frame <frameId>; without one the link."""
+    return xml.frame("frameId", xml.merged(_link(xml)))
+
+
 @dataclass(frozen=True)
-class ImuSpec:
+class ImuSpec(SensorSpec):
     """An inertial measurement unit; rates [rad/s] and accelerations [m/s^2] in its own frame.
 
     Attributes:
@@ -76,9 +139,7 @@ class ImuSpec:
         orientation_noise: standard deviation on each number of the quaternion.
     """
 
-    name: str
-    link: str
-    pose: PoseTuple = ZERO_POSE
+    NAME = "imu"
     rate: float = 100.0
     topic: str = "/imu"
     frame_id: str = "imu_link"
@@ -150,8 +211,9 @@ class GroundTruthSpec:
     offset: PoseTuple = ZERO_POSE
 
 
+@model_plugin("hector_gazebo_ros_gps")
 @dataclass(frozen=True)
-class GpsSpec:
+class GpsSpec(SensorSpec):
     """A GPS receiver; x of the world points along reference_heading, y to the left of it.
 
     Attributes:
@@ -163,25 +225,26 @@ class GpsSpec:
         errors, velocity_errors: of x, y, z [m] and of the velocities [m/s].
     """
 
-    name: str
-    link: str
+    NAME = "gps"
+    link: str = reading(_link)
     pose: PoseTuple = ZERO_POSE
-    rate: float = 4.0
-    topic: str = "/fix"
-    velocity_topic: str = "/fix_velocity"
-    frame_id: str = "world"
-    latitude: float | None = 49.9
-    longitude: float | None = 8.9
-    altitude: float | None = 0.0
-    heading: float | None = 0.0
-    status: int = 0
-    service: int = 0
-    errors: ErrorModel = ErrorModel()
-    velocity_errors: ErrorModel = ErrorModel()
+    rate: float = reading(lambda xml: _timer(xml, 4.0), 4.0)
+    topic: str = topic_of("topicName", "fix")
+    velocity_topic: str = topic_of("velocityTopicName", "fix_velocity")
+    frame_id: str = reading(lambda xml: xml.frame("frameId", "/world"), "world")
+    latitude: float | None = _of_place("referenceLatitude", 49.9)
+    longitude: float | None = _of_place("referenceLongitude", 8.9)
+    altitude: float | None = _of_place("referenceAltitude")
+    heading: float | None = _of_place("referenceHeading", 0.0, math.radians)
+    status: int = number("status", 0.0, int)
+    service: int = number("service", 0.0, int)
+    errors: ErrorModel = _errors()
+    velocity_errors: ErrorModel = _errors("velocity")
 
 
+@model_plugin("hector_gazebo_ros_magnetic")
 @dataclass(frozen=True)
-class MagneticSpec:
+class MagneticSpec(SensorSpec):
     """A magnetometer in the earth's field.
 
     Attributes:
@@ -193,18 +256,18 @@ class MagneticSpec:
         errors: along the sensor's axes.
     """
 
-    name: str
-    link: str
+    NAME = "magnetic"
+    link: str = reading(_link)
     pose: PoseTuple = ZERO_POSE
-    rate: float = 0.0
-    topic: str = "/magnetic"
-    frame_id: str = "base_link"
-    magnitude: float = 0.44
-    heading: float | None = 0.0
-    declination: float = 0.0
-    inclination: float = math.radians(60.0)
-    field_message: bool = False
-    errors: ErrorModel = ErrorModel()
+    rate: float = reading(_timer, 0.0)
+    topic: str = topic_of("topicName", "magnetic")
+    frame_id: str = reading(_frame, "base_link")
+    magnitude: float = number("magnitude", 0.44)
+    heading: float | None = _of_place("referenceHeading", 0.0, math.radians)
+    declination: float = number("declination", 0.0, math.radians)
+    inclination: float = number("inclination", 60.0, math.radians)
+    field_message: bool = switch("useMagneticFieldMsgs")
+    errors: ErrorModel = _errors()
 
 
 def _offset(xml: PluginXml, *tags: str) -> PoseTuple:
@@ -228,7 +291,7 @@ NANO = 1e-9  # of a ratio of rates, by which it may be off
 WORLD_FRAMES = ("/world", "world", "/map", "map")  # values of <frameName> that are no link
 
 
-@model_plugin("gazebo_ros_p3d")
+@model_plugin("gazebo_ros_p3d", rule=PLAIN)
 def ground_truth(xml: PluginXml) -> GroundTruthSpec:
     """GroundTruthSpec; <headerFrame> is Paddock's own: another frame_id than <frameName>."""
     link = xml.merged(xml.link("bodyName"))
@@ -255,18 +318,20 @@ def ground_truth(xml: PluginXml) -> GroundTruthSpec:
     )
 
 
-def _imu_spec(
-    xml: PluginXml,
-    name: str,
-    link: str,
-    pose: PoseTuple,
-    kind: type[ImuSpec] = ImuSpec,
-    **values: Any,
-) -> ImuSpec:
+def _imu_spec(xml: PluginXml, kind: type[ImuSpec], **values: Any) -> ImuSpec:
     """Specification of a plugin with <gaussianNoise>; values: what differs between plugins."""
+    name = xml.name or kind.NAME
     noise = abs(Values(xml.element, f"imu '{name}'").number("gaussianNoise"))
     values = {"gyro_noise_stddev": noise, "accel_noise_stddev": noise, **values}
-    return kind(name=name, link=link, pose=pose, variance=noise**2, **values)
+    return read(kind, xml, variance=noise**2, **values)
+
+
+def _of_imu(xml: PluginXml) -> dict[str, str]:
+    """Topic and service of libgazebo_ros_imu.so."""
+    return {
+        name: xml.topic(tag, "/default_imu")
+        for name, tag in (("topic", "topicName"), ("service", "serviceName"))
+    }
 
 
 @model_plugin("gazebo_ros_imu")
@@ -274,30 +339,20 @@ def model_imu(xml: PluginXml) -> ImuSpec:
     link = xml.merged(xml.link("bodyName"))
     return _imu_spec(
         xml,
-        xml.name or "imu",
-        link,
-        _offset(xml, "bodyName", "frameName"),
         ModelImuSpec,
+        link=link,
+        pose=_offset(xml, "bodyName", "frameName"),
         rate=xml.number("updateRate"),
         frame_id=xml.frame("frameName", link, merge=True),
-        topic=xml.topic("topicName", "/default_imu"),
-        service=xml.topic("serviceName", "/default_imu"),
+        **_of_imu(xml),
     )
 
 
 @sensor_plugin("gazebo_ros_imu", types=("imu",))
 def imu(xml: SensorXml) -> ImuSpec:
     """ImuSpec of a plugin that belongs into <gazebo>, but is often in a <sensor>."""
-    return _imu_spec(
-        xml,
-        xml.name,
-        xml.parent,
-        xml.pose,
-        rate=xml.rate(),
-        frame_id=xml.frame("frameName", xml.text("bodyName", xml.parent)),
-        topic=xml.topic("topicName", "/default_imu"),
-        service=xml.topic("serviceName", "/default_imu"),
-    )
+    frame = xml.frame("frameName", xml.text("bodyName", xml.parent))
+    return _imu_spec(xml, ImuSpec, rate=xml.rate(), frame_id=frame, **_of_imu(xml))
 
 
 def _alike(values: list[float]) -> float | Vec3:
@@ -322,7 +377,7 @@ def _bias(sensor: Values, paths: list[tuple[str, str]]) -> BiasModel:
     )
 
 
-@sensor_plugin("gazebo_ros_imu_sensor", types=("imu",))
+@sensor_plugin("gazebo_ros_imu_sensor", types=("imu",), rule=Rule(MODEL, ROOT))
 def imu_sensor(xml: SensorXml) -> ImuSpec:
     """ImuSpec of a plugin that needs a <frameName>.
 
@@ -351,9 +406,7 @@ def imu_sensor(xml: SensorXml) -> ImuSpec:
         bias[key] = _bias(sensor, paths)
     return _imu_spec(
         xml,
-        xml.name,
-        xml.parent,
-        xml.pose,
+        ImuSpec,
         rate=rate,
         frame_id=xml.frame("frameName", xml.parent),
         topic=xml.topic("topicName", "imu_data"),
@@ -369,107 +422,20 @@ def imu_sensor(xml: SensorXml) -> ImuSpec:
     )
 
 
-# hector's -----------------------------------------------------------------------------------------
-def sensor_errors(xml: PluginXml, prefix: str = "", noise: float = 0.0) -> ErrorModel:
-    """Errors that a plugin's tags give.
-
-    Args:
-        prefix: of the tags: "accel" reads <accelOffset>; empty: <offset> ...
-        noise: standard deviation of all axes; 0: that of the tag.
-    """
-
-    def vector(name: str, default: Vec3) -> Vec3:
-        tag = f"{prefix}{name}" if prefix else f"{name[0].lower()}{name[1:]}"
-        return xml.vector(tag, default=default, broadcast=True)
-
-    return ErrorModel(
-        offset=vector("Offset", ZERO),
-        drift=vector("Drift", ZERO),
-        frequency=vector("DriftFrequency", HOUR),
-        noise=(noise,) * 3 if noise else vector("GaussianNoise", ZERO),
-        scale=vector("ScaleError", (1.0,) * 3),
-    )
-
-
-def _timer(xml: PluginXml, default: float = 0.0) -> float:
-    """Rate [Hz] of hector's UpdateTimer: <updatePeriod>, seconds and nanoseconds, wins."""
-    rate = xml.number("updateRate", default)
-    seconds, _, rest = xml.text("updatePeriod").partition(" ")
-    if xml.element.find("updatePeriod") is None:
-        return max(0.0, rate)
-    try:
-        period = int(seconds) + int(rest or "0") * 1e-9
-    except ValueError:
-        period = 0.0
-    return 1.0 / period if period > 0.0 else 0.0
-
-
-def _of_place(xml: PluginXml, tag: str, default: float) -> float | None:
-    """A number of the place on the earth; None: that of the world counts."""
-    if xml.switch(OF_WORLD) and xml.element.find(tag) is None:
-        return None
-    return xml.number(tag, default)
-
-
-def _heading(xml: PluginXml) -> float | None:
-    """<referenceHeading> [rad]; None: that of the world counts."""
-    heading = _of_place(xml, "referenceHeading", 0.0)
-    return None if heading is None else math.radians(heading)
-
-
 @model_plugin("hector_gazebo_ros_imu")
 def hector_imu(xml: PluginXml) -> BiasedImuSpec:
-    link = xml.link("bodyName", xml.model.root)
     noise, topic = abs(xml.number("gaussianNoise")), xml.topic("topicName", "imu")
-    return BiasedImuSpec(
-        name=xml.name or "imu",
-        link=link,
+    return read(
+        BiasedImuSpec,
+        xml,
+        link=_link(xml),
         pose=(ZERO, xml.vector("rpyOffset", broadcast=True)),
         rate=_timer(xml),
         topic=topic,
         bias_topic=xml.topic("biasTopicName", f"{topic}/bias"),
         service=xml.topic("serviceName", f"{topic}/calibrate"),
-        frame_id=xml.frame("frameId", xml.merged(link)),
+        frame_id=_frame(xml),
         gyro=sensor_errors(xml, "rate", noise),
         accel=sensor_errors(xml, "accel", noise),
         heading=sensor_errors(xml, "yaw" if xml.element.find(OLD_YAW) is None else "heading"),
-    )
-
-
-@model_plugin("hector_gazebo_ros_gps")
-def gps(xml: PluginXml) -> GpsSpec:
-    link = xml.link("bodyName", xml.model.root)
-    return GpsSpec(
-        name=xml.name or "gps",
-        link=link,
-        rate=_timer(xml, 4.0),
-        topic=xml.topic("topicName", "fix"),
-        velocity_topic=xml.topic("velocityTopicName", "fix_velocity"),
-        frame_id=xml.frame("frameId", "/world"),
-        latitude=_of_place(xml, "referenceLatitude", 49.9),
-        longitude=_of_place(xml, "referenceLongitude", 8.9),
-        altitude=_of_place(xml, "referenceAltitude", 0.0),
-        heading=_heading(xml),
-        status=int(xml.number("status")),
-        service=int(xml.number("service")),
-        errors=sensor_errors(xml),
-        velocity_errors=sensor_errors(xml, "velocity"),
-    )
-
-
-@model_plugin("hector_gazebo_ros_magnetic")
-def magnetic(xml: PluginXml) -> MagneticSpec:
-    link = xml.link("bodyName", xml.model.root)
-    return MagneticSpec(
-        name=xml.name or "magnetic",
-        link=link,
-        rate=_timer(xml),
-        topic=xml.topic("topicName", "magnetic"),
-        frame_id=xml.frame("frameId", xml.merged(link)),
-        magnitude=xml.number("magnitude", 0.44),
-        heading=_heading(xml),
-        declination=math.radians(xml.number("declination")),
-        inclination=math.radians(xml.number("inclination", 60.0)),
-        field_message=xml.switch("useMagneticFieldMsgs"),
-        errors=sensor_errors(xml),
     )

@@ -9,7 +9,9 @@ from typing import Any
 from bullet_sim.errors import ModelError
 from bullet_sim.plugins.inertial import ErrorModel, sensor_errors
 from bullet_sim.plugins.registry import sensor_plugin
-from bullet_sim.plugins.xml import ZERO_POSE, PoseTuple, SensorXml, Values
+from bullet_sim.plugins.rules import NAMESPACE, PLAIN, ROOT, UTILS_OF_SENSORS, Rule
+from bullet_sim.plugins.spec import SensorSpec, read, reading
+from bullet_sim.plugins.xml import SensorXml, Values
 from bullet_sim.xml_reader import child_text, is_true, warn_replaced
 
 TYPES = ("ray", "gpu_ray")  # of <sensor>
@@ -17,7 +19,7 @@ DEFAULT_MAX_RANGE = 100.0  # [m] of a lidar whose file gives no valid one
 
 
 @dataclass(frozen=True)
-class RaySpec:
+class RaySpec(SensorSpec):
     """A planar lidar; angles [rad] about +z from +x, counter-clockwise, ranges [m].
 
     Attributes:
@@ -26,21 +28,18 @@ class RaySpec:
         sees_visuals: it sees what a camera would see, not what collides (gpu_ray).
     """
 
-    name: str
-    link: str
-    pose: PoseTuple = ZERO_POSE
     samples: int = 360
     min_angle: float = -3.14159265
     max_angle: float = 3.14159265
     range_min: float = 0.1
     range_max: float = 10.0
-    rate: float = 10.0
+    rate: float = reading(lambda xml: xml.output_rate(None), 10.0)
     noise_stddev: float = 0.0
     topic: str = "/scan"
-    frame_id: str = "laser"
-    visualize: bool = False
+    frame_id: str = reading(lambda xml: xml.frame("frameName", "/world"), "laser")
+    visualize: bool = reading(lambda xml: is_true(child_text(xml.sensor, "visualize")), False)
     noise_mean: float = 0.0
-    sees_visuals: bool = False
+    sees_visuals: bool = reading(lambda xml: xml.type == "gpu_ray", False)
 
 
 @dataclass(frozen=True)
@@ -157,114 +156,87 @@ def rays_of(ray: Values, axis: str, samples: int) -> int:
     return max(1, int(count * resolution)) if resolution > 0.0 else count
 
 
-def _scan(xml: SensorXml, ray: Values, samples: int) -> dict[str, Any]:
-    """Values common to all of them, from <ray>; samples: default number of rays."""
+def _rays(xml: SensorXml, samples: int = 1) -> dict[str, Any]:
+    """Angles, ranges, layers and noise of <ray>; samples: default number of rays."""
+    ray = xml.part("ray", "lidar")
+    mean, stddev = ray.noise("noise")
     first, last = sweep(ray)
     near, far = scan_range(ray)
     return dict(
-        name=xml.name,
-        link=xml.parent,
-        pose=xml.pose,
         samples=rays_of(ray, "horizontal", samples),
         min_angle=first,
         max_angle=last,
         range_min=near,
         range_max=far,
-        visualize=is_true(child_text(xml.sensor, "visualize")),
-        sees_visuals=xml.type == "gpu_ray",
-    )
-
-
-def _layers(xml: SensorXml) -> dict[str, Any]:
-    """As _scan, with layers and noise."""
-    ray = xml.part("ray", "lidar")
-    mean, stddev = ray.noise("noise")
-    return dict(
-        _scan(xml, ray, 1),
-        **_elevations(ray),
-        noise_mean=mean,
-        noise_stddev=stddev,
-    )
-
-
-def _elevations(ray: Values) -> dict[str, Any]:
-    """Number of layers, elevations of the first and the last one."""
-    return dict(
         layers=rays_of(ray, "vertical", 1),
         min_elevation=ray.number("scan/vertical/min_angle"),
         max_elevation=ray.number("scan/vertical/max_angle"),
-    )
-
-
-def _frame(xml: SensorXml, default: str = "/world") -> str:
-    return xml.frame("frameName", default)
-
-
-@sensor_plugin("gazebo_ros_laser", "gazebo_ros_gpu_laser", types=TYPES)
-def laser(xml: SensorXml) -> RaySpec:
-    """RaySpec; with several layers LayeredScanSpec."""
-    ray = xml.part("ray", "lidar")
-    mean, stddev = ray.noise("noise")
-    values, layers = _scan(xml, ray, 640), _elevations(ray)
-    spec = RaySpec
-    if layers["layers"] > 1:
-        spec, values = LayeredScanSpec, {**values, **layers}
-    return spec(
-        **values,
-        rate=xml.output_rate(None),  # the laser plugins have no <updateRate>, no <gaussianNoise>
-        noise_stddev=stddev,
         noise_mean=mean,
-        topic=xml.topic("topicName", "/world"),
-        frame_id=_frame(xml),
+        noise_stddev=stddev,
     )
 
 
-@sensor_plugin("gazebo_ros_velodyne_laser", "gazebo_ros_velodyne_gpu_laser", types=TYPES)
+@sensor_plugin("gazebo_ros_laser", "gazebo_ros_gpu_laser", types=TYPES, rule=UTILS_OF_SENSORS)
+def laser(xml: SensorXml) -> RaySpec:
+    """RaySpec; with several layers LayeredScanSpec.
+
+    The laser plugins have no <updateRate> and no <gaussianNoise>.
+    """
+    values, spec = _rays(xml, 640), LayeredScanSpec
+    if values["layers"] == 1:
+        spec = RaySpec  # type: ignore[assignment]
+        for name in ("layers", "min_elevation", "max_elevation"):
+            del values[name]
+    return read(spec, xml, **values, topic=xml.topic("topicName", "/world"))
+
+
+@sensor_plugin(
+    "gazebo_ros_velodyne_laser",
+    "gazebo_ros_velodyne_gpu_laser",
+    types=TYPES,
+    rule=Rule(ROOT, ROOT, NAMESPACE),
+)
 def velodyne(xml: SensorXml) -> CloudSpec:
     """CloudSpec; min_range, max_range narrow the ray's."""
-    values, plugin = _layers(xml), xml.plugin("lidar")
-    range_min = plugin.number("min_range")
-    range_max = plugin.number("max_range", float("inf"))
-    values.update(
-        range_min=max(values["range_min"], range_min), range_max=min(values["range_max"], range_max)
-    )
+    values, plugin = _rays(xml), xml.plugin("lidar")
+    near, far = plugin.number("min_range"), plugin.number("max_range", float("inf"))
+    values["range_min"] = max(values["range_min"], near)
+    values["range_max"] = min(values["range_max"], far)
     values["noise_stddev"] = math.hypot(values["noise_stddev"], plugin.number("gaussianNoise"))
-    return CloudSpec(
+    return read(
+        CloudSpec,
+        xml,
         **values,
-        rate=xml.output_rate(None),
         topic=xml.topic("topicName", "/points"),
-        frame_id=_frame(xml),
         organized=is_true(xml.text("organize_cloud")),
         min_intensity=plugin.number("min_intensity", -math.inf),
     )
 
 
 def _raw(xml: SensorXml) -> dict[str, Any]:
-    """As _layers, for plugins that read the ranges before the sensor adds its noise."""
-    return dict(_layers(xml), noise_mean=0.0, noise_stddev=0.0)
+    """As _rays, for plugins that read the ranges before the sensor adds its noise."""
+    return dict(_rays(xml), noise_mean=0.0, noise_stddev=0.0)
 
 
-@sensor_plugin("gazebo_ros_block_laser", types=TYPES)
+@sensor_plugin("gazebo_ros_block_laser", types=TYPES, rule=PLAIN)
 def block_laser(xml: SensorXml) -> BlockCloudSpec:
-    return BlockCloudSpec(
-        **_raw(xml),
-        rate=xml.output_rate(None),  # upstream reads <updateRate> and uses it nowhere
-        topic=xml.topic("topicName", "/world"),
-        frame_id=_frame(xml),
-        point_noise=abs(xml.plugin("lidar").number("gaussianNoise")),
-    )
+    """BlockCloudSpec; upstream reads <updateRate> and uses it nowhere."""
+    noise = abs(xml.plugin("lidar").number("gaussianNoise"))
+    topic = xml.topic("topicName", "/world")
+    return read(BlockCloudSpec, xml, **_raw(xml), topic=topic, point_noise=noise)
 
 
-@sensor_plugin("gazebo_ros_range", types=TYPES)
+@sensor_plugin("gazebo_ros_range", types=TYPES, rule=PLAIN)
 def range_sensor(xml: SensorXml) -> RangeSpec:
     plugin = xml.plugin("range sensor")
-    return RangeSpec(
+    radiation = "ultrasound" if xml.element.find("radiation") is None else xml.text("radiation")
+    return read(
+        RangeSpec,
+        xml,
         **_raw(xml),
         rate=xml.output_rate(),
         topic=xml.topic("topicName", "/range"),
-        frame_id=_frame(xml),
-        infrared=xml.element.find("radiation") is not None
-        and xml.text("radiation") != "ultrasound",
+        infrared=radiation != "ultrasound",
         field_of_view=plugin.number("fov", 0.05),
         errors=ErrorModel(noise=(abs(plugin.number("gaussianNoise")),) * 3),
         limited=False,
@@ -277,20 +249,17 @@ def sonar(xml: SensorXml) -> RangeSpec:
 
     Its rate is the plugin's <updateRate>, 10 Hz without one; that of the <sensor> has no effect.
     """
-    values = _layers(xml)
+    values = _rays(xml)
     wide = values["max_angle"] - values["min_angle"]
     high = abs(values["max_elevation"] - values["min_elevation"])
-    angles = [angle for angle in (wide, high) if angle > 0.0]
-    plugin = xml.plugin("sonar")
-    return RangeSpec(
-        **dict(
-            values,
-            rate=max(0.0, plugin.number("updateRate", 10.0)),
-            topic=xml.topic("topicName", "sonar"),
-        ),
+    return read(
+        RangeSpec,
+        xml,
+        **values,
+        rate=max(0.0, xml.plugin("sonar").number("updateRate", 10.0)),
+        topic=xml.topic("topicName", "sonar"),
         frame_id=xml.frame("frameId", "/sonar_link"),
-        infrared=False,
-        field_of_view=min(angles, default=0.0),
+        field_of_view=min((angle for angle in (wide, high) if angle > 0.0), default=0.0),
         errors=sensor_errors(xml),
         tunable=True,
     )
@@ -318,17 +287,15 @@ def livox(xml: SensorXml) -> PatternSpec:
         fields.append((low, (high - low) / (rows - 1), rows))
     near, far = scan_range(ray)
     taken, step = plugin.whole("samples", 1), plugin.whole("downsample", 1)
-    return PatternSpec(
-        name=xml.name,
-        link=xml.parent,
-        pose=xml.pose,
+    return read(
+        PatternSpec,
+        xml,
         samples=-(-taken // step),
         min_angle=0.0,
         max_angle=0.0,
         range_min=0.0,  # its rays begin at the sensor, and are as long as if at the minimum
         range_max=far - near,
         shift=near,
-        rate=xml.output_rate(None),
         topic="/" + xml.text("ros_topic").strip("/"),
         frame_id=xml.name,
         pattern=xml.text("csv_file_name"),
@@ -336,5 +303,5 @@ def livox(xml: SensorXml) -> PatternSpec:
         step=step,
         fields=(fields[0], fields[1]),
         message=int(plugin.number("publish_pointcloud_type")),
-        visualize=is_true(child_text(xml.sensor, "visualize")),
+        sees_visuals=False,
     )

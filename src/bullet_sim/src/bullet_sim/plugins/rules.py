@@ -29,79 +29,13 @@ class Rule:
     prefix: str | None = None
 
 
-_UTILS_OF_MODELS = Rule(MODEL, MODEL, NEAREST)  # GazeboRos of gazebo_ros_utils
-_UTILS_OF_SENSORS = Rule(ROOT, MODEL, NEAREST)  # GetRobotNamespace of gazebo_ros_utils
-_BASE = Rule(ROOT, ROOT, NEAREST)
-_PLAIN = Rule(ROOT, ROOT, OWN)
-_NONE = Rule()
-RULES = {  # by the name of the library
-    "gazebo_ros_camera": _UTILS_OF_SENSORS,
-    "gazebo_ros_multicamera": _UTILS_OF_SENSORS,
-    "gazebo_ros_triggered_camera": _UTILS_OF_SENSORS,
-    "gazebo_ros_triggered_multicamera": _UTILS_OF_SENSORS,
-    "gazebo_ros_depth_camera": _UTILS_OF_SENSORS,
-    "gazebo_ros_openni_kinect": _UTILS_OF_SENSORS,
-    "gazebo_ros_laser": _UTILS_OF_SENSORS,
-    "gazebo_ros_gpu_laser": _UTILS_OF_SENSORS,
-    "gazebo_ros_diff_drive": _UTILS_OF_MODELS,
-    "gazebo_ros_skid_steer_drive": _BASE,
-    "gazebo_ros_planar_move": _BASE,
-    "gazebo_ros_tricycle_drive": _UTILS_OF_MODELS,
-    "gazebo_ros_force_based_move": _BASE,
-    "ridgeback_ros_force_based_move": _BASE,
-    "nexus_ros_force_based_move": _BASE,
-    "robotnik_force_based_move": _BASE,
-    "r550_force_based_move": _BASE,
-    "diffdrive_plugin_6w": _NONE,  # which publishes nothing
-    "diffdrive_plugin_multi_wheel": _BASE,
-    "gazebo_ros_prosilica": _NONE,  # which publishes nothing
-    "ActorPlugin": _NONE,
-    "DiffDrivePlugin": _NONE,
-    "InitialVelocityPlugin": _NONE,
-    "PedestrianSFMPlugin": _NONE,
-    "gazebo_ros_force": _NONE,
-    "hector_servo_plugin": _NONE,
-    "hector_gazebo_reset_plugin": _NONE,
-    "gazebo_ros_elevator": _NONE,
-    "gazebo_ros_template": _NONE,
-    "gazebo_grasp_fix": _NONE,
-    "HarnessPlugin": _NONE,
-    "gazebo_ros_harness": _NONE,
-    "gazebo_ros_projector": _NONE,
-    "BuoyancyPlugin": _NONE,
-    "LiftDragPlugin": _NONE,
-    "livox_laser_simulation": _NONE,
-    "gazebo_ros_vacuum_gripper": _NONE,
-    "gazebo_ros_wheel_slip": _NONE,
-    "WheelSlipPlugin": _NONE,
-    "gazebo_ros_block_laser": _PLAIN,
-    "gazebo_ros_bumper": _PLAIN,
-    "gazebo_ros_f3d": _PLAIN,
-    "gazebo_ros_ft_sensor": _PLAIN,
-    "gazebo_ros_p3d": _PLAIN,
-    "gazebo_ros_range": _PLAIN,
-    "gazebo_ros_hand_of_god": _NONE,
-    "gazebo_ros_imu": _NONE,
-    "gazebo_ros_imu_sensor": Rule(MODEL, ROOT),
-    "gazebo_ros_joint_pose_trajectory": _NONE,
-    "gazebo_ros_joint_state_publisher": Rule(MODEL, MODEL),
-    "gazebo_ros_control": Rule(MODEL, ROOT),
-    "hector_gazebo_ros_gps": _NONE,
-    "hector_gazebo_ros_imu": _NONE,
-    "hector_gazebo_ros_magnetic": _NONE,
-    "hector_gazebo_ros_sonar": _NONE,
-    "gazebo_ros_velodyne_laser": Rule(ROOT, ROOT, NAMESPACE),
-    "gazebo_ros_velodyne_gpu_laser": Rule(ROOT, ROOT, NAMESPACE),
-    "realsense_gazebo_plugin": _NONE,
-    "roboticsgroup_gazebo_mimic_joint_plugin": _NONE,
-    "roboticsgroup_upatras_gazebo_mimic_joint_plugin": _NONE,
-    "paddock_state_publisher": _BASE,  # as robot_state_publisher has it
-}
-
-
-def rule_of(library: str) -> Rule:
-    """Rule of a plugin by its library's name; that of plugins of users' packages is Rule()."""
-    return RULES.get(library, _NONE)
+UTILS_OF_MODELS = Rule(MODEL, MODEL, NEAREST)  # GazeboRos of gazebo_ros_utils
+UTILS_OF_SENSORS = Rule(ROOT, MODEL, NEAREST)  # GetRobotNamespace of gazebo_ros_utils
+BASE = Rule(ROOT, ROOT, NEAREST)
+PLAIN = Rule(ROOT, ROOT, OWN)
+NONE = Rule()
+# By the name of the library, entered with the plugin; those of users' packages have that of NONE.
+RULES: dict[str, Rule] = {}
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from bullet_sim.plugins.registry import model_plugin
+from bullet_sim.plugins.spec import PluginSpec, not_negative, number, read, reading
 from bullet_sim.plugins.xml import PluginXml
 
 ZYX, XYZ = "zyx", "xyz"
@@ -18,8 +20,15 @@ CONVENTIONS = {
 }
 
 
+def _topic_unless_empty(tag: str, default: str) -> Any:
+    """Full name of a topic; empty where its name is."""
+    return reading(
+        lambda xml: xml.topic(tag, default) if xml.text(tag, default) else "", f"/{default}"
+    )
+
+
 @dataclass(frozen=True)
-class ServoSpec:
+class ServoSpec(PluginSpec):
     """libhector_servo_plugin: one to three joints that turn to an orientation.
 
     Attributes:
@@ -32,25 +41,24 @@ class ServoSpec:
         topic: of the joint states; empty: none.
     """
 
-    name: str
-    link: str
+    NAME = "servo"
     joints: tuple[str, ...]
     convention: str
     angles: tuple[int, ...]
-    proportional: float = 8.0
-    derivative: float = 0.0
-    max_velocity: float = 0.0
-    rate: float = 0.0
-    command_topic: str = "/drive"
-    topic: str = "/joint_states"
+    proportional: float = number("proportionalControllerGain", 8.0)
+    derivative: float = number("derivativeControllerGain")
+    max_velocity: float = number("maxVelocity", 0.0, not_negative)
+    rate: float = number("controlRate", 0.0, not_negative)
+    command_topic: str = _topic_unless_empty("topicName", "drive")
+    topic: str = _topic_unless_empty("jointStateName", "joint_states")
 
 
+@model_plugin("hector_gazebo_reset_plugin")
 @dataclass(frozen=True)
-class ResetMessageSpec:
+class ResetMessageSpec(PluginSpec):
     """libhector_gazebo_reset_plugin: std_msgs/String "reset" when its model is reset."""
 
-    name: str
-    link: str
+    NAME = "reset"
     topic: str = "/syscommand"
 
 
@@ -72,31 +80,10 @@ def servo(xml: PluginXml) -> ServoSpec | None:
         )
         return None
     convention, angles = CONVENTIONS[axes]
-    commands, states = (
-        xml.topic(tag, default) if xml.text(tag, default) else ""
-        for tag, default in (("topicName", "drive"), ("jointStateName", "joint_states"))
-    )
-    return ServoSpec(
-        name=xml.name or "servo",
-        link=xml.model.root,
-        joints=tuple(names[:count]),
-        convention=convention,
-        angles=angles,
-        proportional=xml.number("proportionalControllerGain", 8.0),
-        derivative=xml.number("derivativeControllerGain"),
-        max_velocity=max(0.0, xml.number("maxVelocity")),
-        rate=max(0.0, xml.number("controlRate")),
-        command_topic=commands,
-        topic=states,
-    )
+    return read(ServoSpec, xml, joints=tuple(names[:count]), convention=convention, angles=angles)
 
 
 def _axis(xml: PluginXml, which: str) -> str:
     """Letter of a servo's axis; "?": none of its numbers is 1."""
     numbers = xml.vector(f"{which}ServoAxis")
     return next((letter for letter, value in zip("xyz", numbers) if value == 1.0), "?")
-
-
-@model_plugin("hector_gazebo_reset_plugin")
-def reset_message(xml: PluginXml) -> ResetMessageSpec:
-    return ResetMessageSpec(xml.name or "reset", xml.model.root)

@@ -10,7 +10,7 @@ from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.errors import ModelError
-from bullet_sim.plugins.rules import MODEL, RULES, FrameName, FramePrefix, rule_of
+from bullet_sim.plugins.rules import MODEL, NONE, RULES, FrameName, FramePrefix
 from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
     child_flag,
@@ -121,7 +121,7 @@ class Names:
 
     def __init__(self, plugin: Element, model: str) -> None:
         name = library(plugin)
-        self._rule = rule_of(name)
+        self._rule = RULES.get(name, NONE)
         self.keeps_slash = name in RULES and self._rule.prefix is None
         missing = plugin.find("robotNamespace") is None
         otherwise = self._rule.missing if missing else self._rule.empty

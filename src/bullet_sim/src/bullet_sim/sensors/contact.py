@@ -8,7 +8,7 @@ import numpy as np
 
 from bullet_sim.description.collisions import collision_names, merged
 from bullet_sim.description.model import ModelDescription, Shape
-from bullet_sim.plugins.forces import ContactSpec
+from bullet_sim.plugins.contacts import ContactSpec
 from bullet_sim.pose import Vector
 
 

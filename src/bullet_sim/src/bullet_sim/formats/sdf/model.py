@@ -23,7 +23,7 @@ from bullet_sim.formats.sdf.frames import Frames
 from bullet_sim.formats.sdf.includes import Includes, OpenInclude, unused
 from bullet_sim.formats.shapes import hollow_collision, parse_shape
 from bullet_sim.plugins import parse_plugin, parse_sensor
-from bullet_sim.plugins.forces import parse_gripper
+from bullet_sim.plugins.grasping import parse_gripper
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import Node, child_flag, child_number, child_text, is_true, sdf_pose
 
