@@ -1,11 +1,13 @@
-"""Each file that enters classes in a registry is loaded; a sensor in one that is not is unknown."""
+"""Each file that enters classes in a registry is loaded, and each plugin is in the documents."""
 
 import re
 import subprocess
 import sys
 from pathlib import Path
 
+import bullet_bridge.plugins  # noqa: F401  enters its own
 import pytest
+from bullet_sim.plugins import PLUGINS, SENSOR_PLUGINS
 
 SRC = Path(__file__).resolve().parents[2] / "src"
 ENTERS = re.compile(r"^@(?:CONTROLLERS\.register|sensor_plugin|model_plugin|ros_side)\(", re.M)
@@ -32,3 +34,34 @@ def test_each_family_is_loaded(folder):
         module = f"{folder}/{name}".replace("/", ".")
         where = f"src/{package}/src/{folder}/__init__.py"
         assert module in loaded, f"{module} is not loaded: import it in {where}"
+
+
+def test_the_table_of_plugins_has_every_library():
+    text = (SRC.parent / "docs" / "formats.md").read_text()
+    names = {*PLUGINS.names(), *SENSOR_PLUGINS.names()}
+    assert [name for name in sorted(names) if f"`lib{name}.so`" not in text] == []
+
+
+HEATED = """<robot name="r"><link name="l"/><gazebo reference="l">
+<sensor name="s" type="thermometer"><plugin filename="libgazebo_ros_thermometer.so">
+<heat>30</heat></plugin></sensor></gazebo></robot>"""
+READ = """
+import sys
+from bullet_bridge import plugins
+from bullet_bridge.plugins.base import ROS_SIDE
+from bullet_sim.registry import load_files
+plugins.__path__.append(sys.argv[1])  # as if the file were there
+load_files(plugins.__name__, plugins.__path__)
+from bullet_sim.formats.urdf import parse_urdf
+(spec,) = parse_urdf(sys.argv[2], str).sensors
+print(spec.heat, spec.topic, spec.link, ROS_SIDE[type(spec)].__name__)
+"""
+
+
+def test_a_sensor_is_one_file_as_contributing_has_it(tmp_path):
+    page = (SRC.parent / "CONTRIBUTING.md").read_text()
+    (code,) = re.findall(r"```python\n(.*?)```", page, re.S)
+    (tmp_path / "thermometers.py").write_text(code)
+    command = [sys.executable, "-c", READ, str(tmp_path), HEATED]
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert done.stdout.splitlines()[-1] == "30.0 /temperature l Thermometer"

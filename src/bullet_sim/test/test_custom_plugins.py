@@ -1,7 +1,6 @@
 """Plugins of users' own packages, found by a source of the registries, and what they read."""
 
 import math
-from pathlib import Path
 
 import pytest
 from bullet_sim.errors import ModelError
@@ -244,9 +243,3 @@ def test_a_bad_value_of_a_sensor_is_an_error(sources):
         spec.xml.number("speed")
     with pytest.raises(ModelError, match="nose 'nose' <far> is 'x'"):
         spec.xml.part("range", "nose").number("far", math.inf)
-
-
-def test_the_table_of_plugins_has_every_library():
-    text = (Path(__file__).parents[3] / "docs" / "formats.md").read_text()
-    names = {*PLUGINS.names(), *SENSOR_PLUGINS.names()}
-    assert [name for name in sorted(names) if f"`lib{name}.so`" not in text] == []

@@ -1,7 +1,5 @@
 """What the families of plugins and sensors do in ROS; importing this enters each file of it."""
 
-import importlib
-import pkgutil
+from bullet_sim.registry import load_files
 
-for _module in pkgutil.iter_modules(__path__):
-    importlib.import_module(f"{__name__}.{_module.name}")
+load_files(__name__, __path__)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
-import pkgutil
 from difflib import get_close_matches
 from typing import Any
 from xml.etree.ElementTree import Element
@@ -12,13 +10,12 @@ from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import ModelError
 from bullet_sim.plugins.registry import PLUGINS, SENSOR_PLUGINS, SensorReader
 from bullet_sim.plugins.xml import MissingPart, PluginXml, SensorXml, library
-from bullet_sim.registry import Registry
+from bullet_sim.registry import Registry, load_files
 from bullet_sim.xml_reader import document_root, sdf_pose
 
 __all__ = ["PLUGINS", "SENSOR_PLUGINS", "parse_plugin", "parse_sensor"]
 
-for _module in pkgutil.iter_modules(__path__):  # each enters what it reads
-    importlib.import_module(f"{__name__}.{_module.name}")
+load_files(__name__, __path__)
 
 SIMILAR = 0.85  # of two names, by difflib's ratio: one letter of six is wrong or missing
 
