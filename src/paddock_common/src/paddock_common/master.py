@@ -6,6 +6,7 @@ reach of subscribers, service calls and roslaunch.
 
 from __future__ import annotations
 
+import errno
 import http.client
 import threading
 import time
@@ -22,6 +23,7 @@ ERRORS = (
     xmlrpc.client.Error,
     xml.parsers.expat.ExpatError,
 )
+EXHAUSTED = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)  # what this process lacks
 PERIOD = 1.0  # [s] between two requests of a MasterMonitor
 
 
@@ -118,8 +120,10 @@ class MasterMonitor:
         except ConnectionRefusedError:
             if self._refused_since is None:
                 self._refused_since = self._now()
-        except ERRORS:
+        except ERRORS as error:
             self._refused_since = None
+            if getattr(error, "errno", None) in EXHAUSTED:  # no file is left to ask it with
+                self._last_response = self._now()
         else:
             self._last_response, self._refused_since = self._now(), None
             self._first = identity if self._first is None else self._first

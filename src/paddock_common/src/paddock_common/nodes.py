@@ -23,8 +23,8 @@ A node leaves nothing behind at the master. rospy subscribes to a parameter for 
 unsubscribes, so that the master keeps every node that has ended, and sends such a shutdown request
 to its old address as soon as a node of the same name starts. Another process may have that port by
 then: a node in C++ shuts down, and a node whose port for topics and services it is waits in vain
-for the rest of a header that begins with POST. Here parameters are unsubscribed, and a connection
-that does not begin with a header is closed.
+for the rest of a header that begins with POST. Here parameters are unsubscribed; `inbound` closes
+a connection that does not begin with a header.
 
 SIGINT and SIGTERM shut a node down at any time. rospy's own handlers run the complete shutdown in
 the main thread, between two of its instructions. If that thread holds a lock which the shutdown
@@ -42,9 +42,7 @@ import functools
 import logging
 import os
 import re
-import select
 import signal
-import socket
 import sys
 import threading
 import time
@@ -62,17 +60,14 @@ from rospy.core import is_shutdown_requested
 from rospy.impl.masterslave import ROSHandler
 from rospy.impl.paramserver import get_param_server_cache
 from rospy.impl.registration import RegManager
-from rospy.impl.tcpros_base import TCPROSServer
 from rospy.impl.tcpros_service import ServiceImpl
 from rospy.topics import _PublisherImpl, _SubscriberImpl
 
-from paddock_common import subscriptions
+from paddock_common import inbound, subscriptions
 from paddock_common.master import ERRORS, proxy
 from paddock_common.process import StopRequest, exit_with_roslaunch
 
 MASTER_TIMEOUT = 2.0  # [s] for a response of the master
-HEADER_TIMEOUT = 5.0  # [s] for the first bytes of a connection
-MAX_HEADER = 1 << 24  # [bytes] of a header; "POST" would be 1.4e9
 T = TypeVar("T")
 Errors = Union[Type[Exception], Tuple[Type[Exception], ...]]
 _reported: set[logging.Handler] = set()  # handlers that have failed
@@ -172,27 +167,6 @@ def _leaves(name: str, tree: dict[str, Any]) -> Iterator[str]:
 def unsubscribe_parameters() -> None:
     """Makes the node of this process unsubscribe its parameters when it shuts down."""
     RegManager.cleanup = _cleanup_with_parameters
-
-
-_accept = TCPROSServer._tcp_server_callback
-
-
-@functools.wraps(_accept)
-def _accept_header(self: Any, sock: socket.socket, client_addr: Any) -> None:
-    """Accepts a connection that begins with a header; rospy's thread reads all of it."""
-    poller = select.poll()
-    poller.register(sock, select.POLLIN)
-    start = sock.recv(4, socket.MSG_PEEK) if poller.poll(HEADER_TIMEOUT * 1000.0) else b""
-    if start and int.from_bytes(start, "little") <= MAX_HEADER:
-        _accept(self, sock, client_addr)
-    else:
-        _log.warning("a connection from %s begins with %r, not with a header", client_addr, start)
-        sock.close()
-
-
-def accept_headers_only() -> None:
-    """Makes the node of this process close connections that do not begin with a header."""
-    TCPROSServer._tcp_server_callback = _accept_header
 
 
 # What rospy's functions raise because of a shutdown.
@@ -306,7 +280,7 @@ def init_node(name: str, **options: Any) -> None:
     suppress_shutdown_errors()
     ignore_shutdown_of_others()
     unsubscribe_parameters()
-    accept_headers_only()
+    inbound.accept_all()
     subscriptions.enable_reconnecting()
     retain_freed_memory()
     clock = rospy.impl.init.time
