@@ -26,6 +26,9 @@ from bullet_web.server import (
     machine_address,
 )
 
+from bullet_web import server as server_module
+from paddock_common import open_files
+
 PATIENCE = 60.0  # [s]
 WILD = 10000
 SCENE = b'{"number": 7}'
@@ -126,6 +129,34 @@ def wait(condition):
             return value
         time.sleep(0.005)
     raise AssertionError("not in time")
+
+
+def test_a_request_without_its_body_is_closed(monkeypatch):
+    """Without the token, too: a thousand of them kept everybody out, for as long as they wanted."""
+    monkeypatch.setattr(server_module, "BODY", 0.5)
+    running = Running()
+    try:
+        head = b"POST /x/ HTTP/1.1\r\nHost: x\r\nContent-Length: 4000\r\n\r\n"
+        held = [socket.create_connection((LOOPBACK, running.port)) for _ in range(200)]
+        for each in held:
+            each.sendall(head)
+            each.settimeout(PATIENCE)
+        assert [each.recv(1) for each in held] == [b""] * 200
+        assert running.request(f"/{running.server.token}/")[0] == 200
+    finally:
+        running.close()
+
+
+def test_at_the_limit_of_open_files_connections_are_refused_and_later_accepted(monkeypatch):
+    running = Running()
+    try:
+        with monkeypatch.context() as patch:
+            patch.setattr(open_files.resource, "getrlimit", lambda _: (open_files.RESERVED, 4096))
+            with pytest.raises(OSError):
+                running.request("/")
+        assert running.request(f"/{running.server.token}/")[0] == 200
+    finally:
+        running.close()
 
 
 def test_who_knows_the_token_gets_the_page_and_its_files(running):

@@ -128,8 +128,8 @@ def test_at_the_limit_of_open_files_a_node_serves_again_when_others_have_left():
 def test_the_soft_limit_of_open_files_is_raised():
     script = (
         "import resource as r; r.setrlimit(7, (256, 5000))\n"
-        "from paddock_common import inbound\n"
-        "inbound.raise_file_limit(); print(r.getrlimit(7))"
+        "from paddock_common import open_files\n"
+        "open_files.raise_limit(); print(r.getrlimit(7))"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert done.stdout == "(5000, 5000)\n", done.stderr

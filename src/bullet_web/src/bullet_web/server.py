@@ -26,6 +26,7 @@ import tornado.httpserver
 import tornado.netutil
 import tornado.web
 import tornado.websocket
+from paddock_common.open_files import Listening
 
 from bullet_web.messages import MAX_BYTES, BadMessage, parse
 
@@ -42,6 +43,7 @@ NOTICES = 20  # kept for a page
 RATE = 200.0  # messages a page may send a second, and ...
 BURST = 600.0  # ... at once; then it is closed
 MAX_PAGES = 100
+IDLE, BODY = 60.0, 10.0  # [s] for the headers of a request, and for its body
 PING = 20.0  # [s] between two; a page that does not answer one is closed
 COOKIE = "paddock"
 SLOW = 1.0  # [s] that a wrong password takes
@@ -306,7 +308,7 @@ def listen(port: int, share: bool) -> socket.socket:
     """
     problem = OSError("no port")
     for number in [port] if port else PORTS:
-        server = socket.socket()
+        server = Listening()
         server.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             server.bind((EVERYWHERE if share else LOOPBACK, number))
@@ -366,7 +368,11 @@ class Server:
             websocket_ping_interval=PING,
         )
         self._http = tornado.httpserver.HTTPServer(
-            application, max_body_size=MAX_BYTES, max_header_size=16384, idle_connection_timeout=60
+            application,
+            max_body_size=MAX_BYTES,
+            max_header_size=16384,
+            idle_connection_timeout=IDLE,
+            body_timeout=BODY,
         )
 
     def start(self, listening: socket.socket) -> None:

@@ -4,10 +4,9 @@ rospy reads the header of a connection in the thread that accepts them: one that
 and no more keeps all others out. Here one thread waits for all headers at once. Each has to be
 there HEADER_TIMEOUT after its connection; of more than MAX_WAITING the oldest is closed.
 
-A process has a limit of open files, often 1024. rospy's thread ends when accept() fails at it, and
-nobody can reach the node any more. Here the soft limit is raised, connections are closed before the
-limit is reached, so that the rest of the node still opens its files, and the log says which limit
-it is. When others have left, new ones are accepted again.
+rospy's thread ends when accept() fails at the limit of open files, and nobody can reach the node
+any more. Here connections are closed before it is reached, see `open_files`; when others have left,
+new ones are accepted again.
 """
 
 from __future__ import annotations
@@ -15,60 +14,24 @@ from __future__ import annotations
 import errno
 import functools
 import logging
-import resource
 import selectors
 import socket
 import time
 from typing import Any
 
-import rospy
 from rosgraph.network import decode_ros_handshake_header
 from rosgraph.xmlrpc import SilenceableXMLRPCRequestHandler, ThreadingXMLRPCServer
 from rospy.impl import tcpros_base
 from rospy.impl.tcpros_base import TCPServer
 
-from paddock_common.master import EXHAUSTED
+from paddock_common import open_files
 
 HEADER_TIMEOUT = 5.0  # [s] wall time for the whole header of a connection
 MAX_HEADER = 1 << 20  # [bytes] of a header; "POST" would be 1.4e9
 MAX_WAITING = 128  # connections whose headers are not complete
-MAX_FILES = 1 << 16  # to which the soft limit of open files is raised
-RESERVED_FILES = 64  # that connections leave to the rest of the node
 REQUEST_TIMEOUT = 60.0  # [s] wall time for an XML-RPC request; roscpp keeps connections for 30 s
-PAUSE = 0.2  # [s] after accept() has failed
-REPORT_PERIOD = 10.0  # [s] between two lines in the log
 
 _log = logging.getLogger("rospy.closing")  # has no console handler
-_next_report: dict[str, float] = {}
-
-
-def raise_file_limit() -> None:
-    """Raises the soft limit of open files of this process, to at most MAX_FILES."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    wanted = MAX_FILES if hard == resource.RLIM_INFINITY else min(hard, MAX_FILES)
-    if soft not in (resource.RLIM_INFINITY, wanted) and soft < wanted:
-        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
-
-
-def is_room_for(sock: socket.socket, reserved: int = RESERVED_FILES) -> bool:
-    """Whether a new connection leaves the process files to open; logs the limit where not."""
-    limit, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
-    if limit == resource.RLIM_INFINITY or sock.fileno() < limit - reserved:
-        return True
-    report_limit()
-    return False
-
-
-def report_limit() -> None:
-    """Logs, now and then, that the limit of open files is reached."""
-    now, limit = time.monotonic(), resource.getrlimit(resource.RLIMIT_NOFILE)[0]
-    if now >= _next_report.get("limit", 0.0):
-        _next_report["limit"] = now + REPORT_PERIOD
-        rospy.logwarn(
-            "connections are refused: this process may have %d open files (ulimit -n), nearly all "
-            "are open",
-            limit,
-        )
 
 
 class _Header:
@@ -112,6 +75,7 @@ class _Acceptor:
         self._server, self._listening = server, server.server_sock
         self._selector = selectors.DefaultSelector()
         self._waiting: dict[socket.socket, _Header] = {}  # the oldest first
+        self._next_report = 0.0
 
     def run(self) -> None:
         """Runs until the server is shut down."""
@@ -133,11 +97,11 @@ class _Acceptor:
         try:
             sock, address = self._listening.accept()
         except OSError as error:
-            if error.errno in EXHAUSTED:
-                report_limit()
-                time.sleep(PAUSE)
+            if error.errno in open_files.EXHAUSTED:
+                open_files.report()
+                time.sleep(open_files.PAUSE)
             return
-        if not is_room_for(sock):
+        if not open_files.is_room_for(sock):
             sock.close()
             return
         sock.setblocking(False)
@@ -175,8 +139,8 @@ class _Acceptor:
         self._forget(header)
         header.socket.close()
         now = time.monotonic()
-        if now >= _next_report.get("header", 0.0):
-            _next_report["header"] = now + REPORT_PERIOD
+        if now >= self._next_report:
+            self._next_report = now + open_files.REPORT_PERIOD
             _log.warning("a connection from %s without a header %s", header.address, reason)
 
     def _forget(self, header: _Header) -> None:
@@ -209,11 +173,11 @@ def _get_request_or_pause(self: Any) -> Any:
     try:
         sock, address = _get_request(self)
     except OSError as error:
-        if error.errno in EXHAUSTED:
-            report_limit()
-            time.sleep(PAUSE)
+        if error.errno in open_files.EXHAUSTED:
+            open_files.report()
+            time.sleep(open_files.PAUSE)
         raise
-    if not is_room_for(sock, RESERVED_FILES // 2):
+    if not open_files.is_room_for(sock, open_files.RESERVED // 2):
         sock.close()
         raise OSError(errno.EMFILE, "too many open files")
     return sock, address
@@ -221,7 +185,7 @@ def _get_request_or_pause(self: Any) -> Any:
 
 def accept_all() -> None:
     """Makes the node of this process accept connections whatever others do; before it starts."""
-    raise_file_limit()
+    open_files.raise_limit()
     tcpros_base.read_ros_handshake_header = _header_of
     TCPServer.run = _serve
     ThreadingXMLRPCServer.get_request = _get_request_or_pause

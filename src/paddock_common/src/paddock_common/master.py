@@ -6,7 +6,6 @@ reach of subscribers, service calls and roslaunch.
 
 from __future__ import annotations
 
-import errno
 import http.client
 import threading
 import time
@@ -14,6 +13,8 @@ import xml.parsers.expat
 import xmlrpc.client
 from collections.abc import Callable
 from typing import Any
+
+from paddock_common.open_files import EXHAUSTED
 
 # What a call raises when there is no response, or one that is not XML-RPC.
 ERRORS = (
@@ -23,7 +24,6 @@ ERRORS = (
     xmlrpc.client.Error,
     xml.parsers.expat.ExpatError,
 )
-EXHAUSTED = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)  # what this process lacks
 PERIOD = 1.0  # [s] between two requests of a MasterMonitor
 
 
