@@ -9,20 +9,16 @@ import matplotlib
 import numpy as np
 
 matplotlib.use("Agg")
+sys.path.append(str(Path(__file__).resolve().parents[2] / "src" / "cybertruck" / "test"))
 from cybertruck.trailer.geometry import Geometry, jackknife_angle, steady_hitch_angle, towing_limit  # noqa: E402
-from cybertruck.trailer.kinematics import (  # noqa: E402
-    advance,
-    hitch_position,
-    simulate,
-    start_state,
-    trailer_axle,
-)
+from cybertruck.trailer.kinematics import hitch_position, trailer_axle  # noqa: E402
 from cybertruck.trailer.report import TRAILER_BOX, TRUCK_BOX, outline, plot_truck  # noqa: E402
 from cybertruck.trailer.shapes import make_shape  # noqa: E402
 from cybertruck.trailer.steering import IdealSteering  # noqa: E402
 from cybertruck.trailer.tracker import Tracker  # noqa: E402
 from matplotlib import pyplot  # noqa: E402
 from matplotlib.patches import Arc  # noqa: E402
+from trailer_sim import advance, simulate, start_state  # noqa: E402
 
 TRUCK, TRAILER = "#2f5d8a", "#b5651d"
 GEOMETRY = Geometry()

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 from cybertruck.trailer.geometry import Geometry
-from cybertruck.trailer.kinematics import advance
 from cybertruck.trailer.shapes import make_shape
 from cybertruck.trailer.steering import IdealSteering
 from cybertruck.trailer.tracker import ARRIVED, PULLING, Tracker, Tuning
+from trailer_sim import advance
 from truck_rig import Rig
 
 START = (0.0, 0.0, math.pi)  # paths begin here and lead to -x, so that trailers head to +x

@@ -10,11 +10,11 @@ import time
 import numpy as np
 import rospy
 from cybertruck.trailer.geometry import Geometry
-from cybertruck.trailer.kinematics import advance
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 from sim_client import wait_connected
+from trailer_sim import advance
 
 from cybertruck.msg import CyberDriveStamped
 

@@ -5,7 +5,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from cybertruck.trailer import kinematics as kin
 from cybertruck.trailer.geometry import (
     Geometry,
     TrailerError,
@@ -18,7 +17,9 @@ from cybertruck.trailer.geometry import (
     towing_limit,
     trailer_curvature_limit,
 )
+from cybertruck.trailer.kinematics import hitch_position, rear_axle, trailer_axle
 from cybertruck.trailer.laws import curvature_law, hitch_law, hold_law
+from trailer_sim import advance, derivative, hitch_rate, trailer_curvature
 from vehiclemodels.vehicle_dynamics_kst import vehicle_dynamics_kst
 
 OFF_AXLE = Geometry()
@@ -63,79 +64,23 @@ def rigid_body_rates(poses, speed, steering, geometry):
     return np.linalg.solve(matrix, np.array((speed, 0.0, 0.0, 0.0, 0.0, 0.0)))
 
 
-def rigid_body_run(state, speed, steering_of, duration, steps, geometry):
-    """Integrates the two bodies with Runge and Kutta's steps.
-
-    Returns:
-        (x, y, θ1, ψ) of the truck, and the trailer axle's (x, y).
-    """
-    hitch = kin.hitch_position(state[0], state[1], state[2], geometry)
-    poses = np.array((*state[:3], *hitch, state[2] + state[3]))
-    step = duration / steps
-    for index in range(steps):
-        time = index * step
-
-        def rates(at, offset):
-            return rigid_body_rates(at, speed, steering_of(time + offset), geometry)
-
-        first = rates(poses, 0.0)
-        second = rates(poses + step / 2 * first, step / 2)
-        third = rates(poses + step / 2 * second, step / 2)
-        fourth = rates(poses + step * third, step)
-        poses = poses + step / 6 * (first + 2 * second + 2 * third + fourth)
-    axle = poses[3:5] - geometry.tongue_length * np.array((math.cos(poses[5]), math.sin(poses[5])))
-    return np.array((*poses[:3], poses[5] - poses[2])), axle
-
-
 @pytest.mark.parametrize("geometry", (OFF_AXLE, ON_AXLE, Geometry(hitch_offset=0.9)))
-@pytest.mark.parametrize("speed, hitch, amplitude", ((0.5, 0.6, 0.4), (-0.3, -0.4, 0.5)))
-def test_integration_equals_rigid_bodies_under_constraints(geometry, speed, hitch, amplitude):
-    start = np.array((0.3, -0.2, 0.7, hitch))
-    steps, duration = 400, 4.0
-    step = duration / steps
-
-    def steering_of(time):  # piecewise constant, like a command
-        return amplitude * math.sin(1.3 * math.floor(time / step + 1e-9) * step)
-
-    curvatures = [
-        math.tan(steering_of(index * step)) / geometry.wheelbase for index in range(steps)
-    ]
-    ours = poses = start
-    axle = None
-    for index in range(steps):
-        ours = kin.advance(ours, speed, curvatures[index], step, geometry)
-        poses, axle = rigid_body_run(
-            poses, speed, lambda _, n=index: steering_of(n * step), step, 1, geometry
-        )
-    np.testing.assert_allclose(ours, poses, atol=1e-6, rtol=0)
-    np.testing.assert_allclose(kin.trailer_axle(*ours, geometry)[:2], axle, atol=1e-6, rtol=0)
-
-
 @pytest.mark.parametrize("seed", range(5))
-def test_rates_equal_rigid_bodies_under_constraints(seed):
+def test_rates_equal_rigid_bodies_under_constraints(geometry, seed):
     random = np.random.default_rng(seed)
     heading, hitch, steering = random.uniform(-1.2, 1.2, 3)
-    steering *= 0.6
     speed = random.choice((-0.4, 0.7))
-    curvature = math.tan(steering) / OFF_AXLE.wheelbase
-    poses = np.array(
-        (0.0, 0.0, heading, *kin.hitch_position(0.0, 0.0, heading, OFF_AXLE), heading + hitch)
-    )
-    rates = rigid_body_rates(poses, speed, steering, OFF_AXLE)
-    assert kin.trailer_yaw_rate(speed, hitch, curvature, OFF_AXLE) == pytest.approx(
-        rates[5], abs=1e-12
-    )
-    assert kin.hitch_rate(speed, hitch, curvature, OFF_AXLE) == pytest.approx(
-        rates[5] - rates[2], abs=1e-12
-    )
+    curvature = math.tan(0.6 * steering) / geometry.wheelbase
     trailer = heading + hitch
-    axle = rates[3:5] + OFF_AXLE.tongue_length * rates[5] * np.array(
-        (math.sin(trailer), -math.cos(trailer))
-    )
-    along = axle @ (math.cos(trailer), math.sin(trailer))
-    assert kin.trailer_speed(speed, hitch, curvature, OFF_AXLE) == pytest.approx(along, abs=1e-12)
-    assert kin.trailer_curvature(hitch, curvature, OFF_AXLE) == pytest.approx(
-        rates[5] / along, abs=1e-9
+    poses = (0.0, 0.0, heading, *hitch_position(0.0, 0.0, heading, geometry), trailer)
+    rates = rigid_body_rates(poses, speed, 0.6 * steering, geometry)
+    state = np.array((0.0, 0.0, heading, hitch))
+    expected = (*rates[:3], rates[5] - rates[2])
+    assert derivative(state, speed, curvature, geometry) == pytest.approx(expected, abs=1e-12)
+    ahead = np.array((math.cos(trailer), math.sin(trailer)))
+    axle = rates[3:5] + geometry.tongue_length * rates[5] * np.array((ahead[1], -ahead[0]))
+    assert trailer_curvature(hitch, curvature, geometry) == pytest.approx(
+        rates[5] / (axle @ ahead), abs=1e-9
     )
 
 
@@ -162,7 +107,7 @@ def test_on_axle_equals_the_published_single_track_model_with_trailer():
         theirs = vehicle_dynamics_kst(
             [x, y, steering, speed, heading, hitch], [0.0, 0.0], parameters
         )
-        ours = kin.derivative(
+        ours = derivative(
             np.array((x, y, heading, hitch)), speed, math.tan(steering) / ON_AXLE.wheelbase, ON_AXLE
         )
         np.testing.assert_allclose(
@@ -170,58 +115,9 @@ def test_on_axle_equals_the_published_single_track_model_with_trailer():
         )
 
 
-def test_on_axle_run_equals_the_published_model():
-    parameters, step = published_parameters(ON_AXLE), 0.01
-    theirs = np.array((0.0, 0.0, 0.3, 0.4, 0.2, 0.15))
-    ours = np.array((0.0, 0.0, 0.2, 0.15))
-    for _ in range(300):
-
-        def rates(state):
-            return np.array(vehicle_dynamics_kst(list(state), [0.0, 0.0], parameters))
-
-        first = rates(theirs)
-        second = rates(theirs + step / 2 * first)
-        third = rates(theirs + step / 2 * second)
-        theirs = theirs + step / 6 * (first + 2 * second + 2 * third + rates(theirs + step * third))
-        ours = kin.advance(ours, 0.4, math.tan(0.3) / ON_AXLE.wheelbase, step, ON_AXLE)
-    np.testing.assert_allclose(ours, theirs[[0, 1, 4, 5]], atol=1e-9, rtol=0)
-
-
-@pytest.mark.parametrize(
-    "speed, hitch, curvature, rate",
-    (
-        (1.0, 0.3, 0.0, -1),  # towing straight on unfolds
-        (1.0, -0.3, 0.0, 1),
-        (-1.0, 0.3, 0.0, 1),  # backing straight folds further
-        (-1.0, -0.3, 0.0, -1),
-        (1.0, 0.0, 0.5, -1),  # a left turn leaves the trailer's nose to the right of the truck's
-        (-1.0, 0.0, 0.5, 1),
-    ),
-)
-def test_signs_of_the_hitch_rate(speed, hitch, curvature, rate):
-    for geometry in (OFF_AXLE, ON_AXLE):
-        assert np.sign(kin.hitch_rate(speed, hitch, curvature, geometry)) == rate
-
-
-def test_towed_straight_the_trailer_swings_to_the_hitch_first():
-    # off-axle: a left turn moves the hitch to the right, the trailer's yaw starts to the right
-    assert kin.trailer_yaw_rate(1.0, 0.0, 0.5, OFF_AXLE) == pytest.approx(-0.5 * 0.3 / 0.7)
-    assert kin.trailer_yaw_rate(1.0, 0.0, 0.5, ON_AXLE) == 0.0
-
-
-def test_arrays_and_numbers_agree():
-    hitch, curvature = np.linspace(-1.2, 1.2, 7), np.linspace(-1.5, 1.5, 7)[:, None]
-    for function in (kin.trailer_speed, kin.trailer_yaw_rate, kin.hitch_rate):
-        table = function(-0.3, hitch, curvature, OFF_AXLE)
-        assert table.shape == (7, 7)
-        assert table[2, 5] == pytest.approx(
-            function(-0.3, hitch[5], curvature[2, 0], OFF_AXLE), abs=1e-15
-        )
-
-
 def test_trailer_and_truck_places_are_inverse():
-    place = kin.trailer_axle(0.4, -0.7, 2.0, 0.5, OFF_AXLE)
-    assert kin.rear_axle(*place, 0.5, OFF_AXLE) == pytest.approx((0.4, -0.7, 2.0), abs=1e-14)
+    place = trailer_axle(0.4, -0.7, 2.0, 0.5, OFF_AXLE)
+    assert rear_axle(*place, 0.5, OFF_AXLE) == pytest.approx((0.4, -0.7, 2.0), abs=1e-14)
 
 
 def test_the_law_sets_the_target_trailer_curvature():
@@ -229,7 +125,7 @@ def test_the_law_sets_the_target_trailer_curvature():
     target, hitch = random.uniform(-1.0, 1.0, 500), random.uniform(-0.9, 0.9, 500)
     inside = np.abs(hitch + np.arctan(0.7 * target)) < 1.4
     curvature = curvature_law(target, hitch, OFF_AXLE)
-    made = kin.trailer_curvature(hitch, curvature, OFF_AXLE)
+    made = trailer_curvature(hitch, curvature, OFF_AXLE)
     assert inside.sum() > 400
     np.testing.assert_allclose(made[inside], target[inside], atol=1e-11, rtol=0)
     fraction = (target * 0.7 * np.cos(hitch) + np.sin(hitch)) / (
@@ -248,7 +144,7 @@ def test_beyond_a_right_angle_the_law_unfolds():
 def test_hitch_law_makes_the_error_decay_along_arc_length(geometry):
     for hitch in (-0.8, -0.1, 0.5):
         curvature = hitch_law(0.2, hitch, 0.4, geometry)
-        assert kin.hitch_rate(-1.0, hitch, curvature, geometry) == pytest.approx(
+        assert hitch_rate(-1.0, hitch, curvature, geometry) == pytest.approx(
             -(hitch - 0.2) / 0.4, abs=1e-12
         )
 
@@ -258,9 +154,9 @@ def test_held_curvature_is_reached_asymptotically(geometry):
     state = np.array((0.0, 0.0, 0.0, 0.4))
     for _ in range(1500):
         curvature = hold_law(0.5, state[3], 0.4, geometry)
-        state = kin.advance(state, -0.3, curvature, 0.02, geometry)
+        state = advance(state, -0.3, curvature, 0.02, geometry)
     curvature = hold_law(0.5, state[3], 0.4, geometry)
-    assert kin.trailer_curvature(state[3], curvature, geometry) == pytest.approx(0.5, abs=1e-6)
+    assert trailer_curvature(state[3], curvature, geometry) == pytest.approx(0.5, abs=1e-6)
 
 
 def test_jackknife_angle():
@@ -268,10 +164,10 @@ def test_jackknife_angle():
     assert jackknife_angle(OFF_AXLE) is None
     angle = jackknife_angle(TIGHT)
     for beyond, sign in ((-0.01, -1), (0.01, 1)):  # backing with the steering that unfolds most
-        rate = kin.hitch_rate(-1.0, angle + beyond, -TIGHT.max_curvature, TIGHT)
+        rate = hitch_rate(-1.0, angle + beyond, -TIGHT.max_curvature, TIGHT)
         assert np.sign(rate) == sign
     angles = np.linspace(0.0, OFF_AXLE.hitch_stop, 50)
-    assert np.all(kin.hitch_rate(-1.0, angles, -OFF_AXLE.max_curvature, OFF_AXLE) < 0.0)
+    assert np.all(hitch_rate(-1.0, angles, -OFF_AXLE.max_curvature, OFF_AXLE) < 0.0)
 
 
 def test_backing_limit_is_the_nearer_of_stop_and_jackknife():
@@ -288,7 +184,7 @@ def test_steady_towing():
     )
     curvatures = np.array((-1.2, -0.4, 0.0, 0.3, 1.2))
     angles = steady_hitch_angle(curvatures, OFF_AXLE)
-    np.testing.assert_allclose(kin.hitch_rate(1.0, angles, curvatures, OFF_AXLE), 0.0, atol=1e-12)
+    np.testing.assert_allclose(hitch_rate(1.0, angles, curvatures, OFF_AXLE), 0.0, atol=1e-12)
     np.testing.assert_allclose(towing_curvature(angles, OFF_AXLE), curvatures, atol=1e-12)
 
 
@@ -298,7 +194,7 @@ def test_towing_limit_keeps_the_hitch_angle():
     assert steady_hitch_angle(limit, OFF_AXLE) == pytest.approx(-math.radians(45.0), abs=1e-12)
     state = np.zeros(4)
     for _ in range(3000):
-        state = kin.advance(state, 0.5, limit, 0.01, OFF_AXLE)
+        state = advance(state, 0.5, limit, 0.01, OFF_AXLE)
     assert state[3] == pytest.approx(-math.radians(45.0), abs=1e-3)
 
 
@@ -306,10 +202,8 @@ def test_towing_limit_keeps_the_hitch_angle():
 def test_steady_trailer_circle(geometry):
     target = np.array((-0.8, -0.2, 0.0, 0.5))
     curvature, angle = steady_trailer(target, geometry)
-    np.testing.assert_allclose(kin.hitch_rate(1.0, angle, curvature, geometry), 0.0, atol=1e-12)
-    np.testing.assert_allclose(
-        kin.trailer_curvature(angle, curvature, geometry), target, atol=1e-12
-    )
+    np.testing.assert_allclose(hitch_rate(1.0, angle, curvature, geometry), 0.0, atol=1e-12)
+    np.testing.assert_allclose(trailer_curvature(angle, curvature, geometry), target, atol=1e-12)
     limit = trailer_curvature_limit(0.6, geometry)
     assert steady_trailer(limit, geometry)[1] == pytest.approx(-0.6, abs=1e-12)
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from cybertruck.trailer import report
 from cybertruck.trailer.geometry import Geometry
-from cybertruck.trailer.kinematics import simulate, start_state
 from cybertruck.trailer.shapes import make_shape
 from cybertruck.trailer.steering import IdealSteering
 from cybertruck.trailer.tracker import Tracker
+from trailer_sim import simulate, start_state
 
 GEOMETRY = Geometry()
 

@@ -5,16 +5,11 @@ import math
 import numpy as np
 import pytest
 from cybertruck.trailer.geometry import Geometry, TrailerError, jackknife_angle
-from cybertruck.trailer.kinematics import (
-    advance,
-    simulate,
-    start_state,
-    trailer_axle,
-    trailer_curvature,
-)
+from cybertruck.trailer.kinematics import trailer_axle
 from cybertruck.trailer.shapes import make_shape
 from cybertruck.trailer.steering import IdealSteering, MeasuredSteering
 from cybertruck.trailer.tracker import ARRIVED, FAILED, PULLING, CurvatureHold, Tracker, Tuning
+from trailer_sim import advance, simulate, start_state, trailer_curvature
 
 DEFAULT = Geometry()
 TIGHT = Geometry(max_steering=math.atan(0.508 / 0.8))  # Fmax = 1/0.8 per meter
