@@ -35,7 +35,7 @@ def _in(params, name, default):
 
 
 class Tuning:
-    """Stands in for a PidServer: stores its arguments."""
+    """Stands in for a server of gains: stores its arguments."""
 
     def __init__(self, gains, apply):
         self.gains, self.apply, self.closed = gains, apply, False
@@ -71,7 +71,7 @@ class Bot:
         monkeypatch.setattr(base, "publisher", make)
         monkeypatch.setattr(FakeServer, "made", {})
         monkeypatch.setattr(base, "ValuesServer", FakeServer)
-        monkeypatch.setattr(reconfigure, "PidServer", tune)
+        monkeypatch.setattr(reconfigure, "pid_server", tune)
         self.set_params = {}  # by the robot
         monkeypatch.setattr(control.rospy, "set_param", self.set_params.__setitem__)
         monkeypatch.setattr(

@@ -341,7 +341,7 @@ def test_a_deletion_during_a_load_leaves_nothing(bot, monkeypatch):
 
 
 class Tuning:
-    """Stands in for PidServer; a test says what happens while it is made."""
+    """Stands in for a server of gains; a test says what happens while it is made."""
 
     made, meanwhile = [], None
 
@@ -366,7 +366,7 @@ def _tuned(bot, monkeypatch):
             "pid": {"p": 1.0, "i": 0.0, "d": 0.0},
         },
     )
-    monkeypatch.setattr(reconfigure, "PidServer", Tuning)
+    monkeypatch.setattr(reconfigure, "pid_server", Tuning)
     monkeypatch.setattr(Tuning, "made", [])
     return bot
 

@@ -307,7 +307,7 @@ def test_a_controller_whose_topics_fail_is_unloaded(bot, monkeypatch, error):
     def fail(*_):
         raise error
 
-    monkeypatch.setattr(reconfigure, "PidServer", fail)
+    monkeypatch.setattr(reconfigure, "pid_server", fail)
     assert not bot.ask("load_controller", name="arm").ok
     assert bot.ask("list_controllers").controller == []
     assert bot.endpoints["/bot/arm/command"].closed and bot.endpoints["/bot/arm/state"].closed

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import pytest
 from bullet_bridge.services import handlers
-from bullet_bridge.services import lights as light_services
 from bullet_bridge.services.lights import LightServices
 from bullet_sim.description.world import SUN, Light
 from bullet_sim.world import World
@@ -27,7 +26,7 @@ def _desk(monkeypatch):
     """(world, function name, **fields -> response, list of what was shown)."""
     found, shown = {}, []
     monkeypatch.setattr(
-        light_services.rospy, "Service", lambda name, kind, work: found.update({name: (kind, work)})
+        handlers.rospy, "Service", lambda name, kind, work: found.update({name: (kind, work)})
     )
     monkeypatch.setattr(handlers.rospy, "logerr", lambda *_: None)
     world = World()

@@ -13,10 +13,9 @@ from bullet_sim.plugins.inertial import GroundTruthSpec, ImuSpec
 from bullet_sim.plugins.lidars import RaySpec
 from bullet_sim.pose import Pose
 from gazebo_msgs.msg import LinkStates, ModelStates
-from geometry_msgs.msg import Quaternion, TransformStamped, Vector3, Vector3Stamped
+from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import NavSatFix
 from tf2_msgs.msg import TFMessage
 
 
@@ -95,22 +94,6 @@ def test_imu(time):
     packed.PackedImu(fake, spec.frame_id, spec.variance).send(time, orientation, rate, force)
     message = genpy_messages.imu(time, spec, orientation, rate, force)
     assert fake.sent == [bytes_of(message, 42)]
-
-
-@pytest.mark.parametrize("time", TIMES)
-def test_fix_and_vector(time):
-    fake, other = FakePublisher(), FakePublisher()
-    packed.PackedFix(fake, "gps_länk", -1, 5, (0.5, 0.0, 2.0)).send(time, 49.5, -8.25, 1e-3)
-    packed.PackedVector(other, "gps").send(time, 0.25, -1.5, 3.0)
-    message = NavSatFix(header=conversions.header(time, "gps_länk"))
-    message.status.status, message.status.service = -1, 5
-    message.latitude, message.longitude, message.altitude = 49.5, -8.25, 1e-3
-    message.position_covariance[::4] = [0.5, 0.0, 2.0]
-    message.position_covariance_type = NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
-    assert fake.sent == [bytes_of(message, 42)]
-    header = conversions.header(time, "gps")
-    vector = Vector3Stamped(header=header, vector=Vector3(0.25, -1.5, 3.0))
-    assert other.sent == [bytes_of(vector, 42)]
 
 
 @pytest.mark.parametrize("message_type", [ModelStates, LinkStates])

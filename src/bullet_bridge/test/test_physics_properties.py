@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from bullet_bridge.services import physics, physics_config
+from bullet_bridge.services import physics
 from bullet_bridge.services.physics import PhysicsProperties
 from bullet_sim.errors import WorldError
 from bullet_sim.pose import Pose
@@ -119,7 +119,7 @@ def test_impossible_values_change_nothing(properties, requested, reason):
 
 def test_reconfiguring_asks_only_for_what_differs(properties):
     before = physics.as_config(properties.read())
-    assert set(before) == set(physics_config.type) == set(physics_config.defaults)
+    assert set(before) == set(physics.CONFIG.type) == set(physics.CONFIG.defaults)
     assert physics.requested_changes(dict(before), before) == {}
     config = dict(before, gravity_x=1.0, sor_pgs_iters=7, erp=0.9, auto_disable_bodies=True)
     assert physics.requested_changes(config, before) == {

@@ -35,7 +35,7 @@ def robot(tags, library="servo_plugin"):
 
 @pytest.fixture(name="topics")
 def _topics(monkeypatch):
-    monkeypatch.setattr(servos.ServoPlugin, "_listen", lambda _: None)
+    monkeypatch.setattr(servos.ServoPlugin, "transforms", lambda _: None)
     return fake_publishers(monkeypatch)
 
 

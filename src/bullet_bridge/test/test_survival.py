@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 import rospy
-from bullet_bridge.control.reconfigure import PidServer
+from bullet_bridge.control.reconfigure import pid_server
 from bullet_bridge.loop import server
 from bullet_bridge.plugins import base as plugin_base
 from bullet_bridge.robots import Robots
@@ -165,14 +165,14 @@ def test_a_wheel_plugin_keeps_its_last_good_command(world, topics, value):
 
 # tuning -------------------------------------------------------------------------------------------
 class Tuned:
-    """A PidServer whose service is called as rospy calls it."""
+    """A server of gains whose service is called as rospy calls it."""
 
     def __init__(self, monkeypatch):
         self.taken, self.parameters, self.fault = [], {}, None
         monkeypatch.setattr(rospy, "Publisher", lambda name, kind, **_: Topic(name, kind))
         monkeypatch.setattr(rospy, "Service", lambda *_: None)
         monkeypatch.setattr(rospy, "set_param", self.parameters.__setitem__)
-        self.tuning = PidServer("/bot/arm/pid", PidGains(2.0, 0.5, 0.1, -1.0, 1.0), self.apply)
+        self.tuning = pid_server("/bot/arm/pid", PidGains(2.0, 0.5, 0.1, -1.0, 1.0), self.apply)
 
     def apply(self, gains):
         if self.fault is not None:

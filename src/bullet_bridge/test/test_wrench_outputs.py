@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import rospy
 from bot_rig import Bot
-from bullet_bridge.plugins import drives
+from bullet_bridge.plugins import drives, forces
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.cameras import CameraSpec, RangeCameraSpec
 from bullet_sim.pose import Pose
@@ -82,7 +82,7 @@ def test_the_net_force_on_a_falling_link_is_its_weight(topics, world):
 def test_the_hand_of_god_pulls_without_overshoot(topics, world, monkeypatch):
     tags = {"linkName": "a", "frameId": "hand", "kl": "100", "ka": "50"}
     text = f'<robot name="r">{LINK.format("a")}{_plugin("gazebo_ros_hand_of_god", tags)}</robot>'
-    monkeypatch.setattr(drives.HandOfGodPlugin, "_listen", lambda _: None)
+    monkeypatch.setattr(forces.HandOfGodPlugin, "transforms", lambda _: None)
     model, output = _output(world, text)
     desired = Pose.from_xyz_rpy((0.5, 0.0, 1.0), (0.0, 0.0, 0.8))
     monkeypatch.setattr(output, "_desired", lambda: desired)

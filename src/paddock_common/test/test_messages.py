@@ -32,10 +32,8 @@ def test_the_transform_of_an_odometry():
 
 
 def test_a_configuration_type_is_what_dynamic_reconfigure_reads():
-    module = SimpleNamespace(
-        **describe(
-            (("p", "double", 1.0, -5.0, 5.0, "Gain."), ("on", "bool", True, False, True, ""))
-        )
+    module = describe(
+        (("p", "double", 1.0, -5.0, 5.0, "Gain."), ("on", "bool", True, False, True, ""))
     )
     assert (module.defaults, module.type) == ({"p": 1.0, "on": True}, {"p": "double", "on": "bool"})
     message = encode_description(module)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from types import SimpleNamespace
 from typing import Any
 
 
-def describe(parameters: Iterable[tuple[str, str, Any, Any, Any, str]]) -> dict[str, Any]:
-    """Returns the names that a configuration's module has to define.
+def describe(parameters: Iterable[tuple[str, str, Any, Any, Any, str]]) -> SimpleNamespace:
+    """Returns what a configuration's module is, to dynamic_reconfigure's servers.
 
     Args:
         parameters: (name, type, default, minimum, maximum, description) of each; all of level 1.
@@ -45,8 +46,5 @@ def describe(parameters: Iterable[tuple[str, str, Any, Any, Any, str]]) -> dict[
         "parameters": rows,
     }
     columns = {"min": "min", "max": "max", "defaults": "default", "level": "level", "type": "type"}
-    return {
-        "config_description": group,
-        "all_level": 1,
-        **{name: {row["name"]: row[key] for row in rows} for name, key in columns.items()},
-    }
+    of_columns = {name: {row["name"]: row[key] for row in rows} for name, key in columns.items()}
+    return SimpleNamespace(config_description=group, all_level=1, **of_columns)

@@ -17,7 +17,7 @@ from bullet_sim.errors import SimError
 from bullet_sim.formats.urdf import bare_interfaces, parse_transmissions
 from bullet_sim.xml_reader import parse
 
-from bullet_bridge.transport.pid_gains import config_type, gains_of, values_of
+from bullet_bridge.transport.pid_gains import config_type, on_change, values_of
 from bullet_bridge.transport.reconfigure import ValuesServer
 
 if TYPE_CHECKING:
@@ -29,28 +29,10 @@ if TYPE_CHECKING:
     from bullet_bridge.loop.jobs import JobQueue
 
 
-class PidServer(ValuesServer):
-    """dynamic_reconfigure server of one PID.
-
-    Args:
-        apply: function that sets new PidGains in the simulation; its SimErrors and time-outs are
-            logged, and the last gains are published again.
-    """
-
-    def __init__(self, namespace: str, gains: PidGains, apply: Callable[[PidGains], Any]) -> None:
-        self._namespace, self._apply = namespace, apply
-        self._last = values_of(gains)
-        super().__init__(config_type(gains), self._last, self._changed, namespace)
-
-    def _changed(self, config: Any, _level: int) -> Any:
-        try:
-            gains = gains_of(config)
-            self._apply(gains)
-            self._last = values_of(gains)
-        except (SimError, TimeoutError) as error:
-            rospy.logerr("%s: %s", self._namespace, error)
-            config.update(self._last)
-        return config
+def pid_server(namespace: str, gains: PidGains, apply: Callable[[PidGains], Any]) -> ValuesServer:
+    """Start the server of one PID; apply: see on_change."""
+    changed = on_change(namespace, gains, apply)
+    return ValuesServer(config_type(gains), values_of(gains), changed, namespace)
 
 
 PID_GAINS = "gazebo_ros_control/pid_gains"
@@ -61,7 +43,7 @@ class PidServers:
 
     def __init__(self, jobs: JobQueue) -> None:
         self._jobs, self._lock = jobs, threading.Lock()
-        self._servers: dict[str, list[PidServer]] = {}
+        self._servers: dict[str, list[ValuesServer]] = {}
 
     def add(
         self, owner: str, namespace: str, gains: PidGains, apply: Callable[[PidGains], Any]
@@ -73,16 +55,16 @@ class PidServers:
             namespace: of the parameters.
             apply: function of PidGains, run in the simulation thread.
         """
-        server = PidServer(namespace, gains, lambda new: self._jobs.call(lambda: apply(new)))
+        server = pid_server(namespace, gains, lambda new: self._jobs.call(lambda: apply(new)))
         with self._lock:
             self._servers.setdefault(owner, []).append(server)
 
-    def take(self, owner: str) -> list[PidServer]:
+    def take(self, owner: str) -> list[ValuesServer]:
         """Servers of an owner, which the caller closes."""
         with self._lock:
             return self._servers.pop(owner, [])
 
-    def take_all(self) -> list[PidServer]:
+    def take_all(self) -> list[ValuesServer]:
         """All servers, which the caller closes."""
         with self._lock:
             servers, self._servers = self._servers, {}
@@ -133,11 +115,11 @@ def _take_transmissions(model: Model, hardware: Hardware, namespace: str) -> Non
         robot = parse(master.getParam(name), f"parameter {name}")
     except (OSError, rosgraph.MasterException, TypeError, ValueError):
         return
-    found = parse_transmissions(robot, description.joints, lambda text: None)
-    if found and found != description.transmissions:
-        description.transmissions = found
+    transmissions = parse_transmissions(robot, description.joints, lambda text: None)
+    if transmissions and transmissions != description.transmissions:
+        description.transmissions = transmissions
         description.bare_interfaces = bare_interfaces(robot, description.joints)
-        hardware.set_interfaces(found)
+        hardware.set_interfaces(transmissions)
 
 
 def _log_joints(description: ModelDescription, where: str, entries: Any) -> None:

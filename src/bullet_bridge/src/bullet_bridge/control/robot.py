@@ -15,13 +15,14 @@ from bullet_sim.errors import ControllerError, SimError
 from std_msgs.msg import Bool
 
 from bullet_bridge.control import actions  # noqa: F401  enters its topics
-from bullet_bridge.control.reconfigure import PidServer, PidServers, set_hardware
+from bullet_bridge.control.reconfigure import PidServers, set_hardware
 from bullet_bridge.control.services import ControllerServices
 from bullet_bridge.control.topics import Topics, topics_of
 from bullet_bridge.loop.clock import NEVER, SubscribedSchedule
 from bullet_bridge.loop.jobs import JobQueue, QueueClosed
 from bullet_bridge.loop.received import ReceivedCounts
 from bullet_bridge.transport.publishing import all_or_none
+from bullet_bridge.transport.reconfigure import ValuesServer
 
 if TYPE_CHECKING:
     from bullet_sim.controllers import Controller
@@ -206,7 +207,7 @@ class RobotControl:
     def _log_refused(self, name: str, values: Any, error: Exception) -> None:
         """Log, in ros_control's words, that a controller could not be loaded."""
         kind = values.get("type") if isinstance(values, dict) else None
-        if name in (each.config.name for each in self.manager.controllers()):
+        if name in (controller.config.name for controller in self.manager.controllers()):
             rospy.logerr("%s", error)
         elif not isinstance(kind, str):
             rospy.logerr(
@@ -251,7 +252,7 @@ class RobotControl:
         try:
             return self._load_values(name, values)
         except ControllerError as error:
-            if name not in (each.config.name for each in self.manager.controllers()):
+            if name not in (controller.config.name for controller in self.manager.controllers()):
                 self.refused[name] = str(error)
             raise
 
@@ -271,7 +272,7 @@ class RobotControl:
             log("%s: %s", self._label, text)
 
     def _unload(self, name: str) -> bool:
-        def work() -> tuple[Topics | None, list[PidServer]]:
+        def work() -> tuple[Topics | None, list[ValuesServer]]:
             self.manager.unload(name)
             with self._lock:
                 self._commands.pop(name, None)
@@ -318,7 +319,7 @@ class RobotControl:
             emergency, self._emergency = self._emergency, None
         if emergency is not None:
             emergency.unregister()
-        for each in topics.values():
-            each.close()
+        for of_controller in topics.values():
+            of_controller.close()
         for server in self._pid_servers.take_all():
             server.close()

@@ -6,7 +6,6 @@ import math
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
 import rospy
@@ -351,21 +350,19 @@ class Drive(Commands):
         self._sender.send(time, position, orientation, linear, angular, with_tf)
 
 
-DIFF_DRIVE = SimpleNamespace(  # diff_drive_controller/DiffDriveController.cfg
-    **describe(
-        [
-            *(
-                (f"{name}_multiplier", "double", 1.0, 0.5, 1.5, f"Multiplier of the {text}.")
-                for name, text in (
-                    ("left_wheel_radius", "left wheels' radius"),
-                    ("right_wheel_radius", "right wheels' radius"),
-                    ("wheel_separation", "wheel separation"),
-                )
-            ),
-            ("publish_rate", "double", 50.0, 0.0, 2000.0, "Rate of the odometry [Hz]; 0: none."),
-            ("enable_odom_tf", "bool", True, False, True, "Publish the odometry's transform."),
-        ]
-    )
+DIFF_DRIVE = describe(  # diff_drive_controller/DiffDriveController.cfg
+    [
+        *(
+            (f"{name}_multiplier", "double", 1.0, 0.5, 1.5, f"Multiplier of the {text}.")
+            for name, text in (
+                ("left_wheel_radius", "left wheels' radius"),
+                ("right_wheel_radius", "right wheels' radius"),
+                ("wheel_separation", "wheel separation"),
+            )
+        ),
+        ("publish_rate", "double", 50.0, 0.0, 2000.0, "Rate of the odometry [Hz]; 0: none."),
+        ("enable_odom_tf", "bool", True, False, True, "Publish the odometry's transform."),
+    ]
 )
 _MULTIPLIERS = tuple(  # in the order of DriveConfig's
     f"{name}_multiplier" for name in ("wheel_separation", "left_wheel_radius", "right_wheel_radius")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
@@ -77,6 +77,11 @@ def make_plugin(
     return plugin
 
 
+def has_subscribers(publisher: Any) -> bool:
+    """Whether a publisher, or None, has subscribers."""
+    return publisher is not None and publisher.get_num_connections() > 0
+
+
 class RosPart:
     """Has topics, which are closed with it.
 
@@ -129,6 +134,14 @@ class RosPart:
         """
         self._offer(namespace, lambda: ValuesServer(config, values, callback, namespace))
 
+    def transforms(self) -> Any:
+        """Buffer of the transforms on /tf."""
+        import tf2_ros  # takes a while, and few models need it
+
+        buffer = tf2_ros.Buffer()
+        self._endpoints.append(tf2_ros.TransformListener(buffer))
+        return buffer
+
     def _offer(self, name: str, make: Callable[[], Any]) -> None:
         try:
             endpoint = make()
@@ -158,6 +171,9 @@ class ModelPlugin(RosPart, Component):
     """Acts on its model, has topics. It runs whether or not there are subscribers.
 
     Attributes:
+        COMMANDS: field of the specification with the name of a topic that it subscribes to ->
+            message, name of the method that gets each one. It subscribes after the first reset,
+            which would drop them, and to no topic without a name.
         schedule: of its updates.
         rng: generator of its noise, seeded.
         updated: time of the last update, or of the reset [s].
@@ -174,6 +190,7 @@ class ModelPlugin(RosPart, Component):
 
     STATE: ClassVar[tuple[str, ...]] = ("schedule", "rng", "updated", "_asked")
     CACHE: ClassVar[tuple[str, ...]] = ("_endpoints",)
+    COMMANDS: ClassVar[Mapping[str, tuple[type, str]]] = {}
     every_step: ClassVar[bool] = False
     whole_periods: ClassVar[bool] = False
     always: ClassVar[bool] = True
@@ -227,7 +244,10 @@ class ModelPlugin(RosPart, Component):
         """
 
     def listen(self) -> None:
-        """Subscribe to commands, once, after the first reset, which would drop them."""
+        """Subscribe to commands, once."""
+        for field, (message, method) in self.COMMANDS.items():
+            if topic := getattr(self.spec, field):
+                self.subscribe(topic, message, getattr(self, method))
 
     def message_type(self) -> str:
         """Type of what it publishes first, e.g. 'sensor_msgs/Imu'; '' if it publishes nothing."""
@@ -244,9 +264,7 @@ class ModelPlugin(RosPart, Component):
 
     def needs_update(self) -> bool:
         """Whether it is to be updated: always, or while a topic of it has subscribers."""
-        return self.always or any(
-            endpoint.get_num_connections() > 0 for endpoint in self._publishers
-        )
+        return self.always or any(map(has_subscribers, self._publishers))
 
     def prepare(self) -> None:
         """Prepare the model, once it is there and after each reset (simulation thread)."""

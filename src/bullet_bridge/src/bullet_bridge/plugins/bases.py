@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import rospy
@@ -11,13 +11,10 @@ from bullet_sim.controllers.bases import RIGHT_ANGLE, TricycleMotion, after_arc
 from bullet_sim.plugins.bases import ForceMoveSpec, ManyWheelsSpec, TricycleSpec
 from bullet_sim.pose import Pose, quaternion_from_yaw
 from bullet_sim.sensors import inertial
-from geometry_msgs.msg import Twist
-from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
-from tf2_msgs.msg import TFMessage
 
-from bullet_bridge.plugins.base import ModelPlugin, PluginContext, ros_side
-from bullet_bridge.plugins.drives import PlanarMovePlugin, command_of, planar_motion
+from bullet_bridge.plugins.base import PluginContext, ros_side
+from bullet_bridge.plugins.drives import DrivenBase, PlanarMovePlugin
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedBase
 
@@ -35,16 +32,16 @@ class ForceMovePlugin(PlanarMovePlugin):
         super().__init__(context)
         spec = self.spec
         self._index, _ = self.model.link_in_body(spec.base)
-        transform = self._transform if spec.publish_tf else None
-        frames, odometry = (spec.frame_id, spec.child_frame_id), self._odometry
         turning = replace(
             spec,
             pose_covariance=(*spec.pose_covariance[:5], TURNING),
             twist_covariance=(*spec.twist_covariance[:5], TURNING),
         )
-        self._senders = [
-            PackedBase(odometry, transform, each, frames) for each in (spec, turning)
-        ]  # standing and turning
+        frames = spec.frame_id, spec.child_frame_id
+        self._senders = [self._sender, PackedBase(*self._outputs(), turning, frames)]
+
+    def _outputs(self) -> tuple[Any, Any]:
+        return self._odometry, self._tf if self.spec.publish_tf else None
 
     def start(self, time: float) -> None:
         """Messages from now on."""
@@ -76,7 +73,7 @@ class ForceMovePlugin(PlanarMovePlugin):
             return
         self._held, self._is_held = Pose(position, orientation), False
         if is_late:
-            self._command = (0.0, 0.0, 0.0)
+            self._command = self.standing
         own, turning = inertial.twist(orientation, linear, angular)
         x, y, yaw_rate = map(min, self._command, spec.maxima)
         gain_x, gain_y, gain_yaw = spec.gains
@@ -103,61 +100,16 @@ class ForceMovePlugin(PlanarMovePlugin):
         )
 
 
-class DrivenBase(ModelPlugin):
-    """Takes velocity commands, publishes Odometry and its transform at the rate of its commands."""
-
-    STATE: ClassVar[tuple[str, ...]] = ("_command", "_before")
-    reports = True
-
-    def __init__(self, context: PluginContext) -> None:
-        super().__init__(context)
-        spec = self.spec
-        self._odometry = self.publisher(spec.topic, Odometry)
-        self._tf = self.publisher("/tf", TFMessage)
-        self._sender = PackedBase(*self._outputs(), spec, (spec.frame_id, spec.child_frame_id))
-
-    def _outputs(self) -> tuple[Any, Any]:
-        """Publishers of odometry and its transform, or None."""
-        return self._odometry, self._tf
-
-    def listen(self) -> None:
-        """Subscribe to the velocity commands."""
-        self.subscribe(self.spec.command_topic, Twist, self._on_command)
-
-    def start(self, time: float) -> None:
-        """The next update is the first."""
-        self._before = time
-
-    def reset(self, time: float) -> None:
-        """Without a command."""
-        self._command: tuple[float, ...] = (0.0, 0.0)
-        super().reset(time)
-
-    def _on_command(self, message: Any) -> None:
-        command = command_of(self.spec.command_topic, (message.linear.x, message.angular.z))
-        if command is not None:
-            self._command = command
-
-    def _elapsed(self, time: float) -> float:
-        """Time since the last update [s]."""
-        before, self._before = self._before, time
-        return time - before
-
-    def _true_motion(self) -> Any:
-        """The model's pose; its velocity along the axes of its heading, yaw rate in the world."""
-        return planar_motion(self.model.motion())
-
-
 @ros_side(TricycleSpec)
 class TricyclePlugin(DrivenBase):
     """Drives and steers one wheel by geometry_msgs/Twist: speed [m/s] and steering angle [rad]."""
 
-    STATE = ("_motion",)
+    STATE = ("_tricycle",)
     resets = False
     waits_for_time = True
 
     def __init__(self, context: PluginContext) -> None:
-        self._motion = TricycleMotion(context.spec)
+        self._tricycle = TricycleMotion(context.spec)
         super().__init__(context)
         spec = self.spec
         topic = spec.wheel_states_topic
@@ -166,7 +118,7 @@ class TricyclePlugin(DrivenBase):
 
     def reset(self, time: float) -> None:
         """Without a command, odometry at zero."""
-        self._motion.restart()
+        self._tricycle.restart()
         super().reset(time)
 
     def prepare(self) -> None:
@@ -175,7 +127,7 @@ class TricyclePlugin(DrivenBase):
             self.model.joints.set_motor(joint, 0.0, self.spec.torque)
 
     def update(self, time: float, period: float) -> None:
-        spec, joints, motion = self.spec, self.model.joints, self._motion
+        spec, joints, motion = self.spec, self.model.joints, self._tricycle
         positions, speeds = joints.state()
         if spec.from_wheels:
             motion.measure(time, *(speeds[name] for name in spec.encoders))
@@ -193,15 +145,15 @@ class TricyclePlugin(DrivenBase):
             joints.set_positions({spec.steering: angle})
 
     def _publish(self, time: float, positions: Any, speeds: Any) -> None:
-        spec, motion = self.spec, self._motion
+        spec, motion = self.spec, self._tricycle
         if spec.from_wheels:
             (x, y, yaw), (vx, vy, rate) = motion.pose, motion.twist
             turn = quaternion_from_yaw(yaw)
             self._sender.send(time, (x, y, 0.0), turn, (vx, vy, 0.0), (0.0, 0.0, rate))
         else:
-            self._sender.send(time, *self._true_motion())
+            self._sender.send(time, *self._motion())
         if spec.wheel_frames:
-            self._tf.publish(TFMessage(self._wheel_transforms(time)))
+            self._tf.publish(self._frames_of(time, zip(self._names, spec.wheel_frames)))
         if self._wheel_states is not None:
             joints = self.model.joints
             efforts = joints.columns([joints.names.index(name) for name in self._names])[2]
@@ -215,30 +167,12 @@ class TricyclePlugin(DrivenBase):
                 )
             )
 
-    def _wheel_transforms(self, time: float) -> list[Any]:
-        """As upstream: named by the joints, below their parents, with the poses in the model."""
-        root = self.model.pose.inverse()
-        return [
-            conversions.transform_to_msg(
-                time,
-                parent,
-                child,
-                root * self.model.link_state(self.model.description.joints[name].child)[0],
-            )
-            for name, (parent, child) in zip(self._names, self.spec.wheel_frames)
-        ]
-
 
 @ros_side(ManyWheelsSpec)
 class ManyWheelsPlugin(DrivenBase):
     """Gives the wheels of each side their velocity, whatever the torque that it takes."""
 
     waits_for_time = True
-
-    @property
-    def resets_with_model(self) -> bool:
-        """Whether a reset of its model alone resets it."""
-        return self.spec.resets
 
     def _outputs(self) -> tuple[Any, Any]:
         spec = self.spec
@@ -250,7 +184,7 @@ class ManyWheelsPlugin(DrivenBase):
     def update(self, time: float, period: float) -> None:
         spec = self.spec
         if spec.publish_odometry or spec.publish_tf:
-            position, orientation, linear, angular = self._true_motion()
+            position, orientation, linear, angular = self._motion()
             self._sender.send(time, position, orientation, linear, angular, flat=True)
         forward, yaw_rate = self._command
         half = yaw_rate * spec.separation / 2.0

@@ -8,7 +8,6 @@ import math
 import threading
 from collections.abc import Callable
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -31,7 +30,7 @@ from sensor_msgs.srv import SetCameraInfo, SetCameraInfoResponse
 from std_msgs.msg import Empty, String
 
 from bullet_bridge.loop.clock import is_late_enough, passed_rate, whole_rate
-from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
+from bullet_bridge.plugins.base import PluginContext, Sensor, has_subscribers, ros_side
 from bullet_bridge.plugins.compressed import CompressedImages, SavedImages
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedImage
@@ -211,19 +210,17 @@ class Cameras:
 
 NEVER_TAKEN = -math.inf  # [s]
 IMAGER_RATES = (1.0, 50.0)  # [Hz] range of imager_rate
-IMAGER = SimpleNamespace(  # gazebo_plugins/GazeboRosCamera.cfg
-    **describe(
-        [
-            (
-                "imager_rate",
-                "double",
-                2.0,
-                *IMAGER_RATES,
-                "Rate of the sensor [Hz]. It acts from the first change on; the rate of the "
-                "file holds before.",
-            )
-        ]
-    )
+IMAGER = describe(  # gazebo_plugins/GazeboRosCamera.cfg
+    [
+        (
+            "imager_rate",
+            "double",
+            2.0,
+            *IMAGER_RATES,
+            "Rate of the sensor [Hz]. It acts from the first change on; the rate of the "
+            "file holds before.",
+        )
+    ]
 )
 
 
@@ -345,7 +342,7 @@ class CameraSensor(Sensor):
         self._label_sender = PackedImage(self._labels, self.spec.frame_id, "32SC1")
 
     def _has_labels(self) -> bool:
-        return self._labels is not None and self._labels.get_num_connections() > 0
+        return has_subscribers(self._labels)
 
     def publish_labels(self, time: float, labels: Array) -> None:
         """Publish a finished label image with the snapshot's stamp."""
@@ -493,15 +490,28 @@ class PointClouds:
         return conversions.cloud(header, data, _FIELDS, bool(np.isfinite(depth).all()))
 
 
-@ros_side(DepthCameraSpec)
-class DepthCameraSensor(CameraSensor):
-    """A color camera's topics, depth images with their camera_info, and points."""
+class DepthSensor(CameraSensor):
+    """A camera with depths, and their points."""
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
         k = camera.intrinsics(spec.width, spec.height, spec.horizontal_fov)
         self._clouds = PointClouds(spec, k)
+        self._points: Any = None  # publisher
+
+    def within_cutoffs(self, frame: Frame) -> Array:
+        """Depths (H, W) [m] of an image; NaN outside the cutoffs."""
+        return camera.within(frame.depth, self.spec.cutoff, self.spec.cutoff_max)
+
+
+@ros_side(DepthCameraSpec)
+class DepthCameraSensor(DepthSensor):
+    """A color camera's topics, depth images with their camera_info, and points."""
+
+    def __init__(self, context: PluginContext) -> None:
+        super().__init__(context)
+        spec = self.spec
         self._depth = self.publisher(spec.depth_topic, Image, relayed=False)
         self._depth_info = self.publisher(spec.depth_info_topic, CameraInfo, relayed=False)
         self._points = self.publisher(spec.points_topic, PointCloud2, relayed=False)
@@ -523,11 +533,8 @@ class DepthCameraSensor(CameraSensor):
 
     def needs_update(self) -> bool:
         """While a topic but the depths' camera_info has subscribers, which activates no sensor."""
-        return any(
-            endpoint.get_num_connections() > 0
-            for endpoint in self._publishers
-            if endpoint is not self._depth_info
-        )
+        endpoints = (endpoint for endpoint in self._publishers if endpoint is not self._depth_info)
+        return any(map(has_subscribers, endpoints))
 
     def publish_info(self, time: float) -> None:
         """Publish camera_info of both images when it is due."""
@@ -538,10 +545,10 @@ class DepthCameraSensor(CameraSensor):
     def publish_frame(self, frame: Frame) -> None:
         """Publish a finished image, its depths and its points with the snapshot's stamp."""
         super().publish_frame(frame)
-        deep, cloud = (out.get_num_connections() > 0 for out in (self._depth, self._points))
+        deep, cloud = map(has_subscribers, (self._depth, self._points))
         if frame.depth is None or not (deep or cloud):
             return
-        depth = camera.within(frame.depth, self.spec.cutoff, self.spec.cutoff_max)
+        depth = self.within_cutoffs(frame)
         if deep:
             self._depth.publish(depth_image(frame.time, self.spec, depth))
         if cloud:  # as in Gazebo with the bytes of the image: red is blue unless it is bgr8
@@ -550,22 +557,15 @@ class DepthCameraSensor(CameraSensor):
 
 
 @ros_side(RangeCameraSpec)
-class RangeCameraSensor(CameraSensor):
+class RangeCameraSensor(DepthSensor):
     """The depth camera of a RealSense: depths as 16UC1, their camera_info, and points."""
 
     compresses = False
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
-        spec = self.spec
-        k = camera.intrinsics(spec.width, spec.height, spec.horizontal_fov)
-        self._clouds = PointClouds(spec, k)
-        self._points: Any = None
-        if spec.points_topic:
-            self._points = self.publisher(spec.points_topic, PointCloud2, relayed=False)
-
-    def _has_points(self) -> bool:
-        return self._points is not None and self._points.get_num_connections() > 0
+        if self.spec.points_topic:
+            self._points = self.publisher(self.spec.points_topic, PointCloud2, relayed=False)
 
     def publish_frame(self, frame: Frame) -> None:
         """Publish depths and points with the snapshot's stamp."""
@@ -576,7 +576,6 @@ class RangeCameraSensor(CameraSensor):
         spec = self.spec
         depth = camera.within(frame.depth, spec.range_min, min(spec.range_max, 65.535))
         self.pub.publish(depth_image(frame.time, spec, depth))
-        if self._has_points():
-            near = camera.within(frame.depth, spec.cutoff, spec.cutoff_max)
-            colors = frame.rgb[:, :, ::-1]
+        if has_subscribers(self._points):
+            near, colors = self.within_cutoffs(frame), frame.rgb[:, :, ::-1]
             self._points.publish(self._clouds.message(frame.time, near, colors))

@@ -4,7 +4,6 @@ files of a camera's <save>."""
 from __future__ import annotations
 
 import os
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import cv2
@@ -25,17 +24,15 @@ _COLORS = {  # of encodings of sensor_msgs: how they become OpenCV's order
     "bgr8": None,
 }
 JPEG, PNG = "jpeg", "png"
-CONFIG = SimpleNamespace(  # compressed_image_transport/CompressedPublisher.cfg
-    **describe(
-        [
-            ("format", "str", JPEG, "", "", "Compression format: jpeg or png."),
-            ("jpeg_progressive", "bool", False, False, True, "Progressive JPEG."),
-            ("jpeg_quality", "int", 80, 1, 100, "JPEG quality percentile."),
-            ("jpeg_optimize", "bool", False, False, True, "Optimized Huffman tables of JPEG."),
-            ("jpeg_restart_interval", "int", 0, 0, 65535, "JPEG restart interval; 0: none."),
-            ("png_level", "int", 9, 1, 9, "PNG compression level."),
-        ]
-    )
+CONFIG = describe(  # compressed_image_transport/CompressedPublisher.cfg
+    [
+        ("format", "str", JPEG, "", "", "Compression format: jpeg or png."),
+        ("jpeg_progressive", "bool", False, False, True, "Progressive JPEG."),
+        ("jpeg_quality", "int", 80, 1, 100, "JPEG quality percentile."),
+        ("jpeg_optimize", "bool", False, False, True, "Optimized Huffman tables of JPEG."),
+        ("jpeg_restart_interval", "int", 0, 0, 65535, "JPEG restart interval; 0: none."),
+        ("png_level", "int", 9, 1, 9, "PNG compression level."),
+    ]
 )
 
 

@@ -121,11 +121,11 @@ class ContactSensor(Sensor):
             local = pose.matrix.T @ (position - np.asarray(pose.position))
             shape = nearest(shapes, local) or shape
         plain = f"{shape.link or name}::{shape.name or 'collision'}"
-        told = model.collision_names.get((shape.link, shape.number), plain)
-        return f"{model.name}::{told}"
+        collision = model.collision_names.get((shape.link, shape.number), plain)
+        return f"{model.name}::{collision}"
 
     def _model_of(self, body: int) -> Model | None:
-        return next((it for it in self.world.models.values() if it.body == body), None)
+        return next((model for model in self.world.models.values() if model.body == body), None)
 
     def _other(self, contact: Any) -> str:
         model = self._model_of(contact.body)
@@ -140,7 +140,7 @@ class ContactSensor(Sensor):
         other = self._model_of(contact.body), contact.body, contact.link
         first, second = (own, other) if contact.is_first else (other, own)
         pushed = second if first[0] is None or first[0].is_static else first
-        sign, pushes = (1.0 if each is own else -1.0 for each in (first, pushed))
+        sign, pushes = (1.0 if part is own else -1.0 for part in (first, pushed))
         rotation = np.eye(3)
         if first[0] is not None:
             rotation = Pose(*first[0].frame_at(first[2])).matrix.T

@@ -1,12 +1,12 @@
-"""Drive plugins, planar move, hand of god, joint poses, forces on links."""
+"""Joint states, drives, planar move, joint poses, gains of a mimic."""
 
 from __future__ import annotations
 
 import math
 import operator
+from collections.abc import Iterable
 from typing import Any, ClassVar
 
-import numpy as np
 import rospy
 from bullet_sim.controllers import MAX_COMMAND
 from bullet_sim.controllers.drive import WheelDrive
@@ -19,8 +19,7 @@ from bullet_sim.plugins.drives import (
     PlanarMoveSpec,
     WheelDriveSpec,
 )
-from bullet_sim.plugins.forces import HandOfGodSpec
-from bullet_sim.pose import Motion, Pose, Vec3, rpy_from_quaternion
+from bullet_sim.pose import Motion, Vec3, rpy_from_quaternion
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
@@ -33,11 +32,12 @@ from bullet_bridge.plugins.base import (
     PluginContext,
     Preparing,
     Sensor,
+    has_subscribers,
     ros_side,
 )
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedBase, PackedJointState
-from bullet_bridge.transport.pid_gains import config_type, gains_of, values_of
+from bullet_bridge.transport.pid_gains import config_type, on_change, values_of
 
 
 @ros_side(JointStatesSpec)
@@ -57,45 +57,106 @@ class JointStatesSensor(Sensor):
         self._sender.send(time, positions, velocities)
 
 
-@ros_side(WheelDriveSpec)
-class WheelDrivePlugin(ModelPlugin):
-    """Drives the wheels by geometry_msgs/Twist, publishes nav_msgs/Odometry and its transform.
+class DrivenBase(ModelPlugin):
+    """Takes velocity commands, publishes nav_msgs/Odometry and its transform.
 
     A command acts from the next update until the next command, as in Gazebo's plugins. One that
     comes before the first update (the world is paused, other plugins are being loaded) counts.
+
+    Attributes:
+        standing: the command for no motion.
     """
 
-    STATE: ClassVar[tuple[str, ...]] = ("_command", "_before", "_drive")
+    STATE: ClassVar[tuple[str, ...]] = ("_command", "_before")
+    COMMANDS = {"command_topic": (Twist, "_on_command")}
     reports = True
+    standing: ClassVar[tuple[float, ...]] = (0.0, 0.0)
+
+    def __init__(self, context: PluginContext) -> None:
+        super().__init__(context)
+        spec = self.spec
+        self._odometry = self._odometry_publisher()
+        self._tf = self.publisher("/tf", TFMessage)  # which upstream advertises in any case
+        self._sender = PackedBase(*self._outputs(), spec, (spec.frame_id, spec.child_frame_id))
+
+    def _odometry_publisher(self) -> Any:
+        return self.publisher(self.spec.topic, Odometry)
+
+    def _outputs(self) -> tuple[Any, Any]:
+        """Publishers of odometry and its transform, or None."""
+        return self._odometry, self._tf
+
+    def start(self, time: float) -> None:
+        """The next update is the first."""
+        self._before = time
+
+    def reset(self, time: float) -> None:
+        """Without a command."""
+        self._command = self.standing
+        super().reset(time)
+
+    def _values(self, message: Any) -> tuple[float, ...]:
+        """The command in a geometry_msgs/Twist: forward [m/s], yaw rate [rad/s]."""
+        return message.linear.x, message.angular.z
+
+    def _on_command(self, message: Any) -> None:
+        values = self._values(message)
+        if all(abs(value) <= MAX_COMMAND for value in values):
+            self._command = values
+            return
+        rospy.logerr_throttle(
+            1.0,
+            f"{self.spec.command_topic}: command {values}, must be finite numbers, at most "
+            f"{MAX_COMMAND:g} either way; the last valid one is kept",
+        )
+
+    def _elapsed(self, time: float) -> float:
+        """Time since the last update [s]."""
+        before, self._before = self._before, time
+        return time - before
+
+    def _motion(self) -> Any:
+        """The model's pose; its velocity along the axes of its heading, yaw rate in the world."""
+        return planar_motion(self.model.motion())
+
+    def _frames_of(self, time: float, frames: Iterable[tuple[str, tuple[str, str]]]) -> TFMessage:
+        """Transforms of joints, each with (frame, child frame): the poses of the joints' children
+        in the model, as upstream, whatever the frame is."""
+        root, joints = self.model.pose.inverse(), self.model.description.joints
+        transforms = [
+            conversions.transform_to_msg(
+                time, frame, child, root * self.model.link_state(joints[name].child)[0]
+            )
+            for name, (frame, child) in frames
+        ]
+        return TFMessage(transforms)
+
+
+@ros_side(WheelDriveSpec)
+class WheelDrivePlugin(DrivenBase):
+    """Drives the wheels by geometry_msgs/Twist."""
+
+    STATE: ClassVar[tuple[str, ...]] = ("_drive",)
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
         self._drive = WheelDrive(spec)
-        odometry = spec.publish_odometry
-        self._odometry = self.publisher(spec.topic, Odometry) if odometry else None
-        tf = self.publisher("/tf", TFMessage)  # which upstream advertises in any case
-        self._transform = tf if odometry and spec.publish_tf else None
-        frames = spec.frame_id, spec.child_frame_id
-        self._sender = PackedBase(self._odometry, self._transform, spec, frames)
         topic = spec.wheel_states_topic
-        self._wheel_states = self.publisher(topic, JointState) if topic else None
-        self._wheel_frames = tf if spec.wheel_frames else None
+        self._wheel_states: Any = self.publisher(topic, JointState) if topic else None
         self._wheel_names = [*spec.right, *spec.left]  # in upstream's order
 
-    def listen(self) -> None:
-        """Subscribe to the velocity commands."""
-        self.subscribe(self.spec.command_topic, Twist, self._on_command)
+    def _odometry_publisher(self) -> Any:
+        return super()._odometry_publisher() if self.spec.publish_odometry else None
+
+    def _outputs(self) -> tuple[Any, Any]:
+        with_tf = self.spec.publish_odometry and self.spec.publish_tf
+        return self._odometry, self._tf if with_tf else None
 
     def start(self, time: float) -> None:
         """Odometry at zero."""
-        self._before = time
+        super().start(time)
         self._drive.restart()
-
-    def reset(self, time: float) -> None:
-        """At rest, without a command."""
-        super().reset(time)
-        self._command: tuple[float, ...] = (0.0, 0.0)
 
     def prepare(self) -> None:
         """The wheels are braked until the first update."""
@@ -106,13 +167,8 @@ class WheelDrivePlugin(ModelPlugin):
             for wheel in wheels:
                 self.model.joints.set_motor(wheel, speed, self.spec.torque)
 
-    def _on_command(self, message: Any) -> None:
-        command = command_of(self.spec.command_topic, (message.linear.x, message.angular.z))
-        if command is not None:
-            self._command = command
-
     def update(self, time: float, period: float) -> None:
-        elapsed, self._before = time - self._before, time
+        elapsed = self._elapsed(time)
         forward, yaw_rate = self._command
         joints, turning = self.model.joints, (0.0, 0.0)
         ends = self.spec.left[0], self.spec.right[0]
@@ -124,36 +180,26 @@ class WheelDrivePlugin(ModelPlugin):
             left, right = joints.positions_of(ends)
             self._drive.measure(left, right, turning)
         self._publish_wheels(time)
-        if any(
-            out is not None and out.get_num_connections() > 0
-            for out in (self._odometry, self._transform)
-        ):
+        if any(map(has_subscribers, self._outputs())):
             position, orientation, linear, angular = self._motion()
             self._sender.send(time, position, orientation, linear, angular, flat=self.spec.flat)
 
     def _publish_wheels(self, time: float) -> None:
         """Positions of the wheels, and their frames below the links that carry them."""
-        states, frames, names = self._wheel_states, self._wheel_frames, self._wheel_names
-        if states is not None and states.get_num_connections() > 0:
+        names, frames = self._wheel_names, self.spec.wheel_frames
+        if has_subscribers(self._wheel_states):
             positions = list(self.model.joints.positions_of(names))
             header = conversions.header(time)
-            states.publish(JointState(header=header, name=names, position=positions))
-        if frames is not None and frames.get_num_connections() > 0:
-            frames.publish(TFMessage([self._wheel_transform(name, time) for name in names]))
-
-    def _wheel_transform(self, name: str, time: float) -> Any:
-        """As upstream the frame's parent is the joint's, and its pose that in the model's frame."""
-        joint = self.model.description.joints[name]
-        pose = self.model.pose.inverse() * self.model.link_state(joint.child)[0]
-        frame_id, child_frame_id = self.spec.wheel_frames[name]
-        return conversions.transform_to_msg(time, frame_id, child_frame_id, pose)
+            self._wheel_states.publish(JointState(header=header, name=names, position=positions))
+        if frames and has_subscribers(self._tf):
+            self._tf.publish(self._frames_of(time, [(name, frames[name]) for name in names]))
 
     def _motion(self) -> Any:
         """Position, orientation in the odometry's frame, linear and angular in the base's."""
         if self.spec.from_wheels:
             pose = self._drive.pose
             return (pose.position, pose.orientation, *self._drive.twist)
-        return planar_motion(self.model.motion())
+        return super()._motion()
 
 
 def planar_motion(motion: Motion) -> Motion:
@@ -170,37 +216,22 @@ def along_heading(yaw: float, x: float, y: float) -> Vec3:
     return c * x + s * y, c * y - s * x, 0.0
 
 
-def command_of(topic: str, values: tuple[float, ...]) -> tuple[float, ...] | None:
-    """A velocity command, or None, logged, where a number is not usable."""
-    if all(abs(value) <= MAX_COMMAND for value in values):
-        return tuple(values)
-    rospy.logerr_throttle(
-        1.0,
-        f"{topic}: command {tuple(values)}, must be finite numbers, at most {MAX_COMMAND:g} "
-        "either way; the last valid one is kept",
-    )
-    return None
-
-
 @ros_side(PlanarMoveSpec)
-class PlanarMovePlugin(ModelPlugin):
+class PlanarMovePlugin(DrivenBase):
     """Sets the model's velocity in every step; publishes Odometry and its transform.
 
     Upstream sets the vertical velocity and the others of rotation to zero, so does this. The
     odometry's twist is the way since its last message over the time.
     """
 
-    STATE: ClassVar[tuple[str, ...]] = ("_command", "_since", "_new", "_due", "_last")
-    every_step = reports = True
+    STATE: ClassVar[tuple[str, ...]] = ("_since", "_new", "_due", "_last")
+    every_step = True
     resets = False
+    standing = (0.0, 0.0, 0.0)
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         self._due = Schedule(self._odometry_rate(), self.world.time_step, self.world.step_count)
-        self._odometry = self.publisher(self.spec.topic, Odometry)
-        self._transform = self.publisher("/tf", TFMessage)
-        frames = self.spec.frame_id, self.spec.child_frame_id
-        self._sender = PackedBase(self._odometry, self._transform, self.spec, frames)
 
     def _odometry_rate(self) -> float:
         step, rate = self.world.time_step, self.spec.rate
@@ -211,12 +242,9 @@ class PlanarMovePlugin(ModelPlugin):
         super().on_time_step()
         self._due.set_step(self.world.time_step, self._odometry_rate(), self.world.step_count)
 
-    def listen(self) -> None:
-        """Subscribe to the velocity commands."""
-        self.subscribe(self.spec.command_topic, Twist, self._on_command)
-
     def start(self, time: float) -> None:
         """Messages from now on."""
+        super().start(time)
         self._due.restart(self.world.step_count)
         self._last = (time, *self._place())  # of the last message
 
@@ -248,22 +276,23 @@ class PlanarMovePlugin(ModelPlugin):
     def reset(self, time: float) -> None:
         """Without a command."""
         super().reset(time)
-        self._command: tuple[float, ...] = (0.0, 0.0, 0.0)
         self._since: float | None = None
         self._new = False
 
+    def _values(self, message: Any) -> tuple[float, ...]:
+        """Forward, to the left [m/s], yaw rate [rad/s]."""
+        return message.linear.x, message.linear.y, message.angular.z
+
     def _on_command(self, message: Any) -> None:
-        command = command_of(
-            self.spec.command_topic, (message.linear.x, message.linear.y, message.angular.z)
-        )
-        if command is not None:
-            self._command, self._new = command, True
+        before = self._command
+        super()._on_command(message)
+        self._new |= self._command is not before
 
     def update(self, time: float, period: float) -> None:
         if self._new:
             self._since, self._new = time, False
         if 0.0 <= self.spec.timeout < time - (time if self._since is None else self._since):
-            self._command = (0.0, 0.0, 0.0)
+            self._command = self.standing
         position, orientation = self.model.motion()[:2]
         x, y, yaw_rate = self._command
         yaw = rpy_from_quaternion(orientation)[2]
@@ -276,75 +305,6 @@ class PlanarMovePlugin(ModelPlugin):
             self._sender.send(time, position, orientation, *twist, flat=True)
 
 
-@ros_side(HandOfGodSpec)
-class HandOfGodPlugin(ModelPlugin):
-    """Pulls a link to the frame FRAME_desired by a critically damped spring; sends FRAME_actual."""
-
-    CACHE = ("_missing",)  # whether it was logged
-    every_step = True
-    resets = False
-
-    def __init__(self, context: PluginContext) -> None:
-        super().__init__(context)
-        spec, model = self.spec, self.model
-        index, _ = model.link_in_body(spec.link)
-        part = next(p for n, p in model.rigid_parts.items() if model.index(n) == index)
-        self._index = index
-        self._damping = (
-            2.0 * math.sqrt(spec.linear * part.mass),
-            2.0 * math.sqrt(spec.angular * part.inertia[0, 0]),
-        )
-        self._missing = False
-        self._actual = self.publisher(spec.topic, TFMessage)
-        self._buffer = self._listen()
-
-    def _listen(self) -> Any:
-        """Buffer of the transforms on /tf."""
-        import tf2_ros  # takes a while, and few models need it
-
-        buffer = tf2_ros.Buffer()
-        self._endpoints.append(tf2_ros.TransformListener(buffer))
-        return buffer
-
-    def _desired(self) -> Pose | None:
-        """Pose to pull to, or None, logged once."""
-        from tf2_ros import TransformException
-
-        try:
-            transform = self._buffer.lookup_transform(
-                "world", f"{self.spec.frame}_desired", rospy.Time(0)
-            ).transform
-        except TransformException as error:
-            if not self._missing:
-                rospy.logerr("hand of god: %s", error)
-            self._missing = True
-            return None
-        self._missing = False
-        p, q = transform.translation, transform.rotation
-        return Pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
-
-    def update(self, time: float, period: float) -> None:
-        desired = self._desired()
-        if desired is None:
-            return
-        pose, linear, angular = self.model.link_state(self.spec.link)
-        away = np.subtract(desired.position, pose.position)
-        x, y, z, w = (pose.inverse() * desired).orientation
-        sign = -1.0 if w < 0.0 else 1.0
-        sine = math.sqrt(x * x + y * y + z * z)
-        half = math.atan2(sine, sign * w) / sine if sine > 1e-12 else 1.0
-        rotation = (
-            sign * half * np.array((x, y, z))
-        )  # half the rotation vector, as upstream takes it
-        force = self.spec.linear * away - self._damping[0] * linear
-        torque = pose.matrix @ (self.spec.angular * rotation) - self._damping[1] * angular
-        self.model.apply_wrench(self._index, force, torque)
-        if self._actual.get_num_connections() > 0:
-            actual = f"{self.spec.frame}_actual"
-            message = conversions.transform_to_msg(time, "world", actual, pose)
-            self._actual.publish(TFMessage([message]))
-
-
 @ros_side(JointPosesSpec)
 class JointPosesPlugin(ModelPlugin):
     """Puts joints to the points of a trajectory_msgs/JointTrajectory, one after the other.
@@ -354,6 +314,7 @@ class JointPosesPlugin(ModelPlugin):
     """
 
     STATE = ("_points", "_next")
+    COMMANDS = {"topic": (JointTrajectory, "_on_trajectory")}
     every_step = True
     resets = False
 
@@ -361,10 +322,6 @@ class JointPosesPlugin(ModelPlugin):
         super().__init__(context)
         self._points: list[tuple[dict[str, float], float]] = []
         self._next = 0.0
-
-    def listen(self) -> None:
-        """Subscribe to the trajectories."""
-        self.subscribe(self.spec.topic, JointTrajectory, self._on_trajectory)
 
     def reset(self, time: float) -> None:
         """Without a trajectory."""
@@ -438,16 +395,8 @@ class MimicPidPlugin(Preparing):
         for text in warnings:
             rospy.logwarn("%s", text)
         self._gains = gains
-        self.reconfigure(where, config_type(gains), values_of(gains), self._on_values)
-
-    def _on_values(self, config: Any, _level: int) -> Any:
-        try:
-            gains = gains_of(config)
-            self.call(lambda: self._set(gains))
-        except (SimError, TimeoutError) as error:
-            rospy.logerr("%s: %s", self.spec.topic, error)
-            config.update(values_of(self._gains))
-        return config
+        changed = on_change(where, gains, lambda new: self.call(lambda: self._set(new)))
+        self.reconfigure(where, config_type(gains), values_of(gains), changed)
 
     def _set(self, gains: PidGains) -> None:
         self._gains = gains

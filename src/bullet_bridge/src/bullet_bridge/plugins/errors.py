@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from types import SimpleNamespace
 from typing import Any
 
 from bullet_sim.plugins.inertial import ErrorModel
@@ -13,16 +12,14 @@ from paddock_common.reconfigure import describe
 from bullet_bridge.plugins.base import Sensor
 from bullet_bridge.transport.reconfigure import widened
 
-ERRORS = SimpleNamespace(  # hector_gazebo_plugins/SensorModel.cfg
-    **describe(
-        (name, "double", default, low, high, text)
-        for name, default, low, high, text in (
-            ("gaussian_noise", 0.0, 0.0, 10.0, "Standard deviation of the white noise"),
-            ("offset", 0.0, -10.0, 10.0, "Constant error"),
-            ("drift", 0.0, 0.0, 10.0, "Standard deviation of the drift"),
-            ("drift_frequency", 0.0, 0.0, 1.0, "At which the drift decays [1/s]"),
-            ("scale_error", 1.0, 0.0, 2.0, "Factor"),
-        )
+ERRORS = describe(  # hector_gazebo_plugins/SensorModel.cfg
+    (name, "double", default, low, high, text)
+    for name, default, low, high, text in (
+        ("gaussian_noise", 0.0, 0.0, 10.0, "Standard deviation of the white noise"),
+        ("offset", 0.0, -10.0, 10.0, "Constant error"),
+        ("drift", 0.0, 0.0, 10.0, "Standard deviation of the drift"),
+        ("drift_frequency", 0.0, 0.0, 1.0, "At which the drift decays [1/s]"),
+        ("scale_error", 1.0, 0.0, 2.0, "Factor"),
     )
 )
 _FIELDS = {  # of SensorModel.cfg -> of an ErrorModel

@@ -1,11 +1,10 @@
-"""Forces on links: a wrench by topic, a vacuum gripper, slip, a fluid, a lift."""
+"""Forces on links, applied and measured: wrenches, a vacuum gripper, slip, a fluid, a lift."""
 
 from __future__ import annotations
 
 import math
 import re
 from functools import partial
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,16 +15,28 @@ from bullet_sim.plugins.forces import (
     ElevatorSpec,
     Floating,
     ForceSpec,
+    ForceTorqueSpec,
+    HandOfGodSpec,
+    LinkForceSpec,
     VacuumGripperSpec,
     WheelSlipSpec,
 )
-from bullet_sim.pose import Pose
-from geometry_msgs.msg import Wrench
+from bullet_sim.pose import Pose, Vector
+from bullet_sim.sensors.inertial import joint_wrench, net_wrench
+from geometry_msgs.msg import Vector3, Wrench, WrenchStamped
 from paddock_common.reconfigure import describe
 from std_msgs.msg import Bool, String
 from std_srvs.srv import Empty, EmptyResponse
+from tf2_msgs.msg import TFMessage
 
-from bullet_bridge.plugins.base import ModelPlugin, PluginContext, ros_side
+from bullet_bridge.plugins.base import (
+    ModelPlugin,
+    PluginContext,
+    Sensor,
+    has_subscribers,
+    ros_side,
+)
+from bullet_bridge.transport import conversions
 from bullet_bridge.transport.conversions import vector
 
 
@@ -34,16 +45,13 @@ class ForcePlugin(ModelPlugin):
     """Applies the last geometry_msgs/Wrench to a link in every step, along the world's axes."""
 
     STATE = ("_wrench",)
+    COMMANDS = {"topic": (Wrench, "_on_wrench")}
     every_step = True
     resets = False
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         self._index, _ = self.model.link_in_body(self.spec.link)
-
-    def listen(self) -> None:
-        """Subscribe to the wrenches."""
-        self.subscribe(self.spec.topic, Wrench, self._on_wrench)
 
     def reset(self, time: float) -> None:
         """Without a wrench."""
@@ -101,15 +109,15 @@ class VacuumGripperPlugin(ModelPlugin):
         return EmptyResponse()
 
     def update(self, time: float, period: float) -> None:
-        found = False
+        draws = False
         if self._is_on:
             pose, linear, angular = self.model.link_state(self.spec.link)
             for model in self.world.models.values():
                 if model is not self.model and model.name != self.spec.link:
                     for link in model.rigid_parts:
-                        found |= self._draw(model, link, pose, linear, angular)
-        if self._grasping.get_num_connections() > 0:
-            self._grasping.publish(Bool(found))
+                        draws |= self._draw(model, link, pose, linear, angular)
+        if has_subscribers(self._grasping):
+            self._grasping.publish(Bool(draws))
 
     @staticmethod
     def _draw(model: Any, link: str, pose: Pose, linear: Any, angular: Any) -> bool:
@@ -135,19 +143,17 @@ class VacuumGripperPlugin(ModelPlugin):
 
 
 # As gazebo_plugins' cfg/WheelSlip.cfg: what is below 0 changes nothing.
-_SLIP = SimpleNamespace(
-    **describe(
-        tuple(
-            (
-                f"slip_compliance_unitless_{side}",
-                "double",
-                -1.0,
-                -1.0,
-                20.0,
-                f"Unitless slip compliance (slip over friction), {side}.",
-            )
-            for side in ("lateral", "longitudinal")
+_SLIP = describe(
+    tuple(
+        (
+            f"slip_compliance_unitless_{side}",
+            "double",
+            -1.0,
+            -1.0,
+            20.0,
+            f"Unitless slip compliance (slip over friction), {side}.",
         )
+        for side in ("lateral", "longitudinal")
     )
 )
 
@@ -202,7 +208,7 @@ class BuoyancyPlugin(ModelPlugin):
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
-        given = {it.link: it for it in self.spec.given}
+        given = {part.link: part for part in self.spec.given}
         parts = self.model.rigid_parts.items()
         self._parts = [given.get(name) or self._displaced(name, link) for name, link in parts]
 
@@ -236,8 +242,67 @@ class BuoyancyPlugin(ModelPlugin):
             index, offset = self.model.link_in_body(part.link)
             frame = Pose(*self.model.frame_at(index)) * offset
             point = (frame * Pose(part.center)).position
-            force = [-self.spec.density * part.volume * each for each in self.world.gravity]
+            force = [-self.spec.density * part.volume * axis for axis in self.world.gravity]
             self.world.engine.apply_force(self.model.body, index, force, point)
+
+
+@ros_side(HandOfGodSpec)
+class HandOfGodPlugin(ModelPlugin):
+    """Pulls a link to the frame FRAME_desired by a critically damped spring; sends FRAME_actual."""
+
+    CACHE = ("_missing",)  # whether it was logged
+    every_step = True
+    resets = False
+
+    def __init__(self, context: PluginContext) -> None:
+        super().__init__(context)
+        spec, model = self.spec, self.model
+        index, _ = model.link_in_body(spec.link)
+        part = next(p for n, p in model.rigid_parts.items() if model.index(n) == index)
+        self._index = index
+        self._damping = (
+            2.0 * math.sqrt(spec.linear * part.mass),
+            2.0 * math.sqrt(spec.angular * part.inertia[0, 0]),
+        )
+        self._missing = False
+        self._actual = self.publisher(spec.topic, TFMessage)
+        self._buffer = self.transforms()
+
+    def _desired(self) -> Pose | None:
+        """Pose to pull to, or None, logged once."""
+        from tf2_ros import TransformException
+
+        try:
+            transform = self._buffer.lookup_transform(
+                "world", f"{self.spec.frame}_desired", rospy.Time(0)
+            ).transform
+        except TransformException as error:
+            if not self._missing:
+                rospy.logerr("hand of god: %s", error)
+            self._missing = True
+            return None
+        self._missing = False
+        p, q = transform.translation, transform.rotation
+        return Pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
+
+    def update(self, time: float, period: float) -> None:
+        desired = self._desired()
+        if desired is None:
+            return
+        pose, linear, angular = self.model.link_state(self.spec.link)
+        away = np.subtract(desired.position, pose.position)
+        x, y, z, w = (pose.inverse() * desired).orientation
+        sign = -1.0 if w < 0.0 else 1.0
+        sine = math.sqrt(x * x + y * y + z * z)
+        half = math.atan2(sine, sign * w) / sine if sine > 1e-12 else 1.0
+        rotation = sign * half * np.array((x, y, z))  # half the vector, as upstream takes it
+        force = self.spec.linear * away - self._damping[0] * linear
+        torque = pose.matrix @ (self.spec.angular * rotation) - self._damping[1] * angular
+        self.model.apply_wrench(self._index, force, torque)
+        if has_subscribers(self._actual):
+            actual = f"{self.spec.frame}_actual"
+            message = conversions.transform_to_msg(time, "world", actual, pose)
+            self._actual.publish(TFMessage([message]))
 
 
 CLOSED, OPEN = 0.0, 1.0  # positions of a lift's door
@@ -254,11 +319,8 @@ class ElevatorPlugin(ModelPlugin):
     """
 
     STATE = ("_floor", "_door", "_steps", "_began", "_errors", "_there", "_until")
+    COMMANDS = {"topic": (String, "_on_floor")}
     every_step = True
-
-    def listen(self) -> None:
-        """Subscribe to the floors."""
-        self.subscribe(self.spec.topic, String, self._on_floor)
 
     def reset(self, time: float) -> None:
         """As it was loaded, but for where it goes and whether its door is to be open."""
@@ -311,3 +373,54 @@ class ElevatorPlugin(ModelPlugin):
         if step == "wait":
             return time >= self._until
         return self._there[0 if step == "move" else 1]
+
+
+def wrench_message(time: float, frame: str, force: Vector, torque: Vector) -> WrenchStamped:
+    """geometry_msgs/WrenchStamped of two (3,) [N, N m]."""
+    message = WrenchStamped(header=conversions.header(time, frame))
+    message.wrench.force = Vector3(*map(float, force))
+    message.wrench.torque = Vector3(*map(float, torque))
+    return message
+
+
+@ros_side(ForceTorqueSpec)
+class ForceTorqueSensor(Sensor):
+    """geometry_msgs/WrenchStamped of a joint: its child link on its parent, child's axes.
+
+    Zeros of a joint without <provide_feedback>.
+    """
+
+    message = WrenchStamped
+    whole_periods = True
+    waits_for_time = True
+
+    def measure(self, time: float) -> WrenchStamped:
+        wrench: Any = (np.zeros(3), np.zeros(3))
+        if self.spec.feedback:
+            wrench = joint_wrench(self.model, self.spec.joint)
+        if self.spec.noise_stddev:
+            wrench = [v + self.rng.normal(0.0, self.spec.noise_stddev, 3) for v in wrench]
+        return wrench_message(time, self.spec.frame_id, *wrench)
+
+
+@ros_side(LinkForceSpec)
+class LinkForceSensor(Sensor):
+    """geometry_msgs/WrenchStamped of the net force on a link, mean over a step, world axes."""
+
+    STATE = ("_before",)
+    message = WrenchStamped
+
+    def start(self, time: float) -> None:
+        """Measure from now on."""
+        self._before: Any = None  # (velocity, angular velocity, time) at the last measurement
+
+    def measure(self, time: float) -> WrenchStamped | None:
+        part = self.model.description.links[self.spec.link]
+        pose, linear, angular = self.model.link_state(self.spec.link)
+        speed = linear + np.cross(angular, pose.matrix @ part.center)
+        before, self._before = self._before, (speed, angular, time)
+        if before is None or not time > before[2]:
+            return None
+        inertia = pose.matrix @ part.inertia @ pose.matrix.T
+        wrench = net_wrench(part.mass, inertia, before[:2], (speed, angular), time - before[2])
+        return wrench_message(time, self.spec.frame_id, *wrench)

@@ -95,29 +95,29 @@ class GraspFixPlugin(ModelPlugin):
         rate = self.spec.decisions
         self._next = time + (1.0 / rate if rate else 0.0)
         touches, self._touches = self._touches, {}
-        gripped = {each for each, of_links in touches.items() if self._is_pressed(of_links)}
-        for each in sorted(gripped):
-            self._grip(each, touches[each])
+        gripped = {item for item, of_links in touches.items() if self._is_pressed(of_links)}
+        for item in sorted(gripped):
+            self._grip(item, touches[item])
         self._loosen(gripped)
 
     def _note(self, part: Part) -> None:
         """Add what a link touches."""
         engine = self.world.engine
-        found: dict[Part, list[Any]] = {}
+        touched: dict[Part, list[Any]] = {}
         for contact in engine.contacts(*part):
             if contact.body != part[0] and engine.moves(contact.body):
-                found.setdefault((contact.body, contact.link), []).append(contact)
-        for each, contacts in found.items():
+                touched.setdefault((contact.body, contact.link), []).append(contact)
+        for item, contacts in touched.items():
             inward = self._frame(part).inverse()
             force = -np.mean([contact.force for contact in contacts], axis=0)
             place = np.mean([contact.position for contact in contacts], axis=0)
             point = np.array((inward * Pose(tuple(place))).position)
-            center = np.array((inward * self._frame(each)).position)
-            old = self._touches.setdefault(each, {}).get(part)
+            center = np.array((inward * self._frame(item)).position)
+            old = self._touches.setdefault(item, {}).get(part)
             if old is not None:
                 force, point, center = force + old.force, point + old.point, center + old.center
             count = 1 if old is None else old.steps + 1
-            self._touches[each][part] = Touch(force, point, center, count)
+            self._touches[item][part] = Touch(force, point, center, count)
 
     def _is_pressed(self, of_links: dict[Part, Touch]) -> bool:
         """Whether two of the mean forces on an object are opposite, and about as strong."""
@@ -131,10 +131,10 @@ class GraspFixPlugin(ModelPlugin):
                 return True
         return False
 
-    def _grip(self, each: Part, of_links: dict[Part, Touch]) -> None:
+    def _grip(self, item: Part, of_links: dict[Part, Touch]) -> None:
         """Count a pressed object, and attach it above the threshold."""
-        self._counts[each] = min(self._counts.get(each, 0) + 1, self.spec.most)
-        if self._counts[each] <= self.spec.threshold or each in self._held.values():
+        self._counts[item] = min(self._counts.get(item, 0) + 1, self.spec.most)
+        if self._counts[item] <= self.spec.threshold or item in self._held.values():
             return
         arms = dict(self._parts())
         touching = [arms[part].name for part in of_links]
@@ -144,39 +144,40 @@ class GraspFixPlugin(ModelPlugin):
             return
         palm = next(arm.palm for arm in self.spec.arms if arm.name == name)
         own = self.model.body, self.model.link_in_body(palm)[0]
-        self.world.engine.attach(self._key(name), own, each)
+        self.world.engine.attach(self._key(name), own, item)
         if self.spec.passes:
-            self.world.engine.set_bitmask(*each, 0)
-        self._held[name] = each
+            self.world.engine.set_bitmask(*item, 0)
+        self._held[name] = item
         self._first[name] = {
             part: touch for part, touch in of_links.items() if arms[part].name == name
         }
-        rospy.loginfo("grasp_fix: %s is attached to gripper '%s'", self._label(each), name)
+        rospy.loginfo("grasp_fix: %s is attached to gripper '%s'", self._label(item), name)
 
     def _loosen(self, gripped: set[Part]) -> None:
         """Count objects that are not pressed down, and let go those that a finger has left."""
-        for each in [each for each in self._counts if each not in gripped]:
-            self._counts[each] = max(0, self._counts[each] - 1)
-            if self._counts[each] > self.spec.threshold:
+        for item in [item for item in self._counts if item not in gripped]:
+            self._counts[item] = max(0, self._counts[item] - 1)
+            if self._counts[item] > self.spec.threshold:
                 continue
-            for name in [name for name, held in self._held.items() if held == each]:
-                if any(self._has_left(part, each, it) for part, it in self._first[name].items()):
-                    self._let_go(name, each)
+            for name in [name for name, held in self._held.items() if held == item]:
+                first = self._first[name].items()
+                if any(self._has_left(part, item, touch) for part, touch in first):
+                    self._let_go(name, item)
 
-    def _has_left(self, part: Part, each: Part, touch: Touch) -> bool:
+    def _has_left(self, part: Part, item: Part, touch: Touch) -> bool:
         """Whether the distance between a link's contact point and the object has changed."""
         point, center = touch.point / touch.steps, touch.center / touch.steps
         now = np.array((self._frame(part) * Pose(tuple(point))).position)
-        away = np.linalg.norm(now - np.array(self._frame(each).position))
+        away = np.linalg.norm(now - np.array(self._frame(item).position))
         return bool(abs(np.linalg.norm(point - center) - away) > self.spec.tolerance)
 
-    def _let_go(self, name: str, each: Part) -> None:
+    def _let_go(self, name: str, item: Part) -> None:
         self.world.engine.detach(self._key(name))
         if self.spec.passes:
-            self.world.engine.set_bitmask(*each, EVERYTHING)
+            self.world.engine.set_bitmask(*item, EVERYTHING)
         del self._held[name], self._first[name]
-        self._counts[each] = 0
-        rospy.loginfo("grasp_fix: %s is let go by gripper '%s'", self._label(each), name)
+        self._counts[item] = 0
+        rospy.loginfo("grasp_fix: %s is let go by gripper '%s'", self._label(item), name)
 
     def _label(self, part: Part) -> str:
         names = [model.name for model in self.world.models.values() if model.body == part[0]]
@@ -248,7 +249,7 @@ class GripperPlugin(ModelPlugin):
         for part in sorted(set(self._contacts)):
             if self._contacts.count(part) < 2 or self._held:
                 continue
-            frame, there = (Pose(*engine.link_motion(*each)[:2]) for each in (palm, part))
+            frame, there = (Pose(*engine.link_motion(*one)[:2]) for one in (palm, part))
             place = (frame.inverse() * there).position
             moved = sum((a - b) ** 2 for a, b in zip(place, self._last))
             self._last, self._moves = place, (*self._moves[1:], moved)

@@ -52,8 +52,12 @@ class HarnessPlugin(ModelPlugin):
     which never push. Numbers are in single precision, as there. Without a winch it lets go at once.
     """
 
-    STATE = ("_target", "_held_at", "_is_held", "_positions", "_speeds", "_told", "_ends")
+    STATE = ("_target", "_held_at", "_is_held", "_positions", "_speeds", "_wanted", "_ends")
     CACHE = ("_joints",)
+    COMMANDS = {
+        "velocity_topic": (Float32, "_on_velocity"),
+        "topic": (Bool, "_on_detach"),
+    }
     every_step = True
     resets = False
 
@@ -61,16 +65,10 @@ class HarnessPlugin(ModelPlugin):
         super().__init__(context)
         self._joints: list[Joint] = []
 
-    def listen(self) -> None:
-        """Subscribe to the winch's velocity and to the end of its hold."""
-        if self.spec.topic:
-            self.subscribe(self.spec.velocity_topic, Float32, self._on_velocity)
-            self.subscribe(self.spec.topic, Bool, self._on_detach)
-
     def reset(self, time: float) -> None:
         """Held where the model is, by a winch that stands."""
         self._target = self._held_at = 0.0
-        self._told: float | None = None  # velocity that the next update takes
+        self._wanted: float | None = None  # velocity that the next update takes
         self._is_held, self._ends = True, False
         self._positions, self._speeds = WinchPid(self.spec.position), WinchPid(self.spec.velocity)
         self._joints = [self._in_body(joint) for joint in self.spec.joints]
@@ -107,7 +105,7 @@ class HarnessPlugin(ModelPlugin):
         elif not math.isfinite(value):
             rospy.logerr("%s is %g, must be a finite number", self.spec.velocity_topic, value)
         else:
-            self._told = value
+            self._wanted = value
 
     def _lower(self, velocity: float) -> None:
         """Have the winch move at a velocity, or hold where it is."""
@@ -135,9 +133,9 @@ class HarnessPlugin(ModelPlugin):
         return self.world.engine.attached_state(key)
 
     def update(self, time: float, period: float) -> None:
-        if self._told is not None:
-            self._lower(self._told)
-            self._told = None
+        if self._wanted is not None:
+            self._lower(self._wanted)
+            self._wanted = None
         if self._ends or (self._is_held and self.spec.winch < 0 <= self.spec.detach):
             self._let_go()
             self._ends = False
@@ -165,10 +163,7 @@ class HarnessPlugin(ModelPlugin):
 class ProjectorPlugin(Preparing):
     """Subscribes to what would choose a projector's texture and switch it; nothing is projected."""
 
-    def listen(self) -> None:
-        """Subscribe."""
-        self.subscribe(self.spec.topic, String, self._ignore)
-        self.subscribe(self.spec.switch_topic, Int32, self._ignore)
+    COMMANDS = {"topic": (String, "_ignore"), "switch_topic": (Int32, "_ignore")}
 
     def _ignore(self, _message: Any) -> None:
         """Nothing is projected."""

@@ -61,8 +61,8 @@ class RaysSensor(Sensor):
 
     def _intensities(self) -> Array | None:
         """Of the last scan; None: all are 0."""
-        found: Array | None = self._lidar.intensities(self.world.models.values())
-        return found
+        intensities: Array | None = self._lidar.intensities(self.world.models.values())
+        return intensities
 
 
 @ros_side(RaySpec)
@@ -154,11 +154,11 @@ class CloudSensor(RaysSensor):
     relayed = False
 
     def measure(self, time: float) -> PointCloud2:
-        points, found = self._lidar.points(self._scan()), self._intensities()
+        points, intensities = self._lidar.points(self._scan()), self._intensities()
         if self.spec.min_intensity > -math.inf:
-            values = np.zeros(len(points)) if found is None else found
+            values = np.zeros(len(points)) if intensities is None else intensities
             points = np.where((values < self.spec.min_intensity)[:, None], math.nan, points)
-        return velodyne_cloud(time, self.spec, points, self._lidar.rings, found)
+        return velodyne_cloud(time, self.spec, points, self._lidar.rings, intensities)
 
 
 @ros_side(BlockCloudSpec)
@@ -195,10 +195,10 @@ class BlockLaserSensor(RaysSensor):
         return made
 
     def measure(self, time: float) -> PointCloud:
-        spec, ranges, found = self.spec, self._scan(), self._intensities()
+        spec, ranges, values = self.spec, self._scan(), self._intensities()
         ranges = np.where(ranges == math.inf, spec.range_max, ranges)
-        values = np.zeros(len(ranges)) if found is None else found
-        ranges, values = (_by_layers(each, spec.layers) for each in (ranges, values))
+        values = np.zeros(len(ranges)) if values is None else values
+        ranges, values = (_by_layers(of_rays, spec.layers) for of_rays in (ranges, values))
         values = _with_next(values, spec.layers)
         points = self._aims * ranges[:, None]
         if spec.point_noise > 0.0:
@@ -339,8 +339,8 @@ class PatternSensor(RaysSensor):
     def measure(self, time: float) -> Any:
         self._first = self._lidar.next(self._first)
         points, rays = self._lidar.points(self._scan())
-        found = self._intensities()
-        values = np.zeros(len(rays), np.float32) if found is None else found[rays]
+        intensities = self._intensities()
+        values = np.zeros(len(rays), np.float32) if intensities is None else intensities[rays]
         lines, frame = self._lidar.lines[rays], self.spec.frame_id
         self._send_transforms(time)
         kind = self.spec.message

@@ -43,31 +43,19 @@ class ServoPlugin(ModelPlugin):
     """
 
     STATE = ("_command",)
+    COMMANDS = {"command_topic": (QuaternionStamped, "_on_command")}
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
         self._states = self.publisher(spec.topic, JointState) if spec.topic else None
         self._numbers = [self.model.joints.names.index(name) for name in spec.joints]
-        self._buffer = self._listen()
+        self._buffer = self.transforms()
 
     def _rate(self) -> float:
         """Updates come when more than the period has passed."""
         rate, step = super()._rate(), self.world.time_step
         return whole_rate(rate, step, operator.gt) if self._asked > 0.0 else rate
-
-    def _listen(self) -> Any:
-        """Buffer of the transforms on /tf."""
-        import tf2_ros  # takes a while, and few models need it
-
-        buffer = tf2_ros.Buffer()
-        self._endpoints.append(tf2_ros.TransformListener(buffer))
-        return buffer
-
-    def listen(self) -> None:
-        """Subscribe to the orientations."""
-        if self.spec.command_topic:
-            self.subscribe(self.spec.command_topic, QuaternionStamped, self._on_command)
 
     def reset(self, time: float) -> None:
         """Without a command."""
@@ -88,10 +76,10 @@ class ServoPlugin(ModelPlugin):
 
         frame, orientation = self._command
         try:
-            found = self._buffer.lookup_transform(BASE, frame.lstrip("/"), rospy.Time(0))
+            turned = self._buffer.lookup_transform(BASE, frame.lstrip("/"), rospy.Time(0))
         except TransformException:
             return None
-        q = found.transform.rotation
+        q = turned.transform.rotation
         return multiply((q.x, q.y, q.z, q.w), orientation)
 
     def _turn(self, velocities: list[float]) -> None:

@@ -62,6 +62,16 @@ def service_handler(work: Callable[[Any], Any], service: Any) -> Callable[[Any],
     return handle
 
 
+def offer(prefix: str, *services: tuple[str, Any, Callable[[Any], Any]]) -> None:
+    """Offer services with a service_handler.
+
+    Args:
+        services: name, class and work of each.
+    """
+    for name, service, work in services:
+        rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
+
+
 def empty_service_handler(
     work: Callable[[Any], Any], response: type = EmptyResponse
 ) -> Callable[[Any], Any]:

@@ -9,14 +9,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import rospy
 from bullet_sim.description.model import RGB, Light
 from bullet_sim.errors import WorldError
 from bullet_sim.pose import PLACEABLE, Pose
 from gazebo_msgs import srv
 from std_msgs.msg import ColorRGBA
 
-from bullet_bridge.services.handlers import refusing, service_handler
+from bullet_bridge.services.handlers import offer, refusing
 
 if TYPE_CHECKING:
     from bullet_sim.world import World
@@ -35,12 +34,12 @@ class LightServices:
 
     def __init__(self, prefix: str, world: World, jobs: JobQueue, show: Callable[[], None]) -> None:
         self._world, self._jobs, self._show = world, jobs, show
-        for name, service, work in (
+        offer(
+            prefix,
             ("get_light_properties", srv.GetLightProperties, self._get),
             ("set_light_properties", srv.SetLightProperties, self._set),
             ("delete_light", srv.DeleteLight, self._delete),
-        ):
-            rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
+        )
 
     def _light(self, name: str) -> Light:
         lights = self._world.scene.lights

@@ -25,8 +25,8 @@ from bullet_bridge.services.handlers import (
     NO_FRAME,
     Refusal,
     empty_service_handler,
+    offer,
     refusing,
-    service_handler,
     topic_callback,
 )
 from bullet_bridge.transport.conversions import pose_from_msg, pose_to_msg, twist_to_msg, vector
@@ -59,14 +59,14 @@ class LinkServices:
 
     def __init__(self, prefix: str, world: World, jobs: JobQueue, received: ReceivedCounts) -> None:
         self._world, self._jobs = world, jobs
-        for name, service, work in (
+        offer(
+            prefix,
             ("get_link_state", srv.GetLinkState, self._get_state),
             ("set_link_state", srv.SetLinkState, lambda r: self._set_state(r.link_state)),
             ("get_link_properties", srv.GetLinkProperties, self._get_properties),
             ("set_link_properties", srv.SetLinkProperties, self._set_properties),
             ("apply_body_wrench", srv.ApplyBodyWrench, self._push),
-        ):
-            rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
+        )
         rospy.Service(
             f"{prefix}/clear_body_wrenches",
             srv.BodyRequest,
@@ -217,12 +217,12 @@ class JointServices:
 
     def __init__(self, prefix: str, world: World, jobs: JobQueue) -> None:
         self._world, self._jobs = world, jobs
-        for name, service, work in (
+        offer(
+            prefix,
             ("get_joint_properties", srv.GetJointProperties, self._get_properties),
             ("set_joint_properties", srv.SetJointProperties, self._set_properties),
             ("apply_joint_effort", srv.ApplyJointEffort, self._drive),
-        ):
-            rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
+        )
         rospy.Service(
             f"{prefix}/clear_joint_forces",
             srv.JointRequest,

@@ -19,8 +19,8 @@ from bullet_bridge.services.entities import ConnectedModels, find_frame, find_mo
 from bullet_bridge.services.handlers import (
     NO_FRAME,
     Refusal,
+    offer,
     refusing,
-    service_handler,
     topic_callback,
 )
 from bullet_bridge.services.spawn_text import SpawnText
@@ -73,7 +73,8 @@ class ModelServices:
         self._missing_package = missing_package
         self._server = server
         self._requests: dict[str, int] = {}
-        for name, service, work in (
+        offer(
+            prefix,
             ("spawn_urdf_model", srv.SpawnModel, lambda r: self._spawn(r, urdf=True)),
             ("spawn_sdf_model", srv.SpawnModel, lambda r: self._spawn(r, urdf=False)),
             ("delete_model", srv.DeleteModel, self._delete),
@@ -82,8 +83,7 @@ class ModelServices:
             ("set_model_configuration", srv.SetModelConfiguration, self._set_configuration),
             ("get_world_properties", srv.GetWorldProperties, self._get_world),
             ("get_model_properties", srv.GetModelProperties, self._get_properties),
-        ):
-            rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
+        )
         robots.received.subscribe(
             f"{prefix}/set_model_state", ModelState, topic_callback(self._set_state)
         )

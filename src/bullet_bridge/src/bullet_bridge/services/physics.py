@@ -13,10 +13,10 @@ from bullet_sim.errors import SimError, WorldError
 from gazebo_msgs import srv
 from gazebo_msgs.msg import ODEPhysics
 from geometry_msgs.msg import Vector3
+from paddock_common.reconfigure import describe
 from std_srvs.srv import Empty
 
-from bullet_bridge.services import physics_config
-from bullet_bridge.services.handlers import empty_service_handler, service_handler
+from bullet_bridge.services.handlers import empty_service_handler, offer
 from bullet_bridge.transport.conversions import vector
 from bullet_bridge.transport.reconfigure import ValuesServer
 
@@ -27,6 +27,25 @@ if TYPE_CHECKING:
     from bullet_bridge.loop.server import Server
 
 MAX_ITERATIONS = 10_000
+# dynamic_reconfigure's parameters; upstream's max_update_rate is at most 1000.
+_PARAMETERS = (
+    ("time_step", "double", 0.001, 0.0, 10.0, "Physics step [s]."),
+    ("max_update_rate", "double", 1000.0, 0.0, 1e6, "Steps per wall second [Hz]; 0: no limit."),
+    ("gravity_x", "double", 0.0, -100.0, 100.0, "Gravity along x [m/s^2]."),
+    ("gravity_y", "double", 0.0, -100.0, 100.0, "Gravity along y [m/s^2]."),
+    ("gravity_z", "double", -9.8, -100.0, 100.0, "Gravity along z [m/s^2]."),
+    ("auto_disable_bodies", "bool", False, False, True, "Of ODE, without effect."),
+    ("sor_pgs_precon_iters", "int", 0, 0, 10000, "Is kept, without effect."),
+    ("sor_pgs_iters", "int", 50, 0, 10000, "Iterations of the constraint solver per step."),
+    ("sor_pgs_w", "double", 1.3, 0.0, 5.0, "Factor of each correction of the constraint solver."),
+    ("sor_pgs_rms_error_tol", "double", 0.0, -1.0, 10000.0, "Of ODE, without effect."),
+    ("cfm", "double", 0.0, 0.0, 10.0, "Constraint force mixing of joints [s/kg]."),
+    ("erp", "double", 0.2, 0.0, 10.0, "Fraction of a joint's error that is corrected in a step."),
+    ("contact_surface_layer", "double", 0.001, 0.0, 10.0, "Is kept, without effect [m]."),
+    ("contact_max_correcting_vel", "double", 100.0, 0.0, 1e7, "Of contacts [m/s]; of new models."),
+    ("max_contacts", "int", 100, 0, 10000000, "Of a pair of shapes; of new models."),
+)
+CONFIG = describe(_PARAMETERS)
 # Settings of ODE that do not change here, by the solver; requests to change them are ignored. Those
 # of 'ode' do not change in Gazebo either (PhysicsEngine::SetAutoDisableFlag is empty, gazebo_ros
 # reads no tolerance): set_physics_properties answers neither, dynamic_reconfigure what was asked.
@@ -170,11 +189,11 @@ class PhysicsServices:
         }
         for name, job in empty.items():
             self._add_empty(f"{prefix}/{name}", job)
-        for name, service, work in (
+        offer(
+            prefix,
             ("get_physics_properties", srv.GetPhysicsProperties, self._get),
             ("set_physics_properties", srv.SetPhysicsProperties, self._set),
-        ):
-            rospy.Service(f"{prefix}/{name}", service, service_handler(work, service))
+        )
 
     def _add_empty(self, name: str, job: Callable[[], Any]) -> None:
         """Service with an empty request and response that runs a job."""
@@ -217,7 +236,7 @@ AXES = ("gravity_x", "gravity_y", "gravity_z")
 
 
 def as_config(properties: Properties) -> dict[str, Any]:
-    """dict of physics_config's names with the values of Properties."""
+    """dict of CONFIG's names with the values of Properties."""
     return dict(
         properties.ode,
         time_step=properties.time_step,
@@ -248,7 +267,7 @@ class PhysicsServer(ValuesServer):
     def __init__(self, namespace: str, jobs: JobQueue, properties: PhysicsProperties) -> None:
         self._jobs, self._properties = jobs, properties
         self._last = as_config(properties.read())
-        super().__init__(physics_config, self._last, self._changed, namespace)
+        super().__init__(CONFIG, self._last, self._changed, namespace)
 
     def _changed(self, config: Any, _level: int) -> Any:
         changes = requested_changes(config, self._last)

@@ -14,7 +14,7 @@ from bullet_sim.plugins.custom import CustomSpec
 from std_srvs.srv import Trigger, TriggerResponse
 
 from bullet_bridge.plugins.cameras import CameraSensor
-from bullet_bridge.services.handlers import service_handler
+from bullet_bridge.services.handlers import offer
 from bullet_bridge.srv import State, StateResponse, Step, StepResponse
 
 if TYPE_CHECKING:
@@ -34,8 +34,7 @@ class StateServices:
     def __init__(self, prefix: str, jobs: JobQueue, server: Server) -> None:
         self._jobs, self._server = jobs, server
         self._states: dict[str, Any] = {}
-        for name, work in (("save_state", self.save), ("restore_state", self.restore)):
-            rospy.Service(f"{prefix}/{name}", State, service_handler(work, State))
+        offer(prefix, ("save_state", State, self.save), ("restore_state", State, self.restore))
 
     def save(self, request: Any) -> StateResponse:
         """Save a state; one of the same name is replaced."""

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 
 import rospy
 from bullet_sim.pose import Array, Motion
-from sensor_msgs.msg import NavSatFix
 
 if TYPE_CHECKING:
     from bullet_sim.plugins.lidars import RaySpec
@@ -218,61 +217,6 @@ class PackedImu(Packed):
             self._frame,
             self._NUMBERS.pack(*orientation, first, *rate, second, *force, third),
         )
-
-
-class PackedFix(Packed):
-    """sensor_msgs/NavSatFix.
-
-    Args:
-        frame: frame_id of the header.
-        status, service: of its NavSatStatus.
-        variances: (3,) on the diagonal of the covariance, COVARIANCE_TYPE_DIAGONAL_KNOWN [m^2].
-    """
-
-    _NUMBERS = struct.Struct("<bH3d72sB")
-
-    def __init__(
-        self,
-        publisher: rospy.Publisher,
-        frame: str,
-        status: int,
-        service: int,
-        variances: Sequence[float],
-    ) -> None:
-        super().__init__(publisher)
-        self._frame, self._status = pack_string(frame), (status, service)
-        self._covariance = _pack_diagonal(variances)
-
-    def send(self, time: float, latitude: float, longitude: float, altitude: float) -> None:
-        """Publish for a simulated time [s]: [degrees], [degrees], [m]."""
-        self._send(
-            self._header(time),
-            self._frame,
-            self._NUMBERS.pack(
-                *self._status,
-                *(latitude, longitude, altitude),
-                self._covariance,
-                NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN,
-            ),
-        )
-
-
-class PackedVector(Packed):
-    """geometry_msgs/Vector3Stamped.
-
-    Args:
-        frame: frame_id of the header.
-    """
-
-    _NUMBERS = struct.Struct("<3d")
-
-    def __init__(self, publisher: rospy.Publisher, frame: str) -> None:
-        super().__init__(publisher)
-        self._frame = pack_string(frame)
-
-    def send(self, time: float, x: float, y: float, z: float) -> None:
-        """Publish for a simulated time [s]."""
-        self._send(self._header(time), self._frame, self._NUMBERS.pack(x, y, z))
 
 
 class PackedStates(Packed):

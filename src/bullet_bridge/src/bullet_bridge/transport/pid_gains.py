@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import types
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
+import rospy
 from bullet_sim.controllers.pid import PidGains
-from bullet_sim.errors import ControllerError
+from bullet_sim.errors import ControllerError, SimError
 from control_toolbox.cfg import ParametersConfig
 
 from bullet_bridge.transport.reconfigure import widened
@@ -38,3 +39,26 @@ def gains_of(config: Mapping[str, Any]) -> PidGains:
 def config_type(gains: PidGains) -> types.SimpleNamespace:
     """ParametersConfig with ranges widened to include the present gains."""
     return widened(ParametersConfig, values_of(gains))
+
+
+def on_change(
+    namespace: str, gains: PidGains, apply: Callable[[PidGains], Any]
+) -> Callable[[Any, int], Any]:
+    """Callback of a server of gains.
+
+    Args:
+        apply: function that sets new PidGains in the simulation; its SimErrors and time-outs are
+            logged, and the last gains are published again.
+    """
+    last = values_of(gains)
+
+    def changed(config: Any, _level: int) -> Any:
+        try:
+            apply(gains_of(config))
+            last.update({name: config[name] for name in NAMES})
+        except (SimError, TimeoutError) as error:
+            rospy.logerr("%s: %s", namespace, error)
+            config.update(last)
+        return config
+
+    return changed

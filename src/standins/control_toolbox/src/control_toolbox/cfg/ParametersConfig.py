@@ -15,4 +15,4 @@ _PARAMETERS = (
     ("antiwindup", "bool", False, False, True, "Bound the stored integral, too."),
 )
 
-globals().update(describe(_PARAMETERS))
+globals().update(vars(describe(_PARAMETERS)))

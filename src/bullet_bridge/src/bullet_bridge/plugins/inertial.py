@@ -1,17 +1,15 @@
-"""Ground truth, IMU, GPS, magnetometer, force and torque."""
+"""Ground truth, IMU, GPS, magnetometer."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
-from types import SimpleNamespace
+from dataclasses import fields, replace
 from typing import Any, ClassVar
 
 import numpy as np
 import rospy
 from bullet_sim.description.world import Place
-from bullet_sim.plugins.forces import ForceTorqueSpec, LinkForceSpec
 from bullet_sim.plugins.inertial import (
     BiasedImuSpec,
     GpsSpec,
@@ -20,11 +18,10 @@ from bullet_sim.plugins.inertial import (
     MagneticSpec,
     ModelImuSpec,
 )
-from bullet_sim.pose import Pose, Quat, Vec3, Vector, multiply, quaternion_from_yaw
+from bullet_sim.pose import Pose, Quat, Vec3, multiply, quaternion_from_yaw
 from bullet_sim.sensors import inertial
 from bullet_sim.sensors.errors import Bias, SensorErrors
-from bullet_sim.sensors.inertial import joint_wrench, net_wrench
-from geometry_msgs.msg import Vector3, Vector3Stamped, WrenchStamped
+from geometry_msgs.msg import Vector3, Vector3Stamped
 from hector_gazebo_plugins.srv import (
     SetBias,
     SetBiasResponse,
@@ -40,7 +37,7 @@ from std_srvs.srv import EmptyResponse
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
 from bullet_bridge.plugins.errors import TunedSensor
 from bullet_bridge.transport import conversions
-from bullet_bridge.transport.packed import PackedFix, PackedImu, PackedOdometry, PackedVector
+from bullet_bridge.transport.packed import PackedImu, PackedOdometry
 
 
 @ros_side(GroundTruthSpec)
@@ -86,15 +83,13 @@ class GroundTruthSensor(Sensor):
 
 
 _SERVICES = {"SERVICE_GPS": 1, "SERVICE_GLONASS": 2, "SERVICE_COMPASS": 4, "SERVICE_GALILEO": 8}
-GNSS = SimpleNamespace(  # hector_gazebo_plugins/GNSS.cfg
-    **describe(
-        (name, "bool", default, False, True, text)
-        for name, default, text in (
-            ("STATUS_FIX", True, "unaugmented fix"),
-            ("STATUS_SBAS_FIX", False, "fix with satellite-based augmentation"),
-            ("STATUS_GBAS_FIX", False, "with ground-based augmentation"),
-            *((name, True, name.partition("_")[2]) for name in _SERVICES),
-        )
+GNSS = describe(  # hector_gazebo_plugins/GNSS.cfg
+    (name, "bool", default, False, True, text)
+    for name, default, text in (
+        ("STATUS_FIX", True, "unaugmented fix"),
+        ("STATUS_SBAS_FIX", False, "fix with satellite-based augmentation"),
+        ("STATUS_GBAS_FIX", False, "with ground-based augmentation"),
+        *((name, True, name.partition("_")[2]) for name in _SERVICES),
     )
 )
 
@@ -317,37 +312,26 @@ class GpsSensor(TunedSensor):
     """
 
     STATE = ("_reference", "_errors", "_velocity_errors", "_measured", "_status")
-    CACHE = ("_sender",)
     message = NavSatFix
     resets = True
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
-        given = {
-            key: getattr(spec, key) for key in ("latitude", "longitude", "altitude", "heading")
-        }
-        given = {key: value for key, value in given.items() if value is not None}
+        given = {field.name: getattr(spec, field.name) for field in fields(Place)}
+        given = {name: value for name, value in given.items() if value is not None}
         self._reference: Place = replace(self.world.place, **given)
         self._meters = inertial.radii(self._reference.latitude)  # they stay, as upstream
         self._errors = SensorErrors(spec.errors)
         self._velocity_errors = SensorErrors(spec.velocity_errors)
         self._status = (spec.status, spec.service)
-        self._set_sender()
-        velocities = self.publisher(spec.velocity_topic, Vector3Stamped)
-        self._velocity_sender = PackedVector(velocities, spec.frame_id)
+        self._velocities = self.publisher(spec.velocity_topic, Vector3Stamped)
         name = f"{spec.topic}/set_reference_geopose"
         self.service(name, SetReferenceGeoPose, self._on_reference)
-        self.tune(f"{spec.topic}/position", self._errors, self._set_sender)
+        self.tune(f"{spec.topic}/position", self._errors)
         self.tune(f"{spec.topic}/velocity", self._velocity_errors)
         values = _gnss_values(spec.status, spec.service)
         self.reconfigure(f"{spec.topic}/status", GNSS, values, self._on_status)
-
-    def _set_sender(self) -> None:
-        """Send with the present status and the variances of the present errors."""
-        errors = self._errors.spec
-        variances = [n**2 + d**2 for n, d in zip(errors.noise, errors.drift)]
-        self._sender = PackedFix(self.pub, self.spec.frame_id, *self._status, variances)
 
     def _on_status(self, config: Any, _level: int) -> Any:
         status = -1
@@ -355,11 +339,7 @@ class GpsSensor(TunedSensor):
             status = config["STATUS_SBAS_FIX"] | 2 * config["STATUS_GBAS_FIX"]
         service = sum(bit for name, bit in _SERVICES.items() if config[name])
 
-        def change() -> None:
-            self._status = (status, service)
-            self._set_sender()
-
-        self.call(change)
+        self.call(lambda: setattr(self, "_status", (status, service)))
         return config
 
     def _on_reference(self, request: Any) -> SetReferenceGeoPoseResponse:
@@ -397,8 +377,21 @@ class GpsSensor(TunedSensor):
         a, b, c = self._velocity_errors.drift  # which the position's drift adds up
         x, y, z = self._errors.drift
         self._errors.drift = x + elapsed * a, y + elapsed * b, z + elapsed * c
-        self._sender.send(time, *inertial.fix(fix, self._reference, self._meters))
-        self._velocity_sender.send(time, *inertial.to_north_west(self._reference.heading, u, v), w)
+        self.pub.publish(self._fix(time, inertial.fix(fix, self._reference, self._meters)))
+        velocity = Vector3(*inertial.to_north_west(self._reference.heading, u, v), w)
+        header = conversions.header(time, self.spec.frame_id)
+        self._velocities.publish(Vector3Stamped(header=header, vector=velocity))
+
+    def _fix(self, time: float, place: Any) -> NavSatFix:
+        """The message of a latitude, longitude [degrees] and altitude [m]."""
+        errors = self._errors.spec
+        fix = NavSatFix(header=conversions.header(time, self.spec.frame_id))
+        fix.status.status, fix.status.service = self._status
+        fix.latitude, fix.longitude, fix.altitude = place
+        variances = [n**2 + d**2 for n, d in zip(errors.noise, errors.drift)]
+        fix.position_covariance[::4] = variances
+        fix.position_covariance_type = NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
+        return fix
 
 
 @ros_side(MagneticSpec)
@@ -434,54 +427,3 @@ class MagneticSensor(TunedSensor):
         vector = message.magnetic_field if self.spec.field_message else message.vector
         vector.x, vector.y, vector.z = values
         return message
-
-
-def wrench_message(time: float, frame: str, force: Vector, torque: Vector) -> WrenchStamped:
-    """geometry_msgs/WrenchStamped of two (3,) [N, N m]."""
-    message = WrenchStamped(header=conversions.header(time, frame))
-    message.wrench.force = Vector3(*map(float, force))
-    message.wrench.torque = Vector3(*map(float, torque))
-    return message
-
-
-@ros_side(ForceTorqueSpec)
-class ForceTorqueSensor(Sensor):
-    """geometry_msgs/WrenchStamped of a joint: its child link on its parent, child's axes.
-
-    Zeros of a joint without <provide_feedback>.
-    """
-
-    message = WrenchStamped
-    whole_periods = True
-    waits_for_time = True
-
-    def measure(self, time: float) -> WrenchStamped:
-        wrench: Any = (np.zeros(3), np.zeros(3))
-        if self.spec.feedback:
-            wrench = joint_wrench(self.model, self.spec.joint)
-        if self.spec.noise_stddev:
-            wrench = [v + self.rng.normal(0.0, self.spec.noise_stddev, 3) for v in wrench]
-        return wrench_message(time, self.spec.frame_id, *wrench)
-
-
-@ros_side(LinkForceSpec)
-class LinkForceSensor(Sensor):
-    """geometry_msgs/WrenchStamped of the net force on a link, mean over a step, world axes."""
-
-    STATE = ("_before",)
-    message = WrenchStamped
-
-    def start(self, time: float) -> None:
-        """Measure from now on."""
-        self._before: Any = None  # (velocity, angular velocity, time) at the last measurement
-
-    def measure(self, time: float) -> WrenchStamped | None:
-        part = self.model.description.links[self.spec.link]
-        pose, linear, angular = self.model.link_state(self.spec.link)
-        speed = linear + np.cross(angular, pose.matrix @ part.center)
-        before, self._before = self._before, (speed, angular, time)
-        if before is None or not time > before[2]:
-            return None
-        inertia = pose.matrix @ part.inertia @ pose.matrix.T
-        wrench = net_wrench(part.mass, inertia, before[:2], (speed, angular), time - before[2])
-        return wrench_message(time, self.spec.frame_id, *wrench)
