@@ -11,12 +11,12 @@ from bullet_web.actions import (
     CONE_PARTS,
     ActionError,
     Actions,
-    carried,
     cone,
     free_name,
     parked,
     pose_of,
 )
+from nav_msgs.msg import Odometry
 
 ROBOT = """<robot name="r"><link name="l"/>
   <transmission name="t"/>
@@ -64,12 +64,17 @@ def test_a_model_that_cannot_move_is_not_put_elsewhere():
         actions.execute(message)
 
 
-def test_a_place_is_carried_into_the_frame_of_an_odometry():
+@pytest.mark.parametrize(
+    "place, goal",
+    [((2.0, 4.0), (8.0, 5.0)), ((1.0, 1.0), (5.0, 6.0))],  # 3 m ahead, 1 m to its left
+)
+def test_a_goal_is_carried_into_the_frame_of_an_odometry(place, goal):
     # The truck stands at (2, 1) and looks along y; its odometry says (5, 5), along x.
-    seen, told = (2.0, 1.0, math.pi / 2), (5.0, 5.0, 0.0)
-    assert carried((2.0, 4.0), seen, told) == pytest.approx((8.0, 5.0))  # 3 m ahead
-    assert carried((1.0, 1.0), seen, told) == pytest.approx((5.0, 6.0))  # 1 m to its left
-    assert carried((3.0, -2.0), seen, seen) == pytest.approx((3.0, -2.0))
+    message = Odometry(child_frame_id="truck/base")
+    message.pose.pose = pose_of(5.0, 5.0, 0.0, 0.0)
+    poses = {"base": (2.0, 1.0, math.pi / 2)}
+    actions = Actions(lambda: (), lambda _: None, poses.get)
+    assert actions._in_odometry(place, message) == pytest.approx(goal)
 
 
 def test_poses_are_upright():

@@ -41,12 +41,10 @@ def odometry(time, x, frame="base"):
 
 def options(folder, **given):
     words = ["drive.bag", "--urdf", "arm.urdf", "--world", str(folder / "empty.world")]
-    found = bag.parser().parse_args(words)
-    found.bag = str(folder / "drive.bag")
-    found.out = str(folder / "drive.html")
-    for name, value in given.items():
-        setattr(found, name, value)
-    return found
+    options = bag.command_line().parse_args(words)
+    options.bag, options.out = str(folder / "drive.bag"), str(folder / "drive.html")
+    vars(options).update(given)
+    return options
 
 
 def test_a_bag_becomes_frames_with_poses_and_joints(folder):

@@ -75,9 +75,9 @@ def test_every_type_and_action_has_an_example():
             "contacts is 'yes', must be true or false",
         ),
         ('{"type": "do", "action": "explode"}', "action is 'explode', must be one of pause"),
-        ('{"type": "do", "action": "step", "count": 0}', "count is 0, must be a whole number from"),
+        ('{"type": "do", "action": "step", "count": 0}', "count is 0, must be from 1 to"),
         ('{"type": "do", "action": "step", "count": 1.5}', "count is 1.5, must be a whole number"),
-        ('{"type": "do", "action": "pace", "factor": -1}', "factor is -1, must be a number from 0"),
+        ('{"type": "do", "action": "pace", "factor": -1}', "factor is -1, must be from 0 to"),
         ('{"type": "do", "action": "spawn", "kind": "tank"}', "kind is 'tank', must be one of box"),
         (
             '{"type": "do", "action": "goal", "x": 0, "y": "a", "z": 0}',

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection
-from typing import Any, Tuple
+from typing import Any
 from xml.etree import ElementTree
 
 import roslib.message
@@ -22,11 +22,10 @@ from geometry_msgs.msg import Pose
 from nav_msgs.msg import Odometry
 from std_srvs.srv import Empty, Trigger
 
-from bullet_web.navigation import Navigation, Navigator
+from bullet_web.navigation import Navigation, Navigator, Planar, anchor, placed, planar
 
 TIMEOUT = 2.0  # [s] for a service to be there, and for an odometry
 ODOMETRY = "/odom"  # in whose frame goals are
-Planar = Tuple[float, float, float]  # x, y [m], yaw [rad]
 CLEARANCE = 0.05  # [m] above what was clicked
 UPRIGHT = math.radians(10.0)  # a model that leans less keeps its height
 DESCRIPTION = "/robot_description"  # of the robot that "car" copies
@@ -221,8 +220,8 @@ class Actions:
         return f"{message['model']} is removed"
 
     def _navigator(self, message: dict[str, Any]) -> Navigator | None:
-        found = self._navigation
-        return None if found is None else found.of_model(message.get("model", ""))
+        navigation = self._navigation
+        return None if navigation is None else navigation.of_model(message.get("model", ""))
 
     def _goal(self, message: dict[str, Any]) -> str:
         navigator = self._navigator(message)
@@ -257,10 +256,8 @@ class Actions:
         here = self._link_pose(link)
         if here is None:
             return place
-        pose = message.pose.pose
-        q = pose.orientation
-        yaw = rpy_from_quaternion((q.x, q.y, q.z, q.w))[2]
-        return carried(place, here, (pose.position.x, pose.position.y, yaw))
+        world = anchor(planar(message.pose.pose), here)
+        return placed(world, (*place, 0.0))[:2]
 
     def _cancel(self, message: dict[str, Any]) -> str:
         navigator = self._navigator(message)
@@ -270,23 +267,10 @@ class Actions:
         return "the goal is cancelled"
 
 
-def carried(place: tuple[float, float], seen: Planar, told: Planar) -> tuple[float, float]:
-    """A place [m] from one frame in another, in which the same body has another pose.
-
-    Args:
-        seen: x, y [m], yaw [rad] of the body in the frame of the place.
-        told: its pose in the other frame.
-    """
-    dx, dy, turn = place[0] - seen[0], place[1] - seen[1], told[2] - seen[2]
-    cosine, sine = math.cos(turn), math.sin(turn)
-    return told[0] + cosine * dx - sine * dy, told[1] + sine * dx + cosine * dy
-
-
 def pose_of(x: float, y: float, z: float, yaw: float) -> Pose:
     """geometry_msgs/Pose [m, rad]."""
     pose = Pose()
     pose.position.x, pose.position.y, pose.position.z = float(x), float(y), float(z)
-    quaternion = quaternion_from_rpy(0.0, 0.0, yaw)
     q = pose.orientation
-    q.x, q.y, q.z, q.w = quaternion
+    q.x, q.y, q.z, q.w = quaternion_from_rpy(0.0, 0.0, yaw)
     return pose

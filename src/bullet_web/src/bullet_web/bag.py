@@ -178,18 +178,18 @@ def choose(topics: dict[str, str], options: argparse.Namespace) -> Choice:
     Raises:
         BagError: there is no odometry, or nothing tells the robot.
     """
-    found = [topic for topic in sorted(topics) if topics[topic] == ODOMETRY]
-    if options.odometry and options.odometry not in found:
+    odometry = [topic for topic in sorted(topics) if topics[topic] == ODOMETRY]
+    if options.odometry and options.odometry not in odometry:
         raise BagError(
             f"--odometry is {options.odometry!r}; the bag's topics of type {ODOMETRY} are "
-            f"{', '.join(found) or '(none)'}"
+            f"{', '.join(odometry) or '(none)'}"
         )
-    if not found:
+    if not odometry:
         raise BagError(f"the bag has no topic of type {ODOMETRY}; it has {', '.join(topics)}")
     joints = [topic for topic in sorted(topics) if topics[topic] == JOINTS]
     for robot in ROBOTS:
         if robot.joints in joints and not options.urdf:
-            mine = [topic for topic in robot.odometry if topic in found]
+            mine = [topic for topic in robot.odometry if topic in odometry]
             if options.odometry or mine:
                 package, name, *arguments = robot.xacro
                 urdf = output_of("xacro", file_of(package, name), *arguments)
@@ -201,7 +201,9 @@ def choose(topics: dict[str, str], options: argparse.Namespace) -> Choice:
             "nothing in the bag tells which robot it is; name its description: --urdf FILE"
         )
     urdf = output_of("xacro", options.urdf)
-    return Choice("robot", options.odometry or found[0], (joints or [""])[0], urdf, options.world)
+    return Choice(
+        "robot", options.odometry or odometry[0], (joints or [""])[0], urdf, options.world
+    )
 
 
 def frames(bag: Any, choice: Choice, stage: Stage, recording: Recording) -> Iterator[float]:
@@ -258,25 +260,25 @@ def make(options: argparse.Namespace) -> str:
     return f"{options.out}: {len(times)} frames, {length:.1f} s, {size / 1e6:.1f} MB"
 
 
-def parser() -> argparse.ArgumentParser:
+def command_line() -> argparse.ArgumentParser:
     """The command line."""
-    found = argparse.ArgumentParser(
+    parser = argparse.ArgumentParser(
         prog="replay", description="Make a replay, an HTML file, of a rosbag."
     )
-    found.add_argument("bag", metavar="FILE.bag", help="the bag")
-    found.add_argument("--out", metavar="FILE.html", help="what to write; by default FILE.html")
-    found.add_argument("--track", default="default", help="its track: a name or a file")
-    found.add_argument("--world", default="", metavar="FILE", help="a world file, not a track")
-    found.add_argument("--urdf", default="", metavar="FILE", help="the robot: URDF or xacro")
-    found.add_argument(
+    parser.add_argument("bag", metavar="FILE.bag", help="the bag")
+    parser.add_argument("--out", metavar="FILE.html", help="what to write; by default FILE.html")
+    parser.add_argument("--track", default="default", help="its track: a name or a file")
+    parser.add_argument("--world", default="", metavar="FILE", help="a world file, not a track")
+    parser.add_argument("--urdf", default="", metavar="FILE", help="the robot: URDF or xacro")
+    parser.add_argument(
         "--odometry", default="", metavar="TOPIC", help="the topic with the robot's pose"
     )
-    return found
+    return parser
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Make a replay; returns the exit code."""
-    options = parser().parse_args(arguments)
+    options = command_line().parse_args(arguments)
     if not options.out:
         options.out = os.path.splitext(options.bag)[0] + ".html"
     try:

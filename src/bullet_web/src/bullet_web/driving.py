@@ -63,10 +63,10 @@ def drive_of(topic: str, parameters: Mapping[str, Any]) -> Drive:
     if parameters.get("mode") == "original":
         return Drive(topic, WHEEL_SPEED, "rad/s", ORIGINAL_STEERING, 1)
     names = ("wheelbase", "max_steering", "max_speed")
-    found = [parameters.get(name, CAR_SPEED if name == "max_speed" else None) for name in names]
-    if not all(isinstance(value, (int, float)) and value > 0 for value in found):
+    values = [parameters.get(name, CAR_SPEED if name == "max_speed" else None) for name in names]
+    if not all(isinstance(value, (int, float)) and value > 0 for value in values):
         return Drive(topic)
-    wheelbase, largest, speed = map(float, found)  # type: ignore[arg-type]
+    wheelbase, largest, speed = map(float, values)  # type: ignore[arg-type]
     curvature = math.tan(min(largest, 1.2)) / wheelbase
     if "max_steering_rate" in parameters:  # the truck
         curvature = min(curvature, SAFE_CURVATURE)

@@ -21,7 +21,7 @@ STANDARD = "/cmd_vel"  # the topic that comes first
 
 @dataclass(frozen=True)
 class Graph:
-    """What was found.
+    """What there is.
 
     Attributes:
         cameras, lidars: names of topics; lidars are all that measure points.
@@ -86,7 +86,7 @@ def _of_type(
 def _parameters(nodes: Sequence[str]) -> dict[str, Any]:
     """Private parameters of the first of some nodes that has any."""
     for node in nodes:
-        found = rospy.get_param(node, {})
-        if isinstance(found, dict) and found:
-            return found
+        values = rospy.get_param(node, {})
+        if isinstance(values, dict) and values:
+            return values
     return {}

@@ -8,73 +8,59 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import Any, Callable
+from dataclasses import dataclass
+from typing import Any
+
+from paddock_common.settings import Choice, Flag, Number, Rule
 
 MAX_BYTES = 4096
 MAX_PLACE = 1e4  # [m]
 MAX_STEPS = 100000
 MAX_PACE = 100.0
 KINDS = ("box", "cone", "car")
-Check = Callable[[Any], bool]
 
 
 class BadMessage(ValueError):
     """A message of a browser that is refused."""
 
 
-def _number(low: float, high: float) -> tuple[Check, str]:
-    def check(value: Any) -> bool:
-        valid = isinstance(value, (int, float)) and not isinstance(value, bool)
-        return valid and low <= value <= high  # not of NaN
+@dataclass(frozen=True)
+class Word(Rule):
+    """A text of at most `limit` characters."""
 
-    return check, f"a number from {low:g} to {high:g}"
+    limit: int
 
-
-def _whole(low: int, high: int) -> tuple[Check, str]:
-    def check(value: Any) -> bool:
-        return isinstance(value, int) and not isinstance(value, bool) and low <= value <= high
-
-    return check, f"a whole number from {low} to {high}"
+    def complaint(self, value: Any) -> str:
+        is_word = isinstance(value, str) and len(value) <= self.limit
+        return "" if is_word else f"a text of up to {self.limit}"
 
 
-def _text(limit: int) -> tuple[Check, str]:
-    return lambda value: isinstance(value, str) and len(value) <= limit, f"a text of up to {limit}"
-
-
-def _flag() -> tuple[Check, str]:
-    return lambda value: isinstance(value, bool), "true or false"
-
-
-def _one_of(*values: str) -> tuple[Check, str]:
-    return lambda value: value in values, "one of " + ", ".join(values)
-
-
-PLACE = {name: _number(-MAX_PLACE, MAX_PLACE) for name in ("x", "y", "z")}
-NAME = _text(200)
-ACTIONS: dict[str, dict[str, tuple[Check, str]]] = {
+PLACE: dict[str, Rule] = {name: Number(min=-MAX_PLACE, max=MAX_PLACE) for name in ("x", "y", "z")}
+NAME = Word(200)
+ACTIONS: dict[str, dict[str, Rule]] = {
     "pause": {},
     "resume": {},
     "reset": {},
     "cancel": {},
-    "step": {"count": _whole(1, MAX_STEPS)},
-    "pace": {"factor": _number(0.0, MAX_PACE)},
+    "step": {"count": Number(min=1, max=MAX_STEPS, integer=True)},
+    "pace": {"factor": Number(min=0.0, max=MAX_PACE)},
     "place": {"model": NAME, **PLACE},
-    "spawn": {"kind": _one_of(*KINDS), **PLACE},
+    "spawn": {"kind": Choice(KINDS), **PLACE},
     "goal": PLACE,
     "remove": {"model": NAME},
 }
-FIELDS: dict[str, dict[str, tuple[Check, str]]] = {
+FIELDS: dict[str, dict[str, Rule]] = {
     "ack": {},
     "take": {},
     "release": {},
-    "drive": {"speed": _number(-1.0, 1.0), "steering": _number(-1.0, 1.0)},
+    "drive": {"speed": Number(min=-1.0, max=1.0), "steering": Number(min=-1.0, max=1.0)},
     "topic": {"topic": NAME},
-    "want": {"camera": NAME, "lidar": NAME, "data": _flag(), "contacts": _flag()},
-    "do": {"action": _one_of(*ACTIONS)},
+    "want": {"camera": NAME, "lidar": NAME, "data": Flag(), "contacts": Flag()},
+    "do": {"action": Choice(tuple(ACTIONS))},
 }
 # Fields that may be there: [rad] of place, spawn and goal; the model that gets the goal.
-OPTIONAL = {"yaw": _number(-10.0, 10.0), "model": NAME}
-LAYERS = {"layers": _text(2000)}  # of want: topics of navigation, with blanks between them
+OPTIONAL = {"yaw": Number(min=-10.0, max=10.0), "model": NAME}
+LAYERS = {"layers": Word(2000)}  # of want: topics of navigation, with blanks between them
 
 
 def parse(text: str | bytes) -> dict[str, Any]:
@@ -110,11 +96,11 @@ def parse(text: str | bytes) -> dict[str, Any]:
     return checked
 
 
-def _checked(message: Mapping[str, Any], fields: Mapping[str, tuple[Check, str]]) -> dict[str, Any]:
-    for name, (check, valid) in fields.items():
-        value = message.get(name)
-        if not isinstance(value, (str, int, float)) or not check(value):
-            raise BadMessage(f"{name} is {_shown(value)}, must be {valid}")
+def _checked(message: Mapping[str, Any], fields: Mapping[str, Rule]) -> dict[str, Any]:
+    for name, rule in fields.items():
+        valid = rule.complaint(message.get(name))
+        if valid:
+            raise BadMessage(f"{name} is {_shown(message.get(name))}, must be {valid}")
     return {name: message[name] for name in fields}
 
 

@@ -72,7 +72,7 @@ def grid_message(topic: str, info: Any, frame: str, cells: Array) -> bytes:
     Raises:
         ValueError: it has no size, or its origin is none.
     """
-    place = _planar(info.origin)
+    place = planar(info.origin)
     if not (math.isfinite(info.resolution) and info.resolution > 0.0 and cells.size):
         raise ValueError(f"the grid has {cells.shape} cells of {info.resolution} m")
     if not all(map(math.isfinite, place)):
@@ -121,7 +121,7 @@ def path_message(topic: str, message: Any) -> bytes:
 def poses_message(topic: str, message: Any) -> bytes:
     """What pages get of a geometry_msgs/PoseArray: (n, 3) float32 x, y [m], yaw [rad]."""
     step = max(1, -(-len(message.poses) // MAX_POSES))
-    return _numbers("poses", topic, message, [_planar(p) for p in message.poses[::step]], 3)
+    return _numbers("poses", topic, message, [planar(p) for p in message.poses[::step]], 3)
 
 
 def _numbers(kind: str, topic: str, message: Any, rows: list[Any], width: int) -> bytes:
@@ -131,7 +131,8 @@ def _numbers(kind: str, topic: str, message: Any, rows: list[Any], width: int) -
     return packed(head, table.tobytes())
 
 
-def _planar(pose: Any) -> Planar:
+def planar(pose: Any) -> Planar:
+    """x, y, yaw of a geometry_msgs/Pose."""
     q = pose.orientation
     yaw = rpy_from_quaternion((q.x, q.y, q.z, q.w))[2]
     return pose.position.x, pose.position.y, yaw
@@ -146,10 +147,10 @@ class Frames:
 
     def add(self, message: Any) -> None:
         """Take a tf2_msgs/TFMessage."""
-        for each in message.transforms:
-            t, q = each.transform.translation, each.transform.rotation
-            self._parents[each.child_frame_id.lstrip("/")] = (
-                each.header.frame_id.lstrip("/"),
+        for stamped in message.transforms:
+            t, q = stamped.transform.translation, stamped.transform.rotation
+            self._parents[stamped.child_frame_id.lstrip("/")] = (
+                stamped.header.frame_id.lstrip("/"),
                 (t.x, t.y, t.z),
                 (q.x, q.y, q.z, q.w),
             )
@@ -171,15 +172,11 @@ class Frames:
         return None
 
 
-def anchor(seen: Planar, told: Planar) -> Planar:
+def anchor(in_world: Planar, in_frame: Planar) -> Planar:
     """Pose of a frame in the world, by a body's pose in the world and its pose in the frame."""
-    yaw = seen[2] - told[2]
-    cosine, sine = math.cos(yaw), math.sin(yaw)
-    return (
-        seen[0] - cosine * told[0] + sine * told[1],
-        seen[1] - sine * told[0] - cosine * told[1],
-        yaw,
-    )
+    yaw = in_world[2] - in_frame[2]
+    x, y, _ = placed((0.0, 0.0, yaw), in_frame)
+    return in_world[0] - x, in_world[1] - y, yaw
 
 
 def placed(frame: Planar, place: Planar) -> Planar:
@@ -222,24 +219,24 @@ def navigators(
         listening: topic -> nodes that subscribe to it.
         types: topic -> type.
     """
-    found = []
+    result = []
     for topic, nodes in sorted(listening.items()):
         if nodes and topic.endswith(f"/{GOAL}") and types.get(topic, POSE) == POSE:
             node = min(nodes, key=lambda name: (not name.endswith("move_base"), name))
             frame = str(get_param(f"{node}/global_costmap/global_frame", "map")).lstrip("/")
-            found.append(Navigator(topic, node, frame))
-    return tuple(found)
+            result.append(Navigator(topic, node, frame))
+    return tuple(result)
 
 
 def layers(sent: Iterable[str], types: Mapping[str, str]) -> tuple[str, ...]:
     """Topics that pages can show: maps first, then costmaps, plans, arrays of poses."""
     order = {GRID: 0, PATH: 2, POSES: 3}
-    found = [
+    ordered = [
         (order[types[topic]] + ("costmap" in topic), topic)
         for topic in sent
         if types.get(topic) in order
     ]
-    return tuple(topic for _, topic in sorted(found))
+    return tuple(topic for _, topic in sorted(ordered))
 
 
 # subscriptions ------------------------------------------------------------------------------------
@@ -317,8 +314,8 @@ class Layer:
 
     def close(self) -> None:
         """Unsubscribe."""
-        for each in self._subscribers:
-            each.unregister()
+        for subscriber in self._subscribers:
+            subscriber.unregister()
 
 
 class Navigation:
@@ -365,46 +362,51 @@ class Navigation:
         """Frames of what was delivered."""
         return {layer.frame for layer in self._layers.values() if layer.frame}
 
-    def watch(self, found: tuple[Navigator, ...], looking: bool) -> None:
+    def watch(self, navigators: tuple[Navigator, ...], looking: bool) -> None:
         """Follow TF and the goals, or do not.
 
         Args:
-            found: those that take goals.
+            navigators: those that take goals.
             looking: whether somebody looks.
         """
-        self.navigators = found
+        self.navigators = navigators
         if looking and not self._tf:
             self._tf = [
                 rospy.Subscriber(topic, TFMessage, self.frames.add, queue_size=100)
                 for topic in ("/tf", "/tf_static")
             ]
         elif not looking and self._tf:
-            for each in self._tf:
-                each.unregister()
+            for subscriber in self._tf:
+                subscriber.unregister()
             self._tf = []
-        topics = {f"{each.node}/current_goal" for each in found} if looking else set()
+        topics = {f"{node.node}/current_goal" for node in navigators} if looking else set()
         for topic in set(self._goals) - topics:
             self._goals.pop(topic).unregister()
         for topic in topics - set(self._goals):
             self._goals[topic] = rospy.Subscriber(topic, PoseStamped, self._new_goal, queue_size=1)
 
     def _new_goal(self, message: Any) -> None:
-        self.goal = message.header.frame_id.lstrip("/"), _planar(message.pose)
+        self.goal = message.header.frame_id.lstrip("/"), planar(message.pose)
+
+    def _robot(self, frame: str) -> tuple[Planar, Planar] | None:
+        """Poses of the first robot that is in a frame: in the world and in the frame."""
+        for name in self.frames.names():
+            model, _, link = name.rpartition("/")
+            in_world = self._link_pose(link, model)
+            in_frame = None if in_world is None else self.frames.pose(name, frame)
+            if in_world is not None and in_frame is not None:
+                return in_world, in_frame
+        return None
 
     def anchor(self, frame: str) -> Planar | None:
         """Pose of a frame in the world, by the first robot that is in it; None: there is none."""
-        for name in self.frames.names():
-            model, _, link = name.rpartition("/")
-            seen = self._link_pose(link, model)
-            told = None if seen is None else self.frames.pose(name, frame)
-            if seen is not None and told is not None:
-                return anchor(seen, told)
-        return None
+        robot = self._robot(frame)
+        return robot and anchor(*robot)
 
     def anchors(self, frames: Iterable[str]) -> dict[str, Planar]:
         """Of each frame whose place is known its pose in the world."""
-        found = {frame: self.anchor(frame) for frame in frames}
-        return {frame: pose for frame, pose in found.items() if pose is not None}
+        poses = {frame: self.anchor(frame) for frame in frames}
+        return {frame: pose for frame, pose in poses.items() if pose is not None}
 
     def goal_in_world(self) -> Planar | None:
         """The last goal; None: there is none, or its frame is nowhere."""
@@ -414,7 +416,7 @@ class Navigation:
     # what pages do
     def of_model(self, model: str) -> Navigator | None:
         """The one in the namespace of a model, or the first; None: there is none."""
-        named = [each for each in self.navigators if f"/{model}/" in each.topic]
+        named = [node for node in self.navigators if f"/{model}/" in node.topic]
         return next(iter(named or self.navigators), None)
 
     def send_goal(self, navigator: Navigator, place: tuple[float, float], yaw: float | None) -> str:
@@ -427,12 +429,12 @@ class Navigation:
         Raises:
             LookupError: where the navigator's frame is, is not known.
         """
-        frame = self.anchor(navigator.frame)
-        if frame is None:
+        robot = self._robot(navigator.frame)
+        if robot is None:
             raise LookupError(NOWHERE.format(navigator.frame))
         if yaw is None:
-            yaw = self._bearing(navigator.frame, frame, place)
-        x, y, turn = placed(inverse(frame), (place[0], place[1], yaw))
+            yaw = math.atan2(place[1] - robot[0][1], place[0] - robot[0][0])
+        x, y, turn = placed(inverse(anchor(*robot)), (*place, yaw))
         message = PoseStamped()
         message.header.frame_id = navigator.frame
         message.pose.position.x, message.pose.position.y = x, y
@@ -440,14 +442,6 @@ class Navigation:
         message.pose.orientation.w = math.cos(0.5 * turn)
         self._publish(navigator.topic, PoseStamped, message)
         return f"the goal is {x:.2f}, {y:.2f} in {navigator.frame}"
-
-    def _bearing(self, name: str, frame: Planar, place: tuple[float, float]) -> float:
-        for each in self.frames.names():
-            model, _, link = each.rpartition("/")
-            seen = self._link_pose(link, model)
-            if seen is not None and self.frames.pose(each, name) is not None:
-                return math.atan2(place[1] - seen[1], place[0] - seen[0])
-        return frame[2]
 
     def cancel(self, navigator: Navigator) -> str:
         """Cancel its goals."""

@@ -226,8 +226,8 @@ class WebNode:
 
     def asset(self, name: str) -> File | None:
         """A mesh or an image of the present scene."""
-        found = self._simulator.asset(name)
-        return None if found is None else File(found.type, found.data)
+        asset = self._simulator.assets.get(name)
+        return None if asset is None else File(asset.type, asset.data)
 
     def opened(self, page: Page) -> None:
         """A page has come: the simulator is asked from now on."""
@@ -236,7 +236,7 @@ class WebNode:
         if self._missing:
             page.put("waiting", json.dumps({"type": "waiting", "text": self._missing}))
         if self._simulator.number:
-            self._send_scene(page)
+            page.put("scene", self._scene_message())
         self._send_status()
         self._loop.create_task(self._look())
 
@@ -269,44 +269,43 @@ class WebNode:
             self._act(page, message)
 
     # views --------------------------------------------------------------------------------------
-    def _new_scene(self, _: int) -> None:
+    def _put(self, kind: str, message: str | bytes, want: str = "") -> None:
+        """Send a message to all pages, or to those that want something."""
         for page in self._server.pages.values():
-            self._send_scene(page)
+            if not want or page.wanted.get(want):
+                page.put(kind, message)
 
-    def _send_scene(self, page: Page) -> None:
-        page.put("scene", json.dumps({"type": "scene", "number": self._simulator.number}))
+    def _new_scene(self, _: int) -> None:
+        self._put("scene", self._scene_message())
+
+    def _scene_message(self) -> str:
+        return json.dumps({"type": "scene", "number": self._simulator.number})
 
     def _new_view(self, view: dict[str, Any], source: str) -> None:
         self._missing = ""
         if view["pace"] != self._pace:
             self._pace = view["pace"]
             self._send_status()
-        message = f'{{"type": "view", "view": {source}}}'
-        for page in self._server.pages.values():
-            page.put("view", message)
+        self._put("view", f'{{"type": "view", "view": {source}}}')
 
     def _new_contacts(self, rows: list[list[float]]) -> None:
-        message = json.dumps({"type": "contacts", "rows": rows})
-        for page in self._server.pages.values():
-            if page.wanted.get("contacts"):
-                page.put("contacts", message)
+        self._put("contacts", json.dumps({"type": "contacts", "rows": rows}), "contacts")
 
     def _no_simulator(self, reason: str) -> None:
         self._missing = reason
-        for page in self._server.pages.values():
-            page.put("waiting", json.dumps({"type": "waiting", "text": reason}))
+        self._put("waiting", json.dumps({"type": "waiting", "text": reason}))
 
     def _send_status(self) -> None:
-        found = self._graph
+        graph = self._graph
         status = {
             "type": "status",
             "driver": self._seat.driver,
-            "drives": [drive.described() for drive in found.drives],
+            "drives": [drive.described() for drive in graph.drives],
             "topic": self._drive.topic if self._drive else None,
-            "cameras": found.cameras,
-            "lidars": found.lidars,
-            "layers": found.layers,
-            "goal": found.goal or bool(found.navigators),
+            "cameras": graph.cameras,
+            "lidars": graph.lidars,
+            "layers": graph.layers,
+            "goal": graph.goal or bool(graph.navigators),
             "pace": self._pace,
         }
         for page in self._server.pages.values():
@@ -317,13 +316,14 @@ class WebNode:
         if not self._server.pages:
             return
         try:
-            found = await self._loop.run_in_executor(self._looker, graph.look, rospy.get_name())
+            look = self._loop.run_in_executor(self._looker, graph.look, rospy.get_name())
+            present = await look
             await self._loop.run_in_executor(self._looker, self._navigation.flush)
         except Exception as error:  # of the master: XML-RPC's, sockets', rosgraph's
             rospy.logwarn_throttle(60.0, f"the ROS master does not answer: {error}")
             return
-        if found != self._graph:
-            self._graph = found
+        if present != self._graph:
+            self._graph = present
             self._subscribe()
             self._send_status()
         if self._drive is not None:
@@ -371,13 +371,13 @@ class WebNode:
     # sensors and plots --------------------------------------------------------------------------
     def _subscribe(self) -> None:
         """Subscribe to what pages want and the graph has."""
-        found = {"camera": self._graph.cameras, "lidar": self._graph.lidars}
+        present = {"camera": self._graph.cameras, "lidar": self._graph.lidars}
         pages = self._server.pages.values()
         self._sensors.set_wanted(
             {
                 (self._graph.types[page.wanted[want]], page.wanted[want])
                 for page in pages
-                for want, topics in found.items()
+                for want, topics in present.items()
                 if page.wanted.get(want) in topics
             }
         )
@@ -422,10 +422,7 @@ class WebNode:
         if not frames:
             return
         anchors = self._navigation.anchors(frames)
-        message = json.dumps({"type": "frames", "frames": anchors})
-        for page in self._server.pages.values():
-            if page.wanted.get("layers"):
-                page.put("frames", message)
+        self._put("frames", json.dumps({"type": "frames", "frames": anchors}), "layers")
 
     def _follow(self, topic: str, kind: Any, callback: Callable[[Any], None], wanted: bool) -> None:
         if wanted and topic not in self._subscribers:
@@ -472,9 +469,7 @@ class WebNode:
         if not data and not self._sent_data:
             return
         self._sent_data = bool(data)  # what is no longer there is told once
-        message = json.dumps({"type": "data", **data})
-        for page in self._server.pages.values():
-            page.put("data", message)
+        self._put("data", json.dumps({"type": "data", **data}))
 
     # actions ------------------------------------------------------------------------------------
     def _act(self, page: Page, message: dict[str, Any]) -> None:

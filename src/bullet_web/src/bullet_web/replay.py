@@ -115,8 +115,8 @@ class Recording:
             self._parts.append(part := Part(part.scene))  # time was reset
         part.add(time, bodies)
         if self.frames > MAX_FRAMES:
-            for each in self._parts:
-                each.thin()
+            for part in self._parts:
+                part.thin()
 
     def add_value(self, name: str, unit: str, time: float, value: float) -> None:
         """Add a point of a curve for the plots; an earlier one than the last starts it anew."""
@@ -176,8 +176,8 @@ class Recording:
             for part in parts
             for body in part.scene["bodies"]
             for link in body["links"]
-            for each in link["instances"]
-            for name in (each["mesh"], each["image"])
+            for instance in link["instances"]
+            for name in (instance["mesh"], instance["image"])
             if name
         }
         data = {

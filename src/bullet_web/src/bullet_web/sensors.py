@@ -124,13 +124,9 @@ def ends(ranges: Array, angles: Array, low: float, high: float) -> tuple[Array, 
     """
     hit = np.isfinite(ranges) & (ranges >= low) & (ranges <= high)
     miss = (ranges > high) & np.isfinite(high)
-    found = []
-    for chosen, lengths in ((hit, ranges), (miss, np.full_like(ranges, high))):
-        place = np.zeros((int(chosen.sum()), 3), np.float32)
-        place[:, 0] = lengths[chosen] * np.cos(angles[chosen])
-        place[:, 1] = lengths[chosen] * np.sin(angles[chosen])
-        found.append(place)
-    return found[0], found[1]
+    directions = np.column_stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)])
+    hits = ranges[hit, np.newaxis] * directions[hit]
+    return hits.astype(np.float32), (high * directions[miss]).astype(np.float32)
 
 
 def scan_ends(message: Any) -> tuple[Array, Array]:
@@ -187,9 +183,9 @@ def cloud_ends(message: Any) -> tuple[Array, Array]:
         }
     )
     rows = np.ascontiguousarray(table[:, : step * width]).view(kind).ravel()
-    found = np.column_stack([rows["x"], rows["y"], rows["z"]]).astype(np.float32)
-    found = found[np.isfinite(found).all(axis=1)]
-    return found[:: max(1, -(-len(found) // MAX_POINTS))], np.zeros((0, 3), np.float32)
+    points = np.column_stack([rows["x"], rows["y"], rows["z"]]).astype(np.float32)
+    points = points[np.isfinite(points).all(axis=1)]
+    return points[:: max(1, -(-len(points) // MAX_POINTS))], np.zeros((0, 3), np.float32)
 
 
 def image_message(message: Any) -> bytes:

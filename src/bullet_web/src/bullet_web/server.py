@@ -244,20 +244,18 @@ class Files(Guarded):
 
     def get(self, _token: str, name: str) -> None:
         folder, _, rest = name.partition("/")
-        found, cached = None, False
-        if name in self.server.content.files:
-            found = self.server.content.files[name]
-        elif folder == "asset":
-            found, cached = self.server.content.asset(rest), True
+        file, cached = self.server.content.files.get(name), False
+        if folder == "asset" and file is None:
+            file, cached = self.server.content.asset(rest), True
         elif folder == "scene" and rest.isdecimal() and len(rest) < 10:
             data = self.server.content.scene(int(rest))
-            found = None if data is None else File("application/json", data)
-        if found is None:
+            file = None if data is None else File("application/json", data)
+        if file is None:
             raise tornado.web.HTTPError(404)
-        self.set_header("Content-Type", found.type)
+        self.set_header("Content-Type", file.type)
         age = "private, max-age=86400, immutable" if cached else "no-cache"
         self.set_header("Cache-Control", age)
-        self.finish(found.data)
+        self.finish(file.data)
 
 
 class Socket(Guarded, tornado.websocket.WebSocketHandler):

@@ -70,10 +70,6 @@ class Simulator(threading.Thread):
         self._watched.set()
         self.wake.set()
 
-    def asset(self, name: str) -> Asset | None:
-        """A mesh or an image of the newest scene."""
-        return self.assets.get(name)
-
     def pose(self, model: str) -> list[float] | None:
         """Position and quaternion of a model in the newest view."""
         for row in self.last.get("bodies", ()):
@@ -88,7 +84,7 @@ class Simulator(threading.Thread):
         of the name counts, else the one that was spawned first.
         """
         rows = {row[0]: row for row in self.last.get("bodies", ())}
-        for body in sorted(self.scene.get("bodies", ()), key=lambda each: each["name"] != model):
+        for body in sorted(self.scene.get("bodies", ()), key=lambda body: body["name"] != model):
             row, frame = rows.get(body["key"]), body["frames"].get(link)
             if row is not None and frame is not None and not frame[0]:
                 position, orientation = compose(row[1:4], row[4:8], frame[1:4], frame[4:8])

@@ -33,12 +33,12 @@ def find_browser(environment: Mapping[str, str] = os.environ) -> webbrowser.Base
     if not any(environment.get(name) for name in NAMES):
         raise NoWindow(f"there is no display (neither {' nor '.join(NAMES)} is set)")
     try:
-        found = webbrowser.get()
+        browser = webbrowser.get()
     except webbrowser.Error:
         raise NoWindow("there is no browser") from None
-    if type(found) in TEXT and not environment.get("BROWSER"):
-        raise NoWindow(f"{found.name} has no window")
-    return found
+    if type(browser) in TEXT and not environment.get("BROWSER"):
+        raise NoWindow(f"{browser.name} has no window")
+    return browser
 
 
 class Redirect:
