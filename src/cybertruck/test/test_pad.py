@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 import yaml
-from cybertruck.teleop.joystick import PadReader, PadTeleop, parse
+from cybertruck.teleop.joystick import PadMap, PadReader, PadTeleop
+from paddock_common.settings import from_table
 
 CONFIG = Path(__file__).resolve().parent.parent / "config"
 PADS = {
@@ -16,8 +17,12 @@ AXES = {"x": 0, "y": 1, "l2": 2, "r2": 5}
 STOP = (0.0, 0.0)
 
 
-def pad_map(pad):
-    return parse(yaml.safe_load((CONFIG / f"joystick_{pad}.yaml").read_text())["pad"])
+def pad_table(pad):
+    return yaml.safe_load((CONFIG / f"joystick_{pad}.yaml").read_text())["pad"]
+
+
+def pad_map(pad, **changes):
+    return from_table(PadMap, {**pad_table(pad), **changes}, "pad map")
 
 
 def message(pad, text):
@@ -132,8 +137,7 @@ def test_triggers_until_first_moved(texts, expected):
 
 
 def test_triggers_from_zero_to_one():
-    table = yaml.safe_load((CONFIG / "joystick_ps4.yaml").read_text())["pad"]
-    reader = PadReader(parse(dict(table, trigger_released=0.0, trigger_pressed=1.0)))
+    reader = PadReader(pad_map("ps4", trigger_released=0.0, trigger_pressed=1.0))
     for value, pull in ((0.0, 0.0), (1.0, 1.0), (0.5, 0.5), (0.0, 0.0)):
         assert reader.read(*message("ps4", f"l2=0 r2={value}")).triggers["r2"] == pull
 
@@ -183,23 +187,25 @@ def test_values_beyond_the_ends_are_cut():
         (lambda table: table["axes"].pop("r2"), "axes/r2 is None"),
         (lambda table: table["axes"].update(r2=-1), "axes/r2 is -1"),
         (lambda table: table["buttons"].update(cross="A"), "buttons/cross is 'A'"),
-        (lambda table: table["buttons"].update(home=3), "unknown name 'home'"),
-        (lambda table: table.update(sticks=1), "unknown key 'sticks'"),
+        (
+            lambda table: table["buttons"].update(home=3),
+            "name in buttons is 'home'",
+        ),
+        (lambda table: table.update(sticks=1), "pad map: unknown sticks; there are: axes"),
         (lambda table: table.update(trigger_pressed=1.0), "are the same"),
         (lambda table: table.update(inverted="left_x"), "inverted is 'left_x'"),
         (lambda table: table.pop("axes"), "axes is None"),
     ],
 )
 def test_bad_maps(change, words):
-    table = yaml.safe_load((CONFIG / "joystick_ps4.yaml").read_text())["pad"]
+    table = pad_table("ps4")
     change(table)
     with pytest.raises(ValueError, match=words):
-        parse(table)
+        from_table(PadMap, table, "pad map")
 
 
 def test_inverted_sticks():
-    table = yaml.safe_load((CONFIG / "joystick_ps4.yaml").read_text())["pad"]
-    reader = PadReader(parse(dict(table, inverted=["left_y"])))
+    reader = PadReader(pad_map("ps4", inverted=["left_y"]))
     assert reader.read(*message("ps4", "y=-1")).sticks["left_y"] == 1.0
 
 

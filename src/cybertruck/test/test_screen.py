@@ -3,25 +3,24 @@
 import pytest
 from cybertruck.teleop import screen
 from cybertruck.teleop.joystick import SCHEMES
-from cybertruck.teleop.keyboard import HELP
+from cybertruck.teleop.keyboard import HELP, KeyTeleop
+from cybertruck.teleop.limits import Limits, Speeds
 from cybertruck.teleop.screen import View, bar, render
 
-VIEW = View(
-    "Cyber Truck",
-    linear=-0.5,
-    angular=0.25,
-    continuous=True,
-    drive=-1,
-    turn=-1,
-    notes=("one", "two", "three"),
-    help=HELP,
-)
+
+def view_with(lines):
+    """A View of a truck that backs to the right in continuous mode."""
+    teleop = KeyTeleop(Speeds(0.605, 0.495))
+    for key in ("mode", "right", "down"):
+        teleop.press(key)
+    notes = ("one", "two", "three")
+    return View("Cyber Truck", (-0.5, 0.25), teleop, Limits(), notes, lines)
 
 
 @pytest.mark.parametrize("width", [1, 2, 10, 39, 59, 60, 79, 80, 81, 100, 120, 200])
 @pytest.mark.parametrize("height", [1, 2, 10, 19, 20, 24, 40, 60])
 def test_every_size_fits(width, height):
-    rows = render(VIEW, width, height)
+    rows = render(view_with(HELP), width, height)
     assert len(rows) <= height
     assert all(len(row) <= width - 1 for row in rows)
 
@@ -29,19 +28,7 @@ def test_every_size_fits(width, height):
 @pytest.mark.parametrize("width, height", [(80, 24), (120, 40)])
 @pytest.mark.parametrize("lines", [HELP, *(scheme.help for scheme in SCHEMES.values())])
 def test_all_is_shown(width, height, lines):
-    view = View(
-        "Cyber Truck",
-        linear=-0.5,
-        angular=0.25,
-        linear_speed=0.605,
-        angular_speed=0.495,
-        continuous=True,
-        drive=-1,
-        turn=-1,
-        notes=("one", "two", "three"),
-        help=lines,
-    )
-    text = "\n".join(render(view, width, height))
+    text = "\n".join(render(view_with(lines), width, height))
     for words in (
         "-0.500 m/s",
         "+0.250 rad/s",
@@ -61,7 +48,7 @@ def test_all_is_shown(width, height, lines):
 
 @pytest.mark.parametrize("width, height", [(30, 5), (59, 24), (80, 19)])
 def test_small_terminals_get_a_short_text(width, height):
-    text = "\n".join(render(VIEW, width, height))
+    text = "\n".join(render(view_with(HELP), width, height))
     assert "-0.50 m/s +0.25 rad/s" in text and "continuous" in text and "|" not in text
 
 

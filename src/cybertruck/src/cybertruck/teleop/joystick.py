@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass
 
 import rospy
-from paddock_common.settings import Number, parameter
+from paddock_common.settings import Choice, Number, check, from_table, number, parameter
 from sensor_msgs.msg import Joy
 
 from cybertruck.teleop.limits import Speeds
@@ -15,6 +15,7 @@ from cybertruck.teleop.session import run
 STICKS = ("left_x", "left_y")
 TRIGGERS = ("l2", "r2")
 BUTTONS = ("cross", "circle", "square", "triangle", "l1", "r1", "r3")
+LABEL = "pad map: "  # before names in messages
 PRESSED, RELEASED = 0.6, 0.4  # fractions of a trigger's range at which it is a button
 
 
@@ -25,68 +26,44 @@ class PadMap:
     Attributes:
         axes: Name -> index in Joy.axes, for sticks and triggers.
         buttons: Name -> index in Joy.buttons.
-        released: Value of a trigger at rest.
-        pressed: Value of a trigger that is pulled fully.
+        trigger_released: Value of a trigger at rest.
+        trigger_pressed: Value of a trigger that is pulled fully.
         inverted: Names of sticks whose sign is inverted; left and up are positive afterwards.
-    """
-
-    axes: dict
-    buttons: dict
-    released: float = 1.0
-    pressed: float = -1.0
-    inverted: tuple = ()
-
-
-def parse(table) -> PadMap:
-    """Reads a pad map.
-
-    Args:
-        table: Dict with axes and buttons (name -> index), and optionally trigger_released,
-            trigger_pressed and inverted.
 
     Raises:
         ValueError: Something is missing, unknown or not an index; the message names it.
     """
-    if not isinstance(table, dict):
-        raise ValueError(f"the pad map is {table!r}; it must be a dictionary")
-    known = ("axes", "buttons", "trigger_released", "trigger_pressed", "inverted")
-    for key in table:
-        if key not in known:
-            raise ValueError(f"pad map: unknown key {key!r}; there are {', '.join(known)}")
-    axes = indices(table, "axes", STICKS + TRIGGERS)
-    buttons = indices(table, "buttons", BUTTONS)
-    triggers = {}
-    for key, default in (("trigger_released", 1.0), ("trigger_pressed", -1.0)):
-        triggers[key] = float(Number().check(f"pad map: {key}", table.get(key, default)))
-    if triggers["trigger_released"] == triggers["trigger_pressed"]:
-        raise ValueError("pad map: trigger_released and trigger_pressed are the same")
-    inverted = table.get("inverted", [])
-    if not isinstance(inverted, list) or not set(inverted) <= set(STICKS):
-        raise ValueError(
-            f"pad map: inverted is {inverted!r}; it must be a list of {', '.join(STICKS)}"
-        )
-    return PadMap(
-        axes, buttons, triggers["trigger_released"], triggers["trigger_pressed"], tuple(inverted)
-    )
+
+    axes: dict = None
+    buttons: dict = None
+    trigger_released: float = number(1.0)
+    trigger_pressed: float = number(-1.0)
+    inverted: list = ()
+
+    def __post_init__(self):
+        check_indices("axes", self.axes, STICKS + TRIGGERS)
+        check_indices("buttons", self.buttons, BUTTONS)
+        check(self, prefix=LABEL)
+        if self.trigger_released == self.trigger_pressed:
+            raise ValueError(f"{LABEL}trigger_released and trigger_pressed are the same")
+        if not isinstance(self.inverted, (list, tuple)) or not set(self.inverted) <= set(STICKS):
+            raise ValueError(
+                f"{LABEL}inverted is {self.inverted!r}; it must be a list of {', '.join(STICKS)}"
+            )
 
 
-def indices(table, group, names):
-    """Reads name -> index of one group.
+def check_indices(group, indices, names):
+    """Checks name -> index of one group.
 
     Raises:
         ValueError: A name is missing or unknown, or an index is not a whole number from 0 on.
     """
-    numbers = table.get(group)
-    if not isinstance(numbers, dict):
-        raise ValueError(f"pad map: {group} is {numbers!r}; it must name {', '.join(names)}")
-    for name in numbers:
-        if name not in names:
-            raise ValueError(
-                f"pad map: unknown name {name!r} in {group}; there are {', '.join(names)}"
-            )
+    if not isinstance(indices, dict):
+        raise ValueError(f"{LABEL}{group} is {indices!r}; it must name {', '.join(names)}")
+    for name in indices:
+        Choice(names).check(f"{LABEL}name in {group}", name)
     for name in names:
-        Number(min=0, integer=True).check(f"pad map: {group}/{name}", numbers.get(name))
-    return dict(numbers)
+        Number(min=0, integer=True).check(f"{LABEL}{group}/{name}", indices.get(name))
 
 
 @dataclass(frozen=True)
@@ -181,7 +158,7 @@ class PadReader:
         elif name not in self._moved:
             return 0.0
         pad = self._pad
-        pull = (value - pad.released) / (pad.pressed - pad.released)
+        pull = (value - pad.trigger_released) / (pad.trigger_pressed - pad.trigger_released)
         return min(pull, 1.0) if pull > self._deadzone else 0.0
 
 
@@ -332,7 +309,8 @@ class JoystickNode:
         self._name = rospy.get_param("~scheme", "traditional")
         self.teleop = PadTeleop(self._name, session.speeds())
         deadzone = parameter(rospy.get_param, "deadzone", 0.05, Number(above=0.0, below=1.0))
-        self._reader = PadReader(parse(rospy.get_param("~pad", None)), deadzone)
+        pad = from_table(PadMap, rospy.get_param("~pad", None), "pad map")
+        self._reader = PadReader(pad, deadzone)
         self._timeout = parameter(rospy.get_param, "joy_timeout", 0.5, Number(above=0.0, unit="s"))
         self._messages = queue.SimpleQueue()
         self._state, self._received = WAITING, None

@@ -7,7 +7,12 @@ from paddock_common.settings import Number, check, number
 
 from cybertruck.trailer.geometry import TowingTruck
 
-STEP_UP, STEP_DOWN = 1.1, 0.9  # one step of ten percent
+STEPS = {  # of ten percent
+    "faster": ("linear", 1.1),
+    "slower": ("linear", 0.9),
+    "turn_faster": ("angular", 1.1),
+    "turn_slower": ("angular", 0.9),
+}
 MIN_SPEED = 0.01  # minimum speeds [m/s, rad/s], from which they can grow again
 
 
@@ -29,34 +34,25 @@ class Speeds:
         ):
             Number(min=MIN_SPEED, max=limit).check(name, value)
         self._defaults = (float(linear), float(angular))
-        self._max_speeds = (max_linear, max_angular)
+        self._max_speeds = {"linear": max_linear, "angular": max_angular}
         self.reset()
 
     def reset(self):
         """Sets both speeds back to the defaults."""
         self.linear, self.angular = self._defaults
 
-    def scale_linear(self, factor):
-        """Multiplies the speed, within the limits."""
-        self.linear = min(max(self.linear * factor, MIN_SPEED), self._max_speeds[0])
-
-    def scale_angular(self, factor):
-        """Multiplies the yaw rate, within the limits."""
-        self.angular = min(max(self.angular * factor, MIN_SPEED), self._max_speeds[1])
-
     def apply(self, action):
-        """Applies a named step.
+        """Applies a named step, within the limits.
 
         Args:
-            action: "faster", "slower", "turn_faster", "turn_slower" or "reset".
+            action: Key of STEPS, or "reset".
         """
-        {
-            "faster": lambda: self.scale_linear(STEP_UP),
-            "slower": lambda: self.scale_linear(STEP_DOWN),
-            "turn_faster": lambda: self.scale_angular(STEP_UP),
-            "turn_slower": lambda: self.scale_angular(STEP_DOWN),
-            "reset": self.reset,
-        }[action]()
+        if action == "reset":
+            self.reset()
+            return
+        name, factor = STEPS[action]
+        speed = max(getattr(self, name) * factor, MIN_SPEED)
+        setattr(self, name, min(speed, self._max_speeds[name]))
 
 
 STANDSTILL = 1e-6  # lower speeds count as 0 [m/s]

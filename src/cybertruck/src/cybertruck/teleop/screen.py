@@ -4,6 +4,7 @@ import curses
 import os
 import textwrap
 from dataclasses import dataclass
+from itertools import zip_longest
 
 WIDTH, HEIGHT = 25, 15  # of the image, in characters
 FRONT = {1: "\\ \\", 0: "| |", -1: "/ /"}  # steering -> a wheel from above
@@ -75,27 +76,18 @@ class View:
 
     Attributes:
         title: First line.
-        linear, angular: Commanded linear.x [m/s] and angular.z [rad/s].
-        linear_speed, angular_speed: Set speed [m/s] and yaw rate [rad/s].
-        max_linear, max_angular: Maxima, for the bars [m/s], [rad/s].
-        continuous: Whether the motion stays when keys are released.
-        drive: 1 forward, -1 backward, 0 at rest.
-        turn: Steering: 1 left, -1 right, 0 straight ahead.
+        command: The last one, linear.x [m/s] and angular.z [rad/s].
+        teleop: KeyTeleop or PadTeleop: its speeds, motion and mode.
+        limits: Limits, for the bars.
         notes: Lines about the source of the events, warnings first.
         help: Lines of key help.
         phase: Grows by one a frame while the truck moves.
     """
 
     title: str
-    linear: float = 0.0
-    angular: float = 0.0
-    linear_speed: float = 0.5
-    angular_speed: float = 0.5
-    max_linear: float = 3.0
-    max_angular: float = 3.0
-    continuous: bool = False
-    drive: int = 0
-    turn: int = 0
+    command: tuple
+    teleop: object
+    limits: object
     notes: tuple = ()
     help: tuple = ()
     phase: int = 0
@@ -130,34 +122,34 @@ def render(view: View, width, height):
         since a character in the last cell makes some terminals scroll.
     """
     width = max(width - 1, 0)
-    mode = "continuous" if view.continuous else "held"
+    linear, angular = view.command
+    speeds, motion = view.teleop.speeds, motion_text(*view.teleop.motion)
+    mode = "continuous" if view.teleop.continuous else "held"
     if width + 1 < MIN_WIDTH or height < MIN_HEIGHT:
         short = [
-            f"{view.linear:+.2f} m/s {view.angular:+.2f} rad/s",
-            f"{mode}, {motion_text(view.drive, view.turn)}",
-            f"set {view.linear_speed:.2f} {view.angular_speed:.2f}",
+            f"{linear:+.2f} m/s {angular:+.2f} rad/s",
+            f"{mode}, {motion}",
+            f"set {speeds.linear:.2f} {speeds.angular:.2f}",
             *view.notes,
             f"(the image needs {MIN_WIDTH}x{MIN_HEIGHT})",
         ]
         return [line[:width] for line in short][:height]
     left = [
-        f"linear.x  {view.linear:+7.3f} m/s   angular.z {view.angular:+7.3f} rad/s",
-        f"linear    {bar(view.linear, view.max_linear)}",
-        f"angular   {bar(view.angular, view.max_angular)}",
-        f"speeds    {view.linear_speed:7.3f} m/s             {view.angular_speed:7.3f} rad/s",
+        f"linear.x  {linear:+7.3f} m/s   angular.z {angular:+7.3f} rad/s",
+        f"linear    {bar(linear, view.limits.max_speed)}",
+        f"angular   {bar(angular, view.limits.max_angular)}",
+        f"speeds    {speeds.linear:7.3f} m/s             {speeds.angular:7.3f} rad/s",
         f"mode      {mode}",
-        f"motion    {motion_text(view.drive, view.turn)}",
+        f"motion    {motion}",
         "",
         *view.help,
     ]
-    image = truck(view.drive, view.turn, view.phase)
+    image = truck(*view.teleop.motion, view.phase)
     column = max(width - WIDTH - 1, 0)
     if width > 100:
         column = 70 + (width - 70 - WIDTH) // 2
     rows = [view.title, "-" * width]
-    for index in range(max(len(left), len(image))):
-        text = left[index] if index < len(left) else ""
-        image_row = image[index] if index < len(image) else ""
+    for text, image_row in zip_longest(left, image, fillvalue=""):
         rows.append(text[: column - 1].ljust(column) + image_row)
     rows.append("-" * width)
     for note in view.notes:

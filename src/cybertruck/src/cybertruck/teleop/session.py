@@ -96,26 +96,8 @@ class Session:
         """
         if not self.screen:
             return
-        drive, turn = teleop.motion
-        self._phase = self._phase + 1 if drive else 0
-        linear, angular = self.sent
-        self.screen.show(
-            View(
-                title,
-                linear,
-                angular,
-                teleop.speeds.linear,
-                teleop.speeds.angular,
-                self.limits.max_speed,
-                self.limits.max_angular,
-                teleop.continuous,
-                drive,
-                turn,
-                notes,
-                keys,
-                self._phase // 4,
-            )
-        )
+        self._phase = self._phase + 1 if teleop.motion[0] else 0
+        self.screen.show(View(title, self.sent, teleop, self.limits, notes, keys, self._phase // 4))
 
     def send_zero(self):
         """Publishes one zero and resets the motion."""
