@@ -1,6 +1,5 @@
 """The tests' own plugins: in which processes tests run, and what is left of them."""
 
-import re
 import signal
 import time
 import xml.etree.ElementTree as ElementTree
@@ -31,32 +30,6 @@ def write_pid(count):
 
 
 MARKED = f"import pytest\npytestmark = pytest.mark.isolated\n{write_pid(2)}"
-ASKS_MASTER = """
-import os, xmlrpc.client
-
-LAUNCH = '<launch><param name="answer" value="42"/></launch>'
-
-def test_it():
-    master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
-    assert master.getParam("/test", "/answer")[2] == 42
-"""
-FAILS_BESIDE_LAUNCH = """
-import os, pathlib, time
-import rospy
-
-LAUNCH = "<launch><node name='n' pkg='rospy_tutorials_of_nobody' type='talker'/></launch>"
-LOGS = pathlib.Path(os.environ["ROS_LOG_DIR"])
-
-def test_it():
-    rospy.init_node("motor")
-    is_hot = is_refused = False
-    while not (is_hot and is_refused):  # rosout and roslaunch have written it
-        rospy.logwarn("the motor is hot")
-        time.sleep(0.1)
-        is_hot = any("motor is hot" in path.read_text() for path in LOGS.glob("*/rosout.log"))
-        is_refused = "of_nobody" in (LOGS.parent / "launch.log").read_text()
-    assert 6 * 7 == 41
-"""
 LEAVES_CHILD = """
 import os, subprocess, sys
 
@@ -87,11 +60,9 @@ GROUPS = {
     "tests/ros/test_b.py": write_pid(2),
     "tests/unit/test_marked.py": MARKED,
     SKID: write_pid(1),
-    "tests/ros/test_asks.py": ASKS_MASTER,
     "tests/ros/test_broken.py": f"LAUNCH = '<launch><nod</launch>'\n\n{PASSES}\n{PASSES}".replace(
         "test_it", "test_more", 1
     ),
-    "tests/ros/test_beside.py": FAILS_BESIDE_LAUNCH,
     "tests/ros/test_dies.py": f"import os\n\ndef test_a():\n    os._exit(3)\n\n{PASSES}",
     "tests/ros/test_leaves.py": LEAVES_CHILD,
     "tests/ros/test_waits.py": f"import time\nimport pytest\n\n@pytest.mark.timeout(8)\n"
@@ -162,36 +133,10 @@ def test_a_marked_file_has_a_process_of_its_own(groups):
     assert marked[0] == marked[1] and marked[0][0] != usual[0] and marked[0][2] == "None"
 
 
-def test_the_launch_runs_meanwhile_and_its_parameters_are_set_before(groups):
-    assert groups.problems("asks") == []
-
-
-def test_a_marked_test_may_take_longer_than_the_others(tmp_path):
-    project = Project(tmp_path)
-    project.add(
-        "tests/ros/test_slow.py",
-        "import time\nimport pytest\n\n@pytest.mark.timeout(200)\n"
-        "def test_a():\n    time.sleep(6)\n",
-    )
-    project.environment["PADDOCK_TEST_GRACE"] = "3"  # 1 s + 3 s are less than 6 s
-    status, output = project.run("--numprocesses=1", "-o", "timeout=1", "tests/ros")
-    assert status == 0, output
-
-
 def test_a_launch_that_cannot_start_is_shown(groups):
     problems = groups.problems("broken")
     assert [tag for tag, _ in problems] == ["failure"] * 2
     assert all("the launch does not come up" in text for _, text in problems)
-
-
-def test_a_failure_shows_what_the_launch_printed_during_the_test(groups):
-    [(tag, text)] = groups.problems("beside")
-    assert tag == "failure" and "assert (6 * 7) == 41" in text
-    assert "rospy_tutorials_of_nobody" in groups.output
-    log = groups.root / "test-results" / "ros" / "beside" / "launch.log"
-    assert "rospy_tutorials_of_nobody" in log.read_text()
-    [first, *_] = re.findall(r".*the motor is hot", groups.output.split("errors of nodes")[1])
-    assert " WARN /motor " in first and "[topics:" not in first
 
 
 def test_a_process_that_dies_fails_its_tests_and_no_others(groups):
@@ -212,42 +157,10 @@ def test_a_test_that_does_not_end_fails_with_its_stack_and_the_next_one_runs(gro
     assert tag == "failure" and "time.sleep(600)" in text
 
 
-def test_the_sum_and_junit_have_the_cases_of_all_processes(groups):
-    assert groups.status == 1 and "6 failed, 12 passed, 1 error" in groups.output
-    assert len(groups.cases) == 18
-
-
-def test_files_of_one_process_and_of_their_own_take_turns(project):
-    """Folders have to be left and entered: pytest keeps a stack of them."""
-    files = (
-        "tests/unit/test_d.py",
-        "tests/ros/test_b.py",
-        "src/a/test/test_a.py",
-        "tests/ros/test_e.py",
-        "src/c/test/test_c.py",
-    )
-    for path in files:
-        project.add(path)
-    conftest = project.root / "conftest.py"  # without the plugin that puts the longest first
-    conftest.write_text(conftest.read_text().replace('"selection", ', ""))
-    status, output = project.run(*files)
-    assert status == 0 and "5 passed" in output, output
-
-
-def test_one_file_alone_runs_in_the_process_of_pytest(project):
-    project.add("tests/ros/test_a.py", write_pid(1))
-    process = project.start("tests/ros")
-    output, _ = process.communicate(timeout=DEADLINE)
-    assert process.returncode == 0, output
-    assert project.notes.read_text().split()[1] == str(process.pid)
-
-
 @pytest.mark.parametrize(
     ("number", "options"),
     [
-        (signal.SIGINT, ("--numprocesses=1",)),
         (signal.SIGTERM, ("--numprocesses=1",)),
-        (signal.SIGTERM, (SKID,)),
         (signal.SIGINT, (SKID,)),  # a second file: one alone runs in the process of pytest
     ],
 )

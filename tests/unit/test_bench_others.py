@@ -13,8 +13,7 @@ sys.path[:0] = [str(BENCH), str(BENCH.parent / "docs" / "tools")]
 
 import others  # noqa: E402
 import results_page  # noqa: E402
-from figures import BenchError  # noqa: E402
-from observers.others import KINDS, mujoco_car  # noqa: E402
+from observers.others import mujoco_car  # noqa: E402
 from sections import section  # noqa: E402
 
 WORKER = """#!{python}
@@ -40,12 +39,6 @@ def python(tmp_path):
     return program(tmp_path / "python", WORKER.format(python=sys.executable))
 
 
-def test_every_subject_has_its_process():
-    assert set(KINDS) == set(others.SUBJECTS)
-    assert {kind for kind, _ in others.SUBJECTS.values()} == {"paddock", *others.INSTALL}
-    assert set(others.NEEDED) == set(others.INSTALL)
-
-
 def test_what_is_measured_is_told(python):
     found = others.measure({"paddock": python, "f1tenth": python}, quick=True)
     ours = {name for name, (kind, _) in others.SUBJECTS.items() if kind in ("paddock", "f1tenth")}
@@ -66,31 +59,6 @@ def test_what_is_measured_is_told(python):
     assert rows["paddock_lidar_1 over f1tenth_1"].value.median == pytest.approx(2.0)
     assert "16 cars" in results_page.row({"name": "mujoco_16", "value": 1.0, "unit": "",
                                           "spread": None, "runs": 1}, "x")  # fmt: skip
-
-
-def test_simulated_time_is_compared_turn_by_turn():
-    found = {
-        "paddock_lidar_1": {"own": [15.0, 60.0], "reference_own": [10.0, 20.0]},
-        "f1tenth_1": {"own": [10.0, 10.0], "reference_own": [10.0, 10.0]},
-    }
-    spread = others.over(found, "paddock_lidar_1", "f1tenth_1")
-    assert (spread.least, spread.greatest) == (pytest.approx(1.5), pytest.approx(3.0))
-    spread = others.over(found, others.REFERENCE, "paddock_lidar_1")
-    assert (spread.least, spread.greatest) == (pytest.approx(1 / 3), pytest.approx(1 / 1.5))
-    assert others.own(found, others.REFERENCE).greatest == 20.0
-
-
-def test_peers_that_are_not_there_are_told(tmp_path, monkeypatch, python):
-    errors = {}
-    monkeypatch.delenv("PADDOCK_PEERS", raising=False)
-    assert list(section("peers").pythons(errors)) == ["paddock"]
-    assert set(errors) == set(others.INSTALL)
-    (tmp_path / "mujoco" / "bin").mkdir(parents=True)
-    program(tmp_path / "mujoco" / "bin" / "python", "#!/bin/sh\n")
-    monkeypatch.setenv("PADDOCK_PEERS", str(tmp_path))
-    errors = {}
-    assert list(section("peers").pythons(errors)) == ["paddock", "mujoco"]
-    assert set(errors) == set(others.INSTALL) - {"mujoco"}
 
 
 def test_the_car_for_mujoco_has_the_joints_and_masses_of_ours():
@@ -119,9 +87,3 @@ def test_what_is_not_installed_says_how(kind, tmp_path):
     failing = program(tmp_path / "failing", "#!/bin/sh\nexit 1\n")
     assert others.missing(kind, failing).startswith(f"{failing} cannot import ")
     assert others.missing(kind, program(tmp_path / "good", "#!/bin/sh\n")) == ""
-
-
-def test_a_process_that_ends_is_an_error(tmp_path):
-    broken = program(tmp_path / "broken", "#!/bin/sh\nexit 3\n")
-    with pytest.raises(BenchError, match="f1tenth_1: its process ended or answered ''"):
-        others.Subject(broken, "f1tenth_1")

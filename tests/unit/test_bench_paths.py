@@ -6,13 +6,11 @@ import sys
 from pathlib import Path
 
 import cv2
-import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "bench"))
 
 import paths_beside_gazebo as command  # noqa: E402
-from paths_beside_gazebo import Motion  # noqa: E402
 
 
 def circle(speed=0.5, rate=0.8, seconds=4.0, period=0.02):
@@ -24,36 +22,6 @@ def circle(speed=0.5, rate=0.8, seconds=4.0, period=0.02):
         x, y = speed / rate * math.sin(yaw), speed / rate * (1 - math.cos(yaw))
         rows.append([10 + t, x, y, (yaw + math.pi) % (2 * math.pi) - math.pi])
     return rows
-
-
-def test_speed_and_yaw_rate_of_a_circle():
-    motion = command.motion_of(circle())
-    assert (motion.speed, motion.rate) == pytest.approx((0.5, 0.8), rel=1e-3)
-    assert motion.way == pytest.approx(2.0, rel=1e-3)
-
-
-def test_thinned_rows_keep_the_figures_and_the_ends():
-    rows = circle()
-    kept = command.widened(command.thinned(rows))
-    assert len(kept) == 21 and kept[0] == pytest.approx(rows[0]) and kept[-1][0] == rows[-1][0]
-    before, after = command.motion_of(rows), command.motion_of(kept)
-    assert (after.speed, after.rate) == pytest.approx((before.speed, before.rate), rel=3e-3)
-
-
-@pytest.mark.parametrize(
-    ("phase", "one", "other", "alike"),
-    [
-        ("turn", Motion(2, 0.5, 0.8), Motion(2, 0.52, 0.77), True),
-        ("turn", Motion(2, 0.5, 0.8), Motion(2, 0.53, 0.8), False),
-        ("turn", Motion(2, 0.5, 0.8), Motion(2, 0.5, 0.75), False),
-        ("turn", Motion(2, 0.05, 0.1), Motion(2, 0.059, 0.114), True),
-        ("rest", Motion(0.0005, 0.0, 0.0), Motion(0.0029, 0.0, 0.0), True),
-        ("rest", Motion(0.0005, 0.0, 0.0), Motion(0.0031, 0.0, 0.0), False),
-        ("idle", Motion(0.01, 0.0, 0.0), Motion(0.0149, 0.0, 0.0), True),
-    ],
-)
-def test_what_is_alike(phase, one, other, alike):
-    assert command.is_alike(phase, one, other) == alike
 
 
 def write(folder, name, **sides):

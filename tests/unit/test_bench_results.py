@@ -13,7 +13,7 @@ sys.path.insert(0, str(BENCH))
 import results  # noqa: E402
 from figures import Spread  # noqa: E402
 from pairs import alternate  # noqa: E402
-from sections import SECTIONS, section  # noqa: E402
+from sections import SECTIONS  # noqa: E402
 
 import bench  # noqa: E402
 
@@ -42,15 +42,6 @@ def test_what_is_saved_can_be_read(tmp_path, monkeypatch):
     assert (figure["name"], figure["unit"]) == ("ode, steps, a car", "")
     assert (found["name"], found["others"]) == ("solver", 0.0)
     assert found["machine"]["cores"] >= 1 and found["machine"]["processor"]
-
-
-def test_one_run_has_no_spread():
-    made = results.document("scale", {"memory": (0.7, "MB")}, 0.0, "2026-01-01T00:00:00+0000")
-    found = results.check(json.dumps(made))
-    assert found["date"] == "2026-01-01T00:00:00+0000"
-    assert found["figures"] == [
-        {"name": "memory", "value": 0.7, "unit": "MB", "runs": 1, "spread": None}
-    ]
 
 
 @pytest.mark.parametrize(
@@ -82,28 +73,6 @@ def test_a_quick_run_is_not_kept(monkeypatch, capsys):
     with pytest.raises(SystemExit) as ended:
         bench.main()
     assert ended.value.code == 2 and "not to be quoted" in capsys.readouterr().err
-
-
-def test_each_section_is_saved_as_it_ends(tmp_path, monkeypatch):
-    """What was measured is kept, whatever happens to the sections that follow."""
-
-    class Section:
-        rows = staticmethod(section("solver").rows)
-
-        @staticmethod
-        def measure(_quick, _log):
-            return figures(80.0, 70.0, 90.0)
-
-    def sections(name):
-        if name == "solver":
-            return Section
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(results, "FOLDER", tmp_path)
-    monkeypatch.setattr(bench, "section", sections)
-    with pytest.raises(KeyboardInterrupt):
-        bench.run(["solver", "camera"], quick=False, log=None, save=True)
-    assert results.check((tmp_path / "solver.json").read_text())["name"] == "solver"
 
 
 def test_the_commit_tells_whether_files_other_than_results_differ(tmp_path, monkeypatch):

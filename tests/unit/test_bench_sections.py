@@ -8,16 +8,13 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-from paddock_gym.training.settings import Settings
 
 BENCH = Path(__file__).resolve().parents[2] / "bench"
 sys.path.insert(0, str(BENCH))
 
 from figures import BenchError  # noqa: E402
-from pairs import Round, alternate  # noqa: E402
-from report import Row, table  # noqa: E402
+from report import table  # noqa: E402
 from sections import SECTIONS, efficiency, section  # noqa: E402
-from usage import summarise  # noqa: E402
 from worlds.car_description import describe  # noqa: E402
 
 import bench  # noqa: E402
@@ -30,11 +27,6 @@ def test_a_section_measures_and_tells(name):
     assert len(inspect.signature(module.measure).parameters) == 2
     assert list(inspect.signature(module.rows).parameters) == ["figures"]
     assert module.__doc__
-
-
-def test_the_table_of_sections_is_that_of_the_folder():
-    files = {path.stem for path in (BENCH / "sections").glob("*.py")} - {"__init__"}
-    assert files == set(SECTIONS)
 
 
 @pytest.mark.parametrize("path", sorted((BENCH / "observers").glob("*.py")), ids=lambda p: p.stem)
@@ -74,62 +66,6 @@ def test_cars_that_do_not_drive_alike_are_no_figure():
             efficiency._same_speeds([bare(speed=its)], [free(speed=mine)])
 
 
-def test_a_silent_topic_is_no_figure():
-    assert efficiency._received([free(received=100), free(received=60)]) == {"/clock": 2.0}
-    with pytest.raises(BenchError, match="/clock"):
-        efficiency._received([free(received=0)])
-
-
-def test_a_graph_that_works_while_it_is_paused_is_no_figure():
-    figures = {"paused_graph": efficiency._paused([bare(cpu=0.02)])}
-    assert figures == {"paused_graph": 0.02}
-    assert efficiency._beside_a_resting_graph(figures) == figures
-    figures = {"paused_graph": efficiency._paused([bare(cpu=0.5)])}
-    with pytest.raises(BenchError, match="paused graph took 0.50"):
-        efficiency._beside_a_resting_graph(figures)
-
-
-def test_own_time_counts_the_processor_time_of_both_threads():
-    """20 simulated s in 0.8 of a processor against 40 in one whole: 25 / 40."""
-    assert efficiency._own_time([bare()], [free()])["median"] == pytest.approx(25 / 40)
-
-
-def test_the_rows_of_efficiency_tell_ratio_processors_and_comparison():
-    figures = {}
-    for name, pace in (("as_launched", 20.0), ("bridge_alone", 30.0)):
-        rounds = [free(pace=pace)] * 3
-        measured = alternate(
-            lambda: Round(40.0, bare()), {"x": iter([Round(pace, t) for t in rounds]).__next__}, 3
-        )["x"]
-        figures[name] = {
-            **measured.figures(),
-            "own_time_ratio": efficiency._own_time([bare()], rounds[:1]),
-            "spent": summarise([one_round["spent"] for one_round in rounds]),
-            "reference_spent": summarise([bare()["spent"]]),
-            "paused_graph": 0.01,
-        }
-    rows = {row.label: row for row in efficiency.rows(json.loads(json.dumps(figures)))}
-    assert all(isinstance(row, Row) for row in rows.values())
-    assert rows["free, as_launched"].value.median == 0.5
-    assert "higher than as_launched" in rows["free, bridge_alone"].text
-    assert "bridge 0.80" in rows["  processors"].text
-    assert "paused graph 0.010" in rows["  beside the reference"].text
-
-
-def test_the_rows_of_both_worlds_at_real_time_have_names_of_their_own():
-    world = {
-        "camera": {"rate_hz": 30.0, "gap_ms_p50": 33.0, "gap_ms_p99": 40.0, "gap_ms_max": 44.0},
-        "scans_hz": 40.0,
-        "real_time_factor": 1.0,
-        "clock_lateness": {"late_ms_p50": 0.1, "late_ms_p999": 2.0, "late_ms_max": 3.0},
-        "spent": summarise([spent(0.4)]),
-    }
-    found = list(section("driving").rows(dict(world, all_at_once=world)))
-    merged = [row.label for row in found if row.value is not None]
-    assert len(merged) == 6 and len(set(merged)) == 6
-    assert any("40.00 scans a second" in row.text for row in found)
-
-
 def test_a_section_that_fails_leaves_the_others(monkeypatch, tmp_path):
     class Failing:
         @staticmethod
@@ -167,46 +103,6 @@ def test_the_car_of_the_bench_worlds():
     plain = ElementTree.fromstring(describe(lidar=False))
     assert plain.find("gazebo/sensor[@type='ray']") is None
     assert plain.find("gazebo/sensor[@type='camera']") is not None
-
-
-@pytest.mark.parametrize(
-    "options, path, value",
-    [
-        ({"imu_rate": 1000.0}, "gazebo/sensor[@name='bench_imu']/update_rate", "1000.0"),
-        ({"truth_rate": 500.0}, "gazebo/plugin[@name='bench_truth']/updateRate", "500.0"),
-        (
-            {"layers": 16},
-            "gazebo/sensor[@name='bench_layers']/ray/scan/vertical/samples",
-            "16",
-        ),
-    ],
-)
-def test_the_car_has_the_sensors_that_are_asked_for(options, path, value):
-    assert ElementTree.fromstring(describe(**options)).findtext(path) == value
-    assert ElementTree.fromstring(describe()).find(path) is None
-
-
-def test_the_worlds_and_topics_of_the_variants_with_high_rates():
-    for name in ("imu_1_khz", "ground_truth_1_khz", "ekf_and_imu_1_khz", "lidar_16_layers_10_hz"):
-        variant = efficiency.VARIANTS[name]
-        launch = ElementTree.parse(BENCH / "worlds" / variant.file)
-        known = {item.get("name") for item in launch.iter("arg")}
-        assert {item.partition(":=")[0] for item in variant.arguments} <= known
-        assert variant.topics
-
-
-@pytest.mark.parametrize("name", ["state", "lidar", "camera"])
-def test_a_policy_that_lacks_is_trained_as_a_user_would(name, tmp_path, monkeypatch):
-    gap = section("gym_gap")
-    monkeypatch.setattr(gap, "FOLDER", tmp_path)
-    table = gap.training(name)
-    assert table.pop("folder") == str(tmp_path / name) and not table.pop("resume")
-    settings = Settings(**table)
-    assert settings.until_laps and settings.observation == (name,)
-    assert settings.walls is (True if name == "lidar" else None)
-    (tmp_path / name).mkdir()
-    (tmp_path / name / "policy.onnx").touch()
-    assert gap.policy_of(name, None) == tmp_path / name / "policy.onnx"
 
 
 def test_a_lap_in_the_gym_and_over_ros_is_a_row_each(tmp_path):

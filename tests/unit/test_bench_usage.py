@@ -7,7 +7,6 @@ import threading
 import time
 from pathlib import Path
 
-import psutil
 import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
@@ -22,7 +21,6 @@ from usage import (  # noqa: E402
     cpu_seconds,
     memory_bytes,
     role_of,
-    roles_of,
     summarise,
 )
 
@@ -46,13 +44,6 @@ BRIDGE = ["python3", "/ws/bullet_bridge/nodes/bridge", "__name:=gazebo", "__log:
 )  # fmt: skip
 def test_role_of_a_command_line(arguments, role):
     assert role_of(arguments) == role
-
-
-def test_processes_are_sorted_by_role():
-    words = {5: BRIDGE, 6: ["sh", "a"], 7: ["sh", "b"], 8: []}
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(usage.procfs, "arguments", lambda pid: words.get(pid, []))
-        assert roles_of([5, 6, 7, 8, 9]) == {"bridge": [5], "sh": [6, 7]}
 
 
 def test_a_monitor_adds_up_what_was_spent_between_two_moments(monkeypatch):
@@ -85,13 +76,6 @@ def test_a_monitor_adds_up_what_was_spent_between_two_moments(monkeypatch):
     }
 
 
-def test_others_are_never_below_nothing():
-    """The two files are not read at one moment: ours may be ahead of the sum by a tick."""
-    before = Reading(0.0, Machine(5.0, 0.0), {"a": 1.0}, {})
-    after = Reading(1.0, Machine(5.5, 0.0), {"a": 1.6}, {})
-    assert between(before, after)["others"] == 0.0
-
-
 def spent(cpu, others, waited):
     """What between() gives for one role and one thread."""
     before = Reading(0.0, Machine(0.0, 0.0), {"a": 0.0}, {"t": Thread(0.0, 0.0, 0, 0)})
@@ -117,27 +101,6 @@ def test_a_process_that_has_ended_reads_as_nothing():
     assert usage.procfs.arguments(GONE) == []
     assert usage.procfs.environment(GONE) == {}
     assert Thread.read(GONE, GONE) is None
-
-
-def test_the_machine_is_busy_without_waiting_and_stolen_time(monkeypatch):
-    fields = {"user": 10.0, "nice": 1.0, "system": 5.0, "idle": 900.0, "iowait": 3.0}
-    fields.update(irq=0.2, softirq=0.3, steal=0.4, guest=0.05, guest_nice=0.05)
-    times = type(psutil.cpu_times())(**fields)
-    monkeypatch.setattr(psutil, "cpu_times", lambda: times)
-    machine = Machine.read()
-    assert (machine.busy, machine.stolen) == (pytest.approx(16.5), 0.4)
-
-
-def test_a_thread_reports_its_times_and_switches(tmp_path):
-    task = tmp_path / "10" / "task" / "10"
-    task.mkdir(parents=True)
-    (task / "schedstat").write_text("1500000000 250000000 99\n")
-    (task / "status").write_text(
-        "Name:\tpython3\nvoluntary_ctxt_switches:\t7\nnonvoluntary_ctxt_switches:\t3\n"
-    )
-    assert Thread.read(10, 10, tmp_path) == Thread(1.5, 0.25, 7, 3)
-    (task / "schedstat").unlink()  # a kernel without it
-    assert Thread.read(10, 10, tmp_path) is None
 
 
 def test_this_process_is_read_as_it_counts_itself():

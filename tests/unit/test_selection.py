@@ -1,6 +1,5 @@
 """The tests' own plugins: which tests run, and in which order."""
 
-import json
 import os
 import subprocess
 
@@ -57,20 +56,6 @@ def test_a_filter_that_matches_nothing_is_named(project, options):
     assert status != 0 and "nothing matches 'no_such'; there are the stages unit, lint" in output
 
 
-def test_a_file_that_is_named_runs_whatever_its_stage(project):
-    project.add(TWISTS)
-    status, output = project.run(TWISTS)
-    assert status == 0 and "1 passed" in output
-
-
-def test_the_longest_file_of_the_last_run_is_the_first(project):
-    project.add("src/car/test/test_a.py")
-    project.add("src/car/test/test_b.py", "import time\n\ndef test_it():\n    time.sleep(3.0)\n")
-    assert project.run("src")[0] == 0
-    [tests] = project.selected(["unit"])
-    assert tests == ["src/car/test/test_b.py::test_it", "src/car/test/test_a.py::test_it"]
-
-
 def test_flaky_tests_are_named(project):
     flaky = "import os\n\ndef test_it():\n    assert 'WRONG' not in os.environ\n"
     project.add(SKID, flaky)
@@ -80,13 +65,6 @@ def test_flaky_tests_are_named(project):
     del project.environment["WRONG"]
     status, output = project.run("src")
     assert status == 0 and f"flaky: {SKID}::test_it failed in 1 of its last 2 runs" in output
-
-
-def test_wall_times_are_kept(project):
-    project.add(SKID)
-    project.run("src")
-    [file] = (project.root / ".pytest_cache").rglob("paddock/seconds")
-    assert list(json.loads(file.read_text())) == [SKID]
 
 
 def test_a_process_is_found_as_soon_as_it_is_started():

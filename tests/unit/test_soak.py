@@ -1,4 +1,4 @@
-"""The soak's own parts: the order of faults, growth, the log, the page."""
+"""The soak's own parts: the order of faults, growth, the log, the page, limits of a shutdown."""
 
 import json
 import sys
@@ -11,15 +11,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
 from soaking import report  # noqa: E402
 from soaking.faults import FAULTS, SHUTDOWNS, rounds  # noqa: E402
-from soaking.monitor import (  # noqa: E402
-    SPAN,
-    WARM_UP,
-    Sample,
-    growth,
-    problems,
-    rates,
-    real_time_factors,
-)
+from soaking.limits import SHUTDOWN_LIMIT, violation  # noqa: E402
+from soaking.monitor import WARM_UP, Sample, growth, problems  # noqa: E402
+from soaking.process_under_test import Shutdown  # noqa: E402
 from soaking.run import Event, Timeline  # noqa: E402
 
 BRIDGE_TRACEBACK = """[INFO] fine
@@ -74,27 +68,6 @@ def test_growth(memory, threads, words):
     assert all(word in text for word, text in zip(words, found))
 
 
-def test_a_short_life_has_no_growth():
-    count = int((WARM_UP + SPAN) / 2.0) - 1
-    assert growth(samples(lambda t: 1e6 * t * t, count=count)) == []
-
-
-def test_each_process_counts_from_its_own_start():
-    first, second = samples(100e6, count=90), samples(300e6, count=90)
-    for sample in second:
-        sample.wall += 180.0
-        sample.processes = {"bridge": (8, *sample.processes["bridge"][1:])}
-    assert growth(first + second) == []
-
-
-def test_real_time_factors_and_rates():
-    found = samples(1.0, count=5)
-    assert [factor for _, factor in real_time_factors(found)] == [0.5] * 4
-    found[2].simulated = 0.0  # a reset
-    assert len(real_time_factors(found)) == 3
-    assert [rate for _, rate in rates(found, "/clock")] == [10.0] * 4
-
-
 def test_tracebacks_in_the_log():
     assert problems("[INFO] a\n[WARN] b") == []
     (found,) = problems(f"{BRIDGE_TRACEBACK}\n{BRIDGE_TRACEBACK}")
@@ -118,3 +91,22 @@ def test_the_page(tmp_path, failure):
     assert sorted(path.name for path in tmp_path.glob("*.png")) == [
         "files.png", "memory.png", "pace.png", "rates.png", "threads.png",
     ]  # fmt: skip
+
+
+LIVES = [("gazebo", 1.0), ("roslaunch", 2.0)]
+
+
+@pytest.mark.parametrize(
+    "seconds, left, slowdown, files, word",
+    [
+        (SHUTDOWN_LIMIT, [], 1.0, [], ""),
+        (SHUTDOWN_LIMIT + 0.1, [], 1.0, [], "roslaunch 2.0 s"),
+        (SHUTDOWN_LIMIT + 0.1, [], 2.0, [], ""),
+        (2.0 * SHUTDOWN_LIMIT + 0.1, [], 2.0, [], "at most 10.0 s"),
+        (1.0, ["sleep 9"], 9.0, [], "left ['sleep 9']"),
+        (1.0, [], 1.0, ["world"], "left files"),
+    ],
+)
+def test_what_breaks_the_limit(seconds, left, slowdown, files, word):
+    text = violation(Shutdown(seconds, left, LIVES, slowdown), files)
+    assert word in text and bool(text) == bool(word)
