@@ -11,7 +11,7 @@ import time
 import uuid
 
 from figures import BenchError
-from paddock_common.testing import free_port
+from paddock_common.process import free_port
 from usage import procfs, roles_of
 
 BENCH = pathlib.Path(__file__).resolve().parent

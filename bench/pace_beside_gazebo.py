@@ -23,7 +23,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 from figures import BenchError  # noqa: E402
 from launching import Observer  # noqa: E402
-from paddock_common.testing import free_port  # noqa: E402
+from paddock_common.process import free_port  # noqa: E402
 from pairs import PAIRS  # noqa: E402
 from sections import beside_gazebo  # noqa: E402
 from worlds import causes  # noqa: E402

@@ -38,7 +38,7 @@ sys.path[:0] = [str(ROOT / "tests" / name) for name in ("web", "desk", "ros")]
 
 from deepracer_control.ackermann import Geometry  # noqa: E402
 from deepracer_control.drivers.pursuit import Path, Pursuit  # noqa: E402
-from paddock_common.testing import free_port  # noqa: E402
+from paddock_common.process import free_port  # noqa: E402
 from track_model.referee.referee import Car  # noqa: E402
 from track_model.track import load_track  # noqa: E402
 

@@ -4,7 +4,7 @@ import os
 
 import pytest
 from desk_rig import Browser, Desk
-from paddock_common.testing import free_port
+from paddock_common.process import free_port
 
 
 @pytest.fixture(scope="session")

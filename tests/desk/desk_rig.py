@@ -11,7 +11,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from paddock_common.testing import free_port
+from paddock_common.process import free_port
 from selenium import webdriver
 from selenium.webdriver.chrome.service import Service
 

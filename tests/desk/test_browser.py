@@ -11,7 +11,7 @@ import rospy
 from desk_rig import CANVAS, LIMIT, SHOTS, Desk
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from paddock_common.testing import free_port
+from paddock_common.process import free_port
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import WebDriverWait
 from vnc_client import ROW, stop_button

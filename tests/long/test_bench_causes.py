@@ -8,7 +8,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from paddock_common.testing import enter_class_context
+from testing import enter_class_context
 
 BENCH = Path(__file__).resolve().parents[2] / "bench"
 sys.path.insert(0, str(BENCH))

@@ -23,7 +23,7 @@ from install_contents import (
     references_in,
 )
 from install_tree import ROOT, InstallSpace, cache_entry, descendants
-from paddock_common.testing import free_port
+from paddock_common.process import free_port
 from sim_client import START_LIMIT, WHEELS
 
 from commands.bootstrap import ros, workspace

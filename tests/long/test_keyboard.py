@@ -4,9 +4,9 @@ import os
 import signal
 
 from keyboard_rig import STOP, Rig
-from paddock_common.testing import is_running
 from sim_client import wait_until
 from terminal_rig import parent_of
+from testing import is_running
 
 LAUNCH = "<launch></launch>"  # a ROS master
 

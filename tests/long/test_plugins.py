@@ -5,8 +5,8 @@ import time
 import xml.etree.ElementTree as ElementTree
 
 import pytest
-from paddock_common.testing import is_running
 from plugin_rig import DEADLINE, PASSES, SKID, Project
+from testing import is_running
 
 from commands import procfs
 

@@ -9,7 +9,7 @@ import subprocess
 import time
 
 import run_rig
-from environment_rig import PLAIN, by_hand, by_run
+from environment_rig import PLAIN, by_run
 from run_rig import PATIENCE, run, start
 
 # Prints what a build of a clone depends on.
@@ -97,41 +97,6 @@ def test_the_lock_is_not_handed_to_commands(clone):
         ]
     finally:
         process.communicate(timeout=PATIENCE)
-
-
-def test_as_by_hand_in_a_clone(clone):
-    assert by_run(clone, PLAIN) == by_hand(clone, PLAIN)
-
-
-def test_nothing_of_the_callers_is_kept(clone):
-    environ = {"PATH": f"/opt/marker:{PLAIN['PATH']}", "HOME": "/tmp", "LD_LIBRARY_PATH": "/marker",
-               "ROS_PACKAGE_PATH": "/marker", "CMAKE_PREFIX_PATH": "/marker"}  # fmt: skip
-    (clone / ".cache" / "environment").unlink(missing_ok=True)
-    (clone / ".cache" / "signatures" / "environment").unlink(missing_ok=True)
-    assert by_run(clone, environ)["LD_LIBRARY_PATH"].endswith(":/marker")
-    assert "marker" not in (clone / ".cache" / "environment").read_text()
-    assert "marker" not in by_run(clone, PLAIN).get("LD_LIBRARY_PATH", "")
-
-
-def test_a_hook_that_comes_and_goes_is_noticed(clone):
-    hooks = clone / "devel" / "etc" / "catkin" / "profile.d"
-    hooks.mkdir(parents=True)
-    hook = hooks / "50.probe.sh"
-    hook.write_text(
-        'export PROBE=1 PROBE_PATH="/probe:$PROBE_PATH" PROBE_LAST="${PROBE_LAST:-x}"\n'
-    )
-    environ = {**PLAIN, "PROBE_PATH": "/mine", "PROBE_LAST": "mine"}
-    found = by_run(clone, environ)
-    assert (found["PROBE"], found["PROBE_PATH"], found["PROBE_LAST"]) == (
-        "1",
-        "/probe:/mine",
-        "mine",
-    )
-    assert by_run(clone, PLAIN)["PROBE_LAST"] == "x"
-    hook.write_text("export PROBE=2\n")
-    assert by_run(clone, environ)["PROBE"] == "2"
-    hook.unlink()
-    assert "PROBE" not in by_run(clone, PLAIN)
 
 
 def test_setup_bash_is_not_run_each_time(clone):

@@ -4,7 +4,7 @@ import signal
 import time
 import unittest
 
-from paddock_common.testing import free_port
+from paddock_common.process import free_port
 from page_client import PageClient, WebNode
 from shared_worlds import SEEING_CAR as LAUNCH  # noqa: F401
 from sim_client import wait_until

@@ -9,7 +9,7 @@ import unittest
 import psutil
 import websocket
 from geometry_msgs.msg import Twist
-from paddock_common.testing import free_port
+from paddock_common.process import free_port
 from page_client import PageClient, WebNode
 from sim_client import Recorder, wait_for_car, wait_until
 from test_messages import VALID

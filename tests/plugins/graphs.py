@@ -42,7 +42,7 @@ class Graph:
     """
 
     def __init__(self, folder, text):
-        from paddock_common.testing import free_port
+        from paddock_common.process import free_port
 
         self.folder = folder
         self._temporary = tempfile.mkdtemp(prefix="paddock_")

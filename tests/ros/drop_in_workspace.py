@@ -11,7 +11,7 @@ from pathlib import Path
 
 import rosgraph
 import rospy
-from paddock_common.testing import stop_session
+from paddock_common.process import stop_session
 from sim_client import wait_until
 
 ROOT = Path(__file__).resolve().parents[2]

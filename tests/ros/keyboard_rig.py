@@ -6,9 +6,9 @@ import unittest
 
 import rospy
 from geometry_msgs.msg import Twist
-from paddock_common.testing import is_running
 from sim_client import Recorder, wait_until
 from terminal_rig import Terminal, XServer, node_pid
+from testing import is_running
 
 NODE = os.path.join(os.environ["PADDOCK_ROOT"], "src", "cybertruck", "nodes", "keyboard")
 COMMAND = f"{NODE} _max_acceleration:=0 _max_steering_rate:=0"

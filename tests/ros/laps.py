@@ -9,7 +9,7 @@ import unittest
 
 import cv2
 import numpy as np
-from paddock_common.testing import free_port, stop_session
+from paddock_common.process import free_port, stop_session
 
 SMALL = """points: [[0, 0], [0.6, 0], [1.3, 0.75], [0.6, 1.5], [-0.4, 1.5], [-1.1, 0.75], [-0.4, 0]]
 width: 0.6

@@ -8,7 +8,7 @@ import xmlrpc.client
 import psutil
 import rosgraph
 import rospy
-from paddock_common.testing import stop_session
+from paddock_common.process import stop_session
 from sim_client import wait_until
 
 STOP_LIMIT = 90.0  # wall time from SIGINT to the end [s]

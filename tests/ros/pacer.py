@@ -18,15 +18,20 @@ part of that, nor is time in which the pacer itself had none.
 Parameters: ~topics, ~nodes (lists of names), ~lag [s], ~period [s], ~patience [s], ~settle [s].
 """
 
+import pathlib
+import sys
 import time
 
 import rosgraph
 import rospy
 from gazebo_msgs.srv import GetPhysicsProperties
-from paddock_common.testing import call, is_asleep
 from std_srvs.srv import Empty
 
 from bullet_bridge.srv import Step
+
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1] / "plugins"))
+
+from testing import call, is_asleep  # noqa: E402
 
 START_LIMIT = 180.0  # wall time for the world to come up [s]
 NAP = 0.0005  # between two looks [s]

@@ -10,8 +10,8 @@ import urllib.error
 import urllib.request
 
 import websocket
-from paddock_common.testing import executable
 from sim_client import WALL_LIMIT, wait_until
+from testing import executable
 
 GRACE = 60.0  # wall time from SIGINT to the end [s]
 

@@ -10,8 +10,8 @@ from xmlrpc.client import ServerProxy
 import psutil
 import rosgraph
 import rospy
-from paddock_common.testing import start_x_server
 from sim_client import wait_until
+from testing import start_x_server
 
 LIMIT = 90.0  # longest wait for what should come within a second [s]
 

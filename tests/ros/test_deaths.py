@@ -10,7 +10,6 @@ import xmlrpc.client
 import rosgraph
 import rospy
 from geometry_msgs.msg import Twist
-from paddock_common.testing import wait_ended
 from sensor_msgs.msg import JointState
 from sim_client import (
     Recorder,
@@ -21,6 +20,7 @@ from sim_client import (
     wait_until,
     world_time,
 )
+from testing import wait_ended
 
 LAUNCH = """<launch>
   <include file="$(find track_model)/launch/world.launch">

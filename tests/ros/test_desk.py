@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from paddock_common.testing import enter_class_context, executable
 from shared_worlds import SEEING_CAR as LAUNCH  # noqa: F401
 from sim_client import Recorder, wait_for_car, wait_until
+from testing import enter_class_context, executable
 from vnc_client import ROW, VncClient, wait_for_window
 from websocket import WebSocketBadStatusException
 

@@ -12,9 +12,10 @@ import yaml
 from gazebo_msgs.srv import DeleteModel, SpawnModel
 from geometry_msgs.msg import Point, Pose, Quaternion, Twist
 from nav_msgs.msg import Odometry
-from paddock_common.testing import executable, stop_session
+from paddock_common.process import stop_session
 from shared_worlds import EFFORT_BOT as LAUNCH  # noqa: F401
 from sim_client import START_LIMIT, Recorder, wait_connected, wait_until
+from testing import executable
 from tf2_msgs.msg import TFMessage
 
 HERE = Path(__file__).resolve().parent

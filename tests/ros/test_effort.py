@@ -14,7 +14,7 @@ from controller_manager_msgs.srv import (
     UnloadController,
 )
 from dynamic_reconfigure.client import Client
-from paddock_common.testing import executable, stop_session
+from paddock_common.process import stop_session
 from sensor_msgs.msg import JointState
 from shared_worlds import EFFORT_BOT as LAUNCH  # noqa: F401
 from sim_client import (
@@ -27,6 +27,7 @@ from sim_client import (
     world_time,
 )
 from std_msgs.msg import Float64
+from testing import executable
 
 BOT = "/effort_bot"
 SLIDER_MASS = 2.0  # [kg]

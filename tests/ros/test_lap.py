@@ -17,7 +17,6 @@ from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import SetModelState
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from paddock_common.testing import call
 from sim_client import (
     WALL_LIMIT,
     Recorder,
@@ -29,6 +28,7 @@ from sim_client import (
     yaw_of,
 )
 from std_srvs.srv import Trigger
+from testing import call
 
 from track_model.msg import LapStatus
 

@@ -8,7 +8,7 @@ import unittest
 import cv2
 import numpy as np
 import rospy
-from paddock_common.testing import free_port
+from paddock_common.process import free_port
 from page_client import PageClient, WebNode
 from sensor_msgs.msg import Image
 from sim_client import WALL_LIMIT, wait_until

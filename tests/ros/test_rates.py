@@ -15,10 +15,10 @@ import rospy
 from gazebo_msgs.srv import GetPhysicsProperties, SetPhysicsProperties
 from launches import Launch
 from nav_msgs.msg import Odometry
-from paddock_common.testing import enter_class_context
 from sensor_msgs.msg import JointState, LaserScan
 from sim_client import START_LIMIT, Recorder, world_time
 from std_srvs.srv import Trigger
+from testing import enter_class_context
 
 LAUNCH = "<launch></launch>"  # a ROS master
 

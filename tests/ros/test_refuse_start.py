@@ -5,7 +5,7 @@ import subprocess
 import tempfile
 import unittest
 
-from paddock_common.testing import free_port
+from paddock_common.process import free_port
 
 DEADLINE = 120.0  # wall time for a launch to refuse its input [s]
 

@@ -3,7 +3,7 @@
 import subprocess
 import unittest
 
-from paddock_common.testing import executable
+from testing import executable
 
 LAUNCH = "<launch></launch>"  # a ROS master
 

@@ -11,11 +11,12 @@ import numpy as np
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from paddock_common.testing import executable, free_port
+from paddock_common.process import free_port
 from page_client import PageClient, WebNode
 from shared_worlds import SEEING_CAR as LAUNCH  # noqa: F401
 from sim_client import Recorder, wait_for_car, wait_until
 from std_srvs.srv import Trigger
+from testing import executable
 
 ON_TRACK = {"x": 1.0, "y": 0.2, "z": 0.0}
 

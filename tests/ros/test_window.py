@@ -13,11 +13,11 @@ import rosbag
 import rospy
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
-from paddock_common.testing import executable
 from sensor_msgs.msg import Joy
 from shared_worlds import SEEING_CAR as LAUNCH  # noqa: F401
 from sim_client import Recorder, wait_connected, wait_for_car, wait_until
 from terminal_rig import XServer
+from testing import executable
 from Xlib import X
 from Xlib.display import Display
 

@@ -8,7 +8,7 @@ import time
 import unittest
 import xmlrpc.client
 
-from paddock_common.testing import free_port, stop_session
+from paddock_common.process import free_port, stop_session
 
 DEADLINE = 60.0  # wall time for a launch to say what it has to say [s]
 UP = "is up: step"

@@ -12,8 +12,9 @@ from xmlrpc.client import ServerProxy
 
 import page as tutorial
 import pytest
-from paddock_common.testing import free_port, start_x_server
+from paddock_common.process import free_port
 from page_commands import OTHERS
+from testing import start_x_server
 
 LIMIT = 240.0  # of one box [s]
 UP = 120.0  # until a world and a robot in it are up [s]

@@ -2,7 +2,6 @@
 
 import re
 import shutil
-import subprocess
 import zipfile
 
 import pytest
@@ -64,13 +63,6 @@ def test_what_is_neither_in_the_list_nor_a_url():
         repos.entry_of("https://example.org/?")
 
 
-def test_what_is_no_list(tmp_path):
-    path = tmp_path / "a.repos"
-    path.write_text(LIST + "    branch: x\n")
-    with pytest.raises(CommandError, match="the line '    branch: x' is not of a .repos file"):
-        repos.read_list(str(path))
-
-
 def test_where_a_folder_has_a_repository(sources, tmp_path):
     thing = repos.Repository("thing", "git", "https://example.org/thing.git", "noetic")
     assert add.local(thing, str(sources)).url == str(sources / "thing.git")
@@ -119,21 +111,6 @@ def test_submodules_come_with_their_repository(sources, here, tmp_path, capsys):
     assert f"left out: submodule {here}/robot/lost (git@github.com:nobody/lost.git): " in said
 
 
-def test_what_cannot_be_brought_is_named_by_its_first_cause(here, tmp_path):
-    robot = package(tmp_path / "from" / "robot", "robot")
-    git(robot, "init", "-q", "-b", "noetic")
-    git(robot, "add", ".")
-    git(robot, "commit", "-q", "-m", "first")
-    words = ["git", "-C", str(robot), "rev-parse", "HEAD:package.xml"]
-    blob = subprocess.run(words, check=True, capture_output=True, text=True).stdout.strip()
-    repository = repos.Repository("robot", "git", "https://example.org/robot.git", "noetic")
-    (robot / ".git" / "objects" / blob[:2] / blob[2:]).unlink()
-    with pytest.raises(CommandError, match=r"/robot noetic cannot be brought") as error:
-        add.bring(repository, str(robot.parent))
-    assert f"unable to read sha1 file of package.xml ({blob})" in "\n".join(error.value.advice)
-    assert not (here / "robot").exists()
-
-
 def test_of_two_packages_of_a_name_one_is_used(here, capsys):
     old = package(here / "first" / "my_robot", "my_robot")
     new = package(here / "second" / "my_robot", "my_robot")
@@ -159,11 +136,6 @@ def test_what_a_name_needs_comes_before_it(monkeypatch, tmp_path):
     more, thing = repos.entry_of("more"), repos.entry_of("thing")
     assert (more.needs, more.without, thing.needs) == (("thing",), ("a", "b"), ())
     assert repos.entries_of(["more"]) == [thing, more] == repos.entries_of(["thing", "more"])
-
-
-@pytest.mark.parametrize("name", repos.listed())
-def test_each_list_needs_what_is_listed(name):
-    assert set(repos.entry_of(name).needs) <= set(repos.listed()) - {name}
 
 
 def test_packages_of_a_repository_are_left_out(here, capsys):

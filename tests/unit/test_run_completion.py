@@ -7,10 +7,8 @@ import signal
 import subprocess
 import time
 
-import selection
 from run_rig import PATIENCE, ROOT, run
 
-from commands.subcommands.completion import candidates
 from commands.table import COMMANDS
 
 # Splits lines as bash does, calls the function that `complete -p run` names, prints its answers.
@@ -78,26 +76,11 @@ def test_another_program_called_run_is_left_alone(tmp_path):
     assert completed(f"{other} ") == [[]]
 
 
-def test_every_filter_that_is_offered_selects_a_test():
-    offered = candidates("./run test ")
-    assert {"unit", "lint", "ros", "project", "circle", "track_model"} <= set(offered)
-    files = [*ROOT.glob("src/**/test/test_*.py"), *ROOT.glob("tests/*/test_*.py")]
-    stages = {selection.stage_of(path, ROOT) for path in files}
-    assert stages == set(selection.STAGES)
-    names = {selection.name_of(path, ROOT) for path in files}
-    assert [w for w in offered if w not in stages and not any(w in name for name in names)] == []
-
-
 def test_filters_select_what_is_listed():
     done = run("test", "--list", "bad_input", "mypy")
     assert done.returncode == 0, done.stdout
     listed = {line.partition("::")[0] for line in done.stdout.splitlines() if "::" in line}
     assert listed == {"tests/ros/test_bad_input.py", "tests/lint/test_lint.py"}
-
-
-def test_without_word_breaks_the_whole_word_is_given():
-    assert candidates("./run world track:=ha", breaks=" \t\n") == ["track:=hard"]
-    assert candidates("./run world track:=ha", breaks=" =") == ["hard"]
 
 
 def test_tab_in_an_interactive_shell():

@@ -120,27 +120,10 @@ def test_cpp_needs_the_headers_that_a_stand_in_lacks(workspace, debians_ros):
     assert found().missing["cv_bridge"] == names and "cv_bridge" not in found().paddock
 
 
-def test_a_users_package_in_the_place_of_a_stand_in_is_there(tmp_path, monkeypatch):
-    for folder in ("standins/map_server", "navigation/map_server"):
-        (tmp_path / folder).mkdir(parents=True)
-        text = "<package><name>map_server</name></package>"
-        (tmp_path / folder / "package.xml").write_text(text)
-    monkeypatch.setattr(deps, "SOURCES", str(tmp_path))
-    monkeypatch.setattr(deps, "users_packages", lambda: {"map_server": "navigation/map_server"})
-    monkeypatch.setattr(deps, "given_way", lambda users: ["map_server"])
-    assert deps.ours() == {"map_server", "gazebo"}
-
-
 def test_names_of_debian():
     assert deps.resolve(NAMES) == NAMES
     of_a_sourced_ros = deps.resolve(NAMES, debians_ros=False)
     assert of_a_sourced_ros["tf"] == [] and of_a_sourced_ros["eigen"] == ["libeigen3-dev"]
-
-
-def test_boost_comes_without_mpi():
-    found = deps.resolve(["boost"])["boost"]
-    assert {"libboost-dev", "libboost-graph-dev", "libboost-python-dev"} <= set(found)
-    assert not {name for name in found if "mpi" in name or name == "libboost-all-dev"}
 
 
 def test_a_name_that_is_listed_twice_is_ours_and_updated_sources_count(tmp_path):

@@ -7,7 +7,6 @@ import struct
 
 import pytest
 
-from commands.bootstrap import packages
 from commands.errors import CommandError, UsageError
 from commands.subcommands import desk
 
@@ -78,9 +77,6 @@ def test_the_first_free_port_is_taken_and_a_given_one_has_to_be_free():
         assert second.getsockname()[1] > taken
         with pytest.raises(CommandError, match=f"cannot listen on port {taken}: Address already"):
             desk.listen(taken, share=False)
-
-
-def test_other_machines_get_in_only_when_the_desk_is_shared():
     with desk.listen(None, share=True) as server:
         assert server.getsockname()[0] == "0.0.0.0"
 
@@ -112,25 +108,3 @@ def answer(display, cookie):
         head = struct.pack("<cxHHHHxx", b"l", 11, 0, len(desk.COOKIE), len(cookie))
         client.sendall(head + desk.COOKIE.ljust(20, b"\0") + cookie)
         return client.recv(1)[0]
-
-
-def test_an_x_server_that_does_not_start_says_why(tmp_path):
-    with pytest.raises(CommandError, match="the X server of the desk did not start") as error:
-        desk.Screen(str(tmp_path), "no size")
-    assert error.value.advice
-
-
-def test_a_desk_that_cannot_start_leaves_nothing(tmp_path, monkeypatch):
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    monkeypatch.setattr(desk, "start_window_manager", lambda *_: 1 / 0)
-    desk_of_nobody = desk.Desk({}, "640x480")
-    with pytest.raises(ZeroDivisionError):
-        desk_of_nobody.__enter__()
-    assert list(tmp_path.iterdir()) == []
-    assert desk_of_nobody._parts["screen"].returncode is not None
-
-
-def test_the_lists_of_packages_are_there():
-    for name in (packages.DESK_LIST, packages.DESK_TEST_LIST):
-        with open(f"{desk.ROOT}/config/{name}", encoding="utf-8") as stream:
-            assert [line for line in stream if line.strip() and not line.startswith("#")]

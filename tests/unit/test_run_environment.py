@@ -66,11 +66,6 @@ def test_a_workspace_on_top_of_ours_stays_in_front(tmp_path):
         assert found[name] == chained[name], name
 
 
-def test_within_its_own_shell():
-    once = by_run(ROOT, PLAIN)
-    assert by_run(ROOT, once) == by_hand(ROOT, once)
-
-
 def test_the_callers_paths_stay_behind_ours():
     environ = {**PLAIN, "PATH": "/opt/first:/usr/bin:/bin", "ROS_PACKAGE_PATH": "/opt/a:/opt/b"}
     found = by_run(ROOT, environ)
@@ -103,20 +98,6 @@ def test_a_package_of_the_callers_with_the_name_of_one_of_ours_is_found_in_its_p
     done = run("exec", "rospack", "find", "track_model", env=environ)
     assert done.stdout == f"{ROOT}/src/track_model\n"
     assert f"{wrong}/package.xml" in done.stderr and "ours is used" in done.stderr
-
-
-def test_a_python3_earlier_on_the_path_is_not_ours(tmp_path):
-    wrong = tmp_path / "python3"
-    wrong.write_text("#!/bin/sh\nexit 9\n")
-    wrong.chmod(0o755)
-    environ = {**PLAIN, "PATH": f"{tmp_path}:{PLAIN['PATH']}"}
-    done = run("exec", "python3", "-c", "import rospy, sys; print(sys.executable)", env=environ)
-    assert done.stdout == f"{ROOT}/.venv/bin/python3\n", done.stderr
-
-
-def test_a_home_that_is_missing_is_replaced():
-    for environ in ({"PATH": PLAIN["PATH"]}, {**PLAIN, "HOME": "/nonexistent"}):
-        assert by_run(ROOT, environ)["HOME"] == f"{ROOT}/.cache/home"
 
 
 def test_output_is_the_commands_alone():

@@ -4,17 +4,16 @@ import json
 import os
 import re
 import signal
-import socket
 import subprocess
 import sys
 import time
 
 import pytest
-from paddock_common.testing import ros_master, web_page
 from roslaunch import arg_dump
 from run_rig import PATIENCE, ROOT, usual_signals, write_manifest
+from testing import ros_master
 
-from commands import environment, launching, processes
+from commands import launching
 from commands.errors import CommandError, UsageError
 from commands.launching import LaunchFile
 
@@ -27,34 +26,6 @@ FILES = [
     ("cybertruck", "truck.launch"),
     ("cybertruck", "back_demo.launch"),
 ]
-
-
-def test_a_web_server_is_no_second_world():
-    with web_page() as uri:
-        launching.refuse_second_world({"ROS_MASTER_URI": uri})
-
-
-def test_a_second_world_is_found_at_an_ipv6_address(monkeypatch):
-    asked = []
-
-    def connect(address, _):
-        asked.append(address)
-        raise OSError
-
-    monkeypatch.setattr(socket, "create_connection", connect)
-    launching.refuse_second_world({"ROS_MASTER_URI": "http://[::1]:11311/"})
-    assert asked == [("::1", 11311)]
-
-
-def test_a_machine_without_ipv4_is_told_what_to_do(monkeypatch):
-    class Socket(socket.socket):
-        def bind(self, address):
-            raise OSError(99, "Cannot assign requested address")
-
-    monkeypatch.setattr(socket, "socket", Socket)
-    with pytest.raises(CommandError, match="no address 127.0.0.1") as caught:
-        launching.use_own_master({})
-    assert "ip address add 127.0.0.1/8" in caught.value.advice[0]
 
 
 @pytest.mark.parametrize("package, name", FILES)
@@ -103,14 +74,6 @@ def test_values_that_roslaunch_reads():
     given = ["real_time_factor:=0", "x:=-.25", "y:=1.0e-1", "gui:=True", "paused:=1",
              "shadows:=auto", "camera_rate:=$(env RATE)", "solver:=none"]  # fmt: skip
     assert LaunchFile("track_model", "world.launch").check(given) == given
-
-
-def test_a_launch_file_that_is_not_xml(tmp_path):
-    launch = LaunchFile("track_model", "world.launch")
-    launch.path = str(tmp_path / "probe.launch")
-    (tmp_path / "probe.launch").write_text("<launch>\n<arg")
-    with pytest.raises(CommandError, match=r"probe\.launch is not XML: .*line 2"):
-        launch.check(["gui:=true"])
 
 
 def test_options_of_roslaunch_are_handed_on_where_a_command_allows_it():
@@ -192,16 +155,6 @@ def test_a_result_that_is_not(launched, probe, sentence):
     assert caught.value.advice == ("Its own words are above; logs in .cache/ros-probe/",)
 
 
-@pytest.mark.parametrize("results, stay", [(None, []), (["old.csv", "none"], ["notes.txt"])])
-def test_what_an_earlier_run_left_goes(launched, tmp_path, results, stay):
-    (tmp_path / "out").mkdir()
-    for name in ("old.csv", "notes.txt"):
-        (tmp_path / "out" / name).touch()
-    out = launched(result('{"ok": true}'), results=results)
-    left = {path.name for path in out.iterdir()}
-    assert left == {"called.json", "result.json", *stay}
-
-
 @pytest.mark.parametrize("results", [None, ["old.csv"]])
 def test_a_track_that_is_not_valid_is_told_before_anything_goes(launched, tmp_path, results):
     track = tmp_path / "bent.yaml"
@@ -221,14 +174,6 @@ def test_a_deadline_ends_it_with_sigint(launched, tmp_path, monkeypatch):
     with pytest.raises(CommandError, match=r"^the probe did not end within 500s s$"):
         launched(wait, deadline="500s")
     assert (tmp_path / "out" / "asked").read_text() == "SIGINT"
-
-
-def test_a_child_that_ignores_sigint_is_killed(tmp_path):
-    deaf = "import signal, time; signal.signal(signal.SIGINT, signal.SIG_IGN); time.sleep(1e4)"
-    begin = time.monotonic()
-    with pytest.raises(processes.DeadlineExceeded):
-        processes.run_child([sys.executable, "-c", deaf], deadline=2.0, grace=0.5)
-    assert time.monotonic() - begin < PATIENCE
 
 
 @pytest.mark.parametrize("variable, default, text, seconds", [
@@ -321,16 +266,3 @@ def test_signals_reach_the_child(number):
         _, said = process.communicate(timeout=PATIENCE)  # ends with the child, which has the pipe
     assert process.returncode == 128 + number
     assert "KeyboardInterrupt" in said  # the child's
-
-
-def test_old_logs_go(tmp_path, monkeypatch):
-    monkeypatch.setattr(environment, "LOG_FOLDER", str(tmp_path))
-    for name, days in (("new", 6), ("old", 8), ("old-file", 8)):
-        path = tmp_path / name
-        path.write_text("") if name == "old-file" else path.mkdir()
-        os.utime(path, (time.time() - days * 86400,) * 2)
-    (tmp_path / "latest").symlink_to("nowhere")
-    environment.clean_up_logs()
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["latest", "new"]
-    monkeypatch.setattr(environment, "LOG_FOLDER", str(tmp_path / "absent"))
-    environment.clean_up_logs()

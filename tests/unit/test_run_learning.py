@@ -3,19 +3,15 @@
 import json
 import os
 from argparse import Namespace
-from contextlib import nullcontext
 
 import pytest
-from paddock_gym.errors import GymError
 from paddock_gym.simulation import randomize
-from run_rig import ROOT
 
 from commands import environment, launching, processes
-from commands.bootstrap import packages, venv
-from commands.bootstrap.step import Step
+from commands.bootstrap import venv
 from commands.errors import UsageError
 from commands.parsing import parser_of
-from commands.subcommands import cluster, evaluate, lap, sweep, train
+from commands.subcommands import cluster, evaluate, lap, train
 
 
 @pytest.fixture
@@ -99,15 +95,6 @@ def test_what_is_random(value, names):
     assert table["randomize"] == names == list(randomize.parse(value))
 
 
-@pytest.mark.parametrize("value", ["mass,mass", "nothing,friction", "friction,all"])
-def test_what_is_random_is_refused_here_as_in_the_gym(value):
-    with pytest.raises(UsageError) as here:
-        parsed(train, "train", "--randomize", value)
-    with pytest.raises(GymError) as there:
-        randomize.parse(value)
-    assert str(there.value) in str(here.value)
-
-
 def test_resume_changes_only_what_is_given():
     table = train.wanted(parsed(train, "train", "fast", "--resume", "--steps", "9"))
     del table["folder"]
@@ -172,45 +159,6 @@ def test_a_policys_lap_gets_its_sensors(trainings):
             lap.policy_arguments(Namespace(driver=driver, policy=policy))
 
 
-@pytest.mark.parametrize("name", venv.EXTRAS)
-def test_the_lists_of_learning_are_pinned(name):
-    with open(venv.extra_requirements(name), encoding="utf-8") as stream:
-        lines = [line.strip() for line in stream if line.strip() and not line.startswith("#")]
-    assert lines and all("==" in line for line in lines)
-
-
-@pytest.mark.parametrize("name", venv.EXTRAS)
-def test_what_is_missing_of_an_extra_is_installed_once(name, tmp_path, monkeypatch):
-    asked, done = [], []
-    monkeypatch.setattr(venv, "VENV", str(tmp_path))
-    monkeypatch.setattr(venv, "SetupLock", nullcontext)
-    monkeypatch.setattr(
-        packages.processes, "run_child", lambda argv, **_: asked.append(argv[2:]) or 0
-    )
-    monkeypatch.setattr(
-        Step, "_start", lambda _step, argv, _environ: done.append(argv) or Ended(argv)
-    )
-    venv.prepare_extras(name)
-    venv.prepare_extras(name)
-    lists = [*venv.BELOW.get(name, ()), name]
-    needed = [each for each in lists if (ROOT / "config" / f"apt-{each}.txt").exists()]
-    assert asked == 2 * [["--packages", f"apt-{each}.txt", "2"] for each in needed]
-    pip, *checks = done
-    words = [word for each in lists for word in ("-r", venv.extra_requirements(each))]
-    assert pip[-1 - len(words) :] == ["--no-compile", *words]
-    assert [check[-1] for check in checks] == [f"import {venv.EXTRAS[each]}" for each in lists]
-
-
-class Ended:
-    """A program that has ended well."""
-
-    def __init__(self, argv):
-        self.args = argv
-
-    def poll(self):
-        return 0
-
-
 @pytest.mark.parametrize(
     "module, words, lists",
     [
@@ -237,29 +185,6 @@ def test_more_workers_than_two_for_each_core_are_actors():
     assert (table["ray"], table["workers"]) == ("auto", limit + 1)
     table = train.wanted(parsed(train, "train", "--ray", "10.0.0.1:6379"))
     assert (table["ray"], table["workers"]) == ("10.0.0.1:6379", 0)
-
-
-def test_a_sweeps_folder_and_whether_it_trains(tmp_path):
-    path = tmp_path / "gains.yaml"
-    path.write_text("of: pursuit\n")
-    table = sweep.wanted(parsed(sweep, "sweep", str(path)))
-    assert table["file"] == str(path) and table["folder"].endswith("/out/sweep/gains")
-    assert not sweep.trains(path)
-    path.write_text("seed: 1\nof: train\n")
-    assert sweep.trains(path)
-    options = parsed(sweep, "sweep", str(path), "--name", "b")
-    assert sweep.wanted(options)["folder"].endswith("/out/sweep/b")
-
-
-@pytest.mark.parametrize(
-    "words, arguments",
-    [
-        (["head"], ["--head", "--port=6379", "--include-dashboard=false"]),
-        (["join", "box:6379"], ["--address=box:6379"]),
-    ],
-)
-def test_nodes_of_a_cluster(words, arguments):
-    assert cluster.wanted(parsed(cluster, "cluster", *words)) == arguments
 
 
 @pytest.mark.parametrize("words", [["tail"], ["join"], ["join", "box"], ["head", "box:6379"]])

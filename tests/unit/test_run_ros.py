@@ -2,19 +2,16 @@
 
 import os
 import pathlib
-import re
 import shutil
 import subprocess
 
 import pytest
 import ros_rig
 import run_rig
-from catkin_pkg import package, topological_order
-from catkin_pkg.packages import find_packages
 from run_rig import ROOT, run
 
 from commands import environment
-from commands.bootstrap import ros, venv, workspace
+from commands.bootstrap import ros, workspace
 from commands.errors import CommandError
 from commands.subcommands import deps
 
@@ -216,13 +213,6 @@ def test_a_python_that_is_too_old_or_lacks_it_is_one_sentence(found, tmp_path, p
     assert raised.value.advice == ()
 
 
-def test_a_ros_without_a_setup_file(found, tmp_path):
-    one = found(ros_rig.make_ros(tmp_path / "one", ["rospy"], python="echo 3 11"))
-    (one / "setup.bash").unlink()
-    with pytest.raises(CommandError, match=f"{one}/setup.bash cannot be sourced"):
-        ros.python()
-
-
 def complete(folder, without=()):
     """A ROS with all that Paddock asks of one, except some."""
     wanted = {name for _, name, _ in ros.listed()} - set(without)
@@ -243,24 +233,6 @@ def test_what_a_ros_lacks(found, tmp_path, capsys):
     capsys.readouterr()
     ros.check()
     assert f"{one} lacks rviz: what needs that will not start\n" in capsys.readouterr().out
-
-
-def test_how_to_get_packages_of_a_ros_in_opt(monkeypatch):
-    (line,) = ros._how_to_get("/opt/ros/one", ["tf2_ros", "cv_bridge"])
-    assert line == "If it came by apt, as root: apt-get install ros-one-tf2-ros ros-one-cv-bridge"
-    assert ros._how_to_get("/home/a/ros", ["rviz"]) == ()
-
-
-def test_the_packages_that_are_needed_are_needed():
-    """What our packages are built against is never optional."""
-    optional = {name for _, name, optional in ros.listed() if optional}
-    needed = {name for _, name, optional in ros.listed() if not optional}
-    assert not optional & needed and {"rospy", "catkin", "cv_bridge", "tf2_ros"} <= needed
-    asked = set()
-    for path in (ROOT / "src").glob("**/CMakeLists.txt"):
-        _, _, rest = path.read_text().partition("find_package(catkin REQUIRED COMPONENTS")
-        asked |= set(rest.partition(")")[0].split())
-    assert "message_generation" in asked and not asked & optional
 
 
 def test_stand_ins_give_way_to_the_sourced_ros_alone(found, tmp_path):
@@ -298,45 +270,6 @@ def test_gazebo_ros_is_ours_in_our_shells_alone(tmp_path, shell):
     real, standin = f"{noetic}/share/gazebo_ros\n", f"{ROOT}/src/standins/gazebo_ros\n"
     assert found(plain) == [real, standin]
     assert {path: path.stat().st_mtime_ns for path in noetic.rglob("*")} == before
-
-
-def test_real_plugins_that_need_gazebo_ros_make_no_circle():
-    """catkin orders those of the ROS below together with our packages, among them gazebo_ros."""
-    manifest = "<name>{}</name><version>1.0.0</version><description>a</description><license>a" \
-        '</license><maintainer email="a@example.org">a</maintainer>'  # fmt: skip
-    real = {}
-    for name in workspace.rule().NEED_GAZEBO:
-        # hector's alone is built without it
-        need = "exec_depend" if name == "hector_gazebo_plugins" else "depend"
-        text = f'<package format="2">{manifest.format(name)}<{need}>gazebo_ros</{need}></package>'
-        if name != "gazebo_ros":
-            real[name] = package.parse_package_string(text)
-    below = {f"ros/{name}": each for name, each in real.items()}
-    ours = {path: each for path, each in find_packages(str(ROOT / "src")).items()
-            if each.name not in real}  # fmt: skip
-    assert "standins/gazebo_ros" in ours and "bullet_bridge" in ours
-    ordered = topological_order.topological_order_packages(ours, underlay_packages=below)
-    assert [circle for path, circle in ordered if path is None] == []
-
-
-def test_what_a_stand_in_made_goes_when_it_gives_way(monkeypatch, tmp_path):
-    """Paddock was built before Gazebo was installed: no find_package may end in what is left."""
-    devel, build = tmp_path / "devel", tmp_path / "build"
-    monkeypatch.setattr(workspace, "DEVEL", str(devel))
-    monkeypatch.setattr(workspace, "BUILD", str(build))
-    made = re.compile(r"\{CATKIN_DEVEL_PREFIX\}/(?:share|include|lib)/(\w+)")
-    for folder in (ROOT / "src" / "standins").iterdir():
-        listed = folder / "CMakeLists.txt"
-        names = {folder.name, *made.findall(listed.read_text())} if listed.exists() else set()
-        for name in names:
-            (devel / "share" / name / "cmake").mkdir(parents=True)
-    assert (devel / "share" / "gazebo").is_dir() and (devel / "share" / "gazebo_msgs").is_dir()
-    workspace._forget("gazebo_dev")
-    assert not list(devel.glob("share/gazebo_dev*")) + list(devel.glob("share/gazebo"))
-    assert (devel / "share" / "gazebo_msgs").is_dir()
-    for folder in (ROOT / "src" / "standins").iterdir():
-        workspace._forget(folder.name)
-    assert list(devel.glob("share/*")) == []
 
 
 def test_stand_ins_that_give_way_are_not_found_in_the_sources(found, monkeypatch, tmp_path):
@@ -378,34 +311,12 @@ def test_debian_packages_of_ros_are_no_answer_for_a_sourced_one(found, tmp_path)
     ]  # fmt: skip
 
 
-def test_an_unfinished_venv_still_knows_its_ros(found, monkeypatch, tmp_path):
-    one = found(ros_rig.make_ros(tmp_path / "one", ["rospy"], python="echo 3 11"))
-    monkeypatch.setattr(venv, "VENV_STAMP", ros.VENV_STAMP)
-    venv._begin(str(one))
-    assert not venv._complete()
-    monkeypatch.delenv("ROS_DISTRO")
-    assert ros.prefix() == str(one)
-    venv._begin("")
-    assert ros.prefix() == "" and not os.path.exists(ros.VENV_STAMP)
-
-
 ROS_2 = {
     "ROS_VERSION": "2", "ROS_DISTRO": "humble", "AMENT_PREFIX_PATH": "/ws/a:/opt/ros/humble",
     "PYTHONPATH": "/opt/ros/humble/lib/python3.10/site-packages:/mine",
     "LD_LIBRARY_PATH": "/opt/ros/humble/lib:/ws/a/lib",
     "PATH": "/opt/ros/humble/bin:/opt/ros/humbler/bin:/usr/bin",
 }  # fmt: skip
-
-
-def test_a_ros_2_is_left_out():
-    environ = {**ROS_2, "HOME": "/home/a"}
-    ros.leave_ros_2(environ)
-    expected = {"PYTHONPATH": "/mine", "PATH": "/opt/ros/humbler/bin:/usr/bin"}
-    assert environ == {"HOME": "/home/a", **expected}
-    noetic = {"ROS_VERSION": "1", "ROS_DISTRO": "noetic", "PYTHONPATH": "/opt/ros/noetic/lib"}
-    before = dict(noetic)
-    ros.leave_ros_2(noetic)
-    assert noetic == before
 
 
 def test_a_ros_2_has_no_part_in_commands():
@@ -415,18 +326,6 @@ def test_a_ros_2_has_no_part_in_commands():
     assert first.returncode == 0 and second.returncode == 0, second.stderr
     assert "humble/" not in second.stdout and "ROS_VERSION=2" not in second.stdout
     assert "/mine" in second.stdout and "/opt/ros/humbler/bin" in second.stdout
-
-
-def test_an_environment_of_a_ros(found, tmp_path):
-    one = found(ros_rig.make_ros(tmp_path / "one", ["rospy"]))
-    environ = {"PATH": f"{one}/old:/mine", "HOME": "/home/a", "ROS_PACKAGE_PATH": "/theirs"}
-    ros.enter(environ, str(one))
-    assert environ["PATH"].split(":")[0] == f"{one}/bin" and environ["PATH"].endswith(":/mine")
-    assert f"{one}/old" not in environ["PATH"] and environ["HOME"] == "/home/a"
-    assert environ["ROS_PACKAGE_PATH"] == f"{one}/share:/usr/share"
-    untouched = {"PATH": "/mine"}
-    ros.enter(untouched, "")
-    assert untouched == {"PATH": "/mine"}
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import pytest
 import run_rig
 from run_rig import ROOT, run
 
-from commands.table import COMMANDS, DEFAULT
+from commands.table import COMMANDS
 
 TRACKS = "default, easy, hard, medium"
 
@@ -55,12 +55,6 @@ def test_bad_arguments(arguments, words):
         assert word in done.stderr
 
 
-@pytest.mark.parametrize("variable, command", [("DEMO_DEADLINE", "demo"), ("LAP_DEADLINE", "lap")])
-def test_a_deadline_is_a_number(variable, command):
-    done = run(command, env={**os.environ, variable: "soon"})
-    assert done.returncode == 2 and f"{variable} is 'soon'" in done.stderr
-
-
 @pytest.mark.parametrize("command", ["", *COMMANDS])
 def test_every_command_has_a_help(command):
     done = run(*command.split(), "--help")
@@ -78,11 +72,6 @@ def test_help_lists_commands_and_launch_arguments():
     assert "slider, buttons, line, pursuit or policy" in run("lap", "--help").stdout  # of a comment
     assert "--quick" in run("bench", "--help").stdout  # of bench/bench.py
     assert "--list" in run("test", "--help").stdout
-
-
-def test_every_command_is_one_file():
-    folder = ROOT / "commands" / "subcommands"
-    assert {path.stem for path in folder.glob("*.py")} == {*COMMANDS, DEFAULT, "__init__"}
 
 
 def without_python(tmp_path):

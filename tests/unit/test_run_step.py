@@ -210,17 +210,6 @@ def test_a_step_that_fails_ends_those_beside_it(tmp_path):
     assert not [line for line in run_rig.processes_of(tmp_path) if "1e4" in line]
 
 
-def test_debian_packages_that_fail_have_said_why(tmp_path):
-    process = beside(
-        tmp_path,
-        (1, "Speaking", ["import sys; print('why', flush=True); sys.exit(3)"]),
-        (2, "Long", ["import time; time.sleep(1e4)"]),
-    )
-    said, wrong = process.communicate(timeout=PATIENCE)
-    assert (process.returncode, wrong) == (3, "")
-    assert "why\n" in said and "[2/2] Long stopped" in said and "FAILED" not in said
-
-
 def test_a_signal_ends_all_steps(tmp_path):
     marks = [tmp_path / name for name in ("one", "two")]
     process = beside(

@@ -55,15 +55,3 @@ def test_cores_heeds_the_limit_of_a_container(tmp_path, limit, most):
         file.write_text(limit)
     there = len(os.sched_getaffinity(0))
     assert command.cores(file) == min(there, most or there)
-
-
-@pytest.mark.parametrize(
-    ("filters", "name"),
-    [
-        ([], "junit.xml"),
-        (["ros", "a/b"], "junit-ros-a-b.xml"),
-        (["x" * 300], f"junit-{'x' * 194}.xml"),
-    ],
-)
-def test_the_name_of_junits_file(filters, name):
-    assert command.report(filters) == f"{command.RESULTS}/{name}"

@@ -43,17 +43,6 @@ def compile_(tmp_path, monkeypatch):
     return lambda: Step(venv._compile)
 
 
-def test_it_is_compiled_against_debians_numpy_and_said(compile_, tmp_path):
-    step = compile_()
-    (argv, environ), (note,) = *step.commands, step.notes
-    assert step.waited == ["venv"]
-    assert argv[-2:] == [str(tmp_path / "wheels"), PIN]
-    assert {"wheel", "--no-deps", "--no-build-isolation", "--no-cache-dir"} <= set(argv)
-    assert "incompatible-pointer-types" in environ["CFLAGS"] and environ["HOME"] == "/tmp"
-    python = f"{sys.version_info[0]}.{sys.version_info[1]}"
-    assert note.startswith(f"PyPI has no pybullet for Python {python}: compiling it, once;")
-
-
 def test_it_is_compiled_once_for_each_version_and_python(compile_, tmp_path):
     (tmp_path / "wheels").mkdir()
     for name in (f"pybullet-9.8.6-{TAG}-x.whl", "pybullet-9.8.7-cp10-x.whl"):
@@ -62,14 +51,6 @@ def test_it_is_compiled_once_for_each_version_and_python(compile_, tmp_path):
     (tmp_path / "wheels" / f"pybullet-9.8.7-{TAG}-{TAG}-linux_x86_64.whl").write_text("")
     step = compile_()
     assert (step.commands, step.notes) == ([], [])
-
-
-def test_nothing_is_compiled_where_there_is_a_wheel_or_no_such_pin(compile_, monkeypatch, tmp_path):
-    (tmp_path / "requirements.txt").write_text("other==1.0\n")
-    assert compile_().commands == []
-    (tmp_path / "requirements.txt").write_text(f"{PIN}\n")
-    monkeypatch.setattr(venv, "WHEELS_UP_TO", sys.version_info[:2])
-    assert compile_().commands == []
 
 
 @pytest.fixture
@@ -102,32 +83,6 @@ def test_all_that_the_solver_is_compiled_with_comes_first():
         # as the metadata of the pinned numba and of importlib_metadata name them
         old = {"numpy", "importlib_metadata", "zipp"} if python == "3.8" else set()
         assert there == {"numba", "llvmlite"} | old
-
-
-@pytest.mark.parametrize("has_wheel", [True, False])
-def test_what_others_wait_for_comes_first(folder, monkeypatch, has_wheel):
-    """The solver's compile needs numba, PyBullet's needs .venv; pip waits for its wheel alone."""
-    monkeypatch.setattr(venv, "_has_wheel", lambda: has_wheel)
-    monkeypatch.setattr(venv, "_strip", lambda _environ: iter(()))
-    step = Step(venv._install)
-    make, compiler, rest, *own, opencv, check = [argv for argv, _ in step.commands]
-    assert make[1:3] == ["-m", "venv"] and check[1] == "-c"
-    assert compiler[-3:] == ["numba==1.0; python_version > '3'", "llvmlite==1.0", NUMPY]
-    assert rest[-2:] == (["--no-compile", "other==1.0"] if not has_wheel else [PIN, "other==1.0"])
-    assert opencv[-5:] == ["--target", venv.HEADLESS, "--upgrade", "-r", venv.OPENCV]
-    assert [argv[-1] for argv in own] == ([] if has_wheel else [PIN])
-    assert step.reached == [("venv", 1), ("numba", 2)]
-    assert step.waited == ([] if has_wheel else ["wheel"]) + ["packages"]
-    assert venv.read(venv.VENV_STAMP) == venv._stamp()
-
-
-def test_a_cv2_of_an_older_list_leaves_what_users_programs_import(folder, monkeypatch):
-    """In site-packages it would hide the system's, which has windows."""
-    monkeypatch.setattr(venv, "_strip", lambda _environ: iter(()))
-    (folder / "opencv_python_headless-4.10.0.84.dist-info").mkdir()
-    venv.write(venv.VENV_STAMP, f"{venv._base()}\nolder\n")
-    commands = [argv[1:] for argv, _ in Step(venv._install).commands]
-    assert ["-m", "pip", "uninstall", "-y", "opencv-python-headless"] in commands
 
 
 def test_symbols_are_left_out_of_new_files(folder, monkeypatch):

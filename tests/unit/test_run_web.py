@@ -2,8 +2,6 @@
 
 import io
 import os
-import threading
-from xmlrpc.server import SimpleXMLRPCServer
 
 import pytest
 
@@ -52,26 +50,6 @@ def test_a_page_that_is_up_is_not_ended_by_a_second_one(started, monkeypatch):
     with pytest.raises(CommandError, match="on http://127.0.0.1:1 has a page already") as error:
         run(web, "web")
     assert error.value.advice[-1] == "./run exec rosnode kill /web" and started == []
-
-
-@pytest.mark.parametrize("known, listens", [(True, True), (True, False), (False, False)])
-def test_a_page_is_up_while_its_node_listens(known, listens):
-    """A node that was killed stays in the master's list."""
-    with SimpleXMLRPCServer(("127.0.0.1", 0), logRequests=False) as master:
-        node = f"http://127.0.0.1:{master.server_address[1] if listens else 1}/"
-        master.register_function(
-            lambda _caller, name: [1, "", node] if known and name == "/web" else [-1, "", 0],
-            "lookupNode",
-        )
-        thread = threading.Thread(target=master.serve_forever)
-        thread.start()
-        environ = {"ROS_MASTER_URI": f"http://127.0.0.1:{master.server_address[1]}"}
-        try:
-            assert launching.page_runs(environ) == (known and listens)
-            assert not launching.simulator_runs(environ)
-        finally:
-            master.shutdown()
-            thread.join()
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,8 @@ import subprocess
 import sys
 
 import pytest
-from paddock_common.testing import is_running, wait_ended
 from run_rig import ROOT
+from testing import is_running, wait_ended
 
 LIMIT = 30.0  # [s] of wall time; the supervisor's own limits are 5 s in all
 # Becomes another program, as ./run does, which starts "nodes" in sessions of their own.

@@ -3,7 +3,7 @@
 import os
 
 import pytest
-from paddock_common.testing import free_port
+from paddock_common.process import free_port
 from web_rig import Browser, Web
 
 

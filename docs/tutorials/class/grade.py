@@ -14,7 +14,7 @@ import rosgraph
 import rospy
 import yaml
 from gazebo_msgs.srv import GetPhysicsProperties
-from paddock_common.testing import free_port, stop_session
+from paddock_common.process import free_port, stop_session
 
 from bullet_bridge.srv import Step
 from track_model.msg import LapStatus

@@ -7,8 +7,8 @@ import time
 import pytest
 from bullet_bridge.transport import publishing
 from bullet_bridge.transport.connections import DirectConnection
-from paddock_common.testing import wait_for
 from rospy.exceptions import TransportTerminated
+from testing import wait_for
 
 SIZE = 50000  # [B]
 

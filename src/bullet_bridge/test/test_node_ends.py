@@ -5,8 +5,7 @@ import subprocess
 import sys
 
 import pytest
-
-from paddock_common import testing
+import testing
 
 TOPICS = {
     "/gazebo/set_model_state": "gazebo_msgs/ModelState",

@@ -16,9 +16,9 @@ from bullet_bridge.transport import relay as module
 from bullet_bridge.transport.connections import DirectConnection
 from bullet_bridge.transport.relay import Relay, RelayedConnection
 from bullet_bridge.transport.relay_process import Subscriber
-from paddock_common.testing import pid_from_killed, wait_ended, wait_for
 from rospy.exceptions import TransportTerminated
 from test_direct import SIZE, Impl, Transport, message
+from testing import pid_from_killed, wait_ended, wait_for
 
 DEADLINE = 90.0  # [s]
 NUMBERED = struct.Struct("<II")  # number of a message, bytes that follow

@@ -19,8 +19,8 @@ from bullet_sim.render.request import DEFAULT
 from bullet_sim.render.worker import make_renderer
 from bullet_sim.render.worker_process import SharedMemory
 from bullet_sim.snapshot import BodySource
-from paddock_common.testing import pid_from_killed, wait_ended, wait_for
 from test_render import PLACES, SIZES, _sources, box_at, check_outline, request, snapshot  # noqa: F401  pylint: disable=unused-import
+from testing import pid_from_killed, wait_ended, wait_for
 
 DEADLINE = 90.0  # [s] for anything a worker does
 NO_EGL = {"__EGL_VENDOR_LIBRARY_FILENAMES": "/nonexistent"}

@@ -4,8 +4,7 @@ import signal
 import subprocess
 
 import pytest
-
-from paddock_common import testing
+import testing
 
 TOPICS = {
     "/cybertruck/joint_states": "sensor_msgs/JointState",

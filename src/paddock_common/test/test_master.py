@@ -7,8 +7,8 @@ import threading
 
 import pytest
 from paddock_common.master import ERRORS, MasterMonitor, find_service, proxy
-from paddock_common.testing import ros_master, web_page
 from paddock_common.waiting import WaitTimeout, wait_for_service
+from testing import ros_master, web_page
 
 from paddock_common import master
 

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 from paddock_common.process import is_roslaunch
-from paddock_common.testing import is_running, wait_ended
+from testing import is_running, wait_ended
 
 NODE = """
 import signal

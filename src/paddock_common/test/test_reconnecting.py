@@ -6,12 +6,12 @@ import time
 from types import SimpleNamespace
 
 import pytest
-from paddock_common.testing import wait_for
 from rospy.impl.registration import RegManager
 from rospy.impl.tcpros_base import TCPROSTransport
 from rospy.impl.tcpros_pubsub import TCPROSSub
 from rospy.topics import _SubscriberImpl
 from std_msgs.msg import String
+from testing import wait_for
 
 from paddock_common import subscriptions
 

@@ -9,8 +9,8 @@ import time
 from urllib.parse import urlsplit
 
 import pytest
-from paddock_common.testing import call, ros_master, running, wait_for
 from rosgraph.xmlrpc import XmlRpcHandler, XmlRpcNode
+from testing import call, ros_master, running, wait_for
 
 from paddock_common import inbound, nodes
 

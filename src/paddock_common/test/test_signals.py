@@ -9,7 +9,7 @@ import time
 import pytest
 from paddock_common.master import proxy
 from paddock_common.process import StopRequest
-from paddock_common.testing import call, ros_master, running, wait_for
+from testing import call, ros_master, running, wait_for
 
 LIMIT = 60.0  # [s]
 # The main thread holds a lock that the shutdown needs, as in a call of the master.

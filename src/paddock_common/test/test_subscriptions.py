@@ -7,8 +7,7 @@ import threading
 import time
 
 import pytest
-
-from paddock_common import testing
+import testing
 
 LIMIT = 40.0  # [s] for immediate messages; dropped ones never arrive
 TIMES = 15

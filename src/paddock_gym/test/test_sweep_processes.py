@@ -3,8 +3,8 @@
 import sys
 import threading
 
-from paddock_common.testing import wait_ended
 from paddock_gym.sweep.trial import Processes
+from testing import wait_ended
 
 LIMIT = 30.0  # [s]
 FAMILY = """

@@ -8,8 +8,7 @@ import subprocess
 import sys
 
 import pytest
-
-from paddock_common import testing
+import testing
 
 # The master's answer to the subscription is read after its word of the publisher; the thread that
 # reads both waits for the subscription meanwhile, for it looks at all topics twice a second.

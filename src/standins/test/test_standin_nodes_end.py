@@ -5,8 +5,7 @@ import pty
 import signal
 
 import pytest
-
-from paddock_common import testing
+import testing
 
 TOPICS = {
     "/in": "geometry_msgs/Twist",

@@ -3,8 +3,7 @@
 import signal
 
 import pytest
-
-from paddock_common import testing
+import testing
 
 NODES = {"odom_tf": ["/odom"], "referee": ["/odom"]}
 

@@ -1,14 +1,20 @@
 """This process: its priority, signals that request a stop, and its exit together with its parent;
-imports no rospy.
+a free port for another one, and its stop. Imports no rospy.
 """
 
 from __future__ import annotations
 
 import ctypes
 import os
+import random
 import signal
+import socket
+import subprocess
 import threading
 from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+FIRST, LAST = 20000, 32000  # ports below the kernel's ephemeral ones
 
 
 def lower_priority(niceness: int = 5) -> None:
@@ -144,3 +150,37 @@ def command_line(pid: int) -> list[str]:
             return os.fsdecode(file.read()).split("\0")[:-1]
     except OSError:
         return []
+
+
+def free_port() -> int:
+    """Returns an unused TCP port outside the range that the kernel assigns."""
+    for port in random.sample(range(FIRST, LAST), 100):
+        with socket.socket() as probe:
+            try:
+                probe.bind(("127.0.0.1", port))
+            except OSError:
+                continue
+            return port
+    raise OSError(f"no free port found between {FIRST} and {LAST}")
+
+
+def stop_session(process: subprocess.Popen[Any], limit: float) -> None:
+    """Stops a process and its session as Ctrl-C does; kills it if it does not exit.
+
+    Args:
+        process: Started with start_new_session=True.
+        limit: Wall time from SIGINT to SIGKILL [s].
+
+    Raises:
+        AssertionError: It had to be killed.
+    """
+    if process.poll() is None:
+        os.killpg(process.pid, signal.SIGINT)
+    try:
+        process.wait(limit)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        command: Any = process.args
+        name = os.path.basename(command[0])
+        raise AssertionError(f"{name} did not end within {limit:g} s") from None

@@ -1,13 +1,11 @@
-"""For tests: masters, nodes, ports, and assertions about how nodes shut down."""
+"""For tests: processes, masters, nodes, and assertions about how nodes shut down."""
 
 from __future__ import annotations
 
 import contextlib
 import itertools
 import os
-import random
 import signal
-import socket
 import subprocess
 import sys
 import threading
@@ -19,23 +17,11 @@ from typing import Any, TypeVar
 from unittest import TestCase
 
 from paddock_common.master import ERRORS, proxy
+from paddock_common.process import free_port
 
-FIRST, LAST = 20000, 32000  # below the kernel's ephemeral ports
 POLL_PERIOD = 0.005  # [s]
 T = TypeVar("T")
 _servers = itertools.count()  # number of X servers that this process has started
-
-
-def free_port() -> int:
-    """Returns an unused TCP port outside the range that the kernel assigns."""
-    for port in random.sample(range(FIRST, LAST), 100):
-        with socket.socket() as probe:
-            try:
-                probe.bind(("127.0.0.1", port))
-            except OSError:
-                continue
-            return port
-    raise OSError(f"no free port found between {FIRST} and {LAST}")
 
 
 class _Page(BaseHTTPRequestHandler):
@@ -154,28 +140,6 @@ def pid_from_killed(code: str) -> int:
         pid = int(parent.stdout.readline())
         parent.kill()
     return pid
-
-
-def stop_session(process: subprocess.Popen[Any], limit: float) -> None:
-    """Stops a process and its session as Ctrl-C does; kills it if it does not exit.
-
-    Args:
-        process: Started with start_new_session=True.
-        limit: Wall time from SIGINT to SIGKILL [s].
-
-    Raises:
-        AssertionError: It had to be killed.
-    """
-    if process.poll() is None:
-        os.killpg(process.pid, signal.SIGINT)
-    try:
-        process.wait(limit)
-    except subprocess.TimeoutExpired:
-        os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
-        command: Any = process.args
-        name = os.path.basename(command[0])
-        raise AssertionError(f"{name} did not end within {limit:g} s") from None
 
 
 LIMIT = 120.0  # longest wait for what takes no time on an idle machine [s]
