@@ -386,17 +386,16 @@ def has_display(environ):
     return bool(environ.get("DISPLAY") or environ.get("WAYLAND_DISPLAY"))
 
 
-def need_display(environ, instead):
-    """Refuses to open a window where there is no screen.
+def need_display(instead):
+    """Refuses to open a window where the caller has no screen.
 
     Args:
-        environ: Its variables tell; QT_QPA_PLATFORM says that somebody knows what he does.
         instead: A command that needs none.
 
     Raises:
         CommandError: There is no screen.
     """
-    if not has_display(environ) and not environ.get("QT_QPA_PLATFORM"):
+    if not has_display(os.environ) and not os.environ.get("QT_QPA_PLATFORM"):  # who sets it knows
         raise CommandError(
             "the window needs a display, and neither DISPLAY nor WAYLAND_DISPLAY is set",
             f"Without one: {instead}",

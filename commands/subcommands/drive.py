@@ -19,6 +19,6 @@ def run(_options, rest):
     arguments = LAUNCH.check(rest)
     arguments += launching.window_arguments(arguments)
     environ = environment.ready()
-    launching.need_display(environ, " ".join(["./run demo", *rest]))
+    launching.need_display(" ".join(["./run demo", *rest]))
     launching.refuse_second_world(environ)
     return launching.become(LAUNCH, arguments, environ)

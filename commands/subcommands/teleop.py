@@ -15,5 +15,5 @@ def run(_options, rest):
     arguments = LAUNCH.check(rest)
     arguments += launching.window_arguments(arguments)
     environ = environment.ready()
-    launching.need_display(environ, "./run demo")
+    launching.need_display("./run demo")
     launching.become(LAUNCH, arguments, environ)

@@ -74,7 +74,8 @@ def small_clone(folder):
     shutil.copy(ROOT / "run", folder / "run")
     (folder / "src" / "standins").mkdir(parents=True)
     shutil.copy(ROOT / "src" / "standins" / "give_way.py", folder / "src" / "standins")
-    (folder / "config" / "requirements.txt").write_text("paddock-probe==1.0\n")
+    for name in ("requirements.txt", "requirements-opencv.txt"):
+        (folder / "config" / name).write_text("paddock-probe==1.0\n")
     package = folder / "src" / "probe"
     (package / "nodes").mkdir(parents=True)
     (package / "nodes" / "probe").write_text("#!/usr/bin/env python3\n")
