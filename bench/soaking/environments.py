@@ -19,7 +19,6 @@ import time
 from figures import BenchError
 from launching import BENCH
 
-from soaking import installation
 from soaking.monitor import problems
 from soaking.shutdown import World
 
@@ -33,10 +32,25 @@ OURS = 5  # nodes of this repository in the world
 ON = 3.0  # [s] for which simulated time has to go on after a fault
 
 
+def must(*words, **options):
+    """Runs a command.
+
+    Raises:
+        BenchError: It failed, or is not installed.
+    """
+    try:
+        done = subprocess.run(words, capture_output=True, text=True, timeout=LIMIT, **options)
+    except OSError as error:
+        raise BenchError(f"{words[0]}: {error.strerror}") from None
+    if done.returncode:
+        raise BenchError(f"{' '.join(words)}: {(done.stdout + done.stderr).strip()[-1000:]}")
+    return done.stdout
+
+
 def clock_set(trial):
     """The machine's clock is set back by an hour, then two hours ahead."""
     library, shift = trial.folder / "clock.so", trial.folder / "shift"
-    installation.must("cc", "-shared", "-fPIC", "-o", str(library), str(CLOCK), "-ldl")
+    must("cc", "-shared", "-fPIC", "-o", str(library), str(CLOCK), "-ldl")
     shift.write_text("0")
     trial.environment.update(LD_PRELOAD=str(library), SHIFTED_CLOCK=str(shift))
     trial.up()
@@ -57,11 +71,11 @@ def ipv6_alone(trial):
     name = socket.gethostname()
     if ctypes.CDLL(None, use_errno=True).unshare(NEW_NETWORK):
         raise BenchError(f"no network of its own: {os.strerror(ctypes.get_errno())}")
-    installation.must("ip", "link", "set", "lo", "up")
-    installation.must("ip", "address", "del", "127.0.0.1/8", "dev", "lo")
+    must("ip", "link", "set", "lo", "up")
+    must("ip", "address", "del", "127.0.0.1/8", "dev", "lo")
     hosts = trial.folder / "hosts"
     hosts.write_text(f"::1 localhost {name}\n")
-    installation.must("mount", "--bind", str(hosts), "/etc/hosts")
+    must("mount", "--bind", str(hosts), "/etc/hosts")
     trial.environment.pop("ROS_IP")
     uri = f"http://{name}:{trial.world.port}"
     trial.environment.update(ROS_IPV6="on", ROS_HOSTNAME=name, ROS_MASTER_URI=uri)
@@ -274,7 +288,6 @@ TRIALS = {
         clock_set,
         ipv6_alone,
         two_users,
-        *installation.TRIALS,
     )
 }
 
