@@ -7,7 +7,7 @@ import os
 import re
 
 from commands.bootstrap import workspace
-from commands.paths import SOURCES, read_xml
+from commands.paths import SOURCES, read, read_xml
 
 BRINGS = {  # what is missing -> text of a launch file that brings it
     "world": re.compile(r"empty_world\.launch|type=[\"'](?:gzserver|gazebo)[\"']"),
@@ -29,7 +29,8 @@ def find(folder, package_path, checked=()):
 
     Returns:
         Dict from "world", "robot", "controllers" to a list of (package, file): those that bring it,
-        the same package's first. Files with a world of their own bring nothing but that.
+        first those that a README names, then the same package's. Files with a world of their own
+        bring nothing but that.
     """
     found = {name: [] for name in BRINGS}
     parent = os.path.dirname(folder)
@@ -46,7 +47,20 @@ def find(folder, package_path, checked=()):
             brings = [what for what, pattern in BRINGS.items() if pattern.search(text)]
             for what in ["world"] if "world" in brings else brings:
                 found[what].append((package, name))
+    told = _readmes(parent if len(beside) > 1 else folder, beside.values())
+    for files in found.values():
+        files.sort(key=lambda file: not re.search(rf"(?<![\w-]){re.escape(file[1])}", told))
     return found
+
+
+def _readmes(folder, packages):
+    """Text of the README files in some folders."""
+    texts = []
+    for path in {folder, *packages}:
+        names = os.listdir(path) if os.path.isdir(path) else ()
+        paths = [os.path.join(path, name) for name in names if name.lower().startswith("readme")]
+        texts += [read(each) for each in paths if os.path.isfile(each)]
+    return "\n".join(texts)
 
 
 def hint(found, what, otherwise=""):

@@ -32,7 +32,8 @@ if __name__ == "__main__":
     del sys.path[0]  # this folder: what is in it are modules of commands
     sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
 
-from commands import check_python, check_remedies, procfs  # noqa: E402
+from commands import check_log, check_sources, procfs  # noqa: E402
+from commands.check_roslaunch import OUTPUTS  # noqa: E402
 
 ROSLAUNCH = str(pathlib.Path(__file__).with_name("check_roslaunch.py"))
 START_LIMIT = 60.0  # wall time until the simulator answers [s]
@@ -44,35 +45,6 @@ STOP_LIMIT = 20.0  # wall time for the launch to end [s]
 REPLAY = "paddock_check_replay"  # its node
 REPLAY_RATE = 10.0  # frames of the replay a second of wall time
 REPLAY_LIMIT = 60.0  # wall time for the replay's first frame, and for it to be written [s]
-BEFORE = 4  # lines before a node's death in which its last error is looked for
-ERRORS = 50  # lines of errors that are kept, of the first and of the last
-REFUSED_LINES = 2  # lines of roslaunch's own error that are kept
-_COLORS = re.compile(r"\x1b(\[[0-9;]*m|\][^\x07]*\x07)")
-_DIED = re.compile(
-    r"\[([\w/.-]+?)(?:-\d+)?\](?: has died!\n| )process has died "
-    r"\[pid \d+, exit code (-?\d+), cmd (\S+)"
-)
-_CANNOT = re.compile(r"cannot launch node of type \[([\w.-]+)/([\w./-]+)\]")
-_UNABLE = re.compile(r"Unable to launch \[([\w/.-]+?)(?:-\d+)?\]")
-_NOT_FOUND = re.compile(r"error while attempting to run:\s+(\S+)")
-_REFUSED = re.compile(r"RLException: ((?:while processing .*\n)*.*(?:\n[ \t]+\S.*)?)")
-_TRACEBACK = "The traceback for the exception was written"
-_CAUSE = re.compile(r"^(?:error|xacro|ERROR|Resource not found): .*", re.MULTILINE)
-_LIBRARY = re.compile(r"lib([\w.+-]+)\.so")
-_BUILT = re.compile(r"(?:add_library|add_executable)\s*\(\s*([^\s)]+)([^)]*)", re.IGNORECASE)
-# Headers that a C++ file includes and that do not exist here -> whose they are.
-ABSENT = {
-    "gazebo": "Gazebo's headers",
-    "ignition": "Gazebo's headers",
-    "controller_interface": "ros_control's headers",
-    "controller_manager": "ros_control's headers",
-    "hardware_interface": "ros_control's headers",
-}
-_INCLUDED = re.compile(r"#\s*include\s*[<\"](\w+)/")
-_PROJECT = re.compile(r"project\s*\(\s*(\w+)", re.IGNORECASE)
-_INSIDE = re.compile(r"^\s*add_subdirectory\s*\(\s*([^\s)]+)", re.IGNORECASE | re.MULTILINE)
-SOURCES_LIMIT = 400  # packages whose CMakeLists.txt is read
-SUBFOLDERS = 4  # depth to which add_subdirectory is followed
 
 
 class ClockMonitor:
@@ -215,6 +187,41 @@ def controllers_of(namespace):
     return None if answer is None else [(c.name, c.type, c.state) for c in answer.controller]
 
 
+def publishers():
+    """Topic -> nodes that publish it, without those of this check."""
+    try:
+        state = rospy.get_master().getSystemState()[2][0]
+    except OSError:  # the launch has ended
+        return {}
+    ours = ("/paddock_check", f"/{REPLAY}")
+    return {topic: [node for node in nodes if not node.startswith(ours)] for topic, nodes in state}
+
+
+def note_drivers(models, simulator):
+    """Notes which nodes command models: at any look, so that one that dies later is known, too."""
+    sent = publishers()
+    for model in models:
+        drivers = model.setdefault("driven_by", [])
+        nodes = {node for topic in model.get("commands", ()) for node in sent.get(topic, ())}
+        drivers += sorted(nodes - {simulator, *drivers})
+
+
+def drives(node, models):
+    """Whether a node that has died commanded a model, or its script would have."""
+    name = f"/{node['name']}"
+    if any(name in model.get("driven_by", ()) for model in models):
+        return True
+    topics = {topic.rpartition("/")[2] for model in models for topic in model.get("commands", ())}
+    for path in node.pop("paths"):
+        text = pathlib.Path(path).read_text(encoding="utf-8", errors="replace")
+        relayed = re.search(r"^python_script = '(.+)'$", text, re.MULTILINE)  # catkin's wrapper
+        if relayed and os.path.isfile(relayed[1]):
+            text = pathlib.Path(relayed[1]).read_text(encoding="utf-8", errors="replace")
+        if "Publisher(" in text and any(re.search(rf"\b{topic}\b", text) for topic in topics):
+            return True
+    return False
+
+
 def wait_for_first(launch, sensors, counters):
     """Waits until each sensor has sent something: images start with their first subscriber."""
     begin = time.monotonic()
@@ -294,6 +301,7 @@ def observe(launch, seconds, replay):
         return {"simulator": False}
     found["was_paused"] = unpause(simulator)
     moving = [model for model in found["models"] if not model["static"]]
+    note_drivers(moving, simulator)
     sensors = [sensor for model in found["models"] for sensor in model["sensors"]]
     counters = {sensor["topic"]: Counter(sensor["topic"], clock) for sensor in sensors}
     wait_for_first(launch, sensors, counters)
@@ -301,7 +309,8 @@ def observe(launch, seconds, replay):
     before = {model["name"]: state_of(simulator, model["name"]) for model in moving}
     start, begin = clock.now, time.monotonic()
     while time.monotonic() - begin < seconds and launch.poll() is None:
-        time.sleep(0.1)
+        time.sleep(0.5)
+        note_drivers(moving, simulator)
     elapsed = time.monotonic() - begin
     for sensor in sensors:
         counter = counters[sensor["topic"]]
@@ -320,164 +329,15 @@ def observe(launch, seconds, replay):
     )
 
 
-def read_launch_log(path):
-    """Reads the output of a launch.
-
-    Args:
-        path: Of the file that holds it.
-
-    Returns:
-        died: (node, exit code, name of its program); before: of such a node the error that was
-        logged just before, which may be another's; raised: of a Python program the exception that
-        ended it; cannot: (package, type) of nodes that could not start; unable: nodes whose
-        program could not be run; interpreters: (script, missing interpreter); errors: lines of
-        errors; refused: why roslaunch refuses the file, or None.
-    """
-    with open(path, encoding="utf-8", errors="replace") as stream:
-        text = _COLORS.sub("", stream.read())
-    errors = _errors(text.splitlines())
-    return {
-        "died": [
-            (name, int(code), os.path.basename(program))
-            for name, code, program in _DIED.findall(text)
-            if int(code) != 0
-        ],
-        "before": {
-            match[1]: said[-1]
-            for match in _DIED.finditer(text)
-            if (said := _errors(text[: match.start()].splitlines()[-BEFORE:]))
-        },
-        "raised": check_python.exceptions(text),
-        "cannot": sorted(set(_CANNOT.findall(text))),
-        "unable": sorted(set(_UNABLE.findall(text))),
-        "interpreters": missing_interpreters(_NOT_FOUND.findall(text)),
-        "errors": errors[:ERRORS] + errors[ERRORS:][-ERRORS:],
-        "refused": _refused(text),
-    }
-
-
-def _errors(lines):
-    """Lines of errors, without what gazebo_ros_control logs of joints that need no gains, and what
-    roslaunch logs of other nodes."""
-    lines = [line.strip() for line in lines if "No p gain specified for pid." not in line]
-    lines = [line for line in lines if not _CANNOT.search(line)]
-    return [line for line in lines if re.match(r"\[?(ERROR|FATAL)\b", line)]
-
-
-def missing_interpreters(paths):
-    """(path, interpreter) of scripts whose first line names a program that does not exist."""
-    missing = {}
-    for path in paths:
-        try:
-            with open(path, "rb") as script:
-                first = script.readline(256).decode(errors="replace").strip()
-        except OSError:
-            continue
-        words = first[2:].split() if first.startswith("#!") else []
-        if words and not os.path.exists(words[0]):
-            missing[path] = words[0]
-    return sorted(missing.items())
-
-
-def _refused(text):
-    """Why roslaunch gave up: its last words before it mentions the traceback, and their cause."""
-    found = _REFUSED.search(text)
-    end = found.start() if found else text.find(_TRACEBACK)
-    if end < 0:
-        return None
-    words = [" ".join(found.group(1).split())] if found else []
-    causes = [line for line in _CAUSE.findall(text[:end]) if not words or line not in words[0]]
-    if not words and not causes:
-        lines = [line.strip() for line in text[:end].splitlines() if line.strip()]
-        causes = [line for line in lines if not line.startswith("ROS path")][-1:]
-    return "; ".join(words + causes[:REFUSED_LINES])
-
-
-def raised(exceptions):
-    """Exceptions of programs, with what helps against them.
-
-    Args:
-        exceptions: Program -> sentence, of check_python.exceptions().
-    """
-    rospack = rospkg.RosPack()
-    return {
-        program: said + check_python.remedy(said, lambda name: name in rospack.list())
-        for program, said in exceptions.items()
-    }
-
-
-def builders(found):
-    """Looks for the packages that would build what is missing.
-
-    Args:
-        found: What was observed: models with their losses, nodes that cannot start.
-
-    Returns:
-        Dict from a library's or program's name to (package, whether its sources are there, headers
-        that they need and that do not exist here): nodes of packages that are not installed have
-        (package, False, "").
-    """
-    rospack = rospkg.RosPack()
-    wanted, answer = set(), {}
-    for text in found.get("lost", []) + [
-        text for model in found.get("models", ()) for text in model["lost"]
-    ]:
-        wanted.update(_LIBRARY.findall(check_remedies.finding(text)))
-    for package, kind in found["cannot"]:
-        if package not in rospack.list():
-            answer[kind] = (package, False, "")
-        else:
-            wanted.add(kind)
-    if wanted:
-        answer.update(_found_in_sources(rospack, wanted))
-    return answer
-
-
-def _found_in_sources(rospack, wanted):
-    answer = {}
-    for package in rospack.list()[:SOURCES_LIMIT]:
-        project = None
-        for folder, text in _cmake_files(rospack.get_path(package)):
-            project = project or _PROJECT.search(text)
-            for name, files in _BUILT.findall(text):
-                name = name.replace("${PROJECT_NAME}", project.group(1) if project else "")
-                if name in wanted:
-                    answer[name] = (package, True, _against(folder, files.split()))
-    return answer
-
-
-def _cmake_files(folder, depth=0):
-    """(folder, text) of a CMakeLists.txt and of those that it names with add_subdirectory."""
-    try:
-        with open(os.path.join(folder, "CMakeLists.txt"), encoding="utf-8", errors="replace") as it:
-            text = it.read()
-    except OSError:
-        return
-    yield folder, text
-    for name in _INSIDE.findall(text) if depth < SUBFOLDERS else ():
-        yield from _cmake_files(os.path.join(folder, name.strip('"')), depth + 1)
-
-
-def _against(folder, files):
-    """Whose headers the sources of a target include that do not exist here; "" if none."""
-    for name in files:
-        try:
-            with open(os.path.join(folder, name), encoding="utf-8", errors="replace") as stream:
-                included = _INCLUDED.findall(stream.read())
-        except OSError:  # a word of CMake
-            continue
-        found = [ABSENT[header] for header in included if header in ABSENT]
-        if found:
-            return found[0]
-    return ""
-
-
 def main(result, log, port, seconds, *launch_words):
     """Runs it all; the result is written even if the launch fails, or Ctrl-C ends the check."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    outputs = os.path.join(os.path.dirname(result), "nodes")
+    os.makedirs(outputs)
     with open(log, "w", encoding="utf-8") as stream:
         launch = subprocess.Popen(
             [sys.executable, ROSLAUNCH, "-p", port, *launch_words],
+            env={**os.environ, OUTPUTS: outputs},
             stdout=stream,
             stderr=subprocess.STDOUT,
             stdin=subprocess.DEVNULL,
@@ -502,12 +362,25 @@ def main(result, log, port, seconds, *launch_words):
         replay.end()
         stop(launch)
         with open(result, "w", encoding="utf-8") as stream:
-            said = read_launch_log(log)
-            found.update(said, exit_status=launch.returncode)
-            found["builders"] = builders(found)
-            found["raised"] = raised(found["raised"])
+            rospack = rospkg.RosPack()
+            packages = {name: rospack.get_path(name) for name in rospack.list()}
+            found.update(
+                check_log.read(log, outputs, packages.__contains__), exit_status=launch.returncode
+            )
+            check_log.append_nodes(log, outputs)
+            for node in found["died"]:
+                node["drives"] = drives(node, found.get("models", ()))
+            found["builders"] = check_sources.builders(found)
+            found["moved"] = check_log.moved(texts_of(found), packages)
             json.dump(found, stream)
     return 0
+
+
+def texts_of(found):
+    """Sentences that may name files."""
+    parts = [found, *found.get("models", ())]
+    texts = [text for part in parts for key in ("warnings", "lost") for text in part.get(key, ())]
+    return [found.get("refused") or "", *(node["why"] for node in found["died"]), *texts]
 
 
 def stop(launch):

@@ -1,4 +1,4 @@
-"""Why Python ended nodes, for ./run check: the exceptions in the output of a launch."""
+"""Why Python ended a node, for ./run check: the exception in its output."""
 
 import os
 import re
@@ -9,7 +9,7 @@ from commands.subcommands import deps
 # Lines of a traceback, then the exception; of a SyntaxError there is no more than the place.
 _RAISED = re.compile(
     r'((?:^[ \t]+File "[^"\n]+", line \d+.*\n(?:^[ \t]+(?!File ").*\n)*)+)'
-    r"^((?:\w+\.)*\w*(?:Error|Exception|Exit|Interrupt|NotFound|Fault)\b.*)$",
+    r"^([A-Za-z_][\w.]*(?::.*)?)$",
     re.MULTILINE,
 )
 _PLACE = re.compile(r'File "([^"\n]+)", line (\d+)')
@@ -27,24 +27,14 @@ _MODULES_OF_PYTHON_2 = {
 }  # fmt: skip
 
 
-def exceptions(text):
-    """The last exception that ended each program.
-
-    Args:
-        text: output of a launch, without colors.
-
-    Returns:
-        Dict from a program's file name to the exception, the file and the line that raised it.
-    """
-    found = {}
-    for block, raised in _RAISED.findall(text):
-        places = _PLACE.findall(block)
-        path, line = places[-1]
-        said = f"{raised.strip()} ({os.path.basename(path)}, line {line})"
-        # catkin's wrapper of a script has the script's name
-        for program in {os.path.basename(each) for each, _ in places}:
-            found[program] = said
-    return found
+def exception(text):
+    """The last exception in a program's output, with the file and line that raised it, or ""."""
+    found = _RAISED.findall(text)
+    if not found:
+        return ""
+    block, raised = found[-1]
+    path, line = _PLACE.findall(block)[-1]
+    return f"{raised.strip()} ({os.path.basename(path)}, line {line})"
 
 
 def remedy(said, is_package, existing=deps.existing):

@@ -12,6 +12,7 @@ from commands.errors import CommandError, UsageError
 from commands.paths import ROOT, read, relative
 
 FOLDER = os.path.join(ROOT, "config", "sources")
+DATABASE = os.path.join(ROOT, "config", "gazebo_models.txt")
 URL = re.compile(r"(?:[a-z+]+://|[\w.-]+@[\w.-]+:).+")
 # Packages that no list is there for -> repository of their sources on GitHub and its branch for
 # ROS 1, where that is not the default one.
@@ -131,6 +132,11 @@ def entry_of(name):
             f"name is {name!r}; there are {', '.join(listed())}, or the URL of a repository"
         )
     return read_list(os.path.join(FOLDER, f"{name}.repos"))
+
+
+def database():
+    """Names of the models of Gazebo's database, which Gazebo downloads where a file names them."""
+    return frozenset(read(DATABASE).split())
 
 
 def folder_of(url):

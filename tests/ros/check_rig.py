@@ -31,6 +31,7 @@ OTHERS = {
     "namespaced_world": set(),
     "paused_start": set(),
 }
+LACKS = {"sledge": ["mesh package://yard_fleet/meshes/gone & lost.dae is missing and left out"]}
 CAMPUS = {"namespaced_world", "paused_start"}  # of the package campus_rover, the others of FLEET
 
 
@@ -63,7 +64,7 @@ class Rig(unittest.TestCase):
 
     def found(self, name):
         done = self.done[name]
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertEqual(done.returncode, int(name in LACKS), done.stdout + done.stderr)
         return json.loads(done.stdout)
 
     def model(self, file, name):
@@ -83,7 +84,8 @@ class Rig(unittest.TestCase):
         for name, topics in self.STYLES.items():
             found = self.found(name)
             sensors = [sensor for model in found["models"] for sensor in model["sensors"]]
-            wrong += [f"{name}: {problem}" for problem in found["problems"]]
+            if found["problems"] != LACKS.get(name, []):
+                wrong.append(f"{name}: {found['problems']}")
             if {sensor["topic"] for sensor in sensors} != topics:
                 wrong.append(f"{name}: {sensors}")
             for sensor in sensors:  # a message more or less within 2 s, and slack

@@ -19,7 +19,16 @@ class Check(check_rig.Rig):
         self.assertTrue(any("values are not usable" in line for line in told), told)
         self.assertLess(len(told), 12)
 
+    def test_what_commands_a_robot_is_known(self):
+        sledge = self.model("sledge", "sledge")
+        self.assertEqual((sledge["commands"], sledge["driven_by"]), (["/cmd_vel"], []))
+        ((cause, items),) = sledge["missing"].items()
+        self.assertEqual(cause, "meshes are missing and left out")
+        self.assertEqual(items, ["package://yard_fleet/meshes/gone & lost.dae"])
+
     def test_what_cannot_start_is_named_on_the_page(self):
         self.assertEqual(self.page.returncode, 1, self.page.stdout + self.page.stderr)
-        self.assertIn("1 problem:", self.page.stdout)
-        self.assertIn("yard_ferry_description", self.page.stdout)
+        first = self.page.stdout.partition("\n")[0]
+        self.assertTrue(first.startswith("does not work because roslaunch refuses"), first)
+        self.assertIn("yard_ferry_description", first)
+        self.assertNotIn("problem", self.page.stdout)

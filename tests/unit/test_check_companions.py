@@ -5,9 +5,8 @@ import copy
 import pytest
 from test_check_verdict import GOOD, changed
 
-from commands import check_companions
+from commands import check_companions, check_verdict
 from commands.bootstrap import workspace
-from commands.subcommands import check
 
 INCLUDE = '<include file="$(find gazebo_ros)/launch/empty_world.launch"/>'
 SPAWN = '<node name="s" pkg="gazebo_ros" type="spawn_model" args="-urdf -model m"/>'
@@ -60,16 +59,30 @@ def test_packages_of_paddock_bring_nothing():
 def test_the_sentence_names_the_files(sources):
     companions = found_in(sources)
     no_robot = changed(models=[GOOD["models"][0]], companions=companions)
-    assert check.verdict(no_robot) == (
+    assert check_verdict.verdict(no_robot) == (
         "does not work because no robot was spawned; if another launch file brings it, add it to "
         "the command: + field_robot robot.launch"
     )
-    (idle,) = check.problems(changed(car_controllers=[], companions=companions))
+    (idle,) = check_verdict.problems(changed(car_controllers=[], companions=companions))
     assert idle.endswith(": + field_control control.launch")
     nothing = changed(simulator=False, models=[], companions=companions)
-    assert ": + field_worlds field.launch, + field_robot all.launch" in check.problems(nothing)[0]
+    assert (
+        ": + field_worlds field.launch, + field_robot all.launch"
+        in check_verdict.problems(nothing)[0]
+    )
     many = copy.deepcopy(companions)
     many["robot"] *= 5
     said = check_companions.hint({"companions": many}, "robot")
     assert said.count("robot.launch") == 3 and said.endswith(" and 2 more")
     assert check_companions.hint({}, "robot") == ""
+
+
+def test_files_that_the_readme_names_come_first(sources):
+    """With more than a sentence lists, the one to take is never among `and 1 more`."""
+    text = "Start it by `roslaunch field_robot robot_of_the_lab.launch`"
+    (sources / "field" / "README.md").write_text(text)
+    for name in ("a", "b", "c", "robot_of_the_lab"):
+        path = sources / "field" / "field_robot" / "launch" / f"{name}.launch"
+        path.write_text(f"<launch>{SPAWN}</launch>")
+    files = found_in(sources)["robot"]
+    assert files[0] == ("field_robot", "robot_of_the_lab.launch") and len(files) == 5

@@ -8,7 +8,14 @@ from xml.etree import ElementTree
 
 import pytest
 
-from commands import check_observer, check_python, check_remedies, check_roslaunch, cli
+from commands import (
+    check_observer,
+    check_remedies,
+    check_roslaunch,
+    check_sources,
+    check_verdict,
+    cli,
+)
 from commands.errors import CommandError, UsageError
 from commands.subcommands import check
 
@@ -42,6 +49,12 @@ GOOD = {
 }  # fmt: skip
 
 
+def dead(name, program, code=1, **values):
+    """A node that has ended with an error, as check_log.read() tells it."""
+    return {"name": name, "program": program, "code": code, "times": 1, "why": "", "screen": False,
+            **values}  # fmt: skip
+
+
 def changed(**values):
     """GOOD with other values; those of the car are named car_NAME."""
     found = copy.deepcopy(GOOD)
@@ -58,9 +71,9 @@ def state(**values):
 
 
 def test_nothing_is_wrong():
-    assert check.problems(GOOD) == [] and check.verdict(GOOD) == "works"
+    assert check_verdict.problems(GOOD) == [] and check_verdict.verdict(GOOD) == "works"
     page = "\n".join(check.page(GOOD, 8.0))
-    assert "no problems" in page and "2 x a" in page and "real-time factor 1.00" in page
+    assert page.startswith("works\n") and "2 x a" in page and "real-time factor 1.00" in page
     for word in ("robot car", "/scan", "9.9 Hz", "wheels", "running"):
         assert word in page
 
@@ -79,11 +92,12 @@ def test_nothing_is_wrong():
             ["tools/merge", "C++ of laser_tools", "not built"],
         ),
         (changed(unable=["joystick"]), ["joystick", "cannot be run"]),
-        (changed(died=[["mux", 1, "mux.py"]]), ["node mux (mux.py) died", "1"]),
+        (changed(died=[dead("mux", "mux.py")]), ["node mux (mux.py) died", "1"]),
         (changed(lost=["world plugin 'x'"]), ["world plugin 'x'"]),
         (
             changed(
-                car_lost=["plugin 'libhover.so' is ignored"], builders={"hover": ["h_g", True]}
+                car_lost=["plugin 'libhover.so' is not known here and is ignored"],
+                builders={"hover": ["h_g", True]},
             ),
             ["libhover.so", "C++ of package h_g"],
         ),
@@ -113,112 +127,12 @@ def test_nothing_is_wrong():
     ],
 )
 def test_one_problem_each(found, words):
-    (sentence,) = check.problems(found)
+    (sentence,) = check_verdict.problems(found)
     assert all(word in sentence for word in words), sentence
 
 
 MISSING = {"cannot": [["tools", "merge"], ["gone", "node"]],
            "builders": {"merge": ["laser_tools", True], "node": ["gone", False]}}  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    "line, reason",
-    [
-        ("[FATAL] [17.5, 0.940000]: spawn_model car: parameter /x is not set", True),
-        ("[ERROR] [17.5]: spawn_model car: parameter /x is not set", True),
-        ("[ERROR] [17.5]: another: parameter /x is not set", False),
-    ],
-)
-def test_a_node_that_died_has_its_reason(line, reason):
-    found = changed(died=[["spawn", 1, "spawn_model"]], errors=["[ERROR] [1.0]: x", line])
-    (said,) = check.problems(found)
-    text = "node spawn (spawn_model) died with exit code 1"
-    assert said == (f"{text}: spawn_model car: parameter /x is not set" if reason else text)
-
-
-@pytest.mark.parametrize(
-    "lines, reason",
-    [
-        (
-            ["spawn_model a: no x", "spawn_models: no", "spawn_model: no y", "spawn_model: no y"],
-            ": spawn_model a: no x | spawn_model: no y",
-        ),
-        (["spawn_models: no"], ""),
-    ],
-)
-def test_nodes_of_one_program_have_all_that_it_said(lines, reason):
-    died = [["a", 1, "spawn_model"], ["b", 1, "spawn_model"]]
-    found = changed(died=died, errors=[f"[ERROR] [1.0]: {line}" for line in lines])
-    text = "node {} (spawn_model) died with exit code 1"
-    assert check.problems(found) == [text.format(n) + reason for n in "ab"]
-
-
-def test_a_node_that_is_started_again_has_its_last_reason():
-    died = [["a", 1, "spawn_model"]] * 3
-    found = changed(died=died, errors=["[ERROR] [1.0]: spawn_model: x"] * 2)
-    text = "node a (spawn_model) died with exit code 1: spawn_model: x"
-    assert set(check.problems(found)) == {text}
-
-
-@pytest.mark.parametrize("begin", ["[base-2] ", "====REQUIRED process [base-2] has died!\n"])
-def test_nodes_that_died_are_read_from_the_log(begin, tmp_path):
-    (tmp_path / "log").write_text(
-        f"{begin}process has died [pid 12, exit code 1, cmd /ws/devel/lib/car/driver __name:=base]."
-        "\nlog file: /tmp/base-2*.log\n"
-    )
-    assert check_observer.read_launch_log(str(tmp_path / "log"))["died"] == [("base", 1, "driver")]
-
-
-ENDED = """process[driver-10]: started with pid [5527]
-  File "/ws/src/car/driver.py", line 34
-    radius = base / t
-TabError: inconsistent use of tabs and spaces in indentation
-[view-2] process has died [pid 11, exit code -6, cmd /usr/lib/view].
-Traceback (most recent call last):
-  File "/ws/devel/lib/car/brake", line 15, in <module>
-    exec(compile(fh.read(), python_script, 'exec'), context)
-  File "/ws/src/car/scripts/brake", line 3, in <module>
-    import serial.tools
-ModuleNotFoundError: No module named 'serial'
-ERROR: cannot launch node of type [gmapping/slam_gmapping]: gmapping
-[driver-10] process has died [pid 12, exit code 1, cmd /ws/src/car/driver.py __name:=driver].
-[brake-11] process has died [pid 13, exit code 1, cmd /ws/devel/lib/car/brake __name:=brake].
-"""
-
-
-def test_what_python_raised_is_why_a_node_died(tmp_path):
-    (tmp_path / "log").write_text(ENDED)
-    said = check_observer.read_launch_log(str(tmp_path / "log"))
-    assert said["raised"] == {
-        "driver.py": "TabError: inconsistent use of tabs and spaces in indentation "
-        "(driver.py, line 34)",
-        "brake": "ModuleNotFoundError: No module named 'serial' (brake, line 3)",
-    }
-    assert said["errors"] == [] and said["before"] == {}, "roslaunch's error is not the node's"
-    found = changed(died=said["died"], raised=said["raised"], before={"driver": "[ERROR]: other"})
-    problems = check.problems(found)
-    assert "node driver (driver.py) died with exit code 1: TabError: inconsistent" in problems[1]
-    assert problems[2].endswith("No module named 'serial' (brake, line 3)")
-
-
-@pytest.mark.parametrize(
-    "said, words",
-    [
-        ("TabError: inconsistent use of tabs and spaces", "written for Python 2"),
-        ("SyntaxError: Missing parentheses in call to 'print'.", "written for Python 2"),
-        ("NameError: name 'raw_input' is not defined", "written for Python 2"),
-        ("ModuleNotFoundError: No module named 'Tkinter'", "written for Python 2"),
-        ("ModuleNotFoundError: No module named 'serial.tools' (x, line 3)", "python3-serial"),
-        ("ModuleNotFoundError: No module named 'car.msg'", "package car is not built"),
-        ("ModuleNotFoundError: No module named 'some_net'", "pip install some_net"),
-        ("NameError: name 'speed' is not defined", ""),
-    ],
-)
-def test_what_helps_against_what_python_raised(said, words):
-    found = check_python.remedy(
-        said, {"car"}.__contains__, lambda names: set(names) & {"python3-serial"}
-    )
-    assert words in found if words else found == ""
 
 
 MEANT = "plugin '{}' is not known here and is ignored; did you mean 'libgazebo_ros_control.so'?"
@@ -227,7 +141,7 @@ MEANT = "plugin '{}' is not known here and is ignored; did you mean 'libgazebo_r
 def test_a_plugin_of_ones_own_with_a_name_that_is_nearly_known():
     text = MEANT.format("libgazebo_ros_control2.so")
     found = changed(car_lost=[text], builders={"gazebo_ros_control2": ["x_control", True]})
-    (said,) = check.problems(found)
+    (said,) = check_verdict.problems(found)
     assert said.startswith(f"{text}: it is C++ of package x_control; ")
 
 
@@ -236,7 +150,9 @@ def test_a_sensors_plugin_is_told_by_its_own_name():
         "plugin 'gazebo_ros_camra' of sensor 'eye' is not known here and is ignored; a sensor of "
         "type camera takes libgazebo_ros_camera.so"
     )
-    assert check.verdict(changed(car_lost=[text])) == "works without plugin gazebo_ros_camra"
+    assert (
+        check_verdict.verdict(changed(car_lost=[text])) == "works without plugin gazebo_ros_camra"
+    )
 
 
 @pytest.mark.parametrize("library", ["libgazebo_ros_contol.so", "gazebo_ros_contol"])
@@ -244,23 +160,80 @@ def test_a_plugin_that_is_misspelled(library, monkeypatch):
     found = changed(
         car_lost=[MEANT.format(library)], builders={"gazebo_ros_control": ["x_control", True]}
     )
-    assert check.problems(found) == [MEANT.format(library)]
-    assert check.verdict(found) == f"works without plugin {library}"
+    assert check_verdict.problems(found) == [MEANT.format(library)]
+    assert check_verdict.verdict(found) == f"works without plugin {library}"
     sought = set()
     monkeypatch.setattr(
-        check_observer, "_found_in_sources", lambda _, names: sought.update(names) or {}
+        check_sources, "_found_in_sources", lambda _, names: sought.update(names) or {}
     )
-    check_observer.builders(found)
+    check_sources.builders(found)
     assert "gazebo_ros_control" not in sought
 
 
-def test_problems_come_in_the_order_of_mending():
+HILL = {"heightmaps cannot be used and are left out": ["/w/hill.asc"]}
+MESHES = {"meshes are missing and left out": ["package://a/b.stl", "package://a/c.stl"]}
+MODELS = {"included models cannot be used": ["'model://cafe_table'", "'model://bookshelf'"]}
+NO_JOINT = (
+    "plugin 'libgazebo_ros_diff_drive.so' names joints left, which do not exist or do not move; "
+    "movable joints are port"
+)
+
+
+def test_missing_models_are_told_with_the_command_that_brings_them():
+    first, second = check_verdict.problems(changed(missing=MODELS, car_missing=MESHES))
+    assert first == (
+        "2 models of Gazebo's database are missing: bookshelf, cafe_table; "
+        "./run add models bookshelf cafe_table"
+    )
+    assert second.startswith("2 meshes are missing and left out: package://a/b.stl")
+    own = {"included models cannot be used": ["'model://shed_of_mine'"]}
+    (said,) = check_verdict.problems(changed(missing=own))
+    assert said == "model model://shed_of_mine cannot be used"
+    assert check_verdict.verdict(changed(missing=own)) == "works without model shed_of_mine"
+
+
+def test_a_file_of_another_machine_that_is_in_the_package():
+    found = changed(simulator=False, refused="there is no file /home/ada/ws/src/car/a.launch",
+                    moved={"/home/ada/ws/src/car/a.launch": "$(find car)/a.launch"})  # fmt: skip
+    (said,) = check_verdict.problems(found)
+    assert said.endswith("/a.launch; here it is $(find car)/a.launch")
+
+
+def test_a_slow_machine_is_no_fault_of_a_sensor():
+    silent = {"topic": "/t", "rate": 2.0, "count": 0, "measured": None, "is_camera": False}
+    slow = changed(car_sensors=[silent], real_time_factor=0.1, simulated=0.8)
+    assert check_verdict.problems(slow) == [] and "/t" in check_verdict.notes(slow)[1]
+    assert "nothing" in check_verdict.problems({**slow, "simulated": 8.0})[0]
+    camera = changed(car_sensors=[{**silent, "is_camera": True}], real_time_factor=0.1)
+    assert check_verdict.problems(camera) == []
+
+
+def test_topics_of_two_robots_say_whose_they_are():
+    other = {**GOOD["models"][1], "name": "cart", "driven_by": ["/driver"]}
+    lines = check.page(changed(models=[*GOOD["models"], other]), 8.0)
+    assert "  of car:" in lines and lines.index("  of cart:") > lines.index("  of car:")
+    assert any(line.startswith("robot cart at") and "driven by /driver" in line for line in lines)
+    assert "  of car:" not in check.page(GOOD, 8.0)
+
+
+def test_the_first_line_is_the_verdict_and_its_cause_is_told_once():
+    found = changed(died=[dead("mux", "mux.py")], car_sensors=[], models=[GOOD["models"][0]])
+    lines = check.page(found, 8.0)
+    assert lines[0] == "does not work because no robot was spawned"
+    assert "1 more problem:" in lines and not any("no robot" in line for line in lines[1:])
+
+
+def test_problems_come_in_the_order_of_their_causes():
     sensors = [{"topic": "/t", "rate": 30.0, "count": 0, "measured": None}]
     found = changed(
-        **MISSING, died=[["mux", 1, "mux.py"]], car_lost=["plugin 'libx.so'"], car_sensors=sensors
+        **MISSING, died=[dead("mux", "mux.py")], car_lost=["plugin 'libx.so' is not known here"],
+        car_sensors=sensors, car_after=state(position=(1.0, 2.4, 0.05))
+    )  # fmt: skip
+    words = (
+        *("gone is not installed", "laser_tools, which is not built", "libx.so", "mux", "/t"),
+        "moves by itself",
     )
-    words = ("gone is not installed", "laser_tools, which is not built", "libx.so", "/t", "mux")
-    said = check.problems(found)
+    said = check_verdict.problems(found)
     assert len(said) == len(words) and all(word in text for word, text in zip(words, said)), said
     assert "./run deps" in said[0] and "catkin_make" in said[1] and "Python class" in said[2]
 
@@ -270,7 +243,7 @@ def test_problems_come_in_the_order_of_mending():
     [
         (changed(**MISSING), "works without node gone/node, node tools/merge"),
         (changed(car_lost=["plugin 'libx.so' is ignored"]), "works without plugin libx.so"),
-        (changed(died=[["mux", 1, "mux.py"]]), "works without node mux"),
+        (changed(died=[dead("mux", "mux.py")]), "works without node mux"),
         (
             changed(car_lost=["controller 'base' has no parameters: /base is not there"]),
             "works without controller base",
@@ -292,50 +265,63 @@ def test_problems_come_in_the_order_of_mending():
         (changed(models=[GOOD["models"][0]]), "does not work because no robot was spawned"),
         (
             changed(**MISSING, car_after=state(position=(1.0, 2.4, 0.05))),
+            "does not work because node gone/node cannot start: package gone is not installed; "
+            + check_remedies.GENERIC,
+        ),
+        (
+            changed(car_after=state(position=(1.0, 2.4, 0.05))),
             "does not work because robot car moves by itself: 0.40 m while it was watched",
+        ),
+        (
+            changed(car_after=state(position=(1.0, 2.4, 0.05)), car_driven_by=["/driver"]),
+            "works",
+        ),
+        (
+            changed(missing=HILL, car_after=state(position=(1.0, 2.0, -5e3))),
+            "does not work because heightmap /w/hill.asc cannot be used and is left out",
+        ),
+        (
+            changed(missing=MESHES, car_after=state(position=(1.0, 2.4, 0.05))),
+            "does not work because robot car moves by itself: 0.40 m while it was watched",
+        ),
+        (changed(missing=MODELS, car_missing=MESHES), "works without 2 models, 2 meshes"),
+        (
+            changed(died=[dead("car", "drive.py", why="cv2.error: x", drives=True)]),
+            "does not drive because node car (drive.py) died with exit code 1: cv2.error: x",
+        ),
+        (
+            changed(car_lost=[NO_JOINT]),
+            f"does not drive because {NO_JOINT}",
         ),
     ],
 )
-def test_the_last_line(found, line):
-    assert check.verdict(found) == line
-
-
-def test_a_script_without_its_interpreter(tmp_path):
-    script = tmp_path / "old.py"
-    script.write_text("#!/usr/bin/no_python -u\n")
-    (tmp_path / "log").write_text(
-        "Roslaunch got a 'No such file or directory' error while attempting to run:\n\n"
-        f"{script} __name:=old\n\nPlease make sure that all the executables exist.\n"
-    )
-    said = check_observer.read_launch_log(str(tmp_path / "log"))
-    assert said["interpreters"] == [(str(script), "/usr/bin/no_python")]
-    found = changed(simulator=False, interpreters=[(str(script), "/usr/bin/python")], models=[])
-    first = check.problems(found)[0]
-    assert "python-is-python3" in first and check.verdict(found).endswith(first)
+def test_the_verdict(found, line):
+    assert check_verdict.verdict(found) == line
 
 
 def test_what_this_machine_or_a_missing_screen_does_is_no_problem():
     camera = {"topic": "/image", "type": "sensor_msgs/Image", "rate": 30.0, "count": 80,
               "measured": 10.0, "link": "eye", "is_camera": True}  # fmt: skip
-    died = [["view", -6, "rviz"], ["keys", 1, "teleop_twist_keyboard.py"]]
+    died = [dead("view", "rviz", -6, screen=True), dead("keys", "keys.py", screen=True)]
     found = changed(died=died, car_sensors=[camera], real_time_factor=0.5, was_paused=True)
-    assert check.problems(found) == []
-    screen, keys, paused, slow, image = check.notes(found)
-    assert "view (rviz) needs a screen" in screen and "0.50 s" in slow
+    assert check_verdict.problems(found) == []
+    screen, keys, paused, slow, image = check_verdict.notes(found)
+    assert "view (rviz) wants a screen" in screen and "0.50 s" in slow
     assert "keys" in keys and "starts the world paused" in paused
     assert "/image 10.0" in image and "30 are wanted" in image
     page = "\n".join(check.page(found, 8.0))
-    assert "worth knowing" in page and "no problems" in page
-    assert check.notes(GOOD) == []
+    assert "worth knowing" in page and page.startswith("works\n")
+    assert check_verdict.notes(GOOD) == []
 
 
 def test_windows_that_are_missing_or_required_are_no_problem():
     found = changed(cannot=[["rqt_robot_steering", "rqt_robot_steering"]], died=[])
-    assert check.problems(found) == [] and "not installed" in check.notes(found)[0]
+    assert check_verdict.problems(found) == [] and "not installed" in check_verdict.notes(found)[0]
 
     class Node:
         def __init__(self, package, node_type, name=None, required=False, respawn=False):
             self.type, self.required, self.respawn = node_type, required, respawn
+            self.launch_prefix = None
 
     check_roslaunch.without_required_windows(Node)
     window = Node("rviz", "rviz", "view", required=True, respawn=True)
@@ -365,9 +351,9 @@ def test_loose_things_of_the_world_are_no_robots():
     ball = {**GOOD["models"][1], "name": "ball", "furniture": True, "sensors": [],
             "controllers": [], "after": state(position=(1.0, 2.4, 0.05))}  # fmt: skip
     found = changed(models=[*GOOD["models"], *({**ball, "name": f"b{n}"} for n in range(5))])
-    assert check.problems(found) == []
-    assert check.notes(found) == ["loose things move, fall or lie: b0, b1, b2 and 2 more"]
-    assert check.problems(changed(models=[ball])) == ["no robot was spawned"]
+    assert check_verdict.problems(found) == []
+    assert check_verdict.notes(found) == ["loose things move, fall or lie: b0, b1, b2 and 2 more"]
+    assert check_verdict.problems(changed(models=[ball])) == ["no robot was spawned"]
 
 
 def test_a_crate_that_was_spawned_is_no_robot_beside_one():
@@ -376,9 +362,11 @@ def test_a_crate_that_was_spawned_is_no_robot_beside_one():
              "sensors": [], "extensions": [], "lost": [], "warnings": [],
              "before": fallen, "after": fallen}  # fmt: skip
     found = changed(models=[*GOOD["models"], crate])
-    assert check.verdict(found) == "works" and check.robots(found) == [GOOD["models"][1]]
-    assert check.notes(found) == ["loose things move, fall or lie: crate"]
-    (sentence,) = check.problems(changed(models=[crate]))
+    assert check_verdict.verdict(found) == "works" and check_verdict.robots(found) == [
+        GOOD["models"][1]
+    ]
+    assert check_verdict.notes(found) == ["loose things move, fall or lie: crate"]
+    (sentence,) = check_verdict.problems(changed(models=[crate]))
     assert sentence == "robot crate is tilted by 90 degrees"
 
 
@@ -392,58 +380,7 @@ def test_packages_that_a_refused_file_misses():
 
 def test_a_refused_file_is_one_problem():
     found = {"simulator": False, "refused": "no such arg", "cannot": [], "died": []}
-    assert check.problems(found) == ["roslaunch refuses the file: no such arg"]
-
-
-LOG = """\x1b[1mprocess[gazebo-2]: started with pid [11]\x1b[0m
-ERROR: cannot launch node of type [hover/drive]: hover
-[ERROR] [1.0, 2.0]: model 'car' is gone
-[ERROR] [1.0, 2.0]: No p gain specified for pid.  Namespace: /gazebo_ros_control/pid_gains/a
-[view-5] process has died [pid 12, exit code -6, cmd /usr/lib/rviz/rviz -d a __name:=view].
-[done-6] process has died [pid 13, exit code 0, cmd /opt/x/done.py __name:=done].
- * Unable to launch [pad-7].
-error: package 'lidar' not found
-RLException: while processing car.launch:
-  Invalid <param> tag: command returned with code [2].
-"""
-
-
-def test_the_launch_log(tmp_path):
-    (tmp_path / "log").write_text(LOG)
-    said = check_observer.read_launch_log(str(tmp_path / "log"))
-    assert said["died"] == [("view", -6, "rviz")] and said["unable"] == ["pad"]
-    assert said["cannot"] == [("hover", "drive")] and len(said["errors"]) == 1
-    assert "gone" in said["before"]["view"], "no gains are no fault"
-    assert "Invalid <param> tag" in said["refused"] and "'lidar' not found" in said["refused"]
-
-
-@pytest.mark.parametrize(
-    "text, words",
-    [
-        (
-            "Done checking log.\nResource not found: ferry\nROS path [0]=/a\nROS path [1]=/b\n",
-            "ferry",
-        ),
-        ("Done checking log.\nunused args [x] for include of [a.launch]\n", "unused args [x]"),
-    ],
-)
-def test_what_roslaunch_refuses(tmp_path, text, words):
-    (tmp_path / "log").write_text(f"{text}The traceback for the exception was written to the log")
-    refused = check_observer.read_launch_log(str(tmp_path / "log"))["refused"]
-    assert words in refused and "ROS path" not in refused
-    (tmp_path / "log").write_text(text)
-    assert check_observer.read_launch_log(str(tmp_path / "log"))["refused"] is None
-
-
-def test_the_cause_in_an_included_file(tmp_path):
-    (tmp_path / "log").write_text(
-        "RLException: while processing /a/b.launch:\nwhile processing /a/c.machine:\n"
-        "environment variable 'HULL' is not set. \n\nMachine xml is <machine/>\n"
-    )
-    assert check_observer.read_launch_log(str(tmp_path / "log"))["refused"] == (
-        "while processing /a/b.launch: while processing /a/c.machine: "
-        "environment variable 'HULL' is not set."
-    )
+    assert check_verdict.problems(found) == ["roslaunch refuses the file: no such arg"]
 
 
 def test_sources_of_what_is_missing(tmp_path, monkeypatch):
@@ -464,7 +401,7 @@ def test_sources_of_what_is_missing(tmp_path, monkeypatch):
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path))
     found = {"cannot": [["hover", "drive"], ["hover", "pad"], ["gone", "node"]], "lost": [],
              "models": [{"lost": ["plugin 'libhover_plugin.so' is not known here"]}]}  # fmt: skip
-    assert check_observer.builders(found) == {
+    assert check_sources.builders(found) == {
         "drive": ("hover", True, ""),
         "pad": ("hover", True, "Gazebo's headers"),
         "node": ("gone", False, ""),
@@ -502,13 +439,13 @@ def test_remedies_are_told_with_their_problems():
         builders={"move_base": ["move_base", False, ""], "hw": ["base", True, "X's headers"]},
         remedies={"move_base": "look there"},
     )
-    missing, absent = check.problems(found)
+    missing, absent = check_verdict.problems(found)
     assert "move_base is not installed; look there" in missing
     assert "asks for X's headers" in absent and "Python" in absent
     refused = changed(simulator=False, models=[], refused="Resource not found: amcl",
                       remedies={"amcl": "look here"})  # fmt: skip
     assert check_remedies.missing_packages(refused) == ["amcl"]
-    assert check.problems(refused)[0].endswith("Resource not found: amcl; amcl: look here")
+    assert check_verdict.problems(refused)[0].endswith("Resource not found: amcl; amcl: look here")
 
 
 def test_a_model_that_is_refused_for_a_package():
@@ -516,15 +453,15 @@ def test_a_model_that_is_refused_for_a_package():
     found = changed(models=GOOD["models"][:1], errors=[line, line],
                     remedies={"arm_description": "look there"})  # fmt: skip
     assert check_remedies.missing_packages(found) == ["arm_description"]
-    assert check.problems(found)[0].startswith("package arm_description is not there")
-    assert check.problems(found)[0].endswith("; look there")
+    assert check_verdict.problems(found)[0].startswith("package arm_description is not there")
+    assert check_verdict.problems(found)[0].endswith("; look there")
 
 
 def test_without_a_simulator():
     found = {"simulator": False, "refused": None, "cannot": [], "died": []}
-    (sentence,) = check.problems(found)
+    (sentence,) = check_verdict.problems(found)
     assert "no simulator" in sentence
-    assert check.page(found, 8.0)[-1].endswith(sentence)
+    assert check.page(found, 8.0) == [f"does not work because {sentence}"]
 
 
 @pytest.mark.parametrize(
@@ -532,7 +469,7 @@ def test_without_a_simulator():
     [((0, 0, 0, 1), 0.0), ((1, 0, 0, 0), 180.0), ((0, 0, math.sin(0.4), math.cos(0.4)), 0.0)],
 )
 def test_tilt(orientation, degrees):
-    assert check.tilt(orientation) == pytest.approx(degrees, abs=1e-6)
+    assert check_verdict.tilt(orientation) == pytest.approx(degrees, abs=1e-6)
 
 
 def test_the_replay_of_the_last_check_of_a_file_is_kept(tmp_path, monkeypatch):
@@ -642,32 +579,4 @@ def test_a_plugin_on_a_link_that_is_none_has_no_remedy():
     text = (
         "plugin 'libhector_gazebo_ros_imu.so' has bodyName 'imu', which is no link; it is left out"
     )
-    assert check.problems(changed(lost=[text])) == [text]
-
-
-def test_the_error_before_a_death_is_told(tmp_path):
-    """Programs in C++ do not begin their errors with their names."""
-    log = tmp_path / "roslaunch.txt"
-    log.write_text(
-        '[ERROR] [1795828120.5]: failed to open image file "/maps/a.pgm"\n'
-        "================\n"
-        "[map_server-8] process has died [pid 7, exit code 255, cmd /lib/map_server a.yaml].\n"
-        "log file: /log/map_server-8*.log\n\n\n\n"
-        "[amcl-9] process has died [pid 8, exit code 1, cmd /lib/amcl/amcl __name:=amcl].\n"
-    )
-    said = check_observer.read_launch_log(str(log))
-    assert set(said["before"]) == {"map_server"}
-    first, second = check.problems(changed(died=said["died"], before=said["before"]))
-    assert 'exit code 255; just before: failed to open image file "/maps/a.pgm"' in first
-    assert second == "node amcl (amcl) died with exit code 1"
-
-
-@pytest.mark.parametrize("folder", ["", "there"])
-def test_a_map_whose_image_is_in_its_authors_folder(tmp_path, folder):
-    """Published maps name the image by the path that it had when map_saver wrote them."""
-    (tmp_path / "there").mkdir()
-    image = tmp_path / folder / "yard.pgm" if folder else "/home/somebody/maps/yard.pgm"
-    error = f'[ERROR] [1795828120.5]: failed to open image file "{image}": Couldn\'t open {image}'
-    said = changed(died=[("map_server-8", 255, "map_server")], before={"map_server-8": error})
-    (sentence,) = check.problems(said)
-    assert ("with 'image: yard.pgm' in the map's YAML file" in sentence) == (not folder)
+    assert check_verdict.problems(changed(lost=[text])) == [text]

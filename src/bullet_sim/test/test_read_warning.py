@@ -2,7 +2,7 @@
 
 import pytest
 from bullet_sim.description.model import ModelDescription
-from bullet_sim.description.warnings import ReadWarning, grouped, is_loss
+from bullet_sim.description.warnings import ReadWarning, grouped, is_loss, missing
 
 MISSING = "meshes are missing"
 
@@ -48,6 +48,20 @@ def test_plain_sentences_are_grouped_too():
         "plugin 'a' is odd (and 1 more of this kind)",
         "x",
     ]
+
+
+def test_a_plugin_that_says_that_it_is_left_out_is_a_loss():
+    assert is_loss(ReadWarning("plugin 'libx.so' has no <wheel> that it can use; it is left out"))
+    assert not is_loss(ReadWarning("texture 'plugin' is not there; it is left out"))
+
+
+def test_what_is_missing_by_its_cause():
+    warnings = [ReadWarning("a", f"{MISSING} and left out", name) for name in ("m1", "m2")]
+    warnings += [ReadWarning("b", "included models cannot be used", "'model://x'")]
+    assert missing([*warnings, "plain", ReadWarning("c", "plugins are left out", "p")]) == {
+        "meshes are missing and left out": ["m1", "m2"],
+        "included models cannot be used": ["'model://x'"],
+    }
 
 
 @pytest.mark.parametrize(

@@ -59,8 +59,13 @@ class GoalTopics(Topics):
         self._handle: Any = None  # of the active goal
         self._goal: Any = None
         self._id: str | None = None  # reading it from a handle would wait for the server's lock
-        self._action = ActionTopics(f"{self.name}/{name}", action, self._on_goal, self._on_cancel)
+        self._action_name = f"{self.name}/{name}"
+        self._action = ActionTopics(self._action_name, action, self._on_goal, self._on_cancel)
         self._endpoints.append(self._action)
+
+    def topics_received(self) -> set[str]:
+        """With that of its goals."""
+        return {*super().topics_received(), rospy.resolve_name(f"{self._action_name}/goal")}
 
     def _on_goal(self, handle: Any) -> None:
         """Accept or reject the goal of an actionlib.ServerGoalHandle."""

@@ -312,6 +312,10 @@ class RobotControl:
         self._services.close()
         self._close_topics()
 
+    def topics(self) -> list[Topics]:
+        """Topics of all controllers."""
+        return list(self._topics.values())
+
     def _close_topics(self) -> None:
         """Close topics and PID servers, each once."""
         with self._lock:

@@ -30,7 +30,7 @@ class ReceivedCounts:
 
     def subscribe(
         self, topic: str, message_type: type, callback: Callable[[Any], None], **options: Any
-    ) -> _Counted:
+    ) -> Counted:
         """A rospy.Subscriber whose messages are counted once `callback` has returned.
 
         It has no queue size, so that no message of a burst is dropped and each one counts.
@@ -42,7 +42,7 @@ class ReceivedCounts:
         Returns:
             The subscriber; its unregister() also ends the counting.
         """
-        return _Counted(self, topic, message_type, callback, options)
+        return Counted(self, topic, message_type, callback, options)
 
     def add(self, topic: str, subscriber: Any = None) -> None:
         """Count a topic's messages for a subscriber (any key) from now on."""
@@ -134,8 +134,8 @@ class ReceivedCounts:
                 self._changed.wait(min(left, 0.5))
 
 
-class _Counted:
-    """A rospy.Subscriber whose messages are counted."""
+class Counted:
+    """A rospy.Subscriber whose messages are counted; `topic` is its resolved name."""
 
     def __init__(
         self,
@@ -145,17 +145,17 @@ class _Counted:
         callback: Callable[[Any], None],
         options: dict[str, Any],
     ) -> None:
-        self._counts, self._topic = counts, rospy.resolve_name(topic)
-        counts.add(self._topic, self)
+        self._counts, self.topic = counts, rospy.resolve_name(topic)
+        counts.add(self.topic, self)
 
         def counted(message: Any) -> None:
             callback(message)
-            counts.count(self._topic, self)
+            counts.count(self.topic, self)
 
         try:
             self._subscriber = rospy.Subscriber(topic, message_type, counted, **options)
         except BaseException:
-            counts.remove(self._topic, self)
+            counts.remove(self.topic, self)
             raise
 
     def get_num_connections(self) -> int:
@@ -163,4 +163,4 @@ class _Counted:
 
     def unregister(self) -> None:
         self._subscriber.unregister()
-        self._counts.remove(self._topic, self)
+        self._counts.remove(self.topic, self)

@@ -12,6 +12,7 @@ from bullet_sim.component import Component
 from bullet_sim.pose import Array, Pose, Quat, Vec3, compose, cross, velocity_at
 
 from bullet_bridge.loop.clock import SubscribedSchedule, whole_rate
+from bullet_bridge.loop.received import Counted
 from bullet_bridge.transport.publishing import all_or_none, note_endpoint, publisher
 from bullet_bridge.transport.reconfigure import ValuesServer
 
@@ -109,6 +110,10 @@ class RosPart:
         note_endpoint(endpoint)
         self._endpoints.append(endpoint)
         return endpoint
+
+    def topics_received(self) -> set[str]:
+        """Resolved names of the topics that it subscribes to."""
+        return {endpoint.topic for endpoint in self._endpoints if isinstance(endpoint, Counted)}
 
     def service(self, name: str, service: type, handler: Callable[[Any], Any]) -> None:
         """Offer a service; one whose name is taken is skipped with a warning, as in Gazebo.

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import rospy
 from bullet_sim.controllers import CONTROLLERS
-from bullet_sim.description.warnings import grouped, is_loss
+from bullet_sim.description.warnings import grouped, is_loss, missing
 from bullet_sim.errors import WorldError
 from bullet_sim.plugins.custom import CustomSpec
 from std_srvs.srv import Trigger, TriggerResponse
@@ -98,23 +98,24 @@ class Describer:
         self._world, self._robots = world, robots
         warnings = [] if described is None else described.warnings
         self._static_props = set() if described is None else _static_props(described)
-        self._warnings = [warning for warning in warnings if not is_loss(warning)]
-        self._losses = [warning for warning in warnings if is_loss(warning)]
+        self._read, self._warnings = frozenset(warnings), _told(warnings)
 
     def describe(self) -> dict[str, Any]:
         """The world and its models (simulation thread)."""
         return {
             "world": self._world.name,
             "time_step": self._world.time_step,
-            "warnings": grouped(self._warnings),
-            "lost": [str(warning) for warning in self._losses],
+            **self._warnings,
             "models": [self._model(model) for model in self._world.models.values()],
         }
 
     def _model(self, model: Model) -> dict[str, Any]:
         plugins, control = self._robots.parts(model.name)
-        warnings = [warning for warning in model.description.warnings if self._is_new(warning)]
+        parts = [*plugins, *([] if control is None else control.topics())]
+        told = _told(w for w in model.description.warnings if w not in self._read)
+        told["lost"] += self._robots.skipped(model)
         return {
+            **told,
             "name": model.name,
             "static": model.is_static,
             "furniture": model.name in self._static_props,
@@ -130,12 +131,8 @@ class Describer:
                 for plugin in plugins
                 if plugin.reports
             ],
+            "commands": sorted(set().union(*(part.topics_received() for part in parts))),
             "extensions": self._extensions(model),
-            "warnings": grouped(warning for warning in warnings if not is_loss(warning)),
-            "lost": [
-                *(str(warning) for warning in warnings if is_loss(warning)),
-                *self._robots.skipped(model),
-            ],
         }
 
     def _extensions(self, model: Model) -> list[str]:
@@ -151,9 +148,14 @@ class Describer:
             ]
         return [str(extension) for extension in used]
 
-    def _is_new(self, warning: str) -> bool:
-        """Whether it is not among the warnings of the world file."""
-        return warning not in self._warnings and warning not in self._losses
+
+def _told(warnings: Iterable[str]) -> dict[str, Any]:
+    """Warnings in one line a cause, losses, and what is missing by its cause."""
+    warnings = list(warnings)
+    files = missing(warnings)
+    plain = [w for w in warnings if not is_loss(w) and getattr(w, "cause", "") not in files]
+    lost = [str(warning) for warning in warnings if is_loss(warning)]
+    return {"warnings": grouped(plain), "lost": lost, "missing": files}
 
 
 def _static_props(described: WorldDescription) -> set[str]:

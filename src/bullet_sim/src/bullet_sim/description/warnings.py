@@ -13,6 +13,7 @@ _LOSS = re.compile(
     r"|sensors (have a type that is not known here and )?are left out"
     r"|world files cannot be had"
 )
+_MISSING = re.compile(r"included models cannot be used|(meshes|heightmaps) .*left out")
 _QUOTED = re.compile(r"'[^']*'|\"[^\"]*\"")
 
 
@@ -60,7 +61,18 @@ def shortened(text: str, length: int = LONGEST) -> str:
 def is_loss(warning: str) -> bool:
     """Whether a warning reports that a plugin or sensor of the file is missing, with its topics, or
     the world."""
-    return _LOSS.fullmatch(getattr(warning, "cause", "")) is not None
+    is_plugin = warning.startswith("plugin '") and warning.endswith("; it is left out")
+    return is_plugin or _LOSS.fullmatch(getattr(warning, "cause", "")) is not None
+
+
+def missing(warnings: Iterable[str]) -> dict[str, list[str]]:
+    """Cause -> items of those of some warnings that report missing models, meshes, heightmaps."""
+    found: dict[str, list[str]] = {}
+    for warning in warnings:
+        cause = getattr(warning, "cause", "")
+        if _MISSING.fullmatch(cause):
+            found.setdefault(cause, []).append(getattr(warning, "item", ""))
+    return found
 
 
 def grouped(warnings: Iterable[str]) -> list[str]:

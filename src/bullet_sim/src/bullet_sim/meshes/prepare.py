@@ -380,9 +380,10 @@ def prepare_meshes(lumped: LumpedModel, folder: str, warn: Warn) -> dict[str, li
                         usable[link.name] += seen
                 except ModelError as error:
                     label = f"{shape.name or 'a shape'} of link '{shape.link or link.name}'"
+                    noun = "heightmaps" if shape.geometry.kind == "heightmap" else "meshes"
                     warn(
                         f"{label} is left out: {error}",
-                        "meshes cannot be used and are left out",
+                        f"{noun} cannot be used and are left out",
                         shape.geometry.path or label,
                     )
             shapes[:] = converted

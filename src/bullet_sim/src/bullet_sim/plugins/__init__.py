@@ -45,7 +45,8 @@ def parse_plugin(element: Element, model: ModelDescription, scope: str = "") -> 
     try:
         _add(reader(PluginXml(element, model, scope)), model)
     except MissingPart as error:
-        model.warn(str(error), error.cause, error.item)
+        cause = error.cause or "plugins are left out"
+        model.warn(str(error), cause, error.item or str(error))
     except ModelError as error:
         model.warn(f"{error}; the plugin is left out", "plugins are left out", str(error))
 

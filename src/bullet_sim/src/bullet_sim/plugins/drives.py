@@ -250,7 +250,9 @@ def movable(xml: PluginXml, names: Sequence[str]) -> tuple[str, ...]:
     if missing or not names:
         xml.warn(
             f"{xml.label} names joints {', '.join(missing) or '(none)'}, which do not exist or "
-            f"do not move; movable joints are {', '.join(movable) or '(none)'}"
+            f"do not move; movable joints are {', '.join(movable) or '(none)'}",
+            "plugins name joints that do not exist and are left out",
+            xml.label,
         )
     return tuple(name for name in names if name in movable)
 
