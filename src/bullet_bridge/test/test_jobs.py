@@ -34,7 +34,7 @@ def queued(jobs, ask, *args):
     """A started thread that calls `ask`, once its job is in the queue."""
     caller = threading.Thread(target=ask, args=args)
     caller.start()
-    while not len(jobs._jobs):
+    while not jobs.waiting:
         time.sleep(0.001)
     return caller
 
@@ -86,7 +86,7 @@ def test_jobs_run_in_order():
             threading.Thread(target=jobs.call, args=(lambda n=number: done.append(n), 90))
         )
         callers[-1].start()
-        while len(jobs._jobs) <= number:
+        while jobs.waiting <= number:
             time.sleep(0.001)
     assert done == []
     assert jobs.run_pending() == 5
@@ -153,7 +153,7 @@ def test_a_job_whose_caller_timed_out_is_not_run():
     jobs, done = JobQueue(), []
     with pytest.raises(TimeoutError):
         jobs.call(lambda: done.append(1), timeout=0.01)
-    assert len(jobs._jobs) == 0 and jobs.run_pending() == 0 and done == []
+    assert jobs.waiting == 0 and jobs.run_pending() == 0 and done == []
 
 
 def test_a_job_that_was_begun_in_time_is_waited_for():
@@ -170,7 +170,7 @@ def test_a_job_that_was_begun_in_time_is_waited_for():
             super().remove(job)
 
     begun, go = threading.Event(), threading.Event()
-    jobs._jobs = JustBegun()
+    jobs._jobs = jobs._queues[0] = JustBegun()
 
     def work():
         begun.set()
@@ -194,3 +194,24 @@ def test_what_ends_the_owner_does_not_hold_up_the_caller():
         jobs.run_pending()
     caller.join(90.0)
     assert len(errors) == 1 and not caller.is_alive()
+
+
+def test_a_budget_is_kept_and_fair():
+    """Callers that poll got all the time of the simulation."""
+    jobs, done, callers = JobQueue(), [], []
+
+    def work(name):
+        time.sleep(0.01)
+        done.append(name)
+
+    for number in range(4):
+        callers.append(queued(jobs, jobs.read, lambda n=number: work(n)))
+    callers.append(queued(jobs, jobs.call, lambda: work("change")))
+    assert jobs.run_pending(budget=0.0) == 1 and done == ["change"], "one begins in any case"
+    assert jobs.run_pending(budget=0.015) == 0 and done == ["change", 0, 1]
+    assert jobs.waiting == 2 and jobs.answered == 3
+    callers.append(queued(jobs, jobs.call, lambda: work("another")))
+    jobs.run_pending()
+    assert done[3:] == ["another", 2, 3], "a change does not stand behind those who read"
+    for caller in callers:
+        caller.join()

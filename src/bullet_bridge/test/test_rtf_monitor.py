@@ -4,7 +4,15 @@ import time
 
 import pytest
 from bullet_bridge.loop.clock import Pace
-from bullet_bridge.loop.rtf_monitor import MIN_COUNT, MIN_GAP, RealTimeFactorMonitor, thread_times
+from bullet_bridge.loop.rtf_monitor import (
+    CROWD,
+    CROWDED_TIME,
+    MIN_COUNT,
+    MIN_GAP,
+    CallMonitor,
+    RealTimeFactorMonitor,
+    thread_times,
+)
 
 STEP = 0.001  # [s]
 
@@ -101,3 +109,16 @@ def test_the_pace_measures_over_full_windows():
         now[0] = 0.1 * number
         pace.delay(0.05 * number)  # half of real time
     assert len(measured) >= 3 and measured == pytest.approx([0.5] * len(measured), abs=0.06)
+
+
+def test_many_calls_that_wait_are_told_once_with_their_number():
+    warned, time = [], [0.0]
+    monitor = CallMonitor(warned.append, lambda: time[0])
+    for second in range(int(CROWDED_TIME) + 3):
+        monitor.measured(0 if second == 1 else 64, 2000 * second)
+        time[0] += 1.0
+    (text,) = warned
+    assert text.startswith("64 calls of services wait for their answers, of which the simulation")
+    assert "gives 2000 a second" in text
+    monitor.measured(CROWD - 1, 0)
+    assert len(warned) == 1

@@ -219,9 +219,9 @@ def test_a_slow_pace_waits_in_short_pieces(factor):
     waits, jobs = [], loop.server._jobs
     pending = jobs.run_pending
 
-    def run_pending(wait=0.0):
+    def run_pending(wait=0.0, budget=math.inf):
         waits.append(wait)
-        return pending(wait)
+        return pending(wait, budget)
 
     jobs.run_pending = run_pending
     loop.run(2.0)

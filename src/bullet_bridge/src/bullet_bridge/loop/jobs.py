@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import collections
+import math
 import threading
+import time
 from collections.abc import Callable
 from typing import Any, TypeVar
 
@@ -33,6 +35,9 @@ class JobQueue:
 
     def __init__(self) -> None:
         self._jobs: collections.deque[_Job] = collections.deque()
+        self._reads: collections.deque[_Job] = collections.deque()
+        self._queues = collections.deque((self._jobs, self._reads))  # whose turn it is first
+        self.answered = 0  # jobs so far
         self._wakeup = threading.Lock()
         self._wakeup.acquire()
         self._closed = False
@@ -41,12 +46,16 @@ class JobQueue:
         """Raise QueueClosed in all waiting and later callers, so that none blocks the shutdown."""
         self._closed = True
         while True:
-            try:
-                job = self._jobs.popleft()
-            except IndexError:
+            job = self._next()
+            if job is None:
                 return
             job.error = QueueClosed("the simulation has ended")
             job.done.set()
+
+    @property
+    def waiting(self) -> int:
+        """Number of jobs that are queued."""
+        return len(self._jobs) + len(self._reads)
 
     def call(self, work: Callable[[], T], timeout: float = TIMEOUT) -> T:
         """Have `work()` run by the owner and return its result.
@@ -65,7 +74,8 @@ class JobQueue:
 
     def _run(self, job: _Job, timeout: float) -> Any:
         """Queue a job and wait for it; see call()."""
-        self._jobs.append(job)
+        queue = self._reads if job.reads else self._jobs
+        queue.append(job)
         if self._closed:
             self.close()
         try:
@@ -74,7 +84,7 @@ class JobQueue:
             pass  # released already
         if not job.done.wait(timeout):
             try:
-                self._jobs.remove(job)
+                queue.remove(job)
             except ValueError:  # it has started
                 job.done.wait()
             else:
@@ -83,22 +93,26 @@ class JobQueue:
             raise job.error
         return job.result
 
-    def run_pending(self, wait: float = 0.0) -> int:
-        """Run the queued jobs in order; wait up to `wait` seconds for a first one.
+    def run_pending(self, wait: float = 0.0, budget: float = math.inf) -> int:
+        """Run queued jobs; wait up to `wait` seconds for a first one.
+
+        Jobs that may change something and those of read() alternate, each in the order of their
+        calls: who only reads holds up nobody's changes.
+
+        Args:
+            budget: wall time [s] after which no further job begins; one begins in any case.
 
         Returns:
             Number of jobs run that may have changed something: all but those of read().
         """
-        if wait > 0 and not self._jobs:
+        if wait > 0 and not self.waiting:
             self._wakeup.acquire(timeout=wait)
-        if not self._jobs:
-            return 0
-        count = 0
+        count, begin = 0, 0.0
         while True:
-            try:
-                job = self._jobs.popleft()
-            except IndexError:
+            job = self._next()
+            if job is None:
                 return count
+            begin = begin or time.monotonic()
             try:
                 job.result = job.work()
             except Exception as error:  # raised in the caller
@@ -108,4 +122,18 @@ class JobQueue:
                 raise
             finally:
                 job.done.set()
+            self.answered += 1
             count += not job.reads
+            if budget != math.inf and time.monotonic() - begin >= budget:
+                return count
+
+    def _next(self) -> _Job | None:
+        """The next job, taken from its queue; None: there is none."""
+        for _ in range(len(self._queues)):
+            queue = self._queues[0]
+            self._queues.rotate()
+            try:
+                return queue.popleft()
+            except IndexError:
+                continue
+        return None

@@ -1,4 +1,4 @@
-"""Warns that the simulation is slower than requested, and gives the reason."""
+"""Warns that the simulation is slower than requested, and why; that many calls wait for it."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import rospy
 SLOW, RECOVERED = 0.9, 0.97  # of the requested real time factor
 MIN_COUNT = 5  # measurements, about one a second, before a message is logged
 MIN_GAP = 300.0  # [s] of wall time between two warnings
+CROWD, CROWDED_TIME = 16, 5.0  # calls that wait all the time, for so long [s]: a warning
 MOSTLY = 0.5  # fraction of the rest of the time that makes other processes the reason
 BUSY = 0.85  # fraction of a processor beyond which the simulation thread is the bottleneck
 
@@ -104,4 +105,40 @@ class RealTimeFactorMonitor:
         return text + (
             f"the simulation thread waits {1.0 - used:.0%} of the time for something else than a "
             "processor: images (every_picture), or the node's own services and topics"
+        )
+
+
+class CallMonitor:
+    """Monitors how many calls of services wait for the simulation thread.
+
+    Args:
+        warn: called with one line of text.
+        now: clock [s].
+    """
+
+    def __init__(
+        self,
+        warn: Callable[[str], None] = rospy.logwarn,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self._warn, self._now = warn, now
+        self._since: Any = None  # start [s] of the crowd, answers until then
+        self._logged = -math.inf
+
+    def measured(self, waiting: int, answered: int) -> None:
+        """Take how many calls wait, and how many have been answered so far."""
+        if waiting < CROWD:
+            self._since = None
+            return
+        now = self._now()
+        if self._since is None:
+            self._since = now, answered
+        start, before = self._since
+        if now - start < CROWDED_TIME or now - self._logged < MIN_GAP:
+            return
+        self._logged = now
+        self._warn(
+            f"{waiting} calls of services wait for their answers, of which the simulation gives "
+            f"{(answered - before) / (now - start):.0f} a second beside its steps: clients that "
+            "poll should do it less often, or subscribe to topics"
         )

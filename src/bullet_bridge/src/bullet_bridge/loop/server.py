@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 import sys
 import threading
 import time as wall
@@ -14,7 +15,7 @@ from bullet_sim.errors import WorldError
 from paddock_common.process import raise_priority
 
 from bullet_bridge.loop.clock import ClockThrottle, Pace, SimClock
-from bullet_bridge.loop.rtf_monitor import RealTimeFactorMonitor
+from bullet_bridge.loop.rtf_monitor import CallMonitor, RealTimeFactorMonitor
 
 if TYPE_CHECKING:
     from bullet_sim.world import World, WorldState
@@ -82,6 +83,7 @@ class Steps:
 PACED_BATCH = 0.001  # [s] wall time of one batch of steps at a given real time factor
 FREE_BATCH = 0.02  # [s] simulated time of the longest batch when running free
 IDLE_WAIT = 0.05  # [s] longest wait for jobs, after which a shutdown is noticed
+JOBS_SHARE = 0.25  # of the time of a batch that jobs may take before the next one is due
 HOLD_LIMIT = 3.0  # [s] wall time for which hold() stops the simulation at most
 
 
@@ -112,6 +114,8 @@ class Server:
         self._pace = Pace(config.real_time_factor, now, self._measured)
         self._clock = clock or SimClock(config.clock_rate, world.time_step, latch=config.lockstep)
         self._throttle = ClockThrottle(self._clock, now, world.step_count)
+        self._spent = 0.0  # wall time of the last batch [s]
+        self._call_monitor = CallMonitor(now=now)
         self._steps: Steps | None = None  # the request that is being served
         self._reporters: list[Reporter] = []
         self._set_batches()
@@ -200,8 +204,8 @@ class Server:
 
     def spin_once(self) -> None:
         """One iteration of the loop: jobs, then one batch, or a wait until one is due."""
-        if self._jobs.run_pending():
-            self._robots.refresh()
+        free = self.paused or self._steps is not None
+        self._run_jobs(0.0, math.inf if free else JOBS_SHARE * self._spent)
         held = self._holds > 0 and self._now() < self._held_until
         if self._steps is not None and not held:
             self._make_steps(self._steps)
@@ -212,10 +216,17 @@ class Server:
         else:
             wait = min(self._pace.delay(self._world.time), IDLE_WAIT)
             if wait == 0:
+                begin = self._now()
                 self.advance(self._batch, throttle=self._pace.factor == 0)
+                self._spent = self._now() - begin
                 return
-        if self._jobs.run_pending(wait=wait):
+        self._run_jobs(wait, math.inf if self.paused else wait)
+
+    def _run_jobs(self, wait: float, budget: float) -> None:
+        """Run jobs, see JobQueue.run_pending."""
+        if self._jobs.run_pending(wait, budget):
             self._robots.refresh()
+        self._call_monitor.measured(self._jobs.waiting, self._jobs.answered)
 
     def hold(self) -> None:
         """Make no step until as many calls of release(), or HOLD_LIMIT (simulation thread).
