@@ -10,6 +10,8 @@ import re
 import shlex
 from pathlib import Path
 
+from selection import name_of
+
 from commands import parsing, sources
 from commands.cli import subcommand
 from commands.errors import UsageError
@@ -124,7 +126,7 @@ def _check_words(name, rest):
     """What some commands take as words."""
     plain = [word for word in rest if re.fullmatch(r"[a-z][\w/]*", word)]
     if name == "test":
-        files = [str(path.relative_to(ROOT)) for path in _tests()]
+        files = [f"{path.relative_to(ROOT)} {name_of(path, ROOT)}" for path in _tests()]
         for word in plain:
             assert word in STAGES or any(word in path for path in files), f"no test {word!r}"
     elif name == "add":
