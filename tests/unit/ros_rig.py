@@ -3,6 +3,7 @@
 import os
 import shutil
 import subprocess
+import sys
 
 import run_rig
 
@@ -102,10 +103,18 @@ class System:
             assert text.count(f"\n{name}={before}\n") == 1
             text = text.replace(f"\n{name}={before}\n", f"\n{name}={after}\n")
         script.write_text(text)
+        lists = self.root / "commands" / "bootstrap" / "lists.py"
+        lists.write_text(lists.read_text().replace("/etc/os-release", str(folder / "os-release")))
         self._environ = {
             "PATH": str(self._programs), "HOME": str(folder), "CALLS": str(self.calls),
             "STATE": str(folder / "installed"),
         }  # fmt: skip
+
+    def use_python(self):
+        """Has python3 from now on, as after the first installation; returns itself."""
+        script = self.root / "run"
+        script.write_text(script.read_text().replace("/nonexistent/python3", sys.executable))
+        return self
 
     def run(self, *arguments, **environ):
         """Runs ./run there to its end, which comes where python3 is to be started."""

@@ -77,7 +77,7 @@ def test_other_systems_get_debians_ros(tmp_path, os_release):
     assert "ROS 1" not in done.stdout and "[1/4] " in done.stdout, done.stderr
     assert system.installed() == names("apt-first.txt")  # the rest beside other steps
     system.calls.unlink()
-    done = system.run("--packages")
+    done = system.use_python().run("--packages")
     assert done.returncode == 0 and "[1/4] " in done.stdout, done.stderr
     rest = set(names("apt.txt", "apt-ros.txt")) - set(names("apt-first.txt"))
     assert system.installed() == sorted(rest) and " update\n" not in system.calls.read_text()
@@ -85,12 +85,13 @@ def test_other_systems_get_debians_ros(tmp_path, os_release):
 
 def test_of_alternatives_the_first_that_apt_knows(tmp_path):
     system = ros_rig.System(tmp_path, DEBIAN.format(12))
-    (system.root / "config" / "apt-first.txt").write_text("new|old\nnewer|newest # why\nplain\n")
-    done = system.run("setup", KNOWN="old newer newest plain")
+    (system.root / "config" / "some.txt").write_text("new|old\nnewer|newest # why\nplain\n")
+    some = ("--packages", "some.txt", "4")
+    done = system.use_python().run(*some, KNOWN="old newer newest plain")
     assert "[1/4] 3 Debian packages done" in done.stdout, done.stdout + done.stderr
     assert system.installed() == ["newer", "old", "plain"]
     system.calls.unlink()
-    system.run("setup", KNOWN="old newer newest plain")
+    system.run(*some, KNOWN="old newer newest plain")
     assert system.installed() is None
 
 
@@ -100,19 +101,19 @@ def test_an_alternative_that_is_there_is_enough_only_where_apt_has_none_before_i
 ):
     """python3-xlib, which many desktops have, is no reason to go without python3-pynput."""
     system = ros_rig.System(tmp_path, DEBIAN.format(12))
-    (system.root / "config" / "apt-first.txt").write_text("new|old\n")
-    system.run("setup", KNOWN=known, INSTALLED="old")
+    (system.root / "config" / "some.txt").write_text("new|old\n")
+    system.use_python().run("--packages", "some.txt", "4", KNOWN=known, INSTALLED="old")
     assert system.installed() == installed
 
 
 @pytest.mark.parametrize("codename, wanted", [("focal", ["other"]), ("jammy", ["onnx", "other"])])
 def test_what_a_release_of_ubuntu_has_not_is_not_asked_for(tmp_path, codename, wanted):
     system = ros_rig.System(tmp_path, UBUNTU.format("20.04", codename))
-    (system.root / "config" / "apt-first.txt").write_text(
+    (system.root / "config" / "some.txt").write_text(
         "onnx  !focal  # PyPI's there\nother # not !focal\n"
     )
     one = ros_rig.make_ros(tmp_path / "one", ["rospy"])
-    system.run("setup", **ros_rig.sourced(one, {}))
+    system.use_python().run("--packages", "some.txt", "4", **ros_rig.sourced(one, {}))
     assert system.installed() == wanted
 
 
@@ -123,14 +124,14 @@ def test_a_sourced_ros_is_named_first_and_debians_is_not_installed(tmp_path):
     assert done.stdout.startswith(f"ROS 1: {one}\n[1/4] "), done.stdout + done.stderr
     assert system.installed() == names("apt-first.txt")
     system.calls.unlink()
-    system.run("--packages", **ros_rig.sourced(one, {}))
+    system.use_python().run("--packages", **ros_rig.sourced(one, {}))
     assert system.installed() == names("apt.txt")
 
 
 def test_modules_for_the_systems_python_are_no_use_to_another_one(tmp_path):
     system = ros_rig.System(tmp_path, DEBIAN.format(12))
     own = ros_rig.make_ros(tmp_path / "own", ["rospy"], python="")
-    system.run("--packages", **ros_rig.sourced(own, {}))
+    system.use_python().run("--packages", **ros_rig.sourced(own, {}))
     every = names("apt.txt", "apt-first.txt")
     wanted = [name for name in every if not name.startswith("python3-")]
     assert system.installed() == wanted and "python3" in wanted

@@ -1,0 +1,68 @@
+"""The lists of Debian packages in config/: what of one is missing here.
+
+A line is a name, or NAME|OTHER where systems differ; !CODENAME behind it leaves it out on that
+release of Ubuntu; '#' starts a comment.
+"""
+
+import os
+import re
+import subprocess
+
+from commands.paths import ROOT, read
+
+OS_RELEASE = "/etc/os-release"
+
+
+def main(name, ros):
+    """Prints what is missing of a list, a line each: what ./run asks before and after an update.
+
+    Args:
+        name: Of the list.
+        ros: Folder of the ROS 1 that is used; empty for Debian's.
+    """
+    for package in missing(wanted(name, ros)):
+        print(package)
+
+
+def wanted(name, ros=""):
+    """Returns the entries of a list, sorted; of apt.txt also those of the lists that go with it."""
+    files = [name]
+    if name == "apt.txt":
+        files += ["apt-first.txt", *([] if ros else ["apt-ros.txt"])]
+    codename = re.search('^UBUNTU_CODENAME="?(\\w+)', read(OS_RELEASE), re.MULTILINE)
+    left_out = f"!{codename[1]}" if codename else None
+    # A ROS with a Python of its own does not see the modules of the system's.
+    own_python = ros and os.access(f"{ros}/bin/python3", os.X_OK)
+    found = set()
+    for file in files:
+        for line in read(os.path.join(ROOT, "config", file)).splitlines():
+            entry, *but = line.partition("#")[0].split() or [""]
+            if entry and left_out not in but and not (own_python and entry.startswith("python3-")):
+                found.add(entry)
+    return sorted(found)
+
+
+def missing(entries):
+    """Returns what is not installed, of NAME|OTHER the first that apt has or could install."""
+    names = [name for entry in entries for name in entry.split("|")]
+    form = "-f=${db:Status-Abbrev} ${Package}\n"
+    installed = set(re.findall("^.i +(.*)$", _said("dpkg-query", "-W", form, *names), re.MULTILINE))
+    found = []
+    for entry in entries:
+        first, *others = entry.split("|")
+        known = filter(_known, [first, *others]) if others else iter(())
+        chosen = next(known, first)
+        if chosen not in installed:
+            found.append(chosen)
+    return found
+
+
+def _known(name):
+    return re.search("^  Candidate: [^(]", _said("apt-cache", "policy", name), re.MULTILINE)
+
+
+def _said(*words):
+    done = subprocess.run(
+        words, env={**os.environ, "LC_ALL": "C"}, capture_output=True, text=True, check=False
+    )
+    return done.stdout
