@@ -18,6 +18,7 @@ from commands.errors import CommandError
 from commands.paths import (
     CACHE,
     DEVEL,
+    MODELS,
     PYTHON,
     ROOT,
     SOURCES,
@@ -313,6 +314,9 @@ def activated(environ):
     python = environ.get("PYTHONPATH", "").split(":")
     if PYTHON_START not in python:  # behind: a sitecustomize of the caller's comes first
         environ["PYTHONPATH"] = ":".join([*filter(None, python), PYTHON_START])
+    models = environ.get("GAZEBO_MODEL_PATH", "").split(":")
+    if MODELS not in models:
+        environ["GAZEBO_MODEL_PATH"] = ":".join([*filter(None, models), MODELS])
     if not (environ.get("DISPLAY") or environ.get("WAYLAND_DISPLAY")):
         environ.setdefault("QT_QPA_PLATFORM", "xcb;offscreen")  # C++ programs with windows of Qt
     if not has_sound(environ):  # SDL's mixer, of pygame, ends a program where nothing can sound

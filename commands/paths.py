@@ -11,6 +11,7 @@ OUT = os.path.join(ROOT, "out")
 CACHE = os.path.join(ROOT, ".cache")
 LOGS = os.path.join(CACHE, "log")
 VENV = os.path.join(ROOT, ".venv")
+MODELS = os.path.join(CACHE, "gazebo_models")  # of Gazebo's database, by ./run add models
 VENV_STAMP = os.path.join(VENV, ".stamp")  # base and requirements of a complete .venv, a line each
 VENV_PYTHON = os.path.join(VENV, "bin", "python")
 PYTHON = "/usr/bin/python3"

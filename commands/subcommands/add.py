@@ -4,6 +4,7 @@ NAME is one of --list (config/sources/NAME.repos: each was built and started wit
 URL of a git repository, with #BRANCH at its end if it is not to be the default branch. For example:
   ./run add navigation gmapping
   ./run add https://github.com/somebody/their_robot.git#noetic-devel
+  ./run add models PACKAGE|FILE|MODEL ...     # of Gazebo's database: those that they name
 Packages in src/ take the place of stand-ins of the same name. What cannot be built is left out and
 named. A repository that is in src/ already stays as it is. Submodules come, too. Of a package that
 is in two repositories the one of --list is used, else the one that came last.
@@ -14,7 +15,7 @@ import os
 import re
 import subprocess
 
-from commands import bootstrap
+from commands import bootstrap, gazebo_models
 from commands.bootstrap import left_out, workspace
 from commands.errors import CommandError, UsageError, say
 from commands.paths import CACHE, SOURCES, relative, write
@@ -46,6 +47,10 @@ def run(options, _rest):
         return print_list()
     if not options.names:
         raise UsageError("add needs a name", f"usage: ./run add {USAGE}")
+    if options.names[0] == "models":
+        deps.prepare()
+        clone = options.folder and local(gazebo_models.REPOSITORY, options.folder).url
+        return gazebo_models.add(options.names[1:], clone)
     wanted = entries_of(options.names)
     before = set(workspace.users_packages())
     deps.prepare()

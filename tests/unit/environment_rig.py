@@ -24,6 +24,10 @@ case :$PYTHONPATH: in
   *:$root/config/python:*) ;;
   *) export PYTHONPATH=$PYTHONPATH:$root/config/python ;;
 esac
+case :${GAZEBO_MODEL_PATH:-}: in
+  *:$root/.cache/gazebo_models:*) ;;
+  *) export GAZEBO_MODEL_PATH=${GAZEBO_MODEL_PATH:+$GAZEBO_MODEL_PATH:}$root/.cache/gazebo_models ;;
+esac
 if [ -z "$DISPLAY$WAYLAND_DISPLAY" ]; then
   export QT_QPA_PLATFORM="${QT_QPA_PLATFORM:-xcb;offscreen}"
 fi

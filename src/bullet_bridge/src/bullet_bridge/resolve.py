@@ -197,6 +197,9 @@ class Resolver:
         if self._models is None:
             folders = _listed("GAZEBO_MODEL_PATH")
             folders += exported_folders(self._packages, "gazebo_model_path")
+            root = os.environ.get("PADDOCK_ROOT")
+            if root:  # a launch file's <env> may have set another GAZEBO_MODEL_PATH
+                folders.append(os.path.join(root, ".cache", "gazebo_models"))
             folders.append(os.path.join("~", ".gazebo", "models"))
             self._models = list(dict.fromkeys(os.path.expanduser(folder) for folder in folders))
         return self._models
@@ -295,6 +298,9 @@ def log_warnings(warnings: Sequence[str], model: str = "") -> None:
     if len(lines) < len(warnings):
         for warning in warnings[:MOST_DETAILS]:
             _details.info("%s", _with_name(warning, model))
+
+
+_MODEL = re.compile(r"model://([^/\s']+)")
 
 
 def _with_name(line: str, model: str) -> str:
