@@ -14,9 +14,11 @@ from bullet_sim.plugins.forces import (
 )
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-from fake_impl import FakeReceivedCounts, FakeServer, fake_publishers, in_thread, plugin_of
+from fake_impl import FakeReceivedCounts, FakeServer, in_thread, plugin_of
 from geometry_msgs.msg import Twist, Wrench
 from std_srvs.srv import EmptyRequest
+
+GRAVITY = (0.0, 0.0, 0.0)
 
 MASS, INERTIA = 2.0, 0.5
 
@@ -50,18 +52,6 @@ TRIKE = (
     + wheel("right", "0 -0.2 0")
     + "</robot>"
 )
-
-
-@pytest.fixture(name="topics")
-def _topics(monkeypatch):
-    return fake_publishers(monkeypatch)
-
-
-@pytest.fixture(name="world")
-def _world():
-    world = World(gravity=(0.0, 0.0, 0.0))
-    yield world
-    world.close()
 
 
 def command(x, y=0.0, yaw=0.0):

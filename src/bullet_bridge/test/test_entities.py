@@ -9,7 +9,8 @@ from bullet_bridge.services.spawn_text import SpawnText
 from bullet_sim.errors import WorldError
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
-from bullet_sim.world import World
+
+GRAVITY = (0.0, 0.0, 0.0)
 
 LINK = (
     '<link name="{}"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/>'
@@ -24,12 +25,10 @@ TURNED = Pose.from_xyz_rpy((1, 2, 3), (0, 0, math.pi / 2))
 
 
 @pytest.fixture(name="world")
-def _world():
-    world = World(gravity=(0.0, 0.0, 0.0))
+def _world(world):
     world.spawn_urdf("first", URDF, TURNED, str)
     world.spawn_urdf("second", URDF, Pose((10, 0, 0)), str)
-    yield world
-    world.close()
+    return world
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,9 @@ from bullet_bridge.plugins import drives
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.gazebo import InitialVelocitySpec, LiftDragSpec, StandingWheelsSpec
 from bullet_sim.pose import Pose
-from bullet_sim.world import World
 from fake_impl import FakeServer, fake_publishers, in_thread, plugin_of
+
+GRAVITY = (0.0, 0.0, 0.0)
 
 LINK = (
     '<link name="{}"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/>'
@@ -28,13 +29,6 @@ def robot(library, tags):
     links = "".join(map(LINK.format, ("base", "left_link", "right_link")))
     joints = "".join(map(JOINT.format, ("left", "right")))
     return f'<robot name="r">{links}{joints}{PLUGIN.format(library, tags)}</robot>'
-
-
-@pytest.fixture(name="world")
-def _world():
-    world = World(gravity=(0.0, 0.0, 0.0))
-    yield world
-    world.close()
 
 
 def prepared(world, text):

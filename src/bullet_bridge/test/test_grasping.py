@@ -9,24 +9,11 @@ from bullet_bridge.services.attaching import FIELDS, LinkAttacher, attach_type
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
-from bullet_sim.world import World
-from fake_impl import FakeReceivedCounts, fake_publishers, plugin_of
+from fake_impl import FakeReceivedCounts, plugin_of
 from std_msgs.msg import String
 
 INERTIA = '<inertial><mass value="{0}"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial>'
 BOX = '<collision><geometry><box size="{0}"/></geometry></collision>'
-
-
-@pytest.fixture(name="topics")
-def _topics(monkeypatch):
-    return fake_publishers(monkeypatch)
-
-
-@pytest.fixture(name="world")
-def _world():
-    world = World()
-    yield world
-    world.close()
 
 
 def finger(side, x):

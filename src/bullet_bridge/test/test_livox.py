@@ -7,9 +7,10 @@ import pytest
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
-from bullet_sim.world import World
-from fake_impl import fake_publishers, plugin_of
+from fake_impl import plugin_of
 from sensor_msgs.msg import PointCloud, PointCloud2
+
+GRAVITY = (0.0, 0.0, 0.0)
 
 WALL = (
     '<model name="w"><static>true</static><link name="l"><collision name="c"><laser_retro>9'
@@ -43,17 +44,10 @@ def _pattern(tmp_path):
     return path
 
 
-@pytest.fixture(name="topics")
-def _topics(monkeypatch):
-    return fake_publishers(monkeypatch)
-
-
 @pytest.fixture(name="world")
-def _world():
-    world = World(gravity=(0.0, 0.0, 0.0))
+def _world(world):
     world.spawn_sdf("wall", WALL, Pose((5.1, 0.0, 0.0)), str)
-    yield world
-    world.close()
+    return world
 
 
 def plugin(world, text):

@@ -24,12 +24,10 @@ from bullet_sim.plugins.spec import PluginSpec, SensorSpec
 from bullet_sim.pose import Pose
 from bullet_sim.render.request import Frame
 from bullet_sim.sensors import camera
-from bullet_sim.world import World
 from fake_impl import (
     FakeReceivedCounts,
     FakeServer,
     Topic,
-    fake_publishers,
     in_thread,
     plugin_of,
 )
@@ -56,17 +54,10 @@ CRATE = (
 )
 
 
-@pytest.fixture(name="topics")
-def _topics(monkeypatch):
-    return fake_publishers(monkeypatch)
-
-
 @pytest.fixture(name="world")
-def _world():
-    world = World()
+def _world(world):
     world.spawn(sdf.ground_plane())
-    yield world
-    world.close()
+    return world
 
 
 @pytest.fixture(name="bot")

@@ -24,7 +24,7 @@ from bullet_sim.plugins.inertial import (
 from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
-from fake_impl import FakeReceivedCounts, FakeServer, fake_publishers, in_thread, plugin_of
+from fake_impl import FakeReceivedCounts, FakeServer, in_thread, plugin_of
 from geometry_msgs.msg import Twist, Vector3
 from hector_gazebo_plugins.srv import SetBiasRequest, SetReferenceGeoPoseRequest
 from sensor_msgs.msg import PointCloud, Range
@@ -49,18 +49,11 @@ CART = (
 )
 
 
-@pytest.fixture(name="topics")
-def _topics(monkeypatch):
-    return fake_publishers(monkeypatch)
-
-
 @pytest.fixture(name="world")
-def _world():
-    world = World()
+def _world(world):
     world.spawn(ground_plane())
     world.spawn_sdf("wall", WALL, Pose((5.1, 0.0, 0.0)), str)
-    yield world
-    world.close()
+    return world
 
 
 @pytest.fixture(name="cart")

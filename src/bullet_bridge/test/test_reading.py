@@ -6,19 +6,11 @@ import pytest
 from bullet_bridge.resolve import GAZEBO_WORLDS, Resolver, load_world, log_warnings
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.warnings import is_loss
-from bullet_sim.world import World
 
 from bullet_bridge import resolve
 
 WORLD = """<sdf version="1.6"><world name="w"><physics><max_step_size>0.002</max_step_size>
 <real_time_update_rate>{}</real_time_update_rate></physics>{}</world></sdf>"""
-
-
-@pytest.fixture(name="world")
-def _world():
-    world = World()
-    yield world
-    world.close()
 
 
 @pytest.fixture(name="logged")

@@ -7,10 +7,11 @@ from bullet_bridge.plugins import servos
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.servos import ServoSpec
 from bullet_sim.pose import Pose, multiply
-from bullet_sim.world import World
 from fake_impl import fake_publishers, plugin_of
 from geometry_msgs.msg import Quaternion, QuaternionStamped
 from std_msgs.msg import Header
+
+GRAVITY = (0.0, 0.0, 0.0)
 
 LINK = (
     '<link name="{}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/>'
@@ -37,13 +38,6 @@ def robot(tags, library="servo_plugin"):
 def _topics(monkeypatch):
     monkeypatch.setattr(servos.ServoPlugin, "transforms", lambda _: None)
     return fake_publishers(monkeypatch)
-
-
-@pytest.fixture(name="world")
-def _world():
-    world = World(gravity=(0.0, 0.0, 0.0))
-    yield world
-    world.close()
 
 
 def about(axis, angle):

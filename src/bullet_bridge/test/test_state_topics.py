@@ -7,8 +7,9 @@ from bullet_bridge.plugins import states as state_topics
 from bullet_bridge.plugins.states import METRICS_PERIOD, PerformanceTopic, StateTopics
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
-from bullet_sim.world import World
 from fake_impl import fake_publishers
+
+GRAVITY = (0.0, 0.0, 0.0)
 
 URDF = (
     '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" '
@@ -23,13 +24,11 @@ def _topics(monkeypatch):
 
 
 @pytest.fixture(name="world")
-def _world():
-    world = World(gravity=(0.0, 0.0, 0.0))
+def _world(world):
     world.spawn(sdf.ground_plane())
     world.spawn_urdf("bot", URDF, Pose((1, 2, 3)), str)
     world.model("bot").set_state(Pose((1, 2, 3)), (0.1, 0, 0), (0, 0, 0.2))
-    yield world
-    world.close()
+    return world
 
 
 def run(world, reporter, steps):

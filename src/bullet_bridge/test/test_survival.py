@@ -23,6 +23,8 @@ from test_server import Rig as Loop
 
 from bullet_bridge import robots
 
+GRAVITY = (0.0, 0.0, 0.0)
+
 IMU = (
     '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
     'izz="0.1"/></inertial></link><gazebo reference="base"><sensor name="i" type="imu">'
@@ -56,13 +58,6 @@ class Topics(dict):
 @pytest.fixture(name="topics")
 def _endpoints(monkeypatch):
     return Topics(monkeypatch)
-
-
-@pytest.fixture(name="world")
-def _world():
-    world = World(gravity=(0.0, 0.0, 0.0))
-    yield world
-    world.close()
 
 
 def test_a_body_that_is_nowhere_stops_only_its_own_sensor(world, topics):

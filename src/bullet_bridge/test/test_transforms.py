@@ -5,7 +5,6 @@ from bullet_bridge.plugins import transforms
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.plugins.transforms import JointTransformsSpec, RootTransformSpec
 from bullet_sim.pose import Pose
-from bullet_sim.world import World
 from fake_impl import fake_publishers, plugin_of
 
 MASS = (
@@ -38,11 +37,9 @@ def _topics(monkeypatch):
 
 
 @pytest.fixture(name="world")
-def _world():
-    world = World()
+def _world(world):
     world.spawn(sdf.ground_plane())
-    yield world
-    world.close()
+    return world
 
 
 def output(world, model, number=0):

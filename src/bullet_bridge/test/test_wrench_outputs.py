@@ -9,8 +9,7 @@ from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.cameras import CameraSpec, RangeCameraSpec
 from bullet_sim.pose import Pose
 from bullet_sim.render.request import Frame
-from bullet_sim.world import World
-from fake_impl import fake_publishers, plugin_of
+from fake_impl import plugin_of
 from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Header
@@ -33,18 +32,6 @@ def _robot(joint, plugin):
         '<parent link="world"/><child link="a"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" '
         f'effort="9" velocity="9"/></joint>{plugin}</robot>'
     )
-
-
-@pytest.fixture(name="topics")
-def _topics(monkeypatch):
-    return fake_publishers(monkeypatch)
-
-
-@pytest.fixture(name="world")
-def _world():
-    world = World()
-    yield world
-    world.close()
 
 
 def _output(world, text):
