@@ -36,54 +36,17 @@ def test_force_based_move_has_hectors_defaults():
     assert warnings == []
 
 
-def test_force_based_move_reads_all_of_its_parameters():
-    tags = (
-        "<robotNamespace>ns</robotNamespace><commandTopic>go</commandTopic><odometryTopic>o"
-        "</odometryTopic><odometryFrame>of</odometryFrame><robotBaseFrame>base</robotBaseFrame>"
-        "<x_velocity_p_gain>1</x_velocity_p_gain><y_velocity_p_gain>2</y_velocity_p_gain>"
-        "<yaw_velocity_p_gain>3</yaw_velocity_p_gain><odometryRate>50</odometryRate>"
-        "<publishOdometryTf>false</publishOdometryTf>"
-    )
-    ((spec,), _) = read("gazebo_ros_force_based_move", tags)
-    assert (spec.base, spec.gains, spec.rate, spec.publish_tf) == ("base", (1, 2, 3), 50.0, False)
-    assert (spec.command_topic, spec.topic) == ("/ns/go", "/ns/o")
-    assert (spec.frame_id, spec.child_frame_id) == ("of", "base")
-
-
 @pytest.mark.parametrize(
-    "library, tags, timeout, maxima, sideways, holds",
+    "name, timeout, maxima, sideways, holds",
     [
-        ("ridgeback_ros_force_based_move", "", 0.25, UNLIMITED, False, False),
-        (
-            "ridgeback_ros_force_based_move",
-            "<cmdVelTimeOut>1</cmdVelTimeOut>",
-            1.0,
-            UNLIMITED,
-            False,
-            False,
-        ),
-        ("nexus_ros_force_based_move", "", 0.25, (0.6, 0.6, 0.5), True, False),
-        (
-            "nexus_ros_force_based_move",
-            "<max_x_velocity>2</max_x_velocity><max_yaw_velocity>3</max_yaw_velocity>",
-            0.25,
-            (2.0, 2.0, 3.0),
-            True,
-            False,
-        ),
-        (
-            "robotnik_force_based_move",
-            "<commandWatchdog>1</commandWatchdog>",
-            1.0,
-            UNLIMITED,
-            True,
-            True,
-        ),
-        ("r550_force_based_move", "", -1.0, UNLIMITED, True, False),
+        ("ridgeback_ros", 0.25, UNLIMITED, False, False),
+        ("nexus_ros", 0.25, (0.6, 0.6, 0.5), True, False),
+        ("robotnik", 2.0, UNLIMITED, True, True),
+        ("r550", -1.0, UNLIMITED, True, False),
     ],
 )
-def test_packages_variants_of_force_based_move(library, tags, timeout, maxima, sideways, holds):
-    ((spec,), _) = read(library, tags)
+def test_packages_variants_of_force_based_move(name, timeout, maxima, sideways, holds):
+    ((spec,), _) = read(f"{name}_force_based_move", "")
     assert (spec.timeout, spec.maxima) == (timeout, maxima)
     assert (spec.sideways, spec.holds) == (sideways, holds)
 
@@ -108,31 +71,13 @@ def test_tricycle_has_upstreams_defaults():
     )
 
 
-def test_tricycle_reads_all_of_its_parameters():
-    tags = WHEELS + (
-        "<actuatedWheelDiameter>0.2</actuatedWheelDiameter><encoderWheelDiameter>0.3"
-        "</encoderWheelDiameter><encoderWheelSeparation>0.7</encoderWheelSeparation>"
-        "<wheelTorque>9</wheelTorque><wheelAcceleration>2</wheelAcceleration>"
-        "<wheelSpeedTolerance>0.1</wheelSpeedTolerance><steeringSpeed>0.4</steeringSpeed>"
-        "<steeringAngleTolerance>0.02</steeringAngleTolerance><odometrySource>encoder"
-        "</odometrySource><updateRate>20</updateRate><publishWheelTF>true</publishWheelTF>"
-        "<publishWheelJointState>true</publishWheelJointState><commandTopic>c</commandTopic>"
-        "<odometryTopic>o</odometryTopic><odometryFrame>f</odometryFrame>"
-        "<robotBaseFrame>b</robotBaseFrame><robotNamespace>ns</robotNamespace>"
-    )
+@pytest.mark.parametrize(
+    "tags, wanted", [("", 2.0), ("<wheelDeceleration>5</wheelDeceleration>", 5.0)]
+)
+def test_a_tricycle_brakes_as_it_accelerates_unless_it_is_told(tags, wanted):
+    tags = WHEELS + "<wheelAcceleration>2</wheelAcceleration>" + tags
     ((spec,), _) = read("gazebo_ros_tricycle_drive", tags)
-    assert (spec.diameter, spec.encoder_diameter, spec.separation) == (0.2, 0.3, 0.7)
-    assert (spec.torque, spec.acceleration, spec.deceleration) == (9.0, 2.0, 2.0)
-    assert (spec.speed_tolerance, spec.steering_speed, spec.angle_tolerance) == (0.1, 0.4, 0.02)
-    assert (spec.from_wheels, spec.rate) == (True, 20.0)
-    assert spec.wheel_states_topic == "/ns/joint_states"
-    assert spec.wheel_frames[0] == ("base_footprint", "steer_j")
-    assert (spec.command_topic, spec.topic) == ("/ns/c", "/ns/o")
-    assert (spec.frame_id, spec.child_frame_id) == ("f", "b")
-    ((spec,), _) = read(
-        "gazebo_ros_tricycle_drive", tags + "<wheelDeceleration>5</wheelDeceleration>"
-    )
-    assert spec.deceleration == 5.0
+    assert (spec.acceleration, spec.deceleration) == (2.0, wanted)
 
 
 def test_a_tricycle_without_a_joint_or_a_size_is_left_out():
@@ -152,28 +97,14 @@ SIX = "".join(
 
 
 def test_hectors_bases_of_many_wheels():
-    ((spec,), _) = read("diffdrive_plugin_6w", SIX + "<topicName>go</topicName>")
-    assert (spec.left, spec.right) == (("left_j",) * 3, ("right_j",) * 3)
-    assert (spec.separation, spec.diameter, spec.rate) == (0.34, 0.15, 0.0)
-    assert (spec.command_topic, spec.topic) == ("/go", "/odom")
+    ((spec,), _) = read("diffdrive_plugin_6w", SIX)
+    assert (spec.left, spec.right, spec.rate) == (("left_j",) * 3, ("right_j",) * 3, 0.0)
     assert (spec.publish_odometry, spec.publish_tf, spec.resets) == (False, False, True)
-    tags = (
-        "<leftJoints>left_j front_j</leftJoints><rightJoints>right_j</rightJoints><wheelSeparation>"
-        "0.5</wheelSeparation><wheelDiameter>0.2</wheelDiameter><updateRate>50</updateRate>"
-        "<publishOdometryTf>false</publishOdometryTf><commandTopic>c</commandTopic>"
-    )
+    tags = "<leftJoints>left_j front_j</leftJoints><rightJoints>right_j</rightJoints>"
     ((spec,), _) = read("diffdrive_plugin_multi_wheel", tags)
-    assert spec == ManyWheelsSpec(
-        "p",
-        "base_footprint",
-        left=("left_j", "front_j"),
-        right=("right_j",),
-        separation=0.5,
-        diameter=0.2,
-        publish_odometry=True,
-        rate=50.0,
-        command_topic="/c",
-    )
+    wheels = {"left": ("left_j", "front_j"), "right": ("right_j",)}
+    both = {"publish_odometry": True, "publish_tf": True}
+    assert spec == ManyWheelsSpec("p", "base_footprint", **wheels, **both, rate=100.0)
     specs, warnings = read("diffdrive_plugin_multi_wheel", "")
     assert specs == [] and "names joints (none)" in warnings[0]
 

@@ -197,26 +197,6 @@ def test_depth_camera_defaults(plugin, furthest):
     assert (spec.points_topic, spec.cutoff, spec.cutoff_max) == ("/k/points", 0.4, furthest)
 
 
-def test_depth_camera_names_and_cutoffs():
-    spec = one(
-        sensor(
-            "depth",
-            "libgazebo_ros_openni_kinect.so",
-            (
-                "<robotNamespace>n</robotNamespace><cameraName>k</cameraName><depthImageTopicName>d/i"
-                "</depthImageTopicName><pointCloudTopicName>/cloud</pointCloudTopicName>"
-                "<depthImageCameraInfoTopicName>d/c</depthImageCameraInfoTopicName><frameName>o"
-                "</frameName><pointCloudCutoff>0.1</pointCloudCutoff><pointCloudCutoffMax>8"
-                "</pointCloudCutoffMax><useDepth16UC1Format>true</useDepth16UC1Format>"
-            ),
-            CAMERA,
-        )
-    )
-    assert (spec.depth_topic, spec.depth_info_topic) == ("/n/k/d/i", "/n/k/d/c")
-    assert (spec.points_topic, spec.frame_id) == ("/cloud", "o")
-    assert (spec.cutoff, spec.cutoff_max, spec.millimeters) == (0.1, 8.0, True)
-
-
 RAY = (
     "<update_rate>40</update_rate><visualize>true</visualize><ray><scan><horizontal><samples>"
     "181</samples><min_angle>-1.5</min_angle><max_angle>1.5</max_angle></horizontal></scan>"
@@ -267,11 +247,6 @@ def test_lidar(kind, plugin):
     )
 
 
-def test_lidar_defaults_are_the_plugins():
-    spec = one(sensor("ray", "libgazebo_ros_laser.so", "", RAY))
-    assert (spec.topic, spec.frame_id) == ("/world", "world")
-
-
 def test_imu_sensor():
     inside = (
         '<update_rate>200</update_rate><imu><angular_velocity><x><noise type="gaussian">'
@@ -288,11 +263,6 @@ def test_imu_sensor():
     assert spec.gyro_noise_stddev == pytest.approx((0.5, 0.4, 0.4))
     assert spec.accel_noise_stddev == pytest.approx(0.4)
     assert spec.variance == pytest.approx(0.16)
-
-
-def test_imu_sensor_defaults():
-    spec = one(sensor("imu", "libgazebo_ros_imu_sensor.so", "<frameName>f</frameName>"), "tank")
-    assert (spec.topic, spec.frame_id, spec.rate) == ("/tank/imu_data", "f", 1.0)
 
 
 @pytest.mark.parametrize(

@@ -6,14 +6,7 @@ import numpy as np
 import pytest
 from bullet_sim.description.world import Place
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.plugins.drives import PlanarMoveSpec, WheelDriveSpec
-from bullet_sim.plugins.inertial import (
-    BiasedImuSpec,
-    ErrorModel,
-    GpsSpec,
-    MagneticSpec,
-    ModelImuSpec,
-)
+from bullet_sim.plugins.drives import WheelDriveSpec
 from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec, RaySpec
 from bullet_sim.sensors import inertial
 from bullet_sim.sensors.lidar import LayeredLidar
@@ -55,60 +48,21 @@ VERTICAL = (
     "gazebo, kind, values",
     [
         (
-            plugin("hector_gazebo_ros_imu", "<updateRate>50</updateRate><bodyName>left</bodyName>"
-                   "<accelGaussianNoise>0.1 0.2 0.1</accelGaussianNoise>"),
-            BiasedImuSpec,
-            {"topic": "/imu", "rate": 50.0, "link": "left", "frame_id": "left",
-             "accel": ErrorModel(noise=(0.1, 0.2, 0.1)), "gyro": ErrorModel(),
-             "service": "/imu/calibrate", "bias_topic": "/imu/bias"},
-        ),
-        (
-            plugin("hector_gazebo_ros_gps", "<robotNamespace>car</robotNamespace>"
-                   "<referenceLatitude>10</referenceLatitude><referenceHeading>90</referenceHeading>"
-                   "<gaussianNoise>0.5</gaussianNoise>"),
-            GpsSpec,
-            {"topic": "/car/fix", "velocity_topic": "/car/fix_velocity", "rate": 4.0,
-             "latitude": 10.0, "longitude": 8.9, "heading": math.pi / 2, "frame_id": "/world",
-             "errors": ErrorModel(noise=(0.5, 0.5, 0.5)), "velocity_errors": ErrorModel()},
-        ),
-        (
-            plugin("hector_gazebo_ros_magnetic", "<inclination>45</inclination>"),
-            MagneticSpec,
-            {"topic": "/magnetic", "magnitude": 0.44, "inclination": math.pi / 4,
-             "frame_id": "base", "field_message": False},
-        ),
-        (
-            plugin("gazebo_ros_planar_move", "<odometryRate>5</odometryRate>"),
-            PlanarMoveSpec,
-            {"rate": 5.0, "command_topic": "/cmd_vel", "topic": "/odom", "timeout": -1.0},
-        ),
-        (
-            ray("gazebo_ros_velodyne_laser", "<topicName>points</topicName><min_range>0.5"
-                "</min_range><frameName>velo</frameName>", VERTICAL),
+            ray("gazebo_ros_velodyne_laser", "<min_range>0.5</min_range>", VERTICAL),
             CloudSpec,
-            {"topic": "/points", "layers": 3, "min_elevation": -0.2, "max_elevation": 0.1,
-             "range_min": 0.5, "range_max": 20.0, "frame_id": "velo"},
+            {"layers": 3, "min_elevation": -0.2, "max_elevation": 0.1, "range_min": 0.5,
+             "range_max": 20.0},
         ),
+        (ray("gazebo_ros_block_laser", vertical=VERTICAL), BlockCloudSpec, {"layers": 3}),
         (
-            ray("gazebo_ros_block_laser", vertical=VERTICAL),
-            BlockCloudSpec,
-            {"layers": 3, "rate": 10.0},
-        ),
-        (
-            ray("gazebo_ros_range", "<radiation>ultrasound</radiation><fov>0.3</fov>"),
+            ray("gazebo_ros_range", "<radiation>ultrasound</radiation>"),
             RangeSpec,
-            {"infrared": False, "field_of_view": 0.3, "topic": "/range"},
+            {"infrared": False, "topic": "/range"},
         ),
         (
             ray("hector_gazebo_ros_sonar", vertical=VERTICAL),
             RangeSpec,
-            {"infrared": False, "field_of_view": pytest.approx(0.3), "topic": "/sonar",
-             "frame_id": "/sonar_link", "rate": 10.0},
-        ),
-        (
-            ray("hector_gazebo_ros_sonar", "<updateRate>40</updateRate><frameId>s</frameId>"),
-            RangeSpec,
-            {"rate": 40.0, "frame_id": "s"},
+            {"infrared": False, "field_of_view": pytest.approx(0.3)},
         ),
         (  # rays are samples times resolution, as Gazebo counts them
             ray("gazebo_ros_laser", "<topicName>scan</topicName><frameName/>").replace(
@@ -117,28 +71,15 @@ VERTICAL = (
             {"samples": 410, "topic": "/scan", "frame_id": ""},
         ),
         (
-            plugin("gazebo_ros_imu", "<bodyName>left</bodyName><serviceName>/imu_service"
-                   "</serviceName>"),
-            ModelImuSpec,
-            {"frame_id": "left", "service": "/imu_service", "topic": "/default_imu"},
-        ),
-        (
             plugin("gazebo_ros_diff_drive", "<leftJoint>l</leftJoint><rightJoint>r</rightJoint>"
-                   "<legacyMode>false</legacyMode><robotNamespace>car</robotNamespace>"
-                   "<publishWheelTF>true</publishWheelTF>"
-                   "<publishWheelJointState>true</publishWheelJointState>"),
+                   "<legacyMode>false</legacyMode><publishWheelTF>true</publishWheelTF>"),
             WheelDriveSpec,
-            {"wheel_states_topic": "/car/joint_states",
-             "wheel_frames": {"r": ("base", "right"), "l": ("base", "left")}},
-        ),
-        (
-            plugin("gazebo_ros_diff_drive", "<leftJoint>l</leftJoint><rightJoint>r</rightJoint>"),
-            WheelDriveSpec,
-            {"wheel_states_topic": "", "wheel_frames": {}, "command_topic": "/bot/cmd_vel"},
+            {"wheel_frames": {"r": ("base", "right"), "l": ("base", "left")}},
         ),
     ],
 )  # fmt: skip
 def test_what_is_read(gazebo, kind, values):
+    """Beside the single parameters of plugin_parameters.yaml."""
     spec = one(gazebo)
     assert type(spec) is kind
     assert {name: getattr(spec, name) for name in values} == values
@@ -234,36 +175,9 @@ def test_frames_are_of_the_link_that_fixed_joints_merge_into_as_in_gazebo(librar
     assert (spec.link, spec.frame_id) == (link, frame)
 
 
-def test_covariances_of_hectors_imu():
-    spec = one(
-        plugin(
-            "hector_gazebo_ros_imu",
-            "<accelGaussianNoise>0.1 0.2 0.3</accelGaussianNoise><rateGaussianNoise>0.5"
-            "</rateGaussianNoise><headingGaussianNoise>0.4</headingGaussianNoise>",
-        )
-    )
-    assert spec.accel.noise == (0.1, 0.2, 0.3)
-    assert spec.gyro.noise == (0.5,) * 3 and spec.heading.noise == (0.4,) * 3
-
-
-@pytest.mark.parametrize(
-    "library, prefix, field",
-    [
-        ("hector_gazebo_ros_imu", "accel", "accel"),
-        ("hector_gazebo_ros_imu", "rate", "gyro"),
-        ("hector_gazebo_ros_imu", "yaw", "heading"),
-        ("hector_gazebo_ros_gps", "", "errors"),
-        ("hector_gazebo_ros_gps", "velocity", "velocity_errors"),
-        ("hector_gazebo_ros_magnetic", "", "errors"),
-    ],
-)
-def test_errors_of_hectors_sensors(library, prefix, field):
-    values = {"Offset": 1, "Drift": 2, "DriftFrequency": 3, "GaussianNoise": 4, "ScaleError": 5}
-    names = {f"{prefix}{name}" if prefix else name[0].lower() + name[1:]: v
-             for name, v in values.items()}  # fmt: skip
-    tags = "".join(f"<{name}>{value}</{name}>" for name, value in names.items())
-    wanted = ErrorModel(*((float(value),) * 3 for value in values.values()))
-    assert getattr(one(plugin(library, tags)), field) == wanted
+def test_the_heading_of_an_older_hectors_imu():
+    spec = one(plugin("hector_gazebo_ros_imu", "<headingGaussianNoise>0.4</headingGaussianNoise>"))
+    assert spec.heading.noise == (0.4,) * 3
 
 
 def test_a_gaussian_noise_of_hectors_imu_is_that_of_rates_and_acceleration():
