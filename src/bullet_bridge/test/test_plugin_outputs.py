@@ -266,7 +266,7 @@ def test_what_is_reconfigured_counts_for_all_axes(topics, world, cart):
     server = FakeServer.made["/fix/position"]
     assert server.values["offset"] == pytest.approx(2.0) and server.config.max["offset"] == 10.0
     server.callback({**server.values, "offset": 5.0, "gaussian_noise": 0.0, "drift": 0.5}, 1)
-    output._errors.drift = (0.0, 0.0, 0.0)
+    output.errors[0].drift = (0.0, 0.0, 0.0)
     output.update(2.0, 0.0)
     fix = topics["/fix"].messages[-1]
     assert fix.altitude == pytest.approx(5.0 + cart.pose.position[2], abs=0.2)
@@ -390,12 +390,12 @@ def test_a_heading_error_turns_the_orientation(topics, world, cart):
 def test_a_drift_of_a_gps_velocity_adds_up_in_its_position(topics, world, cart):
     drifting = ErrorModel(drift=(5.0, 0.0, 0.0), frequency=(0.0, 0.0, 0.0))
     output = made(GpsSpec("g", "base", velocity_errors=drifting), world, cart)
-    first = output._velocity_errors.drift[0]
+    first = output.errors[1].drift[0]
     assert first != 0.0, "random at the start"
     for time in range(1, 4):
         output.update(float(time), 1.0)
-    assert output._velocity_errors.drift[0] == first, "it decays and wanders with no frequency"
-    assert output._errors.drift[0] == pytest.approx(3.0 * first, rel=1e-3)
+    assert output.errors[1].drift[0] == first, "it decays and wanders with no frequency"
+    assert output.errors[0].drift[0] == pytest.approx(3.0 * first, rel=1e-3)
     assert topics["/fix"].messages[-1].position_covariance[0] == 0.0
     assert topics["/fix_velocity"].messages[-1].vector.x == pytest.approx(first, rel=1e-3)
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import rospy
+from bullet_sim.description.world import WorldDescription
 from bullet_sim.engine import SOLVERS
 from bullet_sim.errors import SimError
 from bullet_sim.files import keep_python_output
@@ -195,24 +196,8 @@ def make_server(parts: ExitStack) -> Server:
     set_time = set_process_time if uses_sim_time() else None
     clock = SimClock(config.clock_rate, world.time_step, set_time=set_time, latch=config.lockstep)
     server = Server(world, jobs, robots, config, clock, relay=relay)
-    networked = config.enable_ros_network
-    if networked:
-        GazeboServices(
-            world,
-            jobs,
-            robots,
-            server,
-            resolve,
-            config.states_rate,
-            rospy.get_name(),
-            resolve.missing_package if config.missing_packages == "refuse" else lambda text: None,
-        )
-        advertise_json("~statistics", jobs, server.statistics)
-        advertise_json("~describe", jobs, Describer(world, robots, described).describe)
-        advertise_views(world, jobs, server)
-    else:
-        rospy.loginfo("ROS topics and services of the world are disabled (enable_ros_network)")
-    if networked or config.lockstep:
+    advertise(config, world, jobs, robots, server, resolve, described)
+    if config.enable_ros_network or config.lockstep:
         StepService(jobs, server, received, config.step_timeout)
     robots.connect_world_models()
     if described is not None and "gazebo_ros_link_attacher" in described.plugins:
@@ -221,6 +206,27 @@ def make_server(parts: ExitStack) -> Server:
     pace = f"real time x {factor:g}" if factor else "as fast as possible"
     rospy.loginfo("world '%s' is up: step %g s, %s", world.name, world.time_step, pace)
     return server
+
+
+def advertise(
+    config: Config,
+    world: World,
+    jobs: JobQueue,
+    robots: Robots,
+    server: Server,
+    resolve: Resolver,
+    described: WorldDescription | None,
+) -> None:
+    """Advertise what is below the node's name, unless enable_ros_network is false."""
+    if not config.enable_ros_network:
+        rospy.loginfo("ROS topics and services of the world are disabled (enable_ros_network)")
+        return
+    missing = resolve.missing_package if config.missing_packages == "refuse" else lambda text: None
+    rate, prefix = config.states_rate, rospy.get_name()
+    GazeboServices(world, jobs, robots, server, resolve, rate, prefix, missing)
+    advertise_json("~statistics", jobs, server.statistics)
+    advertise_json("~describe", jobs, Describer(world, robots, described).describe)
+    advertise_views(world, jobs, server)
 
 
 def uses_sim_time() -> bool:

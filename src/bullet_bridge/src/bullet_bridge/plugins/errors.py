@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
 
 from bullet_sim.plugins.inertial import ErrorModel
 from bullet_sim.sensors.errors import SensorErrors
@@ -32,7 +32,30 @@ _FIELDS = {  # of SensorModel.cfg -> of an ErrorModel
 
 
 class TunedSensor(Sensor):
-    """A sensor with hector's errors, which dynamic_reconfigure changes."""
+    """A sensor with hector's errors, which dynamic_reconfigure changes.
+
+    Attributes:
+        errors: of its measurements, in the order in which they restart.
+    """
+
+    STATE: ClassVar[tuple[str, ...]] = ("errors", "_measured")
+    errors: tuple[SensorErrors, ...] = ()
+
+    def reset(self, time: float) -> None:
+        """With random errors, as their drifts give them."""
+        super().reset(time)
+        self._measured = time
+        self.restart_errors()
+
+    def restart_errors(self) -> None:
+        """Start all of them again."""
+        for errors in self.errors:
+            errors.restart(self.rng)
+
+    def elapsed(self, time: float) -> float:
+        """Time since the last measurement, or the reset [s]."""
+        before, self._measured = self._measured, time
+        return time - before
 
     def tune(
         self, namespace: str, errors: SensorErrors, changed: Callable[[], None] = lambda: None

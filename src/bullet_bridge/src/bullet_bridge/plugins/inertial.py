@@ -212,15 +212,13 @@ class BiasedImuSensor(ImuSensor, TunedSensor):
     orientation and the axes of accelerations; rates are in the sensor's own axes.
     """
 
-    STATE = ("_gyro", "_force", "_heading", "_measured")
     CACHE = ("_gravity", "_link")
     resets = True
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
-        self._gyro, self._force = SensorErrors(spec.gyro), SensorErrors(spec.accel)
-        self._heading = SensorErrors(spec.heading)
+        self.errors = tuple(map(SensorErrors, (spec.accel, spec.gyro, spec.heading)))
         self._gravity: float | None = None  # [m/s^2] that the sent variances are computed with
         self._bias_sender = None
         if spec.bias_topic:
@@ -232,7 +230,7 @@ class BiasedImuSensor(ImuSensor, TunedSensor):
         ):
             self.service(f"{spec.topic}/{name}", SetBias, self._handler(set_bias))
         self._turn = Pose.from_xyz_rpy(*spec.pose).orientation
-        for name, errors in (("accel", self._force), ("rate", self._gyro), ("yaw", self._heading)):
+        for name, errors in zip(("accel", "rate", "yaw"), self.errors):
             self.tune(f"{spec.topic}/{name}", errors)
 
     def _ideal(self, time: float) -> tuple[Quat, Vec3, Vec3]:
@@ -255,32 +253,25 @@ class BiasedImuSensor(ImuSensor, TunedSensor):
         return handle
 
     def _set_force_bias(self, bias: Vec3) -> None:
-        self._force.drift = bias
+        self.errors[0].drift = bias
 
     def _set_rate_bias(self, bias: Vec3) -> None:
-        self._gyro.drift = bias
+        self.errors[1].drift = bias
 
     def _on_calibrate(self, request: Any) -> EmptyResponse:
         """The gyroscopes lose their bias."""
         self.call(lambda: self._set_rate_bias(_NO_BIAS))
         return super()._on_calibrate(request)
 
-    def reset(self, time: float) -> None:
-        """With random biases, as its drifts give them."""
-        super().reset(time)
-        self._measured = time
-        for errors in (self._force, self._gyro, self._heading):
-            errors.restart(self.rng)
-
     def read(self, time: float) -> tuple[Quat, Vec3, Vec3]:
         """As an ImuSensor, with the biases, which also tilt and turn the orientation."""
-        spec, period = self.spec, time - self._measured
-        self._measured = time
+        spec, period = self.spec, self.elapsed(time)
         orientation, rate, force = self._ideal(time)
-        force = self._force.measured(force, period, self.rng)
-        rate = self._gyro.measured(rate, period, self.rng)
-        self._heading.measured(_NO_BIAS, period, self.rng)
-        tilting = self._force.bias
+        of_force, of_rate, of_heading = self.errors
+        force = of_force.measured(force, period, self.rng)
+        rate = of_rate.measured(rate, period, self.rng)
+        of_heading.measured(_NO_BIAS, period, self.rng)
+        tilting = of_force.bias
         gravity = math.hypot(*self.world.gravity)
         if gravity != self._gravity:
             self._gravity = gravity
@@ -289,13 +280,13 @@ class BiasedImuSensor(ImuSensor, TunedSensor):
             self._sender.set_variances([*tilt, spec.heading.noise[0] ** 2], rates, forces)
         if gravity > 0.0 and any(tilting):
             orientation = inertial.tilt_error(orientation, tilting, gravity, self._link)
-        if yaw := self._heading.bias[0]:
+        if yaw := of_heading.bias[0]:
             orientation = multiply(quaternion_from_yaw(yaw), orientation)
         if self._bias_sender is not None:
             self._bias_sender.send(
                 time,
                 (0.0, 0.0, 0.0, 1.0),
-                self._gyro.bias,
+                of_rate.bias,
                 tilting,
             )
         return orientation, rate, force
@@ -311,7 +302,7 @@ class GpsSensor(TunedSensor):
     The velocity's axes point to the north, to the west and up.
     """
 
-    STATE = ("_reference", "_errors", "_velocity_errors", "_measured", "_status")
+    STATE = ("_reference", "_status")
     message = NavSatFix
     resets = True
 
@@ -322,14 +313,13 @@ class GpsSensor(TunedSensor):
         given = {name: value for name, value in given.items() if value is not None}
         self._reference: Place = replace(self.world.place, **given)
         self._meters = inertial.radii(self._reference.latitude)  # they stay, as upstream
-        self._errors = SensorErrors(spec.errors)
-        self._velocity_errors = SensorErrors(spec.velocity_errors)
+        self.errors = SensorErrors(spec.errors), SensorErrors(spec.velocity_errors)
         self._status = (spec.status, spec.service)
         self._velocities = self.publisher(spec.velocity_topic, Vector3Stamped)
         name = f"{spec.topic}/set_reference_geopose"
         self.service(name, SetReferenceGeoPose, self._on_reference)
-        self.tune(f"{spec.topic}/position", self._errors)
-        self.tune(f"{spec.topic}/velocity", self._velocity_errors)
+        for name, errors in zip(("position", "velocity"), self.errors):
+            self.tune(f"{spec.topic}/{name}", errors)
         values = _gnss_values(spec.status, spec.service)
         self.reconfigure(f"{spec.topic}/status", GNSS, values, self._on_status)
 
@@ -354,29 +344,20 @@ class GpsSensor(TunedSensor):
 
         def change() -> None:
             self._reference = Place(*numbers)
-            self._restart_errors()
+            self.restart_errors()
 
         self.call(change)
         return SetReferenceGeoPoseResponse()
 
-    def reset(self, time: float) -> None:
-        """With random errors, as its drifts give them."""
-        super().reset(time)
-        self._measured = time
-        self._restart_errors()
-
-    def _restart_errors(self) -> None:
-        for errors in (self._errors, self._velocity_errors):
-            errors.restart(self.rng)
-
     def update(self, time: float, period: float) -> None:
-        elapsed, self._measured = time - self._measured, time
+        elapsed = self.elapsed(time)
         position, _, linear, _ = self.sensor_motion()
-        u, v, w = self._velocity_errors.measured(linear, elapsed, self.rng)
-        fix = self._errors.measured(position, elapsed, self.rng)
-        a, b, c = self._velocity_errors.drift  # which the position's drift adds up
-        x, y, z = self._errors.drift
-        self._errors.drift = x + elapsed * a, y + elapsed * b, z + elapsed * c
+        of_position, of_velocity = self.errors
+        u, v, w = of_velocity.measured(linear, elapsed, self.rng)
+        fix = of_position.measured(position, elapsed, self.rng)
+        a, b, c = of_velocity.drift  # which the position's drift adds up
+        x, y, z = of_position.drift
+        of_position.drift = x + elapsed * a, y + elapsed * b, z + elapsed * c
         self.pub.publish(self._fix(time, inertial.fix(fix, self._reference, self._meters)))
         velocity = Vector3(*inertial.to_north_west(self._reference.heading, u, v), w)
         header = conversions.header(time, self.spec.frame_id)
@@ -384,7 +365,7 @@ class GpsSensor(TunedSensor):
 
     def _fix(self, time: float, place: Any) -> NavSatFix:
         """The message of a latitude, longitude [degrees] and altitude [m]."""
-        errors = self._errors.spec
+        errors = self.errors[0].spec
         fix = NavSatFix(header=conversions.header(time, self.spec.frame_id))
         fix.status.status, fix.status.service = self._status
         fix.latitude, fix.longitude, fix.altitude = place
@@ -398,31 +379,23 @@ class GpsSensor(TunedSensor):
 class MagneticSensor(TunedSensor):
     """The earth's field in the sensor frame: Vector3Stamped or MagneticField."""
 
-    STATE = ("_errors", "_measured")
     message = Vector3Stamped
     resets = True
 
     def __init__(self, context: PluginContext) -> None:
         spec = context.spec
-        self._errors = SensorErrors(spec.errors)
+        self.errors = (SensorErrors(spec.errors),)
         if spec.field_message:
             self.message = MagneticField
         super().__init__(context)
         heading = self.world.place.heading if spec.heading is None else spec.heading
         self._field = inertial.field(spec.magnitude, heading, spec.declination, spec.inclination)
-        self.tune(spec.topic, self._errors)
-
-    def reset(self, time: float) -> None:
-        """With random errors, as its drift gives them."""
-        super().reset(time)
-        self._measured = time
-        self._errors.restart(self.rng)
+        self.tune(spec.topic, *self.errors)
 
     def measure(self, time: float) -> Any:
-        elapsed, self._measured = time - self._measured, time
         pose, _, _ = self.sensor_state()
         true = (pose.matrix.T @ self._field).tolist()
-        values = self._errors.measured((true[0], true[1], true[2]), elapsed, self.rng)
+        values = self.errors[0].measured((true[0], true[1], true[2]), self.elapsed(time), self.rng)
         message = self.message(header=conversions.header(time, self.spec.frame_id))
         vector = message.magnetic_field if self.spec.field_message else message.vector
         vector.x, vector.y, vector.z = values

@@ -228,27 +228,19 @@ def _half_a_ray_beyond(first: float, last: float, count: int) -> Array:
 class RangeSensor(RaysSensor, TunedSensor):
     """sensor_msgs/Range: the closest hit, max_range where there is none."""
 
-    STATE = ("_errors", "_measured")
     message, lidar = Range, LayeredLidar
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
-        self._errors = SensorErrors(self.spec.errors)
+        self.errors = (SensorErrors(self.spec.errors),)
         if self.spec.tunable:
-            self.tune(self.spec.topic, self._errors)
-
-    def reset(self, time: float) -> None:
-        """With random errors, as its drift gives them."""
-        super().reset(time)
-        self._measured = time
-        self._errors.restart(self.rng)
+            self.tune(self.spec.topic, *self.errors)
 
     def measure(self, time: float) -> Range:
-        spec, ranges = self.spec, self._scan()
-        elapsed, self._measured = time - self._measured, time
+        spec, ranges, elapsed = self.spec, self._scan(), self.elapsed(time)
         minimum = float(np.clip(ranges.min(), spec.range_min, spec.range_max))
         if minimum < spec.range_max:
-            minimum = self._errors.measured((minimum,) * 3, elapsed, self.rng)[0]
+            minimum = self.errors[0].measured((minimum,) * 3, elapsed, self.rng)[0]
             lowest = spec.range_min if spec.limited else -math.inf
             minimum = float(np.clip(minimum, lowest, spec.range_max))
         return Range(

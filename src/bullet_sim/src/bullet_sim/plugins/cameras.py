@@ -528,61 +528,60 @@ _STREAMS = {  # sensor's name -> the start of its tags, and the default topic
 
 @model_plugin("realsense_gazebo_plugin", reads_sensors=True)
 def realsense(xml: PluginXml) -> list[CameraSpec]:
-    """Specs of the four cameras of a model, identified by their names.
+    """Specs of the four cameras of a model, identified by their names."""
+    prefix, sensors, specs = xml.text("prefix"), _sensors_by_name(xml), []
+    for stream in _STREAMS:
+        name = prefix + stream
+        if name in sensors:
+            specs.append(_stream(xml, stream, *sensors[name]))
+        else:
+            xml.warn(
+                f"{xml.label} needs a camera sensor '{name}', which the model lacks; it is left out"
+            )
+    return specs
+
+
+def _stream(xml: PluginXml, stream: str, sensor: Element, link: str) -> CameraSpec:
+    """One of the four cameras.
 
     Topics are below the plugin's own name; camera_info is in the namespace of each image, and has
     half the image's size as its center.
     """
-    prefix, handle = xml.text("prefix"), xml.name or "realsense"
-    sensors = _sensors_by_name(xml)
-    specs: list[CameraSpec] = []
-    for stream, (tag, default) in _STREAMS.items():
-        name = prefix + stream
-        if name not in sensors:
-            xml.warn(
-                f"{xml.label} needs a camera sensor '{name}', which the model lacks; it is left out"
-            )
-            continue
-        sensor, link = sensors[name]
-        pose = sdf_pose(sensor, f"sensor '{name}'")
-        topic = xml.names.topic(f"/{handle}/{xml.text(f'{tag}TopicName', default)}")
-        values = dict(
-            _camera_values(SensorXml(xml.element, xml.model, sensor, link, pose)),
-            topic=topic,
-            info_topic=topic.rsplit("/", 1)[0] + "/camera_info",
-            frame_id=xml.frame(f"{tag}OpticalframeName", link),
-            namespace="",
-            tunable=False,
-            plugin_rate=0.0,
-            is_free=False,
-            focal_length=0.0,
-            coefficients=(),
-            baseline=0.0,
-            bare_info=True,
-        )
-        values.update(center_x=values["width"] / 2.0, center_y=values["height"] / 2.0)
-        if values["encoding"] == "mono8":
-            values["encoding"] = "8UC1"  # as the plugin names it
-        if stream != "depth":
-            specs.append(CameraSpec(**values))
-            continue
-        points = xml.text("pointCloudTopicName", "depth/color/points")
-        values.update(noise_mean=0.0, noise_stddev=0.0)
-        spec = RangeCameraSpec(
-            **values,
-            depth_topic=topic,
-            depth_info_topic=values["info_topic"],
-            millimeters=True,
-            range_min=xml.number("rangeMinDepth"),
-            range_max=xml.number("rangeMaxDepth", 65.535),
-            points_topic=xml.names.topic(f"/{handle}/{points}")
-            if is_true(xml.text("pointCloud"))
-            else "",
-            cutoff=xml.number("pointCloudCutoff"),
-            cutoff_max=xml.number("pointCloudCutoffMax", 5.0),
-        )
-        specs.append(spec)
-    return specs
+    (tag, default), handle = _STREAMS[stream], xml.name or "realsense"
+    pose = sdf_pose(sensor, f"sensor '{sensor.get('name')}'")
+    topic = xml.names.topic(f"/{handle}/{xml.text(f'{tag}TopicName', default)}")
+    values = dict(
+        _camera_values(SensorXml(xml.element, xml.model, sensor, link, pose)),
+        topic=topic,
+        info_topic=topic.rsplit("/", 1)[0] + "/camera_info",
+        frame_id=xml.frame(f"{tag}OpticalframeName", link),
+        namespace="",
+        tunable=False,
+        plugin_rate=0.0,
+        is_free=False,
+        focal_length=0.0,
+        coefficients=(),
+        baseline=0.0,
+        bare_info=True,
+    )
+    values.update(center_x=values["width"] / 2.0, center_y=values["height"] / 2.0)
+    if values["encoding"] == "mono8":
+        values["encoding"] = "8UC1"  # as the plugin names it
+    if stream != "depth":
+        return CameraSpec(**values)
+    values.update(noise_mean=0.0, noise_stddev=0.0)
+    points = xml.names.topic(f"/{handle}/{xml.text('pointCloudTopicName', 'depth/color/points')}")
+    return RangeCameraSpec(
+        **values,
+        depth_topic=topic,
+        depth_info_topic=values["info_topic"],
+        millimeters=True,
+        range_min=xml.number("rangeMinDepth"),
+        range_max=xml.number("rangeMaxDepth", 65.535),
+        points_topic=points if is_true(xml.text("pointCloud")) else "",
+        cutoff=xml.number("pointCloudCutoff"),
+        cutoff_max=xml.number("pointCloudCutoffMax", 5.0),
+    )
 
 
 def _sensors_by_name(xml: PluginXml) -> dict[str | None, tuple[Element, str]]:
