@@ -133,11 +133,11 @@ class Rig(unittest.TestCase):
 class TwoGoals(Rig):
     """(0, 0) to (10, 10) and back, and to the first once more with the original's gains."""
 
-    def test_1_defaults(self):
+    def test_defaults(self):
         for goal in ((10.0, 10.0), (0.0, 0.0)):
             self.check_drive(goal)
 
-    def test_2_original_gains(self):
+    def test_original_gains(self):
         goal = (10.0, 10.0)
         driver = Driver("/original")
         wait_subscribed(["/odom"], "/original/goal", "/drive")

@@ -49,20 +49,8 @@ class Commands(unittest.TestCase):
             self.publishers[wheel].publish(speed)
         self.wait_speed(speed)
 
-    def test_wheels_turn_as_commanded(self):
-        for speed in (WHEEL_SPEED, -WHEEL_SPEED):
-            self.drive(speed)
-            sleep_sim(0.2)
-            before = self.joints.next()
-            sleep_sim(0.5)
-            after = self.joints.next()
-            elapsed = (after.header.stamp - before.header.stamp).to_sec()
-            for wheel in WHEELS:
-                angle = joint(after, wheel + "_joint")[0] - joint(before, wheel + "_joint")[0]
-                self.assertAlmostEqual(angle / elapsed, speed, delta=WHEEL_TOLERANCE, msg=wheel)
-
     def test_hinges_go_where_they_are_told_each_on_its_own(self):
-        for left, right in ((HINGE_ANGLE, HINGE_ANGLE), (-HINGE_ANGLE, HINGE_ANGLE), (0.0, 0.0)):
+        for left, right in ((-HINGE_ANGLE, HINGE_ANGLE), (0.0, 0.0)):
             for hinge, angle in zip(HINGES, (left, right)):
                 self.publishers[hinge].publish(angle)
             for hinge, angle in zip(HINGES, (left, right)):

@@ -63,6 +63,14 @@ def pid_of(node):
     return xmlrpc.client.ServerProxy(uri).getPid(rospy.get_name())[2]
 
 
+def rosnode_answers(node):
+    """Whether a node is registered and there."""
+    try:
+        return bool(pid_of(node))
+    except (rosgraph.MasterException, OSError):
+        return False
+
+
 class Deaths(unittest.TestCase):
     """The car drives, then something dies."""
 
@@ -70,18 +78,22 @@ class Deaths(unittest.TestCase):
     def setUpClass(cls):
         wait_for_car()
         cls.joints = Recorder("/racecar/joint_states", JointState)
-        cls.windows = []
 
-    @classmethod
-    def tearDownClass(cls):
-        for window in cls.windows:
-            window.kill()
-            window.wait()
+    def setUp(self):
+        if not rosnode_answers("/control"):
+            self.start("rosrun", "deepracer_control", "control")
+            wait_until(lambda: rosnode_answers("/control"), "another control")
+
+    def start(self, *command):
+        """Starts a process that is killed after the class."""
+        process = subprocess.Popen(command)
+        self.addClassCleanup(process.wait)
+        self.addClassCleanup(process.kill)
+        return process
 
     def drive(self):
         """A window holds its command; waits until the wheels turn."""
-        window = subprocess.Popen([sys.executable, "-c", WINDOW.format(speed=SPEED)])
-        self.windows.append(window)
+        window = self.start(sys.executable, "-c", WINDOW.format(speed=SPEED))
         wait_until(lambda: abs(self.speed() - SPEED) < 0.5, "the wheels turning")
         return window
 
@@ -92,7 +104,7 @@ class Deaths(unittest.TestCase):
     def wait_rest(self):
         wait_until(lambda: abs(self.speed()) < 0.05, "the wheels at rest")
 
-    def test_1_a_held_command_drives_on(self):
+    def test_a_held_command_drives_on(self):
         window = self.drive()
         for _ in range(10):
             sleep_sim(0.2)
@@ -100,7 +112,7 @@ class Deaths(unittest.TestCase):
         window.kill()
         self.wait_rest()
 
-    def test_2_a_killed_window_stops_the_car_within_the_timeout(self):
+    def test_a_killed_window_stops_the_car_within_the_timeout(self):
         window = self.drive()
         self.joints.clear()
         window.kill()
@@ -114,18 +126,17 @@ class Deaths(unittest.TestCase):
         ]
         self.assertLess(max(moving) - died, TIMEOUT + LATE)
 
-    def test_3_a_control_that_is_asked_to_end_stops_the_car(self):
-        self.drive()
+    def test_a_control_that_ends_stops_the_car_one_that_is_killed_leaves_the_last_command(self):
+        """As with Gazebo and ros_control: a controller holds; drive.launch ends with control."""
+        window = self.drive()
         control = pid_of("/control")
         os.kill(control, signal.SIGTERM)
         wait_ended(control, 30.0)
         self.wait_rest()
         sleep_sim(0.5)  # nothing follows the zero
         self.assertLess(abs(self.speed()), 0.05)
-
-    def test_4_without_control_the_wheels_keep_their_last_command(self):
-        """As with Gazebo and ros_control: a controller holds; drive.launch ends with control."""
-        control = subprocess.Popen(["rosrun", "deepracer_control", "control"])
+        window.kill()
+        self.setUp()  # another control
         publisher = rospy.Publisher("/cmd_vel", Twist, queue_size=1)
         wait_connected(publisher, "control")
         message = Twist()
@@ -133,7 +144,8 @@ class Deaths(unittest.TestCase):
         wait_until(
             lambda: publisher.publish(message) or self.speed() > 0.9 * SPEED, "the wheels turning"
         )
-        os.kill(pid_of("/control"), signal.SIGKILL)
-        control.wait()
+        control = pid_of("/control")
+        os.kill(control, signal.SIGKILL)
+        wait_ended(control, 30.0)
         sleep_sim(2.0)
         self.assertGreater(self.speed(), 0.9 * SPEED)

@@ -13,7 +13,6 @@ from stepping import PHYSICS_STEP, Time
 WHEEL_RADIUS = 0.03  # [m]
 WHEEL_SPEED = 10.0  # [rad/s]
 DURATION = 1.0  # simulated time [s]
-STEADY_FROM, STEADY_TO = 0.4, 0.9  # part of a drive at full speed [s]
 
 
 class Drive(unittest.TestCase):
@@ -58,20 +57,18 @@ class Drive(unittest.TestCase):
         """Drives for DURATION of simulated time, then on to rest.
 
         Returns:
-            (pose before, pose after, odometry messages in between).
+            Poses before and after.
         """
         before = self.time.latest(self.odometry).pose.pose
-        self.odometry.clear()
         self.command(linear, angular)
         self.time.go(DURATION - PHYSICS_STEP)
         self.command(0.0, 0.0)
-        after = self.wait_rest()
-        return before, after, self.odometry.messages
+        return before, self.wait_rest()
 
     def test_straight_drives_go_as_far_as_the_wheels_turn(self):
         expected = WHEEL_SPEED * WHEEL_RADIUS * DURATION  # [m]
         for sign in (1.0, -1.0):
-            before, after, _ = self.timed_move(sign * WHEEL_SPEED, 0.0)
+            before, after = self.timed_move(sign * WHEEL_SPEED, 0.0)
             heading = yaw_of(before.orientation)
             dx = after.position.x - before.position.x
             dy = after.position.y - before.position.y
@@ -83,29 +80,9 @@ class Drive(unittest.TestCase):
             self.assertLess(abs(aside), 0.01)
             self.assertLess(abs(drift), 1.0)
 
-    def test_steady_speed_is_wheel_speed_times_radius(self):
-        start = self.time.now
-        _, _, messages = self.timed_move(WHEEL_SPEED, 0.0)
-        steady = [
-            item
-            for item in messages
-            if STEADY_FROM <= item.header.stamp.to_sec() - start <= STEADY_TO
-        ]
-        first, last = steady[0], steady[-1]
-        distance = math.hypot(
-            last.pose.pose.position.x - first.pose.pose.position.x,
-            last.pose.pose.position.y - first.pose.pose.position.y,
-        )
-        speed = distance / (last.header.stamp - first.header.stamp).to_sec()
-        print(f"steady speed: {speed:.5f} m/s")
-        self.assertAlmostEqual(speed, WHEEL_SPEED * WHEEL_RADIUS, delta=0.003)
-        for item in steady:  # the twist is in the child frame: forward is x, whatever the heading
-            self.assertAlmostEqual(item.twist.twist.linear.x, speed, delta=0.01)
-            self.assertAlmostEqual(item.twist.twist.linear.y, 0.0, delta=0.01)
-
     def test_left_is_negative_and_turns_left(self):
-        for angular, name in ((-1.0, "left"), (1.0, "right"), (-5.0, "left"), (5.0, "right")):
-            before, after, _ = self.timed_move(WHEEL_SPEED, angular)
+        for angular, name in ((-1.0, "left"), (5.0, "right")):
+            before, after = self.timed_move(WHEEL_SPEED, angular)
             turn = math.degrees(turned(yaw_of(before.orientation), yaw_of(after.orientation)))
             print(f"angular {angular:+g}: turned {turn:.1f} deg")
             self.assertGreater(turn * (1.0 if name == "left" else -1.0), 5.0, name)

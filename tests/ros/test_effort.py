@@ -1,6 +1,5 @@
-"""Effort controllers move known inertias as Newton says; gains can be tuned while they run."""
+"""Effort controllers on a graph: their states, gains that are tuned while they run, conflicts."""
 
-import math
 import subprocess
 import unittest
 
@@ -21,18 +20,13 @@ from sim_client import (
     START_LIMIT,
     Recorder,
     joint,
-    sleep_sim,
     wait_connected,
     wait_until,
-    world_time,
 )
 from std_msgs.msg import Float64
 from testing import executable
 
 BOT = "/effort_bot"
-SLIDER_MASS = 2.0  # [kg]
-SLIDER_LIMIT = 3.0  # [N]
-WHEEL_INERTIA = 0.05  # [kg m^2]
 WHEEL_GAIN = 0.5  # [N m s/rad]
 STRICT = SwitchControllerRequest.STRICT
 
@@ -92,29 +86,6 @@ class Effort(unittest.TestCase):
         for name in ("joint_state_controller", "arm_position", "slider_effort"):
             self.assertEqual(states[name], "running", name)
 
-    def test_effort_accelerates_a_mass_within_its_limit(self):
-        for effort, acting in ((1.0, 1.0), (-50.0, -SLIDER_LIMIT)):
-            self.assertTrue(self.switch(stop=["slider_effort"]))
-            self.assertTrue(self.switch(start=["slider_effort"]))
-            self.joints.next()
-            self.command["slider_effort"].publish(effort)
-            wait_until(
-                lambda: joint(self.joints.last, "slider_joint")[1] * effort > 0.02,
-                f"the slider moving with {effort} N",
-            )
-            before, after = self.joints.over(0.2)
-            seconds = (after.header.stamp - before.header.stamp).to_sec()
-            gained = joint(after, "slider_joint")[1] - joint(before, "slider_joint")[1]
-            self.assertAlmostEqual(gained / seconds, acting / SLIDER_MASS, delta=0.02 * abs(acting))
-            index = after.name.index("slider_joint")
-            self.assertAlmostEqual(after.effort[index], acting, delta=1e-6)
-        self.assertTrue(self.switch(stop=["slider_effort"]))
-        stopped = world_time()
-        wait_until(lambda: self.joints.last.header.stamp.to_sec() >= stopped, "what follows it")
-        before, after = (joint(message, "slider_joint")[1] for message in self.joints.over(0.1))
-        self.assertAlmostEqual(after, before, delta=0.01)
-        self.assertTrue(self.switch(start=["slider_effort"]))
-
     def test_position_controller_arrives_and_publishes_its_state(self):
         states = Recorder(f"{BOT}/arm_position/state", JointControllerState)
         self.command["arm_position"].publish(9.0)
@@ -156,21 +127,13 @@ class Effort(unittest.TestCase):
         client.close()
         states.close()
 
-    def test_gains_of_the_joint_itself_shape_its_velocity(self):
-        """With a pure gain the velocity approaches the command with the time constant I/p."""
+    def test_gains_of_the_joint_itself_are_tuned(self):  # what they do: test_effort_physics.py
         client = Client(f"{BOT}/gazebo_ros_control/pid_gains/wheel_joint", timeout=START_LIMIT)
         self.assertEqual(client.get_configuration(START_LIMIT)["p"], WHEEL_GAIN)
-        client.update_configuration({"p": WHEEL_GAIN / 5})
-        time_constant = 5 * WHEEL_INERTIA / WHEEL_GAIN
+        self.assertEqual(client.update_configuration({"p": 0.1})["p"], 0.1)
         self.command["wheel_velocity"].publish(4.0)
         wait_until(lambda: joint(self.joints.last, "wheel_joint")[1] > 0.4, "the wheel turning")
-        before = self.joints.last
-        sleep_sim(0.5)
-        after = self.joints.next()
-        seconds = (after.header.stamp - before.header.stamp).to_sec()
-        missing = 4.0 - joint(before, "wheel_joint")[1]
-        expected = 4.0 - missing * math.exp(-seconds / time_constant)
-        self.assertAlmostEqual(joint(after, "wheel_joint")[1], expected, delta=0.05)
+        client.update_configuration({"p": WHEEL_GAIN})
         client.close()
 
     def test_conflicts_are_refused_and_a_swap_is_one_step(self):

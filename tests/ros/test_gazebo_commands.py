@@ -10,6 +10,7 @@ import unittest
 import roslib.packages
 import rospy
 from gazebo_msgs.srv import (
+    DeleteModel,
     GetJointProperties,
     GetModelState,
     GetPhysicsProperties,
@@ -20,6 +21,7 @@ from gazebo_ros import gazebo_interface
 from geometry_msgs.msg import Point, Pose, Quaternion
 from rosgraph_msgs.msg import Clock, Log
 from sim_client import START_LIMIT, Recorder, wait_until, world_time, yaw_of
+from std_srvs.srv import Empty
 
 LAUNCH = """<launch>
   <param name="/use_sim_time" value="true"/>
@@ -33,7 +35,10 @@ LAUNCH = """<launch>
 </launch>
 """
 
-SPAWN = tuple(roslib.packages.find_node("gazebo_ros", "spawn_model")[:1])
+SPAWN = roslib.packages.find_node("gazebo_ros", "spawn_model")[:1]
+MODELS = os.path.join(os.path.dirname(__file__), "models")
+CAR, BOX = f"{MODELS}/small_car.urdf", f"{MODELS}/box.sdf"
+TAKEN = "Spawn status: SpawnModel: Failure - entity already exists."
 LIMIT = 180.0  # of one command, wall time [s]
 
 
@@ -48,14 +53,14 @@ def models():
     return call("get_world_properties", GetWorldProperties).model_names
 
 
-def spawn(*arguments, text=None):
+def spawn(words, text=None):
     """Runs spawn_model to its end.
 
     Returns:
         (exit status, all that it printed).
     """
     done = subprocess.run(
-        SPAWN + arguments,
+        [*SPAWN, *words.split()],
         input=text,
         text=True,
         timeout=LIMIT,
@@ -67,169 +72,103 @@ def spawn(*arguments, text=None):
 
 
 class GazeboCommands(unittest.TestCase):
-    """The tests run in the order of their names; the last ones let time run."""
+    """Each test finds the world paused."""
 
     @classmethod
     def setUpClass(cls):
-        cls.folder = os.path.join(os.path.dirname(__file__), "models")
         wait_until(lambda: "sphere" in models(), "the world of gzserver", START_LIMIT)
+        cls.paused = call("get_physics_properties", GetPhysicsProperties).pause, world_time()
 
-    def path(self, name):
-        return os.path.join(self.folder, name)
-
-    def spawned(self, model, *arguments, text=None):
+    def spawned(self, model, words, text=None):
         """Spawns, checks, and gives the model's state."""
-        status, output = spawn(*arguments, "-model", model, text=text)
+        status, output = spawn(f"{words} -model {model}", text)
         self.assertEqual(status, 0, output)
         state = call("get_model_state", GetModelState, model, "")
         self.assertTrue(state.success, state.status_message)
+        self.addCleanup(call, "delete_model", DeleteModel, model)
         return state
 
-    def fails(self, expected, word, *arguments, text=None):
-        status, output = spawn(*arguments, text=text)
-        self.assertEqual(status, expected, output)
-        self.assertIn(word, output)
-
-    def test_1_gzserver_took_its_arguments(self):
+    def test_gzserver_took_its_arguments(self):
         self.assertLessEqual({"ground_plane", "box", "sphere", "cylinder"}, set(models()))
-        self.assertTrue(call("get_physics_properties", GetPhysicsProperties).pause, "-u")
+        self.assertEqual(self.paused, (True, 0.0), "-u")
         self.assertEqual(rospy.get_param("/gazebo/seed"), 7)
 
-    def test_1b_the_step_can_change_while_there_is_no_robot(self):
+    def test_the_step_can_change_while_there_is_no_robot(self):
         for step in (0.002, 0.001):
             now = call("get_physics_properties", GetPhysicsProperties)
-            answer = call(
-                "set_physics_properties",
-                SetPhysicsProperties,
-                step,
-                1.0 / step,
-                now.gravity,
-                now.ode_config,
-            )
+            values = step, 1.0 / step, now.gravity, now.ode_config
+            answer = call("set_physics_properties", SetPhysicsProperties, *values)
             self.assertTrue(answer.success, answer.status_message)
             self.assertEqual(call("get_physics_properties", GetPhysicsProperties).time_step, step)
 
-    def test_2_pose_and_frame(self):
-        state = self.spawned(
-            "placed",
-            "-urdf",
-            "-param",
-            "/robot_description",
-            "-x",
-            "1",
-            "-y",
-            "-2",
-            "-z",
-            "0.5",
-            "-Y",
-            "1.5",
-        )
+    def test_pose_and_frame(self):
+        words = "-urdf -param /robot_description -x 1 -y -2 -z 0.5 -Y 1.5"
+        state = self.spawned("placed", words)
         place = state.pose.position
         for value, expected in zip((place.x, place.y, place.z), (1.0, -2.0, 0.5)):
             self.assertAlmostEqual(value, expected, delta=1e-12)
         self.assertAlmostEqual(yaw_of(state.pose.orientation), 1.5, delta=1e-5)
-        state = self.spawned(
-            "beside", "-sdf", "-file", self.path("box.sdf"), "-reference_frame", "placed", "-x", "3"
-        )
+        state = self.spawned("beside", f"-sdf -file {BOX} -reference_frame placed -x 3")
         self.assertAlmostEqual(state.pose.position.x, 1.0 + 3.0 * math.cos(1.5), delta=1e-5)
         self.assertAlmostEqual(state.pose.position.y, -2.0 + 3.0 * math.sin(1.5), delta=1e-5)
 
-    def test_3_sources(self):
-        with open(self.path("small_car.urdf"), encoding="utf-8") as stream:
-            text = stream.read()
+    def test_sources(self):
         log = Recorder("/rosout", Log)
-        self.spawned("from_stdin", "-urdf", "-stdin", "-y", "9", text=text)
+        self.spawned("first", f"-urdf -file {CAR} -y 6")
+        with open(CAR, encoding="utf-8") as stream:
+            self.spawned("from_stdin", "-urdf -stdin -y 9", stream.read())
+        words = "'first' has its controller_manager in the namespace '/'"
         wait_until(
-            lambda: any(
-                "'placed' has its controller_manager in the namespace '/'" in line.msg
-                for line in log.messages
-            ),
+            lambda: any(words in line.msg for line in log.messages),
             "the warning of two robots in one namespace",
         )
-        self.spawned("from_database", "-sdf", "-database", "crate", "-y", "12")
+        self.spawned("from_database", "-sdf -database crate -y 12")
         self.assertNotIn("crate", models())
 
-    def test_4_joints_and_namespace(self):
+    def test_joints_and_namespace(self):
         self.spawned(
             "bent",
-            "-urdf",
-            "-file",
-            self.path("small_car.urdf"),
-            "-y",
-            "15",
-            "-robot_namespace",
-            "/fleet/bent",
-            "-gazebo_namespace",
-            "/gazebo/",
-            "-package_to_model",
-            "-J",
-            "rear_left_joint",
-            "0.25",
-            "-J",
-            "rear_right_joint",
-            "-0.5",
-        )
+            f"-urdf -file {CAR} -y 15 -robot_namespace /fleet/bent -gazebo_namespace /gazebo/ "
+            "-package_to_model -J rear_left_joint 0.25 -J rear_right_joint -0.5 -J nose 1",
+        )  # a joint that the model lacks is skipped, as in Gazebo
         for joint, expected in (("rear_left_joint", 0.25), ("rear_right_joint", -0.5)):
             properties = call("get_joint_properties", GetJointProperties, "bent::" + joint)
             self.assertAlmostEqual(properties.position[0], expected, delta=1e-9)
         rospy.wait_for_service("/fleet/bent/controller_manager/list_controllers", timeout=120.0)
 
-    def test_4b_nodes_spawn_by_the_python_module(self):
-        with open(self.path("small_car.urdf"), encoding="utf-8") as stream:
+    def test_nodes_spawn_by_the_python_module(self):
+        with open(CAR, encoding="utf-8") as stream:
             text = stream.read()
-        values = (
-            "by_module",
-            text,
-            "/by_module",
-            Pose(Point(0, 30, 1), Quaternion(0, 0, 0, 1)),
-            "world",
-            "/gazebo",
-        )
+        pose = Pose(Point(0, 30, 1), Quaternion(0, 0, 0, 1))
+        values = "by_module", text, "/by_module", pose, "world", "/gazebo"
         self.assertTrue(gazebo_interface.spawn_urdf_model_client(*values))
         self.assertFalse(gazebo_interface.spawn_urdf_model_client(*values), "the name is taken")
-        self.assertTrue(
-            gazebo_interface.set_model_configuration_client(
-                "by_module", "robot_description", ["rear_left_joint"], [0.5], "/gazebo"
-            )
-        )
+        values = "by_module", "robot_description", ["rear_left_joint"], [0.5], "/gazebo"
+        self.assertTrue(gazebo_interface.set_model_configuration_client(*values))
         properties = call("get_joint_properties", GetJointProperties, "by_module::rear_left_joint")
         self.assertAlmostEqual(properties.position[0], 0.5, delta=1e-9)
 
-    def test_5_exit_codes(self):
-        car = self.path("small_car.urdf")
-        self.fails(2, "usage", "-urdf", "-file", car)
-        self.fails(1, "/no/such/file", "-urdf", "-file", "/no/such/file", "-model", "a")
-        self.fails(1, "/no_such_parameter", "-urdf", "-param", "/no_such_parameter", "-model", "a")
-        self.fails(1, "not well-formed XML", "-urdf", "-stdin", "-model", "a", text="<robot>")
-        taken = "Spawn status: SpawnModel: Failure - entity already exists."
-        self.fails(1, taken, "-urdf", "-file", car, "-model", "sphere")
-        self.fails(1, "no_such_model", "-sdf", "-database", "no_such_model", "-model", "a")
-        self.fails(
-            1,
-            "never_comes",
-            "-urdf",
-            "-file",
-            car,
-            "-model",
-            "a",
-            "-wait",
-            "never_comes",
-            "-timeout",
-            "1",
-        )
+    def test_exit_codes(self):
+        for status, word, words in (
+            (2, "usage", f"-urdf -file {CAR}"),
+            (1, "/no/such/file", "-urdf -file /no/such/file -model a"),
+            (1, "/no_such_parameter", "-urdf -param /no_such_parameter -model a"),
+            (1, "not well-formed XML", "-urdf -stdin -model a"),
+            (1, TAKEN, f"-urdf -file {CAR} -model sphere"),
+            (1, "no_such_model", "-sdf -database no_such_model -model a"),
+            (1, "never_comes", f"-urdf -file {CAR} -model a -wait never_comes -timeout 1"),
+        ):
+            with self.subTest(words):
+                found, output = spawn(words, "<robot>")
+                self.assertEqual(found, status, output)
+                self.assertIn(word, output)
         self.assertNotIn("a", models())
-
-    def test_5b_a_joint_that_the_model_lacks_is_skipped_as_in_gazebo(self):
-        car = self.path("small_car.urdf")
-        self.spawned("with_nose", "-urdf", "-file", car, "-y", "-20", "-J", "nose", "1")
 
     def bonded(self):
         """Starts spawn_model with -b."""
-        return subprocess.Popen(
-            SPAWN + ("-sdf", "-file", self.path("box.sdf"), "-model", "bonded", "-y", "20", "-b")
-        )
+        return subprocess.Popen([*SPAWN, *f"-sdf -file {BOX} -model bonded -y 20 -b".split()])
 
-    def test_6_bond_deletes_on_exit(self):
+    def test_bond_deletes_on_exit(self):
         process = self.bonded()
         try:
             wait_until(lambda: "bonded" in models(), "the bonded model", START_LIMIT)
@@ -241,7 +180,7 @@ class GazeboCommands(unittest.TestCase):
         self.assertEqual(process.wait(LIMIT), 0)
         self.assertNotIn("bonded", models())
 
-    def test_6b_bond_deletes_at_a_stop_before_the_answer(self):
+    def test_bond_deletes_at_a_stop_before_the_answer(self):
         name = "/gazebo/get_world_properties"
         world = rospy.ServiceProxy(name, GetWorldProperties, persistent=True)
         for _ in range(4):
@@ -253,22 +192,11 @@ class GazeboCommands(unittest.TestCase):
             self.assertNotIn("bonded", models())
         world.close()
 
-    def test_7_unpause(self):
+    def test_unpause(self):
+        self.addCleanup(call, "pause_physics", Empty)
         clock = Recorder("/clock", Clock)
-        self.assertEqual(world_time(), 0.0, "nothing has moved so far")
+        begin = world_time()
         self.assertEqual(clock.messages, [], "/clock is silent while paused")
-        self.spawned(
-            "starter",
-            "-sdf",
-            "-file",
-            self.path("box.sdf"),
-            "-y",
-            "25",
-            "-z",
-            "1",
-            "-wait",
-            "sphere",
-            "-unpause",
-        )
-        wait_until(lambda: clock.newest.clock.to_sec() > 0.1, "time to run")
+        self.spawned("starter", f"-sdf -file {BOX} -y 25 -z 1 -wait sphere -unpause")
+        wait_until(lambda: clock.newest.clock.to_sec() > begin + 0.1, "time to run")
         self.assertFalse(call("get_physics_properties", GetPhysicsProperties).pause)

@@ -56,7 +56,8 @@ class Pause(unittest.TestCase):
         wait_until(lambda: self.distance_from_start() > 0.1, "the car 0.1 m from its start")
 
     def test_pause_freezes_the_clock_and_unpause_goes_on(self):
-        self.call("pause_physics")
+        for _ in range(2):  # is as once
+            self.call("pause_physics")
         now = world_time()
         wait_until(lambda: self.clock.newest.clock.to_sec() > now - 1e-6, "/clock of the pause")
         frozen = self.clock.last.clock
@@ -72,11 +73,6 @@ class Pause(unittest.TestCase):
         wait_until(lambda: self.clock.last.clock > frozen, "/clock going on")
         first = next(message.clock for message in self.clock.messages if message.clock > frozen)
         self.assertLess((first - frozen).to_sec(), 0.1, "/clock goes on where it stopped")
-
-    def test_pausing_twice_is_the_same_as_once(self):
-        for name in ("pause_physics", "pause_physics", "unpause_physics", "unpause_physics"):
-            self.call(name)
-        sleep_sim(0.2)
 
     def test_a_command_sent_while_paused_counts_afterwards(self):
         self.call("pause_physics")

@@ -62,17 +62,7 @@ class Services(unittest.TestCase):
         )
         cls.log = Recorder("/rosout", Log)
         cls.spawned_at = wait_until(cls.placed_by_the_spawner, "spawn_model -J to do its work")
-        before = call("get_physics_properties", srv.GetPhysicsProperties)
-        answer = call(
-            "set_physics_properties",
-            srv.SetPhysicsProperties,
-            before.time_step,
-            before.max_update_rate,
-            Vector3(0, 0, 0),
-            before.ode_config,
-        )
-        if not answer.success:
-            raise AssertionError(answer.status_message)
+        cls.ok(cls, cls.set_physics(cls))
 
     @staticmethod
     def placed_by_the_spawner():
@@ -94,10 +84,10 @@ class Services(unittest.TestCase):
         return answer.link_state
 
     def ok(self, answer):
-        self.assertTrue(answer.success, answer.status_message)
+        assert answer.success, answer.status_message
         return answer
 
-    def refused(self, answer, *words):
+    def refused(self, answer, *words, waits=True):
         """Each word is in the answer, or in the log where the answer is a text of gazebo_ros."""
         self.assertFalse(answer.success)
         for word in words:
@@ -106,7 +96,13 @@ class Services(unittest.TestCase):
                     lambda word=word: any(word in line.msg for line in self.log.messages),
                     f"{word!r} in the log, the answer was {answer.status_message!r}",
                 )
-        sleep_sim(0.02)  # and the world goes on
+        if waits:
+            sleep_sim(0.02)  # and the world goes on
+
+    def set_physics(self, step=0.001, rate=1000.0, gravity=0.0):
+        config = call("get_physics_properties", srv.GetPhysicsProperties).ode_config
+        values = step, rate, Vector3(0, 0, gravity), config
+        return call("set_physics_properties", srv.SetPhysicsProperties, *values)
 
     def vector(self, value, expected, delta):
         for axis in "xyz":
@@ -121,71 +117,21 @@ class Services(unittest.TestCase):
     def test_physics_properties_are_read_and_changed(self):
         now = self.ok(call("get_physics_properties", srv.GetPhysicsProperties))
         self.assertEqual((now.time_step, now.max_update_rate, now.pause), (0.001, 1000.0, False))
-        time = Time()
+        time = self.steps()
         self.put_box(HOME)
-        self.ok(
-            call(
-                "set_physics_properties",
-                srv.SetPhysicsProperties,
-                0.001,
-                2000.0,
-                Vector3(0, 0, 1.0),
-                now.ode_config,
-            )
-        )
+        self.ok(self.set_physics(rate=2000.0, gravity=1.0))
         time.go(0.5)
         self.assertAlmostEqual(self.box().twist.linear.z, 0.5, delta=0.01)
-        self.assertEqual(
-            call("get_physics_properties", srv.GetPhysicsProperties).max_update_rate, 2000.0
-        )
-        self.ok(
-            call(
-                "set_physics_properties",
-                srv.SetPhysicsProperties,
-                0.001,
-                1000.0,
-                Vector3(0, 0, 0),
-                now.ode_config,
-            )
-        )
-        time.close()
-
-    def test_impossible_physics_is_refused_and_changes_nothing(self):
-        before = call("get_physics_properties", srv.GetPhysicsProperties)
-        for step, rate, gravity, words in (
-            (0.0, 1000.0, 0.0, ("time_step", "0")),
-            (0.001, -1.0, 0.0, ("max_update_rate is -1.0",)),
-            (0.001, math.nan, 0.0, ("max_update_rate is nan",)),
-            (0.001, 1000.0, math.nan, ("gravity", "nan")),
-        ):
-            self.refused(
-                call(
-                    "set_physics_properties",
-                    srv.SetPhysicsProperties,
-                    step,
-                    rate,
-                    Vector3(0, 0, gravity),
-                    before.ode_config,
-                ),
-                *words,
-            )
-        self.assertEqual(str(call("get_physics_properties", srv.GetPhysicsProperties)), str(before))
+        changed = call("get_physics_properties", srv.GetPhysicsProperties)
+        self.assertEqual(changed.max_update_rate, 2000.0)
+        self.refused(self.set_physics(rate=math.nan), "max_update_rate is nan", waits=False)
+        self.ok(self.set_physics())
 
     def test_the_step_changes_while_a_car_publishes(self):
         """Periods of its plugins go on in simulated time, which never goes back."""
-        before = call("get_physics_properties", srv.GetPhysicsProperties)
         odometry = Recorder("/odom", Odometry)
         for step in (0.004, 0.0005, 0.001):
-            self.ok(
-                call(
-                    "set_physics_properties",
-                    srv.SetPhysicsProperties,
-                    step,
-                    1.0 / step,
-                    Vector3(0, 0, 0),
-                    before.ode_config,
-                )
-            )
+            self.ok(self.set_physics(step, 1.0 / step))
             after = call("get_physics_properties", srv.GetPhysicsProperties)
             self.assertAlmostEqual(after.time_step, step, places=9)
             count = len(odometry.messages)
@@ -230,13 +176,6 @@ class Services(unittest.TestCase):
         seen = self.ok(call("get_light_properties", srv.GetLightProperties, "sun"))
         self.assertAlmostEqual(seen.diffuse.g, 0.3, places=6)
         self.assertEqual(seen.attenuation_constant, 1.0)
-        request.light_name = "lamp"
-        for answer in (
-            call("get_light_properties", srv.GetLightProperties, "lamp"),
-            call("set_light_properties", srv.SetLightProperties, request),
-            call("delete_light", srv.DeleteLight, "lamp"),
-        ):
-            self.refused(answer, "light 'lamp'", "lights are sun")
         self.ok(call("delete_light", srv.DeleteLight, "sun"))
         self.refused(call("get_light_properties", srv.GetLightProperties, "sun"), "light 'sun'")
 
@@ -277,19 +216,28 @@ class Services(unittest.TestCase):
                 f"the box moved by {name}",
             )
 
-    def test_bad_states_are_refused_by_name(self):
+    def test_what_is_wrong_is_refused_by_name(self):
         bad = Pose(Point(math.nan, 0, 0), UNTURNED)
-        for link, words in (
-            (LinkState("box::nose", HOME, Twist(), ""), ("box::nose", "box::link")),
-            (LinkState("car::front_left", bad, Twist(), ""), ("front_left", "nan")),
-            (LinkState("box::link", bad, Twist(), ""), ("nan",)),
-            (LinkState("box::link", HOME, Twist(linear=Vector3(math.inf, 0, 0)), ""), ("inf",)),
-            (LinkState("box::link", HOME, Twist(), "moon"), ("moon",)),
-        ):
-            self.refused(call("set_link_state", srv.SetLinkState, link), *words)
-        self.refused(call("get_link_state", srv.GetLinkState, "nose", ""), "nose")
-        self.refused(call("get_link_state", srv.GetLinkState, "box::link", "moon"), "moon")
-        self.refused(call("get_model_state", srv.GetModelState, "box", "moon"), "moon")
+        names = ["front_left_joint"]
+        for name, kind, values, words in (
+            ("set_link_state", srv.SetLinkState, [LinkState("box::nose", HOME, Twist(), "")],
+             ("box::nose", "box::link")),
+            ("set_link_state", srv.SetLinkState, [LinkState("box::link", bad, Twist(), "")],
+             ("nan",)),
+            ("get_link_state", srv.GetLinkState, ["box::link", "moon"], ("moon",)),
+            ("get_model_state", srv.GetModelState, ["box", "moon"], ("moon",)),
+            ("get_model_properties", srv.GetModelProperties, ["ghost"], ("ghost",)),
+            ("get_link_properties", srv.GetLinkProperties, ["nose"], ("nose",)),
+            ("get_joint_properties", srv.GetJointProperties, ["car::laser_joint"],
+             ("laser_joint",)),
+            ("set_model_configuration", srv.SetModelConfiguration, ["car", "", names, []],
+             ("1 entries", "0")),
+            ("apply_joint_effort", srv.ApplyJointEffort,
+             ["nose", 1.0, rospy.Time(0), rospy.Duration(1)], ("nose",)),
+        ):  # fmt: skip
+            self.refused(call(name, kind, *values), *words)
+        self.refused(self.wrench(body="ground_plane::link"), "static")
+        call("clear_body_wrenches", srv.BodyRequest, "nose")  # answers, as upstream
         self.vector(self.box().pose.position, HOME.position, 1e-6)
 
     def test_states_are_published_for_subscribers(self):
@@ -339,26 +287,10 @@ class Services(unittest.TestCase):
         metrics.close()
 
     # forces -----------------------------------------------------------------------------------
-    def wrench(
-        self,
-        force=(0, 0, 0),
-        torque=(0, 0, 0),
-        duration=0.1,
-        frame="",
-        point=(0, 0, 0),
-        start=0.0,
-        body="box::link",
-    ):
-        return call(
-            "apply_body_wrench",
-            srv.ApplyBodyWrench,
-            body,
-            frame,
-            Point(*point),
-            Wrench(Vector3(*force), Vector3(*torque)),
-            rospy.Time(start),
-            rospy.Duration(duration),
-        )
+    def wrench(self, force=(0, 0, 0), point=(0, 0, 0), start=0.0, duration=0.1, body="box::link"):
+        wrench = Wrench(Vector3(*force), Vector3())
+        values = Point(*point), wrench, rospy.Time(start), rospy.Duration(duration)
+        return call("apply_body_wrench", srv.ApplyBodyWrench, body, "", *values)
 
     def steps(self):
         """Simulated time that only the test advances, from now on."""
@@ -366,26 +298,12 @@ class Services(unittest.TestCase):
         self.addCleanup(time.close)
         return time
 
-    def test_wrench_is_force_times_duration(self):
-        time = self.steps()
-        self.ok(self.wrench(force=(3, -2, 1)))
-        time.go(0.3)
-        self.vector(self.box().twist.linear, Vector3(0.15, -0.1, 0.05), 1e-4)
-        self.vector(self.box().twist.angular, Vector3(0, 0, 0), 1e-6)
-
-    def test_wrench_at_a_point_turns(self):
+    def test_a_wrench_at_a_point_moves_and_turns(self):
         time = self.steps()
         self.ok(self.wrench(force=(0, 1, 0), point=(0.02, 0, 0)))
         time.go(0.3)
+        self.vector(self.box().twist.linear, Vector3(0, 0.05, 0), 1e-4)
         self.vector(self.box().twist.angular, Vector3(0, 0, 0.02 * 0.1 / 0.04), 1e-4)
-
-    def test_wrench_in_the_frame_of_a_turned_body(self):
-        self.put_box(Pose(HOME.position, Quaternion(0, 0, math.sqrt(0.5), math.sqrt(0.5))))
-        time = self.steps()
-        self.ok(self.wrench(force=(2, 0, 0), frame="box::link"))
-        time.go(0.3)
-        # Turned into the body's axes and applied along the world's, as gazebo_ros does.
-        self.vector(self.box().twist.linear, Vector3(0.1, 0, 0), 1e-4)
 
     def test_wrench_until_it_is_cleared(self):
         self.ok(self.wrench(force=(0, 0, 1), duration=-1))
@@ -403,82 +321,23 @@ class Services(unittest.TestCase):
         time.go(0.2)  # in the step at whose end it begins, too, as in Gazebo
         self.assertAlmostEqual(self.box().twist.linear.x, 0.101, delta=1e-4)
 
-    def test_bad_wrenches_are_refused_by_name(self):
-        self.refused(self.wrench(body="nose"), "nose", "box::link")
-        self.refused(self.wrench(body="ground_plane::link"), "static")
-        self.refused(self.wrench(force=(math.nan, 0, 0)), "nan")
-        self.refused(self.wrench(frame="moon"), "moon")
-        call("clear_body_wrenches", srv.BodyRequest, "nose")  # answers, as upstream
-
     # joints -----------------------------------------------------------------------------------
     def joint(self, name="front_left_joint"):
         return self.ok(call("get_joint_properties", srv.GetJointProperties, name))
 
     def test_joints_are_placed_by_spawn_model_and_configuration(self):
-        def place(angle):
-            self.ok(
-                call(
-                    "set_model_configuration",
-                    srv.SetModelConfiguration,
-                    "car",
-                    "",
-                    ["front_right_joint"],
-                    [angle],
-                )
-            )
-            return self.joint("front_right_joint")
-
         self.assertAlmostEqual(self.spawned_at, 0.7, delta=0.2, msg="spawn_model -J")
-        properties = place(0.4)
-        self.assertAlmostEqual(properties.position[0], 0.4, delta=0.05)
-        self.assertEqual(properties.type, properties.REVOLUTE)  # which gazebo_ros answers always
-        merged = call("get_joint_properties", srv.GetJointProperties, "car::laser_joint")
-        self.refused(merged, "laser_joint")  # which Gazebo has not
-        self.assertEqual(len(self.joint().rate), 1)
-        for names, positions, words in (
-            (["front_left_joint"], [], ("1 entries", "0")),
-            (["front_left_joint"], [math.nan], ("nan",)),
-        ):
-            self.refused(
-                call(
-                    "set_model_configuration",
-                    srv.SetModelConfiguration,
-                    "car",
-                    "",
-                    names,
-                    positions,
-                ),
-                *words,
-            )
-        self.refused(
-            call("set_model_configuration", srv.SetModelConfiguration, "ghost", "", [], []), "ghost"
-        )
         names, values = ["nose", "front_right_joint"], [1.0, -0.3]  # Gazebo skips those it lacks
         done = call("set_model_configuration", srv.SetModelConfiguration, "car", "", names, values)
-        self.ok(done)
-        self.assertEqual(done.status_message, "SetModelConfiguration: success")
-        position = self.joint("front_right_joint").position[0]
-        self.assertAlmostEqual(position, -0.3, delta=0.05)
+        self.assertEqual(self.ok(done).status_message, "SetModelConfiguration: success")
+        properties = self.joint("front_right_joint")
+        self.assertAlmostEqual(properties.position[0], -0.3, delta=0.05)
+        self.assertEqual(properties.type, properties.REVOLUTE)  # which gazebo_ros answers always
 
     def test_effort_spins_a_wheel_until_cleared(self):
-        # in the air, so that only its own friction holds the wheel
-        self.ok(
-            call(
-                "set_model_state",
-                srv.SetModelState,
-                ModelState("car", Pose(Point(0, 0, 2), UNTURNED), Twist(), ""),
-            )
-        )
-        answer = self.ok(
-            call(
-                "apply_joint_effort",
-                srv.ApplyJointEffort,
-                "front_left_joint",
-                5.0,
-                rospy.Time(0),
-                rospy.Duration(-1),
-            )
-        )
+        forever = rospy.Time(0), rospy.Duration(-1)  # in the air: only its own friction holds it
+        wheel = "front_left_joint"
+        answer = self.ok(call("apply_joint_effort", srv.ApplyJointEffort, wheel, 5.0, *forever))
         self.assertEqual(answer.status_message, "ApplyJointEffort: effort set")
         wait_until(
             lambda: any("clipped from 5 to 2" in line.msg for line in self.log.messages),
@@ -490,88 +349,26 @@ class Services(unittest.TestCase):
         wait_until(
             lambda: abs(self.joint().rate[0]) < 0.9 * fastest, "the wheel slowing by its friction"
         )
-        for name, effort, word in (
-            ("nose", 1.0, "nose"),
-            ("front_left_joint", math.nan, "nan"),
-            ("laser_joint", 1.0, "laser_joint"),
-        ):
-            self.refused(
-                call(
-                    "apply_joint_effort",
-                    srv.ApplyJointEffort,
-                    name,
-                    effort,
-                    rospy.Time(0),
-                    rospy.Duration(1),
-                ),
-                word,
-            )
-
-    def test_joint_properties_change_what_can_change(self):
-        def change(name="front_left_joint", **values):
-            return call(
-                "set_joint_properties", srv.SetJointProperties, name, ODEJointProperties(**values)
-            )
-
-        self.ok(change(damping=[0.25]))
-        self.assertEqual(list(self.joint().damping), [])  # which gazebo_ros never answers
-        self.ok(change(damping=[0.0]))
-        self.ok(change())  # nothing, as upstream
-        for answer, words in (
-            (change(damping=[-1.0]), ("-1",)),
-            (change("nose", damping=[1.0]), ("nose",)),
-        ):
-            self.refused(answer, *words)
-        self.refused(call("get_joint_properties", srv.GetJointProperties, "nose"), "nose")
 
     # properties -------------------------------------------------------------------------------
-    def test_link_properties_are_read_and_changed(self):
-        properties = self.ok(call("get_link_properties", srv.GetLinkProperties, "box::link"))
-        self.assertEqual(
-            (
-                properties.mass,
-                properties.ixx,
-                properties.iyy,
-                properties.izz,
-                properties.gravity_mode,
-            ),
-            (MASS, 0.02, 0.03, 0.04, True),
-        )
+    def test_properties_of_a_link_a_joint_and_a_model(self):
+        now = self.ok(call("get_link_properties", srv.GetLinkProperties, "box::link"))
+        found = now.mass, now.ixx, now.iyy, now.izz, now.gravity_mode
+        self.assertEqual(found, (MASS, 0.02, 0.03, 0.04, True))
 
         def change(mass, gravity=True):
-            return call(
-                "set_link_properties",
-                srv.SetLinkProperties,
-                "box::link",
-                properties.com,
-                gravity,
-                mass,
-                properties.ixx,
-                0,
-                0,
-                properties.iyy,
-                0,
-                properties.izz,
-            )
+            inertia = now.ixx, 0, 0, now.iyy, 0, now.izz
+            values = "box::link", now.com, gravity, mass, *inertia
+            self.ok(call("set_link_properties", srv.SetLinkProperties, *values))
+            return call("get_link_properties", srv.GetLinkProperties, "box::link")
 
-        time = self.steps()
-        self.ok(change(2 * MASS))  # is told, and the box moves as before, as in Gazebo 11
-        self.ok(self.wrench(force=(4, 0, 0)))
-        time.go(0.3)
-        self.assertAlmostEqual(self.box().twist.linear.x, 0.2, delta=1e-4)
-        time.close()
-        told = self.ok(call("get_link_properties", srv.GetLinkProperties, "box::link"))
-        self.assertEqual((told.mass, told.izz), (2 * MASS, 0.04))
-        self.ok(change(0.0))
-        self.ok(change(MASS, gravity=False))
-        off = self.ok(call("get_link_properties", srv.GetLinkProperties, "box::link"))
-        self.assertIs(off.gravity_mode, False)
-        self.ok(change(MASS))
-        self.refused(call("get_link_properties", srv.GetLinkProperties, "nose"), "nose")
-
-    def test_model_properties(self):
+        self.assertEqual(change(2 * MASS).mass, 2 * MASS)
+        self.assertIs(change(MASS, gravity=False).gravity_mode, False)
+        change(MASS)
+        for damping in (0.25, 0.0):
+            values = "front_left_joint", ODEJointProperties(damping=[damping])
+            self.ok(call("set_joint_properties", srv.SetJointProperties, *values))
         properties = self.ok(call("get_model_properties", srv.GetModelProperties, "car"))
         self.assertIn("base_link", properties.body_names)
         self.assertIn("rear_left_joint", properties.joint_names)
         self.assertIn("base_link_collision", properties.geom_names)
-        self.refused(call("get_model_properties", srv.GetModelProperties, "ghost"), "ghost")

@@ -62,63 +62,34 @@ class Spawner(unittest.TestCase):
         return process.returncode, text
 
     def test_it_starts_and_takes_down_on_exit(self):
-        process = self.start("spawner", "--namespace", BOT, "arm_position", "wheel_velocity")
-        both = {"arm_position": "running", "wheel_velocity": "running"}
+        names = "arm_position", "wheel_velocity"
+        process = self.start("spawner", "--namespace", BOT, *names)
+        both = dict.fromkeys(names, "running")
         wait_until(lambda: self.states() == both, "both running", START_LIMIT)
         self.assertEqual(self.end(process), 0)
         self.assertEqual(self.states(), {})
 
-    def test_rosnode_kill_takes_down_as_well(self):
-        process = self.start(
-            "spawner", "-n", BOT, "joint_state_controller", "__name:=killed_spawner"
-        )
-        wait_until(lambda: "running" in self.states().values(), "the controller")
-        names = [name for name in rosnode.get_node_names() if "killed_spawner" in name]
-        rosnode.kill_nodes(names)
-        self.assertEqual(process.wait(START_LIMIT), 0)
-        self.assertEqual(self.states(), {})
-
-    def test_one_that_does_not_load_is_named_and_the_rest_starts(self):
-        process = self.start(
-            "spawner", "--namespace", BOT, "ghost", "wheel_position", "arm_position"
-        )
+    def test_rosnode_kill_takes_down_what_loaded_and_what_did_not_is_named(self):
+        words = "--namespace", BOT, "ghost", "wheel_position", "arm_position"
+        process = self.start("spawner", *words, "__name:=killed_spawner")
         wait_until(
             lambda: self.states() == {"arm_position": "running"}, "the good one", START_LIMIT
         )
-        self.end(process)
+        rosnode.kill_nodes([name for name in rosnode.get_node_names() if "killed_spawner" in name])
+        self.assertEqual(process.wait(START_LIMIT), 0)
+        self.assertEqual(self.states(), {})
         text = process.stdout.read()
         self.assertIn("Failed to load ghost", text)
         self.assertIn("Failed to load wheel_position", text)
         self.assertIn("Started controllers: arm_position", text)
 
     def test_where_the_joint_of_one_is_taken_none_starts_as_in_ros_control(self):
-        process = self.start(
-            "spawner", "--namespace", BOT, "arm_position", "arm_effort", "slider_effort"
-        )
-        wanted = {
-            "arm_position": "initialized",
-            "arm_effort": "initialized",
-            "slider_effort": "initialized",
-        }
-        line = "Failed to start controllers: arm_position, arm_effort, slider_effort"
-        while line not in process.stdout.readline():
+        names = "arm_position", "arm_effort", "slider_effort"
+        process = self.start("spawner", "--namespace", BOT, *names)
+        while f"Failed to start controllers: {', '.join(names)}" not in process.stdout.readline():
             self.assertIsNone(process.poll())
-        self.assertEqual(self.states(), wanted)
+        self.assertEqual(self.states(), dict.fromkeys(names, "initialized"))
         self.end(process)
-
-    def test_one_that_has_nothing_to_start_stays_as_upstreams(self):
-        process = self.start("spawner", "--no-timeout", "--namespace", BOT, "ghost")
-        while "Started controllers: " not in process.stdout.readline():
-            self.assertIsNone(process.poll())
-        self.assertEqual(self.end(process), 0)
-
-    def test_stopped_only_loads(self):
-        process = self.start("spawner", "--stopped", "--namespace", BOT, "arm_position")
-        wait_until(
-            lambda: self.states() == {"arm_position": "initialized"}, "it being loaded", START_LIMIT
-        )
-        self.assertEqual(self.end(process), 0)
-        self.assertEqual(self.states(), {})
 
     def test_wait_for_waits_for_true(self):
         publisher = rospy.Publisher("/go", Bool, queue_size=1)

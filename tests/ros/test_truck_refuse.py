@@ -30,17 +30,11 @@ class TruckRefuse(unittest.TestCase):
             self.assertIn(word, done.stdout)
         self.assertNotIn("Traceback", done.stdout)
 
-    def test_odom_source(self):
-        self.refuse("_odom_source:=gps", "odom_source is 'gps'", "wheels, ground_truth")
-
-    def test_geometry(self):
-        self.refuse("_wheelbase:=-0.5", "wheelbase is -0.5", "above 0")
-
-    def test_timeout(self):
-        self.refuse("_command_timeout:=0", "command_timeout is 0", "above 0")
-
-    def test_start(self):
-        self.refuse("_start_x:=here", "start_x is 'here'", "must be a number")
-
-    def test_pad(self):
-        self.refuse("_joy:=maybe", "joy is 'maybe'", "true or false")
+    def test_wrong_parameters(self):
+        for parameter, *words in (
+            ("_odom_source:=gps", "odom_source is 'gps'", "wheels, ground_truth"),
+            ("_wheelbase:=-0.5", "wheelbase is -0.5", "above 0"),
+            ("_start_x:=here", "start_x is 'here'", "must be a number"),
+            ("_joy:=maybe", "joy is 'maybe'", "true or false"),
+        ):
+            self.refuse(parameter, *words)

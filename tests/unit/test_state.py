@@ -16,20 +16,8 @@ import bullet_sim
 
 # Methods before the simulation runs, or after: what they assign is configured, not state.
 BEFORE = {"__init__", "attach", "close", "configure"}
-CHANGES = {
-    "add",
-    "append",
-    "appendleft",
-    "clear",
-    "discard",
-    "extend",
-    "insert",
-    "pop",
-    "popleft",
-    "remove",
-    "setdefault",
-    "update",
-}
+CHANGES = {*"add append appendleft clear discard extend insert pop popleft remove".split()}
+CHANGES |= {"setdefault", "update"}
 
 
 def classes():
