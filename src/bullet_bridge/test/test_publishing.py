@@ -1,10 +1,14 @@
 """all_or_none: publishers made in it are unregistered when it fails."""
 
 import threading
+from types import SimpleNamespace
 
 import pytest
 from bullet_bridge.transport import publishing
 from bullet_bridge.transport.publishing import all_or_none, publisher
+from bullet_sim.errors import ModelError
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import String
 
 
 class FakePublisher:
@@ -48,3 +52,13 @@ def test_publishers_of_other_threads_stay():
         other.join()
         raise ValueError
     assert publishers[0].closed == 0
+
+
+def test_a_topic_carries_one_type():
+    """A second type was sent to the subscribers of the first, as garbage."""
+    present = SimpleNamespace(data_class=Clock)
+    publishing.check_type("/scan", String, lambda _: None)
+    publishing.check_type("/scan", Clock, lambda _: present)
+    message = "topic /scan carries rosgraph_msgs/Clock already, and cannot carry std_msgs/String"
+    with pytest.raises(ModelError, match=message):
+        publishing.check_type("/scan", String, {"/scan": present}.get)

@@ -6,8 +6,10 @@ import pytest
 import rospy
 from deepracer_control.control import CarControl, Settings
 from geometry_msgs.msg import Twist
+from rosgraph_msgs.msg import Clock
 
 from deepracer_control import control, topics
+from paddock_common import passed_time
 
 WHEELS = (
     topics.RIGHT_REAR_TOPIC,
@@ -18,11 +20,14 @@ WHEELS = (
 HINGES = (topics.LEFT_DIRECTION_TOPIC, topics.RIGHT_DIRECTION_TOPIC)
 
 
+SIMULATED = {"/use_sim_time": True}
+
+
 class FakeRos:
-    """Fake of rospy: stores messages and errors; its clock is set by the test."""
+    """Fake of rospy: stores messages and errors."""
 
     def __init__(self):
-        self.sent, self.errors, self.subscribed, self.now = [], [], {}, 0.0
+        self.sent, self.errors, self.warnings, self.subscribed = [], [], [], {}
         self.timers, self.queues, self.hooks = [], {}, []
 
     def install(self, monkeypatch, parameters):
@@ -45,10 +50,16 @@ class FakeRos:
         monkeypatch.setattr(
             rospy, "Timer", lambda period, cb, reset: fake.timers.append((period.to_sec(), cb))
         )
-        monkeypatch.setattr(rospy, "get_time", lambda: fake.now)
-        monkeypatch.setattr(rospy, "logwarn", lambda *_: None)
+        monkeypatch.setattr(rospy, "logwarn", lambda text, *a: fake.warnings.append(text % a))
         monkeypatch.setattr(rospy, "logerr_throttle", lambda _t, text: fake.errors.append(text))
         monkeypatch.setattr(rospy, "get_param", lambda name, default: parameters.get(name, default))
+
+    def clock(self, *times, publisher="/gazebo"):
+        """Messages on /clock at these times [s]."""
+        for seconds in times:
+            message = Clock(rospy.Time.from_sec(seconds))
+            message._connection_header = {"callerid": publisher}
+            self.subscribed["/clock"](message)
 
     def take(self):
         """Returns the last value of each topic since the last call."""
@@ -60,7 +71,10 @@ class FakeRos:
 def make(monkeypatch):
     def build(**parameters):
         fake = FakeRos()
-        fake.install(monkeypatch, {"~" + key: value for key, value in parameters.items()})
+        fake.install(
+            monkeypatch,
+            {key if key.startswith("/") else "~" + key: value for key, value in parameters.items()},
+        )
         return CarControl(), fake
 
     return build
@@ -139,64 +153,95 @@ def test_a_value_that_is_not_finite_stops_the_car_and_is_logged(make, mode, v, w
     assert fake.take()[WHEELS[0]] > 0
 
 
-def test_watchdog_stops_once_in_ros_time(make):
-    car, fake = make(command_timeout=0.5)
-    ((_, check_timeout),) = fake.timers
-    check_timeout(None)
+@pytest.fixture
+def watched(make):
+    """A car with the watchdog that has been commanded to move at 10 s."""
+    car, fake = make(command_timeout=0.5, **SIMULATED)
+    fake.clock(9.0, 10.0)
     assert fake.take() == {}
-    fake.now = 10.0
     car.subscriberCb(twist(10, 0))
     fake.take()
-    fake.now = 10.4
-    check_timeout(None)
+    return car, fake
+
+
+STOPPED = {name: 0.0 for name in WHEELS + HINGES}
+
+
+def test_watchdog_stops_once_in_ros_time(watched):
+    _, fake = watched
+    fake.clock(10.2, 10.4)
     assert fake.take() == {}
-    fake.now = 10.5
-    check_timeout(None)
-    assert fake.take() == {name: 0.0 for name in WHEELS + HINGES}
-    fake.now = 20.0
-    check_timeout(None)
+    fake.clock(10.5)
+    assert fake.take() == STOPPED
+    fake.clock(20.0)
     assert fake.take() == {}
 
 
-def test_watchdog_does_not_change_the_steering_of_a_car_at_rest(make):
+def test_watchdog_does_not_change_the_steering_of_a_car_at_rest(watched):
     """The window's slider commands once, as the original's: the wheels keep their angle."""
-    car, fake = make(command_timeout=0.5)
-    ((_, check_timeout),) = fake.timers
-    fake.now = 10.0
-    car.subscriberCb(twist(10, 0))
+    car, fake = watched
     car.subscriberCb(twist(0, 2))
     fake.take()
-    fake.now = 20.0
-    check_timeout(None)
+    fake.clock(20.0)
     assert fake.take() == {}
 
 
-def test_watchdog_restarts_after_a_reset(make):
-    car, fake = make(command_timeout=0.5)
-    ((_, check_timeout),) = fake.timers
-    fake.now = 10.0
-    car.subscriberCb(twist(10, 0))
-    fake.take()
-    for fake.now, stopped in ((0.1, False), (0.5, False), (0.6, True)):
-        check_timeout(None)
+def test_watchdog_restarts_after_a_reset(watched):
+    _, fake = watched
+    for now, stopped in ((0.1, False), (0.5, False), (0.7, True)):
+        fake.clock(now)
         assert bool(fake.take()) is stopped
 
 
-def test_at_shutdown_the_car_stops_and_no_command_follows(make):
+@pytest.mark.parametrize("other", [0.0, 10.0, 1e6])
+def test_a_second_publisher_of_the_clock_is_named_and_does_not_hold_the_watchdog(watched, other):
+    """With zeros between them each message began the time-out anew, and the car drove on."""
+    _, fake = watched
+    for step in range(1, 60):
+        fake.clock(other, publisher="/rogue")
+        assert fake.take() == {}
+        fake.clock(10.0 + 0.01 * step)
+        if fake.take():
+            break
+    assert step in (50, 51)
+    warning, _ = fake.warnings
+    assert "/rogue publishes /clock, too, besides /gazebo" in warning
+
+
+def test_a_slow_clock_or_a_paused_one_does_not_stop_the_car(watched):
+    _, fake = watched
+    fake.clock(*[10.0] * 1000)
+    assert fake.take() == {}
+
+
+def test_without_simulated_time_the_watchdog_counts_wall_time(make, monkeypatch):
     car, fake = make(command_timeout=0.5)
+    ((period, check),) = fake.timers
+    now = [100.0]
+    monkeypatch.setattr(passed_time.time, "monotonic", lambda: now[0])
+    car.subscriberCb(twist(10, 0))
+    fake.take()
+    for now[0], expected in ((100.4, {}), (100.6, STOPPED), (101.0, {})):
+        check(None)
+        assert fake.take() == expected
+    assert period == 0.125
+
+
+def test_at_shutdown_the_car_stops_and_no_command_follows(make):
+    car, fake = make(command_timeout=0.5, **SIMULATED)
     car.subscriberCb(twist(10, 1))
     fake.take()
     (close,) = fake.hooks
     close()
     assert fake.take() == {name: 0.0 for name in WHEELS + HINGES}
     car.subscriberCb(twist(10, 1))  # one that was being processed
-    fake.now = 20.0
-    fake.timers[0][1](None)
+    fake.clock(10.0, 20.0)
     assert fake.take() == {}
 
 
 def test_no_watchdog_by_default(make):
-    assert make()[1].timers == []
+    fake = make(**SIMULATED)[1]
+    assert fake.timers == [] and "/clock" not in fake.subscribed
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import rospy
 from geometry_msgs.msg import Twist
 from paddock_common.nodes import start
+from paddock_common.passed_time import PassedTime
 from paddock_common.settings import check, choice, number, read
 from paddock_common.waiting import flush
 from std_msgs.msg import Float64
@@ -87,13 +88,12 @@ class CarControl:
         self._lock = threading.RLock()
         self._speed = 0.0
         self._steering = 0.0
-        self._last_command = None  # ROS time [s] of the newest command, None: watchdog off
+        self._last_command = None  # time passed [s] at the newest command, None: watchdog off
         self._closed = False  # at shutdown: zero was sent, and no command may follow
+        if self.settings.command_timeout > 0.0:
+            self._passed = PassedTime(self.settings.command_timeout / 4.0, self._check_timeout)
         self.sub = rospy.Subscriber(topics.COMMANDED_DATA_TOPIC, Twist, self.subscriberCb)
         rospy.on_shutdown(self._close)
-        if self.settings.command_timeout > 0.0:
-            period = rospy.Duration(self.settings.command_timeout / 4.0)
-            self._timer = rospy.Timer(period, self._check_timeout, reset=True)
 
     def linearDrive(self, v):
         """Sets the speed; the steering is unchanged.
@@ -144,7 +144,7 @@ class CarControl:
         """Executes a geometry_msgs/Twist: linear.x and angular.z."""
         with self._lock:
             monitored = self.settings.command_timeout and msg.linear.x != 0.0
-            self._last_command = rospy.get_time() if monitored else None  # else nothing to stop
+            self._last_command = self._passed() if monitored else None  # else nothing to stop
             self.drive(msg.linear.x, msg.angular.z)
 
     def _accepts(self, v, w):
@@ -180,15 +180,13 @@ class CarControl:
             self.rightSteeringPub,
         )
 
-    def _check_timeout(self, _event):
+    def _check_timeout(self):
         """Stops a moving car once when no command was received for command_timeout of ROS time."""
+        if self._last_command is None:  # at each message on /clock: most often
+            return
         with self._lock:
-            if self._last_command is None:
-                return
-            now = rospy.get_time()
-            if now < self._last_command:  # the simulation was reset: restart the watchdog
-                self._last_command = now
-            elif now - self._last_command >= self.settings.command_timeout:
+            last = self._last_command
+            if last is not None and self._passed() - last >= self.settings.command_timeout:
                 self._last_command = None
                 rospy.logwarn(f"no command for {self.settings.command_timeout:g} s: car stopped")
                 self._stop()

@@ -10,10 +10,11 @@ import numpy as np
 import rospy
 from bullet_sim.component import Component
 from bullet_sim.pose import Array, Pose, Quat, Vec3, compose, cross, velocity_at
+from rospy.impl.registration import get_topic_manager
 
 from bullet_bridge.loop.clock import SubscribedSchedule, whole_rate
 from bullet_bridge.loop.received import Counted
-from bullet_bridge.transport.publishing import all_or_none, note_endpoint, publisher
+from bullet_bridge.transport.publishing import all_or_none, check_type, note_endpoint, publisher
 from bullet_bridge.transport.reconfigure import ValuesServer
 
 if TYPE_CHECKING:
@@ -106,6 +107,7 @@ class RosPart:
         self, topic: str, message: type, callback: Callable[[Any], None], **options: Any
     ) -> Any:
         """Subscribe to a topic; `callback` gets each message; options: of rospy.Subscriber."""
+        check_type(topic, message, get_topic_manager().get_subscriber_impl)
         endpoint = self._received.subscribe(topic, message, callback, **options)
         note_endpoint(endpoint)
         self._endpoints.append(endpoint)

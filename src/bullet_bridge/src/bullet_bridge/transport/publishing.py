@@ -12,10 +12,12 @@ from __future__ import annotations
 import contextlib
 import threading
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import rospy
+from bullet_sim.errors import ModelError
+from rospy.impl.registration import get_topic_manager
 
 from bullet_bridge.transport.connections import DirectConnection
 from bullet_bridge.transport.relay import Relay
@@ -92,7 +94,11 @@ def publisher(
         topic, message_type, latch: as rospy's.
         queue_size: messages per subscriber.
         relayed: False for large messages that other threads than the simulation's publish.
+
+    Raises:
+        ModelError: messages of another type leave on the topic.
     """
+    check_type(topic, message_type, get_topic_manager().get_publisher_impl)
     made = rospy.Publisher(topic, message_type, latch=latch, queue_size=None)
     note_endpoint(made)
     if _in_lockstep:
@@ -100,6 +106,24 @@ def publisher(
     else:
         send_directly(made, queue_size, _relay if relayed else None)
     return made
+
+
+def check_type(topic: str, message_type: Any, find: Callable[[str], Any]) -> None:
+    """Refuse a second type on a topic: rospy takes it, and subscribers cannot read what they get.
+
+    Args:
+        find: function of a resolved name -> the topic's publishers or subscribers in this process.
+
+    Raises:
+        ModelError: names the topic and both types.
+    """
+    name = rospy.resolve_name(topic)
+    present = find(name)
+    if present is not None and present.data_class not in (message_type, rospy.AnyMsg):
+        raise ModelError(
+            f"topic {name} carries {present.data_class._type} already, and cannot carry "
+            f"{message_type._type}, too; it needs another name"
+        )
 
 
 def note_endpoint(made: Any) -> None:
