@@ -86,15 +86,3 @@ class Causes(unittest.TestCase):
         motion = paths_beside_gazebo.motion_of(rows)
         self.assertAlmostEqual(motion.speed, 0.4, delta=0.02)
         self.assertAlmostEqual(motion.rate, 0.8, delta=0.08)
-
-    def test_3_what_is_wrong_is_named(self):
-        for plan, text in (
-            ({"plan": [["x", 1.0, [["/t", "no_such/Kind", {}]]]]}, "'no_such/Kind' of"),
-            (
-                {"plan": [["x", 1.0, [["/t", "std_msgs/Empty", {}]]]], "patience": 5.0},
-                "subscribes to /t",
-            ),
-        ):
-            done, _ = self.record(dict(DRIVES, **plan))
-            self.assertEqual(done.returncode, 2, done.stderr)
-            self.assertIn(text, done.stderr)

@@ -29,7 +29,6 @@ def write_pid(count):
     return head + "".join(f"\ndef test_{number}():\n    note()\n" for number in range(count))
 
 
-MARKED = f"import pytest\npytestmark = pytest.mark.isolated\n{write_pid(2)}"
 LEAVES_CHILD = """
 import os, subprocess, sys
 
@@ -58,7 +57,6 @@ GROUPS = {
     "tests/ros/test_shares_2.py": SHARES_MASTER,
     "tests/ros/test_a.py": write_pid(2),
     "tests/ros/test_b.py": write_pid(2),
-    "tests/unit/test_marked.py": MARKED,
     SKID: write_pid(1),
     "tests/ros/test_broken.py": f"LAUNCH = '<launch><nod</launch>'\n\n{PASSES}\n{PASSES}".replace(
         "test_it", "test_more", 1
@@ -125,12 +123,6 @@ def test_files_of_a_world_have_processes_of_their_own_on_one_master(groups):
     assert first[0] != second[0] and first[1] == second[1]
     assert {first[2], second[2]} == {"1", "2"}
     assert (groups.root / "test-results" / "ros" / "box" / "launch.log").exists()
-
-
-def test_a_marked_file_has_a_process_of_its_own(groups):
-    [usual], marked = groups.notes("skid"), groups.notes("marked")
-    assert usual[2].startswith("gw")  # it runs in a process of pytest-xdist
-    assert marked[0] == marked[1] and marked[0][0] != usual[0] and marked[0][2] == "None"
 
 
 def test_a_launch_that_cannot_start_is_shown(groups):

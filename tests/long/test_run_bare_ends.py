@@ -1,8 +1,6 @@
 """The end of a bare machine: by itself, by signals at each moment, by SIGKILL; nothing stays."""
 
 import contextlib
-import errno
-import os
 import signal
 import subprocess
 import time
@@ -39,24 +37,6 @@ def test_interrupted_while_mmdebstrap_works(bare):
 
 
 @where_it_works
-def test_interrupted_while_it_is_unpacked(bare):
-    tarball = bare.cache / "bookworm.tar"
-    os.mkfifo(tarball)
-    process = bare.start("true")
-    while True:
-        try:
-            writer = os.open(tarball, os.O_WRONLY | os.O_NONBLOCK)
-            break
-        except OSError as error:
-            assert error.errno == errno.ENXIO and process.poll() is None
-            time.sleep(0.01)
-    try:
-        assert bare.stopped(process)[0] == 130 and bare.left() == []
-    finally:
-        os.close(writer)
-
-
-@where_it_works
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_interrupted_while_the_command_works(bare, number):
     process = begun(bare.tarball(), HOLD)
@@ -73,12 +53,6 @@ def test_the_terminal_closes(bare):
         process.send_signal(signal.SIGHUP)
         time.sleep(0.05)
     assert process.returncode not in (0, -signal.SIGHUP) and bare.left() == []
-
-
-@where_it_works
-def test_a_command_that_hears_no_signal_and_has_left_its_session(bare):
-    process = begun(bare.tarball(), "trap '' INT TERM HUP; sleep 1000 & echo here; wait")
-    assert bare.stopped(process)[0] == 130 and bare.left() == []
 
 
 @where_it_works

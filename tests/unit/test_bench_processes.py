@@ -10,37 +10,8 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
-import launching  # noqa: E402
-from launching import Observer, Unresponsive  # noqa: E402
 
 LIMIT = 30.0  # [s]
-# Answers with the question after its delay.
-ECHO = """
-import json, os, sys, time
-for line in sys.stdin:
-    question = json.loads(line)
-    while not os.path.exists(question.get("after", "/")):
-        time.sleep(0.01)
-    print(json.dumps(question), flush=True)
-"""
-
-
-@pytest.fixture(name="echo")
-def _echo(tmp_path, monkeypatch):
-    script = tmp_path / "echo.py"
-    script.write_text(ECHO)
-    monkeypatch.setattr(launching, "SCRIPT", script)
-    made = Observer(dict(os.environ), None, "echo")
-    yield made
-    made.close()
-
-
-def test_a_late_answer_is_not_taken_for_the_next(echo, tmp_path):
-    gate = tmp_path / "gate"
-    with pytest.raises(Unresponsive, match="slow.*not answered within 0.1 s"):
-        echo.request(limit=0.1, what="slow", after=str(gate))
-    gate.touch()
-    assert echo.request(limit=LIMIT, what="next") == {"what": "next"}
 
 
 NODES = (

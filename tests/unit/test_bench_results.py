@@ -1,7 +1,6 @@
 """Results as data: what is in bench/results/, and what a file of results must hold."""
 
 import json
-import subprocess
 import sys
 from pathlib import Path
 
@@ -73,21 +72,3 @@ def test_a_quick_run_is_not_kept(monkeypatch, capsys):
     with pytest.raises(SystemExit) as ended:
         bench.main()
     assert ended.value.code == 2 and "not to be quoted" in capsys.readouterr().err
-
-
-def test_the_commit_tells_whether_files_other_than_results_differ(tmp_path, monkeypatch):
-    def git(*words):
-        who = ("-c", "user.name=n", "-c", "user.email=e@example.org")
-        subprocess.run(["git", "-C", tmp_path, *who, *words], check=True, capture_output=True)
-
-    folder = tmp_path / "bench" / "results"
-    folder.mkdir(parents=True)
-    (tmp_path / "source.py").write_text("a = 1\n")
-    git("init")
-    git("add", "source.py")
-    git("commit", "-m", "first")
-    monkeypatch.setattr(results, "FOLDER", folder)
-    (folder / "solver.json").write_text("{}")
-    assert results.commit() and not results.commit().endswith("+")
-    (tmp_path / "source.py").write_text("a = 2\n")
-    assert results.commit().endswith("+")

@@ -5,7 +5,6 @@ import inspect
 import json
 import sys
 from pathlib import Path
-from xml.etree import ElementTree
 
 import pytest
 
@@ -15,7 +14,6 @@ sys.path.insert(0, str(BENCH))
 from figures import BenchError  # noqa: E402
 from report import table  # noqa: E402
 from sections import SECTIONS, efficiency, section  # noqa: E402
-from worlds.car_description import describe  # noqa: E402
 
 import bench  # noqa: E402
 
@@ -85,24 +83,6 @@ def test_a_section_that_fails_leaves_the_others(monkeypatch, tmp_path):
     assert result["camera"] == {"quick_was": True} and "start" not in result
     assert json.dumps(result)
     assert "start FAILED" in table({**result, "camera": {}})
-
-
-def test_the_car_of_the_bench_worlds():
-    robot = ElementTree.fromstring(
-        describe(namespace="/a/b", topic="/a/scan", lidar_samples=1081, lidar_rate=40.0,
-                 camera=False, efforts=True)
-    )  # fmt: skip
-    lidar = robot.find("gazebo/sensor[@type='ray']")
-    assert lidar.findtext("update_rate") == "40.0"
-    assert lidar.findtext("ray/scan/horizontal/samples") == "1081"
-    assert lidar.findtext("plugin/topicName") == "/a/scan"
-    assert robot.find("gazebo/sensor[@type='camera']") is None
-    interfaces = {item.text for item in robot.iter("hardwareInterface")}
-    assert interfaces == {"hardware_interface/EffortJointInterface"}
-    assert len(robot.findall("transmission")) == 6
-    plain = ElementTree.fromstring(describe(lidar=False))
-    assert plain.find("gazebo/sensor[@type='ray']") is None
-    assert plain.find("gazebo/sensor[@type='camera']") is not None
 
 
 def test_a_lap_in_the_gym_and_over_ros_is_a_row_each(tmp_path):

@@ -49,43 +49,6 @@ def test_copies_find_each_other_and_the_clone_stays_as_it_is(sources, tmp_path):
     assert "old()" in (original / "client.py").read_text()
 
 
-def test_compiled_programs_are_copied_and_missing_ones_named(sources, tmp_path):
-    nodes = {("robot", "fake"): "here.launch speed:='1 2' slow:=true"}
-    suite = suites.Suite("clone", "robot", ("test/*.test",), nodes=nodes)
-    text = LAUNCH.replace("client.py", "client_test").replace("<test ", '<test time-limit="9" ')
-    (sources / "clone" / "robot" / "test" / "drive.test").write_text(text)
-    (tmp_path / "work").mkdir()
-    (case,) = run.run_suite("robot", suite, sources)
-    assert case.name == "drive.test" and "compile client_test" in case.reason
-    clients = tmp_path / "clients" / "robot"
-    clients.mkdir(parents=True)
-    (clients / "client_test").write_text("#!/bin/sh\n")
-    (clients / "client_test").chmod(0o755)
-    copy, name = run.copy_package(suite, sources, "robot", tmp_path / "work", clients.parent)
-    assert run.missing_client(copy / "test" / "drive.test", copy, "robot") == ""
-    text = (copy / "test" / "drive.test").read_text()
-    assert f'pkg="{name}" type="client_test"' in text and 'time-limit="9"' not in text
-    assert '<arg name="speed" value="1 2"/><arg name="slow" value="true"/></include>' in text
-
-
-def test_a_simulator_of_the_launch_files_goes_at_the_pace(monkeypatch):
-    suite = suites.Suite("clone", "robot", simulator="gazebo")
-    assert "real_time_factor" not in run.rewrite(LAUNCH, suite, "robot", "copy", [])
-    monkeypatch.setenv(run.PACE, "0.5")
-    text = run.rewrite(LAUNCH, suite, "robot", "copy", [])
-    assert '<param name="/gazebo/real_time_factor" value="0.5"/>\n</launch>' in text
-    other = suites.Suite("clone", "robot")
-    assert "real_time_factor" not in run.rewrite(LAUNCH, other, "robot", "copy", [])
-
-
-def test_what_gtest_says_is_one_line():
-    assert run.short("Traceback\n  File x\nValueError: 3") == "ValueError: 3"
-    assert run.short("/a/b.cpp:7\nExpected: 1\n  Which is: 2") == (
-        "/a/b.cpp:7 Expected: 1 Which is: 2"
-    )
-    assert run.short(" ") == ""
-
-
 def test_a_suite_of_functions_and_a_table(sources, monkeypatch):
     suite = suites.Suite("clone", "robot", modules=("test/test_sums.py",),
                          not_applicable={"cm_test": "C++"})  # fmt: skip
@@ -97,12 +60,6 @@ def test_a_suite_of_functions_and_a_table(sources, monkeypatch):
     lines = run.table({"robot": [*cases, run.Case("b", "it broke")]})
     assert lines[1].endswith("1 of 2") and "  robot: b: it broke" in lines
     assert "  robot: not applicable: cm_test: C++" in lines
-
-
-def test_a_copy_can_have_the_name_of_its_package(sources, tmp_path):
-    suite = suites.Suite("clone", "robot", own_name=True)
-    copy, name = run.copy_package(suite, sources, "robot", tmp_path / "work")
-    assert name == "robot" and "<name>robot</name>" in (copy / "package.xml").read_text()
 
 
 def test_missing_clones_and_unknown_suites_are_named(tmp_path, capsys):

@@ -10,7 +10,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
 from run_rig import ROOT
 
 FUNCTIONS = "compile match search fullmatch sub subn split findall finditer".split()
@@ -153,39 +152,6 @@ def sources():
         if not path.endswith((".toml", ".ipynb", ".pyi")):
             with open(path, encoding="utf-8") as stream:
                 yield path, stream.read()
-
-
-@pytest.mark.parametrize("expression, expected", [
-    ("a++", True), ("(a|b)*+c", True), ("(?>a)", True), ("x(?:y(z?+))", True),
-    ("a+", False), (r"(?P<n>[+]+)\++", False), (rb"a*b+?", False),
-])  # fmt: skip
-def test_such_an_expression_is_found(expression, expected):
-    assert later(expression) == expected
-    tree = ast.parse(f"import re\n\nre.compile({expression!r}, re.MULTILINE)\n")
-    found = Evaluated(tree).expressions
-    assert found == [(3, expression)]
-
-
-@pytest.mark.parametrize("text, expected", [
-    ("name.removesuffix('.py')", 1), ("path.parent.is_relative_to(root)", 1),
-    ("Pair = tuple[int, int]", 1), ("class A(dict[str, int]): pass", 1),
-    ("from collections.abc import Sequence\nPoint = Sequence[float]", 1),
-    ("from typing import Sequence\nPoint = Sequence[float]", 0),
-    ("Point = Pose | None", 1), ("isinstance(a, str | int)", 1), ("cast(dict[str, int], a)", 1),
-    ("a = {} | b", 1), ("a |= {'x': 1}", 1), ("a |= {1, 2}", 0), ("a = FLAG | OTHER", 0),
-    ("a += b, *c", 1), ("a += (b, *c)", 0), ("for a in *b, *c: pass", 1), ("a = b, *c", 0),
-    ("def f(a: int | None) -> list[int]: pass", 2),
-    ("from __future__ import annotations\ndef f(a: int | None) -> list[int]: pass", 0),
-    ("from __future__ import annotations\na: list[int] = []", 0),
-    ("from __future__ import annotations\na: B = list[int]", 1),
-])  # fmt: skip
-def test_what_is_evaluated_is_found(text, expected):
-    try:
-        tree = ast.parse(text)
-    except SyntaxError:  # the parser of 3.8 itself refuses some of them
-        assert expected and sys.version_info < (3, 9)
-        return
-    assert len(Evaluated(tree).found) == expected
 
 
 def test_methods_that_older_test_cases_figures_and_images_lack():

@@ -43,18 +43,6 @@ def test_the_window_records_into_out_and_gets_a_pad_that_is_there(tmp_path):
     assert launching.window_arguments(["pad:=false", "record_dir:=x", "--screen"], pads) == []
 
 
-def test_arguments_of_groups_and_descriptions(tmp_path):
-    launch = LaunchFile("track_model", "world.launch")
-    launch.path = str(tmp_path / "probe.launch")
-    (tmp_path / "probe.launch").write_text(
-        '<launch>\n  <arg name="a" default="1"/>  <!-- first -->\n  <!-- not about it -->\n'
-        '  <arg name="b"/>\n  <!-- nor this -->\n  <arg name="c" value="3"/>\n'
-        '  <group><arg name="d" default="4" doc="fourth"/></group>\n'
-        '  <include file="x"><arg name="e" value="$(arg a)"/><arg name="f"/></include>\n</launch>\n'
-    )
-    assert launch.arguments() == {"a": ("1", "first"), "b": (None, ""), "d": ("4", "fourth")}
-
-
 @pytest.mark.parametrize("given, problem", [
     ("real_time_factor:=abc", "real_time_factor is 'abc'; it must be a number of at least 0"),
     ("real_time_factor:=-1", "real_time_factor is '-1'; it must be a number of at least 0"),
@@ -74,13 +62,6 @@ def test_values_that_roslaunch_reads():
     given = ["real_time_factor:=0", "x:=-.25", "y:=1.0e-1", "gui:=True", "paused:=1",
              "shadows:=auto", "camera_rate:=$(env RATE)", "solver:=none"]  # fmt: skip
     assert LaunchFile("track_model", "world.launch").check(given) == given
-
-
-def test_options_of_roslaunch_are_handed_on_where_a_command_allows_it():
-    arguments = ["--screen", "-p", "11312", "gui:=true"]
-    assert LaunchFile("track_model", "world.launch").check(arguments) == arguments
-    with pytest.raises(UsageError, match="unknown argument '--screen'"):
-        LaunchFile("track_model", "world.launch", options=False).check(arguments)
 
 
 def test_tracks(tmp_path, monkeypatch):

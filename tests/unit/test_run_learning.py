@@ -5,7 +5,6 @@ import os
 from argparse import Namespace
 
 import pytest
-from paddock_gym.simulation import randomize
 
 from commands import environment, launching, processes
 from commands.bootstrap import venv
@@ -76,23 +75,6 @@ def test_a_training_with_everything(tmp_path):
     assert (table["reward"], table["metadata"]) == (str(files[0]), str(files[1]))
     assert (table["race"], table["walls"], table["track"]) == ("head_to_bot", True, "hard")
     assert (table["steps"], table["workers"], table["seed"]) == (1000, 3, 5)
-
-
-def test_a_training_in_threads():
-    many = train.max_processes() + 1
-    table = train.wanted(parsed(train, "train", "--threads", "--workers", str(many)))
-    assert table["threads"] is True and table["workers"] == many and "ray" not in table
-    with pytest.raises(UsageError, match="ray is 'auto'; with --threads there are no actors"):
-        train.wanted(parsed(train, "train", "--threads", "--ray", "auto"))
-
-
-@pytest.mark.parametrize(
-    "value, names",
-    [("nothing", []), ("all", list(train.RANDOM)), ("mass,friction", ["mass", "friction"])],
-)
-def test_what_is_random(value, names):
-    table = train.wanted(parsed(train, "train", "--randomize", value))
-    assert table["randomize"] == names == list(randomize.parse(value))
 
 
 def test_resume_changes_only_what_is_given():

@@ -137,17 +137,6 @@ def test_modules_for_the_systems_python_are_no_use_to_another_one(tmp_path):
     assert system.installed() == wanted and "python3" in wanted
 
 
-def test_a_remembered_ros_counts_as_sourced(tmp_path):
-    system = ros_rig.System(tmp_path, FEDORA, apt=False)
-    one = ros_rig.make_ros(tmp_path / "one", ["rospy"])
-    (system.root / ".venv").mkdir()
-    (system.root / ".venv" / ".stamp").write_text(f"? {system.root} {one}\n")
-    done = system.run("setup")
-    assert done.stdout.startswith(f"ROS 1: {one}\n") and "has no ROS 1" not in done.stderr
-    shutil.rmtree(one)
-    assert "has no ROS 1" in system.run("setup").stderr
-
-
 @pytest.mark.parametrize(
     "changes, found",
     [
