@@ -56,6 +56,20 @@ def test_an_actor_goes_around_what_it_does_not_ignore():
     assert (around[:, 1] >= -10.0).all() and (around[:, 0] >= -3.0).all()
 
 
+def test_targets_by_chance_are_two_metres_and_more_from_the_last_and_from_models():
+    world = World()
+    world.load(parse_world(ACTOR.format("", BLOCK.format("2 2 1.2138")), str))
+    model = world.models["walker"]
+    plugin = plugin_of(world, model, model.description.sensors[0])
+    gaps = []
+    for _ in range(200):
+        last = plugin._target
+        plugin._choose()
+        gaps.append(min(math.dist(plugin._target, place) for place in (last, (2.0, 2.0, 1.2138))))
+    world.close()
+    assert 2.0 <= min(gaps) < 2.5
+
+
 PERSON = (
     '<actor name="{0}"><pose>{1} 0 0 {2}</pose><skin><filename>walk.dae</filename></skin>'
     '<animation name="walking"><filename>walk.dae</filename></animation><plugin name="p" '

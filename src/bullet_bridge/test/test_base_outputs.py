@@ -232,6 +232,7 @@ def test_a_wrench_by_topic_acts_in_each_step_along_the_worlds_axes(world, topics
     received = FakeReceivedCounts()
     plugin = plugin_of(world, model, ForceSpec("f", "base", "/push"), received=received)
     assert received.topic == "/push"
+    assert plugin._rate() == pytest.approx(1.0 / world.time_step), "it has no rate: each step"
     wrench = Wrench()
     wrench.force.x, wrench.torque.z = 4.0, 0.1
     received.take(wrench)

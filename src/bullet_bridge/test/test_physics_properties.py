@@ -121,6 +121,7 @@ def test_reconfiguring_asks_only_for_what_differs(properties):
     before = physics.as_config(properties.read())
     assert set(before) == set(physics.CONFIG.type) == set(physics.CONFIG.defaults)
     assert physics.requested_changes(dict(before), before) == {}
+    assert physics.CONFIG.defaults["sor_pgs_iters"] == 50  # as Gazebo's
     config = dict(before, gravity_x=1.0, sor_pgs_iters=7, erp=0.9, auto_disable_bodies=True)
     assert physics.requested_changes(config, before) == {
         "gravity": (1.0, 0.0, -9.81),

@@ -173,6 +173,8 @@ def test_limbs_swing_with_the_way_or_with_time():
     one, other = limbs("walk", 1.0), limbs("walk", 1.0 + math.pi)
     assert one["LeftUpLeg"] == pytest.approx(other["RightUpLeg"])
     assert one["LeftUpLeg"] * one["LeftArm"] < 0.0
+    assert one["LeftLeg"] == pytest.approx(0.5 * math.cos(1.0) + 0.05), "the shin swings forward"
+    assert one["RightLeg"] == 0.05, "the other knee is stretched"
 
 
 def test_a_person_stands_on_the_ground_and_is_as_tall_as_one():

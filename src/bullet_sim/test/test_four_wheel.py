@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from bullet_sim.controllers.four_wheel import FourWheelOdometry
 from bullet_sim.controllers.manager import Manager
 from bullet_sim.errors import CommandError, ControllerError
 from bullet_sim.formats.urdf import parse_urdf
@@ -168,3 +169,11 @@ def test_commands_have_two_or_three_numbers():
     base = Base()
     with pytest.raises(CommandError, match="1 values, must have 2 or 3"):
         base.manager.command("base", (1.0,))
+
+
+def test_rates_are_means_over_the_window_of_one_period_at_least():
+    for window, rate in ((0, 30.0), (1, 30.0), (2, 20.0)):
+        odometry = FourWheelOdometry(window)
+        for angle in (0.1, 0.4):
+            odometry.move((0.0, 0.0, 0.0), (angle, 0.0), 0.01)
+        assert odometry.rates[0] == pytest.approx(rate), window

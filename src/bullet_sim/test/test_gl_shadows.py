@@ -13,6 +13,7 @@ from bullet_sim.description.world import Scene
 from bullet_sim.errors import RenderError
 from bullet_sim.pose import Pose
 from bullet_sim.render.gl.renderer import GlRenderer
+from bullet_sim.render.gl.shadows import Map
 from bullet_sim.render.request import CameraRequest, Quality
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
@@ -168,3 +169,14 @@ def test_markings_1_mm_above_the_road_show_to_the_horizon(gl, near):
     bright = pictures[1] > 200
     assert bright.sum() > 5000
     assert (pictures[0][bright] > 200).mean() > 0.999
+
+
+def test_maps_have_few_sizes_each_half_again_as_large_at_most(gl):
+    """While a box grows a little its map stays as it is: its shadow's edges do not crawl."""
+    cover, edges = Map(gl._context.gl, 4096), []
+    for side in np.linspace(1.0, 1.9, 40):
+        low = np.full(3, -side / 2.0)
+        cover.fit(np.eye(3), low, -low, np.zeros(3))
+        edges.append(2.0 / cover.clip[0, 0])
+        assert 1.02 * side <= edges[-1] <= 1.02 * side * np.sqrt(2.0) * 1.001
+    assert len(set(edges)) == 3

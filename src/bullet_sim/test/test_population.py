@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from bullet_sim.errors import ModelError
+from bullet_sim.formats.sdf import population
 from bullet_sim.formats.sdf.world import parse_world
 
 BOX = "<box><size>4 2 1</size></box>"
@@ -113,3 +115,11 @@ def test_models_may_come_from_a_file(tmp_path):
     )
     world = parse_world(text, lambda _: str(tmp_path / "s.sdf"))
     assert [model.name for model, _ in world.models] == ["stone_clone_0", "stone_clone_1"]
+
+
+def test_a_region_takes_as_many_as_it_has_places_and_no_more():
+    places, rng = np.arange(12.0).reshape(4, 3), np.random.default_rng(0)
+    found = population._even(places, 4, "population 'p'", rng)
+    assert sorted(found.tolist()) == places.tolist()
+    with pytest.raises(ModelError, match="has 5 models, its region holds at most 4"):
+        population._even(places, 5, "population 'p'", rng)

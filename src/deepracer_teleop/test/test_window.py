@@ -48,6 +48,14 @@ def test_layout(teleop):
     assert isinstance(window.cameraLabel, QLabel)
 
 
+def test_a_long_problem_does_not_widen_the_window(teleop):
+    window = teleop.build()
+    narrow = window.minimumSizeHint().width()
+    window.troubleLabel.setText("x" * 500)
+    window.troubleLabel.show()
+    assert window.minimumSizeHint().width() == narrow
+
+
 def test_screenshot_has_widgets_at_their_positions(teleop):
     window = teleop.build()
     boxes = {name: button.geometry() for name, button in window.buttons.items()}

@@ -126,6 +126,7 @@ def test_hyperparameters(tmp_path):
         ({"batch_size": 4}, "batch_size is 4; it must be from 8 to 4096"),
         ({"batch_size": 64.5}, "batch_size is 64.5; it must be a whole number"),
         ({"lr": "fast"}, "lr is 'fast'"),
+        ({"beta_entropy": 1.5}, "beta_entropy is 1.5; it must be from 0 to 1"),
         ({"loss_type": "l1"}, "loss_type is 'l1'; it must be one of huber"),
         ({"learning_rate": 0.1}, "unknown key 'learning_rate'; there are batch_size"),
     ],

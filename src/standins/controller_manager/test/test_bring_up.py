@@ -85,7 +85,8 @@ def test_take_down_stops_all_then_unloads_backwards(spawner, manager, lines):
     assert manager.asked == [("switch", [], ["a", "b"], True), ("unload", "b"), ("unload", "a")]
     spawner.take_down()
     assert len(manager.asked) == 3
-    assert lines[-6:] == [
+    assert lines[-7:] == [
+        "Shutting down spawner. Stopping and unloading controllers...",
         "Stopping all controllers...",
         "Unloading all loaded controllers...",
         "Trying to unload b",
