@@ -11,11 +11,8 @@ from track_model import source, spec
 from track_model.files import cache
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Print a track's SDF or write its files; returns the exit code.
-
-    Errors are one line on stderr and exit code 1.
-    """
+def command_line() -> argparse.ArgumentParser:
+    """The command's options."""
     parser = argparse.ArgumentParser(prog="make_track", description="Build a track from its file.")
     parser.add_argument(
         "track",
@@ -28,6 +25,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "-o", "--output", metavar="DIR", help="write the files there and not into the cache"
     )
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Print a track's SDF or write its files; returns the exit code.
+
+    Errors are one line on stderr and exit code 1.
+    """
+    parser = command_line()
     arguments = parser.parse_args(argv)
     if arguments.walls and not arguments.sdf:
         parser.error("--walls is for --sdf")

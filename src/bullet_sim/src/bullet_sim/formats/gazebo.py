@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -170,13 +170,7 @@ _PROPERTIES: dict[str, tuple[Callable[[str, str], Any], tuple[str, ...], tuple[s
 
 
 READ = {
-    "mu1",
-    "mu2",
-    "kp",
-    "kd",
-    "fdir1",
-    "maxVel",
-    "minDepth",
+    *(tag for _, tags, _ in _PROPERTIES.values() for tag in tags),
     "collide_bitmask",
     "material",
     "selfCollide",
@@ -199,7 +193,6 @@ READ = {
     "springStiffness",
     "springReference",
     "laserRetro",
-    "maxContacts",
     "preserveFixedJoint",
     "disableFixedJointLumping",
     "allow_auto_disable",
@@ -223,6 +216,14 @@ QUIET = {
 }
 
 
+# Tags that sdformat writes behind one of its own, where the first counts, and what has the effect.
+WITHOUT_EFFECT = {
+    "gravity": "turnGravityOff",
+    "velocity_decay": "dampingFactor",
+    "collide_bitmask": "collision><surface><contact><collide_bitmask",
+}
+
+
 def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
     """Read every <gazebo> child of <robot> into the model description.
 
@@ -230,45 +231,12 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
         resolve: of the URIs of scripts.
     """
     _keep_joints(robot, model)
-    gravity: dict[str, bool] = {}
-    decay: dict[str, float] = {}
-    windy: dict[str, bool] = {}
-    for element in robot.findall("gazebo"):
-        for child in element:  # <mu1 value="0.8"/>, which counts before a text, as in sdformat
-            child.text = child.get("value", child.text)
-        name = element.get("reference") or ""
-        label = f"<gazebo reference='{name}'>"
-        gravity[name] = not is_true(child_text(element, "turnGravityOff", "false"))
-        for tag, does in (
-            ("gravity", "turnGravityOff"),
-            ("velocity_decay", "dampingFactor"),
-            ("collide_bitmask", "collision><surface><contact><collide_bitmask"),
-        ):
-            if element.find(tag) is not None and not (
-                tag == "gravity" and is_true(child_text(element, tag, "true"))
-            ):  # sdformat writes it behind one of its own, and the first counts
-                model.warn(
-                    f"{label}: <{tag}> has no effect, as in Gazebo; <{does}> has",
-                    f"<gazebo> elements have <{tag}>, which has no effect, as in Gazebo; <{does}> "
-                    "has",
-                    f"'{name}'",
-                )
-        lost = child_number(element, "dampingFactor", label, None)
-        if lost is not None:
-            decay.setdefault(name, max(0.0, lost))
-        if element.find("enable_wind") is not None:
-            windy.setdefault(name, is_true(child_text(element, "enable_wind", "")))
-    merging: dict[str, list[Joint]] = {}
-    for joint in sorted(model.joints.values(), key=lambda joint: joint.name, reverse=True):
-        if _merges(joint, model):
-            merging.setdefault(joint.parent, []).append(joint)
-    merged = {joint.child for joints in merging.values() for joint in joints}
-    for name in model.links:
-        if name not in merged:
-            _set_merged(name, gravity, decay, windy, model, merging)
+    elements = robot.findall("gazebo")
+    for child in (child for element in elements for child in element):
+        child.text = child.get("value", child.text)  # which counts before a text, as in sdformat
+    _set_flags(elements, model)
     materials: dict[str, Material] = {}
-    grippers: list[Node] = []
-    for element in robot.findall("gazebo"):
+    for element in elements:
         reference = element.get("reference")
         if reference is None:
             _model_flags(element, model)
@@ -277,14 +245,7 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
             if material is not None:
                 materials[reference] = material
         elif reference in model.joints:
-            implicit = _either(element, "implicitSpringDamper", "cfmDamping")
-            joint, label = model.joints[reference], f"<gazebo reference='{reference}'>"
-            joint.implicit_damping = is_true(implicit)
-            joint.stiffness = child_number(element, "springStiffness", label, joint.stiffness)
-            joint.rest = child_number(element, "springReference", label, joint.rest)
-            joint.stop_erp = child_number(element, "stopErp", label, joint.stop_erp)
-            joint.stop_cfm = child_number(element, "stopCfm", label, joint.stop_cfm)
-            joint.stop_push = child_number(element, "fudgeFactor", label, joint.stop_push)
+            _joint_flags(element, model.joints[reference], _label(element))
         else:
             model.warn(
                 f"<gazebo reference='{reference}'> refers to no link and no joint; "
@@ -293,24 +254,42 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve) -> None:
                 f"'{reference}'",
             )
         _unknown(element, model, reference)
-        for sensor in element.findall("sensor"):
-            link = reference if reference is not None else model.root
-            if link not in model.links:
-                model.warn(
-                    f"sensor '{sensor.get('name')}' refers to link '{reference}', "
-                    "which does not exist; it is left out",
-                    "sensors refer to a link that does not exist and are left out",
-                    f"'{sensor.get('name')}'",
-                )
-                continue
-            parse_sensor(sensor, link, model)
-        for plugin in element.findall("plugin"):
-            parse_plugin(plugin, model)
-        if reference is None:  # in a link SDF has none
-            grippers += element.findall("gripper")
-    for gripper in grippers:
-        parse_gripper(gripper, model, "")
+        _sensors_and_plugins(element, model)
+    for element in elements:
+        if element.get("reference") is None:  # in a link SDF has none
+            for gripper in element.findall("gripper"):
+                parse_gripper(gripper, model, "")
     _assign(robot, materials, _retros(robot), model)
+
+
+def _label(element: Node) -> str:
+    return f"<gazebo reference='{element.get('reference') or ''}'>"
+
+
+def _sensors_and_plugins(element: Node, model: ModelDescription) -> None:
+    reference = element.get("reference")
+    link = reference if reference is not None else model.root
+    for sensor in element.findall("sensor"):
+        if link in model.links:
+            parse_sensor(sensor, link, model)
+            continue
+        model.warn(
+            f"sensor '{sensor.get('name')}' refers to link '{reference}', "
+            "which does not exist; it is left out",
+            "sensors refer to a link that does not exist and are left out",
+            f"'{sensor.get('name')}'",
+        )
+    for plugin in element.findall("plugin"):
+        parse_plugin(plugin, model)
+
+
+def _joint_flags(element: Node, joint: Joint, label: str) -> None:
+    joint.implicit_damping = is_true(_either(element, "implicitSpringDamper", "cfmDamping"))
+    joint.stiffness = child_number(element, "springStiffness", label, joint.stiffness)
+    joint.rest = child_number(element, "springReference", label, joint.rest)
+    joint.stop_erp = child_number(element, "stopErp", label, joint.stop_erp)
+    joint.stop_cfm = child_number(element, "stopCfm", label, joint.stop_cfm)
+    joint.stop_push = child_number(element, "fudgeFactor", label, joint.stop_push)
 
 
 def _keep_joints(robot: Node, model: ModelDescription) -> None:
@@ -350,16 +329,15 @@ def _merges(joint: Joint, model: ModelDescription) -> bool:
 
 def _retros(robot: Node) -> dict[str, float]:
     """The last <laserRetro> of each link."""
-    found = {}
+    retros = {}
     for element in robot.findall("gazebo"):
-        name = element.get("reference") or ""
-        label = f"<gazebo reference='{name}'>"
+        label = _label(element)
         retro = child_number(element, "laserRetro", label, None)
         if retro is None:
             retro = child_number(element, "collision/laser_retro", label, None)
         if retro is not None:
-            found[name] = retro
-    return found
+            retros[element.get("reference") or ""] = retro
+    return retros
 
 
 def _assign(
@@ -428,43 +406,67 @@ def _owner(shape: str, link: str, root: str, suffix: str) -> str:
     return link if link != root and name.startswith(link + suffix) else ""
 
 
-def _set_merged(
-    name: str,
-    gravity: dict[str, bool],
-    decay: dict[str, float],
-    windy: dict[str, bool],
-    model: ModelDescription,
-    merging: dict[str, list[Joint]],
-) -> None:
-    """Whether gravity and wind act on a link, and on those that fixed joints merge into it; their
-    decay.
+def _set_flags(elements: Sequence[Node], model: ModelDescription) -> None:
+    """Whether gravity and wind act on links, and their decay.
 
-    The link's own <gazebo> elements come first, then those of the links fixed to it, in the order
-    of their joints' names. As in sdformat all have the gravity that the last one says, the decay
-    and the wind that the first one says.
-
-    Args:
-        merging: link -> joints that merge others into it, the last name first.
+    All links that fixed joints merge into one have the gravity that the last <gazebo> element says,
+    the decay and the wind that the first one says, as in sdformat.
     """
-    names: dict[str, None] = {}
-    said = True
-    pending = [name]
-    while pending:
-        name = pending.pop()
-        if name in names:  # a loop
+    gravity: dict[str, bool] = {}
+    decay: dict[str, float] = {}
+    windy: dict[str, bool] = {}
+    for element in elements:
+        name, label = element.get("reference") or "", _label(element)
+        gravity[name] = not is_true(child_text(element, "turnGravityOff", "false"))
+        for tag, does in WITHOUT_EFFECT.items():
+            if element.find(tag) is not None and not (
+                tag == "gravity" and is_true(child_text(element, tag, "true"))
+            ):
+                model.warn(
+                    f"{label}: <{tag}> has no effect, as in Gazebo; <{does}> has",
+                    f"<gazebo> elements have <{tag}>, which has no effect, as in Gazebo; <{does}> "
+                    "has",
+                    f"'{name}'",
+                )
+        lost = child_number(element, "dampingFactor", label, None)
+        if lost is not None:
+            decay.setdefault(name, max(0.0, lost))
+        if element.find("enable_wind") is not None:
+            windy.setdefault(name, is_true(child_text(element, "enable_wind", "")))
+    for names in _merged(model):
+        falls = next((gravity[name] for name in reversed(names) if name in gravity), True)
+        lost = next((decay[name] for name in names if name in decay), 0.0)
+        blown = next((windy[name] for name in names if name in windy), False)
+        for name in names:
+            link = model.links[name]
+            link.gravity, link.decay, link.wind = falls, (lost, lost), blown
+
+
+def _merged(model: ModelDescription) -> list[list[str]]:
+    """Links that are not merged into another: each with those that fixed joints merge into it, in
+    the order of their joints' names."""
+    merging: dict[str, list[Joint]] = {}
+    for joint in sorted(model.joints.values(), key=lambda joint: joint.name, reverse=True):
+        if _merges(joint, model):
+            merging.setdefault(joint.parent, []).append(joint)
+    merged = {joint.child for joints in merging.values() for joint in joints}
+    groups = []
+    for root in model.links:
+        if root in merged:
             continue
-        names[name] = None
-        said = gravity.get(name, said)
-        pending += [joint.child for joint in merging.get(name, ())]
-    lost = next((decay[name] for name in names if name in decay), 0.0)
-    blown = next((windy[name] for name in names if name in windy), False)
-    for merged in names:
-        link = model.links[merged]
-        link.gravity, link.decay, link.wind = said, (lost, lost), blown
+        names: dict[str, None] = {}
+        pending = [root]
+        while pending:
+            name = pending.pop()
+            if name not in names:  # else a loop
+                names[name] = None
+                pending += [joint.child for joint in merging.get(name, ())]
+        groups.append(list(names))
+    return groups
 
 
 def _unknown(element: Node, model: ModelDescription, reference: str | None) -> None:
-    label = "<gazebo>" if reference is None else f"<gazebo reference='{reference}'>"
+    label = "<gazebo>" if reference is None else _label(element)
     known = READ | QUIET if reference is None else (READ | QUIET) - {"gripper", "joint"}
     for child in element:
         if isinstance(child.tag, str) and child.tag not in known:
@@ -494,7 +496,7 @@ def _link_flags(
     element: Node, model: ModelDescription, link: Link, resolve: Resolve
 ) -> Material | None:
     """Read a link's surface and flags; returns the material of its visuals."""
-    label = f"<gazebo reference='{link.name}'>"
+    label = _label(element)
     _replace_surface(element, link, label, model)
     read_surface(element, link.surface, label, model.warn, urdf=True)
     read_stiffness(element, link.surface, label)

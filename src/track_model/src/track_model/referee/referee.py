@@ -174,24 +174,23 @@ class Referee:
         """
         events: list[str] = []
         s, lateral = self._locate(time, x, y, speed, events)
+        old, rules = self.status, self.rules
         rotation = np.array(((math.cos(yaw), -math.sin(yaw)), (math.sin(yaw), math.cos(yaw))))
         wheels = ~self.course.contains(np.array(self.car.wheels) @ rotation.T + (x, y))
-        off = bool(wheels.all() if self.rules.off_track == "all" else wheels.any())
-        crashed = self._touches(np.array(self.car.corners) @ rotation.T + (x, y))
-        old = self.status
+        off = bool(wheels.all() if rules.off_track == "all" else wheels.any())
         off &= self.course.closed or not old.laps  # behind the finish of an open course none is
+        crashed = self._touches(np.array(self.car.corners) @ rotation.T + (x, y))
+        wrong, stuck = self._check_progress(time)
         penalty = old.penalty
-        for name, now, was, cost in (
-            ("off_track", off, old.off_track, self.rules.off_track_penalty),
-            ("crash", crashed, old.crashed, self.rules.collision_penalty),
+        for name, now, before, cost in (
+            ("off_track", off, old.off_track, rules.off_track_penalty),
+            ("crash", crashed, old.crashed, rules.collision_penalty),
+            ("wrong_way", wrong, old.wrong_way, 0.0),
+            ("stuck", stuck, old.stuck, 0.0),
         ):
-            if now and not was:
+            if now and not before:
                 events.append(name)
                 penalty += cost
-        wrong, stuck = self._check_progress(time)
-        events += ["wrong_way"] * (wrong and not old.wrong_way) + ["stuck"] * (
-            stuck and not old.stuck
-        )
         running = self._lap_start is not None
         self.status = replace(
             old,
