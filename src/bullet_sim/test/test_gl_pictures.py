@@ -17,6 +17,7 @@ from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
 from bullet_sim.world import World
 from PIL import Image
+from pinhole import OPTICAL_FROM_CAMERA
 
 DOWN = ((0.0, 0.0, 5.0), (0.0, np.pi / 2, 0.0))  # 5 m high, looks down, the picture's top is +x
 AHEAD = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
@@ -249,7 +250,7 @@ def test_depth_is_that_of_rays(gl, tmp_path):
         engine.load(str(path), fixed_base=True)
         k = camera.intrinsics(64, 48, asked.horizontal_fov)
         rays = camera.points(np.ones((48, 64), np.float32), k).reshape(-1, 3)
-        ends = 30.0 * rays @ camera.OPTICAL_FROM_CAMERA
+        ends = 30.0 * rays @ OPTICAL_FROM_CAMERA
         lengths = np.linalg.norm(ends, axis=1)
         rays = ends / lengths[:, None]
         fractions = engine.cast_rays(np.zeros(3), rays, 0.0, lengths.max()) / lengths

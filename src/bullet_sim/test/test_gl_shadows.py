@@ -17,6 +17,7 @@ from bullet_sim.render.gl.shadows import Map
 from bullet_sim.render.request import CameraRequest, Quality
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
+from pinhole import OPTICAL_FROM_CAMERA
 
 EDGE = 0.015  # [m] from a shadow's edge, across the sun's rays: 1.5 texels of a wide map
 NEAR, LIFT = 1e-6, 1e-4  # [m] how far a ray starts from its surface, and what counts as a hit
@@ -141,7 +142,7 @@ def test_shadows_are_where_rays_say(gl, name, pitch, others):
         near = (depth < 9.0).ravel()
         k = camera.intrinsics(160, 120, 1.0)
         optical = camera.points(depth, k).reshape(-1, 3)[near].astype(float)
-        ahead = optical @ camera.OPTICAL_FROM_CAMERA
+        ahead = optical @ OPTICAL_FROM_CAMERA
         place = Pose.from_xyz_rpy(*pose)
         points = ahead @ place.matrix.T + np.array(place.position)
         lit, facing = expected([*still, *moving], points, -np.array(sun.direction))

@@ -16,6 +16,7 @@ from bullet_sim.render.lenses import plan_distortion
 from bullet_sim.render.request import CameraRequest, Quality
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, Snapshot
+from pinhole import OPTICAL_FROM_CAMERA, project
 
 LENSES = [
     Distortion(-0.3, 0.05, crop=True),
@@ -68,7 +69,7 @@ def test_marks_are_where_gazebos_formula_puts_them(gl, lens):
     np.testing.assert_array_equal(depth, gl.render_with_depth(replace(asked, depth=True))[1])
     count, _, _, centers = cv2.connectedComponentsWithStats((rgb[:, :, 0] > 100).astype(np.uint8))
     k = camera.intrinsics(*SIZE, FOV)
-    straight = camera.project(marks() @ camera.OPTICAL_FROM_CAMERA.T, k)
+    straight = project(marks() @ OPTICAL_FROM_CAMERA.T, k)
     moved = np.array([brown(*((place + 0.5) / SIZE), lens) for place in straight])
     zoom = np.ones(2)
     if lens.crop:

@@ -11,6 +11,7 @@ from bullet_sim.render.renderer import FAR_DEPTH, gradient, paint_sky
 from bullet_sim.render.request import CameraRequest
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
+from pinhole import OPTICAL_FROM_CAMERA, project
 
 LEVEL = (0.0, 0.0, 0.0, 1.0)
 BOX = """<robot name="box"><link name="base"><visual><geometry><box size="{0} {0} {0}"/></geometry>
@@ -73,7 +74,7 @@ def check_outline(rgb, asked, in_camera):
     found = red_pixels(rgb)
     k = camera.intrinsics(asked.width, asked.height, asked.horizontal_fov)
     corners = in_camera + 0.05 * np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, -1).T
-    outline = camera.project(corners @ camera.OPTICAL_FROM_CAMERA.T, k)
+    outline = project(corners @ OPTICAL_FROM_CAMERA.T, k)
     inside_low, inside_high = np.ceil(outline.min(axis=0)), np.floor(outline.max(axis=0))
     inside_low = np.maximum(inside_low, 0)
     inside_high = np.minimum(inside_high, (asked.width - 1, asked.height - 1))

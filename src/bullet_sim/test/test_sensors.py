@@ -8,6 +8,7 @@ from bullet_sim.plugins.lidars import RaySpec
 from bullet_sim.pose import matrix_from_rpy, rotation_matrix, sensor_in_world
 from bullet_sim.sensors import camera, inertial
 from bullet_sim.sensors.lidar import Lidar
+from pinhole import OPTICAL_FROM_CAMERA, project
 
 LEVEL = (0.0, 0.0, 0.0, 1.0)
 YAW_90 = (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))
@@ -87,8 +88,8 @@ def test_opengl_and_pinhole_agree(width, height, fov):
     pixels = np.column_stack(
         [(ndc[:, 0] + 1) * width / 2 - 0.5, (1 - ndc[:, 1]) * height / 2 - 0.5]
     )
-    optical = in_camera @ camera.OPTICAL_FROM_CAMERA.T
-    expected = camera.project(optical, camera.intrinsics(width, height, fov))
+    optical = in_camera @ OPTICAL_FROM_CAMERA.T
+    expected = project(optical, camera.intrinsics(width, height, fov))
     np.testing.assert_allclose(pixels, expected, atol=1e-9)
 
 

@@ -43,10 +43,10 @@ def position(robot, link):
     """Where a link is with all joints at zero (3,) [m]; no joint is turned."""
     total = np.zeros(3)
     while link != "base_footprint":
-        found = next(j for j in robot.findall("joint") if j.find("child").get("link") == link)
-        assert not numbers(found.find("origin").get("rpy")).any()
-        total += numbers(found.find("origin").get("xyz"))
-        link = found.find("parent").get("link")
+        joint = next(j for j in robot.findall("joint") if j.find("child").get("link") == link)
+        assert not numbers(joint.find("origin").get("rpy")).any()
+        total += numbers(joint.find("origin").get("xyz"))
+        link = joint.find("parent").get("link")
     return total
 
 

@@ -72,8 +72,9 @@ def serving(files=None):
     with ros_master() as environment:
         with running(environment, [sys.executable, "-c", limit + SERVES]) as server:
             uri = environment["ROS_MASTER_URI"]
-            found = urlsplit(wait_for(lambda: call(uri, "lookupService", "/serve"), "the service"))
-            yield environment, server, (found.hostname, found.port)
+            service = wait_for(lambda: call(uri, "lookupService", "/serve"), "the service")
+            address = urlsplit(service)
+            yield environment, server, (address.hostname, address.port)
 
 
 def call_serve(environment):
@@ -116,8 +117,8 @@ def test_at_the_limit_of_open_files_a_node_serves_again_when_others_have_left():
         held = [socket.create_connection(address) for _ in range(300)]
         time.sleep(1.0)
         assert call(environment["ROS_MASTER_URI"], "getPid")
-        for each in held:
-            each.close()
+        for connection in held:
+            connection.close()
         assert call_serve(environment) < 10.0
         server.terminate()
         text = server.communicate(timeout=60.0)[0]

@@ -39,20 +39,20 @@ def written(tmp_path, content, name="file.json"):
 
 
 def test_discrete_actions(tmp_path):
-    found = actions.parse(written(tmp_path, DISCRETE))
-    assert found.command(0) == pytest.approx((0.6, math.radians(-30.0)))
-    assert found.command(1) == (1.2, 0.0)
-    assert found.action(1.0, 0.01) == 1
-    assert actions.parse(actions.table(found)) == found
+    space = actions.parse(written(tmp_path, DISCRETE))
+    assert space.command(0) == pytest.approx((0.6, math.radians(-30.0)))
+    assert space.command(1) == (1.2, 0.0)
+    assert space.action(1.0, 0.01) == 1
+    assert actions.parse(actions.table(space)) == space
 
 
 def test_continuous_actions(tmp_path):
-    found = actions.parse(written(tmp_path, CONTINUOUS))
-    assert found.command((-1.0, -1.0)) == pytest.approx((1.0, math.radians(-30.0)))
-    assert found.command((0.0, 0.0)) == pytest.approx((2.5, 0.0))
-    assert found.command((5.0, 1.0)) == pytest.approx((4.0, math.radians(30.0)))
-    assert found.command(found.action(1.75, 0.2)) == pytest.approx((1.75, 0.2), abs=1e-6)
-    assert actions.parse(actions.table(found)) == found
+    space = actions.parse(written(tmp_path, CONTINUOUS))
+    assert space.command((-1.0, -1.0)) == pytest.approx((1.0, math.radians(-30.0)))
+    assert space.command((0.0, 0.0)) == pytest.approx((2.5, 0.0))
+    assert space.command((5.0, 1.0)) == pytest.approx((4.0, math.radians(30.0)))
+    assert space.command(space.action(1.75, 0.2)) == pytest.approx((1.75, 0.2), abs=1e-6)
+    assert actions.parse(actions.table(space)) == space
 
 
 def changed(table, **items):
@@ -98,7 +98,7 @@ def test_wrong_metadata(tmp_path, content, words):
 
 
 def test_hyperparameters(tmp_path):
-    found = hyperparameters.load(
+    hyper = hyperparameters.load(
         written(
             tmp_path,
             {
@@ -114,10 +114,10 @@ def test_hyperparameters(tmp_path):
             },
         )
     )
-    assert (found.batch_size, found.num_epochs, found.lr) == (64, 10, 0.0003)
-    assert (found.beta_entropy, found.discount_factor) == (0.01, 0.99)
-    assert (found.loss_type, found.num_episodes_between_training) == ("mse", 20)
-    assert found.ignored == ("e_greedy_value", "exploration_type")
+    assert (hyper.batch_size, hyper.num_epochs, hyper.lr) == (64, 10, 0.0003)
+    assert (hyper.beta_entropy, hyper.discount_factor) == (0.01, 0.99)
+    assert (hyper.loss_type, hyper.num_episodes_between_training) == ("mse", 20)
+    assert hyper.ignored == ("e_greedy_value", "exploration_type")
 
 
 @pytest.mark.parametrize(

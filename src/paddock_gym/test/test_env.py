@@ -20,12 +20,12 @@ def drive(env, seed, count=40, **reset):
     """Observations, rewards of some random actions after a reset."""
     rng = np.random.default_rng(seed)
     observation, _ = env.reset(seed=seed, **reset)
-    found = [observation]
+    rows = [observation]
     for _ in range(count):
         action = rng.uniform((-0.6, -1.0), (0.6, 0.0)).astype(np.float32)
         observation, reward, *_ = env.step(action)
-        found.append(np.append(observation, reward))
-    return np.concatenate(found)
+        rows.append(np.append(observation, reward))
+    return np.concatenate(rows)
 
 
 @pytest.mark.parametrize(
@@ -123,11 +123,11 @@ def test_actions_take_the_steps_between_multiples_of_the_control_period(time_ste
     assert env.scene.world.time_step == time_step
     for seed in (1, 2):  # each run begins alike
         env.reset(seed=seed)
-        found = [0]
+        steps = [0]
         for _ in range(6):
             env.step(STRAIGHT_ON)
-            found.append(env.scene.world.step_count)
-        assert np.diff(found).tolist() == 2 * counts
+            steps.append(env.scene.world.step_count)
+        assert np.diff(steps).tolist() == 2 * counts
     env.close()
 
 

@@ -80,10 +80,10 @@ def test_a_robots_messages_make_the_environments_observation():
         assembler.set_motion(env.run.motion)
         assembler.set_ranges(observation["lidar"] * observations.MAX_RANGE)
         assembler.set_image(env.run.camera.image())
-        found = assembler.observe(env.options.actions.command(action))
-        assert (found["state"] == observation["state"]).all()
-        assert found["lidar"] == pytest.approx(observation["lidar"], abs=1e-6)
-        assert (found["camera"] == observation["camera"]).all()
+        assembled = assembler.observe(env.options.actions.command(action))
+        assert (assembled["state"] == observation["state"]).all()
+        assert assembled["lidar"] == pytest.approx(observation["lidar"], abs=1e-6)
+        assert (assembled["camera"] == observation["camera"]).all()
     env.close()
 
 

@@ -21,13 +21,13 @@ def params_at(track, course, pose, before=None, objects=(), crashed=False):
 
 
 def test_every_key_on_a_straight(straight_track):
-    found = params_at(*straight_track, (1.25, 0.1, math.radians(10.0)), before=(1.0, 0.0, 0.0))
-    waypoints = found.pop("waypoints")
+    params = params_at(*straight_track, (1.25, 0.1, math.radians(10.0)), before=(1.0, 0.0, 0.0))
+    waypoints = params.pop("waypoints")
     # 6 m in 40 equal parts of 0.15 m: 1.25 m lies between the points number 8 and 9
     assert np.array(waypoints) == pytest.approx(
         np.stack([0.15 * np.arange(41), np.zeros(41)], axis=1), abs=1e-3
     )
-    assert found == {
+    assert params == {
         "all_wheels_on_track": True,
         "x": 1.25,
         "y": 0.1,
@@ -69,9 +69,9 @@ def test_every_key_on_a_straight(straight_track):
     ],
 )
 def test_single_keys(straight_track, pose, expected):
-    found = params_at(*straight_track, pose)
+    params = params_at(*straight_track, pose)
     for key, value in expected.items():
-        assert found[key] == (pytest.approx(value) if isinstance(value, float) else value), key
+        assert params[key] == (pytest.approx(value) if isinstance(value, float) else value), key
 
 
 def test_a_crash_is_told(straight_track):
@@ -80,10 +80,10 @@ def test_a_crash_is_told(straight_track):
 
 def test_a_circuit_ends_with_its_first_waypoint(circuit):
     track, course = circuit
-    found = params_at(track, course, course.pose(course.length - 0.01))
-    waypoints = found["waypoints"]
+    params = params_at(track, course, course.pose(course.length - 0.01))
+    waypoints = params["waypoints"]
     assert waypoints[0] == waypoints[-1] == pytest.approx((0.0, 0.0), abs=1e-6)
-    assert found["closest_waypoints"] == [len(waypoints) - 2, len(waypoints) - 1]
+    assert params["closest_waypoints"] == [len(waypoints) - 2, len(waypoints) - 1]
     steps = np.linalg.norm(np.diff(waypoints, axis=0), axis=1)
     assert steps == pytest.approx(np.full(len(steps), 0.15), abs=0.01)
 
@@ -109,14 +109,14 @@ def test_objects(straight_track):
         TrackObject(3.0, 0.2, 0.0, 3.0, 0.2, 0.0),
         TrackObject(1.0, -0.1, math.radians(5.0), 1.0, -0.1, 0.7),
     )
-    found = params_at(*straight_track, (2.0, 0.0, 0.0), objects=objects)
-    assert found["closest_objects"] == [1, 0]  # behind, ahead
-    assert found["objects_location"] == [(3.0, 0.2), (1.0, -0.1)]
-    assert found["objects_left_of_center"] == [True, False]
-    assert found["objects_speed"] == [0.0, 0.7]
-    assert found["objects_heading"] == pytest.approx([0.0, 5.0])
-    assert found["objects_distance_from_center"] == [0.2, 0.1]
-    assert found["objects_distance"] == [3.0, 1.0]
-    assert found["object_in_camera"] is True
+    params = params_at(*straight_track, (2.0, 0.0, 0.0), objects=objects)
+    assert params["closest_objects"] == [1, 0]  # behind, ahead
+    assert params["objects_location"] == [(3.0, 0.2), (1.0, -0.1)]
+    assert params["objects_left_of_center"] == [True, False]
+    assert params["objects_speed"] == [0.0, 0.7]
+    assert params["objects_heading"] == pytest.approx([0.0, 5.0])
+    assert params["objects_distance_from_center"] == [0.2, 0.1]
+    assert params["objects_distance"] == [3.0, 1.0]
+    assert params["object_in_camera"] is True
     behind = params_at(*straight_track, (2.0, 0.0, 0.0), objects=objects[1:])
     assert behind["object_in_camera"] is False

@@ -70,9 +70,7 @@ def test_the_gym_and_a_robot_get_the_same_action(tmp_path, env):
     last = (0.0, 0.0)
     for _ in range(30):
         assembler.set_motion(env.run.motion)
-        commands = [
-            driver.policy.command(found) for found in (observation, assembler.observe(last))
-        ]
+        commands = [driver.policy.command(seen) for seen in (observation, assembler.observe(last))]
         assert commands[0] == commands[1]
         last = commands[0]
         observation, *_ = env.step(driver.act(observation, env))
@@ -113,7 +111,7 @@ def test_a_policy_of_another_environment_is_refused(tmp_path):
 def test_a_lap_from_line_to_line_is_timed_by_the_referee(tmp_path, track, straight):
     env = DeepRacerEnv(straight if track == "straight" else track, randomize=())
     driver = PolicyDriver(lane_keeper(tmp_path / "policy.onnx"))
-    found = laps.line_to_line(env, driver)
+    lap_time = laps.line_to_line(env, driver)
     course, period = env.scene.course, env.scene.period
     s = [standing_start(course)]
     observation, _ = env.reset(options={"start": s[0] / course.length})
@@ -122,7 +120,7 @@ def test_a_lap_from_line_to_line_is_timed_by_the_referee(tmp_path, track, straig
         s.append(s[-1] + env.run.state.gain)
     times = period * np.arange(len(s))
     begin = np.interp(0.0, s, times) if course.closed else 0.0
-    assert found == pytest.approx(np.interp(course.length, s, times) - begin, abs=0.1 * period)
+    assert lap_time == pytest.approx(np.interp(course.length, s, times) - begin, abs=0.1 * period)
     env.close()
 
 

@@ -21,16 +21,16 @@ CAR, TRUCK = re.split(r"^## Paddock/", TEXT, flags=re.MULTILINE)[1:3]
 
 def tables(text):
     """Rows of each table, a list of cells; the heads are first."""
-    found, rows = [], []
+    runs, rows = [], []
     for line in [*text.splitlines(), ""]:
         if line.startswith("|"):
             cells = [cell.strip() for cell in line.strip("|").split("|")]
             if not set("".join(cells)) <= set("- "):
                 rows.append(cells)
         elif rows:
-            found.append(rows)
+            runs.append(rows)
             rows = []
-    return found
+    return runs
 
 
 def table(text, *head):
@@ -71,10 +71,10 @@ def test_state_and_actions_of_the_car(env):
     assert (low >= space.low).all() and (high <= space.high).all()
     rng = np.random.default_rng(0)
     for seed in range(4):
-        found, _ = env.reset(seed=seed)
+        observation, _ = env.reset(seed=seed)
         for _ in range(20):
-            assert (found >= low - 1e-6).all() and (found <= high + 1e-6).all()
-            found, *_ = env.step(rng.uniform(-1.0, 1.0, 2))
+            assert (observation >= low - 1e-6).all() and (observation <= high + 1e-6).all()
+            observation, *_ = env.step(rng.uniform(-1.0, 1.0, 2))
     steering, speed = table(CAR, "index", "name", "min", "max", "unit")
     for row, (least, most) in ((steering, Continuous().steering), (speed, Continuous().speed)):
         assert numbers(row[2]) == [-1.0, least] and numbers(row[3]) == [1.0, most]
@@ -114,10 +114,10 @@ def test_spaces_and_ends_of_the_truck(truck):
     low, high = np.array([[float(cell) for cell in row[2:]] for row in rows]).T
     rng = np.random.default_rng(0)
     for seed in range(3):
-        found, _ = truck.reset(seed=seed)
+        observation, _ = truck.reset(seed=seed)
         for _ in range(10):
-            assert (found >= low - 1e-6).all() and (found <= high + 1e-6).all()
-            found, *_ = truck.step(rng.uniform(-1.0, 1.0, 2))
+            assert (observation >= low - 1e-6).all() and (observation <= high + 1e-6).all()
+            observation, *_ = truck.step(rng.uniform(-1.0, 1.0, 2))
     ahead = [float(row[1].split()[1]) for row in rows if row[1].startswith("curvature")]
     assert ahead == backing.LOOKAHEADS.tolist()
     speed = table(TRUCK, "index", "action", "min", "max", "unit")[1]

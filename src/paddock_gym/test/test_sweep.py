@@ -34,9 +34,9 @@ def written(folder, text):
 
 
 def test_a_grid_of_gains(tmp_path):
-    found = spec.load(written(tmp_path, PURSUIT))
-    assert (found.of, found.search, found.trials, found.seed) == ("pursuit", "grid", 6, 0)
-    assert found.over == {"lookahead": (0.3, 0.5, 0.7), "max_speed": (1, 2.0)}
+    sweep = spec.load(written(tmp_path, PURSUIT))
+    assert (sweep.of, sweep.search, sweep.trials, sweep.seed) == ("pursuit", "grid", 6, 0)
+    assert sweep.over == {"lookahead": (0.3, 0.5, 0.7), "max_speed": (1, 2.0)}
     command = TRIAL_TYPES["pursuit"].command({"starts": 2, "lookahead": 0.3}, "out")
     assert json.loads(command[-1])["options"] == {"starts": 2, "lookahead": 0.3}
 
@@ -44,11 +44,11 @@ def test_a_grid_of_gains(tmp_path):
 def test_trainings_with_hyperparameters_of_their_own(tmp_path):
     (tmp_path / "base.json").write_text('{"lr": 0.05, "num_epochs": 3}')
     (tmp_path / "mine.csv").write_text("")
-    found = spec.load(written(tmp_path, TRAIN))
-    assert found.over["lr"] == Range(0.0001, 0.01, log=True)
-    assert found.over["batch_size"] == Range(32, 64, whole=True)
-    assert found.at_once == 1
-    options = {**found.fixed, "lr": 0.001, "observation": "state,lidar"}
+    sweep = spec.load(written(tmp_path, TRAIN))
+    assert sweep.over["lr"] == Range(0.0001, 0.01, log=True)
+    assert sweep.over["batch_size"] == Range(32, 64, whole=True)
+    assert sweep.at_once == 1
+    options = {**sweep.fixed, "lr": 0.001, "observation": "state,lidar"}
     folder = tmp_path / "0000" / "files"
     folder.parent.mkdir()
     table = json.loads(TRIAL_TYPES["train"].command(options, str(folder))[-1])
@@ -68,8 +68,8 @@ def test_trainings_with_hyperparameters_of_their_own(tmp_path):
     ],
 )
 def test_what_is_random_in_a_training(value, names, tmp_path):
-    found = spec.load(written(tmp_path, f"of: train\nover: {{randomize: [{value}]}}"))
-    command = TRIAL_TYPES["train"].command({"randomize": found.over["randomize"][0]}, "out")
+    sweep = spec.load(written(tmp_path, f"of: train\nover: {{randomize: [{value}]}}"))
+    command = TRIAL_TYPES["train"].command({"randomize": sweep.over["randomize"][0]}, "out")
     assert json.loads(command[-1])["randomize"] == names
 
 

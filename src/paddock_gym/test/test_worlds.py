@@ -25,10 +25,10 @@ def vector(count, **options):
 
 def drive(env, actions, **seed):
     """All that an environment returns."""
-    found = [env.reset(**seed)]
+    results = [env.reset(**seed)]
     for row in actions:
-        found.append(env.step(row))
-    return found
+        results.append(env.step(row))
+    return results
 
 
 def same(one, other):
@@ -58,10 +58,10 @@ def test_each_drives_as_alone(options):
         gymnasium.make_vec(ID, num_envs=count, vectorization_mode="sync", **options),
     )
     assert together.single_observation_space == alone.single_observation_space
-    found, expected = drive(together, actions, seed=7), drive(alone, actions, seed=7)
-    for number, (one, other) in enumerate(zip(found, expected)):
+    results, expected = drive(together, actions, seed=7), drive(alone, actions, seed=7)
+    for number, (one, other) in enumerate(zip(results, expected)):
         assert same(one, other), f"result {number}"
-    assert sum(np.count_nonzero(each[2] | each[3]) for each in found[1:]) >= 2  # new starts
+    assert sum(np.count_nonzero(result[2] | result[3]) for result in results[1:]) >= 2  # new starts
     together.close(), alone.close()
 
 
@@ -87,8 +87,8 @@ def test_a_run_that_has_ended_starts_anew():
 def test_a_run_is_truncated_after_as_many_actions_as_asked_for():
     env = vector(2, max_episode_steps=3)
     env.reset(seed=3)
-    found = [env.step(np.full((2, 2), (0.0, -0.8), "f"))[3].tolist() for _ in range(5)]
-    assert found == [[False, False]] * 2 + [[True, True]] + [[False, False]] * 2
+    truncated = [env.step(np.full((2, 2), (0.0, -0.8), "f"))[3].tolist() for _ in range(5)]
+    assert truncated == [[False, False]] * 2 + [[True, True]] + [[False, False]] * 2
     env.close()
 
 
@@ -139,8 +139,8 @@ def test_each_thread_has_its_own_environments():
 
     worlds = Worlds([lambda index=index: Env(index) for index in range(5)], threads=2)
     assert len(set(made.values())) == 2 and threading.get_ident() not in made.values()
-    found = worlds.map(lambda index: worlds.envs[index].reset()[0])
-    assert found == [made[index] for index in range(5)]
+    observations = worlds.map(lambda index: worlds.envs[index].reset()[0])
+    assert observations == [made[index] for index in range(5)]
     with pytest.raises(ZeroDivisionError):
         worlds.map(lambda index: 1 // (index - 3))
     assert worlds.map(lambda index: 2 * index) == [0, 2, 4, 6, 8]
@@ -152,10 +152,10 @@ def test_what_is_not_closed_ends_with_python_without_a_word(end):
     text = "import gymnasium, paddock_gym\n"
     text += "env = gymnasium.make_vec(paddock_gym.IDS[0], num_envs=2)\n"
     text += f"env.reset(seed=1)\n{end}\nprint('done')"
-    found = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", text], capture_output=True, text=True, timeout=100, check=False
     )
-    assert (found.returncode, found.stdout, found.stderr) == (0, "done\n", "")
+    assert (process.returncode, process.stdout, process.stderr) == (0, "done\n", "")
 
 
 def test_memory_of_one_more_car():
@@ -174,7 +174,7 @@ def test_images_are_rendered_in_the_thread_that_asks_for_them():
     text += "env = gymnasium.make(paddock_gym.IDS[0], observation='camera')\n"
     text += "env.reset(seed=1)\n"
     text += "print(*(f.read_text() for f in pathlib.Path('/proc/self/task').glob('*/comm')))"
-    found = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", text], capture_output=True, text=True, timeout=100, check=True
     )
-    assert "llvmpipe" not in found.stdout, found.stdout
+    assert "llvmpipe" not in process.stdout, process.stdout

@@ -41,16 +41,16 @@ def points_around(course, count=200):
 def test_arc_length_and_side(course, line, near):
     for s, point in zip(*points_around(course)):
         nearest = line.project(Point(point))
-        found, left = course.locate(*point, s if near else None)
+        located, left = course.locate(*point, s if near else None)
         if near and abs(course.difference(nearest, s)) > 0.95 * WINDOW:
-            assert abs(course.difference(found, s)) < 1.05 * WINDOW  # no jump to another part
+            assert abs(course.difference(located, s)) < 1.05 * WINDOW  # no jump to another part
             continue
-        x, y, yaw = course.pose(found)
+        x, y, yaw = course.pose(located)
         assert math.copysign(1.0, left) == math.copysign(
             1.0, (point[1] - y) * math.cos(yaw) - (point[0] - x) * math.sin(yaw)
         )
-        if course.closed or 0.0 < found < course.length:
-            assert course.difference(found, nearest) == pytest.approx(0.0, abs=1e-9)
+        if course.closed or 0.0 < located < course.length:
+            assert course.difference(located, nearest) == pytest.approx(0.0, abs=1e-9)
             assert abs(left) == pytest.approx(line.distance(Point(point)), abs=1e-9)
 
 

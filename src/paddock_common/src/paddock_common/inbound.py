@@ -132,7 +132,7 @@ class _Acceptor:
 
     def _close_late(self) -> None:
         now = time.monotonic()
-        for header in [each for each in self._waiting.values() if each.deadline <= now]:
+        for header in [waiting for waiting in self._waiting.values() if waiting.deadline <= now]:
             self._close(header, f"has sent {len(header.data)} bytes in {HEADER_TIMEOUT:g} s")
 
     def _close(self, header: _Header, reason: str) -> None:

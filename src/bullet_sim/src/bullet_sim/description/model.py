@@ -490,11 +490,11 @@ class ModelDescription:
 
     def below(self) -> dict[str, list[Joint]]:
         """Link -> joints_of() it, of links that have such joints."""
-        found: dict[str, list[Joint]] = {}
+        joints: dict[str, list[Joint]] = {}
         for joint in self.joints.values():
             if not joint.closes:
-                found.setdefault(joint.parent, []).append(joint)
-        return found
+                joints.setdefault(joint.parent, []).append(joint)
+        return joints
 
     def above(self) -> dict[str, Joint]:
         """Link -> the joint by which it hangs on its parent; other joints close loops."""
@@ -502,21 +502,21 @@ class ModelDescription:
 
     def poses(self) -> dict[str, Pose]:
         """Link -> its pose in the model's frame, all joints at 0."""
-        found, below = {self.root: self.root_pose, **self.loose}, self.below()
-        for name in (pending := list(found)):
+        poses, below = {self.root: self.root_pose, **self.loose}, self.below()
+        for name in (pending := list(poses)):
             for joint in below.get(name, ()):
-                found[joint.child] = found[name] * joint.origin
+                poses[joint.child] = poses[name] * joint.origin
                 pending.append(joint.child)
-        return found
+        return poses
 
     def unreachable(self) -> list[str]:
         """Links without a chain of joints to the root or a loose link: those of a loop, and below
         it."""
         reached, below = dict.fromkeys((self.root, *self.loose)), self.below()
         for name in (pending := list(reached)):
-            found = [j.child for j in below.get(name, ()) if j.child not in reached]
-            reached.update(dict.fromkeys(found))
-            pending += found
+            children = [j.child for j in below.get(name, ()) if j.child not in reached]
+            reached.update(dict.fromkeys(children))
+            pending += children
         return [name for name in self.links if name not in reached]
 
     def find_root(self, label: str) -> None:

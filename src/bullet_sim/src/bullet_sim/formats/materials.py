@@ -252,14 +252,14 @@ def script_material(
     """
     name = child_text(element, "name", "")
     known = standard(name, resolve) if name.startswith("Gazebo/") else None
-    found = known or _scripted(name, element, resolve, label, model)
-    if found is None:
+    material = known or _scripted(name, element, resolve, label, model)
+    if material is None:
         model.warn(
             f"{label}: material '{name}' is not in its scripts; it stays white",
             "materials are not in their scripts and stay white",
             f"'{name}'",
         )
-    return found
+    return material
 
 
 def named_material(
@@ -286,7 +286,7 @@ def _scripted(
     section = complete(name, sections)
     if section is None:
         return None
-    found = look(section)
+    appearance = look(section)
 
     def image(file: str) -> str:
         path = _texture_path(file, folders)
@@ -298,9 +298,10 @@ def _scripted(
             )
         return path
 
-    layers = [replace(layer, path=image(layer.path)) for layer in found.finish.layers]
-    finish = replace(found.finish, layers=tuple(layer for layer in layers if layer.path))
-    return Material(found.diffuse, image(found.texture) if found.texture else "", finish)
+    layers = [replace(layer, path=image(layer.path)) for layer in appearance.finish.layers]
+    finish = replace(appearance.finish, layers=tuple(layer for layer in layers if layer.path))
+    texture = image(appearance.texture) if appearance.texture else ""
+    return Material(appearance.diffuse, texture, finish)
 
 
 def _paths(script: Node, resolve: Resolve) -> list[str]:

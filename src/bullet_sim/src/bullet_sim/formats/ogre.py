@@ -88,7 +88,7 @@ def _continued(parent: Section, child: Section) -> Section:
     sections = list(parent.sections)
     counts: dict[str, int] = {}
     for section in child.sections:
-        places = [place for place, each in enumerate(sections) if each.kind == section.kind]
+        places = [place for place, other in enumerate(sections) if other.kind == section.kind]
         named = [place for place in places if section.name and sections[place].name == section.name]
         number = counts.get(section.kind, 0)
         counts[section.kind] = number + 1

@@ -75,14 +75,14 @@ def parse_transmissions(
 
 def bare_interfaces(robot: Node, joint_names: Container[str]) -> dict[str, str]:
     """First interface of each joint that has it without `hardware_interface/`, by the joint."""
-    found = {}
+    names = {}
     for element in robot.findall("transmission"):
         fallback = [i for a in element.findall("actuator") for i in _interfaces(a)]
         for joint in element.findall("joint"):
             name, texts = joint.get("name"), _interfaces(joint) or fallback
             if name is not None and name in joint_names and texts and texts[0] in INTERFACES:
-                found[name] = texts[0]
-    return found
+                names[name] = texts[0]
+    return names
 
 
 def _interfaces(element: Node) -> list[str]:

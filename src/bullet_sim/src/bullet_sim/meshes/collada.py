@@ -39,7 +39,7 @@ def read_collada(file: IO[bytes], open_image: OpenImage) -> tuple[list[Part], fl
     names: dict[str, int] = {}
     parts = []
     for node, pose in _geometries(document.scene.nodes if document.scene else [], np.eye(4)):
-        materials = {each.symbol: each.target for each in node.materials}
+        materials = {material.symbol: material.target for material in node.materials}
         for primitive in node.geometry.primitives:
             if isinstance(primitive, collada.polylist.Polylist):
                 primitive = primitive.triangleset()
@@ -137,7 +137,7 @@ def _rgba(value: Any) -> tuple[float, ...] | None:
     """Four numbers of a color; None: it is none."""
     if value is None or not isinstance(value, (tuple, list, np.ndarray)) or len(value) < 3:
         return None
-    numbers = [float(each) for each in value]
+    numbers = [float(number) for number in value]
     return tuple((*numbers, 1.0)[:4]) if np.isfinite(numbers).all() else None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,12 +42,18 @@ def look_of(mesh: Any) -> Look | None:
         return None
     material = getattr(visual, "material", None)
     if material is None:  # colors of corners or faces
-        color = _rgba(visual.main_color)
+        color = rgba(visual.main_color)
         return Look(color, color[:3], (0.0,) * 3, 0.0)
     if hasattr(material, "glossiness"):
         return _of_mtl(material)
-    color = _rgba(material.main_color)
+    color = rgba(material.main_color)
     return Look(color, color[:3], (0.0,) * 3, 0.0, image=material.baseColorTexture)
+
+
+def rgba(color: Iterable[float]) -> RGBA:
+    """RGBA 0..1 of trimesh's color of 0..255, whose alpha may be missing."""
+    red, green, blue, alpha = (float(value) / 255.0 for value in (*color, 255)[:4])
+    return red, green, blue, alpha
 
 
 def _of_mtl(material: Any) -> Look:
@@ -76,8 +83,3 @@ def _numbers(value: Any, default: Any) -> Any:
     except (TypeError, ValueError):
         return default
     return numbers if len(numbers) == len(default) and np.isfinite(numbers).all() else default
-
-
-def _rgba(color: Any) -> RGBA:
-    red, green, blue, alpha = (float(value) / 255.0 for value in (list(color) + [255])[:4])
-    return red, green, blue, alpha

@@ -30,6 +30,7 @@ from bullet_sim.description.model import RGBA, Geometry, Shape
 from bullet_sim.errors import ModelError
 from bullet_sim.files import read_file
 from bullet_sim.meshes import terrain
+from bullet_sim.meshes.looks import rgba
 from bullet_sim.meshes.read import (
     GREY,
     MAX_PIXELS,
@@ -41,7 +42,6 @@ from bullet_sim.meshes.read import (
     open_image,
     opened,
     read_parts,
-    rgba,
 )
 from bullet_sim.pose import Array
 
@@ -496,9 +496,9 @@ class _MeshCache:
         return [dict(part, color=part["color"] and tuple(part["color"])) for part in parts]
 
 
-_GENERATORS = {
-    "heightmap": lambda it: terrain.heightmap(it.path, it.size, it.sampling),
-    "polyline": lambda it: terrain.extruded(it.outlines, it.size[0]),
+_GENERATORS: dict[str, Callable[[Geometry], Any]] = {
+    "heightmap": lambda shape: terrain.heightmap(shape.path, shape.size, shape.sampling),
+    "polyline": lambda shape: terrain.extruded(shape.outlines, shape.size[0]),
 }
 
 

@@ -6,7 +6,6 @@ import io
 import os
 import re
 import warnings
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, BinaryIO
 from urllib.parse import unquote
 
@@ -30,12 +29,6 @@ GREY = (0.7, 0.7, 0.7, 1.0)  # of parts without a color
 
 class TooLarge(ModelError):
     """An image has too many pixels."""
-
-
-def rgba(color: Iterable[float]) -> RGBA:
-    """RGBA 0..1 of trimesh's color of 0..255, whose alpha may be missing."""
-    r, g, b, a = (float(value) / 255.0 for value in (list(color) + [255])[:4])
-    return r, g, b, a
 
 
 def image_of(material: Any) -> Image.Image | None:
@@ -161,13 +154,13 @@ def read_parts(
         ) from error
     try:
         resolver = MeshFileResolver(geometry.path)
-        found, unit = _parts(geometry, resolver)
+        nodes, unit = _parts(geometry, resolver)
         if errors is not None:
             errors += resolver.errors
-        names = [name for name, _, _ in found]
+        names = [name for name, _, _ in nodes]
         parts = [
             (mesh, np.diag([unit] * 3 + [1.0]) @ transform)
-            for name, mesh, transform in found
+            for name, mesh, transform in nodes
             if isinstance(mesh, trimesh.Trimesh)
             and len(mesh.faces)
             and (not geometry.submesh or _is_part(geometry.submesh, name))

@@ -84,10 +84,10 @@ def plan_distortion(width: int, height: int, horizontal_fov: float, lens: Distor
     x = ((np.arange(width) + 0.5) / width - 0.5) * zoom[0] + 0.5
     y = ((np.arange(height) + 0.5) / height - 0.5) * zoom[1] + 0.5
     at = np.stack(np.meshgrid(x, y), axis=-1) * side - 0.5
-    found = cv2.remap(
+    places = cv2.remap(
         sources, at.astype(np.float32), None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
     )
-    return (found * (width, height) - 0.5).astype(np.float32)
+    return (places * (width, height) - 0.5).astype(np.float32)
 
 
 QUARTER = math.pi / 2.0
@@ -148,14 +148,14 @@ def plan_sides(
     size = edge + 2 * MARGIN
     sides = []
     rotated = [rays @ Pose(orientation=quaternion_from_rpy(*side)).matrix for side in SIDES]
-    ahead = np.stack([np.nan_to_num(each[:, :, 0], nan=-1.0) for each in rotated])
+    ahead = np.stack([np.nan_to_num(turned[:, :, 0], nan=-1.0) for turned in rotated])
     side_of = np.where(np.isnan(rays[:, :, 0]), -1, ahead.argmax(axis=0))
-    for index, each in enumerate(rotated):
+    for index, turned in enumerate(rotated):
         mask = side_of == index
         if not mask.any():
             continue
         with np.errstate(invalid="ignore", divide="ignore"):
-            plane = -each[:, :, 1:] / each[:, :, :1]
+            plane = -turned[:, :, 1:] / turned[:, :, :1]
         points = focal * plane + (size - 1) / 2.0
         sides.append((index, np.nan_to_num(points).astype(np.float32), mask))
     return size, 2.0 * math.atan(size / (2.0 * focal)), tuple(sides)

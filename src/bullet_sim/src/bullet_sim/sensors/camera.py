@@ -21,7 +21,6 @@ from bullet_sim.pose import Array, Vector
 
 FAR_DEPTH = np.float32(0.9999998)  # depth buffer value at and beyond which nothing was rendered
 MAX_SIDE, MAX_PIXELS = 16384, 2**26  # of an image: what OpenGL takes, and 200 MB
-OPTICAL_FROM_CAMERA = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 
 
 def check(width: int, height: int, horizontal_fov: float, near: float, far: float) -> None:
@@ -105,20 +104,6 @@ def camera_info_arrays(
     p = np.hstack([k, np.zeros((3, 1))])
     d = np.array(distortion, float) if distortion else np.zeros(5)
     return d, k.ravel(), np.eye(3).ravel(), p.ravel()
-
-
-def project(points_in_optical: Any, k: Any) -> Array:
-    """Pixels of 3D points.
-
-    Args:
-        points_in_optical: (n, 3) [m], z > 0.
-        k: (3, 3) [px].
-
-    Returns:
-        (n, 2) float64, (u, v) [px], u to the right, v down.
-    """
-    uvw = np.asarray(points_in_optical, dtype=float) @ np.asarray(k).T
-    return uvw[:, :2] / uvw[:, 2:]
 
 
 def view_matrix(position: Vector, rotation: Array) -> tuple[float, ...]:

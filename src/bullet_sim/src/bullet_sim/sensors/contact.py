@@ -23,11 +23,10 @@ def watched(spec: ContactSpec, description: ModelDescription) -> tuple[set[str],
     """
     names = collision_names(description)
     if not spec.collisions:
-        return {told for (link, _), told in names.items() if link == spec.link}, []
+        return {name for (link, _), name in names.items() if link == spec.link}, []
     body, known = merged(description)[spec.link], set(names.values())
-    found = {name: f"{body}::{name}" for name in spec.collisions}
-    missing = [name for name, told in found.items() if told not in known]
-    return set(found.values()) & known, missing
+    missing = [name for name in spec.collisions if f"{body}::{name}" not in known]
+    return {f"{body}::{name}" for name in spec.collisions} & known, missing
 
 
 def distance(shape: Shape, point: Vector) -> float:

@@ -103,13 +103,13 @@ class Bias(Stateful):
 
     def _wander(self, period: float, rng: Any) -> None:
         steps = rng.standard_normal(3).tolist()
-        found = []
+        biases = []
         for bias, step, deviation, time in zip(self.bias, steps, self.spec.wander, self.spec.time):
             if deviation > 0.0 and time > 0.0:
                 spread = deviation * math.sqrt(-0.5 * time * math.expm1(-2.0 * period / time))
                 bias = math.exp(-period / time) * bias + spread * step
-            found.append(bias)
-        self.bias = found[0], found[1], found[2]
+            biases.append(bias)
+        self.bias = biases[0], biases[1], biases[2]
 
 
 def _normal(deviations: Vec3, rng: Any) -> Vec3:

@@ -23,8 +23,6 @@ from bullet_sim.pose import (
 if TYPE_CHECKING:
     from bullet_sim.models.model import Model
 
-GRAVITY_IN_WORLD = (0.0, 0.0, -9.81)
-
 
 def specific_force(
     velocity: Vec3, before: tuple[Vec3, float] | None, time: float, gravity: Vec3

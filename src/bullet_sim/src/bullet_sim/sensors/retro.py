@@ -28,20 +28,20 @@ def intensities(models: Iterable[Model], points: Array, seen: str = "collisions"
     Returns:
         0 where nothing with a <laser_retro> is hit; None: no model has one.
     """
-    found = None
+    retros = None
     for model in models:
         for part, link in model.rigid_parts.items():
             shapes = [shape for shape in getattr(link, seen) if shape.laser_retro]
             if not shapes:
                 continue
-            if found is None:
-                found = np.zeros(len(points), np.float32)
+            if retros is None:
+                retros = np.zeros(len(points), np.float32)
             frame = Pose(*model.frame_at(model.index(part)))
             for shape in shapes:
                 pose = frame * shape.pose
                 local = (points - np.asarray(pose.position)) @ pose.matrix
-                found[_is_on(shape, local, model.engine)] = shape.laser_retro
-    return found
+                retros[_is_on(shape, local, model.engine)] = shape.laser_retro
+    return retros
 
 
 def _is_on(shape: Shape, points: Array, engine: Engine) -> Array:

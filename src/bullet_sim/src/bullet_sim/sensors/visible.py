@@ -7,6 +7,7 @@ both sides and up to the polygons of round shapes; nothing that is nearer than t
 from __future__ import annotations
 
 import math
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from bullet_sim.meshes.read import read_parts
 from bullet_sim.pose import Array, Pose
 
 SEGMENTS = 32  # around a cylinder, around a sphere and from pole to pole, as in Gazebo
+_KEY = attrgetter("kind", "size", "path", "scale", "submesh", "centered", "flat")  # of a Geometry
 
 
 class VisibleScene:
@@ -46,8 +48,8 @@ class VisibleScene:
     ) -> Array:
         """As Engine.cast_rays, but that nothing nearer than `near` is seen, of whatever body."""
         self._place()
-        found: Array = self._scene.cast(center, directions, near, far, None, False)
-        return found
+        distances: Array = self._scene.cast(center, directions, near, far, None, False)
+        return distances
 
     def _place(self) -> None:
         """Put all visuals where they are now."""
@@ -73,16 +75,15 @@ class VisibleScene:
             first = self._kinematics.firsts[source.key]
             for row, link in enumerate(source.links or (), first):
                 for shape in link.shapes:
-                    found = self._of(shape) if shape.visibility & VISIBLE else None
-                    if found is not None:
-                        meshes.append((row, shape.pose, found))
+                    triangles = self._of(shape) if shape.visibility & VISIBLE else None
+                    if triangles is not None:
+                        meshes.append((row, shape.pose, triangles))
         return meshes
 
     def _of(self, shape: Shape) -> Array | None:
-        it = shape.geometry
-        key = it.kind, it.size, it.path, it.scale, it.submesh, it.centered, it.flat
+        key = _KEY(shape.geometry)
         if key not in self._triangles:
-            self._triangles[key] = triangles_of(it)
+            self._triangles[key] = triangles_of(shape.geometry)
         return self._triangles[key]
 
 
@@ -98,11 +99,11 @@ def triangles_of(geometry: Geometry) -> Array | None:
 
 
 def _mesh_triangles(geometry: Geometry) -> Array:
-    found = [
+    parts = [
         np.asarray(mesh.triangles, float) @ transform[:3, :3].T + transform[:3, 3]
         for mesh, transform in read_parts(geometry)
     ]
-    triangles = np.concatenate(found)
+    triangles = np.concatenate(parts)
     if not np.isfinite(triangles).all():
         raise ModelError(f"mesh '{geometry.path}' has corners that are no numbers")
     if geometry.centered:

@@ -53,7 +53,7 @@ def bricks(random: Random) -> Array:
     ocher = noise(random, size, (2.5, 40, 9), (2.5, 20, 24))
     arrays = x, y, grain, ocher, np.roll(grain, 512, axis=1)
     strips = [slice(at, at + 64) for at in range(0, 1024, 64)]  # small arrays are faster
-    return np.concatenate([_bricks_of(colors, *(each[at] for each in arrays)) for at in strips])
+    return np.concatenate([_bricks_of(colors, *(array[at] for array in arrays)) for at in strips])
 
 
 def _bricks_of(

@@ -40,8 +40,8 @@ def parse_actor(element: Node, label: str) -> tuple[ModelDescription, Pose]:
                 f"<{tag}> of '{name}'",
             )
     animations = {
-        each.get("name") or DEFAULT: child_flag(each, "interpolate_x", label, False)
-        for each in element.findall("animation")
+        animation.get("name") or DEFAULT: child_flag(animation, "interpolate_x", label, False)
+        for animation in element.findall("animation")
     }
     script = element.find("script")
     motion = ActorMotion(
@@ -64,7 +64,7 @@ def _trajectories(
     script: Node | None, animations: dict[str, bool], label: str
 ) -> tuple[Trajectory, ...]:
     """By their ids; without any the first animation alone."""
-    found = []
+    trajectories = []
     for element in [] if script is None else script.findall("trajectory"):
         animation = element.get("type") or DEFAULT
         if animation not in animations:
@@ -77,10 +77,10 @@ def _trajectories(
             continue
         number = (element.get("id") or "0").strip()
         order = int(number) if number.lstrip("-").isdigit() else 0
-        found.append((order, _trajectory(element, animation, label)))
-    if not found and animations:
+        trajectories.append((order, _trajectory(element, animation, label)))
+    if not trajectories and animations:
         return (Trajectory(next(iter(animations)), CYCLE),)
-    return tuple(each for _, each in sorted(found, key=lambda item: item[0]))
+    return tuple(trajectory for _, trajectory in sorted(trajectories, key=lambda item: item[0]))
 
 
 def _trajectory(element: Node, animation: str, label: str) -> Trajectory:

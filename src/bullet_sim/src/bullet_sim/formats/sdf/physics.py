@@ -40,10 +40,10 @@ def convert_physics(world: Node) -> None:
 def choose_physics(world: Node) -> None:
     """Leave of several <physics> the first one that is the default, or the first one."""
     every = world.findall("physics")
-    chosen = next((each for each in every if is_true(each.get("default"))), None)
-    for each in every:
-        if chosen is not None and each is not chosen:
-            world.remove(each)
+    chosen = next((physics for physics in every if is_true(physics.get("default"))), None)
+    for physics in every:
+        if chosen is not None and physics is not chosen:
+            world.remove(physics)
 
 
 def read_physics(world: Node, described: WorldDescription, label: str) -> None:

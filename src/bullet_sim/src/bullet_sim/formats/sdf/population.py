@@ -142,9 +142,9 @@ def _even(samples: Array, count: int, label: str, rng: np.random.Generator) -> A
     nearest = np.full(len(samples), -1)
     for _ in range(_ROUNDS):
         squares = (samples**2).sum(1)[:, None] - 2.0 * samples @ centers.T + (centers**2).sum(1)
-        found = squares.argmin(1)
-        changed = int((found != nearest).sum())
-        nearest = found
+        closest = squares.argmin(1)
+        changed = int((closest != nearest).sum())
+        nearest = closest
         for number in range(count):
             own = samples[nearest == number]
             if len(own):

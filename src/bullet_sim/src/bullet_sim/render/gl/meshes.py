@@ -307,9 +307,10 @@ class AssetCache:
         geometry, mapping = shape.geometry, shape.finish.mapping
         transform = mapping.transform if shape.texture else ()
         if geometry.relief is not None:
-            it = geometry.relief
-            name = ("relief", it.path, _modified(it.path), it.size, it.sampling, transform)
-            made = self._made(name, lambda: terrain.relief(it.path, it.size, it.sampling))
+            relief = geometry.relief
+            fields = relief.path, relief.size, relief.sampling
+            name = ("relief", *fields, _modified(relief.path), transform)
+            made = self._made(name, lambda: terrain.relief(*fields))
             surfaces = [Surface(made)]
         elif geometry.kind == "mesh":
             surfaces = self._file(geometry, transform)

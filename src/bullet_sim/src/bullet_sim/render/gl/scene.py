@@ -268,7 +268,7 @@ class Instances:
                     except ModelError as error:
                         failures[key, str(error)] = f"body {key}: {error}"
                         continue
-                    described = (describe(key, row, is_fixed, shape, each) for each in surfaces)
+                    described = (describe(key, row, is_fixed, shape, part) for part in surfaces)
                     instances += [instance for instance in described if instance is not None]
         self._assets.drop_unused()
         self._fill(instances)
