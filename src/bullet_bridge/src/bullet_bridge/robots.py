@@ -285,7 +285,7 @@ class Robots:
             traceback.format_exc().rstrip(),
         )
         self._failed.add(plugin)
-        self._all_plugins = tuple(each for each in self._all_plugins if each is not plugin)
+        self._all_plugins = tuple(other for other in self._all_plugins if other is not plugin)
 
     def skipped(self, model: Model) -> list[str]:
         """Messages about what a model does without: plugins that failed, controllers."""
@@ -319,7 +319,7 @@ class Robots:
 
     def save_state(self) -> tuple[list[Any], list[Any]]:
         """State of plugins, and the commands that wait for the next step."""
-        states = [(each, each.get_state()) for each in self._all_plugins]
+        states = [(plugin, plugin.get_state()) for plugin in self._all_plugins]
         commands = [(control, control.waiting_commands()) for control in self._controls.values()]
         return states, commands
 

@@ -231,9 +231,9 @@ def _find(
         if name in parts(model):
             return model, name
         if model.description.nested:  # a plain name of what is in a model inside it
-            for each in parts(model):
-                if name == each[len(scope_of(model, each)) :]:
-                    return model, each
+            for part in parts(model):
+                if name == part[len(scope_of(model, part)) :]:
+                    return model, part
     return None
 
 

@@ -128,10 +128,10 @@ class LinkServices:
         def work() -> tuple[float, Array, Array, bool]:
             with refusing(f"GetLinkProperties: {NO_LINK}"):
                 model, link = find_link(self._world, request.link_name)
-            found = changes.gazebos_properties(model, link)
+            properties = changes.gazebos_properties(model, link)
             if model.is_static:  # of which Gazebo has no mass
-                found = 0.0, found[1], np.zeros((3, 3)), False
-            return model.told.get(link, found[:3]) + found[3:]
+                properties = 0.0, properties[1], np.zeros((3, 3)), False
+            return model.told.get(link, properties[:3]) + properties[3:]
 
         mass, center, inertia, gravity = self._jobs.read(work)
         com = PoseMsg()

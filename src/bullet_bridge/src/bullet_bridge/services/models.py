@@ -201,10 +201,10 @@ class ModelServices:
 
         def work() -> None:
             with refusing("SetModelState: model does not exist"):
-                found = find_model(self._world, state.model_name)
+                model = find_model(self._world, state.model_name)
             with refusing("SetModelState: specified reference frame entity does not exist"):
                 frame = find_frame(self._world, state.reference_frame).pose
-            found.set_state(frame * pose, frame.matrix @ linear, frame.matrix @ angular)
+            model.set_state(frame * pose, frame.matrix @ linear, frame.matrix @ angular)
 
         self._jobs.call(work)
         return srv.SetModelStateResponse(status_message="SetModelState: set model state done")
@@ -247,19 +247,19 @@ class ModelServices:
 
     def _get_properties(self, request: Any) -> srv.GetModelPropertiesResponse:
         with refusing("GetModelProperties: model does not exist"):
-            found = self._jobs.read(lambda: find_model(self._world, request.model_name))
-        model, described = found.model, found.model.description
-        own = set(found.own(described.links))
+            named = self._jobs.read(lambda: find_model(self._world, request.model_name))
+        model, described = named.model, named.model.description
+        own = set(named.own(described.links))
         return srv.GetModelPropertiesResponse(
-            parent_model_name=found.parent,
-            body_names=found.plain(model.bodies),
+            parent_model_name=named.parent,
+            body_names=named.plain(model.bodies),
             geom_names=[
                 collision.rpartition("::")[2]
                 for (link, _), collision in model.collision_names.items()
                 if link in own
             ],
-            joint_names=found.plain(filter(model.stays, described.joints)),
-            child_model_names=found.children,
+            joint_names=named.plain(filter(model.stays, described.joints)),
+            child_model_names=named.children,
             is_static=model.is_static,
             status_message="GetModelProperties: got properties",
         )

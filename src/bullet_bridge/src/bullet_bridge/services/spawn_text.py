@@ -37,8 +37,8 @@ class SpawnText:
         try:
             root = parse(text, "model")
         except SimError:  # its reader says why
-            found = _FIRST_TAG.search(_plain(text))
-            tag = found.group(1) if found else ""
+            first = _FIRST_TAG.search(_plain(text))
+            tag = first.group(1) if first else ""
             return cls(text, _KINDS.get(tag, ""), tag)
         if namespace:
             for plugin in root.iter("plugin"):

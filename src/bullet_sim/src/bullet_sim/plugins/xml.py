@@ -41,10 +41,10 @@ def library(plugin: Element) -> str:
 def _lumped(robot: Element, model: ModelDescription) -> dict[str, Joint]:
     """The fixed joints of a URDF that Gazebo leaves out, by their child links."""
     kept = {
-        each.get("reference")
-        for each in robot.findall("gazebo")
+        element.get("reference")
+        for element in robot.findall("gazebo")
         for tag in ("preserveFixedJoint", "disableFixedJointLumping")
-        if is_true(child_text(each, tag))
+        if is_true(child_text(element, tag))
     }
     return {
         joint.child: joint
