@@ -48,7 +48,7 @@ from dataclasses import dataclass
 
 from bullet_bridge.plugins.base import Sensor, ros_side
 from bullet_sim.plugins.registry import sensor_plugin
-from bullet_sim.plugins.spec import SensorSpec, number, topic_of
+from bullet_sim.plugins.spec import SensorSpec, number, rate_of, topic_of
 from std_msgs.msg import Float64
 
 
@@ -56,6 +56,7 @@ from std_msgs.msg import Float64
 @dataclass(frozen=True)
 class ThermometerSpec(SensorSpec):
     heat: float = number("heat", 20.0)  # the tag, and the default without it [deg C]
+    rate: float = rate_of()
     topic: str = topic_of("topicName", "temperature")
 
 
@@ -63,7 +64,7 @@ class ThermometerSpec(SensorSpec):
 class Thermometer(Sensor):
     message = Float64
 
-    def measure(self, time):
+    def measure(self, time: float) -> Float64:
         return Float64(self.spec.heat + self.rng.normal(0.0, 0.1))
 '''
 HEATED = """<robot name="r"><link name="l"/><gazebo reference="l">

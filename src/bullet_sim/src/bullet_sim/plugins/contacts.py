@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from bullet_sim.plugins.registry import sensor_plugin
 from bullet_sim.plugins.rules import PLAIN
-from bullet_sim.plugins.spec import PluginSpec, frame_of, reading, topic_of
+from bullet_sim.plugins.spec import PluginSpec, frame_of, rate_of, reading, topic_of
 from bullet_sim.plugins.xml import SensorXml
 
 
@@ -28,6 +28,6 @@ class ContactSpec(PluginSpec):
     """
 
     collisions: tuple[str, ...] = reading(_collisions, ())
-    rate: float = reading(lambda xml: xml.rate(None), 0.0)
+    rate: float = rate_of(None)
     topic: str = topic_of("bumperTopicName", "bumper_states")
     frame_id: str = frame_of("frameName", "world")

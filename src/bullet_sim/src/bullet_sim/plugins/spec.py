@@ -4,6 +4,7 @@
 @dataclass(frozen=True)
 class ThermometerSpec(SensorSpec):
     heat: float = number("heat", 20.0)  # tag, and the default without it
+    rate: float = rate_of()
     topic: str = topic_of("topicName", "temperature")
 """
 
@@ -114,6 +115,11 @@ def given_topic(tag: str = "topicName", default: Any = MISSING) -> Any:
 def frame_of(tag: str, default: str, merge: bool = False) -> Any:
     """Name of a frame, see PluginXml.frame."""
     return reading(lambda xml: xml.frame(tag, default, merge=merge), default)
+
+
+def rate_of(tag: str | None = "updateRate") -> Any:
+    """The lower of a sensor's and its plugin's rate [Hz]; 0, every physics step, without one."""
+    return reading(lambda xml: xml.rate(tag), 0.0)
 
 
 def link_of(tag: str = "bodyName") -> Any:
