@@ -199,20 +199,6 @@ def test_starts_go_round_where_they_are_not_random():
     env.close()
 
 
-def test_vectors_of_environments():
-    vector = gymnasium.make_vec(ID, num_envs=2, vectorization_mode="sync")
-    first, _ = vector.reset(seed=[3, 4])
-    assert first.shape == (2, 14)
-    for _ in range(3):
-        observations, *_ = vector.step(np.zeros((2, 2), np.float32))
-    alone = gymnasium.make(ID)
-    alone.reset(seed=4)
-    for _ in range(3):
-        expected, *_ = alone.step(np.zeros(2, np.float32))
-    assert (observations[1] == expected).all()
-    vector.close(), alone.close()
-
-
 @pytest.mark.parametrize(
     "options, words",
     [

@@ -104,13 +104,17 @@ def hollow_collision(uri: str | None, resolve: Resolve) -> Shape | None:
     Args:
         uri: of the mesh; None: it has none.
     """
-    if uri is None:
-        return None
-    try:
-        missing = not os.path.isfile(resolve(uri))
-    except ValueError:
-        missing = True
+    missing = uri is not None and not existing_file(uri, resolve)
     return Shape(Geometry("empty")) if missing else None
+
+
+def existing_file(uri: str, resolve: Resolve) -> str:
+    """Path of a URI's file, or "" where there is none."""
+    try:
+        path = resolve(uri)
+    except ValueError:
+        return ""
+    return path if os.path.isfile(path) else ""
 
 
 PLANE_SIZE = (100.0, 100.0)  # [m] of a visual plane that gives none
@@ -168,11 +172,8 @@ def _with_textures(
     layers = []
     for number, texture in enumerate(element.findall("texture")[:MAX_TEXTURES]):
         uri = child_text(texture, "diffuse", "")
-        try:
-            path = resolve(texture.document.resolve_relative(uri))
-        except ValueError:
-            path = ""
-        if not os.path.isfile(path):
+        path = existing_file(texture.document.resolve_relative(uri), resolve)
+        if not path:
             model.warn(
                 f"{label}: texture '{uri}' is not found; it has one color",
                 "textures of heightmaps are missing; these have one color",
@@ -283,9 +284,7 @@ def parse_road(
         return None
     middle = tuple((x, y, z) for x, y, z in points)
     script = element.find("material/script")
-    material = None
-    if script is not None:
-        material = script_material(script, resolve, label, model)
+    material = None if script is None else script_material(script, resolve, label, model)
     material = material or standard("Gazebo/Road", resolve) or Material()
     return material.on(Shape(Geometry("road", (width,), points=middle)))
 
@@ -295,12 +294,8 @@ def _heightmap(
 ) -> Geometry | None:
     uri = child_text(shape, "uri", "")
     size = child_floats(shape, "size", 3, f"{label} heightmap", _ONE)
-    try:
-        path = resolve(shape.document.resolve_relative(uri))
-        exists = os.path.isfile(path)
-    except ValueError:
-        exists = False
-    if not exists:
+    path = existing_file(shape.document.resolve_relative(uri), resolve)
+    if not path:
         model.warn(
             f"{label}: heightmap '{uri}' is not found; it is left out",
             "heightmaps are missing and left out",
