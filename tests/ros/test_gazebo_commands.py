@@ -142,6 +142,7 @@ class GazeboCommands(unittest.TestCase):
         pose = Pose(Point(0, 30, 1), Quaternion(0, 0, 0, 1))
         values = "by_module", text, "/by_module", pose, "world", "/gazebo"
         self.assertTrue(gazebo_interface.spawn_urdf_model_client(*values))
+        self.addCleanup(call, "delete_model", DeleteModel, "by_module")
         self.assertFalse(gazebo_interface.spawn_urdf_model_client(*values), "the name is taken")
         values = "by_module", "robot_description", ["rear_left_joint"], [0.5], "/gazebo"
         self.assertTrue(gazebo_interface.set_model_configuration_client(*values))

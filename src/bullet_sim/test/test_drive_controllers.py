@@ -2,15 +2,17 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from bullet_sim.controllers import configure
-from bullet_sim.controllers.drive import Odometry
+from bullet_sim.controllers.drive import Odometry, WheelDrive
 from bullet_sim.controllers.drive_settings import SpeedLimiter
 from bullet_sim.controllers.manager import Manager
 from bullet_sim.description.model import Geometry
 from bullet_sim.errors import ControllerError
 from bullet_sim.formats.urdf import parse_urdf
+from bullet_sim.pose import Pose
 from fake_joints import FakeJoints
 
 DIFF = "diff_drive_controller/DiffDriveController"
@@ -320,3 +322,15 @@ def test_spheres_are_wheels_of_diff_drive_alone_as_upstream():
 def test_missing_joints_of_an_ackermann_base_are_named():
     with pytest.raises(ControllerError, match="joint 'rear_wheel_joint' is not"):
         parse(type=ACKERMANN, front_steer="steer")
+
+
+def test_encoders_count_from_the_first_angles_and_add_up_arcs():
+    drive = WheelDrive(SimpleNamespace(diameter=0.2, separation=0.5, acceleration=0.0))
+    drive.measure(5.0, 7.0, (0.0, 0.0))
+    assert drive.pose == Pose()
+    drive.measure(6.0, 7.5, (1.0, 0.5))  # 0.1 m and 0.05 m
+    assert drive.pose.position == pytest.approx(
+        (0.075 * math.cos(0.05), -0.075 * math.sin(0.05), 0.0)
+    )
+    assert drive.pose.rpy[2] == pytest.approx(-0.1)
+    assert drive.twist[1][2] == pytest.approx(-0.1)

@@ -533,6 +533,12 @@ def test_colours(park, material, color, warned):
     assert [warned in text for text in model.warnings] == ([True] if warned else [])
 
 
+def test_a_road_has_the_material_of_its_script(park):
+    points = "<width>2</width><point>0 0 0</point><point>9 0 0</point>"
+    world = world_of(f'<road name="r">{points}{scripted("Park/Grass")}</road>', park)
+    assert world.warnings == [] and world.scene.roads[0].texture.endswith("grass.png")
+
+
 def test_plane_with_a_normal():
     model = model_of(visual("", "<plane><normal>0 1 0</normal><size>4 2</size></plane>"))
     shape = model.links["a"].visuals[0]

@@ -3,6 +3,7 @@
 import math
 
 import pytest
+import rospy
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
@@ -75,6 +76,16 @@ def test_a_goal_is_carried_into_the_frame_of_an_odometry(place, goal):
     poses = {"base": (2.0, 1.0, math.pi / 2)}
     actions = Actions(lambda: (), lambda _: None, poses.get)
     assert actions._in_odometry(place, message) == pytest.approx(goal)
+
+
+def test_a_goal_of_the_truck_without_a_heading_is_along_x(monkeypatch):
+    asked = []
+    actions = Actions(lambda: (), lambda _: None, lambda _: None)
+    monkeypatch.setattr(rospy, "wait_for_message", lambda *_: Odometry())
+    monkeypatch.setattr(actions, "_call", lambda *arguments: asked.append(arguments))
+    assert actions._goal_of_truck({"x": 1.0, "y": 2.0}) == "the goal is 1.00, 2.00"
+    ((name, _, request),) = asked
+    assert name == "/goal" and request.pose == pose_of(1.0, 2.0, 0.0, 0.0)
 
 
 def test_poses_are_upright():

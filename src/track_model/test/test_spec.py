@@ -102,3 +102,9 @@ def test_errors_in_the_geometry(text, expected):
 def test_unknown_track_names_the_known_ones():
     with pytest.raises(spec.TrackError, match="default, easy, hard, medium"):
         source.find("nurburgring")
+
+
+def test_a_file_that_cannot_be_read_is_told_with_the_systems_reason():
+    wanted = "/no/such.yaml: file is No such file or directory; valid: a readable track file"
+    with pytest.raises(spec.TrackError, match=wanted):
+        source.read("/no/such.yaml")
