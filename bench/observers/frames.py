@@ -30,9 +30,9 @@ class BareCamera:
     def __init__(self, world):
         car = world.model("racecar")
         spec = next(spec for spec in car.description.sensors if isinstance(spec, CameraSpec))
-        index, offset = car.link_in_body(spec.link)
+        part, offset = car.link_in_body(spec.link)
         pose = offset * Pose.from_xyz_rpy(*spec.pose)
-        request = CameraRequest.from_spec(spec, car.source.key, index + 1, 1)
+        request = CameraRequest.from_spec(spec, car.source.key, car.row(part), 1)
         self._request = replace(request, pose=(pose.position, pose.rpy))
         self._snapshots = []
         for _ in range(SNAPSHOTS):

@@ -453,9 +453,9 @@ def render(folder, quality=QUALITY):
         for name in PLACES:
             model = world.model(name)
             (spec,) = model.description.sensors
-            index, offset = model.link_in_body(spec.link)
+            part, offset = model.link_in_body(spec.link)
             pose = offset * Pose.from_xyz_rpy(*spec.pose)
-            request = CameraRequest.from_spec(spec, model.source.key, index + 1)
+            request = CameraRequest.from_spec(spec, model.source.key, model.row(part))
             request = replace(request, pose=(pose.position, pose.rpy))
             rgb, depth = renderer.render_with_depth(request)
             seen[name] = Seen(rgb.copy())

@@ -63,14 +63,12 @@ LEFT_OUT = (
     "PYTHONHOME",
 )
 SOLVER = os.path.join(SOURCES, "bullet_sim/src/bullet_sim/engine/quickstep")
-LAW = os.path.join(SOURCES, "bullet_sim/src/bullet_sim/controllers/law.py")  # compiled with it
 # Run by .venv's Python with the path of bullet_sim's sources. Of its packages only what is compiled
 # is imported: the rest needs PyBullet, which may not be there yet.
 COMPILE = """
 import sys, types
-for name in ("bullet_sim.engine", "bullet_sim.controllers"):
-    sys.modules[name] = types.ModuleType(name)
-    sys.modules[name].__path__ = [f"{sys.argv[1]}/{name.replace('.', '/')}"]
+sys.modules["bullet_sim.engine"] = types.ModuleType("bullet_sim.engine")
+sys.modules["bullet_sim.engine"].__path__ = [f"{sys.argv[1]}/bullet_sim/engine"]
 from bullet_sim.engine.quickstep import sources
 if not sources.library_path().is_file():  # sources with new dates may be the same
     from bullet_sim.engine.quickstep import entries
@@ -280,7 +278,7 @@ def _build_workspace(step):
 
 def _is_compiled():
     """Returns whether the solver was compiled since its sources changed; without numba: True."""
-    sources = [*glob.glob(f"{SOLVER}/*.py"), *glob.glob(LAW)]
+    sources = glob.glob(f"{SOLVER}/*.py")
     changed = max((os.stat(path).st_mtime for path in sources), default=0.0)
     built = f"{SOLVER}/__pycache__/sources.built"
     if os.path.exists(built) and os.stat(built).st_mtime >= changed:

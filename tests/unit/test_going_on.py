@@ -52,7 +52,7 @@ def trace(robot, moves, start, periods=PERIODS):
         parts = []
         for model in world.models.values():
             for part in model.rigid_parts:
-                parts += world.engine.link_motion(model.body, model.index(part))
+                parts += model.body.link_motion(part)
             parts += [] if model.is_static else model.joints.arrays()
         found.append(np.hstack([np.ravel(part) for part in parts]).tobytes())
     return found

@@ -46,7 +46,10 @@ def test_each_array_of_a_record_has_a_kind(record):
     assert len(record._fields) == len(state.KINDS[record])
 
 
-@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.py")), ids=lambda path: path.stem)
+COMPILED = sorted(set(FOLDER.glob("*.py")) - {FOLDER / "law.py"})  # which takes plain numbers
+
+
+@pytest.mark.parametrize("path", COMPILED, ids=lambda path: path.stem)
 def test_no_function_has_more_than_eight_parameters(path):
     found = {
         node.name: len(node.args.args)

@@ -27,7 +27,7 @@ def test_the_planes_of_few_large_triangles_leave_out_no_contact(tmp_path):
         world.spawn_sdf(name, static_mesh(name, tmp_path), Pose(), lambda uri: uri[7:])
     world.spawn_urdf("ball", BALL, Pose((0, 0, 9)), str)
     world.step()
-    scene = world.engine.ode._state.scene
+    scene = world.engine.arrays.state.scene
     ground, wheel = scene.roots[:2]
     assert min(ground, wheel) >= 0 and ground != wheel
     plain = scene.trees._replace(near=np.zeros(0, np.int64))  # no room: all boxes are compared

@@ -167,7 +167,7 @@ def test_the_animation_factor_is_how_fast_limbs_move_for_the_way():
         plugin = plugin_of(world, model, model.description.sensors[0])
         world.step(20000)
         plugin.update(world.time, 20.0)
-        angles.append(model.engine.joint_positions(0))
+        angles.append(model.body.joint_positions())
         world.close()
     default, same, standing = angles
     assert default == same != standing

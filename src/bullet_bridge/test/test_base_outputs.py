@@ -312,16 +312,16 @@ def sideways(world, wheel, changed=None):
     model = world.spawn_urdf("r", ROLLER, Pose((0.0, 0.0, 0.1)), str)
     plugin = in_thread(plugin_of(world, model, WheelSlipSpec("s", "base", (wheel,), "/r/slip")))
     slips = []
-    set_slip = world.engine.set_slip
-    world.engine.set_slip = lambda body, link, *values: (
-        slips.append(values), set_slip(body, link, *values))  # fmt: skip
+    set_slip = model.body.set_slip
+    model.body.set_slip = lambda link, *values: (
+        slips.append(values), set_slip(link, *values))  # fmt: skip
     if changed is not None:
         FakeServer.made["/r/slip"].callback(changed, 1)
     model.joints.set_motor("axle", ROLLING / 0.1, 1.0)
     for step in range(2000):
         plugin.update(world.time, 0.001)
         if step > 700:
-            model.apply_wrench(-1, (0.0, PUSH, 0.0), (0.0, 0.0, 0.0))
+            model.apply_wrench(model.root, (0.0, PUSH, 0.0), (0.0, 0.0, 0.0))
         world.step(1)
     _, linear, _ = model.link_state("base")
     assert linear[0] == pytest.approx(ROLLING, rel=0.05)
@@ -343,8 +343,8 @@ def test_a_wheel_slips_to_the_side_as_one_whose_surface_has_that_slip(world, top
     model = other.spawn_urdf("r", ROLLER, Pose((0.0, 0.0, 0.1)), str)
     link = model.link_in_body("wheel")[0]
     for _ in range(1300):
-        other.engine.set_slip(model.body, link, slip, 0.0)
-        model.apply_wrench(-1, (0.0, PUSH, 0.0), (0.0, 0.0, 0.0))
+        model.body.set_slip(link, slip, 0.0)
+        model.apply_wrench(model.root, (0.0, PUSH, 0.0), (0.0, 0.0, 0.0))
         other.step(1)
     wanted = model.link_state("base")[1][1]
     other.close()

@@ -44,7 +44,7 @@ def test_without_numba_nothing_starts_but_what_is_asked_for_by_name():
     ).splitlines()
     for words in ("solver 'ode'", "numba", "./run setup", "solver:=bullet"):
         assert words in told
-    assert engine == "Engine"
+    assert engine == "BulletEngine"
 
 
 @pytest.mark.parametrize(

@@ -82,7 +82,7 @@ def test_what_is_pressed_is_held_and_let_go_when_the_fingers_leave(world, topics
     run(world, plugin, 0.9)
     assert plugin._held == {}  # up to five decisions in a second do not suffice
     run(world, plugin, 0.8)
-    assert plugin._held == {"hand": (ball.body, -1)}
+    assert plugin._held == {"hand": (ball.body.number, ball.root)}
     there = bot.link_state("palm")[0].inverse() * ball.pose
     bot.joints.set_motor("left_joint", 0.0, 0.0)  # no force at all, but a finger that stays
     bot.joints.set_motor("up", 0.5, 999.0)
@@ -104,7 +104,7 @@ def test_a_held_object_collides_with_nothing_if_that_is_wanted(world, topics):
         run(world, plugin, 0.01)
     assert plugin._held
     world.step(2)
-    assert world.engine.contacts(ball.body, -1) == []
+    assert ball.body.contacts(ball.root) == []
 
 
 def test_its_parameters(world, topics):

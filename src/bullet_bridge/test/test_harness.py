@@ -57,9 +57,9 @@ def test_links_are_where_gazebo_has_them(name):
     differences, model = {}, plugin.model
     for step in drive(world, plugin, received, gazebo_states.HARNESSES[name][1]):
         for link, wanted in RECORDED[name][str(step)].items():
-            index, offset = model.link_in_body(link)
-            center = world.engine.link_center(model.body, index)
-            turned = np.array((Pose(*model.frame_at(index)) * offset).orientation)
+            part, offset = model.link_in_body(link)
+            center = model.body.link_center(part)
+            turned = np.array((Pose(*model.body.link_motion(part)[:2]) * offset).orientation)
             turned *= np.sign(turned @ wanted[3:])
             found = np.concatenate([center, turned])
             differences[step, link] = float(np.abs(found - wanted).max())

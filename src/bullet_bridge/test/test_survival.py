@@ -65,7 +65,7 @@ def test_a_body_that_is_nowhere_stops_only_its_own_sensor(world, topics):
     made = Robots(SimpleNamespace(call=lambda job: job()), world, cameras, seed=0)
     for number, name in enumerate(("lost", "well")):
         made.connect(world.spawn_urdf(name, IMU.format(name), Pose((3.0 * number, 0, 0)), str))
-    world.engine.set_base_pose(world.model("lost").body, (math.nan,) * 3, (math.nan,) * 4)
+    world.model("lost").body.set_pose((math.nan,) * 3, (math.nan,) * 4)
     world.step_count = 10
     made.publish(10, 0.01)
     assert (len(topics["/lost/lost"].messages), len(topics["/well/well"].messages)) == (0, 1)

@@ -1,5 +1,14 @@
 """Joints without an engine, for controllers."""
 
+from bullet_sim.engine.quickstep.law import effort_of
+
+
+def limited_effort(handle):
+    """The effort of a JointHandle within the joint's limits, and what of it acts."""
+    row = handle.effort_row(None, computes=False)
+    acts = effort_of(row.numbers, handle.position, handle.velocity, 0.001)
+    return row.applied, acts
+
 
 class FakeJoints:
     """Joints that do exactly what they are told; subclasses have `names` and `limits`.

@@ -183,7 +183,7 @@ def test_a_person_stands_on_the_ground_and_is_as_tall_as_one():
     world = World()
     loaded_model = world.spawn(model)
     for name, link in model.links.items():
-        frame = Pose(*loaded_model.frame_at(loaded_model.index(name)))
+        frame = Pose(*loaded_model.body.link_motion(name)[:2])
         for shape in link.visuals:
             half = shape.geometry.size[-1] / (1 if shape.geometry.kind == "sphere" else 2)
             height = (frame * shape.pose).position[2]
@@ -231,7 +231,7 @@ def test_the_page_has_it_and_its_limbs(world):
 def test_it_is_a_model_that_nothing_moves(world):
     model = loaded(world, actor("<auto_start>false</auto_start>"))
     model.set_state(Pose((9.0, 9.0, 9.0)), (1.0, 0.0, 0.0))
-    model.apply_wrench(-1, (100.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    model.apply_wrench(model.root, (100.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     world.step(200)
     assert at(model) == pytest.approx((5.0, 5.0, 0.0))
     assert not model.is_static and list(world.models) == ["walker"]

@@ -103,11 +103,11 @@ def test_it_hangs_on_a_moving_arm_and_loads_its_joint():
     hand = arm.link_state("hand")[0]
     assert arm.joints.state()[0]["j"] == pytest.approx(1.0, abs=0.01)
     assert (hand.inverse() * load.pose).position == pytest.approx(there.position, abs=3e-3)
-    world.engine.drive_velocity(arm.body, 0, 0.0, 100.0)
+    arm.body.motor(arm.body.joints[0]).track_velocity(0.0, 100.0)
     world.step(500)
     turned = math.cos(arm.joints.state()[0]["j"])
     moment = 9.81 * (2.0 * 0.3 + 1.0 * 0.6) * turned
-    assert abs(world.engine.joint_states(arm.body)[0][3]) == pytest.approx(moment, rel=0.02)
+    assert abs(arm.body.joint_states()[0][2]) == pytest.approx(moment, rel=0.02)
     world.close()
 
 
@@ -118,7 +118,7 @@ def test_a_position_that_is_imposed_moves_what_is_attached_below():
     chain = spawned(world, "chain", (0.9, 0.0, 2.0))
     world.attach("second", "load", "l", "chain", "l")  # before the first: the order has no effect
     world.attach("first", "arm", "hand", "load", "l")
-    world.engine.drive_position(arm.body, 0, -0.5, 100.0, 1e3)
+    arm.body.motor(arm.body.joints[0]).track_position(-0.5, 100.0, 1e3)
     world.step(10)
     for model, radius in ((load, 0.6), (chain, 0.9)):
         expected = (radius * math.cos(0.5), 0.0, 2.0 + radius * math.sin(0.5))
@@ -213,13 +213,13 @@ def test_what_rests_wakes_and_stays_awake_while_it_is_attached():
     post = spawned(world, "post", (0.0, 0.0, 2.0), static=True)
     load = spawned(world, "load", (0.5, 0.0, 0.1))
     world.step(3000)
-    assert world.engine.is_asleep(load.body) and post
+    assert load.body.is_asleep() and post
     world.attach("key", "post", "l", "load", "l")
-    assert not world.engine.is_asleep(load.body)
+    assert not load.body.is_asleep()
     world.engine.set_gravity((0.0, 0.0, 9.81))
     world.step(3000)
     assert load.pose.position == pytest.approx((0.5, 0.0, 0.1), abs=2e-3)
-    assert not world.engine.is_asleep(load.body)
+    assert not load.body.is_asleep()
     world.close()
 
 

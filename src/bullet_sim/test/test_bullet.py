@@ -78,9 +78,9 @@ def test_what_rests_has_its_weight_on_the_ground():
     box, engine = world.models["box"], world.engine
     box.set_state(Pose((0.0, 0.0, 0.1)))
     world.step(500)
-    total = sum(contact.force for contact in engine.contacts(box.body, -1))
+    total = sum(contact.force for contact in box.body.contacts(box.root))
     assert total == pytest.approx((0.0, 0.0, 3.0 * 9.81), abs=0.2)
-    assert {other for _, other, _, _ in engine.touching(box.body)} == {world.models["floor"].body}
+    assert {other for _, other, _, _ in box.body.touching()} == {world.models["floor"].body.number}
     places, normals, forces = engine.all_contacts()
     assert len(places) == len(normals) == len(forces) and forces.sum() == pytest.approx(
         29.43, abs=0.2

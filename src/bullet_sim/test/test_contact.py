@@ -35,7 +35,7 @@ def test_contact_forces_carry_the_weight(world):
     totals = []
     for _ in range(200):  # the force of a single step is as far as the solver has come in it
         world.step()
-        contacts = world.engine.contacts(model.body, model.link_in_body("base")[0])
+        contacts = model.body.contacts(model.link_in_body("base")[0])
         totals.append(sum(contact.force for contact in contacts))
     assert np.mean(totals, axis=0) == pytest.approx((0, 0, 2 * 9.81), abs=0.2)
     for contact in contacts:
@@ -49,7 +49,7 @@ def test_friction_acts_against_the_motion(world):
     world.step(200)
     model.set_state(model.pose, (1.0, 0.0, 0.0))
     world.step(5)
-    contacts = world.engine.contacts(model.body, model.link_in_body("base")[0])
+    contacts = model.body.contacts(model.link_in_body("base")[0])
     assert sum(contact.force for contact in contacts)[0] < -1.0
 
 
@@ -64,7 +64,7 @@ def test_a_dropped_box_without_an_inertia_comes_to_rest_on_the_ground(world):
 def test_no_contact_in_the_air(world):
     model = world.spawn_urdf("r", ROBOT, Pose((0.0, 0.0, 2.0)), str)
     world.step(10)
-    assert world.engine.contacts(model.body, -1) == []
+    assert model.body.contacts(model.root) == []
 
 
 PLAIN = '<collision><geometry><box size="1 1 1"/></geometry></collision>'
@@ -113,8 +113,8 @@ def test_a_collision_of_another_link_is_none_of_the_sensors():
 )
 def test_point_belongs_to_the_shape_it_is_on(world, point, name):
     model = world.spawn_urdf("r", ROBOT, Pose((0.0, 0.0, 1.0)), str)
-    link, shapes = model.collisions_at(model.link_in_body("bumper")[0])
-    shape = nearest(shapes, point)
+    link, _ = model.link_in_body("bumper")
+    shape = nearest(model.rigid_parts[link].collisions, point)
     assert link == "base" and shape.name == name
     assert distance(shape, point) < 0.0011
 

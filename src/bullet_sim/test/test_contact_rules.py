@@ -145,7 +145,7 @@ def box(name, mu=0.6):
 
 
 def sleeps(world, name="a"):
-    return world.engine.is_asleep(world.models[name].body)
+    return world.models[name].body.is_asleep()
 
 
 @pytest.fixture
@@ -227,7 +227,7 @@ def test_acceleration_straight_ahead_is_what_the_efforts_allow():
     world.step(200)
     model = world.models["skid"]
     for number in range(4):
-        world.engine.drive_velocity(model.body, number, 50.0 / radius, effort)
+        model.body.motor(model.body.joints[number]).track_velocity(50.0 / radius, effort)
     world.step(1000)
     speed = model.link_motion("base")[2][0]
     world.close()
@@ -280,10 +280,10 @@ def test_a_robot_whose_damping_is_unstable_ends_nothing_but_itself(damping):
     said = []
     world.on_implausible = said.append
     world.step(2000)
-    angle, *_ = world.models["arm"].engine.joint_states(world.models["arm"].body)[0]
+    angle, *_ = world.models["arm"].body.joint_states()[0]
     box_height = world.models["box"].pose.position[2]
     ranges = world.engine.cast_rays((0, 0.5, 2.0), [[0.0, 0.0, -1.0]], 0.0, 5.0)
-    world.models["arm"].engine.remove(world.models["arm"].body)
+    world.engine.remove(world.models["arm"].body)
     world.step(100)
     world.close()
     assert box_height == pytest.approx(0.1, abs=0.002)

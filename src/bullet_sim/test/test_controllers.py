@@ -11,7 +11,7 @@ from bullet_sim.controllers.manager import INITIALIZED, RUNNING, STOPPED, Manage
 from bullet_sim.controllers.pid import PidConfig, parse_pid
 from bullet_sim.description.model import Joint, ModelDescription
 from bullet_sim.errors import CommandError, ControllerError
-from fake_joints import FakeJoints
+from fake_joints import FakeJoints, limited_effort
 
 STATE = "joint_state_controller/JointStateController"
 VELOCITY = "velocity_controllers/JointVelocityController"
@@ -39,7 +39,7 @@ class Recorded(FakeJoints):
 
     def apply_efforts(self, handles):
         """Record, within the limits."""
-        efforts = {handle.name: handle.limited_effort()[0] for handle in handles}
+        efforts = {handle.name: limited_effort(handle)[0] for handle in handles}
         self.calls.append(("effort", efforts))
 
     def drive_velocities(self, names, values):

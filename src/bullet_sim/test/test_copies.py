@@ -1,11 +1,8 @@
 """PyBullet's copies of bodies that the solver 'ode' moves: made late, equal, without an effect."""
 
 import itertools
-import random
 
 import pytest
-from bullet_sim.engine import Engine, make_engine
-from bullet_sim.errors import ModelError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
@@ -15,7 +12,6 @@ INERTIAL = (
     '<inertia ixx="1" ixy="0" ixz="0" iyy="1.1" iyz="0" izz="0.9"/></inertial>'
 )
 SHAPE = '<collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision>'
-KINDS = ("revolute", "continuous", "prismatic", "fixed")
 LIMIT = '<limit lower="-1" upper="1" effort="10" velocity="10"/>'
 
 
@@ -26,83 +22,12 @@ def joint(name, kind, parent, child):
     )
 
 
-def tree(seed):
-    """URDF of a tree of links, elements in any order."""
-    rng = random.Random(seed)
-    count = rng.randint(2, 9)
-    parts = [f'<link name="l{k}">{INERTIAL}{SHAPE}</link>' for k in range(count)]
-    parts += [
-        joint(f"j{k}", rng.choice(KINDS), f"l{rng.randrange(k)}", f"l{k}") for k in range(1, count)
-    ]
-    rng.shuffle(parts)
-    return '<robot name="tree">\n' + "\n".join(parts) + "\n</robot>\n"
-
-
 @pytest.fixture(name="nobody_connects")
 def _nobody_connects(monkeypatch):
     def refuse(*_, **__):
         raise AssertionError("a client of PyBullet was connected")
 
     monkeypatch.setattr("pybullet.connect", refuse)
-
-
-@pytest.fixture(name="engines")
-def _engines():
-    made = make_engine("ode"), Engine()
-    yield made
-    for engine in made:
-        engine.close()
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_links_and_joints_have_pybullets_order(engines, tmp_path, seed):
-    path = tmp_path / "tree.urdf"
-    path.write_text(tree(seed))
-    ours, theirs = (engine.load(str(path), (1.0, 2.0, 3.0)) for engine in engines)
-    ode, bullet = engines
-    assert list(ode.link_indices(ours).items()) == list(bullet.link_indices(theirs).items())
-    assert ode.joint_names(ours) == bullet.joint_names(theirs)
-    assert ode.movable[ours] == bullet.movable[theirs]
-    assert ode.layout == bullet.layout
-    for one, other in zip(ode.link_motion(ours, -1), bullet.link_motion(theirs, -1)):
-        assert one == pytest.approx(other, abs=1e-12)
-
-
-@pytest.mark.parametrize(
-    "text, words",
-    [
-        ("<robot", "cannot be loaded"),
-        ('<robot name="r"/>', "there are 0 links without a joint above them"),
-        ('<robot name="r"><link name="a"/><link name="b"/></robot>', "there are 2 links"),
-        (
-            f'<robot name="r"><link name="a"/>{joint("j", "fixed", "a", "b")}</robot>',
-            "joint 'j' has the links 'a' and 'b'; links are a",
-        ),
-    ],
-)
-def test_files_that_are_no_tree_of_links(engines, tmp_path, text, words):
-    path = tmp_path / "bad.urdf"
-    path.write_text(text)
-    with pytest.raises(ModelError, match=words):
-        engines[0].load(str(path))
-
-
-def test_numbers_of_bodies_are_pybullets(engines, tmp_path):
-    path = tmp_path / "tree.urdf"
-    path.write_text(tree(1))
-    found = [[] for _ in engines]
-    for engine, numbers in zip(engines, found):
-        numbers += [engine.load(str(path)) for _ in range(5)]
-        for body in (1, 3, 0):
-            engine.remove(body)
-        numbers.append(engine.load(str(path)))
-    ode, bullet = engines
-    for body in (0, 2, 4):  # the first connects, while some numbers are free
-        assert Engine.link_indices(ode, body) == ode.link_indices(body)
-    for engine, numbers in zip(engines, found):
-        numbers += [engine.load(str(path)) for _ in range(3)]
-    assert found[0] == found[1]
-    assert ode.layout == bullet.layout
 
 
 ARM = (
@@ -146,10 +71,9 @@ def act(world):
 def motions(world):
     """All links' motions."""
     return [
-        (name, world.engine.link_motion(model.body, index))
+        (name, model.body.link_motion(part))
         for name, model in world.models.items()
-        for index in model.engine.link_indices(model.body).values()
-        if not model.is_static or index < 0
+        for part in model.rigid_parts
     ]
 
 
@@ -166,10 +90,10 @@ def test_nothing_of_this_needs_pybullet(nobody_connects):
 
 def test_copies_change_no_bit():
     plain, asked = scene(), scene()
-    assert asked.engine.client >= 0
+    assert asked.engine.mirror.client
     for world in (plain, asked):
         act(world)
-    asked.engine.client  # noqa: B018
+    assert asked.engine.mirror.client
     assert motions(plain) == motions(asked)
     for world in (plain, asked):
         world.close()
@@ -182,11 +106,11 @@ def test_copies_are_where_the_bodies_are():
 
     def check():
         for model in world.models.values():
-            places, turns = engine.link_poses(model.body)
-            for index in range(-1, len(places) - 1):
-                place, turn, *_ = engine.link_motion(model.body, index)
-                assert places[index + 1] == pytest.approx(place, abs=1e-5), (model.name, index)
-                same = abs(sum(a * b for a, b in zip(turns[index + 1], turn)))
+            for part in model.rigid_parts:
+                there, turned = engine.mirror.client.link_frame((model.body.number, part))
+                place, turn, *_ = model.body.link_motion(part)
+                assert there == pytest.approx(place, abs=1e-5), (model.name, part)
+                same = abs(sum(a * b for a, b in zip(turned, turn)))
                 assert same == pytest.approx(1.0, abs=1e-6)
 
     check()
@@ -205,10 +129,10 @@ def test_a_state_is_the_same_whoever_has_asked_for_copies():
     found = []
     for before, after in itertools.product((False, True), repeat=2):
         if before:
-            assert world.engine.client >= 0
+            assert world.engine.mirror.client
         state = world.save_state()
         if after:
-            assert world.engine.client >= 0
+            assert world.engine.mirror.client
         world.models["still"].set_state(Pose((9.0, 0.0, 1.0)))
         world.step(50)
         world.restore_state(state)
@@ -223,11 +147,11 @@ def test_a_state_is_the_same_whoever_has_asked_for_copies():
 def test_what_is_no_number_stays_where_it_was_put():
     world = scene()
     free = world.models["free"]
-    world.engine.ode.refresh()  # its arrays
-    world.engine.ode.bodies[:, :3] = float("nan")
+    world.engine.refresh()  # its arrays
+    world.engine.rows[:, :3] = float("nan")
     world.step(1)
-    position, _, linear, _ = world.engine.link_motion(free.body, -1)
+    position, _, linear, _ = free.body.link_motion(free.root)
     assert position == pytest.approx((0.0, 0.0, 1.0)) and linear[0] != linear[0]
-    position, *_ = world.engine.link_motion(free.body, 1)
+    position, *_ = free.body.link_motion("two")
     assert position[2] == pytest.approx(2.0, abs=1e-3)
     world.close()

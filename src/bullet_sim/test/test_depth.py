@@ -13,6 +13,7 @@ from bullet_sim.render.pybullet_renderer import PyBulletRenderer
 from bullet_sim.render.request import CameraRequest, Quality
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
+from mirrored import source_of
 from PIL import Image
 
 SCENE = """<robot name="s"><link name="base"><visual><origin xyz="3 0 0"/><geometry>
@@ -38,9 +39,8 @@ def request(**changes):
 
 
 @pytest.fixture(name="source")
-def _source(tmp_path):
-    (tmp_path / "s.urdf").write_text(SCENE)
-    return BodySource(0, str(tmp_path / "s.urdf"), True)
+def _source():
+    return source_of(SCENE)
 
 
 @pytest.mark.parametrize("near, far", [(0.02, 100.0), (0.1, 8.0), (0.5, 300.0)])
@@ -133,7 +133,7 @@ def test_holes_of_a_cut_out_image_have_the_surfaces_depth(tmp_path):
     )
     gl = GlRenderer(Quality("false", "false"))
     try:
-        sources = [BodySource(0, "", True, (VisualLink(shapes=(panel,)),))]
+        sources = [BodySource(0, True, (VisualLink(shapes=(panel,)),))]
         gl.sync_sources(sources, Scene(background=(0.0, 0.0, 1.0)))
         gl.apply(SNAPSHOT)
         rgb, depth = gl.render_with_depth(request())

@@ -186,10 +186,8 @@ def test_stays_where_it_stands(car, engaged):
 
 
 def test_uncontrolled_wheels_yield_to_effort(car):
-    engine, body = car.world.engine, car.model.body
-    number = {name: engine.joint_names(body).index(name) for name in WHEELS}
     for _ in range(500):
         for name in WHEELS:
-            engine.drive_efforts(body, (number[name],), (0.01,))
+            car.model.body.motor(name).add_effort(0.01)
         car.run(0.001)
     assert car.rear_axle[0] - REAR > 0.03

@@ -90,17 +90,21 @@ from bullet_sim.pose import Pose
 from bullet_sim.world import World
 TEXT = "<robot name='a'><link name='b'><inertial><mass value='1'/><inertia ixx='1' iyy='1' \
 izz='1'/></inertial></link></robot>"
+POINTS = "".join(f"<point>{x} {y}</point>" for x, y in ((0, 0), (1, 0), (0, 1)))
+SHAPE = f"<geometry><polyline>{POINTS}<height>1</height></polyline></geometry>"
+WEDGE = f"<sdf version='1.6'><model name='w'><link name='l'><collision name='c'>{SHAPE}"
+WEDGE += "</collision></link></model></sdf>"
 world = World()
 world.spawn_urdf("first", TEXT, Pose(), str)
 resource.setrlimit(resource.RLIMIT_FSIZE, (0, resource.RLIM_INFINITY))
 try:
-    world.spawn_urdf("second", TEXT, Pose(), str)
+    world.spawn_sdf("wedge", WEDGE, Pose(), str)
 except ModelError as error:
     print("refused:", error)
 resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
 world.step(10)
 world.reset()
-world.spawn_urdf("second", TEXT, Pose(), str)
+world.spawn_sdf("wedge", WEDGE, Pose(), str)
 print(sorted(world.models), world.step_count)
 world.close()
 """
@@ -114,6 +118,6 @@ def test_a_model_that_cannot_be_written_is_refused_and_the_world_goes_on(tmp_pat
         text=True,
         env=dict(os.environ, TMPDIR=str(tmp_path), PYTHONPATH=os.pathsep.join(sys.path)),
     )
-    assert "refused: 'second' cannot be prepared in" in done.stdout, done.stderr
+    assert "refused: 'wedge' cannot be prepared in" in done.stdout, done.stderr
     assert "File too large" in done.stdout
-    assert "['first', 'second'] 0" in done.stdout
+    assert "['first', 'wedge'] 0" in done.stdout

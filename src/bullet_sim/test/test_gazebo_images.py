@@ -193,7 +193,7 @@ def test_a_brick_wall_in_a_camera():
     try:
         wall = standard("Gazebo/Bricks").on(Shape(Geometry("box", (0.1, 1.0, 1.0))))
         link = VisualLink(shapes=(wall,))
-        renderer.sync_sources([BodySource(1, "", True, (link,))], Scene())
+        renderer.sync_sources([BodySource(1, True, (link,))], Scene())
         pose = ((-1.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         request = CameraRequest("eye", None, 0, pose, 256, 256, 0.8, 0.1, 10.0)
         picture = renderer.draw(Snapshot(0.0, 0, ()), request).astype(int)

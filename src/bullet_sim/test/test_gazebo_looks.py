@@ -60,7 +60,7 @@ def resolve(uri):
 
 def seen(gl, shapes, scene):
     """RGB of the four quarters of shapes on one body, from above."""
-    gl.sync_sources([BodySource(1, "", True, (VisualLink(shapes=tuple(shapes)),))], scene)
+    gl.sync_sources([BodySource(1, True, (VisualLink(shapes=tuple(shapes)),))], scene)
     pose = ((0.0, 0.0, HEIGHT), (0.0, np.pi / 2, 0.0))
     request = CameraRequest("eye", None, 0, pose, SIZE, SIZE, ANGLE, 0.1, 100.0)
     picture = gl.draw(Snapshot(0.0, 0, ()), request)
@@ -291,7 +291,7 @@ def test_how_images_lie_on_solids(gl, folder, geometry, quarters):
 
 def test_a_plane_is_not_seen_from_below(gl):
     floor = Shape(Geometry("box", (2.0, 2.0, 0.01), flat=True), Pose((0.0, 0.0, 1.0)))
-    gl.sync_sources([BodySource(1, "", True, (VisualLink(shapes=(floor,)),))], Scene())
+    gl.sync_sources([BodySource(1, True, (VisualLink(shapes=(floor,)),))], Scene())
     up = CameraRequest("eye", None, 0, ((0, 0, 0), (0, -np.pi / 2, 0)), 8, 8, 0.5, 0.1, 10.0)
     assert np.abs(gl.draw(Snapshot(0.0, 0, ()), up).astype(int) - 178).max() <= 1
 
@@ -306,7 +306,7 @@ def test_an_image_is_as_bright_far_away_as_near_by(gl, folder):
         painted=True,
     )
     gl.sync_sources(
-        [BodySource(1, "", True, (VisualLink(shapes=(shape,)),))],
+        [BodySource(1, True, (VisualLink(shapes=(shape,)),))],
         Scene(ambient=(1.0,) * 3, background=(0.0,) * 3, lights=()),
     )
     for height in (2.0, 8.0, 30.0, 100.0):
@@ -329,7 +329,7 @@ def test_a_line_far_away_is_a_line(gl, folder):
         finish=Finish(mapping=TextureMapping((0.0, 1.0, 0.0, 1.0, 0.0, 0.0))),
     )
     gl.sync_sources(
-        [BodySource(1, "", True, (VisualLink(shapes=(road,)),))],
+        [BodySource(1, True, (VisualLink(shapes=(road,)),))],
         Scene(ambient=(1.0,) * 3, background=(0.0,) * 3, lights=()),
     )
     request = CameraRequest("eye", None, 0, ((0, 0, 0), (0, 0, 0)), 640, 480, 1.0, 0.1, 200.0)

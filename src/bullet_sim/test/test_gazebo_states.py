@@ -14,30 +14,28 @@ TOLERANCE = 1e-6  # [m], of quaternions: 1; contacts let rounding grow
 
 def drive(world, model, commands, steps=gazebo_states.STEPS):
     """Yield (step, poses of the links' centers) at each recorded step, with a robot's commands."""
-    ode, efforts, planar = world.engine.ode, {}, None
-    names = world.engine.joint_names(model.body)
+    efforts, planar = {}, None
     for step in range(steps):
         for at, joint, kind, value, effort in commands:
             if at != step:
                 continue
-            index = names.index(joint)
             if kind == "velocity":
-                ode.set_velocity(model.body, index, value, effort)
+                model.body.motor(joint).track_velocity(value, effort)
             elif kind == "imposed":
-                ode.impose_velocity(model.body, index, value)
+                model.body.motor(joint).impose_velocity(value, effort)
             elif kind == "planar":
                 planar = (value, 0.0, 0.0), (0.0, 0.0, effort)
             elif kind == "position":
-                ode.set_position(model.body, index, value, 0.0, 1e9)
+                model.body.motor(joint).track_position(value, 0.0, 1e9)
             else:
-                efforts[index] = value
-        for index, effort in efforts.items():
-            ode.add_effort(model.body, index, effort)
+                efforts[joint] = value
+        for joint, effort in efforts.items():
+            model.body.motor(joint).add_effort(effort)
         if planar:
-            world.engine.set_velocity(model.body, *planar)
+            model.body.set_velocity(*planar)
         world.engine.step()
         if (step + 1) % gazebo_states.EVERY == 0:
-            yield step + 1, ode.save()["bodies"][model.body][:, :7]  # position, quaternion
+            yield step + 1, model.body.rows[:, :7].copy()  # position, quaternion
 
 
 def differences_of(name, folder, start):
@@ -122,7 +120,7 @@ def test_links_are_where_gazebos_wind_has_them(name):
         for step in range(gazebo_states.STEPS):
             world.step()
             if (step + 1) % gazebo_states.EVERY == 0:
-                poses = world.engine.ode.save()["bodies"][model.body][:, :7]
+                poses = model.body.rows[:, :7].copy()
                 for link, row in zip(model.rigid_parts, poses):
                     row[3:] = model.link_state(link)[0].orientation
                     wanted = np.array(RECORDED[name][str(step + 1)][link])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from bullet_sim.description.model import Finish, Geometry, Light, Shape, VisualLink
 from bullet_sim.description.world import SUN, Fog, Scene
-from bullet_sim.engine import Engine
+from bullet_sim.engine.bullet.client import Client
 from bullet_sim.errors import RenderError
 from bullet_sim.plugins.cameras import Distortion, Intrinsics, Lens
 from bullet_sim.pose import Pose
@@ -16,6 +16,7 @@ from bullet_sim.render.request import CameraRequest, Quality
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
 from bullet_sim.world import World
+from mirrored import source_of
 from PIL import Image
 from pinhole import OPTICAL_FROM_CAMERA
 
@@ -48,8 +49,8 @@ def box(size, place=(0.0, 0.0, 0.0), color=(1.0, 1.0, 1.0, 1.0), **changes):
 
 def show(gl, scene, *shapes, moving=(), request=None, at=(0.0, 0.0, 0.0)):
     """The picture of shapes that stand still, and of some on a body of its own, which is `at`."""
-    bodies = [BodySource(1, "", True, (VisualLink(shapes=tuple(shapes)),))]
-    bodies.append(BodySource(2, "", False, (VisualLink(shapes=tuple(moving)),)))
+    bodies = [BodySource(1, True, (VisualLink(shapes=tuple(shapes)),))]
+    bodies.append(BodySource(2, False, (VisualLink(shapes=tuple(moving)),)))
     gl.sync_sources(bodies, scene)
     states = (BodyState(1, (0, 0, 0), (0, 0, 0, 1), ()), BodyState(2, at, (0, 0, 0, 1), ()))
     return gl.draw(Snapshot(0.0, 0, states), request or view())
@@ -134,9 +135,9 @@ def test_a_light_goes_with_its_link(gl):
         "torch", "spot", (0.0, 0.2, 0.0), specular=(0.0,) * 3, linear=0.0, inner=0.3, outer=0.3
     )
     chain = (VisualLink(), VisualLink(0, Pose(), "prismatic", (1.0, 0.0, 0.0), lights=(spot,)))
-    floor = BodySource(1, "", True, (VisualLink(shapes=(FLOOR,)),))
+    floor = BodySource(1, True, (VisualLink(shapes=(FLOOR,)),))
     dark = Scene(ambient=(0.0,) * 3, background=(0.0,) * 3, lights=())
-    gl.sync_sources([floor, BodySource(2, "", False, chain)], dark)
+    gl.sync_sources([floor, BodySource(2, False, chain)], dark)
     focal = 100 / np.tan(0.4)
     for along in (0.0, 0.5):
         state = BodyState(2, (-0.3, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0), (along,))
@@ -239,23 +240,22 @@ def test_depth_is_that_of_rays(gl, tmp_path):
         )
         for kind in ("visual", "collision")
     )
-    path = tmp_path / "boxes.urdf"
-    path.write_text(f'<robot name="r">{text}</link></robot>')
-    gl.sync_sources([BodySource(1, str(path), True)], Scene())
+    text = f'<robot name="r">{text}</link></robot>'
+    gl.sync_sources([source_of(text, 1)], Scene())
     asked = view(AHEAD, 64, 48, depth=True, near=0.02, far=30.0)
     gl.apply(Snapshot(0.0, 0, (BodyState(1, (0, 0, 0), (0, 0, 0, 1), ()),)))
     _, depth = gl.render_with_depth(asked)
-    engine = Engine()
+    client = Client()
     try:
-        engine.load(str(path), fixed_base=True)
+        client.load_text(1, text, "l", fixed_base=True)
         k = camera.intrinsics(64, 48, asked.horizontal_fov)
         rays = camera.points(np.ones((48, 64), np.float32), k).reshape(-1, 3)
         ends = 30.0 * rays @ OPTICAL_FROM_CAMERA
         lengths = np.linalg.norm(ends, axis=1)
         rays = ends / lengths[:, None]
-        fractions = engine.cast_rays(np.zeros(3), rays, 0.0, lengths.max()) / lengths
+        fractions = client.cast_rays(np.zeros(3), rays, 0.0, lengths.max()) / lengths
     finally:
-        engine.close()
+        client.close()
     expected = np.where(np.asarray(fractions) < 1.0, 30.0 * np.asarray(fractions), 30.0)
     expected = expected.reshape(48, 64)
     inner = np.abs(np.gradient(expected)[0]) + np.abs(np.gradient(expected)[1]) < 0.1
@@ -368,7 +368,7 @@ def test_joints_carry_their_links(gl):
         VisualLink(1, Pose((1.0, 0.0, 0.0)), "prismatic", (0.0, 1.0, 0.0)),
         VisualLink(2, Pose((0.0, 0.0, 0.5)), "fixed"),
     )
-    gl.sync_sources([BodySource(7, "", False, chain)], Scene())
+    gl.sync_sources([BodySource(7, False, chain)], Scene())
     state = BodyState(7, (5.0, 0.0, 0.0), (0.0, 0.0, 0.0, 2.0), (np.pi / 2, 0.25))
     gl.apply(Snapshot(0.0, 0, (state,)))
     position, rotation = gl.camera_pose(replace(view(((0, 0, 0), (0, 0, 0))), key=7, link_index=3))
@@ -405,7 +405,7 @@ def test_labels_tell_which_body_each_pixel_shows(gl):
     cube = VisualLink(shapes=(box((1, 1, 1)),))
     glass = VisualLink(shapes=(box((0.5, 0.5, 0.1), color=(1, 1, 1, 0.2)),))
     bodies = {70000: (cube, (0, 0.8, 0)), 2: (cube, (0, -0.8, 0)), 3: (glass, (0, -0.8, 1))}
-    sources = [BodySource(key, "", False, (link,)) for key, (link, _) in bodies.items()]
+    sources = [BodySource(key, False, (link,)) for key, (link, _) in bodies.items()]
     gl.sync_sources(sources, replace(PLAIN, ambient=(0.0,) * 3, lights=()))
     states = tuple(BodyState(key, at, (0, 0, 0, 1), ()) for key, (_, at) in bodies.items())
     gl.apply(Snapshot(0.0, 0, states))

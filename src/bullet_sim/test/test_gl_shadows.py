@@ -125,8 +125,8 @@ def test_shadows_are_where_rays_say(gl, name, pitch, others):
     still = still + others
     sun = sun_at(pitch)
     scene = Scene(ambient=(0.3,) * 3, background=(0.0,) * 3, lights=(sun,))
-    bodies = [BodySource(1, "", True, (VisualLink(shapes=tuple(still)),))]
-    bodies.append(BodySource(2, "", False, (VisualLink(shapes=tuple(moving)),)))
+    bodies = [BodySource(1, True, (VisualLink(shapes=tuple(still)),))]
+    bodies.append(BodySource(2, False, (VisualLink(shapes=tuple(moving)),)))
     gl.apply(Snapshot(0.0, 0, ()))
     states = tuple(BodyState(key, (0, 0, 0), (0, 0, 0, 1), ()) for key in (1, 2))
     judged = wrong = 0
@@ -164,7 +164,7 @@ def test_markings_1_mm_above_the_road_show_to_the_horizon(gl, near):
     asked = CameraRequest("eye", None, 0, ((0, 0, 0.6), (0, 0.1, 0)), 640, 480, 1.0, near, 300.0)
     pictures = []
     for shapes in ([road, *stripes], stripes):
-        gl.sync_sources([BodySource(1, "", True, (VisualLink(shapes=tuple(shapes)),))], scene)
+        gl.sync_sources([BodySource(1, True, (VisualLink(shapes=tuple(shapes)),))], scene)
         gl.apply(Snapshot(0.0, 0, ()))
         pictures.append(gl.render(asked)[:, :, 0].astype(int))
     bright = pictures[1] > 200

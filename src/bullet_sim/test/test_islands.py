@@ -25,7 +25,7 @@ GROUP_ROWS = 64  # at most, of a group of several islands
 @pytest.fixture(autouse=True)
 def _many_processors(monkeypatch):
     """As many threads as asked for, whatever this machine has."""
-    monkeypatch.setattr("bullet_sim.engine.ode.processors", lambda: 8)
+    monkeypatch.setattr("bullet_sim.engine.ode.engine.processors", lambda: 8)
 
 
 def helpers():
@@ -39,7 +39,7 @@ def made(threads, cars=(), cans=()):
     described = sdf.parse_world(
         (SOURCES / "track_model" / "worlds" / "track.world").read_text(encoding="utf-8"), str
     )
-    world.engine.ode.configure(replace(described.ode, island_threads=threads))
+    world.engine.configure(replace(described.ode, island_threads=threads))
     world.spawn(sdf.ground_plane())
     urdf = xacro.process_file(str(CAR)).toxml()
     for number, (x, y) in enumerate(cars):
@@ -61,8 +61,7 @@ def states(threads, steps, **things):
     try:
         for count in steps:
             world.step(count)
-            ode = world.engine.ode
-            found.append(ode.bodies.tobytes() + ode.joints.tobytes())
+            found.append(world.engine.rows.tobytes() + world.engine.joint_rows.tobytes())
             assert len(helpers()) == max(0, threads - 1) * (len(world.models) > 2)
     finally:
         world.close()
@@ -107,7 +106,7 @@ def rows_of_groups(things, steps):
     found = []
     for _ in range(steps):
         world.step()
-        islands = world.engine.ode._state.islands
+        islands = world.engine.arrays.state.islands
         begins = islands.starts[: islands.counts[0] + 1, 0]
         found.append(list(begins[1:] - begins[:-1]))
     world.close()
@@ -138,7 +137,7 @@ def test_helpers_end_with_what_they_work_with():
 
 
 def test_no_more_threads_than_processors(monkeypatch):
-    monkeypatch.setattr("bullet_sim.engine.ode.processors", lambda: 1)
+    monkeypatch.setattr("bullet_sim.engine.ode.engine.processors", lambda: 1)
     world = made(4, cars=APART[:2])
     world.step(5)
     assert not helpers()

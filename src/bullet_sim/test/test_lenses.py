@@ -61,7 +61,7 @@ def test_marks_are_where_gazebos_formula_puts_them(gl, lens):
         for place in marks()
     ]
     dark = Scene(ambient=(1.0,) * 3, background=(0.0,) * 3, lights=())
-    gl.sync_sources([BodySource(1, "", True, (VisualLink(shapes=tuple(balls)),))], dark)
+    gl.sync_sources([BodySource(1, True, (VisualLink(shapes=tuple(balls)),))], dark)
     asked = CameraRequest("c", None, 0, ((0, 0, 0), (0, 0, 0)), *SIZE, FOV, 0.1, 20.0)
     gl.apply(Snapshot(0.0, 0, ()))
     rgb, depth = gl.render_with_depth(replace(asked, distortion=lens, depth=True))
@@ -183,7 +183,7 @@ def test_a_wide_angle_lens_maps_angles_as_its_type_says(gl, kind):
     ]
     balls = [Shape(Geometry("sphere", (0.08,)), Pose(place), (1.0,) * 4) for place in places]
     dark = Scene(ambient=(1.0,) * 3, background=(0.0,) * 3, lights=())
-    gl.sync_sources([BodySource(1, "", True, (VisualLink(shapes=tuple(balls)),))], dark)
+    gl.sync_sources([BodySource(1, True, (VisualLink(shapes=tuple(balls)),))], dark)
     gl.apply(Snapshot(0.0, 0, ()))
     request = replace(CameraRequest.from_spec(found.sensors[0], 1, 0), near=0.1)
     rgb = gl.render(request)
@@ -202,7 +202,7 @@ def test_the_texture_of_a_lens_is_how_fine_its_image_is(gl):
         for y in np.arange(-0.8, 0.8, 0.04).tolist()
     ]
     dark = Scene(ambient=(1.0,) * 3, background=(0.0,) * 3, lights=())
-    gl.sync_sources([BodySource(1, "", True, (VisualLink(shapes=tuple(stripes)),))], dark)
+    gl.sync_sources([BodySource(1, True, (VisualLink(shapes=tuple(stripes)),))], dark)
     gl.apply(Snapshot(0.0, 0, ()))
     request = CameraRequest("c", None, 0, ((0, 0, 0), (0, 0, 0)), 400, 400, 1.0, 0.1, 20.0)
     images = [

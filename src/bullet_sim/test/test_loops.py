@@ -84,7 +84,7 @@ def test_what_is_in_a_loop_is_not_put_to_a_position():
     world, model = spawned(RING)
     places = [model.link_state(link)[0] for link in ("crank", "coupler", "rocker")]
     number = model.joints.names.index("low")
-    world.engine.impose_position(model.body, number, 0.5, 1e9, 1e9)
+    model.body.motor(model.body.joints[number]).impose_position(0.5, 1e9, 1e9)
     world.step()
     for link, place in zip(("crank", "coupler", "rocker"), places):
         now = model.link_state(link)[0]

@@ -55,7 +55,7 @@ def test_a_push_moves_one_alone_with_what_hangs_on_it(world):
     model = spawned(world)
     before = places(model)
     for _ in range(100):
-        model.apply_wrench(model.index("c"), (0.0, 10.0, 0.0), (0.0, 0.0, 0.0))
+        model.apply_wrench("c", (0.0, 10.0, 0.0), (0.0, 0.0, 0.0))
         world.step()
     moved = places(model) - before
     assert np.abs(moved[:2]).max() < 1e-12
@@ -138,7 +138,7 @@ def test_mirrors_and_rays_see_them_where_they_are(world):
     start = center + (0.0, 0.0, 2.0)
     hit = world.engine.cast_rays(start, np.array([[0.0, 0.0, -1.0]]), 0.0, 5.0)
     assert 1.8 < hit[0] < 1.95
-    position = world.engine.link_poses(model.body)[0][model.index("b") + 1]
+    position, _ = world.engine.mirror.client.link_frame((model.body.number, "b"))
     assert position == pytest.approx(center, abs=1e-6)  # in PyBullet, too
 
 
@@ -165,7 +165,7 @@ def test_each_sleeps_by_itself(world):
     world.step(1500)
     assert places(model)[0, 2] == pytest.approx(0.1, abs=1e-3)
     assert places(model)[1, 2] == pytest.approx(20 - 0.5 * 9.81 * 1.5**2, abs=0.05)
-    assert not world.engine.is_asleep(model.body)
+    assert not model.body.is_asleep()
 
 
 def test_with_bullet_they_are_fixed_with_a_warning():

@@ -39,7 +39,7 @@ def tree_of(world, folder, triangles):
     world.spawn_sdf("mesh", static_mesh("mesh", folder), Pose(), lambda uri: uri[7:])
     spawn(world, "ball", bot(SHAPES["sphere"]), (0, 0, 9), folder)
     world.step()
-    scene = world.engine.ode._state.scene
+    scene = world.engine.arrays.state.scene
     assert scene.roots[0] == 0
     return scene.trees
 
@@ -136,7 +136,7 @@ def height_of_a_comb(folder, teeth, spike):
     shape = f'<mesh filename="file://{folder}/{name}.stl"/>'
     comb = spawn(world, "comb", bot(shape), (0.0, 0.0, -0.01), folder)
     world.engine.step()
-    height = world.engine.ode.save()["bodies"][comb.body][0, 2]
+    height = comb.body.rows[0, 2]
     world.close()
     return height
 

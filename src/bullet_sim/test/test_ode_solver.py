@@ -112,7 +112,7 @@ def wheel_angles(steering, wheelbase, half_track):
 
 def our_car(world, heading=0.0):
     """The car on a plane with the iterations of its world; (it, wheels, hinges)."""
-    world.engine.ode.configure(settings_of(SOURCES / "track_model" / "worlds" / "track.world"))
+    world.engine.configure(settings_of(SOURCES / "track_model" / "worlds" / "track.world"))
     world.spawn(sdf.ground_plane())
     start = Pose((0.0, 0.0, 0.05), (0.0, 0.0, math.sin(heading / 2), math.cos(heading / 2)))
     car = world.spawn_urdf("racecar", published(CAR), start, resolve)
@@ -173,7 +173,7 @@ def test_our_car_with_one_speed_for_all_wheels_turns_as_in_gazebo(world, heading
 def test_our_truck_drives_as_in_gazebo_and_as_it_steers(world, trailer):
     """With the iterations of its world."""
     settings = settings_of(SOURCES / "cybertruck" / "worlds" / "yard.world")
-    world.engine.ode.configure(settings)
+    world.engine.configure(settings)
     world.spawn(sdf.ground_plane())
     truck = world.spawn_urdf("cybertruck", published(TRUCK, trailer=trailer), Pose(), resolve)
     axle = ("rear_left_wheel_joint", "rear_right_wheel_joint")
@@ -256,7 +256,7 @@ def test_what_is_balanced_on_two_wheels_stands_as_in_gazebo(world):
     bot.joints.drive_velocities(("left_joint", "right_joint"), (0.0, 0.0))
     world.step(15000)
     assert bot.pose.position[2] == pytest.approx(0.1455, abs=1e-3)
-    world.engine.set_base_velocity(bot.body, (0.0, 0.0, 0.0), (0.0, 1e-9, 0.0))
+    bot.body.set_velocity((0.0, 0.0, 0.0), (0.0, 1e-9, 0.0))
     world.step(8000)
     assert bot.pose.position[2] < 0.1
 
@@ -308,8 +308,8 @@ def test_what_rests_has_its_weight_on_the_ground(world, shape, height):
     forces = []
     for _ in range(200):
         world.step()
-        contacts = world.engine.contacts(bot.body, -1)
-        assert {contact.body for contact in contacts} <= {world.model("ground_plane").body}
+        contacts = bot.body.contacts(bot.root)
+        assert {contact.body for contact in contacts} <= {world.model("ground_plane").body.number}
         forces.append(sum(contact.force[2] for contact in contacts))
     assert np.mean(forces) == pytest.approx(3.0 * G, rel=0.03)
 
@@ -326,7 +326,7 @@ def test_friction_is_bounded_along_two_directions_of_the_ground(world, heading, 
         start = np.array(bot.pose.position)
         force = factor * limit * 0.5 * 1.0 * G * direction
         for _ in range(500):
-            world.engine.apply_force(bot.body, -1, tuple(force), bot.pose.position)
+            bot.body.apply_force(bot.root, tuple(force), bot.pose.position)
             world.step()
         moved = float(np.linalg.norm(np.subtract(bot.pose.position, start)))
         assert (moved > 0.1) == moves, moved
@@ -346,17 +346,18 @@ def test_bodies_meet_what_is_no_plane(world):
     total = 0.0
     for _ in range(400):
         world.step()
-        assert not world.engine.is_asleep(boxes[0].body)
-        for _, body, _, force in world.engine.touching(boxes[0].body):
-            total += force / 400 if body == world.model("stand").body else 0.0
+        assert not boxes[0].body.is_asleep()
+        for _, body, _, force in boxes[0].body.touching():
+            total += force / 400 if body == world.model("stand").body.number else 0.0
     assert total == pytest.approx(2.0 * G, rel=0.05)
 
 
 def noted_searches(world, monkeypatch):
     """Times [s] at which PyBullet is asked for contacts from now on."""
     searches = []
-    search = world.engine.ode._find
-    monkeypatch.setattr(world.engine.ode, "_find", lambda: searches.append(world.time) or search())
+    contacts = world.engine._contacts
+    search = contacts.find
+    monkeypatch.setattr(contacts, "find", lambda: searches.append(world.time) or search())
     return searches
 
 
@@ -373,14 +374,14 @@ def test_contacts_with_a_mesh_are_found_without_pybullet(world, monkeypatch, tmp
     searches = noted_searches(world, monkeypatch)
     world.step(500)
     assert not searches
-    world.engine.set_base_velocity(ball.body, (0.0, 2.0, 0.0), (-20.0, 0.0, 0.0))
+    ball.body.set_velocity((0.0, 2.0, 0.0), (-20.0, 0.0, 0.0))
     world.step(1500)
     assert not searches
     assert ball.pose.position[1] == pytest.approx(4.8, abs=0.01)
     box = world.spawn_urdf("box", BOX, Pose((2.0, 4.71, 0.2)), str)
     world.step()
-    touched = {body for _, body, _, _ in world.engine.touching(box.body)}
-    assert world.model("yard").body in touched and not searches
+    touched = {body for _, body, _, _ in box.body.touching()}
+    assert world.model("yard").body.number in touched and not searches
 
 
 @pytest.mark.parametrize("bits, stops", [(1, True), (2, False)])
@@ -398,7 +399,7 @@ def test_a_wall_stops_only_what_shares_a_bit(world, monkeypatch, bits, stops):
     world.spawn(sdf.ground_plane())
     box = world.spawn_urdf("box", masked(BOX, bits), Pose((0.0, 0.0, 0.2)), str)
     searches = noted_searches(world, monkeypatch)
-    world.engine.set_base_velocity(box.body, (4.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    box.body.set_velocity((4.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     world.step(600)
     assert (box.pose.position[0] < 0.8) == stops
     assert not searches
@@ -419,7 +420,7 @@ def test_no_contacts_are_looked_for_beside_a_tall_post(world, monkeypatch, tmp_p
     world.step(100)
     assert not searches
     toward = 1.5 * np.array((place[0], place[1], 0.0)) / aside
-    world.engine.set_base_velocity(box.body, tuple(toward), (0.0, 0.0, 0.0))
+    box.body.set_velocity(tuple(toward), (0.0, 0.0, 0.0))
     world.step(100)
     assert not searches
     assert box.pose.position[0] < 0.08  # 0.3 without the post
@@ -441,18 +442,17 @@ def test_self_collision_is_looked_for_only_when_it_may_happen(world, monkeypatch
     )
     base = link("base", 50.0, inertia=5.0, shape='<box size="0.4 0.4 0.1"/>')
     arm = spawn(world, robot(base, arms, collide), Pose((0.0, 0.0, 0.05)), ground=True)
-    names = world.engine.joint_names(arm.body)
-    left, right = names.index("left_joint"), names.index("right_joint")
-    world.engine.ode.set_velocity(arm.body, right, 0.0, 100.0)
+    left, right = (arm.body.motor(f"{side}_joint") for side in ("left", "right"))
+    right.track_velocity(0.0, 100.0)
     searches = noted_searches(world, monkeypatch)
     world.step(100)
     assert not searches
-    world.engine.ode.set_velocity(arm.body, left, -1.0, 1.0)
+    left.track_velocity(-1.0, 1.0)
     world.step(2500)
     assert not searches  # boxes
-    states = world.engine.joint_states(arm.body)
-    assert states[left][0] == pytest.approx(-1.0, abs=0.1) and abs(states[left][1]) < 0.1
-    assert abs(states[right][1]) < 0.1
+    states = dict(zip(arm.body.joints, arm.body.joint_states()))
+    assert states["left_joint"][:2] == pytest.approx((-1.0, 0.0), abs=0.1)
+    assert abs(states["right_joint"][1]) < 0.1
 
 
 @pytest.mark.parametrize("shape", ['<box size="0.1 0.1 0.8"/>', '<sphere radius="0.3"/>'])
@@ -466,13 +466,13 @@ def test_a_fixed_base_does_not_touch_its_own_arm(world, shape):
         link("arm", 1.0, "0 0 -0.3", 0.01, shape),
     )
     arm = spawn(world, text)
-    world.engine.set_joint_positions(arm.body, [0.2])
-    swings = [world.engine.joint_positions(arm.body)[0]]
+    arm.body.set_joint_positions([0.2])
+    swings = [arm.body.joint_positions()[0]]
     for _ in range(120):
         world.step(10)
-        swings.append(world.engine.joint_positions(arm.body)[0])
+        swings.append(arm.body.joint_positions()[0])
     assert min(swings) == pytest.approx(-0.2, abs=5e-3)
-    assert not world.engine.touching(arm.body)
+    assert not arm.body.touching()
 
 
 def fields(height, size=6.0, count=61):
@@ -500,12 +500,11 @@ def test_a_car_drives_on_a_mesh_as_in_gazebo(world, tmp_path):
     world.spawn_sdf("ground", ground, Pose(), lambda uri: uri[7:])
     text = with_wide_hard_tyres(published(CAR))
     car = world.spawn_urdf("car", text, Pose((0.0, 0.0, 0.05)), resolve)
-    names = world.engine.joint_names(car.body)
-    for index, name in enumerate(names):
+    for name in car.body.joints:
         if "wheel" in name:
-            world.engine.drive_velocity(car.body, index, 20.0, 10.0)
+            car.body.motor(name).track_velocity(20.0, 10.0)
         else:
-            world.engine.impose_position(car.body, index, 0.3, 10.0, 10.0)
+            car.body.motor(name).impose_position(0.3, 10.0, 10.0)
     world.step(1000)
     way, turn = drive(world, car, 4.0)
     assert way / 4.0 == pytest.approx(0.540, rel=0.02)
@@ -516,9 +515,9 @@ def test_a_joint_is_put_to_a_position_before_the_first_step(world):
     """As steer_bot_hardware_gazebo does when its robot is spawned."""
     text = robot(link("base"), link("arm"), joint("hinge", "revolute", "base", "arm"))
     bot = world.spawn_urdf("bot", text, Pose((0.0, 0.0, 1.0)), str)
-    world.engine.impose_position(bot.body, 0, 0.3, 10.0, 10.0)
+    bot.body.motor(bot.body.joints[0]).impose_position(0.3, 10.0, 10.0)
     world.step(1)
-    assert world.engine.joint_positions(bot.body)[0] == pytest.approx(0.3, abs=1e-3)
+    assert bot.body.joint_positions()[0] == pytest.approx(0.3, abs=1e-3)
 
 
 HINGED = robot(link("base"), link("arm"), joint("hinge", "continuous", "base", "arm"))
@@ -527,8 +526,8 @@ HINGED = robot(link("base"), link("arm"), joint("hinge", "continuous", "base", "
 @pytest.mark.parametrize(
     "command, ends",
     [
-        ("drive_velocity", (3.0, 10.0)),
-        ("drive_position", (0.3, 10.0, 10.0)),
+        ("track_velocity", (3.0, 10.0)),
+        ("track_position", (0.3, 10.0, 10.0)),
         ("impose_velocity", (3.0, 10.0)),
         ("impose_position", (0.3, 10.0, 10.0)),
     ],
@@ -539,13 +538,13 @@ def test_what_a_joint_is_told_outlasts_models_that_come(world, steps, command, e
     world.engine.set_gravity((0.0, 0.0, 0.0))
     one = world.spawn_urdf("one", HINGED, Pose((0.0, 0.0, 1.0)), str)
     world.step(steps)
-    getattr(world.engine, command)(one.body, 0, *ends)
+    getattr(one.body.motor(one.body.joints[0]), command)(*ends)
     two = world.spawn_urdf("two", HINGED, Pose((5.0, 0.0, 1.0)), str)
-    getattr(world.engine, command)(two.body, 0, *ends)
+    getattr(two.body.motor(two.body.joints[0]), command)(*ends)
     world.spawn_sdf("post", static("<box><size>1 1 1</size></box>"), Pose((9.0, 0.0, 1.0)), str)
     world.step(50)
     for bot in (one, two):
-        (position, rate, *_) = world.engine.joint_states(bot.body)[0]
+        (position, rate, *_) = bot.body.joint_states()[0]
         found = rate if command.endswith("velocity") else position
         assert found == pytest.approx(ends[0], rel=0.02), bot.name
 
@@ -554,27 +553,27 @@ def test_what_a_joint_is_told_outlasts_a_move_of_its_model(world):
     world.engine.set_gravity((0.0, 0.0, 0.0))
     bot = world.spawn_urdf("bot", HINGED, Pose((0.0, 0.0, 1.0)), str)
     post = world.spawn_sdf("post", static("<box><size>1 1 1</size></box>"), Pose(), str)
-    world.engine.drive_position(bot.body, 0, 0.3, 10.0, 10.0)
+    bot.body.motor(bot.body.joints[0]).track_position(0.3, 10.0, 10.0)
     world.step(50)
-    world.engine.set_base_pose(bot.body, (1.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0))
-    world.engine.set_base_pose(post.body, (9.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    bot.body.set_pose((1.0, 0.0, 1.0), (0.0, 0.0, 0.0, 1.0))
+    post.body.set_pose((9.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
     for _ in range(50):
-        world.engine.drive_efforts(bot.body, [0], [1.0])  # which the motor withstands
+        bot.body.motor(bot.body.joints[0]).add_effort(1.0)  # which the motor withstands
         world.step(1)
-    assert world.engine.joint_positions(bot.body)[0] == pytest.approx(0.3, abs=1e-3)
+    assert bot.body.joint_positions()[0] == pytest.approx(0.3, abs=1e-3)
 
 
 def test_a_joint_is_released_while_a_model_comes(world):
     world.engine.set_gravity((0.0, 0.0, 0.0))
     bot = world.spawn_urdf("bot", HINGED, Pose((0.0, 0.0, 1.0)), str)
     world.step(1)
-    world.engine.drive_velocity(bot.body, 0, 3.0, 10.0)
+    bot.body.motor(bot.body.joints[0]).track_velocity(3.0, 10.0)
     world.step(5)
     world.spawn_urdf("two", HINGED, Pose((5.0, 0.0, 1.0)), str)
-    world.engine.release(bot.body, 0)
-    world.engine.drive_efforts(bot.body, [0], [-0.1])
+    bot.body.motor(bot.body.joints[0]).release()
+    bot.body.motor(bot.body.joints[0]).add_effort(-0.1)
     world.step(1)
-    assert world.engine.joint_states(bot.body)[0][1] < 2.999  # no motor holds it
+    assert bot.body.joint_states()[0][1] < 2.999  # no motor holds it
 
 
 def test_a_wheel_rolls_onto_a_low_box_and_not_onto_a_high_one(world):
@@ -590,7 +589,7 @@ def test_a_wheel_rolls_onto_a_low_box_and_not_onto_a_high_one(world):
         wheel = world.spawn_urdf(f"wheel_{y}", roller, Pose((0.0, y, 0.1)), str)
         if y == 0.0:
             world.spawn(sdf.ground_plane())
-        world.engine.set_base_velocity(wheel.body, (1.5, 0.0, 0.0), (0.0, 15.0, 0.0))
+        wheel.body.set_velocity((1.5, 0.0, 0.0), (0.0, 15.0, 0.0))
         world.step(800)
         ends.append(wheel.pose.position)
     assert ends[0][0] > 0.6 and ends[0][2] == pytest.approx(0.12, abs=0.01)
@@ -621,7 +620,7 @@ def test_a_wheel_is_stopped_by_the_edge_of_a_curb(world, tmp_path):
     body = link("base", shape=shape).replace("<collision>", '<collision><origin rpy="1.5708 0 0"/>')
     roller = robot(body)
     wheel = spawn(world, roller, Pose((0.0, 0.0, 0.1)))
-    world.engine.set_base_velocity(wheel.body, (1.0, 0.0, 0.0), (0.0, 10.0, 0.0))
+    wheel.body.set_velocity((1.0, 0.0, 0.0), (0.0, 10.0, 0.0))
     world.step(1200)
     x, _, z = wheel.pose.position
     assert x < 0.91 and z == pytest.approx(0.1, abs=0.02)
@@ -634,34 +633,34 @@ BOX = robot(link("base", 1.0, inertia=0.02, shape='<box size="0.4 0.4 0.4"/>'))
 def test_what_rests_for_a_second_sleeps_until_something_happens(world):
     box = spawn(world, BOX, Pose((0.0, 0.0, 0.2)), ground=True)
     world.step(990)
-    assert not world.engine.is_asleep(box.body)
+    assert not box.body.is_asleep()
     world.step(100)
-    assert world.engine.is_asleep(box.body)
-    pose, touching = box.pose, world.engine.touching(box.body)
+    assert box.body.is_asleep()
+    pose, touching = box.pose, box.body.touching()
     assert touching
     world.step(1000)
-    assert box.pose == pose and world.engine.touching(box.body) == touching
-    world.engine.apply_force(box.body, -1, (50.0, 0.0, 0.0), box.pose.position)
+    assert box.pose == pose and box.body.touching() == touching
+    box.body.apply_force(box.root, (50.0, 0.0, 0.0), box.pose.position)
     world.step()
-    assert not world.engine.is_asleep(box.body) and box.pose != pose
+    assert not box.body.is_asleep() and box.pose != pose
 
 
 def test_what_falls_on_a_sleeper_wakes_it(world):
     box = spawn(world, BOX, Pose((0.0, 0.0, 0.2)), ground=True)
     world.step(1500)
-    assert world.engine.is_asleep(box.body)
+    assert box.body.is_asleep()
     ball = world.spawn_urdf("ball", BALL, Pose((0.15, 0.0, 0.8)), str)
     world.step(200)
-    assert world.engine.is_asleep(box.body)
+    assert box.body.is_asleep()
     world.step(200)
-    assert not world.engine.is_asleep(box.body) and ball.pose.position[2] < 0.55
+    assert not box.body.is_asleep() and ball.pose.position[2] < 0.55
 
 
 def test_a_sleeper_whose_support_is_deleted_falls(world):
     world.spawn_sdf("stand", static("<box><size>2 2 1</size></box>"), Pose((0.0, 0.0, 0.5)), str)
     box = spawn(world, BOX, Pose((0.0, 0.0, 1.2)))
     world.step(1500)
-    assert world.engine.is_asleep(box.body)
+    assert box.body.is_asleep()
     world.delete("stand")
     world.step(100)
     assert box.pose.position[2] < 1.16
@@ -686,7 +685,7 @@ def test_what_must_not_or_has_joints_or_sensors_does_not_sleep(world, inside, mo
     world.spawn(sdf.ground_plane())
     box = world.spawn_sdf("box", text, Pose((0.0, 0.0, 0.5)), str)
     world.step(2500)
-    assert not world.engine.is_asleep(box.body)
+    assert not box.body.is_asleep()
 
 
 def test_a_saved_state_knows_who_sleeps(world):
@@ -694,12 +693,12 @@ def test_a_saved_state_knows_who_sleeps(world):
     world.step(500)
     awake = world.save_state()
     world.step(1000)
-    sleeping, touching = world.save_state(), world.engine.touching(box.body)
+    sleeping, touching = world.save_state(), box.body.touching()
     world.restore_state(awake)
     world.step(10)
-    assert not world.engine.is_asleep(box.body)
+    assert not box.body.is_asleep()
     world.restore_state(sleeping)
-    assert world.engine.is_asleep(box.body) and world.engine.touching(box.body) == touching
+    assert box.body.is_asleep() and box.body.touching() == touching
 
 
 def test_the_force_of_a_measured_joint(world):
@@ -713,8 +712,7 @@ def test_the_force_of_a_measured_joint(world):
     bot = spawn(world, text)
     bot.joints.drive_velocities(("mount",), (0.0,))
     world.step(500)
-    index = bot.index("load")
-    force, _, effort = world.engine.joint_load(bot.body, index)
+    force, _, effort = bot.body.motor("mount").load()
     assert force == pytest.approx((0.0, 0.0, 2.0 * G), abs=0.05)
     assert abs(effort) == pytest.approx(2.0 * G * 0.3, rel=0.01)
 
@@ -722,7 +720,7 @@ def test_the_force_of_a_measured_joint(world):
 # states -------------------------------------------------------------------------------------------
 def bits(world):
     """All numbers of the world's state."""
-    state = world.engine.ode.save()
+    state = world.engine.save_state().data
     return [state[kind][body].tobytes() for kind in ("bodies", "joints") for body in state[kind]]
 
 
@@ -748,7 +746,7 @@ def test_on_the_built_in_ground_the_friction_of_what_stands_there_counts(world, 
     box = spawn(world, BOX.replace("</robot>", f"{tyre}</robot>"), Pose((0, 0, 0.2)), ground=True)
     for _ in range(500):
         foot = (*box.pose.position[:2], 0.01)
-        world.engine.apply_force(box.body, -1, (1.2 * 9.81, 0.0, 0.0), foot)
+        box.body.apply_force(box.root, (1.2 * 9.81, 0.0, 0.0), foot)
         world.step()
     assert low < box.pose.position[0] < high
 
@@ -761,7 +759,7 @@ def test_velocity_decays_also_after_a_state_was_restored(world):
     saved = world.save_state()
     world.step(400)
     there = ball.pose
-    _, _, (_, _, speed), _ = world.engine.link_motion(ball.body, -1)
+    _, _, (_, _, speed), _ = ball.body.link_motion(ball.root)
     assert speed == pytest.approx(-0.001 * 9.81 * 0.99 / 0.01, rel=0.02)  # as much as is gained
     world.restore_state(saved)
     world.step(400)
@@ -823,7 +821,7 @@ def test_an_unknown_solver_is_named():
 def test_joints_yield_by_their_cfm(world, count):
     """J v = error erp / h - cfm f: what hangs at rest has sunk by cfm f h / erp at each joint."""
     cfm, erp, mass = 2e-3, 0.2, 3.0
-    world.engine.ode.configure(replace(world.engine.ode.settings, cfm=cfm, erp=erp))
+    world.engine.configure(replace(world.engine.settings, cfm=cfm, erp=erp))
     links = "".join(link(f"l{i}", mass, center="0 0 -0.3") for i in range(count))
     joints = "".join(
         joint(f"j{i}", "continuous", f"l{i - 1}" if i else "world", f"l{i}", "0 0 -0.5")
@@ -845,9 +843,9 @@ def test_models_are_spawned_without_the_arrays_of_all_others(monkeypatch):
     block = static("<box><size>1 1 1</size></box>")
     world = World()
     try:
-        solver = world.engine.ode
-        build = solver._build_arrays
-        monkeypatch.setattr(solver, "_build_arrays", lambda: (built.append(1), build())[1])
+        engine = world.engine
+        build = engine._build_arrays
+        monkeypatch.setattr(engine, "_build_arrays", lambda: (built.append(1), build())[1])
         for number in range(10):
             world.spawn_sdf(f"block{number}", block, Pose((2.0 * number, 0.0, 0.0)), str)
             world.spawn_urdf(f"arm{number}", arm, Pose((2.0 * number, 2.0, 0.0)), str)
@@ -865,7 +863,7 @@ def test_what_each_iteration_changes_is_in_whole_lines_of_the_cache(world, count
     for number in range(count):
         world.spawn_urdf(f"arm{number}", arm, Pose((number, 0.0, 0.0)), str)
     world.step()
-    blocks = world.engine.ode._state.blocks
+    blocks = world.engine.arrays.state.blocks
     for block in blocks.places[:count]:  # of each joint: where its bodies' accelerations are
         for place in block[1:3]:
             assert (blocks.work.ctypes.data + 8 * place) % 64 == 0, (count, block)

@@ -45,16 +45,16 @@ def test_it_stops_nothing_and_is_told(world, static, on_puck):
     flag = FLAG.format("true")
     gate = spawn(world, "gate", "0.4 2 1", "" if on_puck else flag, (1.0, 0, 0), static=static)
     puck = spawn(world, "puck", "0.2 0.2 0.2", flag if on_puck else "")
-    assert world.engine.contacts(gate.body, -1) == []
+    assert gate.body.contacts(gate.root) == []
     puck.set_state(Pose(), (1.0, 0.0, 0.0))
     world.step(1000)
     for one, other in ((gate, puck), (puck, gate)):
-        contacts = world.engine.contacts(one.body, -1)
+        contacts = one.body.contacts(one.root)
         assert contacts, "while it is inside"
-        assert {(each.body, each.link) for each in contacts} == {(other.body, -1)}
+        assert {(each.body, each.link) for each in contacts} == {(other.body.number, other.root)}
         assert all(each.depth > 0.0 and not each.force.any() for each in contacts)
     world.step(1000)
-    assert world.engine.contacts(gate.body, -1) == []
+    assert gate.body.contacts(gate.root) == []
     assert puck.pose.position[0] == pytest.approx(2.0, abs=1e-6)
     if not static:
         assert gate.pose.position == pytest.approx((1.0, 0.0, 0.0), abs=1e-9)
@@ -74,7 +74,7 @@ def test_its_bitmask_says_whether_it_is_told(world, gate, puck, told):
     made = spawn(world, "gate", "0.4 2 1", flag, static=True)
     spawn(world, "puck", "0.2 0.2 0.2", MASK.format(puck))
     world.step(1)
-    assert bool(world.engine.contacts(made.body, -1)) is told
+    assert bool(made.body.contacts(made.root)) is told
 
 
 def test_one_shape_of_a_link_may_push_and_another_not():
@@ -87,8 +87,8 @@ def test_one_shape_of_a_link_may_push_and_another_not():
     wall = spawn(world, "wall", "0.2 2 2", position=(1.0, 0, 0), static=True)
     puck.set_state(Pose(), (1.0, 0.0, 0.0))
     world.step(300)
-    (contact,) = world.engine.contacts(puck.body, -1)
-    assert contact.body == wall.body and not contact.force.any()
+    (contact,) = puck.body.contacts(puck.root)
+    assert contact.body == wall.body.number and not contact.force.any()
     world.step(1700)
     assert puck.pose.position[0] == pytest.approx(0.8, abs=0.01), "the box is stopped"
     world.close()
@@ -99,8 +99,8 @@ def test_a_deleted_one_is_forgotten(world):
     puck = spawn(world, "puck", "0.2 0.2 0.2")
     world.delete("gate")
     world.step(1)
-    assert world.engine.contacts(puck.body, -1) == [] and not world.engine.passable
+    assert puck.body.contacts(puck.root) == []
     spawn(world, "gate", "0.4 2 1", FLAG.format("true"), static=True)
     world.reset()
     world.step(1)
-    assert world.engine.contacts(puck.body, -1)
+    assert puck.body.contacts(puck.root)

@@ -2,12 +2,13 @@
 
 import math
 import random
+from functools import partial
 
+import pybullet
 import pytest
 from bullet_sim.controllers.manager import Manager
 from bullet_sim.controllers.pid import Pid, parse_pid, position_error
 from bullet_sim.description.model import Joint
-from bullet_sim.engine import Engine
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from contact_scenes import nowhere
@@ -105,11 +106,10 @@ def test_a_state_that_is_no_number_pushes_nothing_and_leaves_no_trace(gains):
 
 WHEELS = 4
 CALLS = (
-    "joint_states",
-    "drive_velocity",
-    "drive_position",
-    "drive_efforts",
-    "release",
+    "getJointStates",
+    "getJointState",
+    "setJointMotorControl2",
+    "setJointMotorControlArray",
 )
 
 
@@ -155,15 +155,15 @@ def test_a_robot_takes_one_reading_and_one_command_a_step(world, gains, monkeypa
     controlled(world, gains)
     world.step(2)
     calls = []
+
+    def count(name, function, *arguments, **options):
+        calls.append(name)
+        return function(*arguments, **options)
+
     for name in CALLS:
-        work = getattr(world.engine, name)
-        monkeypatch.setattr(
-            world.engine,
-            name,
-            lambda *args, _name=name, _work=work: calls.append(_name) or _work(*args),
-        )
+        monkeypatch.setattr(pybullet, name, partial(count, name, getattr(pybullet, name)))
     world.step(5)
-    assert calls == ["joint_states", "drive_efforts"] * 5
+    assert calls == ["getJointStates", "setJointMotorControlArray"] * 5
 
 
 def test_the_limit_of_effort_holds_for_a_light_joint(world):
@@ -178,24 +178,20 @@ def test_the_limit_of_effort_holds_for_a_light_joint(world):
     assert joints.state()[1]["w0"] == pytest.approx(reached, rel=1e-3)
 
 
-def test_the_last_command_of_each_motor_is_known(tmp_path):
-    engine = Engine(STEP)
-    path = tmp_path / "cart.urdf"
-    path.write_text(cart())
-    body = engine.load(str(path))
-    for joint in range(WHEELS):
-        engine.drive_velocity(body, joint, 1.0 + joint, 0.1)
-    engine.drive_velocity(body, 1, 7.0, 0.7)
-    engine.drive_position(body, 2, 0.5, 0.2, 3.0)
-    engine.release(body, 3)
-    expected = [
-        ("drive_velocity", (0, 1.0, 0.1)),
-        ("drive_velocity", (1, 7.0, 0.7)),
-        ("drive_position", (2, 0.5, 0.2, 3.0)),
-        ("release", (3,)),
+def test_the_last_command_of_each_motor_is_known(world):
+    body = world.spawn_urdf("bot", cart(), Pose(), nowhere).body
+    motors = [body.motor(f"w{number}") for number in range(WHEELS)]
+    for number, motor in enumerate(motors):
+        motor.track_velocity(1.0 + number, 0.1)
+    motors[1].track_velocity(7.0, 0.7)
+    motors[2].track_position(0.5, 0.2, 3.0)
+    motors[3].release()
+    assert [motor.command for motor in motors] == [
+        ("track_velocity", (1.0, 0.1)),
+        ("track_velocity", (7.0, 0.7)),
+        ("track_position", (0.5, 0.2, 3.0)),
+        ("release", ()),
     ]
-    assert [engine.motors()[body, number] for number in range(WHEELS)] == expected
-    engine.close()
 
 
 def test_a_restored_state_goes_on_to_the_bit(world):

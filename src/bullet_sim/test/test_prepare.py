@@ -5,8 +5,8 @@ import xml.etree.ElementTree as ET
 import numpy as np
 import pytest
 from bullet_sim.description.lump import lump
+from bullet_sim.engine.bullet.urdf import lumped_urdf, quaternion_from_matrix
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.models.urdf_writer import prepared_urdf, quaternion_from_matrix
 from bullet_sim.pose import Pose, matrix_from_quaternion
 
 LONGEST_LINE = 1000  # PyBullet's reader damages longer ones
@@ -14,7 +14,7 @@ LONGEST_LINE = 1000  # PyBullet's reader damages longer ones
 
 def prepared(content, static=False):
     """Root element and text of a prepared URDF."""
-    text = prepared_urdf(lump(parse_urdf(f'<robot name="r">{content}</robot>', str)), static)
+    text = lumped_urdf(lump(parse_urdf(f'<robot name="r">{content}</robot>', str)), static)
     return ET.fromstring(text), text
 
 

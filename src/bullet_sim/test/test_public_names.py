@@ -33,9 +33,5 @@ def test_the_package_alone_imports_nothing():
     assert (done.stdout, done.stderr) == ("bullet_sim bullet_sim.pose\n", "")
 
 
-@pytest.mark.parametrize("solver", ["bullet", "ode"])
-def test_former_names(solver):
-    world = bullet_sim.World(solver=solver)
-    body = world.spawn(bullet_sim.ground_plane()).body
-    assert world.engine.link_centre(body, -1) == world.engine.link_center(body, -1)
+def test_former_names():
     assert bullet_sim.Pose.normalised is bullet_sim.Pose.normalized

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
-from bullet_sim.engine import Engine
-from bullet_sim.engine.camera import PyBulletCamera
+from bullet_sim.description.model import Geometry, Shape, VisualLink
+from bullet_sim.engine.bullet.camera import PyBulletCamera
+from bullet_sim.engine.bullet.client import Client
+from bullet_sim.engine.bullet.urdf import visual_urdf
 from bullet_sim.errors import RenderError
 from bullet_sim.plugins.cameras import CameraSpec
 from bullet_sim.render.pybullet_renderer import PyBulletRenderer
@@ -11,9 +13,11 @@ from bullet_sim.render.renderer import FAR_DEPTH, gradient, paint_sky
 from bullet_sim.render.request import CameraRequest
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
+from mirrored import source_of
 from pinhole import OPTICAL_FROM_CAMERA, project
 
 LEVEL = (0.0, 0.0, 0.0, 1.0)
+GHOST = Shape(Geometry("mesh", path="/no/ghost.obj"))
 BOX = """<robot name="box"><link name="base"><visual><geometry><box size="{0} {0} {0}"/></geometry>
 <material name="m"><color rgba="{1} 1"/></material></visual></link></robot>"""
 ARM = """<robot name="arm"><link name="base"/>
@@ -36,13 +40,8 @@ def snapshot(pan=0.0, box=(3.0, 0.5, 1.2), step=7):
 
 
 @pytest.fixture(name="sources")
-def _sources(tmp_path):
-    (tmp_path / "arm.urdf").write_text(ARM)
-    (tmp_path / "box.urdf").write_text(BOX.format(0.1, "1 0 0"))
-    return [
-        BodySource(0, str(tmp_path / "arm.urdf"), True),
-        BodySource(1, str(tmp_path / "box.urdf"), False),
-    ]
+def _sources():
+    return [source_of(ARM), source_of(BOX.format(0.1, "1 0 0"), 1, False)]
 
 
 @pytest.fixture(name="mirror")
@@ -129,20 +128,21 @@ def test_noise_depends_on_seed_name_and_step_alone(mirror):
     assert (first.astype(int) - clean).std() == pytest.approx(0.02 * 255, rel=0.1)
 
 
-def test_sources_come_change_and_go(mirror, sources, tmp_path):
+def test_sources_come_change_and_go(mirror, sources):
     mirror.apply(snapshot())
     mirror.sync_sources(sources[:1])
     assert len(red_pixels(mirror.render(request()))) == 0
-    (tmp_path / "blue.urdf").write_text(BOX.format(0.4, "0 0 1"))
-    mirror.sync_sources([sources[0], BodySource(1, str(tmp_path / "blue.urdf"), False)])
+    mirror.sync_sources([sources[0], source_of(BOX.format(0.4, "0 0 1"), 1, False)])
     mirror.apply(snapshot(box=(3.1, 0.0, 1.0)))
     red, green, blue = mirror.render(request())[240, 320]
     assert blue > 100 and red < 20 and green < 20
 
 
 def test_a_body_that_does_not_load_is_named_and_the_others_are_drawn(mirror, sources):
-    bad = BodySource(5, "/nonexistent/ghost.urdf", False)
-    with pytest.raises(RenderError, match="body 5 .*ghost.urdf"):
+    bad = BodySource(
+        5, False, (VisualLink(shapes=(Shape(Geometry("mesh", path="/no/ghost.obj")),)),)
+    )
+    with pytest.raises(RenderError, match="body 5: PyBullet cannot load"):
         mirror.sync_sources([bad, *sources])
     mirror.sync_sources([bad, *sources])  # said once
     mirror.apply(snapshot())
@@ -184,14 +184,14 @@ def test_sky_replaces_only_what_was_not_drawn():
 
 
 def test_looks_are_loaded_only_where_they_are_drawn(sources):
-    """An engine that is not drawn does not read what its bodies look like."""
+    """A client that is not drawn does not read what its bodies look like."""
     view = camera.view_matrix((-0.5, 0.0, 0.0), np.eye(3))
     projection = camera.projection_matrix(1.0, 1.0, 0.1, 10.0)
     seen = []
     for draw in (True, False):
-        engine = Engine(draw=draw)
-        engine.load(sources[1].path)
-        rgb, _ = PyBulletCamera(engine, "tiny").render(32, 32, view, projection)
+        client, links = Client(draw), sources[1].links
+        client.load_text(1, visual_urdf(links, [link.shapes for link in links]), "0")
+        rgb, _ = PyBulletCamera(client, "tiny").render(32, 32, view, projection)
         seen.append(len(red_pixels(rgb)) > 0)
-        engine.close()
+        client.close()
     assert seen == [True, False]

@@ -11,6 +11,7 @@ import time
 import numpy as np
 import pytest
 from bullet_sim.child import blocking_pair
+from bullet_sim.description.model import VisualLink
 from bullet_sim.errors import RenderError
 from bullet_sim.render import client as module
 from bullet_sim.render import worker_process
@@ -19,7 +20,7 @@ from bullet_sim.render.request import DEFAULT
 from bullet_sim.render.worker import make_renderer
 from bullet_sim.render.worker_process import SharedMemory
 from bullet_sim.snapshot import BodySource
-from test_render import PLACES, SIZES, _sources, box_at, check_outline, request, snapshot  # noqa: F401  pylint: disable=unused-import
+from test_render import GHOST, PLACES, SIZES, _sources, box_at, check_outline, request, snapshot  # noqa: F401  pylint: disable=unused-import
 from testing import pid_from_killed, wait_ended, wait_for
 
 DEADLINE = 90.0  # [s] for anything a worker does
@@ -362,9 +363,12 @@ def test_ctrl_c_is_left_to_the_parent(shared):
 def test_errors_name_camera_and_body(shared, inbox, sources):
     with pytest.raises(RenderError, match="camera lost: body 9"):
         shared.render_sync(snapshot(), [request("lost", key=9)], DEADLINE)
-    shared.set_sources([*sources, BodySource(5, "/nonexistent/ghost.urdf", False)])
+    ghost = BodySource(5, False, (VisualLink(shapes=(GHOST,)),))
+    shared.set_sources([*sources, ghost])
     assert shared.render_sync(snapshot(), [request()], DEADLINE)
-    inbox.wait(lambda: any("ghost.urdf" in text for text in inbox.errors), "the bad body")
+    inbox.wait(
+        lambda: any("body 5: PyBullet cannot load" in text for text in inbox.errors), "the bad body"
+    )
     assert shared.restarts == 0
 
 

@@ -40,7 +40,7 @@ def world():
 
 def test_a_view_has_what_can_move(world):
     views = WorldViews(world)
-    world.engine.set_joint_positions(world.model("cart").body, [0.25])
+    world.model("cart").body.set_joint_positions([0.25])
     view = views.view()
     assert (view["time"], view["scene"]) == (0.0, 1)
     (row,) = view["bodies"]

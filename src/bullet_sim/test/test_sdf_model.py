@@ -4,8 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from bullet_sim.engine import Engine
-from bullet_sim.engine.camera import PyBulletCamera
+from bullet_sim.engine.bullet.camera import PyBulletCamera
+from bullet_sim.engine.bullet.client import Client
+from bullet_sim.engine.bullet.urdf import visual_urdf
 from bullet_sim.formats.ogre import complete, look, read_script
 from bullet_sim.formats.sdf.world import parse_model, parse_world
 from bullet_sim.pose import Pose
@@ -117,7 +118,7 @@ def test_joint_turns_about_its_own_pose(world):
             + joint("", "fixed", "world", "a", "k")
         ),
     )
-    world.engine.set_joint_positions(model.body, [math.pi / 2])
+    model.body.set_joint_positions([math.pi / 2])
     pose = model.link_state("b")[0]
     assert pose.position == pytest.approx((0, 1, 0), abs=1e-6)
     assert pose.rpy[2] == pytest.approx(math.pi / 2)
@@ -490,14 +491,15 @@ def test_picture_of_a_script_is_drawn(park, tmp_path):
     assert model.links["a"].visuals[0].texture == str(
         tmp_path / "materials" / "textures" / "grass.png"
     )
-    engine = Engine(draw=True)
-    world = World(engine=engine)
-    spawn(world, model)
+    world, client = World(), Client(draw=True)
+    source = spawn(world, model).source
+    client.load_text(source.key, visual_urdf(source.links, source.converted), "0")
     view = camera.view_matrix(
         (0, 0, 3), np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
     )
     projection = camera.projection_matrix(0.5, 4 / 3, 0.1, 10)
-    picture, _ = PyBulletCamera(engine, "tiny").render(64, 48, view, projection)
+    picture, _ = PyBulletCamera(client, "tiny").render(64, 48, view, projection)
+    client.close()
     world.close()
     red, green, blue = picture[24, 32].astype(int)
     assert green > 60 and red < green / 3 and blue < green / 3

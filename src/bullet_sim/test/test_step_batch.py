@@ -5,7 +5,6 @@ import math
 import pytest
 from bullet_sim.controllers.manager import Manager
 from bullet_sim.controllers.pid import PidGains
-from bullet_sim.models.step_batch import StepBatch
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
@@ -76,7 +75,7 @@ def world_with_controllers():
 
 def everything(world, manager):
     """All that tells one run from another, as text, which has the bits of floats."""
-    solver, hardware = world.engine.ode, manager.hardware
+    engine, hardware = world.engine, manager.hardware
     pids = [pid for name in CONTROLLERS for pid in getattr(manager.get(name), "pids", ())]
     pids += [hardware.pid("geared"), hardware.pid("lift")]
     states = [
@@ -89,7 +88,7 @@ def everything(world, manager):
     return [
         *map(repr, (world.time, manager.time, states, samples, handles, columns)),
         repr([(joint.name, joint.effort) for joint in hardware.acting]),
-        repr((solver.bodies.tolist(), solver.joints.tolist())),
+        repr((engine.rows.tolist(), engine.joint_rows.tolist())),
     ]
 
 
@@ -106,40 +105,40 @@ def drive(world, manager, batches):
 
 
 def never(self, period):
-    """In place of Manager.steps_until_update: Python updates the controllers before each step."""
+    """In place of Manager._steps_until_update: Python updates the controllers before each step."""
     return 0
 
 
 def ways(monkeypatch):
     """Whether Python updates the controllers before each step: once it does, once batches do."""
     with monkeypatch.context() as patch:
-        patch.setattr(Manager, "steps_until_update", never)
+        patch.setattr(Manager, "_steps_until_update", never)
         yield True
     yield False
 
 
 def note_batches(monkeypatch):
-    """List that gets the number of steps of each batch."""
-    batches, make = [], StepBatch.make
+    """List that gets the number of steps of each call in which the engine computes PIDs."""
+    batches, finish = [], Manager.finish_steps
 
-    def noted(self, engine, count):
-        batches.append(count)
-        make(self, engine, count)
+    def noted(self, count, period, recorded):
+        batches.extend([count] * self.computes)
+        finish(self, count, period, recorded)
 
-    monkeypatch.setattr(StepBatch, "make", noted)
+    monkeypatch.setattr(Manager, "finish_steps", noted)
     return batches
 
 
 def test_pids_in_the_solver_are_those_of_python(monkeypatch):
     """Limits, saturation, antiwindup, half rotations, gains of gazebo_ros_control, efforts."""
     with monkeypatch.context() as patch:
-        patch.setattr(Manager, "steps_until_update", never)
+        patch.setattr(Manager, "_steps_until_update", never)
         expected = drive(*world_with_controllers(), [[700]])
     world, manager = world_with_controllers()
     batches = note_batches(monkeypatch)
     assert drive(world, manager, [[1, 699], [13, 1, 686], [350, 350]]) == expected
-    whole = [64] * 10 + [59, 13] + [64] * 10 + [46] + 2 * ([64] * 5 + [30])
-    assert batches == whole  # one step alone is Python's
+    whole = [64] * 10 + [59, 13, 1] + [64] * 10 + [46] + 2 * ([64] * 5 + [30])
+    assert batches == whole  # the first step is Python's
 
 
 def test_a_saved_state_goes_on_with_the_same_bits():
@@ -168,9 +167,9 @@ def test_python_computes_what_is_more_than_pids(monkeypatch, change):
     world, manager = world_with_controllers()
     world.step(10)
     change(manager)
-    monkeypatch.setattr(StepBatch, "make", None)
+    batches = note_batches(monkeypatch)
     world.step(10)
-    assert world.step_count == 20
+    assert world.step_count == 20 and not batches
 
 
 @pytest.mark.parametrize("target", [math.nan, math.inf, -math.inf])
@@ -223,7 +222,7 @@ def test_bases_have_the_same_odometry(monkeypatch, kind, more):
                 manager.observe()
                 state = {name: getattr(base, name) for name in base.STATE if name != "odometry"}
                 state.update({name: getattr(base.odometry, name) for name in base.odometry.STATE})
-                bits = world.engine.ode.bodies.tolist(), world.engine.ode.joints.tolist()
+                bits = world.engine.rows.tolist(), world.engine.joint_rows.tolist()
                 seen.append(repr((sorted(state.items(), key=str), manager.time, bits)))
         found.append(seen)
         assert bool(batches) != python

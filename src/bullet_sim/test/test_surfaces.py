@@ -159,7 +159,7 @@ def test_number_of_contacts_of_a_pair(own, its, of_world, count):
         world.spawn(model("ground", kind, more=most[1], static=True), place)
         box = world.spawn(model("box", BOX, more=most[0]), Pose((0, 0, 0.0999)))
         world.step(1)
-        found = len(world.engine.contacts(box.body, -1))
+        found = len(box.body.contacts(box.root))
         world.close()
         assert found == count
 

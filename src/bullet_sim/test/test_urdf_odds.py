@@ -80,7 +80,7 @@ def test_below_joints_that_gazebo_does_not_know_links_are_free_and_start_at_the_
     assert kind in model.description.warnings[0] and "'j'" in model.description.warnings[0]
     assert model.link_state("b")[0].position == pytest.approx((0.0, 0.0, 1.0))
     assert model.link_state("c")[0].position == pytest.approx((0.0, 1.0, 1.0))
-    model.apply_wrench(model.index("b"), (20.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    model.apply_wrench("b", (20.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     world.step(200)
     for name in "ab":
         assert model.link_state(name)[0].position[2] == pytest.approx(1 - FALL, abs=0.005)
@@ -213,7 +213,7 @@ def test_a_wheel_in_the_hull_of_a_self_colliding_body_stays_where_it_is(world, t
     """Gazebo collides meshes as they are: there the wheel touches nothing."""
     world.engine.set_gravity((0.0, 0.0, 0.0))
     model = spawned(world, arch(tmp_path))
-    assert max(abs(s[1]) for s in world.engine.joint_states(model.body)) < 1e-6
+    assert max(abs(s[1]) for s in model.body.joint_states()) < 1e-6
     (warning,) = (w for w in model.description.warnings if "convex hulls" in w)
     assert "'body'" in warning and "'wheel'" in warning
 
@@ -245,8 +245,8 @@ def test_an_inertia_that_no_rigid_body_has(moments, solver, loaded):
         str,
     )
     for _ in range(100):
-        world.engine.drive_efforts(model.body, (0,), (1.0,))
+        model.body.motor(model.body.joints[0]).add_effort(1.0)
         world.step()
-    velocity = world.engine.joint_states(model.body)[0][1]
+    velocity = model.body.joint_states()[0][1]
     assert velocity == pytest.approx(0.1 / loaded, rel=0.01)
     world.close()

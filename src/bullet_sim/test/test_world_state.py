@@ -29,7 +29,7 @@ def bits(world):
     parts = [[world.step_count]]
     for model in world.models.values():
         for part in model.rigid_parts:
-            parts += world.engine.link_motion(model.body, model.index(part))
+            parts += model.body.link_motion(part)
         parts += [] if model.is_static else model.joints.arrays()[:2]
         if model.manager is not None:
             parts.append([model.manager.time])
@@ -87,7 +87,7 @@ def push(world, number):
     for place, model in enumerate(world.models.values()):
         if not model.is_static:
             force = (3 * math.sin(0.05 * number + place), 2 * math.cos(0.03 * number), 0)
-            model.apply_wrench(-1, force, (0, 0, 0.2))
+            model.apply_wrench(model.root, force, (0, 0, 0.2))
 
 
 def twin_box(name):

@@ -134,7 +134,7 @@ def test_actions_take_the_steps_between_multiples_of_the_control_period(time_ste
 def test_the_step_is_that_of_the_worlds_and_the_circle_that_of_coarser_ones(env):
     """As long as the tires hold; where they slide, it changes by a tenth (docs/learning.md)."""
     assert env.scene.world.time_step == 0.001
-    assert env.scene.world.engine.ode.settings.iterations == 100  # of track.world
+    assert env.scene.world.engine.settings.iterations == 100  # of track.world
     radii = []
     for time_step in (0.001, 0.003):
         env = gymnasium.make(ID, time_step=time_step).unwrapped
@@ -151,11 +151,11 @@ def test_the_step_is_that_of_the_worlds_and_the_circle_that_of_coarser_ones(env)
 
 def test_friction_bounds_how_the_car_pulls_away(env):
     """All four wheels are driven: mu g, until the commanded speed is reached."""
-    car, engine = env.scene.car, env.scene.world.engine
-    wheels = [car.model.index(name) for name in car.model.rigid_parts if "wheel" in name]
+    car = env.scene.car
+    wheels = [name for name in car.model.rigid_parts if "wheel" in name]
     for mu in (0.35, 0.65, 0.5):  # at last what the URDF has
         for wheel in wheels:
-            engine.set_friction(car.model.body, wheel, mu)
+            car.model.body.set_friction(wheel, mu)
         env.reset(seed=1, options={"start": 0.0})
         car.drive(4.0, 0.0)
         env.scene.advance(round(0.2 / env.scene.world.time_step))

@@ -35,6 +35,12 @@ def cross(a: Vector, b: Vector) -> Array:
     return np.array((ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx))
 
 
+def vector3(values: Vector) -> Vec3:
+    """Three floats."""
+    x, y, z = values
+    return float(x), float(y), float(z)
+
+
 def quaternion_from_yaw(yaw: float) -> Quat:
     """Quaternion of an angle [rad] about z."""
     return 0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)

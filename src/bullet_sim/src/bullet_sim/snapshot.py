@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bullet_sim.description.model import VisualLink
+from bullet_sim.description.model import Shape, VisualLink
 
 
 @dataclass(frozen=True)
@@ -17,15 +17,15 @@ class BodySource:
 
     Attributes:
         key: identifier of the body, unique in a world's lifetime.
-        path: prepared URDF file.
         fixed_base: True when the root link never moves.
-        links: VisualLinks, in the order of the engine's links; None: those of the file.
+        links: VisualLinks, in the order of the body's links.
+        converted: shapes of each link, as files that PyBullet's renderer reads; empty: its own.
     """
 
     key: int
-    path: str
     fixed_base: bool
-    links: tuple[VisualLink, ...] | None = None
+    links: tuple[VisualLink, ...]
+    converted: tuple[tuple[Shape, ...], ...] = ()
 
 
 @dataclass(frozen=True)

@@ -9,27 +9,24 @@ from typing import Any
 
 from bullet_sim.component import Stateful
 from bullet_sim.controllers import Controller
-from bullet_sim.controllers.effort_row import MAX_NOTED_STEPS
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.world import MIN_STEP, LinkMotion, Place, Scene, WorldDescription
-from bullet_sim.engine import BodiesState, Engine, make_engine, restore_bodies, save_bodies
+from bullet_sim.engine import Engine, make_engine
+from bullet_sim.engine.api import EngineState
+from bullet_sim.engine.efforts import MAX_RECORDED
 from bullet_sim.errors import ModelError, SimError, WorldError
 from bullet_sim.files import OwnFolder
 from bullet_sim.formats import urdf
 from bullet_sim.formats.materials import Resolve
 from bullet_sim.formats.sdf import world as sdf
-from bullet_sim.models.actor import ActorEngine
 from bullet_sim.models.changes import Forces
 from bullet_sim.models.model import PERIOD, Model, Placed, implausible_state
-from bullet_sim.models.step_batch import StepBatch
 from bullet_sim.models.wind import WindForces
 from bullet_sim.pose import PLACEABLE, Pose, Vec3
 from bullet_sim.sensors.visible import VisibleScene
 from bullet_sim.snapshot import BodySource, Snapshot
 from bullet_sim.xml_reader import Node
 
-FEW_STEPS = 3  # fewer take longer as a StepBatch
-NEXT_TRY = 4  # steps after which controllers that need each update are looked at again
 COLD = (
     "contacts start anew, as models were reloaded or deleted since: the last digits will differ "
     "from those that followed then"
@@ -52,7 +49,7 @@ class WorldState:
     models: dict[str, Model]
     bodies: tuple[int, ...]
     controllers: tuple[tuple[Controller, ...], ...]
-    engine: BodiesState
+    engine: EngineState
     parts: tuple[dict[str, Any], ...]
     placed: tuple[Placed | None, ...]
     time_step: float
@@ -61,7 +58,8 @@ class WorldState:
 
 
 def _bodies(models: Mapping[str, Model]) -> tuple[int, ...]:
-    return tuple(model.body for model in models.values() if model.body >= 0)  # not of actors
+    numbers = (model.body.number for model in models.values())
+    return tuple(number for number in numbers if number >= 0)  # not of actors
 
 
 def _are_first(bodies: tuple[int, ...]) -> bool:
@@ -183,10 +181,8 @@ class World:
         """What lidars of the type gpu_ray see, with the rays of an Engine: the visuals; with the
         solver 'bullet' what collides."""
         if self._visible is None:
-            if not self.engine.casts_at_meshes:
-                return self.engine
             self._visible = VisibleScene(self)
-        return self._visible
+        return self.engine if self.engine.settings is None else self._visible
 
     @property
     def time(self) -> float:
@@ -294,11 +290,9 @@ class World:
                 f"pose of '{name}' is {pose.position}, {pose.orientation}; {PLACEABLE}"
             )
         self._next_key += 1
-        engine: Any = self.engine
-        if description.motion is not None:
-            engine = ActorEngine(description, lambda: self.time)
+        arguments = self._next_key, description, pose.normalized(), folder, lambda: self.time
         try:
-            model = Model(engine, self._next_key, description, pose.normalized(), folder)
+            model = Model(self.engine, *arguments)
         except OSError as error:  # the disk is full, or the folder was removed
             raise ModelError(
                 f"'{name}' cannot be prepared in {folder}: {error.strerror or error}"
@@ -338,42 +332,54 @@ class World:
         """
         one, two = self.model(model), self.model(other)
         for each in (one, two):
-            if each.body < 0:
+            if each.body.number < 0:
                 raise WorldError(f"'{each.name}' is an actor, which cannot be attached")
         first, second = one.link_in_body(link)[0], two.link_in_body(other_link)[0]
-        self.engine.attach(key, (one.body, first), (two.body, second))
+        self.engine.attach(key, (one.body.number, first), (two.body.number, second))
 
     def step(self, count: int = 1) -> None:
-        """Advance by `count` time steps; before each, periodic controllers and forces act."""
+        """Advance by `count` time steps; before each, periodic controllers and forces act.
+
+        The engine makes as many in one call as there are until something has to be updated.
+        """
         controlled = [
-            model
+            (model, model.manager)
             for model in self.models.values()
             if model.manager is not None and model.manager.periodic
         ]
-        managers = [model.manager for model in controlled if model.manager is not None]
-        mimics = [model.mimics for model in self.models.values() if model.mimics]
-        updates: list[Callable[[float], None]] = [each.update for each in managers]
-        updates += [each.update for each in mimics]
+        updates: list[Callable[[float], None]] = [
+            model.mimics.update for model in self.models.values() if model.mimics
+        ]
         wind = self.wind
         if wind is not None:
             updates.append(lambda period: wind.update(self.time + period, period))
         engine, forces, time_step = self.engine, self.forces, self.time_step
-        may_batch = engine.computes_pids and managers and not mimics and wind is None
-        end, next_try = self.step_count + count, self.step_count
+        end = self.step_count + count
         while self.step_count < end:
-            if may_batch and self.step_count >= next_try and not forces.active:
-                self._make_batches(controlled, end)
-                next_try = self.step_count + NEXT_TRY
-                continue
-            stride = end - self.step_count
+            steps = end - self.step_count
+            for _, manager in controlled:
+                steps = min(steps, manager.prepare_steps(time_step))
             if updates or forces.active:
-                stride = 1
+                steps = 1
                 for update in updates:
                     update(time_step)
                 if forces.active:
                     forces.apply(self.step_count)
-            engine.step(stride)
-            self.step_count += stride
+            if not controlled:
+                engine.step(steps)
+                self.step_count += steps
+                continue
+            records = any(manager.computes for _, manager in controlled)
+            steps = min(steps, MAX_RECORDED) if records else steps
+            efforts = [row for _, manager in controlled for row in manager.efforts]
+            recorded = engine.step(steps, efforts, records)
+            self.step_count += steps
+            for model, manager in controlled:
+                rows = None
+                if recorded is not None and manager.computes:
+                    columns = engine.joint_columns(model.body, model.joints.names)
+                    rows = recorded[:, :, columns]
+                manager.finish_steps(steps, time_step, rows)
         self._order.stepped()
         if self.time >= self._next_check:
             self._next_check = self.time + PERIOD
@@ -383,21 +389,10 @@ class World:
         """Tell once of each model with an implausible state."""
         for name, model in self.models.items():
             if name not in self._reported and not model.is_static:
-                text = implausible_state(model, model.engine)
+                text = implausible_state(model)
                 if text is not None:
                     self._reported.add(name)
                     self.on_implausible(text)
-
-    def _make_batches(self, controlled: list[Model], end: int) -> None:
-        """Make steps, up to the one with the number `end`, as long as controllers compute PIDs
-        alone before each."""
-        while end - self.step_count >= FEW_STEPS:
-            batch = StepBatch(controlled, self.time_step)
-            several = min(end - self.step_count, batch.max_steps, MAX_NOTED_STEPS)
-            if several < FEW_STEPS:
-                return
-            batch.make(self.engine, several)
-            self.step_count += several
 
     def reset(self, time: bool = True) -> None:
         """Reload every model at its initial pose into a cleared engine, as after a new start.
@@ -471,7 +466,7 @@ class World:
         if not changed or not (self.sort_models() or deleted):
             return False
         saved = [model.save_state() for model in self.models.values()]
-        owners = {model.body: model for model in self.models.values()}
+        owners = {model.body.number: model for model in self.models.values()}
         held = [
             (key, [(owners[body], link) for body, link in pair])
             for key, pair in self.engine.attachments().items()
@@ -480,7 +475,7 @@ class World:
         for model, state in zip(self.models.values(), saved):
             model.restore_state(state)
         for key, pair in held:
-            one, other = ((model.body, link) for model, link in pair)
+            one, other = ((model.body.number, link) for model, link in pair)
             self.engine.attach(key, one, other)
         return True
 
@@ -502,7 +497,7 @@ class World:
             dict(self.models),
             _bodies(self.models),
             tuple(_controllers(model) for model in models),
-            save_bodies(self.engine),
+            self.engine.save_state(),
             tuple(part.get_state() for part in self._parts()),
             tuple(model.placed for model in models),
             self.time_step,
@@ -515,7 +510,7 @@ class World:
         parts: list[Stateful] = [self.forces, self._order]
         parts += [self.wind] if self.wind is not None else []
         for model in self.models.values():
-            parts += [model.joints, model.mimics]
+            parts.append(model.mimics)
             if model.manager is not None:
                 parts.append(model.manager)
         return parts
@@ -538,7 +533,7 @@ class World:
             self._reload()
         for part, saved in zip(self._parts(), state.parts):  # of the same models, see _check_state
             part.set_state(saved)
-        same = restore_bodies(self.engine, state.engine)
+        same = self.engine.restore_state(state.engine)
         for model, placed in zip(state.models.values(), state.placed):
             model.placed = placed
         self.step_count, self._next_check = state.step_count, state.next_check

@@ -44,8 +44,8 @@ class ActorMover(ModelPlugin):
     def _show(self) -> None:
         x, y, yaw = self._place
         pose = Pose((x, y, 0.0), quaternion_from_yaw(yaw - SIDE))
-        engine: Any = self.model.engine  # an ActorEngine
-        engine.walk_to(pose, self._way)
+        body: Any = self.model.body  # an ActorBody
+        body.walk_to(pose, self._way)
 
     def update(self, time: float, period: float) -> None:
         step = self.world.time_step

@@ -31,7 +31,7 @@ class ForceMovePlugin(PlanarMovePlugin):
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
-        self._index, _ = self.model.link_in_body(spec.base)
+        self._part, _ = self.model.link_in_body(spec.base)
         turning = replace(
             spec,
             pose_covariance=(*spec.pose_covariance[:5], TURNING),
@@ -81,7 +81,7 @@ class ForceMovePlugin(PlanarMovePlugin):
         turn = np.array((0.0, 0.0, (yaw_rate - angular[2]) * gain_yaw))
         if push.any() or turn.any():
             rotation = model.link_state(spec.base)[0].matrix
-            model.apply_wrench(self._index, rotation @ push, turn)
+            model.apply_wrench(self._part, rotation @ push, turn)
         if spec.rate > 0.0 and self._due.due(self.world.step_count):
             self._publish(time, own, turning)
 

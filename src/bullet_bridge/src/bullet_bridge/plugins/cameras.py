@@ -263,9 +263,9 @@ class CameraSensor(Sensor):
             spec.focal_length,
             (spec.center_x, spec.center_y),
         )
-        index, offset = model.link_in_body(spec.link)
+        part, offset = model.link_in_body(spec.link)
         pose = offset * Pose.from_xyz_rpy(*spec.pose)
-        request = CameraRequest.from_spec(spec, model.source.key, index + 1, context.seed)
+        request = CameraRequest.from_spec(spec, model.source.key, model.row(part), context.seed)
         values = dict(
             vars(request),
             pose=(pose.position, pose.rpy),
@@ -283,7 +283,7 @@ class CameraSensor(Sensor):
         if spec.save:
             link = spec.link  # or what it is merged into
             if link not in model.bodies:
-                link = next(part for part in model.rigid_parts if model.index(part) == index)
+                link = part
             name = f"{context.world.name}::{model.name}::{link}::{spec.name}({self.number})"
             self._saved = SavedImages(spec.save, name.replace("::", "_"))
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 import rospy
+from bullet_sim.engine import Contact
 from bullet_sim.plugins.contacts import ContactSpec
 from bullet_sim.pose import Array, Pose, cross
 from bullet_sim.sensors.contact import nearest, watched
@@ -41,7 +42,7 @@ class ContactSensor(Sensor):
         model, spec = context.model, context.spec
         names, missing = watched(spec, model.description)
         self._monitored = {f"{model.name}::{name}" for name in names}
-        self._index = model.link_in_body(spec.link)[0]
+        self._part = model.link_in_body(spec.link)[0]
         if missing:
             rospy.logwarn(
                 "contact sensor '%s' of '%s' tells nothing of %s, as in Gazebo: collisions are %s",
@@ -88,14 +89,14 @@ class ContactSensor(Sensor):
 
     def _states(self, time: float) -> list[ContactState]:
         """States of the last step; their info begins with the names."""
-        pairs: dict[tuple[str, str], list[tuple[int, Any]]] = {}
-        touched = self.world.engine.contacts(self.model.body, self._index)
+        pairs: dict[tuple[str, str], list[Contact]] = {}
+        touched = self.model.body.contacts(self._part)
         for contact in touched if self._monitored else ():
-            mine = self._named(self.model, self._index, contact.position)
+            mine = self._named(self.model, self._part, contact.position)
             if mine in self._monitored:
                 names = mine, self._other(contact)
                 pair = names if contact.is_first else names[::-1]
-                pairs.setdefault(pair, []).append((self._index, contact))
+                pairs.setdefault(pair, []).append(contact)
         if not pairs:
             return []
         stamp = conversions.stamp(time)
@@ -110,43 +111,44 @@ class ContactSensor(Sensor):
         return states
 
     @staticmethod
-    def _named(model: Model, index: int, position: Array) -> str:
+    def _named(model: Model, part: str, position: Array) -> str:
         """model::link::collision of the shape that a point in the world is on."""
-        name, shapes = model.collisions_at(index)
+        shapes = model.rigid_parts[part].collisions
         if not shapes:
-            return f"{model.name}::{name}::collision"
+            return f"{model.name}::{part}::collision"
         shape = shapes[0]
         if len(shapes) > 1:
-            pose = Pose(*model.frame_at(index))
+            pose = Pose(*model.body.link_motion(part)[:2])
             local = pose.matrix.T @ (position - np.asarray(pose.position))
             shape = nearest(shapes, local) or shape
-        plain = f"{shape.link or name}::{shape.name or 'collision'}"
+        plain = f"{shape.link or part}::{shape.name or 'collision'}"
         collision = model.collision_names.get((shape.link, shape.number), plain)
         return f"{model.name}::{collision}"
 
-    def _model_of(self, body: int) -> Model | None:
-        return next((model for model in self.world.models.values() if model.body == body), None)
+    def _model_of(self, contact: Contact) -> Model | None:
+        models = self.world.models.values()
+        return next((model for model in models if model.body.number == contact.body), None)
 
-    def _other(self, contact: Any) -> str:
-        model = self._model_of(contact.body)
+    def _other(self, contact: Contact) -> str:
+        model = self._model_of(contact)
         if model is None:
             return "world"
         return self._named(model, contact.link, contact.position)
 
-    def _state(self, contacts: list[tuple[int, Any]]) -> ContactState:
-        """Without names: contacts of a pair of shapes, each with the index of the own link."""
-        index, contact = contacts[0]
-        own = self.model, self.model.body, index
-        other = self._model_of(contact.body), contact.body, contact.link
+    def _state(self, contacts: list[Contact]) -> ContactState:
+        """Without names: contacts of a pair of shapes."""
+        contact = contacts[0]
+        own = self.model, self._part
+        other = self._model_of(contact), contact.link
         first, second = (own, other) if contact.is_first else (other, own)
         pushed = second if first[0] is None or first[0].is_static else first
         sign, pushes = (1.0 if part is own else -1.0 for part in (first, pushed))
         rotation = np.eye(3)
         if first[0] is not None:
-            rotation = Pose(*first[0].frame_at(first[2])).matrix.T
-        center = self.world.engine.link_center(*pushed[1:])
+            rotation = Pose(*first[0].body.link_motion(first[1])[:2]).matrix.T
+        center = (pushed[0] or self.model).body.link_center(pushed[1])
         state, total = ContactState(), np.zeros(6)
-        for _, contact in contacts:
+        for contact in contacts:
             force = pushes * contact.force
             torque = cross(contact.position - center, force)
             wrench = np.concatenate([rotation @ force, rotation @ torque])

@@ -297,9 +297,7 @@ class PlanarMovePlugin(DrivenBase):
         x, y, yaw_rate = self._command
         yaw = rpy_from_quaternion(orientation)[2]
         c, s = math.cos(yaw), math.sin(yaw)
-        self.world.engine.set_velocity(
-            self.model.body, (c * x - s * y, s * x + c * y, 0.0), (0.0, 0.0, yaw_rate)
-        )
+        self.model.body.set_velocity((c * x - s * y, s * x + c * y, 0.0), (0.0, 0.0, yaw_rate))
         if self.spec.rate > 0.0 and self._due.due(self.world.step_count):
             twist = self._moved(time, yaw_rate)
             self._sender.send(time, position, orientation, *twist, flat=True)

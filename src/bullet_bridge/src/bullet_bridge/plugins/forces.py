@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import rospy
 from bullet_sim.controllers import MAX_COMMAND
+from bullet_sim.meshes.triangles import mesh_box
 from bullet_sim.plugins.forces import (
     BuoyancySpec,
     ElevatorSpec,
@@ -51,7 +52,7 @@ class ForcePlugin(ModelPlugin):
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
-        self._index, _ = self.model.link_in_body(self.spec.link)
+        self._part, _ = self.model.link_in_body(self.spec.link)
 
     def reset(self, time: float) -> None:
         """Without a wrench."""
@@ -72,7 +73,7 @@ class ForcePlugin(ModelPlugin):
     def update(self, time: float, period: float) -> None:
         force, torque = self._wrench
         if force.any() or torque.any():
-            self.model.apply_wrench(self._index, force, torque)
+            self.model.apply_wrench(self._part, force, torque)
 
 
 REACH = 0.05  # [m] between the origins of two links, below which the gripper draws
@@ -135,10 +136,10 @@ class VacuumGripperPlugin(ModelPlugin):
             there = Pose(pose.position, own.orientation) * model.description.root_pose.inverse()
             model.set_state(there, linear, angular)
         else:
-            model.engine.set_velocity(model.body, linear, angular)
+            model.body.set_velocity(linear, angular)
         if distance > 0.0:
             pull = min(1.0 / distance, MAX_PULL) * away / distance
-            model.apply_wrench(model.index(link), pull, np.zeros(3))
+            model.apply_wrench(model.link_in_body(link)[0], pull, np.zeros(3))
         return True
 
 
@@ -196,7 +197,7 @@ class WheelSlipPlugin(ModelPlugin):
             axis = pose.matrix @ np.asarray(joint.axis) / np.linalg.norm(joint.axis)
             scale = wheel.radius * abs(float(angular @ axis)) / wheel.force
             slips = scale * self._lateral[number], scale * self._longitudinal[number]
-            model.engine.set_slip(model.body, self._links[number], *slips)
+            model.body.set_slip(self._links[number], *slips)
 
 
 @ros_side(BuoyancySpec)
@@ -224,7 +225,7 @@ class BuoyancyPlugin(ModelPlugin):
             elif kind == "cylinder":
                 volume = math.pi * size[0] ** 2 * size[1]
             elif kind == "mesh":
-                low, high = self.world.engine.mesh_box(shape.geometry.path)
+                low, high = mesh_box(shape.geometry.path)
                 volume = float(np.prod((high - low) * np.abs(shape.geometry.scale)))
             else:
                 continue
@@ -239,11 +240,11 @@ class BuoyancyPlugin(ModelPlugin):
         if self.model.is_static:
             return
         for part in self._parts:
-            index, offset = self.model.link_in_body(part.link)
-            frame = Pose(*self.model.frame_at(index)) * offset
+            link, offset = self.model.link_in_body(part.link)
+            frame = Pose(*self.model.body.link_motion(link)[:2]) * offset
             point = (frame * Pose(part.center)).position
             force = [-self.spec.density * part.volume * axis for axis in self.world.gravity]
-            self.world.engine.apply_force(self.model.body, index, force, point)
+            self.model.body.apply_force(link, force, point)
 
 
 @ros_side(HandOfGodSpec)
@@ -257,9 +258,8 @@ class HandOfGodPlugin(ModelPlugin):
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec, model = self.spec, self.model
-        index, _ = model.link_in_body(spec.link)
-        part = next(p for n, p in model.rigid_parts.items() if model.index(n) == index)
-        self._index = index
+        self._part, _ = model.link_in_body(spec.link)
+        part = model.rigid_parts[self._part]
         self._damping = (
             2.0 * math.sqrt(spec.linear * part.mass),
             2.0 * math.sqrt(spec.angular * part.inertia[0, 0]),
@@ -298,7 +298,7 @@ class HandOfGodPlugin(ModelPlugin):
         rotation = sign * half * np.array((x, y, z))  # half the vector, as upstream takes it
         force = self.spec.linear * away - self._damping[0] * linear
         torque = pose.matrix @ (self.spec.angular * rotation) - self._damping[1] * angular
-        self.model.apply_wrench(self._index, force, torque)
+        self.model.apply_wrench(self._part, force, torque)
         if has_subscribers(self._actual):
             actual = f"{self.spec.frame}_actual"
             message = conversions.transform_to_msg(time, "world", actual, pose)

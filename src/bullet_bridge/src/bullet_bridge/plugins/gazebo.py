@@ -47,6 +47,5 @@ class LiftDragPlugin(ModelPlugin):
         angle = model.joints.state()[0].get(spec.joint, 0.0) if spec.joint else 0.0
         force = spec.force(rotation, linear + np.cross(angular, arm), angle)
         if force.any():
-            index, _ = model.link_in_body(spec.link)
-            center = self.world.engine.link_center(model.body, index)
-            self.world.engine.apply_force(model.body, index, force, center + arm)
+            part, _ = model.link_in_body(spec.link)
+            model.body.apply_force(part, force, model.body.link_center(part) + arm)

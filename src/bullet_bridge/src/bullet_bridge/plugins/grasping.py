@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from itertools import combinations
-from typing import Any, Dict, NamedTuple, Tuple
+from typing import Any, Dict, NamedTuple
 
 import numpy as np
 import rospy
 from bullet_sim.description.model import EVERYTHING
+from bullet_sim.engine import BodyLink
 from bullet_sim.plugins.grasping import GraspFixSpec, GraspingArm, GripperSpec
 from bullet_sim.pose import Array, Pose
 
@@ -17,7 +18,7 @@ from bullet_bridge.plugins.base import ModelPlugin, PluginContext, ros_side
 
 WEAKEST = 1e-4  # [N] of a force that counts
 RATIO = 0.3  # of the weaker of two opposite forces to the other
-Part = Tuple[int, int]  # body and link of the engine
+Part = BodyLink
 
 
 class Touch(NamedTuple):
@@ -55,7 +56,7 @@ class GraspFixPlugin(ModelPlugin):
         super().__init__(context)
         self._held: dict[str, Part] = {}  # by the arm's name
         self._fingers = {
-            (self.model.body, self.model.link_in_body(name)[0]): arm
+            (self.model.body.number, self.model.link_in_body(name)[0]): arm
             for arm in self.spec.arms
             for name in arm.fingers
         }
@@ -82,10 +83,10 @@ class GraspFixPlugin(ModelPlugin):
     def _parts(self) -> Iterator[tuple[Part, GraspingArm]]:
         """Links of the grippers, also after a reload."""
         for (_, link), arm in self._fingers.items():
-            yield (self.model.body, link), arm
+            yield (self.model.body.number, link), arm
 
     def _frame(self, part: Part) -> Pose:
-        return Pose(*self.world.engine.link_motion(*part)[:2])
+        return Pose(*self.world.engine.bodies[part[0]].link_motion(part[1])[:2])
 
     def update(self, time: float, period: float) -> None:
         for part, _ in self._parts():
@@ -102,10 +103,10 @@ class GraspFixPlugin(ModelPlugin):
 
     def _note(self, part: Part) -> None:
         """Add what a link touches."""
-        engine = self.world.engine
+        bodies = self.world.engine.bodies
         touched: dict[Part, list[Any]] = {}
-        for contact in engine.contacts(*part):
-            if contact.body != part[0] and engine.moves(contact.body):
+        for contact in self.model.body.contacts(part[1]):
+            if contact.body != part[0] and bodies[contact.body].moves:
                 touched.setdefault((contact.body, contact.link), []).append(contact)
         for item, contacts in touched.items():
             inward = self._frame(part).inverse()
@@ -143,10 +144,10 @@ class GraspFixPlugin(ModelPlugin):
             rospy.logerr_throttle(5.0, f"grasp_fix: gripper '{name}' holds another object already")
             return
         palm = next(arm.palm for arm in self.spec.arms if arm.name == name)
-        own = self.model.body, self.model.link_in_body(palm)[0]
+        own = self.model.body.number, self.model.link_in_body(palm)[0]
         self.world.engine.attach(self._key(name), own, item)
         if self.spec.passes:
-            self.world.engine.set_bitmask(*item, 0)
+            self.world.engine.bodies[item[0]].set_bitmask(item[1], 0)
         self._held[name] = item
         self._first[name] = {
             part: touch for part, touch in of_links.items() if arms[part].name == name
@@ -174,13 +175,13 @@ class GraspFixPlugin(ModelPlugin):
     def _let_go(self, name: str, item: Part) -> None:
         self.world.engine.detach(self._key(name))
         if self.spec.passes:
-            self.world.engine.set_bitmask(*item, EVERYTHING)
+            self.world.engine.bodies[item[0]].set_bitmask(item[1], EVERYTHING)
         del self._held[name], self._first[name]
         self._counts[item] = 0
         rospy.loginfo("grasp_fix: %s is let go by gripper '%s'", self._label(item), name)
 
     def _label(self, part: Part) -> str:
-        names = [model.name for model in self.world.models.values() if model.body == part[0]]
+        names = [model.name for model in self.world.models.values() if model.body.number == part[0]]
         return f"'{names[0]}'" if names else "an object"
 
 
@@ -221,12 +222,12 @@ class GripperPlugin(ModelPlugin):
         return "gripper", self.model.name, self.spec.name
 
     def update(self, time: float, period: float) -> None:
-        engine, body = self.world.engine, self.model.body
+        bodies, body = self.world.engine.bodies, self.model.body
         for name in self.spec.fingers:
-            touched = engine.contacts(body, self.model.link_in_body(name)[0])
+            touched = body.contacts(self.model.link_in_body(name)[0])
             parts = {(contact.body, contact.link) for contact in touched}
             self._contacts += sorted(
-                part for part in parts if part[0] != body and engine.moves(part[0])
+                part for part in parts if part[0] != body.number and bodies[part[0]].moves
             )
         if time < self._next - 1e-9:
             return
@@ -245,11 +246,13 @@ class GripperPlugin(ModelPlugin):
     def _attach(self) -> None:
         """Attach what rests relative to the palm."""
         engine = self.world.engine
-        palm = self.model.body, self.model.link_in_body(self.spec.link)[0]
+        palm = self.model.body.number, self.model.link_in_body(self.spec.link)[0]
         for part in sorted(set(self._contacts)):
             if self._contacts.count(part) < 2 or self._held:
                 continue
-            frame, there = (Pose(*engine.link_motion(*one)[:2]) for one in (palm, part))
+            frame, there = (
+                Pose(*engine.bodies[number].link_motion(link)[:2]) for number, link in (palm, part)
+            )
             place = (frame.inverse() * there).position
             moved = sum((a - b) ** 2 for a, b in zip(place, self._last))
             self._last, self._moves = place, (*self._moves[1:], moved)

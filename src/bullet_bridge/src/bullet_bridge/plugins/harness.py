@@ -11,6 +11,7 @@ import numpy as np
 import rospy
 from bullet_sim.component import Stateful
 from bullet_sim.description.model import Joint
+from bullet_sim.engine import WORLD as WORLD_LINK
 from bullet_sim.plugins.harness import WORLD, HarnessSpec, ProjectorSpec, WinchGains
 from std_msgs.msg import Bool, Float32, Int32, String
 
@@ -89,9 +90,9 @@ class HarnessPlugin(ModelPlugin):
         return replace(joint, anchor=self.model.link_in_body(joint.child)[1] * joint.anchor)
 
     def _attach(self, joint: Joint) -> None:
-        body, index = self.model.body, self.model.link_in_body
-        parent = None if joint.parent == WORLD else (body, index(joint.parent)[0])
-        child, key = (body, index(joint.child)[0]), self._attachment(joint)
+        number, part = self.model.body.number, self.model.link_in_body
+        parent = WORLD_LINK if joint.parent == WORLD else (number, part(joint.parent)[0])
+        child, key = (number, part(joint.child)[0]), self._attachment(joint)
         if not self.world.engine.attach_by_joint(key, parent, child, joint):
             rospy.logwarn_once("the solver 'bullet' has no joints of a HarnessPlugin")
 

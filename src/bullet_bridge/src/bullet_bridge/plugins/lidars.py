@@ -55,7 +55,7 @@ class RaysSensor(Sensor):
             position,
             orientation,
             self.rng,
-            self.model.body,
+            self.model.body.number,
             self.too_near,
         )
 

@@ -25,7 +25,7 @@ METRICS_PERIOD = 0.2  # [s] wall time
 def root_motions(model: Model) -> Sequence[Motion]:
     """Motion of a model, as the only one."""
     if model.is_static:
-        return [(*model.frame_at(model.index(model.description.root)), AT_REST, AT_REST)]
+        return [(*model.body.pose(), AT_REST, AT_REST)]
     return [model.motion()]
 
 

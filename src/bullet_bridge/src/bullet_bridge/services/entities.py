@@ -117,9 +117,7 @@ class FoundModel:
         moved = pose.normalized() * self.state()[0].inverse()
         for name in parts:
             there, at, spin = model.link_state(name)
-            arm = np.subtract(
-                model.engine.link_center(model.body, model.index(name)), there.position
-            )
+            arm = np.subtract(model.body.link_center(name), there.position)
             motion = at + np.cross(spin, arm), spin
             if scope_of(model, name) == self._scope:
                 motion = linear, angular

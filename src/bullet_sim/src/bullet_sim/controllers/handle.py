@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Protocol
 
 from bullet_sim.component import Stateful
-from bullet_sim.controllers import law
-from bullet_sim.controllers.effort_row import EffortRow, constant_row
 from bullet_sim.controllers.limits import JointLimits
-from bullet_sim.controllers.pid import Pid, limits_of
+from bullet_sim.controllers.pid import Pid, position_error
 from bullet_sim.description.model import Joint
+from bullet_sim.engine.api import Motor
+from bullet_sim.engine.efforts import EffortRow
 
 
 class CommandTarget(Protocol):
@@ -55,8 +55,8 @@ class JointHandle(Stateful):
         """Command an effort [N m, N], as set_velocity().
 
         Args:
-            pid: whose output it is; a solver that makes several steps in one call computes it anew
-                before each.
+            pid: whose output it is; an engine that makes several steps in one call computes it
+                anew before each.
         """
         if self.effort is None or self.pid is not pid:
             self._hardware.command("effort", (self,), (value,))
@@ -90,32 +90,23 @@ class JointHandle(Stateful):
         if pid.goal == "velocity":
             error = pid.target - self.velocity
         else:
-            error = law.position_error(self.position, pid.target, *limits_of(self.limits))
+            error = position_error(self.limits, self.position, pid.target)
         self.effort = pid.update(error, period)
 
-    def limited_effort(self) -> tuple[float, float]:
-        """The effort [N m, N] within the joint's limits, and what of it acts on the joint."""
-        bounds = self._bounds.effort_bounds(self.is_regulated)
-        effort = law.within(
-            0.0 if self.effort is None else self.effort,
-            *law.effort_bounds(self.position, self.velocity, *bounds),
-        )
-        return effort, law.truncated(effort, self.velocity, *self._bounds.of_force())
-
-    def effort_row(self, body: int, joint: int) -> EffortRow:
-        """What computes limited_effort() in each of several steps of a solver.
+    def effort_row(self, motor: Motor, computes: bool) -> EffortRow:
+        """What acts on the joint in each of several steps of an engine.
 
         Args:
-            body, joint: the engine's numbers.
+            motor: of the joint.
+            computes: the effort's PID, if it has one, is computed anew before each.
         """
         bounds, of_force = self._bounds.effort_bounds(self.is_regulated), self._bounds.of_force()
-        if self.pid is not None:
-            return self.pid.row(body, joint, limits_of(self.limits), bounds, of_force)
-        assert self.effort is not None
-        return constant_row(body, joint, self.effort, bounds, of_force)
+        if computes and self.pid is not None:
+            return self.pid.row(motor, self.limits, of_force, bounds)
+        return EffortRow(motor, of_force, bounds, 0.0 if self.effort is None else self.effort)
 
-    def take(self, row: EffortRow) -> None:
-        """A solver has computed the effort for several steps."""
+    def take_effort(self, row: EffortRow) -> None:
+        """An engine has computed the effort for several steps."""
         if self.pid is not None:
-            self.pid.take(row)
+            self.pid.take_state(row)
             self.effort = row.output

@@ -16,7 +16,9 @@ from bullet_sim.component import Stateful
 from bullet_sim.controllers.handle import JointHandle
 from bullet_sim.controllers.pid import Pid, PidGains
 from bullet_sim.description.model import Joint
+from bullet_sim.engine.efforts import EffortRow
 from bullet_sim.errors import ControllerError
+from bullet_sim.pose import Array
 
 
 class RobotJoints(Protocol):
@@ -29,7 +31,9 @@ class RobotJoints(Protocol):
     def columns(self, indices: Sequence[int]) -> Sequence[list[float]]: ...
     def drive_velocities(self, names: Iterable[str], values: Iterable[float]) -> None: ...
     def drive_positions(self, names: Iterable[str], values: Iterable[float]) -> None: ...
-    def apply_efforts(self, handles: Sequence[JointHandle]) -> None: ...
+    def apply_efforts(
+        self, handles: Sequence[JointHandle], computes: bool = False
+    ) -> list[EffortRow] | None: ...
     def release(self, names: Iterable[str]) -> None: ...
 
 
@@ -244,20 +248,34 @@ class Hardware(Stateful):
         """Whether something has to be written before every step."""
         return bool(self.acting)
 
-    def write(self, period: float) -> None:
-        """Write the efforts for the next step; one that is not finite counts as 0.
+    def efforts(self, period: float, computes: bool = False) -> list[EffortRow]:
+        """Rows of the efforts that act in the next steps; one that is not finite counts as 0.
 
         Args:
             period: since the controllers' last update [s]; 0: they were not updated, the PIDs'
                 outputs stay.
+            computes: the engine computes PIDs anew before each step.
         """
         if not self.acting:
-            return
-        if period > 0:
+            return []
+        if period > 0 and not computes:
             for joint in self.acting:
                 if joint.is_regulated:
                     joint.regulate(period)
-        self.joints.apply_efforts(self.acting)
+        if computes:
+            return self.joints.apply_efforts(self.acting, True) or []
+        return self.joints.apply_efforts(self.acting) or []
+
+    def take_steps(self, recorded: Array, rows: Iterable[EffortRow]) -> None:
+        """An engine has made steps with such rows, and computed PIDs.
+
+        Args:
+            recorded: positions and velocities (count, 2, n) of the joints before each step.
+        """
+        for joint, position, velocity in zip(self._all, *recorded[-1].tolist()):
+            joint.position, joint.velocity = position, velocity
+        for joint, row in zip(self.acting, rows):
+            joint.take_effort(row)
 
     def set_state(self, state: dict[str, Any]) -> None:
         """Restore a result of get_state()."""

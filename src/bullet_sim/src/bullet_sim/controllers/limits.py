@@ -42,6 +42,10 @@ class JointLimits:
             return value
         return min(max(value, lower), upper)
 
+    def position_command(self, value: float) -> tuple[float, float, float]:
+        """A position [rad, m] within the limits, and the effort [N m, N] and speed to reach it."""
+        return self.position(value), self.max_effort, self.max_speed
+
     def set_point(self, goal: str, value: float) -> float:
         """The set point of a PID; that of a position is limited by law.position_error().
 

@@ -12,7 +12,9 @@ from bullet_sim.controllers import CONTROLLERS, Controller, configure
 from bullet_sim.controllers.base import MAX_STEPS
 from bullet_sim.controllers.hardware import Hardware, RobotJoints
 from bullet_sim.description.model import ModelDescription
+from bullet_sim.engine.efforts import EffortRow
 from bullet_sim.errors import ControllerError, SimError
+from bullet_sim.pose import Array
 
 INITIALIZED, RUNNING, STOPPED = "initialized", "running", "stopped"
 
@@ -26,20 +28,23 @@ class Manager(Stateful):
             every joint offers every interface.
 
     Attributes:
+        efforts, computes: see prepare_steps().
         time: clock of the controllers [s]: simulated time during which periodic ones ran.
         on_failure: function of a controller's name and the exception that it has raised while it
             started, ran or took a command: it is stopped then. None: the exception is raised.
     """
 
     STATE = ("hardware", "_loaded", "_states", "time", "_since", "_due")
-    CACHE = ("_periodic", "_updates")
+    CACHE = ("_periodic", "_updates", "efforts", "computes")
 
     def __init__(
         self,
         joints: RobotJoints,
         description: ModelDescription | None = None,
     ) -> None:
-        self._description = description
+        self._description, self._joints = description, joints
+        self.efforts: list[EffortRow] = []
+        self.computes = False
         self.hardware = Hardware(joints, getattr(description, "transmissions", None))
         self._period: float = getattr(description, "control_period", 0.0)
         self._loaded: dict[str, Controller] = {}
@@ -260,11 +265,14 @@ class Manager(Stateful):
         """Whether update() has to be called before every physics step."""
         return bool(self._periodic) or self.hardware.periodic
 
-    def update(self, period: float) -> None:
-        """Before a physics step: update controllers that are due, then write the joints' efforts.
+    def update(self, period: float) -> list[EffortRow]:
+        """Before a physics step: update controllers that are due.
 
         Args:
             period: physics step [s].
+
+        Returns:
+            Rows of the efforts that act in it.
         """
         hardware, time = self.hardware, self.time
         hardware.read()
@@ -277,42 +285,80 @@ class Manager(Stateful):
                     update(time, elapsed)
                 except Exception as error:
                     self._fail(update.__self__, error)  # type: ignore[attr-defined]
-        hardware.write(elapsed)
-        self.time = time + period
+        efforts = hardware.efforts(elapsed)
+        self._pass(period)
+        return efforts
+
+    def _pass(self, period: float) -> None:
+        """Let a step's time pass."""
+        self.time += period
         self._since += period
 
-    def steps_until_update(self, period: float) -> int:
+    def prepare_steps(self, period: float) -> int:
+        """Before physics steps: update controllers that are due, unless the engine can compute all
+        that they would command: `efforts` are those that act, `computes` says whether PIDs of them
+        are computed before each step.
+
+        Args:
+            period: physics step [s].
+
+        Returns:
+            How many steps may be made with them, at least 1.
+        """
+        steps = self._steps_until_update(period)
+        self.computes = steps > 0
+        if self.computes:
+            self.efforts = self.hardware.efforts(period, computes=True)
+            return steps
+        self.efforts = self.update(period)
+        if not self._has_own_joints():
+            return 1
+        since, steps = self._since, 1  # as many as until the next update is due
+        while not self._due and since < self._period - 1e-9:
+            since, steps = since + period, steps + 1
+        return steps
+
+    def finish_steps(self, count: int, period: float, recorded: Array | None) -> None:
+        """After physics steps that prepare_steps() has prepared.
+
+        Args:
+            recorded: positions and velocities (count, 2, n) of the joints before each of them;
+                None: the engine has not computed PIDs.
+        """
+        if not self.computes or recorded is None:
+            for _ in range(count - 1):
+                self._pass(period)
+            return
+        self.hardware.take_steps(recorded, self.efforts)
+        times = []
+        for _ in range(count):
+            times.append(self.time)
+            self.time += period
+        self._since = period
+        names = self.hardware.joints.names
+        for controller in self._periodic:
+            positions = []
+            if not controller.pids:
+                order = [names.index(name) for name in controller.config.joints]
+                positions = recorded[:, 0, order].tolist()
+            controller.steps_made(times, period, positions)
+
+    def _steps_until_update(self, period: float) -> int:
         """How many steps may be made, with what is commanded and what PIDs compute, before update()
         has to be called; 0: it has to be now.
 
         Args:
             period: physics step [s].
         """
-        hardware = self.hardware
         if self._due or self._period - 1e-9 > min(self._since, period):
             return 0
-        if hardware.is_stopped:
+        if self.hardware.is_stopped or not self._has_own_joints():
             return 0
         return min((each.steps_until_update(period) for each in self._periodic), default=MAX_STEPS)
 
-    @property
-    def updated(self) -> Sequence[Controller]:
-        """The running controllers that are updated before steps."""
-        return self._periodic
-
-    def steps_made(self, count: int, period: float, positions: Sequence[Sequence[Any]]) -> None:
-        """Such steps were made.
-
-        Args:
-            positions: of each of the `updated` controllers, see Controller.steps_made().
-        """
-        times = []
-        for _ in range(count):
-            times.append(self.time)
-            self.time += period
-        self._since = period
-        for controller, rows in zip(self._periodic, positions):
-            controller.steps_made(times, period, rows)
+    def _has_own_joints(self) -> bool:
+        """Whether its joints are those of the robot, not those of steer_bot."""
+        return self.hardware.joints is self._joints
 
     def observe(self) -> None:
         """Update odometry to the present, for publishing it."""

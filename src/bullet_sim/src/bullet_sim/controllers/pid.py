@@ -7,10 +7,11 @@ from math import isfinite, isnan, nan, remainder
 from typing import Any
 
 from bullet_sim.component import Stateful
-from bullet_sim.controllers import law
-from bullet_sim.controllers.effort_row import EffortRow
 from bullet_sim.controllers.settings import ControllerConfig, as_number
 from bullet_sim.description.model import Joint
+from bullet_sim.engine.api import Motor
+from bullet_sim.engine.efforts import EffortRow
+from bullet_sim.engine.quickstep import law
 from bullet_sim.errors import ControllerError
 
 
@@ -143,32 +144,28 @@ class Pid(Stateful):
 
     def row(
         self,
-        body: int,
-        joint: int,
-        limits: tuple[float, float, bool],
-        bounds: tuple[float, float, float, float],
+        motor: Motor,
+        joint: Joint,
         of_force: tuple[float, float],
+        bounds: tuple[float, float, float, float],
     ) -> EffortRow:
-        """This PID of a joint's effort, for several steps of a solver."""
-        gains = self.gains
+        """This PID of a joint's effort, for several steps of an engine; arguments of EffortRow."""
+        gains, last = self.gains, self.last_error
         return EffortRow(
-            body,
-            joint,
+            motor,
+            of_force,
+            bounds,
+            self.output,
             self.goal,
             self.target,
-            limits,
-            (gains.p, gains.i, gains.d, gains.i_clamp_min, gains.i_clamp_max, gains.antiwindup),
-            bounds,
-            of_force,
-            [
-                nan if self.last_error is None else self.last_error,
-                *(self.integral, self.error_rate, *self.terms, self.output, 0.0),
-            ],
-        )
+            (*limits_of(joint), gains.p, gains.i, gains.d, gains.i_clamp_min, gains.i_clamp_max,
+             gains.antiwindup),
+            (nan if last is None else last, self.integral, self.error_rate, *self.terms),
+        )  # fmt: skip
 
-    def take(self, row: EffortRow) -> None:
-        """A solver has computed it for several steps."""
-        last, self.integral, self.error_rate, by_error, by_integral, by_rate = row.state[:6]
+    def take_state(self, row: EffortRow) -> None:
+        """An engine has computed it for several steps."""
+        last, self.integral, self.error_rate, by_error, by_integral, by_rate = row.pid_state
         self.terms, self.output = (by_error, by_integral, by_rate), row.output
         if not isnan(last):
             self.error = self.last_error = last

@@ -187,7 +187,7 @@ class SteerBotJoints:
         along = ahead * math.tan(angle)
         return math.atan2(along, ahead + across), math.atan2(along, ahead - across)
 
-    def apply_efforts(self, handles: Sequence[JointHandle]) -> None:
+    def apply_efforts(self, handles: Sequence[JointHandle], computes: bool = False) -> None:
         """No joint takes efforts."""
 
     def release(self, names: Iterable[str]) -> None:

@@ -1,9 +1,14 @@
-"""Names of a model's collisions in Gazebo."""
+"""A model's collisions: their names in Gazebo, which of its links collide with each other."""
 
 from __future__ import annotations
 
-from bullet_sim.description.lump import as_created
-from bullet_sim.description.model import ModelDescription
+import itertools
+from collections.abc import Callable, Iterable
+
+from bullet_sim.description.lump import LumpedModel, as_created
+from bullet_sim.description.model import Link, ModelDescription, Shape
+
+_HULL_OVERLAP = 1e-3  # [m]
 
 
 def merged(model: ModelDescription) -> dict[str, str]:
@@ -44,3 +49,58 @@ def collision_names(model: ModelDescription) -> dict[tuple[str, int], str]:
 def _name_by_sdformat(stem: str, body: str, number: int) -> str:
     name = f"{stem}_collision" + (f"_{number}" if number else "")
     return name if name.startswith(body) else f"{body}_fixed_joint_lump__{name}"
+
+
+def is_passable(shape: Shape, link: Link) -> bool:
+    """Whether a collision of a link pushes nothing (<collide_without_contact>)."""
+    return (shape.surface or link.surface).without_contact
+
+
+def self_colliding(description: ModelDescription, lumped: LumpedModel) -> list[tuple[str, str]]:
+    """Pairs of links that collide with each other, in the order of the links.
+
+    None that a joint connects. As in Gazebo it is enough that one has self_collide; where one has a
+    mesh, whose hull counts here, both need it.
+    """
+    links = lumped.links
+    joints = (*lumped.joints, *lumped.welds)
+    neighbors = {frozenset((joint.parent, joint.child)) for joint in joints}
+    wanted = {n for n, link in links.items() if description.self_collide or link.self_collide}
+    meshes = {name for name, link in links.items() if _has_mesh(link)}
+    return [
+        (one, other)
+        for one, other in (itertools.combinations(links, 2) if wanted else ())
+        if (one in wanted) + (other in wanted) > (one in meshes or other in meshes)
+        and frozenset((one, other)) not in neighbors
+    ]
+
+
+def _has_mesh(link: Link) -> bool:
+    return any(shape.geometry.kind == "mesh" for shape in link.collisions)
+
+
+def without_overlapping_hulls(
+    pairs: Iterable[tuple[str, str]],
+    description: ModelDescription,
+    lumped: LumpedModel,
+    depth: Callable[[str, str], float],
+) -> list[tuple[str, str]]:
+    """Of self_colliding() those whose links do not overlap where the model is added, as a body does
+    the wheels in its arches, where a mesh's convex hull counts; each other one is a warning.
+
+    Args:
+        depth: function of two links -> how deep they overlap [m].
+    """
+    links, touching = lumped.links, []
+    for one, other in pairs:
+        overlap = depth(one, other) if _has_mesh(links[one]) or _has_mesh(links[other]) else 0.0
+        if overlap <= _HULL_OVERLAP:
+            touching.append((one, other))
+            continue
+        description.warn(
+            f"links {one!r} and {other!r} do not collide with each other: where the model "
+            f"is loaded they overlap by {overlap:.3g} m (meshes collide as convex hulls)",
+            "pairs of links do not collide with each other",
+            f"{one}, {other}",
+        )
+    return touching

@@ -16,12 +16,10 @@ import numpy as np
 from bullet_sim.description.model import (
     Gears,
     Joint,
-    Light,
     Link,
     ModelDescription,
     Shape,
     Surface,
-    VisualLink,
     fixed_joint,
 )
 from bullet_sim.pose import Array, Pose, Quat, Vec3, rpy_from_quaternion
@@ -29,8 +27,6 @@ from bullet_sim.pose import Array, Pose, Quat, Vec3, rpy_from_quaternion
 MIN_MASS = 1e-3  # [kg] of a movable link without mass
 TINY_RADIUS = 1e-5  # [m] radius of gyration below which an inertia is an error
 WELD_AXIS = (1.0, 0.0, 0.0)  # of the joint that replaces a fixed one to measure its forces
-_X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-_CHAIN_AXES = (_X, _Y, _Z, _Z, _Y, _X)
 MIN_RADIUS = 5e-3  # [m] minimum half size of the block whose inertia replaces an impossible one
 
 
@@ -523,124 +519,3 @@ class _Bodies:
         far = np.matmul(across[:, None, :], across[:, :, None])[:, 0, 0]
         inertias: list[float] = (own + self._masses * far).tolist()
         return inertias
-
-
-def without_chains(names: Mapping[int, str]) -> tuple[list[int], dict[str, int]]:
-    """Tell the joints of a file from those of chain_of().
-
-    Args:
-        names: PyBullet's indices of joints that move -> their names.
-
-    Returns:
-        Indices of those of the file; name -> index of those of chains.
-    """
-    chain = {name: index for index, name in names.items() if name[:-1].endswith("::free")}
-    return [index for index, name in names.items() if name not in chain], chain
-
-
-def links_between(joint: Joint) -> tuple[str, ...]:
-    """Names of the links that PyBullet and mirrors of a world have besides, of a joint: within the
-    chain, and the one at the end of a joint that closes a loop."""
-    count = {"free": 5, "screw": 1}.get(joint.kind, 0)
-    end = end_of(joint)
-    names = tuple(f"{end}::free{number}" for number in range(1, count + 1))
-    return (*names, end) if joint.closes else names
-
-
-def end_of(joint: Joint) -> str:
-    """Name of the link that PyBullet and mirrors of a world have below a joint: a body without
-    shapes where it closes a loop."""
-    return f"{joint.name}::end" if joint.closes else joint.child
-
-
-def chain_of(joint: Joint) -> tuple[Joint, ...]:
-    """Joints without limits that put a link where a joint has it that PyBullet does not know.
-
-    Of a loose link six, along x, y and z, about z, y and x; of a screw one along its axis, beside
-    its own joint, which turns.
-    """
-    names = (*links_between(joint), joint.child)
-    if joint.kind == "screw":
-        return (Joint(names[0], "prismatic", joint.parent, names[0], joint.origin, joint.axis),)
-    kinds = ("prismatic", "prismatic", "prismatic", "continuous", "continuous", "continuous")
-    parts = enumerate(zip(kinds, _CHAIN_AXES, (joint.parent, *names), names), 1)
-    return tuple(
-        Joint(
-            f"{joint.child}::free{number}",
-            kind,
-            parent,
-            child,
-            joint.origin if number == 1 else Pose(),
-            axis,
-        )
-        for number, (kind, axis, parent, child) in parts
-    )
-
-
-def loaded_joints(lumped: LumpedModel) -> list[Joint]:
-    """The joints that PyBullet loads and mirrors of a world move."""
-    joints: list[Joint] = []
-    for joint in (*lumped.joints, *lumped.welds, *lumped.loose):
-        if joint.kind in ("free", "screw"):
-            joints += chain_of(joint)
-        if joint.kind == "screw":
-            parent, origin = links_between(joint)[0], Pose()
-            joint = replace(joint, kind="continuous", parent=parent, origin=origin)
-        if joint.kind != "free":
-            joints.append(replace(joint, child=end_of(joint)))
-    return joints
-
-
-def free_coordinates(joint: Joint, root: Pose, pose: Pose) -> tuple[float, ...]:
-    """Positions [m, rad] of the joints of chain_of() where a loose link has a pose and the root
-    another one."""
-    here = (root * joint.origin).inverse() * pose
-    return (*here.position, *reversed(here.rpy))
-
-
-def visual_links(
-    lumped: LumpedModel,
-    order: Sequence[str],
-    visuals: Mapping[str, Iterable[Shape]] | None = None,
-) -> tuple[VisualLink, ...]:
-    """VisualLinks of a LumpedModel.
-
-    Args:
-        order: names of its links, the root first, in the order of the snapshot's joints, with those
-            of links_between().
-        visuals: link name -> Shapes to use instead of the links' own.
-
-    Returns:
-        Tuple of VisualLink; parents are before their children if they are in `order`.
-    """
-    joints = {joint.child: joint for joint in loaded_joints(lumped)}
-    rows = {name: row for row, name in enumerate(order)}
-    links = []
-    for name in order:
-        shapes: tuple[Shape, ...] = ()
-        lights: tuple[Light, ...] = ()
-        if name in lumped.links:
-            shapes = tuple(lumped.links[name].visuals if visuals is None else visuals[name])
-            lights = tuple(lumped.links[name].lights)
-        joint = joints.get(name)
-        if joint is None:
-            links.append(VisualLink(shapes=shapes, lights=lights))
-            continue
-        kind = {"prismatic": "prismatic", "fixed": "fixed"}.get(joint.kind, "revolute")
-        row = rows[joint.parent]
-        links.append(VisualLink(row, joint.origin, kind, joint.axis, shapes, lights))
-    return tuple(links)
-
-
-def depth_first(lumped: LumpedModel) -> list[str]:
-    """Names of a LumpedModel's links, each followed by those below it."""
-    below: dict[str, list[str]] = {}
-    for joint in lumped.joints:
-        if not joint.closes:
-            below.setdefault(joint.parent, []).append(joint.child)
-    pending, names = [lumped.root], []
-    while pending:
-        name = pending.pop()
-        names.append(name)
-        pending += reversed(below.get(name, ()))
-    return names

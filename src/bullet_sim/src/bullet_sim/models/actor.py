@@ -1,4 +1,4 @@
-"""Actors: where they are at a time, and what takes the engine's place for them."""
+"""Actors: where they are at a time, and the bodies that they are."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from bullet_sim.description.actor import STANDING, ActorMotion, Trajectory
-from bullet_sim.description.lump import LumpedModel, depth_first, lump
-from bullet_sim.description.model import ModelDescription
+from bullet_sim.description.lump import LumpedModel
+from bullet_sim.description.mirrors import mirrored_links
+from bullet_sim.engine.api import Contact, Touch
 from bullet_sim.pose import Array, Motion, Pose, Quat, Vec3, compose, multiply
 
 FRAME = 0.05  # [s] between two updates, as in Gazebo
 STRIDE = 1.4  # [m] of two steps
 CYCLE = 1.1  # [s] of two steps where the distance does not count
-BODY = -2  # instead of a body's number: actors have none
 _REST: Vec3 = (0.0, 0.0, 0.0)
 
 
@@ -182,23 +182,42 @@ def slerp(one: Quat, two: Quat, part: float, shortest: bool = False) -> Quat:
     return x, y, z, w
 
 
-class ActorEngine:
-    """What an actor's Model uses instead of the engine: nothing but time moves it, it touches
-    nothing, and what it is told has no effect.
+class NoMotor:
+    """Motor of an actor's joint: what it is told has no effect."""
+
+    applied: float | None = None
+
+    def _nothing(self, *_: Any) -> None:
+        """Of what only joints have that something moves."""
+
+    track_velocity = track_position = impose_velocity = impose_position = _nothing
+    release = add_effort = set_position = set_limits = set_damping = measure_load = _nothing
+
+    def set_parameter(self, name: str, value: float) -> bool:
+        """See engine.api.Motor."""
+        return False
+
+    def load(self) -> tuple[Array, Array, float]:
+        """See engine.api.Motor."""
+        return np.zeros(3), np.zeros(3), 0.0
+
+
+class ActorBody:
+    """An actor as an engine.api.Body: nothing but time moves it, it touches nothing, and what it is
+    told has no effect.
 
     Args:
         clock: function -> simulated time [s].
     """
 
-    placements = 0
-    adds_motor_effort = False
+    number, moves = -2, True
 
-    def __init__(self, description: ModelDescription, clock: Callable[[], float]) -> None:
-        self._path, self._clock = ActorPath(description.motion), clock
+    def __init__(self, model: LumpedModel, motion: ActorMotion, clock: Callable[[], float]) -> None:
+        self._path, self._clock = ActorPath(motion), clock
         self._since = clock()
-        self._lumped = lump(description)
-        self._order = depth_first(self._lumped)
-        self._joints = {joint.child: joint for joint in self._lumped.joints}
+        self._root, self.links = model.root, mirrored_links(model)
+        self._joints = {joint.child: joint for joint in model.joints}
+        self.joints = [joint.name for joint in model.joints]
         self._now = math.nan
         self._put: tuple[Pose, dict[str, float]] | None = None
         self._frames: dict[str, Pose] = {}
@@ -222,68 +241,57 @@ class ActorEngine:
         self._now = now
         self._since = min(self._since, now)  # time was set back
         pose, self._angles = self._put or self._path.at(now - self._since)
-        self._frames = {self._lumped.root: pose}
-        for name in self._order[1:]:
+        self._frames = {self._root: pose}
+        for name in self.links[1:]:
             joint, angle = self._joints[name], self._angles.get(name, 0.0)
             turn = _exp(0.5 * angle * np.array(joint.axis))
             self._frames[name] = self._frames[joint.parent] * joint.origin * Pose(_REST, turn)
 
-    # as Engine ----------------------------------------------------------------------------------
-    def lump(self, _: ModelDescription) -> LumpedModel:
-        return self._lumped
+    # See engine.api.Body.
+    def motor(self, joint: str) -> NoMotor:
+        return NoMotor()
 
-    def load(self, *_: Any, **__: Any) -> int:
-        return BODY
+    def pose(self) -> tuple[Vec3, Quat]:
+        return self.link_motion(self._root)[:2]
 
-    def link_indices(self, _: int) -> dict[str, int]:
-        return {name: number - 1 for number, name in enumerate(self._order)}
-
-    def joint_names(self, _: int) -> list[str]:
-        return [self._joints[name].name for name in self._order[1:]]
-
-    def joint_positions(self, _: int) -> tuple[float, ...]:
-        self._place()
-        return tuple(self._angles.get(name, 0.0) for name in self._order[1:])
-
-    coordinates = joint_positions
-
-    def joint_states(self, body: int) -> list[tuple[float, float, tuple[float, ...], float]]:
-        return [(angle, 0.0, (), 0.0) for angle in self.joint_positions(body)]
-
-    def read_joints(self, body: int, handles: Iterable[Any]) -> None:
-        for handle, angle in zip(handles, self.joint_positions(body)):
-            handle.position, handle.velocity = angle, 0.0
-
-    def base_pose(self, _: int) -> tuple[Vec3, Quat]:
-        self._place()
-        pose = self._frames[self._lumped.root]
-        return pose.position, pose.orientation
-
-    def link_motion(
-        self, _: int, link: int, offset: tuple[Vec3, Quat] | None = None
-    ) -> tuple[Vec3, Quat, Vec3, Vec3]:
+    def link_motion(self, link: str, offset: tuple[Vec3, Quat] | None = None) -> Motion:
         """Its velocity is 0, as Gazebo puts it from place to place."""
         self._place()
-        pose = self._frames[self._order[link + 1]]
+        pose = self._frames[link]
         position, orientation = pose.position, pose.orientation
         if offset is not None:
             position, orientation = compose(position, orientation, *offset)
         return position, orientation, _REST, _REST
 
-    def link_motions(self, body: int, links: Sequence[int]) -> list[Motion]:
-        return [self.link_motion(body, link) for link in links]
+    def link_center(self, link: str) -> Vec3:
+        return self.link_motion(link)[0]
 
-    def link_center(self, body: int, link: int) -> Vec3:
-        return self.link_motion(body, link)[0]
+    def joint_states(self) -> list[tuple[float, float, float]]:
+        return [(angle, 0.0, 0.0) for angle in self.joint_positions()]
 
-    def mesh_box(self, _: str) -> Array:
-        return np.full((2, 3), np.nan)
+    def read_joints(self, states: Iterable[Any]) -> None:
+        for state, angle in zip(states, self.joint_positions()):
+            state.position, state.velocity = angle, 0.0
 
-    def _nothing(self, *_: Any, **__: Any) -> None:
-        """Of what only bodies have."""
+    def joint_positions(self) -> tuple[float, ...]:
+        self._place()
+        return tuple(self._angles.get(name, 0.0) for name in self._joints)
 
-    take = remove = set_pair_collision = set_bitmask = measure_joint = _nothing
-    set_base_pose = set_velocity = set_joint_positions = put_joint = _nothing
-    apply_wrench = apply_force = drive_velocity = drive_position = drive_efforts = _nothing
-    impose_velocity = impose_position = release = set_ghost = set_friction = set_slip = _nothing
-    set_joint_limits = set_joint_damping = set_mass = set_link_gravity = _nothing
+    def coordinates(self) -> tuple[float, ...]:
+        self._place()
+        return tuple(self._angles.get(name, 0.0) for name in self.links[1:])
+
+    def contacts(self, link: str) -> list[Contact]:
+        return []
+
+    def touching(self) -> list[Touch]:
+        return []
+
+    def is_asleep(self) -> bool:
+        return False
+
+    def _nothing(self, *_: Any) -> None:
+        """Of what only bodies have that something moves."""
+
+    set_pose = set_velocity = place_link = gather = set_joint_positions = apply_force = _nothing
+    set_mass = set_gravity = set_friction = set_slip = set_bitmask = _nothing

@@ -12,7 +12,7 @@ import numpy as np
 from bullet_sim.component import Stateful
 from bullet_sim.description.lump import moved
 from bullet_sim.errors import CommandError, ModelError
-from bullet_sim.pose import Array, Vector, matrix_from_quaternion
+from bullet_sim.pose import Array, Vector
 
 if TYPE_CHECKING:
     from bullet_sim.models.model import Model
@@ -85,9 +85,9 @@ class Forces(Stateful):
             SimError: no such link, a static model, a number that is NaN or infinite.
         """
         self._check(model, f"wrench on link '{link}'", (*force, *torque))
-        index, _ = model.link_in_body(link)
+        part, _ = model.link_in_body(link)
         force, torque = np.asarray(force, float), np.asarray(torque, float)
-        self._add(model, link, "link", steps, lambda: model.apply_wrench(index, force, torque))
+        self._add(model, link, "link", steps, lambda: model.apply_wrench(part, force, torque))
 
     def apply_effort(
         self, model: Model, joint: str, effort: float, steps: tuple[int, float]
@@ -186,7 +186,6 @@ class Forces(Stateful):
         return count
 
 
-TOLERANCE = 1e-6  # relative tolerance of values that cannot change
 NO_STOP = 1e16  # [rad, m] Gazebo's limit of a joint without one
 
 
@@ -212,13 +211,11 @@ def link_properties(model: Model, link: str) -> tuple[float, Array, Array, bool]
 def gazebos_properties(model: Model, link: str) -> tuple[float, Array, Array, bool]:
     """As link_properties, of a link as Gazebo has it: a fixed joint of an SDF does not merge its
     links, and what a URDF fixes to the world carries what is merged into it."""
-    index, offset = model.link_in_body(link)
+    name, offset = model.link_in_body(link)
     mass, center, inertia, gravity = link_properties(model, link)
-    name, carrier = next(
-        item for item in model.rigid_parts.items() if model.link_in_body(item[0])[0] == index
-    )
+    carrier = model.rigid_parts[name]
     if not model.description.is_urdf:
-        if any(model.link_in_body(other)[0] == index for other in model.bodies if other != link):
+        if any(model.link_in_body(other)[0] == name for other in model.bodies if other != link):
             own = model.description.links[link]
             mass, center, inertia = own.mass, own.center, own.inertia
     elif name != link and link in model.bodies:
@@ -241,7 +238,7 @@ def set_link_properties(
     Raises:
         ModelError: the request is impossible or not physical; nothing has changed then.
     """
-    index, _ = model.link_in_body(link)
+    model.link_in_body(link)
     label = f"link '{link}' of '{model.name}'"
     part = model.rigid_parts.get(link)
     if model.is_static:
@@ -260,20 +257,14 @@ def set_link_properties(
     told = np.asarray(center, float)
     if not np.isfinite(told).all():
         raise ModelError(f"{label}: the center of mass is {told.tolist()} m, must be finite")
-    if model.engine.settings is None and not _keeps_axes(model, index, inertia):
-        raise ModelError(
-            f"{label}: inertia {inertia.tolist()} has other principal axes than "
-            f"{part.inertia.tolist()}, which cannot change"
-        )
     if np.linalg.eigvalsh(inertia).min() <= 0:
         raise ModelError(f"{label}: inertia {inertia.tolist()} is not positive definite")
-    values = mass, inertia
-    if index >= 0 or not model.source.fixed_base:  # PyBullet would release a fixed base
-        model.change(("mass", link), lambda: model.engine.set_mass(model.body, index, *values))
-        model.change(
-            ("gravity", link),
-            lambda: model.engine.set_link_gravity(model.body, index, gravity, mass, part.center),
-        )
+    try:
+        model.change(("mass", link), lambda: model.body.set_mass(link, mass, inertia))
+    except ModelError as error:
+        raise ModelError(f"{label}: {error}") from error
+    weight = gravity, mass, part.center
+    model.change(("gravity", link), lambda: model.body.set_gravity(link, *weight))
     part.mass, part.inertia, part.gravity = float(mass), inertia, gravity
     model.told[link] = part.mass, told, inertia
 
@@ -285,24 +276,11 @@ def set_link_gravity(model: Model, link: str, gravity: bool) -> None:
     Raises:
         ModelError: no such link.
     """
-    index, _ = model.link_in_body(link)
-    name, part = next(
-        item for item in model.rigid_parts.items() if model.link_in_body(item[0])[0] == index
-    )
-    if index >= 0 or not model.source.fixed_base:
-        values = gravity, part.mass, part.center
-        model.change(
-            ("gravity", name), lambda: model.engine.set_link_gravity(model.body, index, *values)
-        )
+    name, _ = model.link_in_body(link)
+    part = model.rigid_parts[name]
+    weight = gravity, part.mass, part.center
+    model.change(("gravity", name), lambda: model.body.set_gravity(name, *weight))
     part.gravity = gravity
-
-
-def _keeps_axes(model: Model, index: int, inertia: Array) -> bool:
-    """Whether an inertia has the loaded principal axes, which PyBullet's solver keeps."""
-    axes = matrix_from_quaternion(model.engine.principal_axes(model.body, index))
-    rotated = axes.T @ inertia @ axes
-    off = rotated - np.diag(np.diag(rotated))
-    return bool(np.abs(off).max() <= TOLERANCE * np.abs(rotated).max())
 
 
 def set_joint_stops(
@@ -316,7 +294,8 @@ def set_joint_stops(
         ModelError: not finite; with PyBullet's own solver also of a joint without stops, and where
             the lower one is above the upper one.
     """
-    index, limits = model.joints.index(joint), model.joints.limits[joint]
+    model.joints.motor(joint)
+    limits = model.joints.limits[joint]
     label = f"joint '{joint}' of '{model.name}'"
     ends = limits.lower, limits.upper
     if None in ends and model.engine.settings is None:  # PyBullet's own solver
@@ -327,9 +306,7 @@ def set_joint_stops(
     crossed = low > high and model.engine.settings is None
     if not (math.isfinite(low) and math.isfinite(high)) or crossed:
         raise ModelError(f"{label}: stops are {low} and {high}, must be finite, the lower first")
-    model.change(
-        ("stops", joint), lambda: model.engine.set_joint_limits(model.body, index, low, high)
-    )
+    model.change(("stops", joint), lambda: model.body.motor(joint).set_limits(low, high))
     limits.lower, limits.upper = (low, high) if low <= high else (None, None)
 
 
@@ -337,7 +314,7 @@ def set_joint_parameter(model: Model, joint: str, name: str, value: float) -> bo
     """Change a parameter of a joint that ODE alone has; survives a reset of the world.
 
     Args:
-        name: see OdeSolver.set_parameter.
+        name: see Motor.set_parameter.
 
     Returns:
         Whether the world's solver has it.
@@ -345,14 +322,14 @@ def set_joint_parameter(model: Model, joint: str, name: str, value: float) -> bo
     Raises:
         ModelError: the value is not finite.
     """
-    index = model.joints.index(joint)
+    model.joints.motor(joint)
     if not math.isfinite(value):
         raise ModelError(f"joint '{joint}' of '{model.name}': {name} is {value}, must be finite")
-    if not model.engine.set_joint_parameter(model.body, index, name, value):
+    if not model.body.motor(joint).set_parameter(name, value):
         return False
 
     def change() -> None:
-        model.engine.set_joint_parameter(model.body, index, name, value)
+        model.body.motor(joint).set_parameter(name, value)
 
     model.change((name, joint), change)
     return True
@@ -364,13 +341,13 @@ def set_joint_damping(model: Model, joint: str, damping: float) -> None:
     Raises:
         ModelError: negative or not finite.
     """
-    index = model.joints.index(joint)
+    model.joints.motor(joint)
     if not (math.isfinite(damping) and damping >= 0):
         raise ModelError(
             f"joint '{joint}' of '{model.name}': damping is {damping}, must be 0 or more"
         )
     model.change(
         ("damping", joint),
-        lambda: model.engine.set_joint_damping(model.body, index, float(damping)),
+        lambda: model.body.motor(joint).set_damping(float(damping)),
     )
     model.joints.limits[joint].damping = float(damping)

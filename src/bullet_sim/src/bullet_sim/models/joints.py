@@ -4,63 +4,40 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from bullet_sim.component import Stateful
-from bullet_sim.controllers import law
-from bullet_sim.controllers.effort_row import EffortRow
 from bullet_sim.controllers.handle import JointHandle
 from bullet_sim.controllers.limits import JointLimits
 from bullet_sim.controllers.pid import Pid, PidGains
 from bullet_sim.description.model import Joint, Mimic
+from bullet_sim.engine.api import Body, Motor
+from bullet_sim.engine.efforts import EffortRow
+from bullet_sim.engine.quickstep import law
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Array
-
-if TYPE_CHECKING:
-    from bullet_sim.engine import Engine
 
 MAX_POSITION = 1e9  # [rad, m] that set_positions takes
 
 
-class Joints(Stateful):
-    """Movable joints of one body: where commands are held within limits and given to the engine."""
+class Joints:
+    """Movable joints of one body: where commands are held within limits and given to motors."""
 
-    STATE = ("_applied",)
-    CACHE = ("_body", "_handles", "_in_order")
+    def __init__(self, body: Body, joints: Iterable[Joint]) -> None:
+        self.limits = {joint.name: joint for joint in joints}
+        self.names = tuple(self.limits)
+        self._limits = {name: JointLimits(joint) for name, joint in self.limits.items()}
+        self.rebind(body)
 
-    def __init__(self, engine: Engine, body: int, joints: Iterable[Joint]) -> None:
-        self._engine, self._body = engine, body
-        by_name = {joint.name: joint for joint in joints}
-        self._engine_order = engine.joint_names(body)
-        self._index = {name: i for i, name in enumerate(self._engine_order)}
-        self.names = tuple(by_name)
-        self.limits = by_name
-        self._permutation = [self._index[name] for name in self.names]
-        self._limits = {name: JointLimits(joint) for name, joint in by_name.items()}
-        self._handles: Sequence[JointHandle] = ()  # of the last read()
-        self._in_order: list[Any] = []  # the same, in the engine's order
-        self._applied: dict[str, float] = {}
-
-    def rebind(self, body: int) -> None:
+    def rebind(self, body: Body) -> None:
         """Continue with a reloaded body."""
         self._body = body
-        self._applied = {}
+        self._motors = {name: body.motor(name) for name in self.names}
 
     def read(self, handles: Sequence[JointHandle]) -> None:
-        """Read positions [rad, m] and velocities into handles, one a joint in names' order.
-
-        The same sequence again is faster than an equal one.
-        """
-        if handles is not self._handles:
-            self._handles = handles
-            by_index: dict[int, Any] = dict(zip(self._permutation, handles))
-            nobody = SimpleNamespace()  # for joints without a handle
-            count = len(self._engine_order)
-            self._in_order = [by_index.get(index, nobody) for index in range(count)]
-        self._engine.read_joints(self._body, self._in_order)
+        """Read positions [rad, m] and velocities into handles, one a joint in names' order."""
+        self._body.read_joints(handles)
 
     def arrays(self) -> tuple[Array, ...]:
         """Positions [rad, m], velocities, efforts [N m, N]: three (n,) arrays in names' order."""
@@ -68,48 +45,38 @@ class Joints(Stateful):
 
     def columns(self, indices: Sequence[int]) -> tuple[list[float], list[float], list[float]]:
         """As arrays(), three lists of plain numbers, of some joints by their indices in names."""
-        states = self._engine.joint_states(self._body)
-        order = [self._permutation[index] for index in indices]
-        efforts = [states[i][3] for i in order]
-        for name, effort in self._applied.items():
-            index = self.names.index(name)
-            if index in indices:  # of the solver 'ode' as Joint::GetForce, without friction
-                place = indices.index(index)
-                motor = efforts[place] if self._engine.adds_motor_effort else 0.0
-                efforts[place] = effort + motor
-        return [states[i][0] for i in order], [states[i][1] for i in order], efforts
+        states = self._body.joint_states()
+        chosen = [states[index] for index in indices]
+        return tuple([state[column] for state in chosen] for column in range(3))  # type: ignore
 
     def state(self) -> tuple[dict[str, float], dict[str, float]]:
         """Positions and velocities as two mappings from the joints' names."""
-        states = self._engine.joint_states(self._body)
-        positions, velocities = {}, {}
-        for name, (position, velocity, _, _) in zip(self._engine_order, states):
-            positions[name] = position
-            velocities[name] = velocity
-        return positions, velocities
+        states = self._body.joint_states()
+        positions = {name: state[0] for name, state in zip(self.names, states)}
+        return positions, {name: state[1] for name, state in zip(self.names, states)}
 
     def positions_of(self, names: Iterable[str]) -> tuple[float, ...]:
         """Positions of some joints, as a tuple."""
-        positions = self._engine.joint_positions(self._body)
-        return tuple(positions[self._index[name]] for name in names)
+        positions, _ = self.state()
+        return tuple(positions[name] for name in names)
 
     def velocities_of(self, names: Iterable[str]) -> tuple[float, ...]:
         """Velocities of some joints, as a tuple."""
-        states = self._engine.joint_states(self._body)
-        return tuple(states[self._index[name]][1] for name in names)
+        _, velocities = self.state()
+        return tuple(velocities[name] for name in names)
 
-    def index(self, name: str) -> int:
-        """Index of a joint in the engine.
+    def motor(self, name: str) -> Motor:
+        """Motor of a joint.
 
         Raises:
             ModelError: no such movable joint.
         """
-        if name not in self._index:
+        if name not in self._motors:
             raise ModelError(
                 f"joint '{name}' does not exist or does not move; movable joints are "
                 f"{', '.join(self.names) or '(none)'}"
             )
-        return self._index[name]
+        return self._motors[name]
 
     def set_positions(self, values: Mapping[str, float]) -> None:
         """Set joints to positions (mapping name -> [rad, m]), at rest; others are not changed.
@@ -119,15 +86,15 @@ class Joints(Stateful):
         Raises:
             ModelError: no such movable joint, or a position that is NaN or out of bounds.
         """
-        indices = {name: self.index(name) for name in values}
+        motors = {name: self.motor(name) for name in values}
         for name, value in values.items():
             if not abs(value) <= MAX_POSITION:
                 raise ModelError(
                     f"position of joint '{name}' is {value}, must be finite and at "
                     f"most {MAX_POSITION:g} rad or m"
                 )
-        for name, value in values.items():
-            self._engine.put_joint(self._body, indices[name], self._limits[name].position(value))
+        for name, motor in motors.items():
+            motor.set_position(self._limits[name].position(values[name]))
 
     def clip_effort(self, name: str, effort: float) -> float:
         """The effort [N m, N], not above the joint's limit in the URDF.
@@ -135,16 +102,15 @@ class Joints(Stateful):
         Raises:
             ModelError: no such movable joint.
         """
-        self.index(name)
+        self.motor(name)
         return self._limits[name].effort(effort)
 
     def add_effort(self, name: str, effort: float) -> None:
         """Apply an effort [N m, N] for the next step, in addition to the joint's motor, as far as
         law.truncated() lets it."""
-        index = self._index[name]
-        rate = self._engine.joint_states(self._body)[index][1]
+        rate = self._body.joint_states()[self.names.index(name)][1]
         effort = law.truncated(effort, rate, *self._limits[name].of_force())
-        self._engine.drive_efforts(self._body, (index,), (effort,))
+        self._motors[name].add_effort(effort)
 
     def max_effort(self, name: str) -> float:
         """A joint's effort limit [N m, N], or UNLIMITED_EFFORT."""
@@ -154,63 +120,43 @@ class Joints(Stateful):
         """Track velocities, clipped to the URDF's velocity limits."""
         for name, value in zip(names, values):
             limits = self._limits[name]
-            self._engine.drive_velocity(
-                self._body, self._index[name], limits.velocity(value), limits.max_effort
-            )
+            self._motors[name].track_velocity(limits.velocity(value), limits.max_effort)
 
     def impose_velocities(self, names: Iterable[str], values: Iterable[float]) -> None:
-        """Give velocities before each step, as Engine.impose_velocity; they are clipped, too."""
+        """Give velocities before each step, see Motor.impose_velocity; they are clipped, too."""
         for name, value in zip(names, values):
             limits = self._limits[name]
-            self._engine.impose_velocity(
-                self._body, self._index[name], limits.velocity(value), limits.max_effort
-            )
+            self._motors[name].impose_velocity(limits.velocity(value), limits.max_effort)
 
     def impose_positions(self, names: Iterable[str], values: Iterable[float]) -> None:
-        """Put joints to positions before each step, as Engine.impose_position; they are clipped."""
+        """Put joints to positions before each step, see Motor.impose_position; they are clipped."""
         for name, value in zip(names, values):
-            limits = self._limits[name]
-            value, effort, speed = limits.position(value), limits.max_effort, limits.max_speed
-            self._engine.impose_position(self._body, self._index[name], value, effort, speed)
+            self._motors[name].impose_position(*self._limits[name].position_command(value))
 
     def drive_positions(self, names: Iterable[str], values: Iterable[float]) -> None:
         """Track positions, clipped to the URDF's position limits."""
         for name, value in zip(names, values):
-            limits = self._limits[name]
-            value, effort, speed = limits.position(value), limits.max_effort, limits.max_speed
-            self._engine.drive_position(self._body, self._index[name], value, effort, speed)
+            self._motors[name].track_position(*self._limits[name].position_command(value))
 
     def set_motor(self, name: str, velocity: float, effort: float) -> None:
         """Track a velocity [rad/s, m/s] with at most an effort [N m, N], whatever the joint's
         limits, as Gazebo's parameters vel and fmax of a joint."""
-        self._applied.pop(name, None)
-        self._engine.drive_velocity(self._body, self._index[name], velocity, effort)
+        self._motors[name].track_velocity(velocity, effort)
 
-    def apply_efforts(self, handles: Sequence[JointHandle]) -> None:
-        """Apply the joints' efforts during the next step."""
-        indices, efforts = [], []
-        for handle in handles:
-            name = handle.name
-            self._applied[name], effort = handle.limited_effort()
-            indices.append(self._index[name])
-            efforts.append(effort)
-        self._engine.drive_efforts(self._body, indices, efforts)
+    def apply_efforts(
+        self, handles: Sequence[JointHandle], computes: bool = False
+    ) -> list[EffortRow]:
+        """Rows of what acts on joints during the next steps.
 
-    def effort_rows(self, handles: Iterable[JointHandle]) -> list[EffortRow]:
-        """What apply_efforts() would apply before each of several steps of a solver."""
-        return [handle.effort_row(self._body, self._index[handle.name]) for handle in handles]
-
-    def take_rows(self, handles: Iterable[JointHandle], rows: Iterable[EffortRow]) -> None:
-        """A solver has made steps with effort_rows()."""
-        for handle, row in zip(handles, rows):
-            handle.take(row)
-            self._applied[handle.name] = row.applied
+        Args:
+            computes: PIDs are computed anew before each step.
+        """
+        return [handle.effort_row(self._motors[handle.name], computes) for handle in handles]
 
     def release(self, names: Iterable[str]) -> None:
         """Release joints: they move freely, with their friction."""
         for name in names:
-            self._applied.pop(name, None)
-            self._engine.release(self._body, self._index[name])
+            self._motors[name].release()
 
 
 _FRACTION = 0.5  # of the remaining error that one step takes away at most ...

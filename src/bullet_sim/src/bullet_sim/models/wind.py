@@ -58,9 +58,8 @@ class WindForces(Stateful):
             pose, linear, _ = model.link_state(link.name)
             force = link.mass * self._wind.factor * (velocity - linear)
             place = (pose * Pose(tuple(link.center.tolist()))).position
-            index = model.link_in_body(link.name)[0]
-            x, y, z = force.tolist()
-            model.engine.apply_force(model.body, index, (x, y, z), place)
+            part = model.link_in_body(link.name)[0]
+            model.body.apply_force(part, force.tolist(), place)
 
     def _velocity(self, time: float, period: float) -> Array:
         """Of the wind at a link (3,) [m/s]."""

@@ -1,4 +1,4 @@
-"""A copy of the world in an engine of PyBullet, whose renderers render it."""
+"""A copy of the world in PyBullet, whose renderers render it."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from bullet_sim.description.world import Scene
-from bullet_sim.engine import Engine
-from bullet_sim.engine.camera import PyBulletCamera
+from bullet_sim.engine.bullet.camera import PyBulletCamera
+from bullet_sim.engine.bullet.client import Client
+from bullet_sim.engine.bullet.urdf import visual_urdf
 from bullet_sim.errors import RenderError
-from bullet_sim.pose import Array, sensor_in_world
+from bullet_sim.pose import Array, Pose, sensor_in_world
 from bullet_sim.render.renderer import Renderer, check_body, check_link, paint_sky
 from bullet_sim.render.request import CameraRequest
 from bullet_sim.sensors import camera
@@ -37,12 +38,11 @@ class PyBulletRenderer(Renderer):
     """
 
     def __init__(self, kind: str = "auto") -> None:
-        self._engine = Engine(draw=True)  # never stepped
-        self._camera = PyBulletCamera(self._engine, kind)
+        self._client = Client(draw=True)  # never stepped
+        self._camera = PyBulletCamera(self._client, kind)
         self._offset = RASTER_OFFSET[self._camera.kind]
         self._coarse = self._camera.kind == "egl"
         self._sources: dict[int, BodySource] = {}
-        self._bodies: dict[int, int] = {}  # key -> body
         self._states: dict[int, BodyState] = {}
 
     def sync_sources(self, sources: Iterable[BodySource], scene: Scene | None = None) -> None:
@@ -58,30 +58,32 @@ class PyBulletRenderer(Renderer):
         for key in [key for key, source in self._sources.items() if current.get(key) != source]:
             del self._sources[key]
             self._states.pop(key, None)
-            if key in self._bodies:
-                self._engine.remove(self._bodies.pop(key))
+            if key in self._client.bodies:
+                self._client.remove(key)
         failures = []
         for key in sorted(current.keys() - self._sources.keys()):
             source = current[key]
             self._sources[key] = source
+            shapes = source.converted or [link.shapes for link in source.links]
             try:
-                self._bodies[key] = self._engine.load(
-                    source.path, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), fixed_base=source.fixed_base
-                )
+                text = visual_urdf(source.links, shapes)
+                self._client.load_text(key, text, "0", fixed_base=source.fixed_base)
             except Exception as error:  # pylint: disable=broad-except
-                failures.append(f"body {key} ({source.path}): {error}")
+                failures.append(f"body {key}: {error}")
         if failures:
             raise RenderError("not rendered: " + "; ".join(failures))
 
     def apply(self, snapshot: Snapshot) -> None:
         """See Renderer; states of keys that are not loaded are ignored."""
         for state in snapshot.bodies:
-            body = self._bodies.get(state.key)
-            if body is None or self._states.get(state.key) == state:
+            known = state.key in self._client.bodies
+            if not known or self._states.get(state.key) == state:
                 continue
-            self._engine.set_base_pose(body, state.position, state.orientation)
-            if len(state.joints):
-                self._engine.set_coordinates(body, state.joints)
+            self._client.put(state.key, Pose(state.position, state.orientation), True)
+            links = enumerate(self._sources[state.key].links)
+            rows = [f"{row}" for row, link in links if link.kind != "fixed"]
+            states = {row: (position, 0.0) for row, position in zip(rows, state.joints)}
+            self._client.set_joints(state.key, states)
             self._states[state.key] = state
 
     def image(
@@ -109,8 +111,8 @@ class PyBulletRenderer(Renderer):
         projection = self._projection(request, request.near, request.far)
         bodies = self._camera.bodies_seen(request.width, request.height, view, projection)
         labels = np.zeros(bodies.shape, np.int32)
-        for key, body in self._bodies.items():
-            labels[bodies == body] = key
+        for key, loaded in self._client.bodies.items():
+            labels[bodies == loaded.uid] = key
         return labels
 
     def _projection(self, request: CameraRequest, near: float, far: float) -> tuple[float, ...]:
@@ -142,13 +144,11 @@ class PyBulletRenderer(Renderer):
     def _camera_pose(self, request: CameraRequest) -> tuple[Array, Array]:
         if request.key is None:
             return sensor_in_world((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), request.pose)
-        check_body(request, self._bodies)
-        positions, orientations = self._engine.link_poses(self._bodies[request.key])
-        check_link(request, len(positions))
-        return sensor_in_world(
-            positions[request.link_index], orientations[request.link_index], request.pose
-        )
+        check_body(request, self._client.bodies)
+        check_link(request, len(self._sources[request.key].links))
+        frame = self._client.link_frame((request.key, f"{request.link_index}"))
+        return sensor_in_world(*frame, request.pose)
 
     def close(self) -> None:
-        """Close the engine."""
-        self._engine.close()
+        """Close the client."""
+        self._client.close()

@@ -9,11 +9,8 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from bullet_sim.description.lump import depth_first, lump, visual_links
-from bullet_sim.description.model import VisualLink
 from bullet_sim.description.world import Scene
 from bullet_sim.errors import RenderError
-from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Array
 from bullet_sim.render import lenses
 from bullet_sim.render.request import CameraRequest
@@ -49,19 +46,6 @@ def paint_sky(rgb: Array, depth: Array) -> Array:
     """
     empty = (depth >= FAR_DEPTH).view(np.uint8)
     return cv2.copyTo(_sky(*rgb.shape[:2]), empty, rgb)  # 20 times as fast as numpy's masks
-
-
-def links_of(source: BodySource) -> tuple[VisualLink, ...]:
-    """VisualLinks of a BodySource; read from its file when it has none.
-
-    Raises:
-        OSError, ModelError: the file cannot be read.
-    """
-    if source.links is not None:
-        return source.links
-    with open(source.path, encoding="utf-8") as file:
-        lumped = lump(parse_urdf(file.read(), lambda uri: uri, "body"))
-    return visual_links(lumped, depth_first(lumped))
 
 
 class Renderer:

@@ -24,8 +24,9 @@ from collections.abc import Iterable, Sequence
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING, Any
 
+from bullet_sim.description.model import Geometry, Shape, VisualLink
 from bullet_sim.errors import RenderError
-from bullet_sim.files import OwnFolder
+from bullet_sim.pose import Pose
 from bullet_sim.render.request import CameraRequest, Quality
 from bullet_sim.render.worker_process import Offsets, SharedMemory
 from bullet_sim.snapshot import BodySource, Snapshot
@@ -34,10 +35,7 @@ if TYPE_CHECKING:
     from bullet_sim.description.world import Scene
     from bullet_sim.render.renderer import Renderer
 
-_has_files = threading.Lock()  # locked while there are temporary files
-PROBE_URDF = """<robot name="probe"><link name="base"><visual>
-<origin xyz="2 0 0"/><geometry><box size="1 1 1"/></geometry>
-<material name="red"><color rgba="1 0 0 1"/></material></visual></link></robot>"""
+PROBE = Shape(Geometry("box", (1.0, 1.0, 1.0)), Pose((2.0, 0.0, 0.0)), (1.0, 0.0, 0.0, 1.0))
 
 
 def check_renderer(renderer: Renderer) -> None:
@@ -49,15 +47,7 @@ def check_renderer(renderer: Renderer) -> None:
     Raises:
         RenderError: the center of the image is not red.
     """
-    with _has_files:
-        folder = OwnFolder()
-        try:
-            path = os.path.join(folder.path, "probe.urdf")
-            with open(path, "w", encoding="utf-8") as file:
-                file.write(PROBE_URDF)
-            renderer.sync_sources([BodySource(0, path, True)])
-        finally:
-            folder.close()
+    renderer.sync_sources([BodySource(0, True, (VisualLink(shapes=(PROBE,)),))])
     pixel = renderer.render(
         CameraRequest("probe", 0, 0, ((0, 0, 0), (0, 0, 0)), 32, 24, 1.0, 0.1, 10.0)
     )[12, 16]
@@ -150,8 +140,7 @@ def exit_with_parent(socket: int) -> None:
     poller = select.poll()
     poller.register(socket, 0)  # POLLHUP is always reported
     poller.poll()
-    with _has_files:
-        os._exit(0)
+    os._exit(0)
 
 
 def main(arguments: list[str]) -> None:

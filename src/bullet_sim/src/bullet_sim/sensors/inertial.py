@@ -203,7 +203,7 @@ def joint_wrench(model: Model, joint: str) -> tuple[Array, Array]:
         force (3,) [N], torque (3,) [N m] about the joint, along the child link's axes: what Gazebo
         calls the wrench on body 2.
     """
-    force, torque, effort = model.engine.joint_load(model.body, model.measured[joint])
+    force, torque, effort = model.body.motor(joint).load()
     limits = model.joints.limits.get(joint)
     axis = np.asarray(limits.axis if limits is not None else WELD_AXIS)
     if limits is not None:

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bullet_sim.meshes.triangles import mesh_box
 from bullet_sim.pose import Array, Pose
 
 if TYPE_CHECKING:
     from bullet_sim.description.model import Shape
-    from bullet_sim.engine import Engine
     from bullet_sim.models.model import Model
 
 _CLOSE = 2e-3  # [m] of a hit to the shape that it is on
@@ -36,15 +36,15 @@ def intensities(models: Iterable[Model], points: Array, seen: str = "collisions"
                 continue
             if retros is None:
                 retros = np.zeros(len(points), np.float32)
-            frame = Pose(*model.frame_at(model.index(part)))
+            frame = Pose(*model.body.link_motion(part)[:2])
             for shape in shapes:
                 pose = frame * shape.pose
                 local = (points - np.asarray(pose.position)) @ pose.matrix
-                retros[_is_on(shape, local, model.engine)] = shape.laser_retro
+                retros[_is_on(shape, local)] = shape.laser_retro
     return retros
 
 
-def _is_on(shape: Shape, points: Array, engine: Engine) -> Array:
+def _is_on(shape: Shape, points: Array) -> Array:
     """Which points (n, 3), in a shape's axes, are on it; of a mesh: in the box around it."""
     kind, size = shape.geometry.kind, np.asarray(shape.geometry.size, float)
     with np.errstate(invalid="ignore"):
@@ -61,6 +61,6 @@ def _is_on(shape: Shape, points: Array, engine: Engine) -> Array:
         elif kind == "plane":
             near = np.abs(points[:, 2]) <= _CLOSE
         else:
-            low, high = engine.mesh_box(shape.geometry.path) * np.asarray(shape.geometry.scale)
+            low, high = mesh_box(shape.geometry.path) * np.asarray(shape.geometry.scale)
             near = ((points >= low - _CLOSE) & (points <= high + _CLOSE)).all(axis=1)
     return near

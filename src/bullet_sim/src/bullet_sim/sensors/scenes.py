@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bullet_sim.description.lump import end_of
+from bullet_sim.description.mirrors import end_of
 
 if TYPE_CHECKING:
     from bullet_sim.models.model import Model
@@ -88,18 +88,17 @@ class WorldViews:
 
 def body_fields(model: Model) -> dict[str, Any]:
     """A model's part of a scene."""
-    names = model.loaded_links
+    names = model.body.links
     joints = {end_of(joint): joint.name for joint in model.parts_joints}
     links = [
         {**asdict(link), "name": name, "joint": joints.get(name, "")}
-        for name, link in zip(names, model.source.links or ())
+        for name, link in zip(names, model.source.links)
     ]
-    parts = model.rigid_parts
-    rows = {model.index(name): row for row, name in enumerate(names) if name in parts}
+    rows = {name: row for row, name in enumerate(names)}
     frames = {}
     for name in model.link_names:
-        index, pose = model.link_in_body(name)
-        frames[name] = [rows[index], *pose.position, *pose.orientation]
+        part, pose = model.link_in_body(name)
+        frames[name] = [rows[part], *pose.position, *pose.orientation]
     return {
         "key": model.source.key,
         "name": model.name,

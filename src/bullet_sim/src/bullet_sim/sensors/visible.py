@@ -56,7 +56,7 @@ class VisibleScene:
         sources, known = self._world.sources(), self._sources
         if len(sources) != len(known) or any(a is not b for a, b in zip(sources, known)):
             self._sources, self._scene = sources, None
-            self._kinematics = Kinematics({source.key: source.links or () for source in sources})
+            self._kinematics = Kinematics({source.key: source.links for source in sources})
         self._kinematics.apply(self._world.snapshot())
         poses = self._kinematics.poses
         if self._scene is None:
@@ -73,7 +73,7 @@ class VisibleScene:
         meshes = []
         for source in self._sources:
             first = self._kinematics.firsts[source.key]
-            for row, link in enumerate(source.links or (), first):
+            for row, link in enumerate(source.links, first):
                 for shape in link.shapes:
                     triangles = self._of(shape) if shape.visibility & VISIBLE else None
                     if triangles is not None:

@@ -60,10 +60,10 @@ class Car:
         """Whether the car has a contact that counts as a crash.
 
         Args:
-            harmless: set of (body, link) of the engine whose contacts do not count.
+            harmless: set of links, as (number of the body, name), whose contacts do not count.
         """
         body = self.model.body
         return any(
-            (other, link) not in harmless and other != body
-            for _, other, link, _ in self._world.engine.touching(body)
+            (touch.body, touch.other) not in harmless and touch.body != body.number
+            for touch in body.touching()
         )

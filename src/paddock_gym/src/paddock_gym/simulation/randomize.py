@@ -63,8 +63,8 @@ class Randomizer:
     def __init__(self, scene, car, properties):
         self._scene, self._car, self._properties = scene, car, properties
         model = car.model
-        self._wheels = [  # body, link, coefficient
-            (model.body, model.index(name), link.surface.friction)
+        self._wheels = [  # link, coefficient
+            (name, link.surface.friction)
             for name, link in model.rigid_parts.items()
             if "wheel" in name
         ]
@@ -83,8 +83,8 @@ class Randomizer:
         properties = self._properties
         if "friction" in properties:
             factor = rng.uniform(*FRICTION)
-            for body, link, friction in self._wheels:
-                self._scene.world.engine.set_friction(body, link, factor * friction)
+            for link, friction in self._wheels:
+                self._car.model.body.set_friction(link, factor * friction)
         if "mass" in properties:
             factor = rng.uniform(*MASS)
             mass, center, inertia, gravity = self._mass

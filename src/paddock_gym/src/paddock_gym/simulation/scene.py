@@ -168,10 +168,10 @@ class Scene:
         self.world = World()
         self.world.load(description.world(time_step))
         ground = self.world.spawn_sdf("track", self.track.sdf(), Pose(), description.resolve)
-        self.ground = frozenset({(ground.body, ground.link_in_body("ground")[0])})
+        self.ground = frozenset({(ground.body.number, ground.link_in_body("ground")[0])})
         self.has_walls = "walls" in ground.link_names
         self.car = Car(self.world, "racecar", Pose(), description.car_urdf())
-        self.world.engine.ode.unlocked = True  # one thread alone has this world
+        self.world.engine.unlocked = True  # one thread alone has this world
         self.world.step(round(SETTLING / self.world.time_step))
         self.car.settled()
         self.world.step_count = self._actions = 0

@@ -32,7 +32,7 @@ class CarLidar:
         position, orientation, _, _ = self._model.link_motion(self._lidar.spec.link)
         # an object closer than range_min touches the car, whose run is over then
         return self._lidar.scan(
-            self._engine, position, orientation, rng, self._model.body, too_near=False
+            self._engine, position, orientation, rng, self._model.body.number, too_near=False
         )
 
 
@@ -42,8 +42,8 @@ class CarCamera:
     def __init__(self, renderer, car):
         self._renderer, spec = renderer, spec_of(car, CameraSpec)
         model = car.model
-        index, self._mount = model.link_in_body(spec.link)
-        self._request = CameraRequest.from_spec(spec, model.source.key, index + 1)
+        part, self._mount = model.link_in_body(spec.link)
+        self._request = CameraRequest.from_spec(spec, model.source.key, model.row(part))
 
     def image(self, jitter=Pose()):
         """Render (120, 160, 3) uint8 RGB now.

@@ -56,7 +56,7 @@ class Truck:
             mappings={"trailer": str(trailer).lower(), "lidar": "false"},
         ).toxml()
         self.model = self.world.spawn_urdf("cybertruck", text, Pose(), self._resolve)
-        self.world.engine.ode.unlocked = True  # one thread alone has this world
+        self.world.engine.unlocked = True  # one thread alone has this world
         self._hardware = self.model.manager.hardware
         self._rear, self._hinges = map(self._hardware.handles, (REAR, HINGES))
         self._write(0.0, 0.0)

@@ -2,7 +2,7 @@
 
 numba compiles a function again when its own file has changed, but not when another function that it
 calls has. So what was kept is deleted here, before the other files are imported, when any of them
-has changed, or controllers/law.py, which pids.py has compiled.
+has changed.
 
 Records (NamedTuples) are passed to compiled functions as the arrays and numbers in them. Constants
 are read as `col.NAME`; only temporary() needs a name of its own module.

@@ -93,8 +93,9 @@ WEIGHTS = 8  # numbers before the first block: of new and old impulses of contac
 BLOCK_ROWS, MAX_JOINT_ROWS = 6, 7  # of a joint's block; of a joint
 MAX_CONTACT_ROWS = 4  # normal, two directions of friction, torsion
 TORSION = 3.0 * 3.141592653589793 / 16.0  # its moment by radius, coefficient and normal force
-# rows of PIDs: number of the joint, limits of its velocity and effort in Gazebo, and the attributes
-# of effort_row.EffortRow in their order
+# rows of efforts: number of the joint, limits of its velocity and effort in Gazebo (0: none), what
+# a PID's errors are of and its target, the joint's limits for position_error() and whether it is
+# prismatic, the PID's gains and bounds, what effort_bounds() takes, and the state
 PID_JOINT, PID_TOP_SPEED, PID_TOP_EFFORT, PID_GOAL, PID_TARGET = range(5)
 PID_LOWER, PID_UPPER, PID_LINEAR = range(5, 8)
 PID_P, PID_I, PID_D, PID_LOW, PID_HIGH, PID_ANTIWINDUP = range(8, 14)

@@ -1,15 +1,12 @@
-"""PIDs of joints, computed in each of several steps.
-
-What one computes is in controllers/law.py, which controllers call from Python, too.
-"""
+"""Efforts of joints, computed before each of several steps; what one computes is in law.py."""
 
 import math
 from typing import Any
 
 from numba import types
-from numba.extending import overload
+from numba.extending import overload, register_jitable
 
-from bullet_sim.controllers import law
+from bullet_sim.engine.quickstep import law
 from bullet_sim.engine.quickstep import layout as col
 from bullet_sim.engine.quickstep.compiled import compiled
 from bullet_sim.pose import Array
@@ -27,55 +24,30 @@ def _math_remainder(x: Any, y: Any) -> Any:
     return remainder
 
 
-_position_error = compiled(law.position_error)
-_pid_terms = compiled(law.pid_terms)
-_effort_bounds = compiled(law.effort_bounds)
-_within = compiled(law.within)
-_truncated = compiled(law.truncated)
+for _part in (law.position_error, law.pid_terms, law.effort_bounds, law.within, law.truncated):
+    register_jitable(error_model="numpy")(_part)  # what effort_of() calls
+_effort_of = compiled(law.effort_of)
 
 
 @compiled
-def apply_pids(period: float, pids: Array, active: Array, noted: Array, joints: Array) -> None:
-    """Compute PIDs, and have their efforts act on the joints in the next step.
+def apply_efforts(
+    period: float, efforts: Array, active: Array, recorded: Array, joints: Array
+) -> None:
+    """Have efforts act on joints in the next step, PIDs' computed anew.
 
     Args:
         period: of a step [s].
-        active: (3,) how many of the PIDs, whether to note the positions of joints, and how often
-            that was done.
-        noted: (MAX_NOTED_STEPS, j) positions [rad, m].
+        efforts: (j, PID_SIZE), rows of efforts.
+        active: (3,) how many rows there are, whether to record the joints, and how often that was
+            done.
+        recorded: (2 * MAX_RECORDED, j) positions [rad, m] and, in the next row, velocities.
     """
-    if active[1] != 0 and active[2] < len(noted):
+    if active[1] != 0 and active[2] < len(recorded):
         for j in range(len(joints)):
-            noted[active[2], j] = joints[j, col.ANGLE]
-        active[2] += 1
+            recorded[active[2], j] = joints[j, col.ANGLE]
+            recorded[active[2] + 1, j] = joints[j, col.RATE]
+        active[2] += 2
     for k in range(active[0]):
-        row, joint = pids[k], joints[int(pids[k, col.PID_JOINT])]
-        angle, velocity = joint[col.ANGLE], joint[col.RATE]
-        if row[col.PID_GOAL] != col.GOAL_EFFORT:
-            if row[col.PID_GOAL] == col.GOAL_POSITION:
-                lower, upper = row[col.PID_LOWER], row[col.PID_UPPER]
-                is_linear = row[col.PID_LINEAR] != 0.0
-                error = _position_error(angle, row[col.PID_TARGET], lower, upper, is_linear)
-            else:
-                error = row[col.PID_TARGET] - velocity
-            rate = 0.0
-            if not math.isnan(row[col.PID_LAST]):
-                rate = (error - row[col.PID_LAST]) / period
-            output, integral, by_error, by_integral, by_rate = _pid_terms(
-                error, rate, row[col.PID_INTEGRAL], period,
-                row[col.PID_P], row[col.PID_I], row[col.PID_D],
-                row[col.PID_LOW], row[col.PID_HIGH], row[col.PID_ANTIWINDUP] != 0.0,
-            )  # fmt: skip
-            if not math.isfinite(output):
-                output = 0.0
-            row[col.PID_OUTPUT] = output
-            if math.isfinite(error) and math.isfinite(rate):
-                row[col.PID_LAST], row[col.PID_INTEGRAL], row[col.PID_RATE] = error, integral, rate
-                row[col.PID_BY_ERROR], row[col.PID_BY_INTEGRAL] = by_error, by_integral
-                row[col.PID_BY_RATE] = by_rate
-        lower, upper, speed = row[col.PID_MIN], row[col.PID_MAX], row[col.PID_SPEED]
-        low, high = _effort_bounds(angle, velocity, row[col.PID_LIMIT], lower, upper, speed)
-        row[col.PID_APPLIED] = _within(row[col.PID_OUTPUT], low, high)
-        joint[col.EFFORT] += _truncated(
-            row[col.PID_APPLIED], velocity, row[col.PID_TOP_SPEED], row[col.PID_TOP_EFFORT]
-        )
+        row = efforts[k]
+        joint = joints[int(row[col.PID_JOINT])]
+        joint[col.EFFORT] += _effort_of(row, joint[col.ANGLE], joint[col.RATE], period)

@@ -33,7 +33,7 @@ from bullet_sim.engine.quickstep.compiled import (
 )
 from bullet_sim.engine.quickstep.constraints import add_rows
 from bullet_sim.engine.quickstep.islands import end_islands, help_solve, solve_islands
-from bullet_sim.engine.quickstep.pids import apply_pids
+from bullet_sim.engine.quickstep.pids import apply_efforts
 from bullet_sim.engine.quickstep.state import Constraints, Contacts, State, System
 from bullet_sim.engine.quickstep.vectors import cross, matrix, multiply, rotate, similar
 from bullet_sim.pose import Array
@@ -235,14 +235,14 @@ def advance(
         Number of steps made; it also stops after a step in which a body has fallen asleep.
     """
     (settings, gravity, sequence, system, scene, contacts, constraints, blocks, islands, marks,
-     result, pids, active, noted) = _state_at(table)  # fmt: skip
+     result, efforts, active, recorded) = _state_at(table)  # fmt: skip
     islands.step[0], islands.counts[1] = step, iterations
     made = count
     for done in range(count):
         if watch and is_near(system.bodies, scene) and given < 0:
             made = done
             break
-        apply_pids(step, pids, active, noted, system.joints)
+        apply_efforts(step, efforts, active, recorded, system.joints)
         joints.impose(step, system)
         _prepare(gravity, system)
         place_solids(system, scene)

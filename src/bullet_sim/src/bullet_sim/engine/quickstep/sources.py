@@ -7,7 +7,7 @@ import platform
 from pathlib import Path
 
 _FOLDER = Path(__file__).parent
-SOURCES = sorted((*_FOLDER.glob("*.py"), _FOLDER.parents[1] / "controllers" / "law.py"))
+SOURCES = sorted(_FOLDER.glob("*.py"))
 CACHE = _FOLDER / "__pycache__"
 _START = 1 << 14  # bytes of /proc/cpuinfo that have the first processor
 

@@ -208,7 +208,7 @@ class State(NamedTuple):
         sequence: (n,) the bodies in the order of the last step, which the contacts follow.
         marks: (4, k) numbers to work with.
         result: (1,) number of contacts of the last step.
-        pids: (j, PID_SIZE), active, noted: see apply_pids().
+        efforts, active, recorded: see apply_efforts().
     """
 
     settings: Array
@@ -222,9 +222,9 @@ class State(NamedTuple):
     islands: Islands
     marks: Array
     result: Array
-    pids: Array
+    efforts: Array
     active: Array
-    noted: Array
+    recorded: Array
 
 
 class Casting(NamedTuple):

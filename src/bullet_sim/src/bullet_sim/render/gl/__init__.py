@@ -10,8 +10,8 @@ It needs no ROS, no display and no process of its own:
     camera = CameraRequest.from_spec(spec, model.source.key, row)
     rgb = renderer.draw(world.snapshot(), camera)           # (H, W, 3) uint8, top row first
 
-`row` is Model.link_in_body(spec.link)[0] + 1, and the link's pose in that body goes before the
-camera's (see bullet_bridge's CameraOutput); a CameraRequest with key None has its pose in the
+`row` is Model.row(Model.link_in_body(spec.link)[0]), and the link's pose in that part goes before
+the camera's (see bullet_bridge's CameraOutput); a CameraRequest with key None has its pose in the
 world. With several cameras of one snapshot: `apply(snapshot)` once, then `render(camera, step)` for
 each. A renderer belongs to the thread that made it, and its numbers are the same for the same
 snapshot and camera on one driver.

@@ -25,7 +25,7 @@ from bullet_sim.render.gl.shaders import (
 )
 from bullet_sim.render.gl.shadows import Shadows
 from bullet_sim.render.gl.sky import Sky
-from bullet_sim.render.renderer import Renderer, check_body, check_link, links_of
+from bullet_sim.render.renderer import Renderer, check_body, check_link
 from bullet_sim.render.request import DEFAULT, CameraRequest, Quality
 from bullet_sim.sensors.camera import shown_intrinsics, view_matrix
 from bullet_sim.snapshot import BodySource, Snapshot
@@ -192,19 +192,14 @@ class GlRenderer(Renderer):
         current = {source.key: source for source in sources}
         if self._lighting.scene.roads:
             roads = VisualLink(shapes=self._lighting.scene.roads)
-            current[ROADS] = BodySource(ROADS, "", True, (roads,))
+            current[ROADS] = BodySource(ROADS, True, (roads,))
         if current == self._sources:
             return
         self._context.use()
-        bodies, failures = {}, []
-        for key, source in current.items():
-            try:
-                bodies[key] = links_of(source)
-            except Exception as error:  # pylint: disable=broad-except
-                failures.append(f"body {key} ({source.path}): {error}")
+        bodies = {key: source.links for key, source in current.items()}
         self._sources = current
         fixed = {key for key, source in current.items() if source.fixed_base}
-        failures += self._instances.set_bodies(bodies, fixed)
+        failures = self._instances.set_bodies(bodies, fixed)
         self._context.collect()
         if failures:
             raise RenderError("not rendered: " + "; ".join(failures))

@@ -8,14 +8,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Tuple
+from typing import Any
 
 import numpy as np
 
+from bullet_sim.description.collisions import is_passable
 from bullet_sim.description.model import Link, Shape
-from bullet_sim.engine import tables
-from bullet_sim.engine.ode_shapes import ShapeCache
-from bullet_sim.engine.passable import is_passable
+from bullet_sim.engine.api import BodyLink
+from bullet_sim.engine.ode import tables
+from bullet_sim.engine.ode.shapes import ShapeCache
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.engine.quickstep.state import Scene, Trees
 from bullet_sim.pose import Array, Pose
@@ -24,8 +25,6 @@ MAX_POINTS = 10  # of a pair of shapes
 _SOLIDS = (q.BOX, q.SPHERE, q.CYLINDER, q.MESH)
 _MAX_ROOM = 64  # of a pair for which there is room in any case
 _MAX_CLOSE = 32  # bodies to one
-
-BodyLink = Tuple[int, int]
 
 
 @dataclass
@@ -84,8 +83,8 @@ class StaticShapes:
 
     Attributes:
         planes, bits: rows of Scene.planes, and their collide_bitmask.
-        plane_links: (body, link) of planes.
-        known: (body, link) of others whose contacts quickstep finds.
+        plane_links: of planes.
+        known: links of others whose contacts quickstep finds.
         aabbs, solids, owners: rows of Scene.static_aabbs, static_solid and static_owner.
         spaces: rows of Scene.spaces.
         plane_items: rows of Scene.items.
@@ -102,14 +101,14 @@ class StaticShapes:
     plane_items: list[tuple[int, int]] = field(default_factory=list)
 
     def add(
-        self, body: int, link: Link, frame: Pose, bits: int, cache: ShapeCache, solids: Solids
+        self, key: BodyLink, link: Link, frame: Pose, bits: int, cache: ShapeCache, solids: Solids
     ) -> None:
-        """Add the shapes of a body.
+        """Add the shapes of a link.
 
         Args:
-            frame: where the link is in the world.
+            frame: where it is in the world.
             bits: its collide_bitmask.
-            solids: gets what quickstep finds the contacts of: all of the body, or nothing.
+            solids: gets what quickstep finds the contacts of: all of the link, or nothing.
         """
         touched = [shape for shape in link.collisions if not is_passable(shape, link)]
         others = [shape for shape in touched if shape.geometry.kind != "plane"]
@@ -121,8 +120,8 @@ class StaticShapes:
         items = {id(shape): (len(self.spaces), -i) for i, shape in enumerate(link.collisions)}
         boxes = []
         for shape, tree in zip(others, trees):
-            self.owners.append((body, bits))
-            boxes.append(cache.box_around(shape, frame, body, tree if is_known else None))
+            self.owners.append((key[0], bits))
+            boxes.append(cache.box_around(shape, frame, key[0], tree if is_known else None))
             if not is_known:
                 self.solids.append(-1)
                 continue
@@ -134,7 +133,7 @@ class StaticShapes:
             self.solids.append(number)
         self.aabbs += boxes
         if is_known:
-            self.known.append((body, -1))
+            self.known.append(key)
         for shape in touched:
             if shape.geometry.kind == "plane":
                 pose, surface = frame * shape.pose, shape.surface or link.surface
@@ -142,7 +141,7 @@ class StaticShapes:
                 row = tables.plane_row(normal, float(normal @ pose.position), surface)
                 self.planes.append(row)
                 self.bits.append(bits)
-                self.plane_links.append((body, -1))
+                self.plane_links.append(key)
                 self.plane_items.append(items[id(shape)])
         self.spaces.append(_static_space(len(self.spaces), boxes, link))
 
@@ -315,7 +314,6 @@ def may_collide(
     models: Sequence[int],
     moving: DynamicShapes,
     bits: Array,
-    ghosts: Iterable[int],
     touching: Iterable[tuple[int, int]],
     attached: Iterable[tuple[int, int]] = (),
 ) -> Array:
@@ -324,13 +322,11 @@ def may_collide(
     Args:
         models: number of each body's model.
         bits: (n,) collide_bitmask of each body.
-        ghosts: models that touch only what never moves.
         touching: pairs of bodies of one model that collide with each other.
         attached: pairs of bodies that do not, as a joint connects them.
     """
     body, rows = np.array(models, np.int64), np.arange(len(models))
-    ghost = np.isin(body, list(ghosts))
-    collide = (body[:, None] != body) & ~(ghost[:, None] | ghost)
+    collide = body[:, None] != body
     for one, two in touching:
         collide[one, two] = collide[two, one] = True
     for one, two in attached:

@@ -8,33 +8,33 @@ import cv2
 import numpy as np
 import pybullet as p
 
-from bullet_sim.engine.engine import Engine
+from bullet_sim.engine.bullet.client import Client
 from bullet_sim.errors import RenderError
 from bullet_sim.files import silenced
 from bullet_sim.pose import Array, Vector
 
 
 class PyBulletCamera:
-    """A camera that sees the bodies of an engine; its view and projection are column-major 4x4
+    """A camera that sees the bodies of a client; its view and projection are column-major 4x4
     matrices, 16 numbers each.
 
     Args:
-        engine: made with draw=True.
+        client: made with draw=True.
         kind: 'egl' (GPU or Mesa), 'tiny' (in PyBullet), 'auto': EGL if it works.
 
     Raises:
         RenderError: unknown kind, or EGL was asked for and does not work.
     """
 
-    def __init__(self, engine: Engine, kind: str = "auto") -> None:
+    def __init__(self, client: Client, kind: str = "auto") -> None:
         if kind not in ("auto", "egl", "tiny"):
             raise RenderError(f"renderer is '{kind}', must be auto, egl or tiny")
-        self._engine, plugin = engine, -1
+        self._client, plugin = client, -1
         found = None if kind == "tiny" else importlib.util.find_spec("eglRenderer")
         if found:
             with silenced():
                 plugin = p.loadPlugin(
-                    found.origin, "_eglRendererPlugin", physicsClientId=self._engine.client
+                    found.origin, "_eglRendererPlugin", physicsClientId=self._client.number
                 )
         if plugin < 0 and kind == "egl":
             raise RenderError("the EGL renderer does not load: is libegl1 installed?")
@@ -48,7 +48,7 @@ class PyBulletCamera:
             viewMatrix=view,
             projectionMatrix=projection,
             renderer=p.ER_TINY_RENDERER,
-            physicsClientId=self._engine.client,
+            physicsClientId=self._client.number,
         )
         return np.asarray(image[4], dtype=np.int64).reshape(height, width)
 
@@ -77,7 +77,7 @@ class PyBulletCamera:
             lightDirection=(0.5, 0.4, 1.0),
             renderer=p.ER_TINY_RENDERER if self.kind == "tiny" else p.ER_BULLET_HARDWARE_OPENGL,
             flags=p.ER_NO_SEGMENTATION_MASK,
-            physicsClientId=self._engine.client,
+            physicsClientId=self._client.number,
         )
         rgba = np.asarray(image[2], dtype=np.uint8).reshape(height, width, 4)
         depth = np.asarray(image[3], dtype=np.float32).reshape(height, width)

@@ -1,85 +1,75 @@
-"""Contacts of the solver 'ode': those that PyBullet finds, and what is told of the last step's."""
+"""Contacts of the engine 'ode': those that the mirror finds, what is told of the last step's."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Tuple
+from collections.abc import Iterator
+from typing import Any, Tuple
 
 import numpy as np
-import pybullet as p
 
 from bullet_sim.description.model import Surface
-from bullet_sim.engine import tables
-from bullet_sim.engine.ode_arrays import Arrays, Models
-from bullet_sim.engine.ode_scene import MAX_POINTS, BodyLink, space_level
+from bullet_sim.engine.api import BodyLink, Contact
+from bullet_sim.engine.ode import tables
+from bullet_sim.engine.ode.arrays import Arrays
+from bullet_sim.engine.ode.owner import Owner
+from bullet_sim.engine.ode.scene import MAX_POINTS, space_level
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.pose import Array, Vec3, matrix_from_quaternion
 
-if TYPE_CHECKING:
-    from bullet_sim.engine.engine import Engine
+_CLOSE = 0.002  # [m] between a contact that the mirror finds and the shape that it is with
+_MAX_FOUND = 64 * MAX_POINTS  # contacts that the mirror finds
 
-_CLOSE = 0.002  # [m] between a contact that Bullet finds and the shape that it is with
-_MAX_FOUND = 64 * MAX_POINTS  # contacts that Bullet finds
-
-# Body, link, other body, its link, point [m], normal towards the first, depth [m], force (3,) [N]
-# on the first; world axes.
-Contact = Tuple[int, int, int, int, Vec3, Vec3, float, Array]
+# Link, other link, point [m], normal towards the first, depth [m], force (3,) [N] on the first;
+# world axes.
+Point = Tuple[BodyLink, BodyLink, Vec3, Vec3, float, Array]
 
 
 class Contacts:
     """Contacts of what moves.
 
-    Args:
-        models: that the arrays are built of.
-
     Attributes:
-        sleepers: the contacts with which links have fallen asleep, by (body, link).
+        sleepers: the contacts with which links have fallen asleep.
     """
 
-    def __init__(self, engine: Engine, models: Models) -> None:
-        self._engine, self._models = engine, models
-        self.sleepers: dict[BodyLink, list[Contact]] = {}
+    def __init__(self, engine: Owner) -> None:
+        self._engine = engine
+        self.sleepers: dict[BodyLink, list[Point]] = {}
 
     def use(self, arrays: Arrays) -> None:
         """Take new arrays."""
         self._arrays, self._state = arrays, arrays.state
-        self._others = list(arrays.known)  # (body, link) that contacts name by their place here
+        self._others = list(arrays.known)  # links that contacts name by their place here
         self._surfaces: dict[Any, tuple[Array, int | None, Array]] = {}  # of pairs of links
         self._noted = b""  # rows of what sleeps
-        self._static = {body: number for number, body in enumerate(self._models.static)}
+        immobile = self._engine.contents.immobile
+        self._immobile = {number: place for place, number in enumerate(immobile)}
 
-    def restore(self, sleepers: dict[BodyLink, list[Contact]]) -> None:
+    def restore(self, sleepers: dict[BodyLink, list[Point]]) -> None:
         """Go back to what was saved of `sleepers`; there are no others."""
         self.sleepers, self._noted = sleepers, b""
         self._state.result[0] = 0
 
     def find(self) -> int:
-        """Contacts that PyBullet finds where its bodies are, into the first rows; their number."""
-        client = self._engine.client
-        p.performCollisionDetection(physicsClientId=client)
+        """Contacts that the mirror finds where bodies are, into the first rows; their number."""
         rows, known = self._arrays.rows, self._arrays.known
-        passable = self._engine.passable
         self._others = list(known)
         n = 0
-        for point in p.getContactPoints(physicsClientId=client) or ():
-            _, one, two, link_one, link_two, _, at, normal, distance = point[:9]
-            if distance > 0.0:
-                continue
-            if (one, link_one) in passable or (two, link_two) in passable:
-                continue
-            first, second = rows.get((one, link_one)), rows.get((two, link_two))
+        for one, two, at, normal, distance in self._engine.mirror.contact_points():
+            first, second = rows.get(one), rows.get(two)
             if first is None:
                 if second is None:
                     continue
-                one, link_one, two, link_two = two, link_two, one, link_one
-                first, second, normal = second, None, tuple(-x for x in normal)
-            if second is None and (two, link_two) in known and self._is_known(first, at):
+                one, two, first, second = two, one, second, None
+                x, y, z = normal
+                normal = -x, -y, -z
+            if second is None and two in known and self._is_known(first, at):
                 continue  # found by quickstep
             if second is not None and self._state.scene.may_collide[first, second] == q.PAIR_NATIVE:
                 continue
             if n >= _MAX_FOUND:
                 break
             row = self._state.contacts.rows[n]
-            row[:], turning, direction = self._surface_of_pair((one, link_one), (two, link_two))
+            row[:], turning, direction = self._surface_of_pair(one, two)
             row[q.C_POINT : q.C_POINT + 3], row[q.C_NORMAL : q.C_NORMAL + 3] = at, normal
             if turning is not None:
                 orientation: Any = self._state.system.bodies[turning, q.QUAT : q.QUAT + 4]
@@ -91,7 +81,7 @@ class Contacts:
                 -1,
                 len(self._others),
             )
-            self._others.append((two, link_two))
+            self._others.append(two)
             n += 1
         return n
 
@@ -107,18 +97,16 @@ class Contacts:
         middle, half = scene.extents[own, :3], scene.extents[own, 3:]
         return bool((known & (np.abs(local - middle) < half + _CLOSE).all(axis=1)).any())
 
-    def _surface(self, key: BodyLink) -> Surface:
-        body, link = key
-        if body in self._models.moving and key in self._arrays.rows:
-            return self._models.moving[body].link(self._arrays.rows[key]).surface
-        return self._models.static[body].link.surface if body in self._models.static else Surface()
+    def _surface(self, link: BodyLink) -> Surface:
+        body = self._engine.bodies.get(link[0])
+        return Surface() if body is None else body.model.links[link[1]].surface
 
     def _surface_of_pair(self, one: BodyLink, two: BodyLink) -> tuple[Array, int | None, Array]:
         """A contact's row of all that does not depend on where it is, the body with which its
         direction of friction turns, and this direction; None: it has none.
 
         Args:
-            one, two: (body, link); the first moves.
+            one, two: the first moves.
         """
         key = one, two, self._engine.time_step
         if key not in self._surfaces:
@@ -159,46 +147,50 @@ class Contacts:
         asleep = {self._arrays.owner[row] for row in rows}
         if asleep == self.sleepers.keys():
             return
-        found = self._found_contacts()
+        found = self._points()
         self.sleepers = {
-            key: self.sleepers[key] if key in self.sleepers else [c for c in found if c[:2] == key]
+            key: self.sleepers[key] if key in self.sleepers else [c for c in found if c[0] == key]
             for key in asleep
         }
 
-    def last(self) -> list[Contact]:
+    def last(self) -> list[Point]:
         """Contacts of the last step; of what sleeps those with which it fell asleep."""
         return self._awake_and_asleep()
 
-    def of_link(self, key: BodyLink) -> list[Contact]:
-        """As last(), of one link."""
-        row, rows = self._arrays.rows.get(key), None
+    def of_link(self, link: BodyLink) -> list[Contact]:
+        """Contacts of one link, as of the last step."""
+        row, rows = self._arrays.rows.get(link), None
         if row is not None:  # no others need be read
             one, two, shape, _ = self._state.contacts.owners[: self._state.result[0]].T
             rows = np.flatnonzero((one == row) | ((two == row) & (shape < 0)))
-        return [found for found in self._awake_and_asleep(rows) if key in (found[:2], found[2:4])]
+        points = self._awake_and_asleep(rows)
+        return [contact for own, contact in _seen_by(link[0], points) if own == link[1]]
 
-    def _awake_and_asleep(self, rows: Array | None = None) -> list[Contact]:
-        """_found_contacts() but for those of what sleeps, then all of that."""
-        sleeping = [contact for kept in self.sleepers.values() for contact in kept]
-        return [c for c in self._found_contacts(rows) if c[:2] not in self.sleepers] + sleeping
+    def of_body(self, number: int) -> list[tuple[str, Contact]]:
+        """(link, Contact) of a body, as of the last step."""
+        return list(_seen_by(number, self.last()))
 
-    def _found_contacts(self, rows: Array | None = None) -> list[Contact]:
+    def _awake_and_asleep(self, rows: Array | None = None) -> list[Point]:
+        """_points() but for those of what sleeps, then all of that."""
+        sleeping = [point for kept in self.sleepers.values() for point in kept]
+        return [p for p in self._points(rows) if p[0] not in self.sleepers] + sleeping
+
+    def _points(self, rows: Array | None = None) -> list[Point]:
         """Contacts of the last step; rows: their numbers, None: all."""
-        found = []
+        points: list[Point] = []
         state, owner = self._state, self._arrays.owner
         chosen = slice(state.result[0]) if rows is None else rows
         for row, (one, two, shape, other) in zip(
             state.contacts.rows[chosen], state.contacts.owners[chosen].tolist()
         ):
-            body, link = owner[one]
             if shape >= 0:
                 partner = self._arrays.planes[other]
             else:
                 partner = owner[two] if two >= 0 else self._others[other]
             point, normal = row[q.C_POINT : q.C_POINT + 3], row[q.C_NORMAL : q.C_NORMAL + 3]
             force = row[q.C_FORCE : q.C_FORCE + 3].copy()
-            found.append((body, link, *partner, tuple(point), tuple(normal), row[q.C_DEPTH], force))
-        return found
+            points.append((owner[one], partner, tuple(point), tuple(normal), row[q.C_DEPTH], force))
+        return points
 
     def is_first(self, one: BodyLink, two: BodyLink) -> bool:
         """Whether the first of two links that touch comes first in Gazebo: see quickstep.order.
@@ -217,7 +209,7 @@ class Contacts:
         """Level and rank of the space of a link's shapes."""
         scene, row = self._state.scene, self._arrays.rows.get(key)
         if row is None:
-            number = self._static.get(key[0])
+            number = self._immobile.get(key[0])
             if number is None:
                 return q.MAX_LEVEL + 1, -1.0
             space = scene.spaces[number]
@@ -236,3 +228,13 @@ class Contacts:
         )
         rank = len(scene.spaces) + float(is_own.argmax()) if is_own.any() else float(own)
         return space_level(high.max(axis=0) - low.min(axis=0)), rank
+
+
+def _seen_by(number: int, points: list[Point]) -> Iterator[tuple[str, Contact]]:
+    """(link, Contact) of a body."""
+    for one, two, point, normal, depth, force in points:
+        at, across = np.array(point), np.array(normal)
+        if one[0] == number:
+            yield one[1], Contact(*two, at, across, depth, force)
+        elif two[0] == number:
+            yield two[1], Contact(*one, at, -across, depth, -force)

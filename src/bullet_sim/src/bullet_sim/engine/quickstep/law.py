@@ -1,13 +1,15 @@
 """What a PID and the limits of its joint make of plain numbers.
 
-Controllers call these functions as they are; the solver 'ode' has them compiled, where it computes
-PIDs in each of several steps (engine/quickstep/pids.py). Both give the same bits. A limit that is
-not there is NaN.
+Controllers and the solver 'bullet' call these functions as they are; the solver 'ode' has them
+compiled (pids.py). Both give the same bits. A limit that is not there is NaN.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any
+
+from bullet_sim.engine.quickstep import layout as col
 
 TOLERANCE = 1e-9  # [rad] by which rounding may put an angle beyond a limit
 TURN = 2.0 * math.pi
@@ -114,3 +116,41 @@ def truncated(effort: float, rate: float, speed: float, limit: float) -> float:
         elif effort > limit:
             effort = limit
     return effort
+
+
+def effort_of(row: Any, position: float, velocity: float, period: float) -> float:
+    """The effort [N m, N] that a row of efforts has act on its joint in the next step.
+
+    Args:
+        row: numbers in the columns PID_*, which get the new state.
+        position, velocity: of the joint now [rad, m], [rad/s, m/s].
+        period: of a step [s].
+    """
+    if row[col.PID_GOAL] != col.GOAL_EFFORT:
+        if row[col.PID_GOAL] == col.GOAL_POSITION:
+            lower, upper = row[col.PID_LOWER], row[col.PID_UPPER]
+            is_linear = row[col.PID_LINEAR] != 0.0
+            error = position_error(position, row[col.PID_TARGET], lower, upper, is_linear)
+        else:
+            error = row[col.PID_TARGET] - velocity
+        rate = 0.0
+        if not math.isnan(row[col.PID_LAST]):
+            rate = (error - row[col.PID_LAST]) / period
+        output, integral, by_error, by_integral, by_rate = pid_terms(
+            error, rate, row[col.PID_INTEGRAL], period,
+            row[col.PID_P], row[col.PID_I], row[col.PID_D],
+            row[col.PID_LOW], row[col.PID_HIGH], row[col.PID_ANTIWINDUP] != 0.0,
+        )  # fmt: skip
+        if not math.isfinite(output):
+            output = 0.0
+        row[col.PID_OUTPUT] = output
+        if math.isfinite(error) and math.isfinite(rate):
+            row[col.PID_LAST], row[col.PID_INTEGRAL], row[col.PID_RATE] = error, integral, rate
+            row[col.PID_BY_ERROR], row[col.PID_BY_INTEGRAL] = by_error, by_integral
+            row[col.PID_BY_RATE] = by_rate
+    lower, upper, speed = row[col.PID_MIN], row[col.PID_MAX], row[col.PID_SPEED]
+    low, high = effort_bounds(position, velocity, row[col.PID_LIMIT], lower, upper, speed)
+    row[col.PID_APPLIED] = within(row[col.PID_OUTPUT], low, high)
+    return truncated(
+        row[col.PID_APPLIED], velocity, row[col.PID_TOP_SPEED], row[col.PID_TOP_EFFORT]
+    )

@@ -1,4 +1,4 @@
-"""Rays of lidars at the shapes of an OdeSolver's bodies, which descriptions of models have."""
+"""Rays of lidars at the shapes of bodies, which descriptions of models have."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bullet_sim.description.model import Geometry
-from bullet_sim.engine import tables
+from bullet_sim.engine.ode import tables
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.engine.quickstep.library import caster
 from bullet_sim.engine.quickstep.state import Casting
@@ -24,10 +24,10 @@ class RayShape:
     """A shape at which rays are cast.
 
     Attributes:
-        body: PyBullet's number of its model.
-        row: of the solver's bodies; -1: it never moves.
+        body: number of its body.
+        row: of its link; -1: it never moves.
         geometry: of a kind of tables.KINDS, or a plane.
-        pose: in the body, from its center of mass; in the world if it never moves.
+        pose: in the link, from its center of mass; in the world if it never moves.
         tree: of a mesh.
     """
 

@@ -1,15 +1,16 @@
-"""LumpedModel -> a URDF text that PyBullet loads safely."""
+"""URDF texts that PyBullet loads safely: of models, and of what mirrors render."""
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
-from bullet_sim.description.lump import MIN_MASS, LumpedModel, links_between, loaded_joints
-from bullet_sim.description.model import Geometry, Joint, Link
+from bullet_sim.description.lump import MIN_MASS, LumpedModel
+from bullet_sim.description.mirrors import links_between, mirrored_joints
+from bullet_sim.description.model import Geometry, Joint, Link, Shape, VisualLink
 from bullet_sim.pose import Array, Pose, Quat
 
 DEFAULT_COLOR = (0.7, 0.7, 0.7, 1.0)
@@ -39,14 +40,40 @@ def _geometry(parent: ET.Element, geometry: Geometry) -> None:
         ET.SubElement(element, "mesh", filename=geometry.path, scale=_text(geometry.scale))
 
 
-def prepared_urdf(lumped: LumpedModel, static: bool) -> str:
-    """Text for PyBullet: absolute mesh paths, every moving link with mass and inertia.
+def lumped_urdf(lumped: LumpedModel, static: bool) -> str:
+    """Text for PyBullet of what collides and moves: every link that moves with mass and inertia.
 
     Args:
         static: True: no masses, meshes collide as they are; False: meshes collide as hulls.
     """
-    robot = ET.Element("robot", name=lumped.root)
-    for link in lumped.links.values():
+    joints = (*lumped.joints, *lumped.welds, *lumped.loose)
+    between = [
+        Link(name, MIN_MASS, inertia=MIN_MASS * np.eye(3))
+        for joint in joints
+        for name in links_between(joint)
+    ]
+    return urdf_text([*lumped.links.values(), *between], mirrored_joints(lumped), static)
+
+
+def visual_urdf(links: Sequence[VisualLink], shapes: Sequence[Iterable[Shape]]) -> str:
+    """Text for PyBullet of what a mirror renders; links and joints have their rows' names.
+
+    Args:
+        shapes: of each link, as PyBullet reads them.
+    """
+    described, joints = [], []
+    for row, (link, own) in enumerate(zip(links, shapes)):
+        described.append(Link(f"{row}", MIN_MASS, inertia=MIN_MASS * np.eye(3), visuals=list(own)))
+        if link.parent >= 0:
+            names = f"{row}", link.kind, f"{link.parent}", f"{row}"
+            joints.append(Joint(*names, link.origin, link.axis))
+    return urdf_text(described, joints, static=False)
+
+
+def urdf_text(links: Iterable[Link], joints: Iterable[Joint], static: bool) -> str:
+    """Text of links and joints; see lumped_urdf()."""
+    robot = ET.Element("robot", name="model")
+    for link in links:
         element = ET.SubElement(robot, "link", name=link.name)
         _inertial(element, link, static)
         for index, shape in enumerate(link.visuals):
@@ -62,11 +89,7 @@ def prepared_urdf(lumped: LumpedModel, static: bool) -> str:
                 collision.set("concave", "yes")
             _origin(collision, shape.pose)
             _geometry(collision, shape.geometry)
-    for joint in (*lumped.joints, *lumped.welds, *lumped.loose):
-        for name in links_between(joint):
-            between = Link(name, MIN_MASS, inertia=MIN_MASS * np.eye(3))
-            _inertial(ET.SubElement(robot, "link", name=name), between, static)
-    for joint in loaded_joints(lumped):
+    for joint in joints:
         _joint(robot, joint)
     _indent(robot)  # PyBullet reads lines into a small buffer: a long line gets damaged
     return ET.tostring(robot, encoding="unicode")

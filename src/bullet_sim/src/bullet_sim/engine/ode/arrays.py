@@ -5,18 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from operator import itemgetter
-from typing import TYPE_CHECKING, Any, Callable, Tuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bullet_sim.controllers.effort_row import MAX_NOTED_STEPS
-from bullet_sim.description.lump import LumpedModel
+from bullet_sim.description.collisions import is_passable
 from bullet_sim.description.model import Gears, Joint, Link
 from bullet_sim.description.world import MAX_CONTACTS, OdeSettings
-from bullet_sim.engine import tables
-from bullet_sim.engine.ode_scene import (
-    BodyLink,
+from bullet_sim.engine.api import WORLD, BodyLink
+from bullet_sim.engine.efforts import MAX_RECORDED
+from bullet_sim.engine.ode import tables
+from bullet_sim.engine.ode.kinds import KINDS
+from bullet_sim.engine.ode.owner import Owner
+from bullet_sim.engine.ode.scene import (
     DynamicShapes,
     Solids,
     StaticShapes,
@@ -24,8 +25,7 @@ from bullet_sim.engine.ode_scene import (
     may_collide,
     pack_scene,
 )
-from bullet_sim.engine.ode_shapes import ShapeCache
-from bullet_sim.engine.passable import is_passable
+from bullet_sim.engine.ode.shapes import ShapeCache
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.engine.quickstep.state import (
     Constraints,
@@ -41,72 +41,9 @@ from bullet_sim.engine.quickstep.state import (
 from bullet_sim.pose import Array, Pose, Vec3
 
 if TYPE_CHECKING:
-    from bullet_sim.engine.engine import Engine
+    from bullet_sim.engine.ode.body import OdeBody
 
 _ALL_BITS = 0xFFFF  # collide_bitmask of what has none
-
-Measured = Callable[[Any], Tuple[float, ...]]
-
-
-@dataclass
-class DynamicModel:
-    """A model that moves.
-
-    Attributes:
-        names: of its links that move, in the order in which Gazebo creates them.
-        joints: of these links, in the same order.
-        links: name -> PyBullet's index.
-        may_sleep: it may sleep while it rests, as what has no joints does in Gazebo.
-        touching: pairs of its links that collide with each other.
-        first, first_joint: its first rows of bodies and of joints.
-        order: row of each of the engine's joints.
-        measured: gives their positions, velocities and motors' efforts of the flat table of joints.
-        frame: of the root link where the rows were put last.
-        gears: of its links that move; they have rows after those of the joints.
-    """
-
-    body: int
-    names: list[str]
-    joints: list[Joint]
-    links: Mapping[str, int]
-    shapes: LumpedModel
-    is_fixed: bool
-    may_sleep: bool
-    touching: Sequence[tuple[str, str]]
-    first: int = 0
-    first_joint: int = 0
-    order: list[int] = field(default_factory=list)
-    measured: Measured = tuple
-    frame: Pose = Pose()
-    gears: list[Gears] = field(init=False)
-
-    def __post_init__(self) -> None:
-        moving = set(self.names)
-        self.gears = [each for each in self.shapes.gears if {each.first, each.second} <= moving]
-
-    @property
-    def rows(self) -> int:
-        """How many rows of joints it has."""
-        return len(self.joints) + len(self.gears)
-
-    def link(self, row: int) -> Link:
-        """The link of a row of bodies."""
-        return self.shapes.links[self.names[row - self.first]]
-
-    def joint(self, number: int) -> Joint:
-        """The joint of a number of the engine's."""
-        return self.joints[self.order[number] - self.first_joint]
-
-
-@dataclass
-class StaticModel:
-    """A model that never moves: PyBullet's number, its link."""
-
-    body: int
-    link: Link
-
-
-WORLD: BodyLink = (-1, -1)
 
 
 @dataclass(frozen=True)
@@ -128,27 +65,25 @@ class Attachment:
 
 
 @dataclass
-class Models:
+class Contents:
     """What the arrays are built of.
 
     Attributes:
-        moving, static: models by PyBullet's number; one whose root link never moves is in both.
+        moving, immobile: bodies by their numbers; one whose root link never moves is in both.
         filtered: collide_bitmask of links that have one.
-        ghosts: bodies that touch only what never moves.
         friction: coefficients of links for which one was set.
         attached: by any key.
     """
 
-    moving: dict[int, DynamicModel] = field(default_factory=dict)
-    static: dict[int, StaticModel] = field(default_factory=dict)
+    moving: dict[int, OdeBody] = field(default_factory=dict)
+    immobile: dict[int, OdeBody] = field(default_factory=dict)
     filtered: dict[BodyLink, int] = field(default_factory=dict)
-    ghosts: set[int] = field(default_factory=set)
     friction: dict[BodyLink, float] = field(default_factory=dict)
     attached: dict[Any, Attachment] = field(default_factory=dict)
 
-    def bits_of(self, key: BodyLink) -> int:
-        """collide_bitmask of a (body, link), which touches only what shares a bit."""
-        return self.filtered.get(key, _ALL_BITS)
+    def bits_of(self, link: BodyLink) -> int:
+        """collide_bitmask of a link, which touches only what shares a bit."""
+        return self.filtered.get(link, _ALL_BITS)
 
 
 @dataclass
@@ -156,16 +91,17 @@ class Arrays:
     """What steps work with.
 
     Attributes:
-        models: PyBullet's numbers of the bodies that move and have rows here.
-        owner: (body, link) of each row of bodies.
+        models: numbers of the bodies that move and have rows here.
+        owner: the link of each row of bodies.
         rows: the other way round.
         inward: from the centers of mass to the links' frames [m].
         state, table: all numbers, as Python and as the compiled functions take them.
         attached: row of the joint of what is attached, by its key.
-        planes, known: (body, link) of planes, and of others whose contacts quickstep finds.
+        planes, known: links of planes, and of others whose contacts quickstep finds.
         watch: bodies may come close to each other or to what never moves, but for planes.
-        always: PyBullet finds contacts of each step.
+        always: the mirror finds contacts of each step.
         sleepy: there are bodies that may sleep.
+        passable: there are shapes that push nothing.
     """
 
     models: set[int]
@@ -180,6 +116,7 @@ class Arrays:
     watch: bool
     always: bool
     sleepy: bool
+    passable: bool
 
 
 @dataclass
@@ -187,7 +124,7 @@ class SystemRows:
     """Rows of bodies and joints.
 
     Attributes:
-        owner: (body, link) of each row of bodies.
+        owner: the link of each row of bodies.
         bodies, joints, types: rows of System.
         touching: pairs of bodies that collide in their model.
         attached: pairs of bodies that are attached to each other, and so do not collide.
@@ -259,12 +196,12 @@ class ArrayBuilder:
     """
 
     def __init__(
-        self, engine: Engine, shapes: ShapeCache, settings: OdeSettings, models: Models
+        self, engine: Owner, shapes: ShapeCache, settings: OdeSettings, contents: Contents
     ) -> None:
         self._engine, self._cache = engine, shapes
-        self._settings, self._models = settings, models
+        self._settings, self._contents = settings, contents
         self._system, self._shapes = SystemRows(), DynamicShapes()
-        self._placed: list[tuple[DynamicModel, int, int, list[int], Measured]] = []  # and its rows
+        self._placed: list[tuple[OdeBody, int, int]] = []  # and its first rows
         self._attached: dict[Any, int] = {}
 
     def build(self, numbers: Array, gravity: Array) -> Arrays:
@@ -273,21 +210,19 @@ class ArrayBuilder:
         Args:
             numbers, gravity: settings of the solver, shared with the arrays.
         """
-        models, system = self._models, self._system
-        moving, static, solids = models.moving.values(), StaticShapes(), Solids()
-        for model in moving:
-            self._add(model)
-        for key, attachment in models.attached.items():
+        contents, system = self._contents, self._system
+        moving, static, solids = contents.moving.values(), StaticShapes(), Solids()
+        for body in moving:
+            self._add(body)
+        for key, attachment in contents.attached.items():
             if attachment.is_on:
                 self._attach(key, attachment)
-        for body, immobile in models.static.items():
-            frame, mask = Pose(*self._engine.base_pose(body)), models.bits_of((body, -1))
-            static.add(body, immobile.link, frame, mask, self._cache, solids)
-        bodies = [body for body, _ in system.owner]
-        bits = np.array([models.bits_of(key) for key in system.owner], np.int64)
-        collide = may_collide(
-            bodies, self._shapes, bits, models.ghosts, system.touching, system.attached
-        )
+        for body in contents.immobile.values():
+            link = body.number, body.model.root
+            static.add(link, body.root, body.base, contents.bits_of(link), self._cache, solids)
+        bodies = [number for number, _ in system.owner]
+        bits = np.array([contents.bits_of(link) for link in system.owner], np.int64)
+        collide = may_collide(bodies, self._shapes, bits, system.touching, system.attached)
         spaces = system.spaces, system.counts
         scene = pack_scene(self._shapes, static, solids, bodies, *spaces, bits, collide)
         most = min(self._settings.max_contacts, MAX_CONTACTS)
@@ -297,17 +232,16 @@ class ArrayBuilder:
             np.minimum(table[:, column], most, out=table[:, column])
         room = capacity(self._shapes, static, most)
         state = _state(numbers, gravity, system.pack(), scene, room)
-        for model, first, first_joint, order, measured in self._placed:  # nothing can fail now
-            model.first, model.first_joint = first, first_joint
-            model.order, model.measured = order, measured
+        for body, first, first_joint in self._placed:  # nothing can fail now
+            body.use_rows(first, first_joint)
         return Arrays(
-            models=set(models.moving),
+            models=set(contents.moving),
             owner=system.owner,
             rows={key: row for row, key in enumerate(system.owner)},
             inward=[
-                tuple((-model.shapes.links[name].center).tolist())
-                for model in moving
-                for name in model.names
+                tuple((-body.model.links[name].center).tolist())
+                for body in moving
+                for name in body.names
             ],
             state=state,
             table=make_table(state),
@@ -316,30 +250,30 @@ class ArrayBuilder:
             known=static.known,
             watch=bool(static.aabbs or collide.any()),
             always=bool(self._shapes.has_unknown() and static.planes),
-            sleepy=any(model.may_sleep for model in moving),
+            sleepy=any(body.may_sleep for body in moving),
+            passable=any(body.has_passable for body in self._engine.bodies.values()),
         )
 
-    def _add(self, model: DynamicModel) -> None:
-        """Rows of a model that moves."""
-        system = self._system
+    def _add(self, body: OdeBody) -> None:
+        """Rows of a body that moves."""
+        system, links = self._system, body.model.links
         first, first_joint = len(system.bodies), len(system.joints)
-        rows = {name: first + i for i, name in enumerate(model.names)}
-        colliding = {name for name, link in model.shapes.links.items() if link.self_collide}
-        if model.touching and not colliding:  # the model says so, for all of them
-            colliding = set(model.names)
+        rows = {name: first + i for i, name in enumerate(body.names)}
+        colliding = {name for name, link in links.items() if link.self_collide}
+        if body.collisions and not colliding:  # the model says so, for all of them
+            colliding = set(body.names)
         shared = len(system.counts)
         system.counts.append(0)
-        for name in model.names:
-            link = model.shapes.links[name]
+        for name in body.names:
             space = len(system.counts) if name in colliding else shared
             system.counts += [0] * (space == len(system.counts))
-            system.counts[space] += len(link.collisions)
+            system.counts[space] += len(links[name].collisions)
             system.spaces.append(space)
-        for name in model.names:
-            link, key = model.shapes.links[name], (model.body, model.links[name])
-            friction = self._models.friction.get(key)
+        for name in body.names:
+            link, key = links[name], (body.number, name)
+            friction = self._contents.friction.get(key)
             row = tables.body_row(link, self._settings.max_speed)
-            row[q.MAY_SLEEP] = float(model.may_sleep)
+            row[q.MAY_SLEEP] = float(body.may_sleep)
             for shape in link.collisions:
                 if not is_passable(shape, link):
                     reach = self._shapes.add(rows[name], link, shape, self._cache, friction)
@@ -347,24 +281,17 @@ class ArrayBuilder:
             system.owner.append(key)
             system.bodies.append(row)
         system.touching += [
-            (rows[one], rows[two]) for one, two in model.touching if one in rows and two in rows
+            (rows[one], rows[two]) for one, two in body.collisions if one in rows and two in rows
         ]
-        for joint in model.joints:
-            system.joints.append(self._joint_row(model, joint))
-            kind = q.FIXED if joint in model.shapes.welds else _kind(joint)
+        for joint in body.tree:
+            system.joints.append(self._joint_row(body, joint))
+            kind = q.FIXED if joint.name in body.welded else KINDS[joint.kind].code
             one, two = rows.get(joint.child, -1), rows.get(joint.parent, -1)
             system.types.append((kind, one, two) if one >= 0 else (kind, two, one))
-        for gears in model.gears:
-            system.joints.append(self._gear_row(model, gears, rows))
+        for gears in body.gears:
+            system.joints.append(self._gear_row(body, gears, rows))
             system.types.append((q.GEARS, rows[gears.first], rows[gears.second]))
-        place = {joint.name: first_joint + i for i, joint in enumerate(model.joints)}
-        order = [place[name] for name in self._engine.joint_names(model.body)]
-        measured: Measured = tuple
-        if order:
-            columns = np.array((q.ANGLE, q.RATE, q.MOTOR))[:, None]
-            places = columns + q.J_SIZE * np.array(order)
-            measured = itemgetter(*places.ravel().tolist())
-        self._placed.append((model, first, first_joint, order, measured))
+        self._placed.append((body, first, first_joint))
 
     def _attach(self, key: Any, attachment: Attachment) -> None:
         """A joint of two links, of which one may never move."""
@@ -378,7 +305,7 @@ class ArrayBuilder:
         one, other = rows[child], rows.get(parent, -1)
         center = np.zeros(3)
         if other < 0 and parent != WORLD:
-            frame = Pose(*self._engine.link_motion(*parent)[:2]) * frame
+            frame = self._engine.frame_of(parent) * frame
         elif other >= 0:
             center = self._link(parent).center
             system.attached.append((one, other))
@@ -389,7 +316,7 @@ class ArrayBuilder:
         if joint is not None and joint.kind != "fixed":
             row = self._moving_row(joint, self._link(child), frame, center, at=joint.anchor)
             system.joints.append(row)
-            system.types.append((_kind(joint), one, other))
+            system.types.append((KINDS[joint.kind].code, one, other))
             return
         anchor = np.array(frame.position) - center + frame.matrix @ self._link(child).center
         row = _placed_row(frame, np.array((0.0, 0.0, 1.0)), anchor)
@@ -399,25 +326,24 @@ class ArrayBuilder:
         system.joints.append(row)
         system.types.append((q.FIXED, one, other))
 
-    def _link(self, key: BodyLink) -> Link:
-        """The link of a (body, link) that moves."""
-        model = self._models.moving[key[0]]
-        return next(model.shapes.links[name] for name in model.names if model.links[name] == key[1])
+    def _link(self, link: BodyLink) -> Link:
+        """The description of a link that moves."""
+        return self._contents.moving[link[0]].model.links[link[1]]
 
-    def _joint_row(self, model: DynamicModel, joint: Joint) -> Array:
+    def _joint_row(self, body: OdeBody, joint: Joint) -> Array:
         (child, inside), (parent, frame) = (joint.child, joint.anchor), (joint.parent, joint.origin)
-        welded, still = joint in model.shapes.welds, model.shapes.root if model.is_fixed else ""
+        links, still = body.model.links, body.model.root if body.is_fixed else ""
         if joint.closes:
             if child == still:  # the other one moves, the other way
                 (child, inside), (parent, frame) = (parent, frame), (child, inside)
                 x, y, z = joint.axis
                 joint = replace(joint, axis=(-x, -y, -z))
             frame = frame * inside.inverse()
-        link, center = model.shapes.links[child], model.shapes.links[parent].center
+        center = links[parent].center
         if parent == still:
-            frame, center = Pose(*self._engine.base_pose(model.body)) * frame, np.zeros(3)
-        at = inside if joint.closes else None
-        return self._moving_row(joint, link, frame, center, welded, at)
+            frame, center = body.base * frame, np.zeros(3)
+        at, welded = inside if joint.closes else None, joint.name in body.welded
+        return self._moving_row(joint, links[child], frame, center, welded, at)
 
     def _moving_row(
         self,
@@ -440,7 +366,7 @@ class ArrayBuilder:
         if at is not None:
             axis, place = at.matrix @ axis, np.array(at.position)
         anchor = np.array(frame.position) - center
-        if joint.kind == "prismatic" or welded:  # where the child's center is
+        if welded or KINDS[joint.kind].at_center:
             row = _placed_row(frame, axis, anchor + frame.matrix @ child.center)
         else:
             row = _placed_row(frame, axis, anchor + frame.matrix @ place)
@@ -461,9 +387,9 @@ class ArrayBuilder:
         return row
 
     @staticmethod
-    def _gear_row(model: DynamicModel, gears: Gears, rows: Mapping[str, int]) -> Array:
-        frames = {model.shapes.root: Pose()}
-        for joint in (*model.joints, *model.shapes.loose):
+    def _gear_row(body: OdeBody, gears: Gears, rows: Mapping[str, int]) -> Array:
+        frames = {body.model.root: Pose()}
+        for joint in (*body.tree, *body.model.loose):
             frames[joint.child] = frames[joint.parent] * joint.origin
         base = frames[gears.base].inverse()
         row = np.zeros(q.J_SIZE)
@@ -477,11 +403,6 @@ class ArrayBuilder:
         row[q.ERP], row[q.CFM] = _or_worlds(gears.erp), _or_worlds(gears.cfm)
         row[q.PITCH] = gears.ratio
         return row
-
-
-def _kind(joint: Joint) -> int:
-    """Kind of a joint's rows."""
-    return {"prismatic": q.SLIDER, "screw": q.SCREW}.get(joint.kind, q.HINGE)
 
 
 def _or_worlds(value: float | None) -> float:
@@ -526,7 +447,7 @@ def _state(numbers: Array, gravity: Array, system: System, scene: Scene, room: i
         islands=make_islands(count),
         marks=np.zeros((4, max(room, count + 1, movable)), np.int64),
         result=np.zeros(1, np.int64),
-        pids=np.zeros((movable, q.PID_SIZE)),
+        efforts=np.zeros((movable, q.PID_SIZE)),
         active=np.zeros(3, np.int64),
-        noted=np.zeros((MAX_NOTED_STEPS, movable)),
+        recorded=np.zeros((2 * MAX_RECORDED, movable)),
     )

@@ -1,0 +1,1 @@
+"""The engine 'ode': steps as Gazebo's ODE makes them."""

@@ -1,0 +1,49 @@
+"""What the parts of the engine 'ode' know of it: a protocol, so that imports go one way."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from bullet_sim.description.model import Joint, Link
+from bullet_sim.engine.api import BodyLink, Contact, Touch
+from bullet_sim.pose import Array, Pose
+
+
+class JointsOwner(Protocol):
+    """See body.OdeBody."""
+
+    joints: Any
+    tree: list[Joint]
+
+    def has_rows(self) -> bool: ...
+    def place(self) -> Any: ...
+    def link(self, row: int) -> Link: ...
+
+
+class Owner(Protocol):
+    """See engine.OdeEngine, which has the attributes and methods of the same names."""
+
+    bodies: Any
+    contents: Any
+    arrays: Any
+    rows: Array
+    joint_rows: Array
+    joint_numbers: Any
+    is_built: bool
+    is_ahead: bool
+    placements: int
+    time_step: float
+
+    @property
+    def mirror(self) -> Any: ...
+
+    def build(self) -> None: ...
+    def refresh(self) -> None: ...
+    def note_placed(self, body: Any) -> None: ...
+    def child_of(self, row: int) -> int: ...
+    def frame_of(self, link: BodyLink) -> Pose: ...
+    def set_bitmask(self, link: BodyLink, bits: int) -> None: ...
+    def set_friction(self, link: BodyLink, friction: float) -> None: ...
+    def set_slip(self, link: BodyLink, slip1: float, slip2: float) -> None: ...
+    def contacts_of(self, link: BodyLink) -> list[Contact]: ...
+    def touching(self, body: int) -> list[Touch]: ...
