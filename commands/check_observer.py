@@ -187,23 +187,20 @@ def controllers_of(namespace):
     return None if answer is None else [(c.name, c.type, c.state) for c in answer.controller]
 
 
-def publishers():
-    """Topic -> nodes that publish it, without those of this check."""
-    try:
-        state = rospy.get_master().getSystemState()[2][0]
-    except OSError:  # the launch has ended
-        return {}
-    ours = ("/paddock_check", f"/{REPLAY}")
-    return {topic: [node for node in nodes if not node.startswith(ours)] for topic, nodes in state}
+class Drivers:
+    """Which nodes command a model: those that send it anything but zeros.
 
+    Args:
+        topics: Those that the model's plugins and controllers subscribe to.
+    """
 
-def note_drivers(models, simulator):
-    """Notes which nodes command models: at any look, so that one that dies later is known, too."""
-    sent = publishers()
-    for model in models:
-        drivers = model.setdefault("driven_by", [])
-        nodes = {node for topic in model.get("commands", ()) for node in sent.get(topic, ())}
-        drivers += sorted(nodes - {simulator, *drivers})
+    def __init__(self, topics):
+        self.names = set()
+        self._subscribers = [rospy.Subscriber(each, rospy.AnyMsg, self._take) for each in topics]
+
+    def _take(self, message):
+        if any(message._buff):
+            self.names.add(message._connection_header["callerid"])
 
 
 def drives(node, models):
@@ -301,7 +298,7 @@ def observe(launch, seconds, replay):
         return {"simulator": False}
     found["was_paused"] = unpause(simulator)
     moving = [model for model in found["models"] if not model["static"]]
-    note_drivers(moving, simulator)
+    drivers = {model["name"]: Drivers(model["commands"]) for model in moving}
     sensors = [sensor for model in found["models"] for sensor in model["sensors"]]
     counters = {sensor["topic"]: Counter(sensor["topic"], clock) for sensor in sensors}
     wait_for_first(launch, sensors, counters)
@@ -309,14 +306,14 @@ def observe(launch, seconds, replay):
     before = {model["name"]: state_of(simulator, model["name"]) for model in moving}
     start, begin = clock.now, time.monotonic()
     while time.monotonic() - begin < seconds and launch.poll() is None:
-        time.sleep(0.5)
-        note_drivers(moving, simulator)
+        time.sleep(0.1)
     elapsed = time.monotonic() - begin
     for sensor in sensors:
         counter = counters[sensor["topic"]]
         sensor.update(count=counter.count, measured=counter.rate())
     for model in moving:
         model.update(before=before[model["name"]], after=state_of(simulator, model["name"]))
+        model["driven_by"] = sorted(drivers[model["name"]].names)
         if model["control_namespace"] is not None:
             model["controllers"] = controllers_of(model["control_namespace"])
     advanced = None if start is None or clock.now is None else clock.now - start

@@ -202,6 +202,8 @@ def notes(found):
         for package, kind in found["cannot"]
         if needs_screen(kind)
     ]
+    if found.get("stale"):
+        said.append(found["stale"])
     if found.get("was_paused"):
         said.append("the file starts the world paused; the check let it go on")
     factor = found.get("real_time_factor")

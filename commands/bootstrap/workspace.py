@@ -74,6 +74,19 @@ if not sources.library_path().is_file():  # sources with new dates may be the sa
     from bullet_sim.engine.quickstep import entries
     entries.main()
 """
+# Files for find_package(catkin), which include Debian's.
+CATKIN = {
+    "catkinConfig.cmake": """set(catkin_DIR /usr/share/catkin/cmake)
+if(CATKIN_TOPLEVEL AND NOT COMMAND catkin_workspace)
+  set(CATKIN_TOPLEVEL_FIND_PACKAGE TRUE)
+  include(${catkin_DIR}/catkinConfig.cmake NO_POLICY_SCOPE)
+  unset(CATKIN_TOPLEVEL_FIND_PACKAGE)
+else()
+  include(${catkin_DIR}/catkinConfig.cmake NO_POLICY_SCOPE)
+endif()
+""",
+    "catkinConfig-version.cmake": "include(/usr/share/catkin/cmake/catkinConfig-version.cmake)\n",
+}
 # What stand-ins make in devel/ under other names than their own.
 MAKES = {"gazebo_dev": ("gazebo",), "state_publisher": ("robot_state_publisher",)}
 _loaded = {}
@@ -339,7 +352,19 @@ def _build(step):
     left_out.save(entries)
     for line in left_out.lines(entries):
         step.note(line)
+    offer_catkin()
     write(STAMP, f"{_key(sources)}\n")
+
+
+def offer_catkin():
+    """Lets src/CMakeLists.txt of workspaces that is committed as a file find Debian's catkin.
+
+    ROS's looks in the workspaces of CMAKE_PREFIX_PATH alone, and /usr is none.
+    """
+    if ros.prefix():
+        return
+    for name, text in CATKIN.items():
+        write(os.path.join(DEVEL, "share", "catkin", "cmake", name), text)
 
 
 def _forget(name):

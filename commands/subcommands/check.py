@@ -30,12 +30,14 @@ from commands import (
 )
 from commands.check_roslaunch import TOGETHER
 from commands.errors import CommandError, UsageError, say
-from commands.paths import OUT, ROOT, VENV_PYTHON, relative
+from commands.paths import OUT, ROOT, VENV_PYTHON, read, relative
 
 USAGE = "PACKAGE FILE.launch [--json] [--seconds N] [ARG:=VALUE ...] [+ PACKAGE FILE.launch ...]"
 LAUNCH = None  # takes the arguments of any launch file
 OBSERVER = os.path.join(ROOT, "commands", "check_observer.py")
 LIMIT = 240.0  # wall time beyond the seconds of watching [s]
+
+BUILT = (("build", "CMakeCache.txt"), ("devel", ".catkin"))  # where a build says of which folder
 
 
 def add_arguments(parser):
@@ -86,6 +88,7 @@ def run(options, rest):
     missing = check_remedies.missing_packages(found)
     found["remedies"] = {name: check_remedies.for_package(name) for name in missing}
     found["companions"] = _companions(files, environ)
+    found["stale"] = built_elsewhere(_folder(options.package, environ))
     for name in ("problems", "notes", "verdict"):
         found[name] = getattr(check_verdict, name)(found)
     found["log"] = log
@@ -165,6 +168,26 @@ def _companions(files, environ):
         return {}
     checked = {(package, file) for package, file, _ in files}
     return check_companions.find(folder, environ.get("ROS_PACKAGE_PATH", ""), checked)
+
+
+def built_elsewhere(folder):
+    """A sentence where a package's workspace has the build of another machine, else None."""
+    workspace = os.path.dirname(folder)
+    while workspace != os.path.dirname(workspace):
+        marks = [os.path.join(workspace, *each) for each in BUILT]
+        text = "\n".join(map(read, marks))
+        built = re.search(
+            r"^(?:CMAKE_HOME_DIRECTORY:INTERNAL=)?(/.*)/src(?:;|$)", text, re.MULTILINE
+        )
+        if built:
+            if os.path.realpath(built[1]) == os.path.realpath(workspace):
+                return None
+            return (
+                f"the workspace {workspace} was built as {built[1]}; catkin_make builds it after "
+                f"rm -rf {workspace}/build {workspace}/devel"
+            )
+        workspace = os.path.dirname(workspace)
+    return None
 
 
 def _folder(package, environ):
