@@ -355,7 +355,7 @@ def test_bodies_meet_what_is_no_plane(world):
 def noted_searches(world, monkeypatch):
     """Times [s] at which PyBullet is asked for contacts from now on."""
     searches = []
-    contacts = world.engine._contacts
+    contacts = world.engine.last_contacts
     search = contacts.find
     monkeypatch.setattr(contacts, "find", lambda: searches.append(world.time) or search())
     return searches

@@ -73,8 +73,8 @@ def cast(world, rays):
 
 def in_bullet(world, rays, start=NEAR, end=FAR, center=CENTER):
     """Distances by PyBullet alone."""
-    bullet = getattr(world.engine, "mirror", world.engine)
-    return bullet.cast_rays(center, rays, start, end, None, False)
+    client = getattr(world.engine, "mirror", world.engine).client
+    return client.cast_rays(center, rays, start, end, None, False)
 
 
 def assert_same(world, rays=None):
@@ -189,7 +189,7 @@ def test_a_link_is_seen_whatever_its_bits(world, monkeypatch, bits, static):
     expected = seen(world, None, static)
     assert np.isfinite(expected).any()
     if world.engine.settings is not None:
-        monkeypatch.setattr(Mirror, "cast_rays", None)  # PyBullet is not asked
+        monkeypatch.setattr(Mirror, "client", None)  # PyBullet is not asked
     elif not bits:
         expected = np.full(len(expected), np.inf)
     np.testing.assert_allclose(seen(world, bits, static), expected, atol=5e-3)

@@ -164,19 +164,20 @@ class Hardware(Stateful):
 
     # commands ---------------------------------------------------------------------------------
     def command(
-        self, interface: str, joints: Sequence[JointHandle], values: Sequence[float]
+        self,
+        interface: str,
+        joints: Sequence[JointHandle],
+        values: Sequence[float],
+        is_release: bool = False,
     ) -> None:
         """Command joints until the next command, within the URDF's limits.
 
         Args:
             interface: velocity [rad/s, m/s], position [rad, m] or effort [N m, N].
+            is_release: no controller commands them any more; an emergency stop does not hold it.
         """
-        if not self.is_stopped:
-            self._command(interface, joints, values)
-
-    def _command(
-        self, interface: str, joints: Sequence[JointHandle], values: Sequence[float]
-    ) -> None:
+        if self.is_stopped and not is_release:
+            return
         by_motors, is_new = [], False
         for joint, value in zip(joints, values):
             if interface == "effort":
@@ -222,7 +223,7 @@ class Hardware(Stateful):
             if first in ("velocity", "position"):
                 handle = self._handles[name]
                 value = handle.last_position if first == "position" else 0.0
-                self._command(first, (handle,), (value,))
+                self.command(first, (handle,), (value,), is_release=True)
 
     def set_emergency_stop(self, active: bool) -> None:
         """Stop the joints, whatever controllers command, until it is no longer active.

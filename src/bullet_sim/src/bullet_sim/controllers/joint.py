@@ -208,16 +208,13 @@ class Forward(JointCommand):
             self._command = tuple(joint.position for joint in self.joints)
         else:
             self._command = (0.0,) * len(self.joints)
-        self._write()
+        self.hardware.command(self.interface, self.joints, self._command)
 
     def command(self, values: tuple[float, ...]) -> None:
         """Write a command that differs from the last."""
         if values != self._command:
             self._command = values
-            self._write()
-
-    def _write(self) -> None:
-        self.hardware.command(self.interface, self.joints, self._command)
+            self.hardware.command(self.interface, self.joints, values)
 
 
 @dataclass

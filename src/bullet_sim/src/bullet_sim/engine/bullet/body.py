@@ -317,7 +317,7 @@ class BulletBody:
             )
             other = client.link(point[2], point[4])
             contacts.append(Contact(*other, np.array(point[5]), normal, -point[8], force))
-        return contacts + self._engine.overlaps(own)
+        return contacts + self._engine.passable.overlapping(own, self._engine.bodies)
 
     def touching(self) -> list[Touch]:
         """See api.Body."""

@@ -13,7 +13,7 @@ from bullet_sim.description.collisions import self_colliding, without_overlappin
 from bullet_sim.description.lump import LumpedModel, lump
 from bullet_sim.description.model import EVERYTHING, Joint, ModelDescription
 from bullet_sim.description.world import OdeSettings
-from bullet_sim.engine.api import Body, BodyLink, Contact, EngineState
+from bullet_sim.engine.api import Body, BodyLink, EngineState
 from bullet_sim.engine.bullet import states
 from bullet_sim.engine.bullet.body import BulletBody, BulletMotor
 from bullet_sim.engine.bullet.client import Client
@@ -50,6 +50,7 @@ class BulletEngine:
         self.time_step, self.gravity = float(time_step), vector3(gravity)
         self._iterations, self.placements = int(solver_iterations), 0
         self.client = Client()
+        self.cast_rays = self.client.cast_rays  # see api.Engine
         self._start()
 
     def _start(self) -> None:
@@ -330,10 +331,6 @@ class BulletEngine:
         return {key: (one, other) for key, (joint, one, other) in held if joint >= 0}
 
     # Contacts and rays --------------------------------------------------------------------------
-    def overlaps(self, link: BodyLink) -> list[Contact]:
-        """Contacts of one link that push nothing, where the bodies are now."""
-        return self.passable.overlaps(link, lambda number: self.bodies[number].moves)
-
     def all_contacts(self) -> tuple[Array, Array, Array]:
         """See api.Engine."""
         points = [
@@ -343,18 +340,6 @@ class BulletEngine:
         ]
         places, normals, forces = zip(*points) if points else ((), (), ())
         return np.reshape(places, (-1, 3)), np.reshape(normals, (-1, 3)), np.array(forces, float)
-
-    def cast_rays(
-        self,
-        center: Array,
-        directions: Array,
-        near: float,
-        far: float,
-        own: int | None = None,
-        look_near: bool = True,
-    ) -> Array:
-        """See api.Engine."""
-        return self.client.cast_rays(center, directions, near, far, own, look_near)
 
     def mesh_scene(
         self, meshes: Sequence[tuple[int, Pose, Array]], positions: Array, orientations: Array

@@ -102,10 +102,6 @@ class Mirror:
         return was
 
     # What it is asked ---------------------------------------------------------------------------
-    def depth(self, body: OdeBody, one: str, other: str) -> float:
-        """How deep [m] two links of a body overlap; a mesh counts as its hull."""
-        return self.client.depth((body.number, one), (body.number, other))
-
     def box(self, number: int) -> Array:
         """Box (6,) around a body that never moves."""
         uid = self.client.bodies[number].uid
@@ -122,16 +118,4 @@ class Mirror:
     def overlaps(self, link: BodyLink) -> list[Contact]:
         """What a link overlaps where one of the two pushes nothing."""
         assert self.client
-        return self._passable.overlaps(link, lambda number: self._engine.bodies[number].moves)
-
-    def cast_rays(
-        self,
-        center: Array,
-        directions: Array,
-        near: float,
-        far: float,
-        own: int | None = None,
-        look_near: bool = True,
-    ) -> Array:
-        """As Engine.cast_rays."""
-        return self.client.cast_rays(center, directions, near, far, own, look_near)
+        return self._passable.overlapping(link, self._engine.bodies)

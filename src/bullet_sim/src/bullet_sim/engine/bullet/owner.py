@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
-from bullet_sim.engine.api import BodyLink, Contact
 from bullet_sim.engine.bullet.client import Client
 
 
@@ -16,6 +15,6 @@ class Owner(Protocol):
     weightless: list[Any]
     placements: int
     layout: int
+    passable: Any
 
     def note_layout(self, *event: object) -> None: ...
-    def overlaps(self, link: BodyLink) -> list[Contact]: ...

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import pybullet as p
@@ -10,7 +10,7 @@ import pybullet as p
 from bullet_sim.description.collisions import is_passable
 from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.model import Shape
-from bullet_sim.engine.api import BodyLink, Contact
+from bullet_sim.engine.api import Body, BodyLink, Contact
 from bullet_sim.engine.bullet.client import Client
 from bullet_sim.engine.ode import tables
 from bullet_sim.pose import Array, Pose, Vec3
@@ -51,20 +51,20 @@ class Passable:
         self._masks = {link: mask for link, mask in self._masks.items() if link[0] != number}
         self._shapes = {link: some for link, some in self._shapes.items() if link[0] != number}
 
-    def overlaps(self, link: BodyLink, moves: Callable[[int], bool]) -> list[Contact]:
+    def overlapping(self, link: BodyLink, bodies: Mapping[int, Body]) -> list[Contact]:
         """What a link overlaps where one of the two is passable, at its deepest point of each.
 
         PyBullet's bodies have to be where they are.
 
         Args:
-            moves: whether a body can move; two that cannot are not looked at.
+            bodies: by their numbers; two that cannot move are not looked at.
         """
-        return list(self._overlaps(link, moves)) if self._shapes else []
+        return list(self._overlaps(link, bodies)) if self._shapes else []
 
-    def _overlaps(self, own: BodyLink, moves: Callable[[int], bool]) -> Iterator[Contact]:
+    def _overlaps(self, own: BodyLink, bodies: Mapping[int, Body]) -> Iterator[Contact]:
         low, high = self._box(own)
         for other in self._links() if own in self._shapes else list(self._shapes):
-            if other[0] == own[0] or not (moves(own[0]) or moves(other[0])):
+            if other[0] == own[0] or not (bodies[own[0]].moves or bodies[other[0]].moves):
                 continue
             shared = self._masks.get(own, 1) & self._masks.get(other, 1)
             below, above = self._box(other)

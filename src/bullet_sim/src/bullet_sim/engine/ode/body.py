@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import itemgetter
 from typing import Any, Callable, Tuple
@@ -288,8 +288,7 @@ class OdeBody:
 
     def place_link(self, link: str, pose: Pose, linear: Vector, angular: Vector) -> None:
         """See api.Body; one that is fixed to the world takes the others along."""
-        self._engine.refresh()
-        row = self._engine.arrays.rows.get((self.number, link))
+        row = self._row(link)
         if row is None:
             self.set_pose(pose.position, pose.orientation)
             return
@@ -461,15 +460,16 @@ class OdeBody:
         row = self._row(link)
         if row is not None:
             self.wake()
-            arm = np.subtract(point, row[q.POS : q.POS + 3])
-            row[q.FORCE : q.FORCE + 3] += force
-            row[q.FORCE + 3 : q.FORCE + 6] += np.add(torque, np.cross(arm, force))
+            numbers = self._engine.rows[row]
+            arm = np.subtract(point, numbers[q.POS : q.POS + 3])
+            numbers[q.FORCE : q.FORCE + 3] += force
+            numbers[q.FORCE + 3 : q.FORCE + 6] += np.add(torque, np.cross(arm, force))
 
-    def _row(self, link: str) -> Array | None:
+    def _row(self, link: str) -> int | None:
         """The row of a link; None: it is fixed to the world."""
         self._engine.refresh()
-        row = self._engine.arrays.rows.get((self.number, link))
-        return None if row is None else self._engine.rows[row]
+        row: int | None = self._engine.arrays.rows.get((self.number, link))
+        return row
 
     def wake(self) -> None:
         """Let it be awake."""
@@ -494,7 +494,7 @@ class OdeBody:
             self.wake()
             described = self.model.links[link]
             described.mass, described.inertia = mass, inertia
-            tables.set_inertia(row, mass, inertia)
+            tables.set_inertia(self._engine.rows[row], mass, inertia)
 
     def set_gravity(self, link: str, is_on: bool, mass: float, center: Vector) -> None:
         """See api.Body."""
@@ -502,25 +502,50 @@ class OdeBody:
         if row is not None:
             self.wake()
             self.model.links[link].gravity = is_on
-            row[q.GRAVITY] = float(is_on)
+            self._engine.rows[row, q.GRAVITY] = float(is_on)
 
     def set_friction(self, link: str, friction: float) -> None:
         """See api.Body; a pair of links has the smaller ones of both."""
-        self._engine.set_friction((self.number, link), friction)
+        engine = self._engine
+        engine.contents.friction[self.number, link], engine.is_built = friction, False
 
     def set_slip(self, link: str, slip1: float, slip2: float) -> None:
-        """See api.Body."""
-        self._engine.set_slip((self.number, link), slip1, slip2)
+        """See api.Body; until the arrays are built again."""
+        row = self._row(link)
+        if row is None:
+            return
+        scene = self._engine.arrays.state.scene
+        for shape in np.flatnonzero(scene.kinds[:, 0] == row):
+            scene.shapes[shape, q.G_SLIP : q.G_SLIP + 2] = slip1, slip2
+            solid = scene.solid_of[shape]
+            if solid >= 0:
+                scene.faces[solid, q.P_SLIP : q.P_SLIP + 2] = slip1, slip2
 
     def set_bitmask(self, link: str, bits: int) -> None:
         """See api.Body."""
-        self._engine.set_bitmask((self.number, link), bits)
+        engine, key = self._engine, (self.number, link)
+        engine.contents.filtered[key], engine.is_built = bits, False
+        engine.note_layout("mask", *key)
+        if engine.has_mirror:
+            engine.mirror.set_bitmask(key, bits)
 
     # Contacts -----------------------------------------------------------------------------------
     def contacts(self, link: str) -> list[Contact]:
-        """See api.Body; in ODE's order, then those that push nothing."""
-        return self._engine.contacts_of((self.number, link))
+        """See api.Body; in ODE's order, then what it overlaps that pushes nothing."""
+        own, last = (self.number, link), self._engine.last_contacts
+        contacts = last.of_link(own)
+        firsts = {
+            other: last.is_first(own, other)
+            for other in {(contact.body, contact.link) for contact in contacts}
+        }
+        contacts = [replace(c, is_first=firsts[c.body, c.link]) for c in contacts]
+        if self._engine.arrays.passable:
+            contacts += self._engine.mirror.overlaps(own)
+        return contacts
 
     def touching(self) -> list[Touch]:
         """See api.Body."""
-        return self._engine.touching(self.number)
+        return [
+            Touch(link, contact.body, contact.link, float(contact.force @ contact.normal))
+            for link, contact in self._engine.last_contacts.of_body(self.number)
+        ]

@@ -19,7 +19,7 @@ from bullet_sim.description.collisions import self_colliding, without_overlappin
 from bullet_sim.description.lump import LumpedModel, as_printed, lump
 from bullet_sim.description.model import EVERYTHING, Joint, ModelDescription
 from bullet_sim.description.world import OdeSettings
-from bullet_sim.engine.api import WORLD, Body, BodyLink, Contact, EngineState, Touch
+from bullet_sim.engine.api import WORLD, Body, BodyLink, EngineState
 from bullet_sim.engine.efforts import MAX_RECORDED, EffortRow
 from bullet_sim.engine.ode.arrays import ArrayBuilder, Attachment, Contents
 from bullet_sim.engine.ode.body import OdeBody
@@ -44,7 +44,8 @@ class OdeEngine:
         rows, joint_rows: of the bodies' links and joints, see quickstep/layout.py.
         joint_numbers: the latter as a flat memory view: a few numbers of it are read and written
             faster so, and without giving up Python's lock.
-        arrays: all that steps work with.
+        arrays, contents: all that steps work with, and what it is built of.
+        last_contacts: of the last step.
         is_built: the arrays have all that is there now.
         is_ahead: bodies are not where the mirror has them.
         unlocked: let other threads of Python run during steps: where each has a world of its own.
@@ -72,9 +73,14 @@ class OdeEngine:
 
         return Mirror(self)
 
+    @property
+    def has_mirror(self) -> bool:
+        """Whether something has needed the mirror."""
+        return "mirror" in vars(self)
+
     def _drop_mirror(self) -> None:
         """Go on without a mirror, whose contacts would start anew."""
-        if "mirror" in vars(self):
+        if self.has_mirror:
             self.mirror.close()
             del self.mirror
 
@@ -129,7 +135,7 @@ class OdeEngine:
         self.is_ahead = self.is_built = False
         self._placed: set[OdeBody] = set()  # bodies whose rows are not where they were put
         self.contents = Contents()
-        self._contacts = Contacts(self)
+        self.last_contacts = Contacts(self)
         self._build_arrays()
 
     # Bodies -------------------------------------------------------------------------------------
@@ -145,9 +151,9 @@ class OdeEngine:
         self.note_layout("add", number, len(body.links))
         body.collisions = without_overlapping_hulls(
             self_colliding(description, model), description, model,
-            lambda one, other: self.mirror.depth(body, one, other),
+            lambda one, other: self.mirror.client.depth((number, one), (number, other)),
         )  # fmt: skip
-        if "mirror" in vars(self):
+        if self.has_mirror:
             self.mirror.remove(body)  # which did not know yet what collides
         if not body.is_static:
             self.contents.moving[number] = body
@@ -158,7 +164,7 @@ class OdeEngine:
         self.note_placed(body)
         for name, link in model.links.items():
             if link.surface.bitmask != EVERYTHING:
-                self.set_bitmask((number, name), link.surface.bitmask)
+                body.set_bitmask(name, link.surface.bitmask)
         return body
 
     def remove(self, body: Body) -> None:
@@ -177,7 +183,7 @@ class OdeEngine:
         for of_links in (contents.filtered, contents.friction):
             for link in [link for link in of_links if link[0] == number]:
                 del of_links[link]
-        if "mirror" in vars(self):
+        if self.has_mirror:
             self.mirror.remove(removed)
         self.note_layout("remove", number)
 
@@ -189,35 +195,11 @@ class OdeEngine:
         """A body has a placement: it is put there before the next step."""
         self._placed.add(body)
         self.is_ahead = True
-        if "mirror" in vars(self):
+        if self.has_mirror:
             self.mirror.note_placed(body)
         if body.is_fixed:
             self._wake_all()
             self.is_built = False  # planes and boxes
-
-    def set_bitmask(self, link: BodyLink, bits: int) -> None:
-        """Let a link touch only what shares a bit (of 16) with it."""
-        self.contents.filtered[link], self.is_built = bits, False
-        if "mirror" in vars(self):
-            self.mirror.set_bitmask(link, bits)
-        self.note_layout("mask", *link)
-
-    def set_friction(self, link: BodyLink, friction: float) -> None:
-        """Set both coefficients of all shapes of a link."""
-        self.contents.friction[link], self.is_built = friction, False
-
-    def set_slip(self, link: BodyLink, slip1: float, slip2: float) -> None:
-        """Set slip1 and slip2 of all shapes of a link, until the arrays are built again."""
-        self.refresh()
-        row = self.arrays.rows.get(link)
-        if row is None:
-            return
-        scene = self.arrays.state.scene
-        for shape in np.flatnonzero(scene.kinds[:, 0] == row):
-            scene.shapes[shape, q.G_SLIP : q.G_SLIP + 2] = slip1, slip2
-            solid = scene.solid_of[shape]
-            if solid >= 0:
-                scene.faces[solid, q.P_SLIP : q.P_SLIP + 2] = slip1, slip2
 
     def _wake_all(self) -> None:
         for body in self.contents.moving.values():
@@ -262,7 +244,7 @@ class OdeEngine:
         self.arrays = arrays = builder.build(self._numbers, self._gravity)
         self.rows, self.joint_rows = arrays.state.system.bodies, arrays.state.system.joints
         self.joint_numbers: Any = memoryview(self.joint_rows.reshape(-1))
-        self._contacts.use(arrays)
+        self.last_contacts.use(arrays)
         self._rays: tuple[RayScene, bool] | None = None
         self._sort()
 
@@ -290,7 +272,7 @@ class OdeEngine:
             "joints": {n: body.joint_rows.copy() for n, body in moving.items()},
             "applied": {n: [each.applied for each in body.motors] for n, body in moving.items()},
             "held": self._attached_rows().copy(),
-            "sleepers": self._contacts.sleepers,
+            "sleepers": self.last_contacts.sleepers,
             "attached": dict(self.contents.attached),
         }
         return EngineState(self.layout, False, data)
@@ -312,7 +294,7 @@ class OdeEngine:
                 motor.applied = applied
         self._attached_rows()[:] = state["held"]
         self._sort()
-        self._contacts.restore(state["sleepers"])
+        self.last_contacts.restore(state["sleepers"])
         self.is_ahead = True
         return saved.layout == self.layout
 
@@ -333,10 +315,10 @@ class OdeEngine:
         state.active[:] = len(efforts), records, 0
         try:
             while left > 0:
-                given = self._contacts.find() if self.arrays.always else -1
+                given = self.last_contacts.find() if self.arrays.always else -1
                 left -= self._advance(1 if given >= 0 else left, given)
                 if left > 0 and self.arrays.watch and not self.arrays.always:
-                    left -= self._advance(1, self._contacts.find())
+                    left -= self._advance(1, self.last_contacts.find())
         finally:
             state.active[:2] = 0
         for numbers, effort in zip(state.efforts[: len(efforts)].tolist(), efforts):
@@ -360,7 +342,7 @@ class OdeEngine:
         numbers = count, given, step, iterations, arrays.watch, arrays.sleepy
         done: int = advance(*numbers, arrays.table, unlocked=self.unlocked)
         if arrays.sleepy:
-            self._contacts.note_sleepers()
+            self.last_contacts.note_sleepers()
         return done
 
     def _end_threads(self) -> None:
@@ -431,29 +413,11 @@ class OdeEngine:
         return {key: (a.parent, a.child) for key, a in held if a.is_on and a.joint is None}
 
     # Contacts -----------------------------------------------------------------------------------
-    def contacts_of(self, link: BodyLink) -> list[Contact]:
-        """Contacts of one link as of the last step, in ODE's order, and what it overlaps that
-        pushes nothing."""
-        contacts = self._contacts.of_link(link)
-        firsts = {
-            other: self._contacts.is_first(link, other)
-            for other in {(contact.body, contact.link) for contact in contacts}
-        }
-        contacts = [replace(c, is_first=firsts[c.body, c.link]) for c in contacts]
-        return contacts + self.mirror.overlaps(link) if self.arrays.passable else contacts
-
-    def touching(self, body: int) -> list[Touch]:
-        """Pairs of links of a body and of others in contact as of the last step."""
-        return [
-            Touch(link, contact.body, contact.link, float(contact.force @ contact.normal))
-            for link, contact in self._contacts.of_body(body)
-        ]
-
     def all_contacts(self) -> tuple[Array, Array, Array]:
         """See api.Engine."""
         points = [
             (point, normal, float(np.dot(force, normal)))
-            for _, _, point, normal, _, force in self._contacts.last()
+            for _, _, point, normal, _, force in self.last_contacts.last()
         ]
         places, normals, forces = zip(*points) if points else ((), (), ())
         return np.reshape(places, (-1, 3)), np.reshape(normals, (-1, 3)), np.array(forces, float)
@@ -473,7 +437,8 @@ class OdeEngine:
         ranges = scene.cast(center, directions, near, far, own, look_near)
         if is_whole:
             return ranges
-        others = self.mirror.cast_rays(center, directions, near, far, own, look_near)
+        client = self.mirror.client
+        others = client.cast_rays(center, directions, near, far, own, look_near)
         return np.minimum(ranges, others)
 
     def _ray_scene(self) -> tuple[RayScene, bool]:
