@@ -3,10 +3,11 @@
 import subprocess
 
 import pytest
-from environment_rig import PLAIN, by_hand, by_run
+from environment_rig import PLAIN, SOURCE, by_run, variables
 from run_rig import PATIENCE, ROOT, run, write_manifest
 
 from commands.bootstrap import ros, workspace
+from commands.environment import LEFT_OUT
 
 # What is in front of PATH, and where packages are: a ROS that is not Debian's names its folder.
 FIRST = f"{ROOT}/.venv/bin:" if workspace.in_ros("xacro") else f"{ROOT}/src/standins/xacro:"
@@ -27,32 +28,46 @@ def other_workspace(folder):
     }
 
 
+def by_hand(environ):
+    """The variables that sourcing devel/setup.bash leaves, but for those that ./run adds to."""
+    environ = {name: value for name, value in environ.items() if name not in LEFT_OUT}
+    done = subprocess.run(["/bin/bash", "-c", SOURCE], env=environ, timeout=PATIENCE,
+                          capture_output=True, text=True, check=False)  # fmt: skip
+    added = ("PATH", "PYTHONPATH", "ROS_PACKAGE_PATH")
+    return {name: value for name, value in variables(done).items() if name not in added}
+
+
 @pytest.mark.parametrize(
-    "extra",
+    "extra, own",
     [
-        {},
-        {"PATH": "/opt/mine:/usr/bin:/bin", "PYTHONHOME": "/opt", "CONDA_PREFIX": "/opt"},
-        {"LD_LIBRARY_PATH": "/opt/lib:", "PYTHONPATH": "/opt/a:/opt/b", "PKG_CONFIG_PATH": "/opt"},
-        {"CMAKE_PREFIX_PATH": "/usr", "ROS_PACKAGE_PATH": ""},
-        {"CMAKE_PREFIX_PATH": "/nonexistent", "LD_LIBRARY_PATH": "/nonexistent/lib:/opt/lib"},
-        {"ROS_MASTER_URI": "http://somewhere:1234", "ROS_IP": "10.0.0.1", "ROS_LOG_DIR": "/tmp/x"},
-        {"ROS_HOSTNAME": "somewhere", "LANG": "C"},
-        {"LC_ALL": "C", "LANG": "C"},
-        {"LC_CTYPE": "C.UTF-8"},
+        ({}, {"LANG": "C.UTF-8", "ROS_IP": "127.0.0.1", "VIRTUAL_ENV": f"{ROOT}/.venv",
+              "ROS_LOG_DIR": f"{ROOT}/.cache/ros", "PYTHONNOUSERSITE": "1",
+              "OPENBLAS_NUM_THREADS": "1", "PADDOCK_ROOT": str(ROOT), "PYTHONHOME": None}),
+        ({"PATH": "/opt/mine:/usr/bin:/bin", "PYTHONHOME": "/opt", "CONDA_PREFIX": "/opt"},
+         {"PYTHONHOME": None, "CONDA_PREFIX": None}),
+        ({"LD_LIBRARY_PATH": "/opt/lib:", "PKG_CONFIG_PATH": "/opt"}, {}),
+        ({"CMAKE_PREFIX_PATH": "/nonexistent", "LD_LIBRARY_PATH": "/nonexistent/lib:/opt/lib"}, {}),
+        ({"ROS_IP": "10.0.0.1", "ROS_LOG_DIR": "/tmp/x", "LC_ALL": "C"}, {"LANG": None}),
+        ({"ROS_HOSTNAME": "somewhere", "LANG": "C", "LC_CTYPE": "C.UTF-8"}, {"ROS_IP": None}),
     ],
 )  # fmt: skip
-def test_as_by_hand(extra):
+def test_as_by_hand(extra, own):
     environ = {**PLAIN, **extra}
-    assert by_run(ROOT, environ) == by_hand(ROOT, environ)
+    found = by_run(ROOT, environ)
+    for name, value in {**by_hand(environ), **own}.items():
+        assert found.get(name) == value, name
 
 
-def test_as_by_hand_after_another_workspace(tmp_path):
-    environ = {**PLAIN, **other_workspace(tmp_path)}
-    found, expected = by_run(ROOT, environ), by_hand(ROOT, environ)
-    assert found.pop("ROS_PACKAGE_PATH") == f"{PACKAGES}:/opt/packages"
-    expected.pop("ROS_PACKAGE_PATH")
-    assert found == expected
+def test_a_master_that_is_named_stays():
+    environ = {**PLAIN, "ROS_MASTER_URI": "http://somewhere:1234"}
+    assert by_run(ROOT, environ)["ROS_MASTER_URI"] == "http://somewhere:1234"
+
+
+def test_another_workspace_is_left(tmp_path):
+    found = by_run(ROOT, {**PLAIN, **other_workspace(tmp_path)})
+    assert found["ROS_PACKAGE_PATH"] == f"{PACKAGES}:/opt/packages"
     assert found["PYTHONPATH"].endswith(f"dist-packages:/opt/python:{ROOT}/config/python")
+    assert found["LD_LIBRARY_PATH"].endswith(":/opt/lib")
     assert str(tmp_path) not in " ".join(found.values())
 
 
