@@ -1,6 +1,9 @@
 """Training itself: it learns, keeps what it has, goes on, survives dead workers."""
 
+import io
 import os
+import pickle
+import random
 import signal
 import time
 import warnings
@@ -10,6 +13,7 @@ import gymnasium
 import numpy as np
 import pytest
 from paddock_gym.envs.deepracer import DeepRacerEnv
+from paddock_gym.errors import GymError
 from paddock_gym.policy.description import PolicyDescription
 from paddock_gym.policy.onnx_policy import OnnxPolicy
 
@@ -18,7 +22,7 @@ import paddock_gym
 EXAMPLES = Path(__file__).resolve().parents[2] / "src" / "paddock_gym" / "examples"
 FILES = {
     "best_lap.mp4",
-    "checkpoint.zip",
+    "checkpoint.npz",
     "episodes.csv",
     "heat_map.png",
     "laps.png",
@@ -109,6 +113,61 @@ def test_rewards_in_a_published_style_train_as_they_are(training, reward):
     )
     assert 2048 <= report["steps"] < 4096  # whole runs up to the update after the last step
     assert 0 < len((training.folder / "episodes.csv").read_text().splitlines())
+
+
+class Command:
+    """Makes a folder when it is unpickled."""
+
+    def __init__(self, folder):
+        self._folder = folder
+
+    def __reduce__(self):
+        return os.mkdir, (str(self._folder),)
+
+
+def small_model(seed):
+    from stable_baselines3 import PPO
+
+    return PPO("MlpPolicy", "Pendulum-v1", n_steps=64, batch_size=32, device="cpu", seed=seed)
+
+
+def test_nothing_of_a_folder_from_elsewhere_is_executed(tmp_path):
+    """A checkpoint was a pickle, which executes what it says."""
+    from paddock_gym.training import checkpoint
+
+    model, path, sign = small_model(1), tmp_path / "checkpoint.npz", tmp_path / "executed"
+    checkpoint.save(model, str(path))
+    whole, stream = path.read_bytes(), io.BytesIO()
+    np.savez(stream, about=np.array([Command(sign)], object))
+    for content in (stream.getvalue(), pickle.dumps(Command(sign)), whole[:2000], b"", b"PK"):
+        path.write_bytes(content)
+        with pytest.raises(GymError, match="checkpoint.npz cannot be read"):
+            checkpoint.restore(model, str(path))
+        assert not sign.exists()
+    path.rename(tmp_path / "checkpoint.zip")
+    with pytest.raises(GymError, match="is of an earlier version and is not read"):
+        checkpoint.restore(model, str(path))
+
+
+def test_a_training_continues_with_the_same_numbers(tmp_path):
+    """Saved and restored into a new model: weights, optimizer, counters, random states."""
+    import torch
+    from paddock_gym.training import checkpoint
+
+    one, path = small_model(1), tmp_path / "checkpoint.npz"
+    one.learn(128)
+    checkpoint.save(one, str(path))
+    drawn = np.random.rand(), random.random(), torch.rand(1).item()
+    other = small_model(2)
+    checkpoint.restore(other, str(path))
+    assert (np.random.rand(), random.random(), torch.rand(1).item()) == drawn
+    assert other.num_timesteps == 128 and other._n_updates == one._n_updates
+    for mine, its in zip(one.policy.parameters(), other.policy.parameters()):
+        assert torch.equal(mine, its)
+    before, after = (each.policy.optimizer.state_dict()["state"] for each in (one, other))
+    assert before.keys() == after.keys()
+    for number, values in before.items():
+        assert all(torch.equal(value, after[number][key]) for key, value in values.items())
 
 
 def test_ctrl_c_keeps_everything_and_resume_goes_on(training):

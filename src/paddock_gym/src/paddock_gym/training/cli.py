@@ -19,6 +19,8 @@ def main(arguments=None):
     folder, resume, ray = table.pop("folder"), table.pop("resume"), table.pop("ray", None)
     try:
         settings = prepared(table, folder, resume)
+        if resume and settings.reward != "progress":
+            log(f"train: executes the reward of {settings.reward}, as the folder's {FILE} says")
         from paddock_gym.training.learn import train
 
         report = train(settings, folder, resume, log, ray)

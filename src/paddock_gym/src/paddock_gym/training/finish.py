@@ -1,9 +1,9 @@
 """The end of a training: the better of two policies, its report and its plots."""
 
+import copy
 import os
 
 import numpy as np
-from stable_baselines3 import PPO
 
 from paddock_gym.contract.actions import Continuous
 from paddock_gym.course import LAP
@@ -14,7 +14,7 @@ from paddock_gym.evaluation.laps import FIRST_SEED, PolicyDriver, drive, film_la
 from paddock_gym.ids import BACKING
 from paddock_gym.policy.description import PolicyDescription
 from paddock_gym.policy.export import export
-from paddock_gym.training import monitor
+from paddock_gym.training import checkpoint, monitor
 from paddock_gym.training.examination import STARTS
 
 POLICY, FILM, REPLAY = "policy.onnx", "best_lap.mp4", "replay.html"
@@ -29,7 +29,7 @@ def finish(settings, folder, model):
     """Write the better policy, its evaluation and plots; returns its part of the report.
 
     Args:
-        model: PPO as it is after the last step; the best one so far is in best.zip.
+        model: PPO as it is after the last step; the best one so far is in best.npz.
     """
     work = _finish_backing if settings.env == BACKING else _finish_laps
     rows = monitor.episodes(folder)
@@ -126,13 +126,14 @@ def _write_better(folder, model, env, description, evaluate):
         evaluate: function of a policy's path: (score, runs).
     """
     best = os.path.join(folder, monitor.BEST)
-    candidates = {"last": model}
+    candidates = {"last": model.policy}
     if os.path.exists(best):
-        candidates["best"] = PPO.load(best, device="cpu")
+        candidates["best"] = copy.deepcopy(model.policy)
+        checkpoint.load_policy(candidates["best"], best)
     better = None
     for name, candidate in candidates.items():
         path = os.path.join(folder, f"{name}.onnx")
-        export(candidate.policy, env.observation_space, description, path)
+        export(candidate, env.observation_space, description, path)
         score, runs = evaluate(path)
         if better is None or score > better[0]:
             better = score, path, runs

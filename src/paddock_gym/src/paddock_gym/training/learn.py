@@ -48,7 +48,7 @@ def train(settings, folder, resume=False, log=print, ray=None):
             model.learn(
                 max(0, settings.steps - already), callback=monitor, reset_num_timesteps=not resume
             )
-        checkpoint.save(model, folder)
+        checkpoint.save(model, os.path.join(folder, checkpoint.FILE))
         seconds = time.monotonic() - started_at
         lost = workers.lost
     finally:
@@ -86,15 +86,6 @@ def _workers(settings, folder, address, log):
 
 def _model(settings, folder, workers, resume):
     """The PPO of a training, new or from its checkpoint."""
-    if resume:
-        model = algorithm.of(settings, workers).load(
-            os.path.join(folder, checkpoint.FILE), env=workers, device="cpu"
-        )
-        workers.seed(
-            settings.seed + model.num_timesteps
-        )  # other starts than those of the first part
-        checkpoint.restore_random_state(folder)
-        return model
     names = settings.observation
     network = {
         "log_std_init": INITIAL_DEVIATION,
@@ -105,6 +96,10 @@ def _model(settings, folder, workers, resume):
     if len(names) > 1:
         policy = "MultiInputPolicy"
     arguments = settings.algorithm(not isinstance(workers, (Threads, Workers)))
-    return algorithm.of(settings, workers)(
+    model = algorithm.of(settings, workers)(
         policy, workers, seed=settings.seed, device="cpu", policy_kwargs=network, **arguments
     )
+    if resume:
+        checkpoint.restore(model, os.path.join(folder, checkpoint.FILE))
+        workers.seed(settings.seed + model.num_timesteps)  # other starts than those until then
+    return model

@@ -13,7 +13,7 @@ from track_model.plots import draw_ground
 from paddock_gym.course import LAP
 from paddock_gym.errors import RewardError
 from paddock_gym.evaluation import plots
-from paddock_gym.training.checkpoint import save
+from paddock_gym.training.checkpoint import FILE, save
 from paddock_gym.training.examination import all_laps
 from paddock_gym.training.worker import LOGGED_KEYS, LOST
 
@@ -21,7 +21,7 @@ RECENT = 40  # runs of a success rate
 PROMISING = 1  # laps among them before the policy is examined
 PRINT_PERIOD = 5.0  # [s] of wall time
 CHECKPOINT_PERIOD = 30.0  # [s] of wall time
-EPISODES, BEST = "episodes.csv", "best.zip"
+EPISODES, BEST = "episodes.csv", "best.npz"
 COLUMNS = ("step", "wall_time", "reward", "length", *LOGGED_KEYS)
 
 
@@ -45,10 +45,12 @@ class TrainingMonitor(BaseCallback):
                  examined=False):  # fmt: skip
         super().__init__()
         self._good, self._noun = good, noun
-        self._folder, self._steps, self._log, self._stop = folder, steps, log, stop
+        self._steps, self._log, self._stop = steps, log, stop
         self._recent, self.best = deque(maxlen=RECENT), (0, 0.0)
         self._examined, self._next, self.passed = examined, 0, False
-        self._path, self._best = (os.path.join(folder, name) for name in (EPISODES, BEST))
+        self._path, self._best, self._checkpoint = (
+            os.path.join(folder, name) for name in (EPISODES, BEST, FILE)
+        )
 
     def _on_training_start(self):
         self._started_at = self._printed = self._saved = time.monotonic()
@@ -102,10 +104,10 @@ class TrainingMonitor(BaseCallback):
         score = self.score()
         if len(self._recent) == RECENT and score > self.best:
             self.best = score
-            self.model.save(self._best)
+            save(self.model, self._best)
         if time.monotonic() - self._saved > CHECKPOINT_PERIOD:
             self._saved = time.monotonic()
-            save(self.model, self._folder)
+            save(self.model, self._checkpoint)
 
     def _on_training_end(self):
         self._stream.close()
