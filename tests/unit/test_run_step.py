@@ -15,25 +15,34 @@ import pytest
 import run_rig
 from run_rig import PATIENCE, ROOT, usual_signals
 
-# A step that runs one program, as cli would run it.
-STEP = """
-import sys
+# Steps beside each other: each runs the Python programs that a table has of it, or awaits a name.
+# The one called Speaking says itself what it does.
+BESIDE = """
+import json, sys
 sys.path.insert(0, sys.argv[1])
 from commands import cli
 from commands.bootstrap import step
 step.LOGS, step.EVERY, step.GRACE = sys.argv[2], 1, 0.5
-def work(_):
-    yield [sys.executable, "-c", sys.argv[3]], {"PATH": "/usr/bin:/bin"}
-probe = step.Step(2, "Python packages", work, "Look there.", "probe")
-cli.dispatch = lambda _: step.run_beside([probe])
+def made(number, title, programs, *promises):
+    def work(self):
+        for program in programs:
+            if program.startswith("reach "):
+                self.reach(program[6:])
+            elif " " in program:
+                yield [sys.executable, "-c", program], {"PATH": "/usr/bin:/bin"}
+            else:
+                yield program
+    kind = step.SpeakingStep if title == "Speaking" else step.Step
+    return kind(number, title, work, "Look there.", title.lower(), promises, of=2)
+cli.dispatch = lambda _: step.run_beside([made(*each) for each in json.loads(sys.argv[3])])
 sys.exit(cli.main([]))
 """
 
 
-def start(folder, program):
-    """Starts a step that runs a Python program."""
+def beside(folder, *steps):
+    """Starts steps, given as (number, title, programs, *promises)."""
     return subprocess.Popen(
-        [sys.executable, "-c", STEP, str(ROOT), str(folder), program],
+        [sys.executable, "-c", BESIDE, str(ROOT), str(folder), json.dumps(steps)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -41,14 +50,19 @@ def start(folder, program):
     )
 
 
+def start(folder, program):
+    """Starts a step that runs a Python program, which has a blank in it."""
+    return beside(folder, (1, "Probe", [program]))
+
+
 def test_a_step_that_is_done(tmp_path):
     process = start(tmp_path, "import time; print('words', flush=True); time.sleep(2.5)")
     said, wrong = process.communicate(timeout=PATIENCE)
     first, *ticks, last = said.splitlines()
     assert process.returncode == 0 and wrong == ""
-    assert first == f"[2/4] Python packages ... (details in {tmp_path}/probe.log)"
-    assert any(re.fullmatch(r"\[2/4\] Python packages \.\.\. \d+ s", tick) for tick in ticks)
-    assert last.startswith("[2/4] Python packages done (") and last.endswith(" s)")
+    assert first == f"[1/2] Probe ... (details in {tmp_path}/probe.log)"
+    assert any(re.fullmatch(r"\[1/2\] Probe \.\.\. \d+ s", tick) for tick in ticks)
+    assert last.startswith("[1/2] Probe done (") and last.endswith(" s)")
     assert (tmp_path / "probe.log").read_text() == "words\n"
 
 
@@ -59,11 +73,11 @@ def test_a_step_that_fails_says_why(tmp_path):
     said, wrong = process.communicate(timeout=PATIENCE)
     assert process.returncode == 1
     head, *lines = said.splitlines()[1:]
-    assert head.startswith("[2/4] Python packages FAILED after ")
+    assert head.startswith("[1/2] Probe FAILED after ")
     assert head.endswith(f" s. The end of {tmp_path}/probe.log:")
     assert len(lines) == 20 and "    | no such thing" in lines and "    | 29" in lines
     assert wrong.splitlines() == [
-        "run: the step 'Python packages' failed",
+        "run: the step 'Probe' failed",
         "     Look there.",
         "     Then start ./run again: finished steps are skipped.",
     ]
@@ -101,11 +115,11 @@ def test_a_step_that_is_interrupted(tmp_path, number, deaf):
         assert time.monotonic() < end
 
 
-# A set-up whose step runs a program.
-LOCKED = STEP.replace(
+# The same within the lock, a file of that name.
+LOCKED = BESIDE.replace(
     "cli.dispatch = lambda _: ",
     "step.LOCK = sys.argv[2] + '/lock'\ndef dispatch(_):\n    with step.SetupLock():\n        ",
-).replace("sys.exit(", "cli.dispatch = dispatch\nsys.exit(")
+).replace("sys.exit(cli", "cli.dispatch = dispatch\nsys.exit(cli")
 
 
 def test_what_a_killed_set_up_has_left_keeps_the_lock(tmp_path):
@@ -113,7 +127,14 @@ def test_what_a_killed_set_up_has_left_keeps_the_lock(tmp_path):
     os.mkfifo(gate)
     program = f"print('here', flush=True); open({str(gate)!r}).read()"
     process = subprocess.Popen(
-        [sys.executable, "-c", LOCKED, str(ROOT), str(tmp_path), program],
+        [
+            sys.executable,
+            "-c",
+            LOCKED,
+            str(ROOT),
+            str(tmp_path),
+            json.dumps([(1, "Probe", [program])]),
+        ],
         stdout=subprocess.DEVNULL,
         preexec_fn=usual_signals,
     )
@@ -130,41 +151,6 @@ def test_what_a_killed_set_up_has_left_keeps_the_lock(tmp_path):
         finally:
             gate.write_text("")  # the program ends
         fcntl.flock(stream, fcntl.LOCK_EX)
-
-
-# Steps beside each other: each runs the Python programs that a table has of it, or awaits a name.
-# The one called Speaking says itself what it does.
-BESIDE = """
-import json, sys
-sys.path.insert(0, sys.argv[1])
-from commands import cli
-from commands.bootstrap import step
-step.LOGS, step.EVERY, step.GRACE = sys.argv[2], 1, 0.5
-def made(number, title, programs, *promises):
-    def work(self):
-        for program in programs:
-            if program.startswith("reach "):
-                self.reach(program[6:])
-            elif " " in program:
-                yield [sys.executable, "-c", program], {"PATH": "/usr/bin:/bin"}
-            else:
-                yield program
-    kind = step.SpeakingStep if title == "Speaking" else step.Step
-    return kind(number, title, work, "Look there.", title.lower(), promises, of=2)
-cli.dispatch = lambda _: step.run_beside([made(*each) for each in json.loads(sys.argv[3])])
-sys.exit(cli.main([]))
-"""
-
-
-def beside(folder, *steps):
-    """Starts steps, given as (number, title, programs, *promises)."""
-    return subprocess.Popen(
-        [sys.executable, "-c", BESIDE, str(ROOT), str(folder), json.dumps(steps)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        preexec_fn=usual_signals,
-    )
 
 
 def test_steps_run_beside_each_other_and_wait_for_what_was_promised(tmp_path):
