@@ -133,6 +133,14 @@ def wall_polygons(
     return polygons
 
 
+def placed(
+    points: tuple[tuple[float, float], ...], x: float, y: float, yaw: float
+) -> npt.NDArray[Any]:
+    """Points (n, 2) of a car, where its reference point is at a pose."""
+    rotation = np.array(((math.cos(yaw), -math.sin(yaw)), (math.sin(yaw), math.cos(yaw))))
+    return np.array(points) @ rotation.T + (x, y)
+
+
 class Referee:
     """Evaluates one car on one course."""
 
@@ -175,11 +183,10 @@ class Referee:
         events: list[str] = []
         s, lateral = self._locate(time, x, y, speed, events)
         old, rules = self.status, self.rules
-        rotation = np.array(((math.cos(yaw), -math.sin(yaw)), (math.sin(yaw), math.cos(yaw))))
-        wheels = ~self.course.contains(np.array(self.car.wheels) @ rotation.T + (x, y))
+        wheels = ~self.course.contains(placed(self.car.wheels, x, y, yaw))
         off = bool(wheels.all() if rules.off_track == "all" else wheels.any())
         off &= self.course.closed or not old.laps  # behind the finish of an open course none is
-        crashed = self._touches(np.array(self.car.corners) @ rotation.T + (x, y))
+        crashed = self._touches(placed(self.car.corners, x, y, yaw))
         wrong, stuck = self._check_progress(time)
         penalty = old.penalty
         for name, now, before, cost in (
