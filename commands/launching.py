@@ -56,6 +56,9 @@ def resolve_track(value):
     return os.path.realpath(value)
 
 
+resolve_track.complete = track_names
+
+
 def policy_names():
     """Lists the trainings that have left a policy."""
     if not os.path.isdir(TRAININGS):
@@ -82,6 +85,9 @@ def resolve_policy(value):
         return os.path.realpath(value)
     found = ", ".join(policy_names()) or "none yet: ./run train makes one"
     raise UsageError(f"policy is {value!r}; there are {found}; or the path of an .onnx file")
+
+
+resolve_policy.complete = policy_names
 
 
 def policy_settings(path):

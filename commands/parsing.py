@@ -59,6 +59,16 @@ class Parser(argparse.ArgumentParser):
         """Returns the action of an option; None if there is no such option."""
         return self._option_string_actions.get(flag)
 
+    def words(self):
+        """Lists the values that arguments without a flag can have."""
+        return [word for action in self._get_positional_actions() for word in values(action) or ()]
+
+
+def values(action):
+    """Lists the values that an argument can have, as its type or it tells; None if unknown."""
+    complete = getattr(action, "complete", getattr(getattr(action, "type", 0), "complete", 0))
+    return complete() if complete else None
+
 
 def parser_of(name, module):
     """Builds the parser of a command.
@@ -134,6 +144,7 @@ def one_of(name, choices, aliases=None):
             raise UsageError(f"{name} is {value!r}; there are {', '.join(choices)}")
         return value
 
+    read.complete = lambda: choices
     return read
 
 

@@ -41,14 +41,13 @@ class Refusal(CommandError):
 
 def add_arguments(parser):
     """Declares the suite and --check."""
-    suite = parser.add_argument(
+    parser.add_argument(
         "--suite",
         metavar="SUITE",
         default="bookworm",
         type=parsing.one_of("suite", SUITES),
         help="of Debian: bookworm (12, the default) or trixie (13)",
     )
-    suite.complete = lambda: SUITES
     parser.add_argument(
         "--check", action="store_true", help="only say whether it works here: exit status 0 or 2"
     )

@@ -12,7 +12,7 @@ import argparse
 
 from commands import launching
 from commands.cli import subcommand
-from commands.parsing import parser_of
+from commands.parsing import parser_of, values
 from commands.table import COMMANDS, DEFAULT
 
 ANY_COMMAND = "@commands"  # asks the shell for the programs on PATH
@@ -94,20 +94,18 @@ def _choices(before, word):
         return []
     module = subcommand(name)
     parser = parser_of(name, module)
-    values = _values_of_option(parser, given, word)
-    if values is not None:
-        return values
-    more = module.complete(given) if hasattr(module, "complete") else []
+    found = _values_of_option(parser, given, word)
+    if found is not None:
+        return found
+    more = [*parser.words(), *(module.complete(given) if hasattr(module, "complete") else [])]
     return [*more, *_launch_arguments(module, given, word), *_flags(parser, module, given, word)]
 
 
 def _values_of_option(parser, given, word):
     """Lists the values of the option at hand: --track ea, or --track=ea; None if it is none."""
     flag, equals, _ = word.partition("=")
-    asked = parser.option(flag if equals else given[-1] if given else "")
-    if asked is None or not hasattr(asked, "complete"):
-        return None
-    return [f"{flag}={value}" if equals else value for value in asked.complete()]
+    found = values(parser.option(flag if equals else given[-1] if given else ""))
+    return found and [f"{flag}={value}" if equals else value for value in found]
 
 
 def _flags(parser, module, given, word):

@@ -18,21 +18,19 @@ USAGE = "NAME [--track T ...] [--starts N]"
 
 def add_arguments(parser):
     """Declares policy, tracks and starts."""
-    policy = parser.add_argument(
+    parser.add_argument(
         "policy",
         metavar="NAME",
         type=launching.resolve_policy,
         help="of a training, or an .onnx file",
     )
-    policy.complete = launching.policy_names
-    track = parser.add_argument(
+    parser.add_argument(
         "--track",
         metavar="T",
         nargs="+",
         type=launching.resolve_track,
         help="as of ./run lap; several are welcome (default: the one it was trained on)",
     )
-    track.complete = launching.track_names
     parser.add_argument(
         "--starts", metavar="N", type=_starts, default=10, help="of each driver on each track (10)"
     )

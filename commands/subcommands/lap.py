@@ -25,14 +25,13 @@ ALIASES = {"slider_driver": "slider", "follow_line": "line", "pure_pursuit": "pu
 
 def add_arguments(parser):
     """Declares track, driver and starts."""
-    track = parser.add_argument(
+    parser.add_argument(
         "--track",
         default="default",
         type=launching.resolve_track,
         help="default, easy, medium, hard, or a file (YAML, .npy or .csv route)",
     )
-    track.complete = launching.track_names
-    driver = parser.add_argument(
+    parser.add_argument(
         "--driver",
         default="slider",
         type=one_of("driver", DRIVERS, ALIASES),
@@ -40,14 +39,12 @@ def add_arguments(parser):
         "alone), pursuit (odometry and center line), policy (a trained one, see --policy), buttons "
         "(roams with the window's buttons for 40 s)",
     )
-    driver.complete = lambda: DRIVERS
-    policy = parser.add_argument(
+    parser.add_argument(
         "--policy",
         metavar="NAME",
         type=launching.resolve_policy,
         help="of the driver policy: the name of a training (./run train), or an .onnx file",
     )
-    policy.complete = launching.policy_names
     parser.add_argument(
         "--starts", metavar="N", default=1, type=_starts, help="laps, each from a standing start"
     )

@@ -21,13 +21,12 @@ def add_arguments(parser):
     """Declares the options of bullet_web.bag."""
     parser.add_argument("bag", metavar="FILE.bag", help="the bag")
     parser.add_argument("--out", metavar="FILE.html", help="what to write (FILE.html)")
-    track = parser.add_argument(
+    parser.add_argument(
         "--track",
         default="default",
         type=launching.resolve_track,
         help="default, easy, medium, hard, or a file",
     )
-    track.complete = launching.track_names
     parser.add_argument("--world", metavar="FILE", type=existing_file, help="a world, not a track")
     parser.add_argument("--urdf", metavar="FILE", type=existing_file, help="the robot: URDF, xacro")
     parser.add_argument("--odometry", metavar="TOPIC", help="the topic with the robot's pose")

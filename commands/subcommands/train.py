@@ -39,23 +39,20 @@ def add_arguments(parser):
         type=parsing.folder_name,
         help="the folder (first)",
     )
-    env = add(
+    add(
         "--env",
         metavar="ENV",
         type=parsing.one_of("env", ENVS),
         help="deepracer (the default), or backing: the Cyber Truck backs its trailer along paths",
     )
-    env.complete = lambda: ENVS
-    track = add("--track", type=launching.resolve_track, help="as of ./run lap (default)")
-    track.complete = launching.track_names
-    observation = add(
+    add("--track", type=launching.resolve_track, help="as of ./run lap (default)")
+    add(
         "--observation",
         metavar="O",
         type=_listed("observation", OBSERVATIONS),
         help="state (place in the lane and motion; the default), lidar, camera; or several: "
         "state,camera",
     )
-    observation.complete = lambda: OBSERVATIONS
     add(
         "--reward",
         metavar="FILE",
@@ -74,8 +71,7 @@ def add_arguments(parser):
         type=parsing.existing_file,
         help="a hyperparameters.json: of PPO",
     )
-    race = add("--race", type=parsing.one_of("race", RACES), help=f"one of {', '.join(RACES)}")
-    race.complete = lambda: RACES
+    add("--race", type=parsing.one_of("race", RACES), help=f"one of {', '.join(RACES)}")
     add(
         "--randomize",
         metavar="WHAT",
@@ -173,6 +169,7 @@ def _listed(what, valid):
             raise UsageError(f"{what} is {value!r}; it must have each name once")
         return chosen
 
+    read.complete = lambda: valid
     return read
 
 

@@ -28,10 +28,9 @@ SHAPES = ("line", "arc", "s", "lane-change", "park")
 
 def add_arguments(parser):
     """Declares --back."""
-    back = parser.add_argument(
+    parser.add_argument(
         "--back", metavar="SHAPE", type=one_of("shape", SHAPES), help=", ".join(SHAPES)
     )
-    back.complete = lambda: SHAPES
 
 
 def run(options, rest):

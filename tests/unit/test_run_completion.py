@@ -31,6 +31,8 @@ OFFERED = {
     "./run lap --": ["--driver", "--help", "--policy", "--starts", "--track"],
     "./run lap --driver ": ["buttons", "line", "policy", "pursuit", "slider"],
     "./run lap --driver p": ["policy", "pursuit"],
+    "./run add teb_l": ["teb_local_planner"],
+    "./run cluster ": ["head", "join"],
     "./run lap --track ": ["default", "easy", "hard", "medium"],
     "./run lap --driver line --track m": ["medium"],
     "./run world track:=ha": ["hard"],
