@@ -89,7 +89,8 @@ class TwoRobots(unittest.TestCase):
         self.assertFalse({"/scan", "/odom", "/imu", "/joint_states", "/car1/shared/odom"} & topics)
 
     def test_one_drives_and_the_other_stands(self):
-        wait_until(lambda: self.spin("car2") < 0.05, "the other at rest")
+        sleep_sim(0.2)  # a command of another test has arrived
+        wait_until(lambda: math.dist(self.place("car2"), self.place("car2")) < 1e-5, "rest")
         before = self.place("car2")
         self.drive("car1", SPEED)
         sleep_sim(1.5)
