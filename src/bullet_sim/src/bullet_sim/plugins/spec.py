@@ -34,7 +34,7 @@ class PluginSpec:
     """What a plugin's element says.
 
     Attributes:
-        NAME: of a plugin without a name; empty: it has that of its link.
+        NAME: of a plugin without a name; empty: it has that of its joint or link.
         name: the plugin's or the sensor's.
         link: the root link of its model, or the link that its sensor is in.
     """
@@ -63,7 +63,8 @@ def read(spec: type[S], xml: Any, **given: Any) -> S:
         given: fields that are known already.
     """
     if issubclass(spec, PluginSpec):
-        given.setdefault("name", xml.name or spec.NAME or xml.link("bodyName"))
+        name = xml.name or spec.NAME or given.get("joint") or given.get("link")
+        given.setdefault("name", name or xml.link("bodyName"))
     for attribute in fields(spec):  # type: ignore[arg-type]
         if attribute.name not in given and _READ in attribute.metadata:
             given[attribute.name] = attribute.metadata[_READ](xml)
