@@ -39,23 +39,6 @@ class WithX(RigWithX):
         self.release("Down")
         self.hold_command(*STOP)
 
-    def test_letters_and_stop(self):
-        for key, words in (
-            ("q", "0.550 m/s"),
-            ("z", "0.495 m/s"),
-            ("w", "0.550 rad/s"),
-            ("x", "0.495 rad/s"),
-            ("r", "0.500 m/s"),
-        ):
-            self.server.key("key", key)
-            self.terminal.wait_screen(words)
-        self.press("Up", "Left")
-        self.hold_command(0.5, 0.5)
-        self.press("s")
-        self.release("s")
-        self.hold_command(*STOP)
-        self.release("Up", "Left")
-
     def test_caps_lock(self):
         self.server.key("key", "Caps_Lock")
         self.terminal.wait_screen("continuous")
