@@ -3,7 +3,7 @@
 import os
 import re
 
-from commands import check_remedies
+from commands import check_remedies, sources
 from commands.subcommands import deps
 
 # Lines of a traceback, then the exception; of a SyntaxError there is no more than the place.
@@ -52,6 +52,9 @@ def remedy(said, is_package, existing=deps.existing):
         return ""
     if is_package(module):
         return f"; package {module} is not built: ./run setup builds what is in src/"
+    added = sources.adding(module)
+    if added:  # a ROS package: PyPI may have something else of that name
+        return f"; {added}"
     name = "python3-" + module.lower().replace("_", "-")
     otherwise = f"if it is on PyPI: ./run exec python -m pip install {module}"
     return f"; {check_remedies.from_debian(lambda: existing([name])) or otherwise}"

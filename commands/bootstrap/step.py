@@ -43,17 +43,20 @@ class SetupLock:
         return self
 
     def __exit__(self, *_):
+        tell_waiting("")
         _held.remove(self._file)
         os.close(self._file)
 
     def _wait(self):
-        begin, said = time.monotonic(), False
+        begin, next_word = time.monotonic(), SILENT
         while not self._taken():
             waited = time.monotonic() - begin
-            if waited > SILENT and not said:
+            if waited > next_word:
+                step = os.pread(self._file, 200, 0).decode(errors="replace")
+                text = f"another ./run is setting up, waiting for it{step and f': {step}'}"
                 # Not to stdout, which belongs to the command: ./run exec COMMAND | ...
-                print("another ./run is setting up, waiting for it", file=sys.stderr, flush=True)
-                said = True
+                print(text, file=sys.stderr, flush=True)
+                next_word = EVERY * (waited // EVERY + 1)
             if waited > LOCK_LIMIT:
                 raise CommandError(
                     "another ./run has been setting up for half an hour",
@@ -69,6 +72,13 @@ class SetupLock:
                 raise
             return False
         return True
+
+
+def tell_waiting(text):
+    """Writes into the lock what those who wait for it are told."""
+    for file in _held[-1:]:
+        os.ftruncate(file, 0)
+        os.pwrite(file, text.encode(), 0)
 
 
 class StepFailed(Exception):
@@ -188,6 +198,7 @@ class Step:
             self.begun = time.monotonic()
             os.makedirs(LOGS, exist_ok=True)
             self._stream = open(self.log, "wb", buffering=0)
+            tell_waiting(self.title)
             if not sys.stdout.isatty():
                 say(f"{self.title} ... (details in {relative(self.log)})")
         return subprocess.Popen(

@@ -78,7 +78,8 @@ def test_two_at_once_wait_for_each_other(clone):
     with open(clone / ".cache" / "lock", "w") as stream:
         fcntl.flock(stream, fcntl.LOCK_EX)
         process = start("exec", "echo", "after", root=clone, stderr=subprocess.PIPE)
-        assert process.stderr.readline() == "another ./run is setting up, waiting for it\n"
+        said = process.stderr.readline()
+        assert said.startswith("another ./run is setting up, waiting for it"), said
         assert process.poll() is None
     said, _ = process.communicate(timeout=PATIENCE)
     assert (process.returncode, said) == (0, "after\n")

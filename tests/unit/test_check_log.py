@@ -18,6 +18,10 @@ from commands import check_log, check_python, check_roslaunch, check_verdict
         ("ModuleNotFoundError: No module named 'serial.tools' (x, line 3)", "python3-serial"),
         ("ModuleNotFoundError: No module named 'car.msg'", "package car is not built"),
         ("ModuleNotFoundError: No module named 'some_net'", "pip install some_net"),
+        (
+            "ModuleNotFoundError: No module named 'turtlesim.msg'",
+            "./run add https://github.com/ros/ros_tutorials.git#noetic-devel",
+        ),
         ("NameError: name 'speed' is not defined", ""),
     ],
 )

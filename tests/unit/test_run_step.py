@@ -8,12 +8,15 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import psutil
 import pytest
 import run_rig
 from run_rig import PATIENCE, ROOT, usual_signals
+
+from commands.bootstrap import step as bootstrap_step
 
 # Steps beside each other: each runs the Python programs that a table has of it, or awaits a name.
 # The one called Speaking says itself what it does.
@@ -212,3 +215,26 @@ def test_a_signal_ends_all_steps(tmp_path):
     assert (process.returncode, wrong) == (130, "")
     assert said.endswith("\ninterrupted; start ./run again to go on\n")
     assert not [line for line in run_rig.processes_of(tmp_path) if "1e4" in line]
+
+
+def test_who_waits_for_another_setup_is_told_which_step_it_is_in(tmp_path, monkeypatch, capfd):
+    """Once a while, as a build takes minutes: `source setup.bash` had said one line."""
+    monkeypatch.setattr(bootstrap_step, "LOCK", str(tmp_path / "lock"))
+    monkeypatch.setattr(bootstrap_step, "SILENT", 0.05)
+    monkeypatch.setattr(bootstrap_step, "EVERY", 0.2)
+
+    def enter():
+        with bootstrap_step.SetupLock():
+            pass
+
+    told, waiting = "", threading.Thread(target=enter)
+    with bootstrap_step.SetupLock():
+        bootstrap_step.tell_waiting("[3/4] Workspace")
+        waiting.start()
+        deadline = time.monotonic() + PATIENCE
+        while told.count("waiting for it: [3/4] Workspace\n") < 2 and time.monotonic() < deadline:
+            told += capfd.readouterr().err
+            time.sleep(0.05)
+    waiting.join(PATIENCE)
+    assert told.startswith("another ./run is setting up, waiting for it: [3/4] Workspace\n" * 2)
+    assert (tmp_path / "lock").read_text() == ""

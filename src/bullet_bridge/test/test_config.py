@@ -19,7 +19,18 @@ def test_defaults(monkeypatch):
     monkeypatch.delenv("PADDOCK_NICENESS", raising=False)  # which tests set
     monkeypatch.delenv("PADDOCK_SOLVER", raising=False)
     monkeypatch.delenv("PADDOCK_MISSING_PACKAGES", raising=False)
+    monkeypatch.delenv("PADDOCK_REAL_TIME_FACTOR", raising=False)
     assert parse() == Config(world_pace=True)
+
+
+def test_the_pace_of_a_launch_file_that_does_not_pass_it_on(monkeypatch):
+    monkeypatch.setenv("PADDOCK_REAL_TIME_FACTOR", "0.5")
+    config = parse()
+    assert (config.real_time_factor, config.world_pace) == (0.5, False)
+    assert parse(real_time_factor=2.0).real_time_factor == 2.0
+    monkeypatch.setenv("PADDOCK_REAL_TIME_FACTOR", "fast")
+    with pytest.raises(ValueError, match="real_time_factor is 'fast'"):
+        parse()
 
 
 WITHOUT_NUMBA = """

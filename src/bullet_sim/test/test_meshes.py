@@ -305,3 +305,23 @@ def test_images_are_found_where_gazebo_models_have_them(tmp_path, name, place):
     assert MeshFileResolver(str(folder / "m.dae")).get(name) == b"image"
     with pytest.raises(FileNotFoundError, match="red.png"):
         MeshFileResolver(str(folder / "m.dae")).get("red.png")
+
+
+def test_a_dae_whose_image_is_missing_is_told(tmp_path):
+    """It is white then, and looks as if it were meant to be."""
+    image = (
+        '<library_images><image id="i"><init_from>wood.png</init_from></image></library_images>'
+        "<library_effects>"
+    )
+    color = "<lambert><diffuse><color>1 0 0 1</color></diffuse></lambert></technique>"
+    parameters = (
+        '<newparam sid="u"><surface type="2D"><init_from>i</init_from></surface></newparam>'
+        '<newparam sid="t"><sampler2D><source>u</source></sampler2D></newparam>'
+    )
+    texture = (
+        '<lambert><diffuse><texture texture="t" texcoord="x"/></diffuse></lambert></technique>'
+    )
+    text = DAE.replace("<library_effects>", image).replace(color, texture, 1)
+    text = text.replace("<profile_COMMON>", f"<profile_COMMON>{parameters}", 1)
+    _, (warning,) = localised(tmp_path, "m.dae", text)
+    assert "m.dae' is left out" in warning and "'wood.png' is neither in" in warning

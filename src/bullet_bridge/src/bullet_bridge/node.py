@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -47,7 +47,9 @@ class Config:
 
     Attributes:
         world_file: SDF world to load; empty: an empty world.
-        real_time_factor: simulated seconds per wall second; 0: as fast as possible.
+        real_time_factor: simulated seconds per wall second; 0: as fast as possible. The default
+            is, for launch files that do not pass it on, the environment variable
+            PADDOCK_REAL_TIME_FACTOR.
         world_pace: no real_time_factor is given; that of the world file counts.
         lockstep: start paused; time advances only by /gazebo/step, which waits for all images.
         every_picture: wait for each due image, without lockstep, too; time slows down instead.
@@ -107,10 +109,15 @@ def parse_config(get: Callable[[str, Any], Any]) -> Config:
         niceness = int(niceness)
     missing = os.environ.get("PADDOCK_MISSING_PACKAGES") or Config.missing_packages
     given = {"solver": solver, "niceness": niceness, "missing_packages": missing}
+    pace: Any = os.environ.get("PADDOCK_REAL_TIME_FACTOR")
+    if pace:
+        with suppress(ValueError):  # else it is named as what it is
+            pace = float(pace)
+        given["real_time_factor"] = pace
     config = read(Config, lambda n, d: get(n, given.get(n, d)), prefix="")
     return replace(
         config,
-        world_pace=get("real_time_factor", None) is None,
+        world_pace=get("real_time_factor", None) is None and not pace,
         paused=config.paused or config.lockstep,
         clock_rate=max(0.0, config.clock_rate),
         seed=int(config.seed),

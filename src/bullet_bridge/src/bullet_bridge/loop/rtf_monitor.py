@@ -95,7 +95,7 @@ class RealTimeFactorMonitor:
             return text + (
                 f"physics and sensors need {1e3 * needed:.2g} ms of a processor for each step of "
                 f"{1e3 * time_step:g} ms. Fewer contacts or rays, a longer step, or a smaller "
-                "real_time_factor help"
+                "real_time_factor (or PADDOCK_REAL_TIME_FACTOR in the environment) help"
             )
         if waited >= (1.0 - used) * MOSTLY:
             return text + (

@@ -95,7 +95,7 @@ class MeshFileResolver:
     """Reads files for trimesh, instead of its resolver, which is limited to one folder."""
 
     def __init__(self, path: str) -> None:
-        self.errors: list[str] = []  # of unusable images, which trimesh ignores
+        self.errors: list[str] = []  # of images that are missing or damaged, which trimesh ignores
         self._folder = os.path.dirname(os.path.abspath(path))
 
     def get(self, name: str) -> bytes:
@@ -112,7 +112,10 @@ class MeshFileResolver:
             path = os.path.normpath(os.path.join(self._folder, relative))
             if os.path.isfile(path):
                 return self._read(path)
-        raise FileNotFoundError(f"'{name}' is neither in '{self._folder}' nor in its {TEXTURES}")
+        text = f"'{name}' is neither in '{self._folder}' nor in its {TEXTURES}"
+        if name.lower().endswith(IMAGES):
+            self.errors.append(text)
+        raise FileNotFoundError(text)
 
     def _read(self, path: str) -> bytes:
         with open(path, "rb") as file:
