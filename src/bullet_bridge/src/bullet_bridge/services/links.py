@@ -131,7 +131,7 @@ class LinkServices:
             properties = changes.gazebos_properties(model, link)
             if model.is_static:  # of which Gazebo has no mass
                 properties = 0.0, properties[1], np.zeros((3, 3)), False
-            return model.told.get(link, properties[:3]) + properties[3:]
+            return model.set_masses.get(link, properties[:3]) + properties[3:]
 
         mass, center, inertia, gravity = self._jobs.read(work)
         com = PoseMsg()
@@ -162,7 +162,7 @@ class LinkServices:
         def work() -> None:
             with refusing(f"SetLinkProperties: {NO_LINK}"):
                 model, link = find_link(self._world, request.link_name)
-            model.told[link] = request.mass, vector(request.com.position), np.array(inertia)
+            model.set_masses[link] = request.mass, vector(request.com.position), np.array(inertia)
             if not model.is_static:
                 changes.set_link_gravity(model, link, request.gravity_mode)
 

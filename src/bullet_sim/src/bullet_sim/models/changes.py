@@ -204,7 +204,7 @@ def link_properties(model: Model, link: str) -> tuple[float, Array, Array, bool]
     """
     model.link_in_body(link)
     part = model.rigid_parts.get(link) or model.description.links[link]
-    center = model.told[link][1] if link in model.told else part.center
+    center = model.set_masses[link][1] if link in model.set_masses else part.center
     return part.mass, center, part.inertia, part.gravity
 
 
@@ -266,7 +266,7 @@ def set_link_properties(
     weight = gravity, mass, part.center
     model.change(("gravity", link), lambda: model.body.set_gravity(link, *weight))
     part.mass, part.inertia, part.gravity = float(mass), inertia, gravity
-    model.told[link] = part.mass, told, inertia
+    model.set_masses[link] = part.mass, told, inertia
 
 
 def set_link_gravity(model: Model, link: str, gravity: bool) -> None:

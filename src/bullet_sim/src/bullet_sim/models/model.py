@@ -110,7 +110,7 @@ class Model:
         self._placements = -1  # ... as of these of the engine
         self._changes: dict[tuple[str, str], Callable[[], None]] = {}
         # mass, center of mass and inertia of links as they were set last
-        self.told: dict[str, tuple[float, Array, Array]] = {}
+        self.set_masses: dict[str, tuple[float, Array, Array]] = {}
         motion = description.motion
         self._lumped = lumped = engine.lump(description) if motion is None else lump(description)
         self._actor = None if motion is None else ActorBody(lumped, motion, clock)
