@@ -1,9 +1,12 @@
 """The clouds of livox_laser_simulation, without a ROS master."""
 
+import gzip
 import math
+import os
 
 import numpy as np
 import pytest
+from bullet_bridge.plugins import lidars
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
@@ -119,6 +122,30 @@ def test_what_is_wrong_is_told(topics, world, pattern, values, words):
     assert topics == {}
     with pytest.raises(ModelError, match=words):
         plugin(world, robot(**{"path": pattern, **values}))
+
+
+@pytest.mark.parametrize("name", ["fifo", "/dev/zero", "gz", "http://127.0.0.1:26999/p.csv"])
+def test_a_pattern_is_a_file_of_this_machine_that_is_not_too_large(tmp_path, name):
+    """A device filled the memory, a pipe held the start for ever, an address was fetched."""
+    path = name
+    if name == "fifo":
+        os.mkfifo(tmp_path / name)
+        path = str(tmp_path / name)
+    elif name == "gz":
+        path = str(tmp_path / "pattern.csv.gz")
+        with gzip.open(path, "wb", 9) as file:
+            for _ in range(100):
+                file.write(b"0.0,0.0,90.0\n" * 100_000)
+    reason = "of a livox cannot be read: file .*(no file|has more|No such)"
+    with pytest.raises(ModelError, match=reason):
+        lidars._read_pattern_of(path)
+
+
+def test_a_packed_pattern_is_read(tmp_path):
+    path = tmp_path / "pattern.csv.gz"
+    with gzip.open(path, "wt") as file:
+        file.write("time,azimuth,zenith\n" + "0,1.5,90\n" * 30_000 + "0,nan,90\n,,\n\n")
+    assert lidars._read_pattern_of(str(path)).shape == (30_000, 3)
 
 
 @pytest.mark.parametrize("tag", ["samples", "csv_file_name", "ros_topic"])

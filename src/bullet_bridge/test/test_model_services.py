@@ -81,7 +81,7 @@ class Desk:
         self.holds = []  # what is connected when the simulation is held and goes on again
         server = SimpleNamespace(
             hold=lambda: self.holds.append(list(self.robots.names)),
-            release=lambda: self.holds.append(list(self.robots.names)),
+            release=lambda _: self.holds.append(list(self.robots.names)),
         )
         self.missing = None  # package that spawn_urdf_model finds missing
         ModelServices(

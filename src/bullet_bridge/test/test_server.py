@@ -158,14 +158,13 @@ def test_the_real_time_factor_is_kept(factor):
 def test_a_held_world_makes_no_step_for_a_while(factor):
     rig = Rig(real_time_factor=factor)
     rig.run(0.5)
-    rig.server.hold()
-    rig.server.hold()
+    one, other = rig.server.hold(), rig.server.hold()
     before = rig.world.step_count
-    rig.run(1.0)
-    rig.server.release()
-    rig.run(1.0)
+    rig.run(0.5)
+    rig.server.release(one)
+    rig.run(0.5)
     assert rig.world.step_count == before
-    rig.server.release()
+    rig.server.release(other)
     rig.run(0.5)
     done = rig.world.step_count - before
     assert done == pytest.approx(500, abs=60) if factor else done > 500, "nothing is caught up"
@@ -173,15 +172,20 @@ def test_a_held_world_makes_no_step_for_a_while(factor):
     before = rig.world.step_count
     rig.run(HOLD_LIMIT + 0.5)
     assert rig.world.step_count > before, "whoever has held it does not respond"
+    later = rig.server.hold()
+    rig.server.release(later)
+    before = rig.world.step_count
+    rig.run(0.1)
+    assert rig.world.step_count > before, "nor does it hold up those who come later"
 
 
 def test_steps_on_request_wait_while_a_world_is_held():
     rig = Rig(paused=True)
-    rig.server.hold()
+    hold = rig.server.hold()
     steps = rig.server.begin_steps(5)
     rig.run(0.5)
     assert rig.world.step_count == 0
-    rig.server.release()
+    rig.server.release(hold)
     rig.run_steps(steps)
     assert rig.world.step_count == 5
 

@@ -3,6 +3,7 @@
 import os
 import resource
 import struct
+import zipfile
 import zlib
 
 import collada  # noqa: F401  # here, so that no child takes the time
@@ -11,7 +12,7 @@ import trimesh  # noqa: F401
 from bullet_sim.errors import ModelError, SimError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.meshes import prepare
+from bullet_sim.meshes import prepare, terrain
 from bullet_sim.meshes.read import MAX_PIXELS, open_image
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
@@ -230,3 +231,67 @@ def test_an_image_of_one_pixel(tmp_path):
 
     Image.new("RGB", (1, 1), (255, 0, 0)).save(tmp_path / "one.png")
     assert open_image(str(tmp_path / "one.png")).size == (1, 1)
+
+
+def with_heightmap(path):
+    """SDF text of a static model whose ground is an image."""
+    shape = f"<geometry><heightmap><uri>{path}</uri><size>9 9 1</size></heightmap></geometry>"
+    link = f'<link name="l"><collision name="c">{shape}</collision></link>'
+    return f'<sdf version="1.6"><model name="m"><static>1</static>{link}</model></sdf>'
+
+
+def test_a_collada_file_that_is_a_zip_is_not_unpacked(tmp_path):
+    """3 MB became 6 GB."""
+    path = tmp_path / "mesh.dae"
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as file:
+        with file.open("mesh.dae", "w", force_zip64=True) as inner:
+            for _ in range(900):
+                inner.write(b" " * (1 << 20))
+    text = in_a_child(lambda: warnings_of(with_mesh(path)))
+    assert f"mesh '{path}' cannot be read" in text and "it is a ZIP" in text
+
+
+def test_a_material_library_that_is_too_large_is_not_read(tmp_path):
+    path = tmp_path / "mesh.obj"
+    path.write_text("mtllib sparse.mtl\nusemtl m\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    with open(tmp_path / "sparse.mtl", "wb") as file:
+        file.truncate(6 << 30)
+    text = in_a_child(lambda: warnings_of(with_mesh(path)))
+    assert "sparse.mtl' has 6442450944 bytes, must have at most 20000000" in text
+
+
+def test_the_largest_heightmap_costs_little_memory(tmp_path):
+    """8192 x 8192 numbers of 16 bits took 1.4 GB; the pixels alone are 268 MB."""
+    path, packer = tmp_path / "land.png", zlib.compressobj(9)
+    rows = b"".join(packer.compress(b"\0" + b"\x80" * 16384) for _ in range(8192))
+    head = struct.pack(">IIBBBBB", 8192, 8192, 16, 0, 0, 0, 0)
+    parts = ((b"IHDR", head), (b"IDAT", rows + packer.flush()), (b"IEND", b""))
+    path.write_bytes(
+        b"\x89PNG\r\n\x1a\n"
+        + b"".join(
+            struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+            for kind, data in parts
+        )
+    )
+
+    def corners():
+        vertices, _ = terrain.heightmap(str(path), (9.0, 9.0, 1.0))
+        return len(vertices), vertices[:, 2].min()
+
+    assert in_a_child(corners) == "(263169, 1.0)"
+
+
+@pytest.mark.parametrize("use", [with_mesh, with_heightmap])
+def test_a_pipe_is_refused_at_once(tmp_path, use):
+    """Reading one waits for ever."""
+    os.mkfifo(tmp_path / "pipe.stl")
+    path = tmp_path / "pipe.stl"
+
+    def spawn():
+        world = World()
+        text = use(path)
+        kind = world.spawn_urdf if use is with_mesh else world.spawn_sdf
+        return "; ".join(map(str, kind("m", text, Pose(), str).description.warnings))
+
+    text = in_a_child(spawn)
+    assert str(path) in text and ("does not exist" in text or "is not found" in text)

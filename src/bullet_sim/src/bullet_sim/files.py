@@ -6,41 +6,77 @@ exits in any way. A folder without a lock was left by a killed process; the next
 
 from __future__ import annotations
 
+import bz2
 import contextlib
 import fcntl
+import gzip
+import io
+import lzma
 import os
 import shutil
+import stat
 import sys
 import tempfile
 import threading
+import zlib
 from collections.abc import Iterator
+from typing import Any
 
 from bullet_sim.errors import ModelError
 
+MAX_BYTES = 400_000_000  # of a mesh or an image
 MAX_TEXT = 20_000_000  # [bytes] of an SDF or of a world; parsing takes some 20 times as much memory
 
 
 def read_file(path: str, label: str, max_bytes: int) -> bytes:
-    """All bytes of a file.
+    """All bytes of a file that a description, a world or a parameter names.
 
     Args:
-        path: of a regular file; pipes and devices are refused, as they may be endless or block.
+        path: of a regular file on this machine; pipes and devices are refused, as they may be
+            endless or block.
 
     Raises:
         ModelError: it is no regular file, is too long or cannot be read; names the file.
     """
-    if os.path.exists(path) and not os.path.isfile(path):
-        raise ModelError(f"{label} '{path}' is no file")
     try:
-        size = os.path.getsize(path)
-        if size > max_bytes:
-            raise ModelError(f"{label} '{path}' has {size} bytes, must have at most {max_bytes}")
-        with open(path, "rb") as file:
-            content = file.read(size + 1)
-    except OSError as error:
-        raise ModelError(f"{label} '{path}' cannot be read: {error.strerror}") from error
-    if len(content) > size:  # as of files in /proc, whose size is 0
-        raise ModelError(f"{label} '{path}' has more than the {size} bytes that its size reports")
+        # a pipe without a writer would block
+        with open(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
+            status = os.fstat(file.fileno())
+            if not stat.S_ISREG(status.st_mode):
+                raise ModelError(f"{label} '{path}' is no file")
+            if status.st_size > max_bytes:
+                raise ModelError(
+                    f"{label} '{path}' has {status.st_size} bytes, must have at most {max_bytes}"
+                )
+            content = file.read(status.st_size + 1)
+    except IsADirectoryError:
+        raise ModelError(f"{label} '{path}' is no file") from None
+    except (OSError, ValueError) as error:  # ValueError: a zero byte in its name
+        reason = getattr(error, "strerror", None) or error
+        raise ModelError(f"{label} '{path}' cannot be read: {reason}") from error
+    if len(content) > status.st_size:  # as of files in /proc, whose size is 0
+        raise ModelError(
+            f"{label} '{path}' has more than the {status.st_size} bytes that its size reports"
+        )
+    return content
+
+
+_UNPACKERS: dict[str, Any] = {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open}
+
+
+def read_unpacked(path: str, label: str, max_bytes: int) -> bytes:
+    """As read_file(), of a file that may be packed (.gz, .bz2, .xz): the limit is for both."""
+    content = read_file(path, label, max_bytes)
+    unpack = _UNPACKERS.get(os.path.splitext(path)[1])
+    if unpack is None:
+        return content
+    try:
+        with unpack(io.BytesIO(content)) as file:
+            content = file.read(max_bytes + 1)
+    except (OSError, EOFError, lzma.LZMAError, zlib.error) as error:
+        raise ModelError(f"{label} '{path}' cannot be unpacked: {error}") from error
+    if len(content) > max_bytes:
+        raise ModelError(f"{label} '{path}' has more than {max_bytes} bytes unpacked")
     return content
 
 

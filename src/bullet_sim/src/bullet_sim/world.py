@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -19,6 +20,7 @@ from bullet_sim.files import OwnFolder
 from bullet_sim.formats import urdf
 from bullet_sim.formats.materials import Resolve
 from bullet_sim.formats.sdf import world as sdf
+from bullet_sim.meshes.prepare import prepare_meshes
 from bullet_sim.models.changes import Forces
 from bullet_sim.models.model import PERIOD, Model, Placed, implausible_state
 from bullet_sim.models.wind import WindForces
@@ -273,6 +275,13 @@ class World:
         """
         description, model_pose = sdf.parse_model(text, resolve, f"SDF of '{name}'", name)
         return self.spawn(description, pose * model_pose)
+
+    def prepare(self, description: ModelDescription) -> None:
+        """Convert the meshes and images of a model that is to be spawned; of any thread."""
+        if description.motion is None:
+            with contextlib.suppress(OSError, SimError):  # of which spawn() tells
+                lumped = self.engine.lump(description)
+                prepare_meshes(lumped, self._folder.path, lambda *_: None)
 
     def spawn(self, description: ModelDescription, pose: Pose = Pose()) -> Model:
         """Spawn a ModelDescription with its root link's frame at a world pose.

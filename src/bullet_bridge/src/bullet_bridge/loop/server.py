@@ -84,7 +84,7 @@ PACED_BATCH = 0.001  # [s] wall time of one batch of steps at a given real time 
 FREE_BATCH = 0.02  # [s] simulated time of the longest batch when running free
 IDLE_WAIT = 0.05  # [s] longest wait for jobs, after which a shutdown is noticed
 JOBS_SHARE = 0.25  # of the time of a batch that jobs may take before the next one is due
-HOLD_LIMIT = 3.0  # [s] wall time for which hold() stops the simulation at most
+HOLD_LIMIT = 2.0  # [s] wall time for which hold() stops the simulation at most
 
 
 class Server:
@@ -109,7 +109,8 @@ class Server:
         self.paused, self.lockstep = config.paused, config.lockstep
         self._monotonic, self._niceness = config.monotonic_clock, config.niceness
         self._relay = relay
-        self._now, self._holds, self._held_until = now, 0, 0.0
+        self._now = now
+        self._holds: list[float] = []  # wall times at which they end [s]
         self._rtf_monitor = RealTimeFactorMonitor(now=now)
         self._pace = Pace(config.real_time_factor, now, self._measured)
         self._clock = clock or SimClock(config.clock_rate, world.time_step, latch=config.lockstep)
@@ -206,7 +207,7 @@ class Server:
         """One iteration of the loop: jobs, then one batch, or a wait until one is due."""
         free = self.paused or self._steps is not None
         self._run_jobs(0.0, math.inf if free else JOBS_SHARE * self._spent)
-        held = self._holds > 0 and self._now() < self._held_until
+        held = bool(self._holds) and self._now() < max(self._holds)
         if self._steps is not None and not held:
             self._make_steps(self._steps)
             return
@@ -228,18 +229,19 @@ class Server:
             self._robots.refresh()
         self._call_monitor.measured(self._jobs.waiting, self._jobs.answered)
 
-    def hold(self) -> None:
-        """Make no step until as many calls of release(), or HOLD_LIMIT (simulation thread).
+    def hold(self) -> float:
+        """Make no step until release() of the result, for HOLD_LIMIT at most (simulation thread).
 
         A model's plugins then start at the step at which it is there, as in Gazebo, which loads
         them between two steps.
         """
-        self._holds += 1
-        self._held_until = self._now() + HOLD_LIMIT
+        end = self._now() + HOLD_LIMIT
+        self._holds.append(end)
+        return end
 
-    def release(self) -> None:
+    def release(self, hold: float) -> None:
         """Go on after a hold() (simulation thread)."""
-        self._holds -= 1
+        self._holds.remove(hold)
 
     def advance(self, limit: int, throttle: bool = False) -> None:
         """Commands in, physics steps until something is due or `limit` is reached, results out.

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import io
+import itertools
 import math
 import os
 from typing import Any, ClassVar
 
 import numpy as np
 import rospkg
-from bullet_sim.errors import ModelError
+from bullet_sim.errors import ModelError, SimError
+from bullet_sim.files import read_unpacked
 from bullet_sim.plugins.lidars import (
     BlockCloudSpec,
     CloudSpec,
@@ -275,6 +278,50 @@ _XYZRTL_FIELDS = _XYZ_FIELDS + [
 _MIN_XYZ = 0.1  # [m] of a point of the second kind of message
 
 
+MAX_PATTERN = 64_000_000  # [bytes] of a livox's pattern, also unpacked
+ROWS, LONGEST_ROW = 20_000, 1000  # rows that are read at once, characters of one
+
+
+def _read_pattern(path: str) -> Array:
+    """Rows (n, 3) of finite numbers of a CSV file with a header.
+
+    Raises:
+        SimError, ValueError: it cannot be read, or a row is none of three numbers.
+    """
+    lines = io.BytesIO(read_unpacked(path, "file", MAX_PATTERN))
+    lines.readline()
+    parts = [np.empty((0, 3))]
+    while rows := list(itertools.islice(lines, ROWS)):
+        if max(map(len, rows)) > LONGEST_ROW:
+            raise ValueError(f"a row has more than {LONGEST_ROW} characters")
+        if any(row.strip() for row in rows):
+            part = np.genfromtxt(rows, delimiter=",", ndmin=2)
+            if part.shape[1] != 3:
+                raise ValueError(f"a row has {part.shape[1]} numbers, must have three")
+            parts.append(part[np.isfinite(part).all(axis=1)])
+    return np.concatenate(parts)
+
+
+def _read_pattern_of(path: str) -> Array:
+    """Rows (n, 3) of a livox's pattern, a path, file:// or package://.
+
+    Raises:
+        ModelError: it cannot be read, or has no such rows.
+    """
+    scheme, _, rest = path.partition("://")
+    try:
+        file = rest if scheme == "file" else path
+        if scheme == "package":
+            package, _, rest = rest.partition("/")
+            file = os.path.join(rospkg.RosPack().get_path(package), rest)
+        pattern = _read_pattern(file)
+    except (SimError, ValueError, rospkg.ResourceNotFound) as error:
+        raise ModelError(f"the pattern '{path}' of a livox cannot be read: {error}") from error
+    if not len(pattern):
+        raise ModelError(f"the pattern '{path}' of a livox has no rows of three numbers")
+    return pattern
+
+
 @ros_side(PatternSpec)
 class PatternSensor(RaysSensor):
     """The messages of livox_laser_simulation, and its transforms of the sensor and its link.
@@ -307,21 +354,7 @@ class PatternSensor(RaysSensor):
         return PointCloud if number == 0 else PointCloud2
 
     def _make_lidar(self) -> PatternLidar:
-        path = self.spec.pattern
-        scheme, _, rest = path.partition("://")
-        try:
-            if scheme == "package":
-                package, _, rest = rest.partition("/")
-                file = os.path.join(rospkg.RosPack().get_path(package), rest)
-            else:
-                file = rest if scheme == "file" else path
-            pattern = np.genfromtxt(file, delimiter=",", skip_header=1, ndmin=2)
-            pattern = pattern[np.isfinite(pattern).all(axis=1)]
-        except (OSError, ValueError, rospkg.ResourceNotFound) as error:
-            raise ModelError(f"the pattern '{path}' of a livox cannot be read: {error}") from error
-        if pattern.shape[1] != 3 or not len(pattern):
-            raise ModelError(f"the pattern '{path}' of a livox has no rows of three numbers")
-        return PatternLidar(self.spec, pattern)
+        return PatternLidar(self.spec, _read_pattern_of(self.spec.pattern))
 
     def reset(self, time: float) -> None:
         """From the first ray of the pattern on."""

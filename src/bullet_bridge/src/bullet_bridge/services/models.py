@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import threading
 from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -10,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 import rospy
 from bullet_sim.errors import SimError
 from bullet_sim.formats.lights import parse_light
+from bullet_sim.formats.sdf.world import parse_model
+from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Array, Pose
 from bullet_sim.xml_reader import Node
 from gazebo_msgs import srv
@@ -33,6 +36,7 @@ from bullet_bridge.transport.conversions import (
 )
 
 if TYPE_CHECKING:
+    from bullet_sim.description.model import ModelDescription
     from bullet_sim.models.model import Model
     from bullet_sim.world import Resolve, World
 
@@ -71,7 +75,7 @@ class ModelServices:
     ) -> None:
         self._world, self._jobs, self._robots, self._resolve = world, jobs, robots, resolve
         self._missing_package = missing_package
-        self._server = server
+        self._server, self._reading = server, threading.Lock()
         self._requests: dict[str, int] = {}
         offer(
             prefix,
@@ -105,28 +109,47 @@ class ModelServices:
             rospy.logfatal("Package[%s] does not have a path", missing)
             raise rospy.ServiceException(f"urdf reference package name does not exist: {missing}")
 
-        def work() -> Model | None:
+        def check() -> Pose:
             with refusing(SPAWN + NO_FRAME.format("reference_frame", "link")):
                 frame = find_frame(self._world, request.reference_frame).pose
             self._check(name, text)
-            if text.kind == "light":
-                self._add_light(name, text.light)
-                return None
-            spawn = self._world.spawn_urdf if text.kind == "urdf" else self._world.spawn_sdf
-            place = frame * pose if text.takes_request else Pose()
-            try:
-                model = spawn(name, text.text, place, self._resolve)
-            except SimError as error:  # Gazebo's client waits 10 s then
-                raise SimError(f"{NOT_SPAWNED}{name}: {error}") from error
-            self._server.hold()
-            return model
+            return frame * pose if text.takes_request else Pose()
 
-        model = self._jobs.call(work)
-        if model is not None:
-            self._connect(model, request.robot_namespace)
-            if model.name != name:  # for which Gazebo's client waits 10 s
-                raise SimError(f"{NOT_SPAWNED}{name}: it is there as '{model.name}'")
+        def add_light() -> None:
+            check()
+            self._add_light(name, text.light)
+
+        def spawn() -> tuple[Model, float]:
+            model = self._world.spawn(described, check() * origin)
+            return model, self._server.hold()
+
+        if text.kind == "light":
+            self._jobs.call(add_light)
+            return srv.SpawnModelResponse(status_message=f"{SPAWN}Successfully spawned entity")
+        self._jobs.read(check)
+        try:
+            described, origin = self._read(name, text)
+            model, hold = self._jobs.call(spawn)
+        except Refusal:
+            raise
+        except SimError as error:  # Gazebo's client waits 10 s then
+            raise SimError(f"{NOT_SPAWNED}{name}: {error}") from error
+        self._connect(model, request.robot_namespace, hold)
+        if model.name != name:  # for which Gazebo's client waits 10 s
+            raise SimError(f"{NOT_SPAWNED}{name}: it is there as '{model.name}'")
         return srv.SpawnModelResponse(status_message=f"{SPAWN}Successfully spawned entity")
+
+    def _read(self, name: str, text: SpawnText) -> tuple[ModelDescription, Pose]:
+        """Description of a model and its own pose; its files are read, too, so that the simulation
+        thread need not wait for them."""
+        with self._reading:
+            if text.kind == "urdf":
+                described = parse_urdf(text.text, self._resolve, name)
+                origin = described.origin
+            else:
+                described, origin = parse_model(text.text, self._resolve, f"SDF of '{name}'", name)
+            self._world.prepare(described)
+        return described, origin
 
     def _check(self, name: str, text: SpawnText) -> None:
         """Refuse a text of another format, and a name that is taken (simulation thread)."""
@@ -151,7 +174,7 @@ class ModelServices:
             rospy.logwarn("%s", warning)
         self._robots.show_scene()
 
-    def _connect(self, model: Model, namespace: str) -> None:
+    def _connect(self, model: Model, namespace: str, hold: float) -> None:
         """Give a new model its plugins and controllers; without them it does not stay."""
         try:
             self._robots.connect(model, namespace)
@@ -159,7 +182,7 @@ class ModelServices:
             self._remove(model.name)  # so that no part of it remains
             raise
         finally:
-            self._jobs.call(self._server.release)
+            self._jobs.call(lambda: self._server.release(hold))
 
     def _remove(self, name: str) -> None:
         def work() -> list[Any]:

@@ -28,7 +28,7 @@ import numpy as np
 from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.model import RGBA, Geometry, Shape
 from bullet_sim.errors import ModelError
-from bullet_sim.files import read_file
+from bullet_sim.files import MAX_BYTES, MAX_TEXT, read_file
 from bullet_sim.meshes import terrain
 from bullet_sim.meshes.looks import rgba
 from bullet_sim.meshes.read import (
@@ -164,8 +164,8 @@ def _libraries(path: str, data: bytes) -> list[str]:
 
 def _image_files(library: str, folder: str) -> list[str]:
     """Existing image files of a material library; paths are relative to the OBJ's folder."""
-    with open(library, encoding="utf-8", errors="replace") as file:
-        names = [name.split()[-1] for name in _IMAGE.findall(file.read())]
+    text = read_file(library, "material library", MAX_TEXT).decode(errors="replace")
+    names = [name.split()[-1] for name in _IMAGE.findall(text)]
     files = (os.path.join(folder, name) for name in names)
     return [file for file in files if os.path.isfile(file)]
 
@@ -350,9 +350,6 @@ def write_box(size: Sequence[float], texture: str, folder: str) -> list[Part]:
     return [{"file": path, "color": WHITE, "textured": True}]
 
 
-MAX_BYTES = 400_000_000  # of a mesh file
-
-
 def prepare_meshes(lumped: LumpedModel, folder: str, warn: Warn) -> dict[str, list[Shape]]:
     """Replace the meshes and textures of a LumpedModel in place by files that PyBullet reads.
 
@@ -508,6 +505,8 @@ def _read(geometry: Geometry) -> tuple[bytes, str]:
     file_type = mesh_type(geometry.path, data)
     if error := mesh_error(geometry.path, file_type, data):
         raise ModelError(error)
+    for library in _libraries(geometry.path, data) if file_type == "obj" else ():
+        read_file(library, "material library", MAX_TEXT)  # which everybody reads with the mesh
     return data, file_type
 
 

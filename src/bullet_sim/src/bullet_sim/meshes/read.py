@@ -13,6 +13,7 @@ import numpy as np
 
 from bullet_sim.description.model import RGBA, Geometry
 from bullet_sim.errors import ModelError
+from bullet_sim.files import MAX_BYTES, MAX_TEXT, read_file
 from bullet_sim.meshes.collada import Part, read_collada
 from bullet_sim.pose import Array
 from bullet_sim.xml_reader import Document, decoded, repaired
@@ -36,20 +37,20 @@ def image_of(material: Any) -> Image.Image | None:
     return getattr(material, "image", None) or getattr(material, "baseColorTexture", None)
 
 
-def opened(source: str | BinaryIO) -> Image.Image:
+def opened(source: str | BinaryIO, path: str = "") -> Image.Image:
     """Pillow image of a file, not read yet; to be closed.
 
     Args:
-        source: path, or a binary stream with a name.
+        source: path, or a binary stream.
+        path: of a stream, for messages.
 
     Raises:
         ModelError: it is no image, or has more than MAX_PIXELS.
     """
     from PIL import Image
 
-    path: Any = getattr(source, "name", source)
-    if source is path and not os.path.isfile(path):
-        raise ModelError(f"image '{path}' cannot be read: it is no file")
+    if isinstance(source, str):
+        path, source = source, io.BytesIO(read_file(source, "image", MAX_BYTES))
     try:
         with warnings.catch_warnings():  # of Pillow, which has a limit, too
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
@@ -118,16 +119,16 @@ class MeshFileResolver:
         raise FileNotFoundError(text)
 
     def _read(self, path: str) -> bytes:
-        with open(path, "rb") as file:
-            if path.lower().endswith(IMAGES):
-                try:
-                    opened(file)
-                except ModelError as error:
-                    self.errors.append(str(error))
-                    if isinstance(error, TooLarge):
-                        raise FileNotFoundError(str(error)) from error
-                file.seek(0)
-            return file.read()
+        is_image = path.lower().endswith(IMAGES)
+        content = read_file(path, *(("image", MAX_BYTES) if is_image else ("material", MAX_TEXT)))
+        if is_image:
+            try:
+                opened(io.BytesIO(content), path)
+            except ModelError as error:
+                self.errors.append(str(error))
+                if isinstance(error, TooLarge):
+                    raise FileNotFoundError(str(error)) from error
+        return content
 
     __getitem__ = get  # trimesh reads material libraries with it
 
@@ -209,12 +210,13 @@ def _collada(geometry: Geometry, resolver: MeshFileResolver) -> tuple[list[Part]
     def image(name: str) -> Image.Image:
         return Image.open(io.BytesIO(resolver.get(name)))
 
+    content = read_file(geometry.path, "mesh", MAX_BYTES)
+    if content.startswith(b"PK"):
+        raise ModelError("it is a ZIP, which is not unpacked; Gazebo's reader takes XML alone, too")
     try:
-        with open(geometry.path, "rb") as file:
-            return read_collada(file, image)
+        return read_collada(io.BytesIO(content), image)
     except Exception:  # XML that TinyXML accepts and lxml does not, such as < in a name?
-        with open(geometry.path, "rb") as file:
-            text = repaired(decoded(file.read(), Document(geometry.path)))
+        text = repaired(decoded(content, Document(geometry.path)))
     return read_collada(io.BytesIO(text.encode()), image)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,7 +12,11 @@ from bullet_sim.errors import ModelError
 from bullet_sim.meshes.read import opened
 from bullet_sim.pose import Array
 
+if TYPE_CHECKING:
+    from PIL import Image
+
 STRAIGHT = 0.97  # cosine of an angle beyond which a bend of a road is none
+STRIP = 256  # rows of an image that are read at once
 MAX_POINTS = 513  # per side of a heightmap; larger ones are subsampled
 
 
@@ -40,14 +45,33 @@ def _heights(path: str, sampling: int) -> Array:
     """Heights (rows, columns) of a heightmap, 1 where it is full, see heightmap()."""
     try:
         with opened(path) as image:
-            deep = image.mode.startswith("I")
-            gray = np.asarray(image if deep else image.convert("L"), float)
+            if min(image.size) < 2:
+                raise ModelError(f"heightmap '{path}' has {image.size[0]} x {image.size[1]} pixels")
+            (low, part), across = _points(image.size[1], sampling), _points(image.size[0], sampling)
+            rows = np.unique(np.concatenate((low, low + 1)))
+            kept, top = _rows(image, rows)
+        del image  # its pixels
     except (OSError, ValueError, SyntaxError) as error:
+        if isinstance(error, ModelError):
+            raise
         raise ModelError(f"heightmap '{path}' cannot be read: {error}") from None
-    if min(gray.shape) < 2:
-        raise ModelError(f"heightmap '{path}' has {gray.shape[1]} x {gray.shape[0]} pixels")
-    top = 255.0 if not deep and (gray == 1.0).any() else gray.max() or 1.0
-    return _resampled(gray / top, sampling)
+    at = np.searchsorted(rows, low)
+    return _between(_between(kept.astype(float) / top, at, part, 0), *across, 1)
+
+
+def _rows(image: Image.Image, rows: Array) -> tuple[Array, float]:
+    """Some rows of an image, and which value is the full height; strip by strip, as all of a large
+    one are much memory as numbers."""
+    deep, (width, height) = image.mode.startswith("I"), image.size
+    if not deep:
+        image = image.convert("L")
+    kept, top, has_one = [], 0.0, False
+    for start in range(0, height, STRIP):
+        end = min(start + STRIP, height)
+        strip = np.asarray(image.crop((0, start, width, end)))
+        top, has_one = max(top, float(strip.max())), has_one or bool((strip == 1).any())
+        kept.append(strip[rows[(rows >= start) & (rows < end)] - start])
+    return np.concatenate(kept), 255.0 if not deep and has_one else top or 1.0
 
 
 def _surface(heights: Array, size: Sequence[float]) -> tuple[Array, Array]:
@@ -80,18 +104,20 @@ def relief(path: str, size: Sequence[float], sampling: int) -> tuple[Array, Arra
     return corners, faces
 
 
-def _resampled(heights: Array, sampling: int) -> Array:
-    """An array with `sampling` points for each one and side, at most MAX_POINTS a side."""
-    for axis in (0, 1):
-        count = heights.shape[axis]
-        factor = min(max(sampling, 1), max((MAX_POINTS - 1) // (count - 1), 1))
-        points = min((count - 1) * factor + 1, MAX_POINTS)
-        at = np.linspace(0.0, count - 1.0, points)
-        low = np.minimum(at.astype(int), count - 2)
-        part = np.expand_dims(at - low, 1 - axis)
-        one, other = np.take(heights, low, axis), np.take(heights, low + 1, axis)
-        heights = one + (other - one) * part
-    return heights
+def _points(count: int, sampling: int) -> tuple[Array, Array]:
+    """`sampling` points for each of `count` along a side, at most MAX_POINTS: the one before each,
+    and how far behind that it is."""
+    factor = min(max(sampling, 1), max((MAX_POINTS - 1) // (count - 1), 1))
+    points = min((count - 1) * factor + 1, MAX_POINTS)
+    at = np.linspace(0.0, count - 1.0, points)
+    low = np.minimum(at.astype(int), count - 2)
+    return low, at - low
+
+
+def _between(heights: Array, low: Array, part: Array, axis: int) -> Array:
+    """Heights at points of _points() along an axis."""
+    one, other = np.take(heights, low, axis), np.take(heights, low + 1, axis)
+    return one + (other - one) * np.expand_dims(part, 1 - axis)
 
 
 def extruded(outlines: Iterable[Sequence[Sequence[float]]], height: float) -> tuple[Array, Array]:
