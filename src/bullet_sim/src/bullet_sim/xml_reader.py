@@ -169,7 +169,7 @@ def decoded(text: str | bytes, document: Document) -> str:
     names += [declared.group(1).decode()] if declared else []
     for name in (*names, "utf-8"):
         try:
-            return codecs.decode(text, name)
+            return text.decode(name)  # takes encodings of texts alone
         except (LookupError, ValueError):
             continue
     document.warnings.add(

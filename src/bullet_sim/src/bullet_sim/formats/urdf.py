@@ -15,7 +15,7 @@ from bullet_sim.description.model import (
     ModelDescription,
     Shape,
 )
-from bullet_sim.errors import ModelError
+from bullet_sim.errors import ModelError, reads
 from bullet_sim.formats import gazebo as gazebo_tags
 from bullet_sim.formats.joints import (
     UNSUPPORTED_TYPES,
@@ -94,6 +94,7 @@ _ONE = (1.0, 1.0, 1.0)
 _SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
 
 
+@reads
 def parse_urdf(text: str | bytes | Node, resolve: Resolve, name: str = "robot") -> ModelDescription:
     """Read a URDF.
 

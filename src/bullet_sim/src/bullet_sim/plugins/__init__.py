@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, cast
 from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import ModelDescription
-from bullet_sim.errors import ModelError
+from bullet_sim.errors import BROKEN, ModelError
 from bullet_sim.plugins.registry import PLUGINS, SENSOR_PLUGINS, SensorReader
 from bullet_sim.plugins.xml import MissingPart, PluginXml, SensorXml, library
 from bullet_sim.registry import Registry, load_files
-from bullet_sim.xml_reader import document_root, sdf_pose
+from bullet_sim.xml_reader import Node, document_root, sdf_pose
 
 __all__ = ["PLUGINS", "SENSOR_PLUGINS", "parse_plugin", "parse_sensor"]
 
@@ -49,6 +49,8 @@ def parse_plugin(element: Element, model: ModelDescription, scope: str = "") -> 
         model.warn(str(error), cause, error.item or str(error))
     except ModelError as error:
         model.warn(f"{error}; the plugin is left out", "plugins are left out", str(error))
+    except BROKEN as error:
+        _warn_broken(element, error, "plugin", "plugins are left out")
 
 
 def parse_sensor(element: Element, link: str, model: ModelDescription) -> None:
@@ -92,6 +94,15 @@ def parse_sensor(element: Element, link: str, model: ModelDescription) -> None:
             _add(reader(SensorXml(plugin, model, element, link, pose)), model)
         except ModelError as error:
             model.warn(f"{error}; sensor '{name}' is left out", "sensors are left out", f"'{name}'")
+        except BROKEN as error:
+            _warn_broken(element, error, "sensor", "sensors are left out")
+
+
+def _warn_broken(element: Element, error: Exception, noun: str, cause: str) -> None:
+    """Warn of an element with numbers that nothing can be computed of."""
+    name = f"'{element.get('name')}'"
+    text = f"{noun} {name} cannot be read ({type(error).__name__}: {error}); it is left out"
+    cast(Node, element).warn(text, cause, name)
 
 
 def _add(specs: Any, model: ModelDescription) -> None:

@@ -19,7 +19,7 @@ from bullet_sim.description.world import (
     WorldDescription,
     ground_plane,
 )
-from bullet_sim.errors import ModelError
+from bullet_sim.errors import BROKEN, ModelError, SimError, reads
 from bullet_sim.files import MAX_TEXT, read_file
 from bullet_sim.formats.joints import Version
 from bullet_sim.formats.lights import child_color, parse_light, sun
@@ -123,6 +123,7 @@ def _place(element: Node | None) -> Place:
     return Place(latitude, longitude, altitude, math.pi / 2.0 - math.radians(heading))
 
 
+@reads
 def parse_world(
     text: str | bytes | Node, resolve: Resolve, label: str = "world"
 ) -> WorldDescription:
@@ -184,7 +185,17 @@ class WorldReader:
         }
         for element in self._world:
             if element.tag in readers:
-                readers[element.tag](element)
+                try:
+                    readers[element.tag](element)
+                except SimError:
+                    raise
+                except BROKEN as error:
+                    element.warn(
+                        f"<{element.tag}> '{element.get('name')}' cannot be read "
+                        f"({type(error).__name__}: {error}); it is left out",
+                        "elements of the world cannot be read and are left out",
+                        f"'{element.get('name')}'",
+                    )
             elif element.tag not in _IGNORED:
                 name = f" '{element.get('name')}'" if element.get("name") else ""
                 self._described.warn(
@@ -476,6 +487,7 @@ def _model_of(sdf: Node, label: str) -> Node:
     return element
 
 
+@reads
 def parse_model(
     text: str | bytes | Node, resolve: Resolve, label: str = "model", name: str = ""
 ) -> tuple[ModelDescription, Pose]:
