@@ -4,6 +4,7 @@ import collections
 import signal
 import threading
 import time
+from types import SimpleNamespace
 
 import pytest
 from bullet_bridge.loop.jobs import JobQueue, QueueClosed
@@ -196,21 +197,28 @@ def test_what_ends_the_owner_does_not_hold_up_the_caller():
     assert len(errors) == 1 and not caller.is_alive()
 
 
-def test_a_budget_is_kept_and_fair():
+def test_a_budget_is_kept_and_fair(monkeypatch):
     """Callers that poll got all the time of the simulation."""
     jobs, done, callers = JobQueue(), [], []
+    clock = SimpleNamespace(monotonic=lambda: 1.0 + 0.01 * len(done))
+    monkeypatch.setattr("bullet_bridge.loop.jobs.time", clock)
 
     def work(name):
-        time.sleep(0.01)
         done.append(name)
 
     for number in range(4):
         callers.append(queued(jobs, jobs.read, lambda n=number: work(n)))
+        while jobs.waiting <= number:
+            time.sleep(0.001)
     callers.append(queued(jobs, jobs.call, lambda: work("change")))
+    while jobs.waiting < 5:
+        time.sleep(0.001)
     assert jobs.run_pending(budget=0.0) == 1 and done == ["change"], "one begins in any case"
     assert jobs.run_pending(budget=0.015) == 0 and done == ["change", 0, 1]
     assert jobs.waiting == 2 and jobs.answered == 3
     callers.append(queued(jobs, jobs.call, lambda: work("another")))
+    while jobs.waiting < 3:
+        time.sleep(0.001)
     jobs.run_pending()
     assert done[3:] == ["another", 2, 3], "a change does not stand behind those who read"
     for caller in callers:
