@@ -336,6 +336,21 @@ def test_the_imu_of_a_model_has_no_gravity_and_is_turned_as_in_gazebo(topics, wo
     assert message.orientation.z == pytest.approx(math.sqrt(0.5), abs=1e-6)
 
 
+@pytest.mark.parametrize("offset, share", [(0.0, 0.5), (math.pi / 3.0, -0.5)])
+def test_the_imu_of_a_model_on_a_pitched_link_has_a_share_of_the_yaw_rate(
+    topics, world, cart, offset, share
+):
+    """The cosine of link's pitch and <rpyOffset>: GazeboRosIMU rotates the world's rate by both."""
+    spec = ModelImuSpec("i", "base", ((0.0, 0.0, 0.0), (0.0, offset, 0.0)), topic="/imu")
+    output = made(spec, world, cart)
+    pose = Pose.from_xyz_rpy((0.0, 0.0, 1.0), (0.0, math.pi / 3.0, 0.0))
+    cart.set_state(pose, (0.0, 0.0, 0.0), (0.0, 0.0, 2.0))
+    output.update(world.time, 0.1)
+    rate = vector(topics["/imu"].messages[-1].angular_velocity)
+    side = math.sqrt(0.75)  # sine of 60 and of 120 degrees
+    assert rate == pytest.approx((2.0 * side, 0.0, 2.0 * share), abs=1e-5)
+
+
 def test_biases_of_an_imu_are_set_and_decay(topics, world, cart):
     spec = BiasedImuSpec(
         "i", "base", topic="/imu", service="/imu/calibrate", bias_topic="/imu/bias",
