@@ -5,6 +5,7 @@ import math
 import pytest
 from bullet_bridge.services import physics
 from bullet_bridge.services.physics import PhysicsProperties
+from bullet_sim.description.world import OdeSettings
 from bullet_sim.errors import WorldError
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
@@ -128,3 +129,9 @@ def test_reconfiguring_asks_only_for_what_differs(properties):
         "iterations": 7,
         "ode": {"erp": 0.9},
     }
+
+
+def test_an_integer_beyond_what_messages_hold_is_their_largest():
+    """get_physics_properties failed for ever."""
+    values = physics._of_solver(OdeSettings(max_contacts=99999999999, precon_iterations=4294967295))
+    assert values["max_contacts"] == values["sor_pgs_precon_iters"] == physics.LARGEST

@@ -1,10 +1,11 @@
 """What browsers may send."""
 
 import json
+import math
 import random
 
 import pytest
-from bullet_web.messages import ACTIONS, FIELDS, BadMessage, parse
+from bullet_web.messages import ACTIONS, FIELDS, BadMessage, json_of, parse
 
 PLACE = {"x": 1.0, "y": -0.2, "z": 0.0}
 VALID = [  # of the track with our car, also for tests/long/test_web_safety.py
@@ -108,3 +109,15 @@ def test_mutated_messages_are_read_or_refused_and_nothing_else():
         else:
             assert message["type"] in FIELDS
     assert 0 < refused < MUTATIONS
+
+
+def test_what_pages_get_is_json_whatever_the_numbers_are():
+    """Python writes NaN and Infinity, which no browser parses: the page stood still."""
+    data = {"speed": math.inf, "rows": [(1.0, math.nan)], "name": "x", "count": 3, "no": None}
+
+    def refuse(name):
+        raise ValueError(name)
+
+    read = json.loads(json_of(data), parse_constant=refuse)
+    assert read == {"speed": None, "rows": [[1.0, None]], "name": "x", "count": 3, "no": None}
+    assert json_of({"a": 1.5}) == '{"a": 1.5}'

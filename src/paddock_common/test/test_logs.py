@@ -1,9 +1,12 @@
 """Nodes survive a full disk and a closed terminal."""
 
+import logging
 import os
 import subprocess
 import sys
 from pathlib import Path
+
+from paddock_common import nodes
 
 CODE = """
 import logging, logging.handlers, sys
@@ -59,3 +62,19 @@ def test_a_closed_terminal_does_not_affect_the_file(tmp_path):
     finally:
         os.close(writer)
     assert Path(tmp_path / "log").read_text().count("line ") == 20
+
+
+def test_a_message_of_megabytes_is_logged_without_its_middle():
+    """As of a model's name; each of its messages had all of it."""
+    seen, handler = [], logging.Handler()
+    handler.emit = lambda record: seen.append(record.getMessage())
+    logger = logging.getLogger("rosout")
+    logger.addHandler(handler)
+    logger.addFilter(nodes._shorten)
+    try:
+        logger.warning("model '%s' is there", "x" * 50_000_000)
+    finally:
+        logger.removeHandler(handler)
+        logger.removeFilter(nodes._shorten)
+    assert len(seen[0]) < 2 * nodes.LONGEST_MESSAGE
+    assert seen[0].startswith("model 'xx") and seen[0].endswith("xx' is there")

@@ -64,7 +64,7 @@ def drive_of(topic: str, parameters: Mapping[str, Any]) -> Drive:
         return Drive(topic, WHEEL_SPEED, "rad/s", ORIGINAL_STEERING, 1)
     names = ("wheelbase", "max_steering", "max_speed")
     values = [parameters.get(name, CAR_SPEED if name == "max_speed" else None) for name in names]
-    if not all(isinstance(value, (int, float)) and value > 0 for value in values):
+    if not all(isinstance(value, (int, float)) and 0 < value < math.inf for value in values):
         return Drive(topic)
     wheelbase, largest, speed = map(float, values)  # type: ignore[arg-type]
     curvature = math.tan(min(largest, 1.2)) / wheelbase

@@ -7,6 +7,7 @@ anything else is refused with a reason that names the field and its value.
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -18,6 +19,22 @@ MAX_PLACE = 1e4  # [m]
 MAX_STEPS = 100000
 MAX_PACE = 100.0
 KINDS = ("box", "cone", "car")
+
+
+def json_of(data: Any) -> str:
+    """JSON that browsers can parse: null for numbers that are NaN or infinite."""
+    try:
+        return json.dumps(data, allow_nan=False)
+    except ValueError:
+        return json.dumps(_finite(data))
+
+
+def _finite(data: Any) -> Any:
+    if isinstance(data, float):
+        return data if math.isfinite(data) else None
+    if isinstance(data, Mapping):
+        return {name: _finite(value) for name, value in data.items()}
+    return [_finite(value) for value in data] if isinstance(data, (list, tuple)) else data
 
 
 class BadMessage(ValueError):

@@ -7,7 +7,6 @@ and the simulator's bring is handed over by `call_soon_threadsafe`.
 from __future__ import annotations
 
 import asyncio
-import json
 import math
 import os
 import socket
@@ -28,6 +27,7 @@ from paddock_common.waiting import flush
 from bullet_web import files, graph, window
 from bullet_web.actions import ActionError, Actions
 from bullet_web.driving import Drive, Seat
+from bullet_web.messages import json_of
 from bullet_web.navigation import Navigation
 from bullet_web.sensors import Sensors
 from bullet_web.server import LOOPBACK, File, Page, Server, listen, machine_address
@@ -234,7 +234,7 @@ class WebNode:
         self._page_came.set()
         self._simulator.watch(True)
         if self._missing:
-            page.put("waiting", json.dumps({"type": "waiting", "text": self._missing}))
+            page.put("waiting", json_of({"type": "waiting", "text": self._missing}))
         if self._simulator.number:
             page.put("scene", self._scene_message())
         self._send_status()
@@ -279,7 +279,7 @@ class WebNode:
         self._put("scene", self._scene_message())
 
     def _scene_message(self) -> str:
-        return json.dumps({"type": "scene", "number": self._simulator.number})
+        return json_of({"type": "scene", "number": self._simulator.number})
 
     def _new_view(self, view: dict[str, Any], source: str) -> None:
         self._missing = ""
@@ -289,11 +289,11 @@ class WebNode:
         self._put("view", f'{{"type": "view", "view": {source}}}')
 
     def _new_contacts(self, rows: list[list[float]]) -> None:
-        self._put("contacts", json.dumps({"type": "contacts", "rows": rows}), "contacts")
+        self._put("contacts", json_of({"type": "contacts", "rows": rows}), "contacts")
 
     def _no_simulator(self, reason: str) -> None:
         self._missing = reason
-        self._put("waiting", json.dumps({"type": "waiting", "text": reason}))
+        self._put("waiting", json_of({"type": "waiting", "text": reason}))
 
     def _send_status(self) -> None:
         graph = self._graph
@@ -309,7 +309,7 @@ class WebNode:
             "pace": self._pace,
         }
         for page in self._server.pages.values():
-            page.put("status", json.dumps({**status, "you": page.number}))
+            page.put("status", json_of({**status, "you": page.number}))
 
     async def _look(self) -> None:
         """Look at the ROS graph, while there are pages."""
@@ -422,7 +422,7 @@ class WebNode:
         if not frames:
             return
         anchors = self._navigation.anchors(frames)
-        self._put("frames", json.dumps({"type": "frames", "frames": anchors}), "layers")
+        self._put("frames", json_of({"type": "frames", "frames": anchors}), "layers")
 
     def _follow(self, topic: str, kind: Any, callback: Callable[[Any], None], wanted: bool) -> None:
         if wanted and topic not in self._subscribers:
@@ -469,7 +469,7 @@ class WebNode:
         if not data and not self._sent_data:
             return
         self._sent_data = bool(data)  # what is no longer there is told once
-        self._put("data", json.dumps({"type": "data", **data}))
+        self._put("data", json_of({"type": "data", **data}))
 
     # actions ------------------------------------------------------------------------------------
     def _act(self, page: Page, message: dict[str, Any]) -> None:

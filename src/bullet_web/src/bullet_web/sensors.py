@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import struct
 import threading
@@ -16,6 +15,8 @@ import numpy as np
 import rospy
 from bullet_sim.pose import Array
 from sensor_msgs.msg import Image, LaserScan, PointCloud2, PointField, Range
+
+from bullet_web.messages import json_of
 
 IMAGE_RATE = 15.0  # images a second of wall time, at most
 POINTS_RATE = 10.0
@@ -49,7 +50,7 @@ def packed(head: dict[str, Any], payload: bytes) -> bytes:
 
     The head is padded so that the payload's numbers are aligned in the message.
     """
-    text = json.dumps(head).encode()
+    text = json_of(head).encode()
     text += b" " * (-len(text) % 4)
     return struct.pack("<I", len(text)) + text + payload
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import asyncio
 import hmac
-import json
 import logging
 import secrets
 import socket
@@ -28,7 +27,7 @@ import tornado.web
 import tornado.websocket
 from paddock_common.open_files import Listening
 
-from bullet_web.messages import MAX_BYTES, BadMessage, parse
+from bullet_web.messages import MAX_BYTES, BadMessage, json_of, parse
 
 LOOPBACK, EVERYWHERE = "127.0.0.1", "0.0.0.0"
 ELSEWHERE = ("192.0.2.1", 9)  # outside any network of one's own (RFC 5737)
@@ -134,7 +133,7 @@ class Page:
 
     def notify(self, text: str, good: bool = False) -> None:
         """Tell its user something."""
-        self._notices.append(json.dumps({"type": "notice", "text": text, "good": good}))
+        self._notices.append(json_of({"type": "notice", "text": text, "good": good}))
         self._pump()
 
     def acknowledged(self) -> None:

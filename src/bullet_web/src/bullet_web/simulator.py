@@ -12,6 +12,7 @@ import rospy
 from bullet_sim.pose import compose, rpy_from_quaternion
 from std_srvs.srv import Trigger
 
+from bullet_web.messages import json_of
 from bullet_web.scene import Asset, Scene, SceneMaker
 
 RETRY = 1.0  # [s] between two tries to reach a simulator
@@ -129,7 +130,7 @@ class Simulator(threading.Thread):
     def _take_scene(self) -> None:
         source = json.loads(self._call("scene"))
         scene = self._maker.make(source)
-        self.text = json.dumps(scene).encode()
+        self.text = json_of(scene).encode()
         self.names = {body["key"]: body["name"] for body in scene["bodies"]}
         self.assets, self.scene = self._maker.assets, scene
         self.number = scene["number"]

@@ -67,6 +67,7 @@ from paddock_common import inbound, subscriptions
 from paddock_common.master import ERRORS, proxy
 from paddock_common.process import StopRequest, exit_with_roslaunch
 
+LONGEST_MESSAGE = 20_000  # characters of a message in the log
 MASTER_TIMEOUT = 2.0  # [s] for a response of the master
 T = TypeVar("T")
 Errors = Union[Type[Exception], Tuple[Type[Exception], ...]]
@@ -76,9 +77,23 @@ _reported: set[logging.Handler] = set()  # handlers that have failed
 def tolerate_log_errors() -> None:
     """Makes the log handlers of this process tolerate errors; called when the node starts."""
     logging.Handler.handleError = _failed  # type: ignore[assignment]
+    logger = logging.getLogger("rosout")
+    if _shorten not in logger.filters:
+        logger.addFilter(_shorten)
     if RosStreamHandler.emit is not _emit:
         RosStreamHandler.emit_or_raise = RosStreamHandler.emit
         RosStreamHandler.emit = _emit
+
+
+def _shorten(record: logging.LogRecord) -> bool:
+    """Takes the middle out of a message that is too long, as with a name of megabytes in it."""
+    text = record.getMessage()
+    if len(text) > LONGEST_MESSAGE:
+        half = LONGEST_MESSAGE // 2
+        left_out = len(text) - LONGEST_MESSAGE
+        record.msg = f"{text[:half]} ... [{left_out} characters] ... {text[-half:]}"
+        record.args = ()
+    return True
 
 
 def _emit(handler: Any, record: logging.LogRecord) -> None:

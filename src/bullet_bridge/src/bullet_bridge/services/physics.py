@@ -73,6 +73,7 @@ SOLVER = dict(
     contact_max_correcting_vel="max_speed",
     max_contacts="max_contacts",
 )
+LARGEST = 10_000_000  # of an integer of CONFIG
 KEEPING = ("contact_max_correcting_vel", "max_contacts")  # of which 0 leaves what there is
 
 
@@ -169,8 +170,12 @@ class PhysicsProperties:
 
 
 def _of_solver(settings: OdeSettings) -> dict[str, Any]:
-    """Settings of a world by gazebo_ros' names."""
-    return {name: getattr(settings, attribute) for name, attribute in SOLVER.items()}
+    """Settings of a world by gazebo_ros' names; integers as far as its messages hold them."""
+    values = {name: getattr(settings, attribute) for name, attribute in SOLVER.items()}
+    return {
+        name: min(value, LARGEST) if isinstance(value, int) else value
+        for name, value in values.items()
+    }
 
 
 class PhysicsServices:
