@@ -143,7 +143,9 @@ def _noun(cause):
 def _plugins(found):
     said = []
     if not robots(found):
-        said.append(Problem("no robot was spawned" + check_companions.hint(found, "robot")))
+        spawner = next((node for node in found["died"] if _is_spawner(node)), None)
+        why = f": {spawner['why']}" if spawner else check_companions.hint(found, "robot")
+        said.append(Problem("no robot was spawned" + why))
     for text in losses(found):
         without = _subject(text)
         drives = bool(LIBRARY.search(without) and DRIVE.search(without))
@@ -162,14 +164,20 @@ def _controllers_of_all(found):
 
 def _died(found):
     said = []
+    told = found["simulator"] and not robots(found)  # by the robot that is missing
     for node in found["died"]:
-        if not node["screen"]:
+        if not node["screen"] and not (told and _is_spawner(node)):
             times = f", {node['times']} times" if node.get("times", 1) > 1 else ""
             why = f": {node['why']}" if node.get("why") else ""
             text = f"node {node['name']} ({node['program']}) died with exit code {node['code']}"
             drives = node.get("drives", False)
             said.append(Problem(f"{text}{times}{why}", f"node {node['name']}", True, drives))
     return said
+
+
+def _is_spawner(node):
+    """Whether a node that has died would have spawned a robot, and has said why it did not."""
+    return node["program"].startswith("spawn_") and bool(node["why"])
 
 
 def _sensors(found):

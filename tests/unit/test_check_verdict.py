@@ -199,6 +199,15 @@ def test_a_file_of_another_machine_that_is_in_the_package():
     assert said.endswith("/a.launch; here it is $(find car)/a.launch")
 
 
+def test_a_robot_that_is_refused_has_the_reason_of_its_spawner():
+    """Another launch file that spawns one is no remedy then."""
+    found = changed(models=[GOOD["models"][0]], companions={"robot": [("car", "spawn.launch")]},
+                    died=[dead("put", "spawn_model", why="two root links")])  # fmt: skip
+    assert check_verdict.problems(found) == ["no robot was spawned: two root links"]
+    found["died"][0]["why"] = ""
+    assert "+ car spawn.launch" in check_verdict.problems(found)[0]
+
+
 def test_a_slow_machine_is_no_fault_of_a_sensor():
     silent = {"topic": "/t", "rate": 2.0, "count": 0, "measured": None, "is_camera": False}
     slow = changed(car_sensors=[silent], real_time_factor=0.1, simulated=0.8)
