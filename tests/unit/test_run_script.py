@@ -111,6 +111,13 @@ def test_a_path_with_a_blank_is_refused(tmp_path):
     assert run("--help", root=root).returncode == 0
 
 
+@pytest.mark.parametrize("name", ["a:b", "it's", "a$b"])
+def test_a_path_with_a_sign_of_lists_or_shells_is_refused(tmp_path, name):
+    """It was told that the network was missing."""
+    done = run("setup", root=run_rig.small_clone(tmp_path / name))
+    assert done.returncode == 1 and "contains one of : '" in done.stderr
+
+
 def test_a_clone_that_cannot_be_written_to(tmp_path):
     root = run_rig.small_clone(tmp_path / "paddock")
     (root / ".cache").write_text("")  # root may write anywhere, but not below a file
