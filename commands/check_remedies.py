@@ -11,7 +11,7 @@ from commands.subcommands import deps
 SAME = {
     "cmd_vel_mux": "twist_mux",
     "key_teleop": "teleop_twist_keyboard",
-    "robot_pose_ekf": "robot_localization",
+    "robot_pose_ekf": "robot_localization (ekf_localization_node)",
     "turtlebot_teleop": "teleop_twist_keyboard",
     "yocs_cmd_vel_mux": "twist_mux",
 }
@@ -36,8 +36,7 @@ def for_package(name, existing=deps.existing, resolve=deps.resolve):
         resolve: See deps.resolve().
     """
     if name in SAME:
-        command = sources.adding(SAME[name])
-        return f"{SAME[name]} does the same{command and f': {command}'}"
+        return f"{SAME[name]} does the same"
     return from_debian(lambda: existing(resolve([name])[name])) or sources.adding(name) or GENERIC
 
 

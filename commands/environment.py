@@ -19,7 +19,6 @@ from commands.paths import (
     CACHE,
     DEVEL,
     MODELS,
-    PROGRAMS,
     PYTHON,
     ROOT,
     SOURCES,
@@ -308,7 +307,6 @@ def activated(environ):
     environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     prepend(environ, "/usr/bin")
     apply_setup_bash(environ)
-    prepend(environ, PROGRAMS)
     prepend(environ, os.path.join(VENV, "bin"))
     if not in_ros("xacro") and not os.path.exists(os.path.join(STANDINS, "xacro", MARKER)):
         # For launch files that call a bare xacro: PyPI's in .venv cannot $(find) packages.

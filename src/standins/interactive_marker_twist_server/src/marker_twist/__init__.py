@@ -1,0 +1,1 @@
+"""The marker that drives: parameters -> scales -> velocity commands."""

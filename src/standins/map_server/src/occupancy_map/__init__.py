@@ -1,0 +1,1 @@
+"""Occupancy grids: map file and image <-> cells <-> messages."""

@@ -1,0 +1,1 @@
+"""The joystick teleop: parameters -> what axes and buttons mean -> velocity commands."""
