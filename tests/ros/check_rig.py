@@ -31,7 +31,10 @@ OTHERS = {
     "namespaced_world": set(),
     "paused_start": set(),
 }
-LACKS = {"sledge": ["mesh package://yard_fleet/meshes/gone & lost.dae is missing and left out"]}
+LACKS = {  # file -> its problems
+    "sledge": ["mesh package://yard_fleet/meshes/gone & lost.dae is missing and left out"],
+    "paused_start": ["mesh package://campus_rover/meshes/lost_cover.STL is missing and left out"],
+}
 CAMPUS = {"namespaced_world", "paused_start"}  # of the package campus_rover, the others of FLEET
 
 
