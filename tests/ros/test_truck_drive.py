@@ -20,6 +20,7 @@ LAUNCH = """<launch>
   <include file="$(find cybertruck)/launch/truck.launch">
     <arg name="headless" value="true"/>
     <arg name="lockstep" value="true"/>
+    <arg name="world" value="$(find cybertruck)/worlds/plane.world"/>
     <arg name="joy" value="true"/>
   </include>
   <include file="$(find paddock_tests)/ros/pacer.launch">
