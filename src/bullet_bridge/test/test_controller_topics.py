@@ -1,6 +1,7 @@
 """Topics, tuning and life cycles of effort and drive controllers, without a ROS master."""
 
 import math
+import sys
 
 import bot_rig
 import pytest
@@ -9,6 +10,7 @@ from bullet_bridge.control import reconfigure
 from bullet_bridge.control import robot as control
 from bullet_bridge.plugins import base
 from bullet_bridge.transport.pid_gains import config_type
+from bullet_sim.controllers import manager
 from bullet_sim.controllers.pid import PidGains
 from control_msgs.msg import JointControllerState, PidState
 from fake_impl import FakeServer
@@ -50,6 +52,10 @@ PARAMS = {
         "joints": ["arm", "left"],
         "arm": {"pid": {"p": 5.0}},
         "left": {"pid": {"p": 6.0}},
+    },
+    "/bot/speeds": {
+        "type": "velocity_controllers/JointGroupVelocityController",
+        "joints": ["left", "right"],
     },
     "/bot/push": {"type": "effort_controllers/JointEffortController", "joint": "arm"},
     "/bot/base": {
@@ -187,6 +193,39 @@ def test_a_base_with_four_steered_wheels_takes_and_gives_its_own_message(bot):
     twist_now = odometry.twist.twist
     assert math.hypot(twist_now.linear.x, twist_now.linear.y) == pytest.approx(last.data.speed)
     assert twist_now.linear.y == pytest.approx(0.5 * math.sin(0.2), rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "name, topic, message",
+    [
+        ("base", "cmd_vel", twist(0.4, 0.1)),
+        ("car", "cmd_vel", twist(0.4, 0.1)),
+        ("speeds", "command", Float64MultiArray(data=[1.0, 2.0])),
+    ],
+)
+def test_a_command_passes_eight_functions_at_most(bot, name, topic, message):
+    """From the topic's callback to the motor, which writes the solver's row; checks apart."""
+    passed, loop = set(), (__file__, bot_rig.__file__, manager.__file__)
+    bot.start(name)
+
+    def note(frame, event, _):
+        """What calls one of these, up to the test or to what updates all controllers."""
+        code = frame.f_code
+        if event == "call" and code.co_name in ("_on_command", "command", "track_velocity"):
+            while code.co_filename not in loop or code.co_name == "command":
+                passed.add(code)
+                frame = frame.f_back
+                code = frame.f_code
+
+    sys.setprofile(note)
+    try:
+        bot.endpoints[f"/bot/{name}/{topic}"].call(message)
+        bot.run(1)
+    finally:
+        sys.setprofile(None)
+    names = {code.co_name for code in passed}
+    assert {"_on_command", "command", "set_velocity", "track_velocity"} <= names
+    assert len(passed) <= 8, names
 
 
 def test_odometry_is_that_of_its_stamp(bot):

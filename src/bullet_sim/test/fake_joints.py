@@ -5,7 +5,7 @@ from bullet_sim.engine.quickstep.law import effort_of
 
 def limited_effort(handle):
     """The effort of a JointHandle within the joint's limits, and what of it acts."""
-    row = handle.effort_row(None, computes=False)
+    row = handle.effort_row(computes=False)
     acts = effort_of(row.numbers, handle.position, handle.velocity, 0.001)
     return row.applied, acts
 
@@ -43,6 +43,10 @@ class FakeJoints:
         """Move from now on."""
         self.speeds.update(zip(names, values))
 
+    def motor(self, name):
+        """As Joints.motor."""
+        return FakeMotor(self, name)
+
     def apply_efforts(self, handles):
         """Record."""
         self.applied = {handle.name: handle.effort for handle in handles}
@@ -55,3 +59,22 @@ class FakeJoints:
         """Move for a time [s]."""
         for name, speed in self.speeds.items():
             self.positions[name] += speed * period
+
+
+class FakeMotor:
+    """Motor of one of the joints."""
+
+    def __init__(self, joints, name):
+        self._joints, self._name = joints, name
+
+    def track_velocity(self, velocity, _effort):
+        """As Motor's."""
+        self._joints.drive_velocities((self._name,), (velocity,))
+
+    def track_position(self, position, _effort, _speed):
+        """As Motor's."""
+        self._joints.drive_positions((self._name,), (position,))
+
+    def release(self):
+        """As Motor's."""
+        self._joints.release((self._name,))

@@ -4,6 +4,7 @@ import math
 
 import pytest
 from bullet_sim.controllers.drive import Odometry
+from bullet_sim.controllers.limits import UNLIMITED_SPEED
 from bullet_sim.controllers.manager import Manager
 from bullet_sim.controllers.pid import Pid, PidGains
 from bullet_sim.description.model import ModelDescription
@@ -100,7 +101,7 @@ def test_commands_out_of_bounds_are_refused_and_the_last_stays(value):
         manager.command("speed", [value])
     assert joints.calls[-1] == ("velocity", ("left",), (3.0,))
     manager.command("speed", [1e9])
-    assert joints.calls[-1] == ("velocity", ("left",), (1e9,))
+    assert joints.calls[-1] == ("velocity", ("left",), (UNLIMITED_SPEED,))
 
 
 @pytest.mark.parametrize(
@@ -160,8 +161,8 @@ def test_opposite_infinite_parts_give_nothing():
 def test_an_effort_that_is_no_number_does_not_reach_the_joint(effort):
     joints = Recorded()
     manager = Manager(joints)
-    both = manager.hardware.handles(("left", "right"))
-    manager.hardware.command("effort", both, (effort, 3.0))
+    for handle, value in zip(manager.hardware.handles(("left", "right")), (effort, 3.0)):
+        handle.set_effort(value)
     manager.update(0.001)
     assert joints.calls[-1] == ("effort", {"left": 0.0, "right": 3.0})
 

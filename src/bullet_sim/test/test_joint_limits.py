@@ -1,6 +1,7 @@
 """Limits of joints: once for each way on which a command comes, the same with both solvers."""
 
 import math
+from unittest.mock import Mock
 
 import pytest
 from bullet_sim.controllers.handle import JointHandle
@@ -71,16 +72,16 @@ def test_limits_that_change_count_at_once():
     ],
 )
 def test_the_effort_of_a_handle(position, velocity, effort, within, acts):
-    handle = JointHandle("axle", joint(**BOUNDED), None)
+    handle = JointHandle("axle", joint(**BOUNDED), Mock(), Mock(is_stopped=False))
     handle.position, handle.velocity, handle.effort = position, velocity, effort
     assert limited_effort(handle) == (within, acts)
 
 
 def test_gains_of_gazebo_ros_control_are_bounded_by_the_effort_and_by_gazebo():
     """The hardware interface bounds their output by the effort alone, Joint::SetForce by speed."""
-    handle = JointHandle("axle", joint(**BOUNDED), None)
+    handle = JointHandle("axle", joint(**BOUNDED), Mock(), Mock(is_stopped=False))
     handle.gains_pid = Pid(PidGains(100.0))
-    handle.follow("velocity", 50.0)
+    handle.set_velocity(50.0)
     assert handle.is_regulated and handle.gains_pid.target == 3.0
     handle.regulate(STEP)
     assert (handle.effort, limited_effort(handle)) == (300.0, (5.0, 5.0))

@@ -320,7 +320,7 @@ class Robots:
     def save_state(self) -> tuple[list[Any], list[Any]]:
         """State of plugins, and the commands that wait for the next step."""
         states = [(plugin, plugin.get_state()) for plugin in self._all_plugins]
-        commands = [(control, control.waiting_commands()) for control in self._controls.values()]
+        commands = [(control, dict(control.commands)) for control in self._controls.values()]
         return states, commands
 
     def restore_state(self, state: tuple[list[Any], list[Any]]) -> None:
@@ -329,8 +329,7 @@ class Robots:
         for plugin, saved in states:
             plugin.set_state(saved)
         for control, waiting in commands:
-            for name, values in waiting.items():
-                control.buffer_command(name, values)
+            control.commands.update(waiting)
         self.refresh()
 
     def restart(self, fresh: bool = True) -> None:

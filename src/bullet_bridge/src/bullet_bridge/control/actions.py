@@ -207,7 +207,7 @@ class Trajectories(GoalTopics, Commands):
         if not self._robot.manager.is_running(self.config.name):
             rospy.logerr("Can't accept new commands. Controller is not running.")
             return
-        self._robot.buffer_command(self.config.name, command_of(message))
+        self._robot.commands[self.config.name] = command_of(message)
 
     # the action -------------------------------------------------------------------------------
     def _on_goal(self, handle: Any) -> None:

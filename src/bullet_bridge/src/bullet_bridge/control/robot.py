@@ -42,6 +42,8 @@ class RobotControl:
 
     Attributes:
         closed: the model is deleted; no controller can be loaded.
+        commands: those that wait for the next step, by controller; written by other threads, one
+            operation of the dict at a time.
         refused: name of a controller that could not be loaded -> why.
     """
 
@@ -60,7 +62,7 @@ class RobotControl:
         self.namespace = "/" + namespace.strip("/") if namespace.strip("/") else ""
         self._label = self.namespace or "/"
         self.received = received or ReceivedCounts()
-        self._commands: dict[str, Any] = {}
+        self.commands: dict[str, Any] = {}
         self._emergency_stop: bool | None = None  # the last message; None: it has been applied
         self._lock = threading.Lock()
         self._topics: dict[str, Topics] = {}
@@ -90,13 +92,9 @@ class RobotControl:
         active, self._emergency_stop = self._emergency_stop, None
         if active is not None:
             self.manager.set_emergency_stop(active)
-        if not self._commands:
-            return
-        with self._lock:
-            commands, self._commands = self._commands, {}
-        for name, values in commands.items():
+        for name in list(self.commands):
             try:
-                self.manager.command(name, values)
+                self.manager.command(name, self.commands.pop(name))
             except SimError as error:
                 rospy.logerr_throttle(1.0, f"{self._label}: {error}")
 
@@ -146,17 +144,11 @@ class RobotControl:
     def restart(self, fresh: bool = True) -> None:
         """Restart the schedules after a reset; fresh: drop the commands that wait, too."""
         if fresh:
-            with self._lock:
-                self._commands = {}
+            self.commands.clear()
         for topics in self._topics.values():
             topics.restart(self.world.step_count, fresh)
 
     # other threads ----------------------------------------------------------------------------
-    def buffer_command(self, name: str, values: Any) -> None:
-        """Store a command for the next step; the latest replaces earlier ones."""
-        with self._lock:
-            self._commands[name] = values
-
     def _subscribe_to_emergency_stop(self, topic: str) -> None:
         """std_msgs/Bool of <eStopTopic>: true stops the joints, false lets them go on."""
         if not topic:
@@ -167,11 +159,6 @@ class RobotControl:
 
         name = topic if topic.startswith("/") else f"{self.namespace}/{topic}"
         self._emergency = self.received.subscribe(name, Bool, store)
-
-    def waiting_commands(self) -> dict[str, Any]:
-        """The commands that wait for the next step, by controller."""
-        with self._lock:
-            return dict(self._commands)
 
     def _load(self, name: str) -> bool:
         config = rospy.get_param(f"{self.namespace}/{name}", None)
@@ -274,8 +261,7 @@ class RobotControl:
     def _unload(self, name: str) -> bool:
         def work() -> tuple[Topics | None, list[ValuesServer]]:
             self.manager.unload(name)
-            with self._lock:
-                self._commands.pop(name, None)
+            self.commands.pop(name, None)
             return self._topics.pop(name, None), self._pid_servers.take(name)
 
         done = self._run_job(work)

@@ -105,6 +105,7 @@ class Robot(Protocol):
     Attributes:
         namespace: e.g. '/racecar'.
         received: counts of the messages that came.
+        commands: by controller, for the next step; the latest replaces earlier ones.
     """
 
     namespace: str
@@ -112,9 +113,7 @@ class Robot(Protocol):
     model: Model
     manager: Manager
     received: ReceivedCounts
-
-    def buffer_command(self, name: str, values: Any) -> None:
-        """Store a controller's command for the next step; the latest replaces earlier ones."""
+    commands: dict[str, Any]
 
     def call(self, work: Callable[[], Result]) -> Result:
         """Result of a job of the simulation thread; what it raises is raised here."""
@@ -257,9 +256,8 @@ class Commands(Topics):
 
     def _on_command(self, message: Any) -> None:
         data = message.data
-        self._robot.buffer_command(
-            self.config.name, (data,) if isinstance(data, float) else tuple(data)
-        )
+        values = (data,) if isinstance(data, float) else tuple(data)
+        self._robot.commands[self.config.name] = values
 
 
 @ros_side(joint.PidControl)
@@ -332,7 +330,7 @@ class Drive(Commands):
                 "which allow_multiple_cmd_vel_publishers forbids; it brakes",
             )
             values = (0.0, 0.0)
-        self._robot.buffer_command(self.config.name, values)
+        self._robot.commands[self.config.name] = values
 
     def publish(self, step: int, time: float) -> None:
         """Publish the odometry of this step and the limited command."""
@@ -486,7 +484,7 @@ class FourWheelDrive(Drive):
 
     def _on_angles(self, message: Any) -> None:
         values = (message.speed, message.front_steering_angle, message.rear_steering_angle)
-        self._robot.buffer_command(self.config.name, values)
+        self._robot.commands[self.config.name] = values
 
     def publish(self, step: int, time: float) -> None:
         """Publish the odometry of this step, also as speed and steering angles."""

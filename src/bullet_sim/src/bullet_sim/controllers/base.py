@@ -59,6 +59,7 @@ class Controller(Component):
         periodic: update() is called before physics steps.
         group: its command topic takes a list, also of one joint.
         joints: a JointHandle for each of config.joints.
+        setters: functions that command the joints of config.claims, in their order.
         pids: its Pids, whose gains can be changed at run time.
     """
 
@@ -89,6 +90,11 @@ class Controller(Component):
     def __init__(self, config: Any, hardware: Hardware) -> None:
         self.config, self.hardware = config, hardware
         self.joints = hardware.handles(config.joints)
+        self.setters = [
+            getattr(joint, f"set_{interface}")
+            for interface, names in config.claims
+            for joint in hardware.handles(names)
+        ]
 
     def stop(self) -> None:
         """Release the joints."""
@@ -105,6 +111,11 @@ class Controller(Component):
 
     def command(self, values: Any) -> None:
         """Set a checked command."""
+
+    def write(self, values: Iterable[float]) -> None:
+        """Command the joints of config.claims, in their order."""
+        for set_command, value in zip(self.setters, values):
+            set_command(value)
 
     def observe(self, time: float) -> None:
         """Update what is published to the joints' present state; nothing is commanded."""

@@ -150,7 +150,8 @@ class Drive(Controller):
         self.limited: tuple[float, ...] = (0.0, 0.0)
         self._before: tuple[float, ...] = (0.0, 0.0)
         self._target: tuple[float, ...] = (0.0, 0.0)
-        self._age, self._written = math.inf, None
+        self._age = math.inf
+        self._written: tuple[float, ...] = ()
 
     def start(self, time: float) -> None:
         """Start at rest and continue the odometry."""
@@ -158,7 +159,8 @@ class Drive(Controller):
         self._positions = tuple(joint.position for joint in self.joints)
         self._time = time
         self.odometry.start(time)
-        self._write_once(self._outputs(0.0, 0.0))
+        self._written = self._outputs(0.0, 0.0)
+        self.write(self._written)
 
     def reset(self, time: float) -> None:
         """Start at the origin."""
@@ -180,7 +182,15 @@ class Drive(Controller):
         self._age += period
         now = self._limit(target, period)
         self._before, self.limited = self.limited, now
-        self._write_once(self._outputs(*now))
+        outputs = self._outputs(*now)
+        if outputs != self._written:
+            self._written = outputs
+            for set_command, value in zip(self.setters, outputs):
+                set_command(value)
+        self._note(period)
+
+    def _note(self, period: float) -> None:
+        """Note what is published besides, after an update [s] after the last one."""
 
     def _wanted(self) -> tuple[float, ...]:
         """The command, or zeros after its time-out."""
@@ -199,7 +209,7 @@ class Drive(Controller):
     def steps_until_update(self, period: float) -> int:
         """As Controller's: where the limits have let the whole command through, and what was
         commanded last is what they let through."""
-        if type(self).update not in (Drive.update, DiffDrive.update):
+        if type(self).update is not Drive.update:
             return 0
         if type(self).observe is not Drive.observe or getattr(self.config, "publish_wheels", False):
             return 0
@@ -242,12 +252,8 @@ class Drive(Controller):
         """The configuration; its joints are still to be checked."""
         raise NotImplementedError
 
-    def _outputs(self, linear: float, angular: float) -> Any:
-        """What is written for a command within the limits."""
-        raise NotImplementedError
-
-    def _write(self, outputs: Any) -> None:
-        """Command the joints."""
+    def _outputs(self, linear: float, angular: float) -> tuple[float, ...]:
+        """What a command within the limits makes of the joints' commands."""
         raise NotImplementedError
 
     def _travelled(
@@ -260,11 +266,6 @@ class Drive(Controller):
             positions: of the joints [rad].
         """
         raise NotImplementedError
-
-    def _write_once(self, outputs: Any) -> None:
-        if outputs != self._written:
-            self._written = outputs
-            self._write(outputs)
 
 
 @dataclass(frozen=True)
@@ -312,12 +313,11 @@ class DiffDrive(Drive):
         self.wheels = WheelMotion()
         super().reset(time)
 
-    def update(self, time: float, period: float) -> None:
-        """As a Drive; then what the wheels do."""
-        super().update(time, period)
+    def _note(self, period: float) -> None:
+        """What the wheels do."""
         if not self.config.publish_wheels:
             return
-        before, (left, right) = self.wheels, self._outputs(*self.limited)
+        before, (left, *_, right) = self.wheels, self._outputs(*self.limited)
         measured = tuple(joint.velocity for joint in self.joints)
         self.wheels = WheelMotion(
             (before.positions[0] + left * period, before.positions[1] + right * period),
@@ -382,15 +382,11 @@ class DiffDrive(Drive):
             **common(settings, (("velocity", left + right),), WITHOUT_EFFECT[1:]),
         )
 
-    def _outputs(self, linear: float, angular: float) -> tuple[float, float]:
+    def _outputs(self, linear: float, angular: float) -> tuple[float, ...]:
         config = self.config
         across = angular * config.separation / 2
-        return (linear - across) / config.radii[0], (linear + across) / config.radii[1]
-
-    def _write(self, outputs: tuple[float, float]) -> None:
-        config = self.config
-        speeds = (outputs[0],) * len(config.left) + (outputs[1],) * len(config.right)
-        self.hardware.command("velocity", self.joints, speeds)
+        left, right = (linear - across) / config.radii[0], (linear + across) / config.radii[1]
+        return (left,) * len(config.left) + (right,) * len(config.right)
 
     def _travelled(self, turned: Sequence[float], _: Sequence[float]) -> tuple[float, float]:
         config, count = self.config, len(self.config.left)
@@ -439,10 +435,6 @@ class Ackermann(Drive):
 
     def _outputs(self, linear: float, angle: float) -> tuple[float, float]:
         return linear / self.config.radii[1], angle
-
-    def _write(self, outputs: tuple[float, float]) -> None:
-        self.hardware.command("velocity", self.joints[:1], outputs[:1])
-        self.hardware.command("position", self.joints[1:], outputs[1:])
 
     def _travelled(
         self, turned: Sequence[float], positions: Sequence[float]

@@ -302,7 +302,8 @@ class FourWheel(Drive):
         else:
             outputs = for_angles(config, forward, *target[1:])
         self._before, self.limited = self.limited, (forward, turn)
-        self._write_once(outputs)
+        self._written = (*outputs[0], *outputs[1])
+        self.write(self._written)
 
     def observe(self, time: float) -> None:
         """Update the odometry to the joints' state."""
@@ -316,9 +317,6 @@ class FourWheel(Drive):
         motion = body_motion(self.config, speeds, front, rear)
         self.odometry.move(motion, (front, rear), period)
 
-    def _outputs(self, forward: float, turn: float) -> Outputs:
-        return for_twist(self.config, forward, turn)
-
-    def _write(self, outputs: Outputs) -> None:
-        self.hardware.command("velocity", self.joints[:4], outputs[0])
-        self.hardware.command("position", self.joints[4:], outputs[1])
+    def _outputs(self, forward: float, turn: float) -> tuple[float, ...]:
+        speeds, angles = for_twist(self.config, forward, turn)
+        return *speeds, *angles

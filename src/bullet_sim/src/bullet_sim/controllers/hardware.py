@@ -16,6 +16,7 @@ from bullet_sim.component import Stateful
 from bullet_sim.controllers.handle import JointHandle
 from bullet_sim.controllers.pid import Pid, PidGains
 from bullet_sim.description.model import Joint
+from bullet_sim.engine.api import Motor
 from bullet_sim.engine.efforts import EffortRow
 from bullet_sim.errors import ControllerError
 from bullet_sim.pose import Array
@@ -29,12 +30,10 @@ class RobotJoints(Protocol):
 
     def read(self, handles: Sequence[JointHandle]) -> None: ...
     def columns(self, indices: Sequence[int]) -> Sequence[list[float]]: ...
-    def drive_velocities(self, names: Iterable[str], values: Iterable[float]) -> None: ...
-    def drive_positions(self, names: Iterable[str], values: Iterable[float]) -> None: ...
+    def motor(self, name: str) -> Motor: ...
     def apply_efforts(
         self, handles: Sequence[JointHandle], computes: bool = False
     ) -> list[EffortRow] | None: ...
-    def release(self, names: Iterable[str]) -> None: ...
 
 
 class Hardware(Stateful):
@@ -52,16 +51,15 @@ class Hardware(Stateful):
     CACHE = ("joints", "_interfaces", "_handles", "acting")
 
     def __init__(
-        self,
-        joints: RobotJoints,
-        interfaces: Mapping[str, Sequence[str]] | None = None,
+        self, joints: RobotJoints, interfaces: Mapping[str, Sequence[str]] | None = None
     ) -> None:
         self.is_stopped = False
         self._use(joints, interfaces or {})
 
     def put_before(self, joints: RobotJoints, interfaces: Mapping[str, Sequence[str]]) -> None:
         """Use other joints than the robot's, e.g. SteerBotJoints before them, with interfaces."""
-        self.joints.release(self.names)
+        for joint in self._all:
+            joint.motor.release()
         self._use(joints, interfaces)
         self.restart()
 
@@ -72,7 +70,8 @@ class Hardware(Stateful):
     def _use(self, joints: RobotJoints, interfaces: Mapping[str, Sequence[str]]) -> None:
         self.joints, self._interfaces = joints, interfaces
         self._handles = {
-            name: JointHandle(name, joints.limits[name], self) for name in joints.names
+            name: JointHandle(name, joints.limits[name], joints.motor(name), self)
+            for name in joints.names
         }
         self._all = tuple(self._handles.values())
         self.acting: tuple[JointHandle, ...] = ()
@@ -163,46 +162,8 @@ class Hardware(Stateful):
         return self._handles[joint].gains_pid if joint in self._handles else None
 
     # commands ---------------------------------------------------------------------------------
-    def command(
-        self,
-        interface: str,
-        joints: Sequence[JointHandle],
-        values: Sequence[float],
-        is_release: bool = False,
-    ) -> None:
-        """Command joints until the next command, within the URDF's limits.
-
-        Args:
-            interface: velocity [rad/s, m/s], position [rad, m] or effort [N m, N].
-            is_release: no controller commands them any more; an emergency stop does not hold it.
-        """
-        if self.is_stopped and not is_release:
-            return
-        by_motors, is_new = [], False
-        for joint, value in zip(joints, values):
-            if interface == "effort":
-                if joint.effort is None:
-                    self.joints.release((joint.name,))
-                    is_new = True
-                joint.effort, joint.pid = value, None
-                continue
-            if interface == "position":
-                joint.last_position = value
-            if joint.gains_pid is None:
-                by_motors.append((joint.name, value))
-                continue
-            if not joint.is_regulated:
-                self.joints.release((joint.name,))
-                is_new = True
-            joint.follow(interface, value)
-        if is_new:
-            self._list_acting()
-        if by_motors and interface == "velocity":
-            self.joints.drive_velocities(*zip(*by_motors))
-        elif by_motors:
-            self.joints.drive_positions(*zip(*by_motors))
-
-    def _list_acting(self) -> None:
+    def list_acting(self) -> None:
+        """List anew the joints on which an effort acts."""
         self.acting = tuple(joint for joint in self._all if joint.effort is not None)
 
     def release(self, names: Iterable[str]) -> None:
@@ -212,18 +173,17 @@ class Hardware(Stateful):
         runs: a joint with a velocity interface is commanded to stop, one with a position interface
         keeps its last position, at first 0. All others move freely, with their friction.
         """
-        names = tuple(names)
-        for name in names:
-            handle = self._handles[name]
-            handle.effort = handle.pid = None
-        self._list_acting()
-        self.joints.release(names)
-        for name in names:
-            first = next(iter(self._interfaces.get(name, ())), None)
-            if first in ("velocity", "position"):
-                handle = self._handles[name]
-                value = handle.last_position if first == "position" else 0.0
-                self.command(first, (handle,), (value,), is_release=True)
+        joints = [self._handles[name] for name in names]
+        for joint in joints:
+            joint.effort = joint.pid = None
+            joint.motor.release()
+        self.list_acting()
+        for joint in joints:
+            first = next(iter(self._interfaces.get(joint.name, ())), None)
+            if first == "velocity":
+                joint.set_velocity(0.0, is_release=True)
+            elif first == "position":
+                joint.set_position(joint.last_position, is_release=True)
 
     def set_emergency_stop(self, active: bool) -> None:
         """Stop the joints, whatever controllers command, until it is no longer active.
@@ -240,7 +200,7 @@ class Hardware(Stateful):
     def restart(self) -> None:
         """Forget all commands: the body was loaded, or loaded again."""
         for joint in self._all:
-            joint.last_position = 0.0
+            joint.last_position, joint.motor = 0.0, self.joints.motor(joint.name)
         self.release(self.names)
 
     # every step -------------------------------------------------------------------------------
@@ -281,4 +241,4 @@ class Hardware(Stateful):
     def set_state(self, state: dict[str, Any]) -> None:
         """Restore a result of get_state()."""
         super().set_state(state)
-        self._list_acting()
+        self.list_acting()

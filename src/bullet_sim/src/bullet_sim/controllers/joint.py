@@ -208,13 +208,13 @@ class Forward(JointCommand):
             self._command = tuple(joint.position for joint in self.joints)
         else:
             self._command = (0.0,) * len(self.joints)
-        self.hardware.command(self.interface, self.joints, self._command)
+        self.write(self._command)
 
     def command(self, values: tuple[float, ...]) -> None:
         """Write a command that differs from the last."""
         if values != self._command:
             self._command = values
-            self.hardware.command(self.interface, self.joints, values)
+            self.write(values)
 
 
 @dataclass
@@ -257,9 +257,9 @@ class PidControl(JointCommand):
             pid.target = joint.position if self.goal == "position" else 0.0
             if self.interface == "effort":
                 joint.set_effort(0.0, pid)
+            else:
+                joint.set_velocity(0.0)
         self._last = None
-        if self.interface == "velocity":
-            self.hardware.command("velocity", self.joints, [0.0] * len(self.joints))
 
     def command(self, values: tuple[float, ...]) -> None:
         """Set new set points."""
@@ -274,9 +274,9 @@ class PidControl(JointCommand):
             output = pid.update(measured[3], period)
             if by_effort:
                 joint.set_effort(output, pid)
+            else:
+                joint.set_velocity(output)
             self._last = time, period, *measured, output
-        if not by_effort:
-            self.hardware.command("velocity", self.joints, [pid.output for pid in self.pids])
 
     def steps_until_update(self, period: float) -> int:
         """Any number: PIDs are all that it computes, if a subclass does no more."""

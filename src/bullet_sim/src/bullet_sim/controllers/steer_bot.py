@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 from bullet_sim.controllers.drive_settings import joint_position
 from bullet_sim.controllers.handle import JointHandle
 from bullet_sim.controllers.hardware import RobotJoints
 from bullet_sim.controllers.settings import Settings
 from bullet_sim.description.model import Joint, ModelDescription
+from bullet_sim.engine.api import Motor
 from bullet_sim.errors import ControllerError
 
 NAMESPACE = "steer_bot_hardware_gazebo"
@@ -162,18 +163,13 @@ class SteerBotJoints:
             for column in of_car
         ]
 
-    def drive_velocities(self, names: Iterable[str], values: Iterable[float]) -> None:
-        """Drive all four wheels as the rear wheel is commanded; other names have no effect."""
-        wheels = (*self._config.rear_wheels, *self._config.front_wheels)
-        for name, value in zip(names, values):
-            if name == self._config.rear_wheel:
-                self._joints.impose_velocities(wheels, (value,) * 4)
-
-    def drive_positions(self, names: Iterable[str], values: Iterable[float]) -> None:
-        """Rotate both hinges as the front steering joint is commanded; others have no effect."""
-        for name, value in zip(names, values):
-            if name == self._config.front_steer:
-                self._joints.impose_positions(self._config.front_steers, self.hinge_angles(value))
+    def motor(self, name: str) -> Motor:
+        """The rear wheel's drives all four wheels, the front steering joint's rotates both hinges;
+        those of other joints have no effect."""
+        config = self._config
+        wheels = (*config.rear_wheels, *config.front_wheels) if name == config.rear_wheel else ()
+        hinges = config.front_steers if name == config.front_steer else ()
+        return cast("Motor", _SharedMotor(self, self._joints, wheels, hinges))
 
     def hinge_angles(self, angle: float) -> tuple[float, float]:
         """Angles [rad] of the right and the left hinge for one of the virtual middle wheel.
@@ -190,10 +186,25 @@ class SteerBotJoints:
     def apply_efforts(self, handles: Sequence[JointHandle], computes: bool = False) -> None:
         """No joint takes efforts."""
 
-    def release(self, names: Iterable[str]) -> None:
-        """Release what the joints move."""
-        config = self._config
-        if config.rear_wheel in names:
-            self._joints.release((*config.rear_wheels, *config.front_wheels))
-        if config.front_steer in names:
-            self._joints.release(config.front_steers)
+
+class _SharedMotor:
+    """Motor of a joint whose commands move others."""
+
+    def __init__(
+        self,
+        joints: SteerBotJoints,
+        car: CarJoints,
+        wheels: Sequence[str],
+        hinges: Sequence[str],
+    ) -> None:
+        self._joints, self._car, self._wheels, self._hinges = joints, car, wheels, hinges
+
+    def track_velocity(self, velocity: float, effort: float) -> None:
+        self._car.impose_velocities(self._wheels, [velocity] * len(self._wheels))
+
+    def track_position(self, position: float, effort: float, speed: float) -> None:
+        self._car.impose_positions(self._hinges, self._joints.hinge_angles(position))
+
+    def release(self) -> None:
+        for name in (*self._wheels, *self._hinges):
+            self._car.motor(name).release()

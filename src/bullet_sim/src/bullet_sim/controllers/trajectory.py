@@ -172,7 +172,7 @@ class TrajectoryControl(ActionControl):
         for pid in self.pids:
             pid.reset()
         values = positions if self.interface == "position" else [0.0] * len(positions)
-        self.hardware.command(self.interface, self.joints, values)
+        self.write(values)
 
     # commands ---------------------------------------------------------------------------------
     def check(self, command: Command) -> Command:
@@ -300,7 +300,7 @@ class TrajectoryControl(ActionControl):
 
     def _write(self, desired: Motion, error: Motion, period: float) -> None:
         if self.interface == "position":
-            self.hardware.command("position", self.joints, desired.positions)
+            self.write(desired.positions)
             return
         outputs = [
             pid.update(deviation, period, rate) + gain * velocity
@@ -312,7 +312,7 @@ class TrajectoryControl(ActionControl):
                 self.config.feedforward,
             )
         ]
-        self.hardware.command(self.interface, self.joints, outputs)
+        self.write(outputs)
 
 
 @CONTROLLERS.register("position_controllers/JointTrajectoryController")

@@ -151,7 +151,7 @@ class Joints:
         Args:
             computes: PIDs are computed anew before each step.
         """
-        return [handle.effort_row(self._motors[handle.name], computes) for handle in handles]
+        return [handle.effort_row(computes) for handle in handles]
 
     def release(self, names: Iterable[str]) -> None:
         """Release joints: they move freely, with their friction."""

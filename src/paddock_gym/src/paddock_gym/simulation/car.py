@@ -25,8 +25,8 @@ class Car:
     def __init__(self, world, name, pose, urdf):
         self._world = world
         self.model = world.spawn_urdf(name, urdf, pose, description.resolve)
-        self._hardware = self.model.manager.hardware  # what the controllers write to
-        self._wheels, self._hinges = map(self._hardware.handles, (WHEELS, HINGES))
+        hardware = self.model.manager.hardware  # what the controllers write to
+        self._wheels, self._hinges = map(hardware.handles, (WHEELS, HINGES))
         self._root = self.model.description.root
         self._rest = None  # height and tilt of the car at rest
 
@@ -40,9 +40,10 @@ class Car:
         yaw_rate = speed * math.tan(steering) / GEOMETRY.wheelbase
         wheels = wheel_commands(speed, yaw_rate, GEOMETRY)
         speeds = (wheels.left_rear, wheels.left_front, wheels.right_rear, wheels.right_front)
-        self._hardware.command("velocity", self._wheels, speeds)
-        angles = wheels.left_steering, wheels.right_steering
-        self._hardware.command("position", self._hinges, angles)
+        for wheel, value in zip(self._wheels, speeds):
+            wheel.set_velocity(value)
+        for hinge, angle in zip(self._hinges, (wheels.left_steering, wheels.right_steering)):
+            hinge.set_position(angle)
 
     def motion(self):
         """Motion of base_link."""

@@ -57,8 +57,7 @@ class Truck:
         ).toxml()
         self.model = self.world.spawn_urdf("cybertruck", text, Pose(), self._resolve)
         self.world.engine.unlocked = True  # one thread alone has this world
-        self._hardware = self.model.manager.hardware
-        self._rear, self._hinges = map(self._hardware.handles, (REAR, HINGES))
+        self._rear, self._hinges = map(self.model.manager.hardware.handles, (REAR, HINGES))
         self._write(0.0, 0.0)
         self.world.step(round(SETTLING / TIME_STEP))
         self.world.step_count = 0
@@ -105,9 +104,10 @@ class Truck:
 
     def _write(self, steering, speed):
         wheels = self._kinematics.wheels(steering, speed)
-        angles = wheels.left_steering, wheels.right_steering
-        self._hardware.command("position", self._hinges, angles)
-        self._hardware.command("velocity", self._rear, (wheels.rear_left, wheels.rear_right))
+        for hinge, angle in zip(self._hinges, (wheels.left_steering, wheels.right_steering)):
+            hinge.set_position(angle)
+        for wheel, speed in zip(self._rear, (wheels.rear_left, wheels.rear_right)):
+            wheel.set_velocity(speed)
 
     def close(self):
         """Free the engine."""

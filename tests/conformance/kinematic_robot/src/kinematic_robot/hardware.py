@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from bullet_bridge.plugins.base import ModelPlugin
@@ -47,7 +48,9 @@ class KinematicJoints:
         clock: Callable[[], float],
     ) -> None:
         self._clock, self._time = clock, clock()
-        self.names, self.limits, self._wrap = tuple(limits), dict(limits), wrap
+        # those robots bound no velocities
+        self.limits = {name: replace(joint, velocity=None) for name, joint in limits.items()}
+        self.names, self._wrap = tuple(limits), wrap
         self._position = {**dict.fromkeys(self.names, 0.0), **dict(zip(self.names, start))}
         self._velocity = dict.fromkeys(self.names, 0.0)
         self._effort = dict.fromkeys(self.names, 0.0)
@@ -75,13 +78,9 @@ class KinematicJoints:
             for values in (self._position, self._velocity, self._effort)
         ]
 
-    def drive_velocities(self, names: Iterable[str], values: Iterable[float]) -> None:
-        """As Joints.drive_velocities."""
-        self._command("velocity", zip(names, values))
-
-    def drive_positions(self, names: Iterable[str], values: Iterable[float]) -> None:
-        """As Joints.drive_positions."""
-        self._command("position", zip(names, values))
+    def motor(self, name: str) -> KinematicMotor:
+        """As Joints.motor."""
+        return KinematicMotor(self, name)
 
     def apply_efforts(self, handles: Sequence[JointHandle]) -> None:
         """As Joints.apply_efforts, of unit inertias, within the URDF's limits of effort alone."""
@@ -89,14 +88,13 @@ class KinematicJoints:
         for handle in handles:
             limit = handle.limits.effort or math.inf
             efforts.append((handle.name, min(max(handle.effort or 0.0, -limit), limit)))
-        self._command("effort", efforts)
+        self.command("effort", efforts)
 
-    def release(self, names: Iterable[str]) -> None:
-        """As Joints.release: they stop."""
-        for name in names:
-            self._commands.pop(name, None)
+    def release(self, name: str) -> None:
+        """It stops."""
+        self._commands.pop(name, None)
 
-    def _command(self, interface: str, values: Iterable[tuple[str, float]]) -> None:
+    def command(self, interface: str, values: Iterable[tuple[str, float]]) -> None:
         self._commands.update({name: (interface, value) for name, value in values})
         self._is_new |= interface != "effort"  # efforts are written before every step
 
@@ -133,6 +131,25 @@ class KinematicJoints:
             else:
                 self._velocity[name] += value * PERIOD
                 self._effort[name] = value
+
+
+class KinematicMotor:
+    """Motor of such a joint."""
+
+    def __init__(self, joints: KinematicJoints, name: str) -> None:
+        self._joints, self._name = joints, name
+
+    def track_velocity(self, velocity: float, _effort: float) -> None:
+        """As Motor's."""
+        self._joints.command("velocity", [(self._name, velocity)])
+
+    def track_position(self, position: float, _effort: float, _speed: float) -> None:
+        """As Motor's."""
+        self._joints.command("position", [(self._name, position)])
+
+    def release(self) -> None:
+        """As Motor's."""
+        self._joints.release(self._name)
 
 
 class KinematicRobot(ModelPlugin):
