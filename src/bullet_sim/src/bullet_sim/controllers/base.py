@@ -143,6 +143,11 @@ class Controller(Component):
 CONTROLLERS: Registry[type[Controller]] = Registry("controller type")
 
 
+def register_variant(name: str, base: type[Controller], **facts: Any) -> None:
+    """Enter a subclass that differs by class attributes alone, `facts`, under a type's name."""
+    CONTROLLERS.register(name)(type(name.rpartition("/")[2], (base,), facts))
+
+
 def configure(
     name: str,
     values: Any,

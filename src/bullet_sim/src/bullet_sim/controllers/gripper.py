@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from bullet_sim.controllers.base import CONTROLLERS
+from bullet_sim.controllers.base import register_variant
 from bullet_sim.controllers.hardware import Hardware
 from bullet_sim.controllers.pid import Pid, PidConfig
 from bullet_sim.controllers.settings import Settings
@@ -137,18 +137,10 @@ class GripperControl(ActionControl):
             self._finish("aborted", Grip(position, self._effort, stalled=True))
 
 
-@CONTROLLERS.register("position_controllers/GripperActionController")
-class PositionGripper(GripperControl):
-    """Grips by position commands."""
-
-    interface = "position"
-
-
-@CONTROLLERS.register("effort_controllers/GripperActionController")
-class EffortGripper(GripperControl):
-    """Grips by efforts of a PID."""
-
-    interface = "effort"
+for _interface in ("position", "effort"):
+    register_variant(
+        f"{_interface}_controllers/GripperActionController", GripperControl, interface=_interface
+    )
 
 
 def check_goal(position: float, max_effort: float) -> str:

@@ -6,11 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from bullet_sim.controllers.base import (
-    CONTROLLERS,
-    MAX_STEPS,
-    Controller,
-)
+from bullet_sim.controllers.base import CONTROLLERS, MAX_STEPS, Controller, register_variant
 from bullet_sim.controllers.handle import JointHandle
 from bullet_sim.controllers.hardware import Hardware
 from bullet_sim.controllers.pid import Pid, PidConfig, parse_pid, position_error
@@ -323,71 +319,17 @@ class VelocityPid(PidControl):
         return pid.target, joint.velocity, 0.0, pid.target - joint.velocity
 
 
-@CONTROLLERS.register("velocity_controllers/JointVelocityController")
-class JointVelocity(Forward):
-    """A joint's velocity [rad/s, m/s]."""
-
-    interface = "velocity"
-
-
-@CONTROLLERS.register("velocity_controllers/JointGroupVelocityController")
-class JointGroupVelocity(JointVelocity):
-    """Several joints' velocities."""
-
-    group = True
-
-
-@CONTROLLERS.register("velocity_controllers/JointPositionController")
-class JointPositionByVelocity(PositionPid):
-    """A joint's position [rad, m], by velocities."""
-
-    interface = "velocity"
-
-
-@CONTROLLERS.register("position_controllers/JointPositionController")
-class JointPosition(Forward):
-    """A joint's position [rad, m]."""
-
-    interface = "position"
-
-
-@CONTROLLERS.register("position_controllers/JointGroupPositionController")
-class JointGroupPosition(JointPosition):
-    """Several joints' positions."""
-
-    group = True
-
-
-@CONTROLLERS.register("effort_controllers/JointEffortController")
-class JointEffort(Forward):
-    """A joint's effort [N m, N]."""
-
-    interface = "effort"
-
-
-@CONTROLLERS.register("effort_controllers/JointGroupEffortController")
-class JointGroupEffort(JointEffort):
-    """Several joints' efforts."""
-
-    group = True
-
-
-@CONTROLLERS.register("effort_controllers/JointPositionController")
-class JointPositionByEffort(PositionPid):
-    """A joint's position [rad, m], by efforts."""
-
-    interface = "effort"
-
-
-@CONTROLLERS.register("effort_controllers/JointGroupPositionController")
-class JointGroupPositionByEffort(JointPositionByEffort):
-    """Several joints' positions, by efforts."""
-
-    group = True
-
-
-@CONTROLLERS.register("effort_controllers/JointVelocityController")
-class JointVelocityByEffort(VelocityPid):
-    """A joint's velocity [rad/s, m/s], by efforts."""
-
-    interface = "effort"
+# types of ros_control: class, interface, whether they have several joints
+for _type, _class, _interface, _group in (
+    ("velocity_controllers/JointVelocityController", Forward, "velocity", False),
+    ("velocity_controllers/JointGroupVelocityController", Forward, "velocity", True),
+    ("velocity_controllers/JointPositionController", PositionPid, "velocity", False),
+    ("position_controllers/JointPositionController", Forward, "position", False),
+    ("position_controllers/JointGroupPositionController", Forward, "position", True),
+    ("effort_controllers/JointEffortController", Forward, "effort", False),
+    ("effort_controllers/JointGroupEffortController", Forward, "effort", True),
+    ("effort_controllers/JointPositionController", PositionPid, "effort", False),
+    ("effort_controllers/JointGroupPositionController", PositionPid, "effort", True),
+    ("effort_controllers/JointVelocityController", VelocityPid, "effort", False),
+):
+    register_variant(_type, _class, interface=_interface, group=_group)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bullet_sim.controllers.base import CONTROLLERS, Controller
+from bullet_sim.controllers.base import Controller, register_variant
 from bullet_sim.controllers.hardware import Hardware
 from bullet_sim.controllers.pid import Pid, PidConfig, parse_pid, shortest_distance
 from bullet_sim.controllers.segments import (
@@ -315,22 +315,9 @@ class TrajectoryControl(ActionControl):
         self.write(outputs)
 
 
-@CONTROLLERS.register("position_controllers/JointTrajectoryController")
-class PositionTrajectory(TrajectoryControl):
-    """Trajectories of joints' positions, as position commands."""
-
-    interface = "position"
-
-
-@CONTROLLERS.register("velocity_controllers/JointTrajectoryController")
-class VelocityTrajectory(TrajectoryControl):
-    """Trajectories of joints' positions, by velocities."""
-
-    interface = "velocity"
-
-
-@CONTROLLERS.register("effort_controllers/JointTrajectoryController")
-class EffortTrajectory(TrajectoryControl):
-    """Trajectories of joints' positions, by efforts."""
-
-    interface = "effort"
+for _interface in ("position", "velocity", "effort"):
+    register_variant(
+        f"{_interface}_controllers/JointTrajectoryController",
+        TrajectoryControl,
+        interface=_interface,
+    )
