@@ -4,9 +4,12 @@ Answers once it is ready; then each line "SECONDS" or, for gl, "SECONDS SHADOWS/
 true/false) is a round with one answer. The bridge is paused but for the rounds of received images.
 """
 
+import importlib.util
 import time
 from dataclasses import replace
 
+import pybullet
+from bullet_sim.engine.bullet.camera import PyBulletCamera
 from bullet_sim.plugins.cameras import CameraSpec
 from bullet_sim.pose import Pose
 from bullet_sim.render.gl.renderer import GlRenderer
@@ -18,6 +21,24 @@ from observers import graph, stepping
 
 QUIET = 0.3  # [s] between pausing or going on and the window
 SNAPSHOTS, STRIDE = 100, 10  # of the driving car, and steps between two of them
+
+
+class EglCamera(PyBulletCamera):
+    """A PyBulletCamera by PyBullet's OpenGL instead of TinyRenderer."""
+
+    renderer = pybullet.ER_BULLET_HARDWARE_OPENGL
+
+    def __init__(self, client):
+        super().__init__(client)
+        plugin = importlib.util.find_spec("eglRenderer").origin
+        if client.api.loadPlugin(plugin, "_eglRendererPlugin") < 0:
+            raise SystemExit("PyBullet's EGL renderer does not load: is libegl1 installed?")
+
+
+class EglRenderer(PyBulletRenderer):
+    """A PyBulletRenderer with an EglCamera."""
+
+    camera, offset = EglCamera, (0.0, 0.0)
 
 
 class BareCamera:
@@ -53,7 +74,7 @@ class BareCamera:
     def _make(kind):
         if kind != "egl":
             return GlRenderer(Quality(*kind.split("/")))
-        return PyBulletRenderer("egl")
+        return EglRenderer()
 
     def _draw(self, renderer):
         self._number += 1

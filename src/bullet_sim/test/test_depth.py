@@ -83,7 +83,7 @@ def check_scene(depth, rgb):
 
 
 def test_mirror_measures_a_box(source):
-    mirror = PyBulletRenderer("tiny")
+    mirror = PyBulletRenderer()
     mirror.sync_sources([source])
     mirror.apply(SNAPSHOT)
     rgb, depth = mirror.render_with_depth(request())

@@ -46,7 +46,7 @@ def _sources():
 
 @pytest.fixture(name="mirror")
 def _mirror(sources):
-    mirror = PyBulletRenderer("tiny")
+    mirror = PyBulletRenderer()
     mirror.sync_sources(sources)
     yield mirror
     mirror.close()
@@ -191,7 +191,7 @@ def test_looks_are_loaded_only_where_they_are_drawn(sources):
     for draw in (True, False):
         client, links = Client(draw), sources[1].links
         client.load_text(1, visual_urdf(links, [link.shapes for link in links]), "0")
-        rgb, _ = PyBulletCamera(client, "tiny").render(32, 32, view, projection)
+        rgb, _ = PyBulletCamera(client).render(32, 32, view, projection)
         seen.append(len(red_pixels(rgb)) > 0)
         client.close()
     assert seen == [True, False]

@@ -498,7 +498,7 @@ def test_picture_of_a_script_is_drawn(park, tmp_path):
         (0, 0, 3), np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
     )
     projection = camera.projection_matrix(0.5, 4 / 3, 0.1, 10)
-    picture, _ = PyBulletCamera(client, "tiny").render(64, 48, view, projection)
+    picture, _ = PyBulletCamera(client).render(64, 48, view, projection)
     client.close()
     world.close()
     red, green, blue = picture[24, 32].astype(int)

@@ -266,12 +266,8 @@ class CameraSensor(Sensor):
         part, offset = model.link_in_body(spec.link)
         pose = offset * Pose.from_xyz_rpy(*spec.pose)
         request = CameraRequest.from_spec(spec, model.source.key, model.row(part), context.seed)
-        values = dict(
-            vars(request),
-            pose=(pose.position, pose.rpy),
-            name=f"{model.name}/{spec.link}/{spec.name}/{context.number}",
-        )
-        self._request = CameraRequest(**values)
+        name = f"{model.name}/{spec.link}/{spec.name}/{context.number}"
+        self._request = replace(request, pose=(pose.position, pose.rpy), name=name)
         self._assigned: CameraInfo | None = None  # by set_camera_info
         if spec.namespace:
             name = f"{spec.namespace.rstrip('/')}/set_camera_info"

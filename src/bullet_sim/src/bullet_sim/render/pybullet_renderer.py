@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 
@@ -19,29 +18,20 @@ from bullet_sim.render.request import CameraRequest
 from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, BodyState, Snapshot
 
-# TinyRenderer's rasteriser puts everything this far right and down [px]; OpenGL's does not.
-RASTER_OFFSET = {"tiny": (0.5, -0.5), "egl": (0.0, 0.0)}
-# EGL's depth buffer is coarse (16 bits with Mesa): with clip distances of 0.05 and 100 m its error
-# is up to 3 cm at 10 m. For depths, two images with a smaller ratio of clip distances each are
-# combined.
-COARSE_RATIO = 20.0
-
 
 class PyBulletRenderer(Renderer):
-    """A Renderer of PyBullet's.
+    """A Renderer by PyBullet's TinyRenderer.
 
-    Args:
-        kind: as of PyBulletCamera.
-
-    Raises:
-        RenderError: as PyBulletCamera.
+    Attributes:
+        offset: how far right and down its rasteriser puts everything [px].
     """
 
-    def __init__(self, kind: str = "auto") -> None:
+    camera: ClassVar[type[PyBulletCamera]] = PyBulletCamera
+    offset: ClassVar[tuple[float, float]] = (0.5, -0.5)
+
+    def __init__(self) -> None:
         self._client = Client(draw=True)  # never stepped
-        self._camera = PyBulletCamera(self._client, kind)
-        self._offset = RASTER_OFFSET[self._camera.kind]
-        self._coarse = self._camera.kind == "egl"
+        self._camera = self.camera(self._client)
         self._sources: dict[int, BodySource] = {}
         self._states: dict[int, BodyState] = {}
 
@@ -90,17 +80,16 @@ class PyBulletRenderer(Renderer):
         self, request: CameraRequest, rgb: Array | None = None, depth: Array | None = None
     ) -> tuple[Array, Array | None]:
         """See Renderer."""
-        position, rotation = self._camera_pose(request)
-        view = camera.view_matrix(position, rotation)
-        if request.depth and self._coarse and request.far > COARSE_RATIO * request.near:
-            split = math.sqrt(request.near * request.far)
-            rgb, meters = self._render(request, view, split, request.far, rgb)
-            close_rgb, close = self._render(request, view, request.near, split)
-            is_close = close < split
-            rgb[is_close], meters[is_close] = close_rgb[is_close], close[is_close]
-        else:
-            rgb, meters = self._render(request, view, request.near, request.far, rgb)
-        if depth is None or meters is None:
+        view, projection = (
+            camera.view_matrix(*self._camera_pose(request)),
+            self._projection(request),
+        )
+        rgb, buffer = self._camera.render(request.width, request.height, view, projection, out=rgb)
+        rgb = paint_sky(rgb, buffer)
+        if not request.depth:
+            return rgb, None
+        meters = camera.meters_from_buffer(buffer, request.near, request.far)
+        if depth is None:
             return rgb, meters
         depth[:] = meters
         return rgb, depth
@@ -108,38 +97,24 @@ class PyBulletRenderer(Renderer):
     def label_image(self, request: CameraRequest) -> Array:
         """See Renderer."""
         view = camera.view_matrix(*self._camera_pose(request))
-        projection = self._projection(request, request.near, request.far)
+        projection = self._projection(request)
         bodies = self._camera.bodies_seen(request.width, request.height, view, projection)
         labels = np.zeros(bodies.shape, np.int32)
         for key, loaded in self._client.bodies.items():
             labels[bodies == loaded.uid] = key
         return labels
 
-    def _projection(self, request: CameraRequest, near: float, far: float) -> tuple[float, ...]:
+    def _projection(self, request: CameraRequest) -> tuple[float, ...]:
         size = request.width, request.height
         shown = camera.shown_intrinsics(*size, request.horizontal_fov, request.intrinsics)
         return camera.projection_matrix(
             request.horizontal_fov,
             request.width / request.height,
-            near,
-            far,
-            shift=(-self._offset[0] / request.width, -self._offset[1] / request.height),
+            request.near,
+            request.far,
+            shift=(-self.offset[0] / request.width, -self.offset[1] / request.height),
             shown=None if request.intrinsics is None else shown / np.array([size]).T,
         )
-
-    def _render(
-        self,
-        request: CameraRequest,
-        view: tuple[float, ...],
-        near: float,
-        far: float,
-        out: Array | None = None,
-    ) -> tuple[Array, Any]:
-        """Colors and, if requested, distances [m] between two clip distances."""
-        projection = self._projection(request, near, far)
-        rgb, buffer = self._camera.render(request.width, request.height, view, projection, out=out)
-        meters = camera.meters_from_buffer(buffer, near, far) if request.depth else None
-        return paint_sky(rgb, buffer), meters
 
     def _camera_pose(self, request: CameraRequest) -> tuple[Array, Array]:
         if request.key is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from bullet_sim.description.model import VISIBLE
 from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, Distortion, Intrinsics, Lens
@@ -58,26 +58,10 @@ class CameraRequest:
     @classmethod
     def from_spec(cls, spec: CameraSpec, key: int, link_index: int, seed: int = 0) -> CameraRequest:
         """Request for a CameraSpec whose link is row `link_index` of body `key`."""
-        return cls(
-            spec.name,
-            key,
-            link_index,
-            spec.pose,
-            spec.width,
-            spec.height,
-            spec.horizontal_fov,
-            spec.near,
-            spec.far,
-            spec.noise_stddev,
-            seed,
-            spec.noise_mean,
-            isinstance(spec, DepthCameraSpec),
-            spec.distortion,
-            spec.lens,
-            visibility=spec.visibility,
-            samples=spec.samples,
-            intrinsics=spec.intrinsics,
-        )
+        same = (field.name for field in fields(cls) if hasattr(spec, field.name))
+        given = {name: getattr(spec, name) for name in same}
+        is_deep = isinstance(spec, DepthCameraSpec)
+        return cls(**given, key=key, link_index=link_index, seed=seed, depth=is_deep)
 
 
 @dataclass(frozen=True)

@@ -61,7 +61,7 @@ def make_renderer(renderer_type: str, quality: Quality) -> tuple[Renderer, str]:
     """The renderer of a type, and its details in a few words.
 
     Args:
-        renderer_type: 'gl', or 'tiny' or 'egl' of PyBullet.
+        renderer_type: 'gl', or 'tiny', PyBullet's.
 
     Raises:
         RenderError: it does not start.
@@ -73,7 +73,7 @@ def make_renderer(renderer_type: str, quality: Quality) -> tuple[Renderer, str]:
         return renderer, renderer.details
     from bullet_sim.render.pybullet_renderer import PyBulletRenderer
 
-    return PyBulletRenderer(renderer_type), "PyBullet"
+    return PyBulletRenderer(), "PyBullet"
 
 
 def render(

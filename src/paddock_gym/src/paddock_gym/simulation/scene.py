@@ -108,7 +108,7 @@ class SceneRenderer:
         try:
             self._renderer, self.backend = GlRenderer(QUALITY), "gl"
         except RenderError:
-            self._renderer, self.backend = PyBulletRenderer("tiny"), "tiny"
+            self._renderer, self.backend = PyBulletRenderer(), "tiny"
 
     def render(self, request, pose):
         """Render a camera's image of the world now.

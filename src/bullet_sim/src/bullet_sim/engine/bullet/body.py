@@ -42,15 +42,13 @@ class BulletMotor:
     """
 
     def __init__(self, engine: Owner, body: BulletBody, joint: str) -> None:
-        self._engine, self.uid = engine, body.loaded.uid
+        self._api, self.uid = engine.client.api, body.loaded.uid
         self.index = body.loaded.joints[joint]
         self.applied: float | None = None
         self.command: tuple[str, tuple[float, ...]] = ("release", ())
 
     def _control(self, mode: int, **values: float) -> None:
-        p.setJointMotorControl2(
-            self.uid, self.index, mode, physicsClientId=self._engine.client.number, **values
-        )
+        self._api.setJointMotorControl2(self.uid, self.index, mode, **values)
 
     def track_velocity(self, velocity: float, effort: float) -> None:
         """See api.Motor."""
@@ -75,9 +73,7 @@ class BulletMotor:
     def release(self) -> None:
         """See api.Motor: a velocity motor to 0, with the friction as its effort."""
         self.command, self.applied = ("release", ()), None
-        friction = p.getJointInfo(self.uid, self.index, physicsClientId=self._engine.client.number)[
-            7
-        ]
+        friction = self._api.getJointInfo(self.uid, self.index)[7]
         self._control(p.VELOCITY_CONTROL, targetVelocity=0.0, force=friction)
 
     def add_effort(self, effort: float) -> None:
@@ -86,11 +82,10 @@ class BulletMotor:
 
     def set_position(self, position: float, speed: float = 0.0) -> None:
         """See api.Motor; speed: [rad/s, m/s] it has then."""
-        number = self._engine.client.number
-        p.resetJointState(self.uid, self.index, position, speed, physicsClientId=number)
+        self._api.resetJointState(self.uid, self.index, position, speed)
 
     def _change(self, **values: float) -> None:
-        p.changeDynamics(self.uid, self.index, physicsClientId=self._engine.client.number, **values)
+        self._api.changeDynamics(self.uid, self.index, **values)
 
     def set_limits(self, lower: float, upper: float) -> None:
         """See api.Motor."""
@@ -106,15 +101,13 @@ class BulletMotor:
 
     def measure_load(self) -> None:
         """See api.Motor."""
-        number = self._engine.client.number
-        p.enableJointForceTorqueSensor(self.uid, self.index, 1, physicsClientId=number)
+        self._api.enableJointForceTorqueSensor(self.uid, self.index, 1)
 
     def load(self) -> tuple[Array, Array, float]:
         """See api.Motor."""
-        number = self._engine.client.number
-        _, _, load, effort = p.getJointState(self.uid, self.index, physicsClientId=number)
+        _, _, load, effort = self._api.getJointState(self.uid, self.index)
         force, torque = np.array(load[:3]), np.array(load[3:])
-        center, axes = p.getDynamicsInfo(self.uid, self.index, physicsClientId=number)[3:5]
+        center, axes = self._api.getDynamicsInfo(self.uid, self.index)[3:5]
         turn = matrix_from_quaternion(axes)
         force, torque = turn @ force, turn @ torque  # PyBullet: along the principal axes
         return force, torque + np.cross(center, force), effort
@@ -131,6 +124,7 @@ class BulletBody:
         description: ModelDescription,
     ) -> None:
         self._engine, self.loaded, self.number = engine, loaded, loaded.uid
+        self._api = engine.client.api
         self.links = mirrored_links(model)
         self.joints = [joint.name for joint in (*model.joints, *model.welds)]
         above = {joint.child: joint.name for joint in mirrored_joints(model)}
@@ -168,9 +162,7 @@ class BulletBody:
         """See api.Body."""
         arm = np.subtract(self.link_center(self.root), self.pose()[0])
         linear = np.asarray(linear, float) + np.cross(angular, arm)
-        p.resetBaseVelocity(
-            self.number, tuple(linear), tuple(angular), physicsClientId=self._engine.client.number
-        )
+        self._api.resetBaseVelocity(self.number, tuple(linear), tuple(angular))
 
     def place_link(self, link: str, pose: Pose, linear: Vector, angular: Vector) -> None:
         """See api.Body."""
@@ -191,15 +183,11 @@ class BulletBody:
         client = self._engine.client
         uid, index = client.index((self.number, link))
         if index < 0:
-            center = p.getBasePositionAndOrientation(uid, physicsClientId=client.number)[0]
-            velocities = p.getBaseVelocity(uid, physicsClientId=client.number)
+            center = self._api.getBasePositionAndOrientation(uid)[0]
+            velocities = self._api.getBaseVelocity(uid)
             return (center, *velocities, client.link_frame((self.number, link)))
-        state = p.getLinkState(
-            uid,
-            index,
-            computeLinkVelocity=1,
-            computeForwardKinematics=1,
-            physicsClientId=client.number,
+        state = self._api.getLinkState(
+            uid, index, computeLinkVelocity=1, computeForwardKinematics=1
         )
         return state[0], state[6], state[7], state[4:6]
 
@@ -216,9 +204,8 @@ class BulletBody:
 
     def states(self) -> Sequence[tuple[Any, ...]]:
         """PyBullet's states of the joints."""
-        number = self._engine.client.number
         indices = self._indices
-        return p.getJointStates(self.number, indices, physicsClientId=number) if indices else ()
+        return self._api.getJointStates(self.number, indices) if indices else ()
 
     def joint_states(self) -> Sequence[tuple[float, float, float]]:
         """See api.Body; the effort is what is applied and the motor's."""
@@ -251,25 +238,21 @@ class BulletBody:
     ) -> None:
         """See api.Body."""
         uid, index = self._engine.client.index((self.number, link))
-        client = self._engine.client.number
         forces, torques = vector3(force), vector3(torque)
-        p.applyExternalForce(
-            uid, index, forces, vector3(point), p.WORLD_FRAME, physicsClientId=client
-        )
+        self._api.applyExternalForce(uid, index, forces, vector3(point), p.WORLD_FRAME)
         if any(torques):
-            p.applyExternalTorque(uid, index, torques, p.WORLD_FRAME, physicsClientId=client)
+            self._api.applyExternalTorque(uid, index, torques, p.WORLD_FRAME)
 
     # Properties of links ------------------------------------------------------------------------
     def change(self, link: str, **values: Any) -> None:
         """Change what PyBullet's changeDynamics() takes of a link."""
         uid, index = self._engine.client.index((self.number, link))
-        p.changeDynamics(uid, index, physicsClientId=self._engine.client.number, **values)
+        self._api.changeDynamics(uid, index, **values)
 
     def set_mass(self, link: str, mass: float, inertia: Array) -> None:
         """See api.Body."""
         uid, index = self._engine.client.index((self.number, link))
-        number = self._engine.client.number
-        axes = matrix_from_quaternion(p.getDynamicsInfo(uid, index, physicsClientId=number)[4])
+        axes = matrix_from_quaternion(self._api.getDynamicsInfo(uid, index)[4])
         rotated = axes.T @ inertia @ axes
         off = rotated - np.diag(np.diag(rotated))
         if np.abs(off).max() > TOLERANCE * np.abs(rotated).max():
@@ -306,7 +289,7 @@ class BulletBody:
         client, own = self._engine.client, (self.number, link)
         uid, index = client.index(own)
         contacts = []
-        for point in p.getContactPoints(bodyA=uid, linkIndexA=index, physicsClientId=client.number):
+        for point in self._api.getContactPoints(bodyA=uid, linkIndexA=index):
             if point[8] > 0.0 and point[9] <= 0.0:  # near, but without contact
                 continue
             normal = np.array(point[7])
@@ -324,7 +307,7 @@ class BulletBody:
         client = self._engine.client
         return [
             Touch(client.link(point[1], point[3])[1], *client.link(point[2], point[4]), point[9])
-            for point in p.getContactPoints(bodyA=self.number, physicsClientId=client.number)
+            for point in self._api.getContactPoints(bodyA=self.number)
             if point[9] > 0.0
         ]
 

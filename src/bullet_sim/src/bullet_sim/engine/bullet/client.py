@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -72,6 +72,18 @@ class Point(NamedTuple):
     distance: float
 
 
+class Api:
+    """The functions of PyBullet, of the client of a number."""
+
+    def __init__(self, number: int) -> None:
+        self._number = number
+
+    def __getattr__(self, name: str) -> Any:
+        function = partial(getattr(p, name), physicsClientId=self._number)
+        setattr(self, name, function)  # it is looked up once
+        return function
+
+
 class Client:
     """A client of PyBullet, which loads bodies and says how they touch.
 
@@ -81,6 +93,7 @@ class Client:
 
     Attributes:
         number: PyBullet's.
+        api: its functions.
         bodies: those that are loaded, by the engine's numbers.
     """
 
@@ -88,21 +101,20 @@ class Client:
         self._flags = _FLAGS if draw else _FLAGS | p.URDF_IGNORE_VISUAL_SHAPES
         with silenced():
             self.number = p.connect(p.DIRECT)
+        self.api = Api(self.number)
         self.clear()
 
     def clear(self) -> None:
         """Remove all bodies."""
-        p.resetSimulation(physicsClientId=self.number)
-        p.setPhysicsEngineParameter(
-            deterministicOverlappingPairs=1, enableFileCaching=0, physicsClientId=self.number
-        )
+        self.api.resetSimulation()
+        self.api.setPhysicsEngineParameter(deterministicOverlappingPairs=1, enableFileCaching=0)
         self.bodies: dict[int, Loaded] = {}
         self._names: dict[int, tuple[int, list[str]]] = {}  # uid -> number, names of links
 
     def close(self) -> None:
         """Disconnect."""
         if self.number >= 0:
-            p.disconnect(physicsClientId=self.number)
+            self.api.disconnect()
             self.number = -1
 
     def load(
@@ -143,14 +155,13 @@ class Client:
             file.flush()
             try:
                 with silenced():
-                    uid: int = p.loadURDF(
+                    uid: int = self.api.loadURDF(
                         file.name,
                         (0, 0, 0),
                         (0, 0, 0, 1),
                         useFixedBase=fixed_base,
                         useMaximalCoordinates=static,
                         flags=self._flags | (p.URDF_USE_SELF_COLLISION if self_collide else 0),
-                        physicsClientId=self.number,
                     )
             except p.error as error:
                 raise ModelError(f"PyBullet cannot load '{label}': {error}") from error
@@ -161,11 +172,11 @@ class Client:
         return loaded
 
     def _described(self, uid: int, root: str, static: bool) -> Loaded:
-        count = p.getNumJoints(uid, physicsClientId=self.number)
-        infos = [p.getJointInfo(uid, i, physicsClientId=self.number) for i in range(count)]
+        count = self.api.getNumJoints(uid)
+        infos = [self.api.getJointInfo(uid, i) for i in range(count)]
         center = Pose()  # of what is static; PyBullet has a quaternion of zeros for it
         if not static:
-            dynamics = p.getDynamicsInfo(uid, -1, physicsClientId=self.number)
+            dynamics = self.api.getDynamicsInfo(uid, -1)
             center = Pose(dynamics[3], dynamics[4])
         return Loaded(
             uid,
@@ -179,16 +190,16 @@ class Client:
         """Remove a body."""
         loaded = self.bodies.pop(number)
         del self._names[loaded.uid]
-        p.removeBody(loaded.uid, physicsClientId=self.number)
+        self.api.removeBody(loaded.uid)
 
     def put(self, number: int, pose: Pose, moves: bool) -> None:
         """Move a body's root link's frame to a pose."""
         loaded = self.bodies[number]
         inertial = loaded.inertial.position, loaded.inertial.orientation
         place = compose(pose.position, pose.orientation, *inertial)
-        p.resetBasePositionAndOrientation(loaded.uid, *place, physicsClientId=self.number)
+        self.api.resetBasePositionAndOrientation(loaded.uid, *place)
         if not moves:  # Bullet need not look at its bounds in each step
-            p.changeDynamics(loaded.uid, -1, activationState=SLEEP, physicsClientId=self.number)
+            self.api.changeDynamics(loaded.uid, -1, activationState=SLEEP)
 
     # Contacts -----------------------------------------------------------------------------------
     def index(self, link: BodyLink) -> tuple[int, int]:
@@ -205,44 +216,40 @@ class Client:
         """Pose of a link's frame in the world."""
         uid, index = self.index(link)
         if index < 0:
-            place = p.getBasePositionAndOrientation(uid, physicsClientId=self.number)
+            place = self.api.getBasePositionAndOrientation(uid)
             return self.bodies[link[0]].frame(*place)
-        state = p.getLinkState(uid, index, computeForwardKinematics=1, physicsClientId=self.number)
+        state = self.api.getLinkState(uid, index, computeForwardKinematics=1)
         return state[4], state[5]
 
     def center_frame(self, link: BodyLink) -> tuple[Vec3, Quat]:
         """Pose of a link's principal axes at its center of mass, in the world."""
         uid, index = self.index(link)
         if index < 0:
-            return p.getBasePositionAndOrientation(uid, physicsClientId=self.number)
-        state = p.getLinkState(uid, index, computeForwardKinematics=1, physicsClientId=self.number)
+            return self.api.getBasePositionAndOrientation(uid)
+        state = self.api.getLinkState(uid, index, computeForwardKinematics=1)
         return state[0], state[1]
 
     def set_bitmask(self, link: BodyLink, bits: int) -> None:
         """Let a link touch only what shares a bit (of 16) with it; the others have all bits."""
         own = bits << _SHIFT
         group, mask = own, own | (_COMMON if bits else 0)
-        p.setCollisionFilterGroupMask(*self.index(link), group, mask, physicsClientId=self.number)
+        self.api.setCollisionFilterGroupMask(*self.index(link), group, mask)
 
     def set_pair_collision(self, one: BodyLink, other: BodyLink, collide: bool) -> None:
         """Enable or disable collision between two links."""
         (uid, link), (other_uid, other_link) = self.index(one), self.index(other)
-        p.setCollisionFilterPair(
-            uid, other_uid, link, other_link, int(collide), physicsClientId=self.number
-        )
+        self.api.setCollisionFilterPair(uid, other_uid, link, other_link, int(collide))
 
     def depth(self, one: BodyLink, other: BodyLink) -> float:
         """How deep [m] two links overlap, also where they pass through each other; 0: not."""
         (uid, link), (other_uid, other_link) = self.index(one), self.index(other)
-        points = p.getClosestPoints(
-            uid, other_uid, 0.0, link, other_link, physicsClientId=self.number
-        )
+        points = self.api.getClosestPoints(uid, other_uid, 0.0, link, other_link)
         return max((-point[8] for point in points), default=0.0)
 
     def touching_points(self) -> Iterator[Point]:
         """Contact points where bodies are now."""
-        p.performCollisionDetection(physicsClientId=self.number)
-        for point in p.getContactPoints(physicsClientId=self.number) or ():
+        self.api.performCollisionDetection()
+        for point in self.api.getContactPoints() or ():
             one, two = self.link(point[1], point[3]), self.link(point[2], point[4])
             yield Point(one, two, point[6], point[7], point[8])
 
@@ -253,7 +260,7 @@ class Client:
         limit = p.MAX_RAY_INTERSECTION_BATCH_SIZE
         for first in range(0, len(starts), limit):
             rays = starts[first : first + limit], ends[first : first + limit]
-            hits += p.rayTestBatch(*rays, physicsClientId=self.number)
+            hits += self.api.rayTestBatch(*rays)
         uids = np.array([hit[0] for hit in hits], int)
         parts = np.where(uids >= 0, np.array([hit[2] for hit in hits], float), np.inf)
         return parts, np.array([self._names[uid][0] if uid >= 0 else -1 for uid in uids.tolist()])
@@ -280,10 +287,9 @@ class Client:
         """Put joints to (position, velocity)."""
         loaded = self.bodies[number]
         if states:
-            p.resetJointStatesMultiDof(
+            self.api.resetJointStatesMultiDof(
                 loaded.uid,
                 [loaded.joints[name] for name in states],
                 [[state[0]] for state in states.values()],
                 [[state[1]] for state in states.values()],
-                physicsClientId=self.number,
             )

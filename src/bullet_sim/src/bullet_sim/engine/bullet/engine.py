@@ -50,6 +50,7 @@ class BulletEngine:
         self.time_step, self.gravity = float(time_step), vector3(gravity)
         self._iterations, self.placements = int(solver_iterations), 0
         self.client = Client()
+        self._api = self.client.api
         self.cast_rays = self.client.cast_rays  # see api.Engine
         self._start()
 
@@ -77,19 +78,17 @@ class BulletEngine:
     def set_gravity(self, gravity: Vec3) -> None:
         """See api.Engine."""
         self.gravity = vector3(gravity)
-        p.setGravity(*self.gravity, physicsClientId=self.client.number)
+        self._api.setGravity(*self.gravity)
 
     def set_time_step(self, time_step: float) -> None:
         """See api.Engine."""
         self.time_step = float(time_step)
-        p.setTimeStep(self.time_step, physicsClientId=self.client.number)
+        self._api.setTimeStep(self.time_step)
 
     def set_solver_iterations(self, count: int) -> None:
         """See api.Engine."""
         self._iterations = int(count)
-        p.setPhysicsEngineParameter(
-            numSolverIterations=self._iterations, physicsClientId=self.client.number
-        )
+        self._api.setPhysicsEngineParameter(numSolverIterations=self._iterations)
 
     def is_compiled(self) -> bool:
         """See api.Engine."""
@@ -234,7 +233,7 @@ class BulletEngine:
         """Apply efforts of one body's joints in the next step; states: of its joints."""
         of_motor = dict(zip(body.motors.values(), states))
         motors: list[Any] = [row.motor for row in rows]
-        p.setJointMotorControlArray(
+        self._api.setJointMotorControlArray(
             body.number,
             [motor.index for motor in motors],
             p.TORQUE_CONTROL,
@@ -242,7 +241,6 @@ class BulletEngine:
                 law.effort_of(row.numbers, of_motor[motor][0], of_motor[motor][1], self.time_step)
                 for row, motor in zip(rows, motors)
             ],
-            physicsClientId=self.client.number,
         )
         for row, motor in zip(rows, motors):
             motor.applied = row.applied
@@ -283,7 +281,7 @@ class BulletEngine:
             there = Pose(*self.client.center_frame(still)).inverse() * there
             second = self.client.index(still)
         if self.bodies[moving[0]].moves:
-            joint = p.createConstraint(
+            joint = self._api.createConstraint(
                 *self.client.index(moving),
                 *second,
                 p.JOINT_FIXED,
@@ -292,7 +290,6 @@ class BulletEngine:
                 there.position,
                 (0, 0, 0, 1),
                 there.orientation,
-                physicsClientId=self.client.number,
             )
         self._attached[key] = joint, one, other
         self.set_pair_collision(one, other, False)
@@ -309,7 +306,7 @@ class BulletEngine:
             return False
         joint, one, other = self._attached[key]
         if joint >= 0:
-            p.removeConstraint(joint, physicsClientId=self.client.number)
+            self._api.removeConstraint(joint)
             self.set_pair_collision(one, other, True)
         self._attached[key] = -1, one, other
         return True
@@ -335,7 +332,7 @@ class BulletEngine:
         """See api.Engine."""
         points = [
             (point[5], point[7], point[9])
-            for point in p.getContactPoints(physicsClientId=self.client.number)
+            for point in self._api.getContactPoints()
             if point[9] > 0.0
         ]
         places, normals, forces = zip(*points) if points else ((), (), ())

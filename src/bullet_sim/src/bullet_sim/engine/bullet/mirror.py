@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pybullet as p
 
 from bullet_sim.engine.api import BodyLink, Contact
 from bullet_sim.engine.bullet.client import Client, Point
@@ -70,9 +69,7 @@ class Mirror:
         placement, loaded = body.present(), self._client.bodies[body.number]
         self._client.put(body.number, placement.pose, body.moves)
         if not loaded.is_static:
-            p.resetBaseVelocity(
-                loaded.uid, placement.linear, placement.angular, physicsClientId=self._client.number
-            )
+            self._client.api.resetBaseVelocity(loaded.uid, placement.linear, placement.angular)
         states = dict(zip(body.joints, placement.joints))
         if body.has_chains and np.isfinite(placement.linear).all():
             states.update((name, (position, 0.0)) for name, position in body.chains().items())
@@ -105,7 +102,7 @@ class Mirror:
     def box(self, number: int) -> Array:
         """Box (6,) around a body that never moves."""
         uid = self.client.bodies[number].uid
-        return np.concatenate(p.getAABB(uid, -1, physicsClientId=self._client.number))
+        return np.concatenate(self._client.api.getAABB(uid, -1))
 
     def contact_points(self) -> Iterator[Point]:
         """Contact points where bodies are, but of links that push nothing."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-import pybullet as p
 
 from bullet_sim.description.collisions import is_passable
 from bullet_sim.description.lump import LumpedModel
@@ -71,9 +70,7 @@ class Passable:
             if not shared or (below > high).any() or (above < low).any():
                 continue
             (uid, index), (its, its_index) = self._client.index(own), self._client.index(other)
-            for point in p.getClosestPoints(
-                uid, its, 0.0, index, its_index, physicsClientId=self._client.number
-            ):
+            for point in self._client.api.getClosestPoints(uid, its, 0.0, index, its_index):
                 if self._is_on(own, point[5]) or self._is_on(other, point[6]):
                     at, normal = np.array(point[5]), np.array(point[7])
                     yield Contact(*other, at, normal, -point[8], np.zeros(3))
@@ -84,7 +81,7 @@ class Passable:
                 yield number, name
 
     def _box(self, link: BodyLink) -> tuple[Array, Array]:
-        low, high = p.getAABB(*self._client.index(link), physicsClientId=self._client.number)
+        low, high = self._client.api.getAABB(*self._client.index(link))
         return np.array(low) - _CLOSE, np.array(high) + _CLOSE
 
     def _is_on(self, link: BodyLink, point: Vec3) -> bool:

@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from io import FileIO
 from typing import Any
 
-import pybullet as p
-
 from bullet_sim.engine.api import EngineState
 from bullet_sim.engine.bullet.owner import Owner
 from bullet_sim.files import silenced
@@ -79,24 +77,24 @@ def _data(engine: Owner) -> bytes:
     """Bullet's copy of poses, velocities and contacts."""
     with _file_in_memory() as file:
         with silenced():
-            p.saveBullet(_path(file), physicsClientId=engine.client.number)
+            engine.client.api.saveBullet(_path(file))
         return file.read()
 
 
 def _contact_points(engine: Owner) -> list[tuple[Any, ...]]:
-    return sorted(point[1:] for point in p.getContactPoints(physicsClientId=engine.client.number))
+    return sorted(point[1:] for point in engine.client.api.getContactPoints())
 
 
 def _restore_data(engine: Owner, data: bytes) -> None:
-    client = engine.client.number
+    api = engine.client.api
     # Bullet leaves contacts that its copy does not have: put all bodies where there are none.
     free = sorted(number for number, body in engine.bodies.items() if not body.is_fixed)
     for count, body in enumerate(free):
         place = (_FAR + count * _APART, 0.0, _FAR)
-        p.resetBasePositionAndOrientation(body, place, (0.0, 0.0, 0.0, 1.0), physicsClientId=client)
-    p.performCollisionDetection(physicsClientId=client)
+        api.resetBasePositionAndOrientation(body, place, (0.0, 0.0, 0.0, 1.0))
+    api.performCollisionDetection()
     with _file_in_memory(data) as file, silenced(), _fitted_bounds(engine):
-        p.restoreState(fileName=_path(file), physicsClientId=client)
+        api.restoreState(fileName=_path(file))
 
 
 @contextmanager
@@ -115,24 +113,24 @@ def _clear_contacts(engine: Owner) -> None:
     """Forget all contacts, as if the bodies had just been put where they are."""
     for body in sorted(engine.bodies):
         # any change of a filter gives a body new numbers in the broad phase
-        p.setCollisionFilterPair(body, body, -1, -1, 1, physicsClientId=engine.client.number)
+        engine.client.api.setCollisionFilterPair(body, body, -1, -1, 1)
         engine.note_layout("clear", body)
 
 
 def _motion(engine: Owner, number: int) -> tuple[Any, ...]:
-    client = engine.client.number
+    api = engine.client.api
     return (
-        *p.getBasePositionAndOrientation(number, physicsClientId=client),
-        *p.getBaseVelocity(number, physicsClientId=client),
+        *api.getBasePositionAndOrientation(number),
+        *api.getBaseVelocity(number),
         tuple(state[:2] for state in engine.bodies[number].states()),
     )
 
 
 def _set_motions(engine: Owner, motions: dict[int, tuple[Any, ...]]) -> None:
-    client = engine.client.number
+    api = engine.client.api
     for number, (position, orientation, linear, angular, joints) in motions.items():
-        p.resetBasePositionAndOrientation(number, position, orientation, physicsClientId=client)
-        p.resetBaseVelocity(number, linear, angular, physicsClientId=client)
+        api.resetBasePositionAndOrientation(number, position, orientation)
+        api.resetBaseVelocity(number, linear, angular)
         for motor, (angle, speed) in zip(engine.bodies[number].motors.values(), joints):
             motor.set_position(angle, speed)
 
