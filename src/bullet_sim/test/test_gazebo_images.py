@@ -14,6 +14,7 @@ from bullet_sim.meshes.prepare import write_box
 from bullet_sim.render.gl.renderer import GlRenderer
 from bullet_sim.render.request import CameraRequest, Quality
 from bullet_sim.snapshot import BodySource, Snapshot
+from PIL import Image
 
 # Name -> least standard deviation of its channels [0..255].
 CONTRASTS = {
@@ -209,5 +210,6 @@ def test_a_png_is_copied_for_pybullet(tmp_path):
     write_box((1, 1, 1), path, str(tmp_path))
     with open(path, "rb") as drawn, open(tmp_path / "part_0.png", "rb") as copied:
         assert drawn.read() == copied.read()
-    write_box((1, 1, 1), standard("Gazebo/Wood").texture, str(tmp_path))  # 329 rows
-    assert cv2.imread(str(tmp_path / "part_0.png")).shape == (328, 496, 3)
+    Image.new("L", (4096, 1024)).save(tmp_path / "large.png")
+    write_box((1, 1, 1), str(tmp_path / "large.png"), str(tmp_path))
+    assert cv2.imread(str(tmp_path / "part_0.png")).shape == (512, 2048, 3)

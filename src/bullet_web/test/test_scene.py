@@ -7,8 +7,8 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 from bullet_sim.description.model import Finish, Geometry, Layer, Shape, TextureMapping
+from bullet_sim.meshes.solids import solid
 from bullet_sim.pose import Pose
-from bullet_sim.render.gl.meshes import solid
 from bullet_sim.sensors.scenes import WorldViews
 from bullet_sim.world import World
 from bullet_web.scene import SceneMaker, image_asset, shape_of

@@ -3,23 +3,22 @@
 Mesh files and textured shapes -> files that PyBullet reads correctly: OBJ, one material each.
 PyBullet reads binary STL and OBJ with one material. Its DAE reader ignores materials and units, it
 reads no ASCII STL, mirrored meshes are inside out, an OBJ is rendered in one color however many it
-has and black without any, EGL renders stripes where an image's width is no multiple of 4, and a
-broken file can crash the process. So every file is checked, and other files are rewritten with
-trimesh (loaded on demand) into a folder next to the prepared URDF, once for each content.
+has and black without any, and a broken file can crash the process. So every file is checked, and
+other files are rewritten with trimesh (loaded on demand) into a folder next to the prepared URDF,
+once for each content.
 
 As in Gazebo and rviz, a DAE's <unit> counts and its <up_axis> does not.
 """
 
 from __future__ import annotations
 
-import functools
 import hashlib
 import json
 import os
 import re
 import shutil
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Callable, Dict
 
@@ -33,7 +32,6 @@ from bullet_sim.meshes import terrain
 from bullet_sim.meshes.looks import rgba
 from bullet_sim.meshes.read import (
     GREY,
-    MAX_PIXELS,
     MAX_SIZE,
     WHITE,
     check_corners,
@@ -43,7 +41,7 @@ from bullet_sim.meshes.read import (
     opened,
     read_parts,
 )
-from bullet_sim.pose import Array
+from bullet_sim.meshes.solids import box_sides
 
 if TYPE_CHECKING:
     import trimesh
@@ -51,23 +49,6 @@ if TYPE_CHECKING:
 
 Part = Dict[str, Any]  # a converted file: file; color RGBA or None; textured
 Warn = Callable[[str, str, str], None]  # message, cause, item, see ReadWarning
-CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))  # of a side, (right, up)
-
-
-def box_sides() -> Iterator[tuple[Array, list[Array]]]:
-    """Sides of a box of edge 2 about the origin: normal (3,), four corners (3,) counter-clockwise
-    from the lower left of an image, seen from outside with the side upright, as in Gazebo: images
-    on top and below have their right at -y."""
-    for axis in range(3):
-        for side in (1.0, -1.0):
-            normal = np.zeros(3)
-            normal[axis] = side
-            right = (np.array([0.0, side, 0.0]), np.array([-side, 0.0, 0.0]))[axis == 1]
-            if axis == 2:
-                right = np.array([0.0, -1.0, 0.0])
-            up = np.cross(normal, right)
-            yield normal, [normal + a * right + b * up for a, b in CORNERS]
-
 
 _BAD_NUMBER = re.compile(rb"^[ \t]*v[nt]?\s[^\n]*?(?:nan|inf)", re.MULTILINE | re.IGNORECASE)
 _VERTEX = re.compile(rb"^[ \t]*v\s", re.MULTILINE)
@@ -151,7 +132,7 @@ def loads_correctly(shape: Shape, file_type: str, data: bytes) -> bool:
         return False
     folder = os.path.dirname(geometry.path)
     return all(
-        _is_aligned(image) for library in libraries for image in _image_files(library, folder)
+        _is_readable(image) for library in libraries for image in _image_files(library, folder)
     )
 
 
@@ -170,18 +151,12 @@ def _image_files(library: str, folder: str) -> list[str]:
     return [file for file in files if os.path.isfile(file)]
 
 
-def _is_aligned(image: str) -> bool:
-    width, height = _size(image, os.stat(image).st_mtime_ns)
-    return width % 4 == 0 and width * height <= MAX_PIXELS
-
-
-@functools.lru_cache(maxsize=256)
-def _size(image: str, _: int) -> tuple[int, int]:
+def _is_readable(image: str) -> bool:
     try:
-        with opened(image) as file:
-            return file.size
+        with opened(image):
+            return True
     except ModelError:
-        return 1, 1
+        return False
 
 
 MAX_IMAGE_SIDE = 2048  # [px]
@@ -206,15 +181,12 @@ def convert(
         ModelError: it cannot be read, is empty, or has numbers that are not finite.
     """
     geometry = shape.geometry
-    with np.errstate(all="ignore"):  # corners that are not finite are an error below
-        meshes = _load(geometry, errors)
-    for mesh in meshes:
+    meshes = []
+    for part, transform in read_parts(geometry, errors):
+        meshes.append(mesh := part.copy())
+        with np.errstate(all="ignore"):  # corners that are not finite are an error
+            mesh.apply_transform(transform)
         check_corners(np.asarray(mesh.vertices, float), geometry.path)
-    if geometry.centered:
-        low = np.min([mesh.vertices.min(axis=0) for mesh in meshes], axis=0)
-        high = np.max([mesh.vertices.max(axis=0) for mesh in meshes], axis=0)
-        for mesh in meshes:
-            mesh.vertices = mesh.vertices - (low + high) / 2.0
     if role == "collision":
         path = os.path.join(folder, "part_0.obj")
         _write(path, meshes, signs)
@@ -226,16 +198,6 @@ def convert(
         _write(path, [mesh], signs, _library(path, color, image), image is not None)
         parts.append({"file": path, "color": color, "textured": image is not None})
     return parts
-
-
-def _load(geometry: Geometry, errors: list[str] | None) -> list[trimesh.Trimesh]:
-    """Trimeshes of a file in meters, transforms of its scene applied."""
-    meshes = []
-    for part, transform in read_parts(geometry, errors):
-        mesh = part.copy()
-        mesh.apply_transform(transform)
-        meshes.append(mesh)
-    return meshes
 
 
 def _appearance(mesh: trimesh.Trimesh, shape: Shape) -> tuple[RGBA, Image.Image | None]:
@@ -258,15 +220,12 @@ def _appearance(mesh: trimesh.Trimesh, shape: Shape) -> tuple[RGBA, Image.Image 
 
 
 def _save(image: Image.Image, path: str) -> None:
-    """Save an image with sides that are multiples of 4: EGL renders others as stripes."""
+    """Save an image, smaller if a side is longer than MAX_IMAGE_SIDE."""
     try:
         image = image.convert("RGB")
     except (OSError, ValueError, SyntaxError) as error:  # truncated or damaged
         raise ModelError(f"an image cannot be read: {error}") from error
-    shrink = min(1.0, MAX_IMAGE_SIDE / max(image.size))
-    size = tuple(max(4, 4 * round(side * shrink / 4)) for side in image.size)
-    if size != image.size:
-        image = image.resize(size)
+    image.thumbnail((MAX_IMAGE_SIDE, MAX_IMAGE_SIDE))
     image.save(path)
 
 
@@ -301,9 +260,11 @@ def _write(
 def _copy(source: str, path: str) -> None:
     """Copy an image file as _save writes it; a PNG that can stay as it is is not written anew."""
     with opened(source) as header:
-        stays = header.format == "PNG" and header.mode == "RGB"
+        stays = (header.format, header.mode) == ("PNG", "RGB") and max(
+            header.size
+        ) <= MAX_IMAGE_SIDE
     image = open_image(source)  # which fails if it is damaged
-    if stays and max(image.size) <= MAX_IMAGE_SIDE and not any(side % 4 for side in image.size):
+    if stays:
         shutil.copyfile(source, path)
     else:
         _save(image, path)

@@ -144,7 +144,7 @@ def read_parts(
     DAE: <unit> counts, <up_axis> does not (see prepare.py).
 
     Args:
-        geometry: a mesh; its submesh counts, its scale does not.
+        geometry: a mesh; its submesh counts, and whether it is centered; its scale does not.
         errors: gets the errors of its images, which are left out.
 
     Raises:
@@ -180,7 +180,19 @@ def read_parts(
         )
     if not parts:
         raise ModelError(f"mesh '{geometry.path}' has no triangles")
-    return parts
+    return _centered(parts) if geometry.centered else parts
+
+
+def _centered(parts: list[tuple[trimesh.Trimesh, Array]]) -> list[tuple[trimesh.Trimesh, Array]]:
+    """Parts that are moved so that the middle of the box around them is the origin."""
+    with np.errstate(all="ignore"):  # corners that are not finite are the reader's error
+        points = [np.asarray(mesh.vertices) @ at[:3, :3].T + at[:3, 3] for mesh, at in parts]
+        low, high = (
+            end([end(corners, axis=0) for corners in points], axis=0) for end in (np.min, np.max)
+        )
+    shift = np.eye(4)
+    shift[:3, 3] = -(low + high) / 2.0
+    return [(mesh, shift @ at) for mesh, at in parts]
 
 
 def check_corners(corners: Array, path: str) -> None:

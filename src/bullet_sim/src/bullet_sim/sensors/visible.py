@@ -6,7 +6,6 @@ both sides and up to the polygons of round shapes; nothing that is nearer than t
 
 from __future__ import annotations
 
-import math
 from operator import attrgetter
 from typing import Any
 
@@ -15,8 +14,8 @@ import numpy as np
 from bullet_sim.description.model import VISIBLE, Geometry, Shape
 from bullet_sim.errors import ModelError
 from bullet_sim.kinematics import Kinematics, quaternions
-from bullet_sim.meshes.prepare import box_sides
 from bullet_sim.meshes.read import read_parts
+from bullet_sim.meshes.solids import factors, solid
 from bullet_sim.pose import Array, Pose
 
 SEGMENTS = 32  # around a cylinder, around a sphere and from pole to pole, as in Gazebo
@@ -94,8 +93,11 @@ def triangles_of(geometry: Geometry) -> Array | None:
             return _mesh_triangles(geometry)
         except ModelError:  # of which the renderer tells
             return None
-    makers = {"box": _box, "cylinder": _cylinder, "sphere": _sphere}
-    return makers[geometry.kind](geometry) if geometry.kind in makers else None
+    if geometry.kind not in ("box", "cylinder", "sphere"):
+        return None
+    kind = "plane" if geometry.flat else geometry.kind
+    corners, triangles = solid(kind, SEGMENTS, SEGMENTS)
+    return np.asarray(corners[triangles, :3] * factors(geometry))
 
 
 def _mesh_triangles(geometry: Geometry) -> Array:
@@ -106,44 +108,4 @@ def _mesh_triangles(geometry: Geometry) -> Array:
     triangles = np.concatenate(parts)
     if not np.isfinite(triangles).all():
         raise ModelError(f"mesh '{geometry.path}' has corners that are no numbers")
-    if geometry.centered:
-        triangles -= (triangles.min(axis=(0, 1)) + triangles.max(axis=(0, 1))) / 2.0
     return np.asarray(triangles * np.asarray(geometry.scale))
-
-
-def _box(geometry: Geometry) -> Array:
-    """All sides, or the upper one alone of a plane."""
-    sides = [
-        corners for normal, corners in box_sides() if not geometry.flat or normal.tolist()[2] > 0.0
-    ]
-    triangles = [
-        [side[a], side[b], side[c]] for side in sides for a, b, c in ((0, 1, 2), (0, 2, 3))
-    ]
-    return np.array(triangles) * (0.5 * np.asarray(geometry.size))
-
-
-def _cylinder(geometry: Geometry) -> Array:
-    radius, length = geometry.size
-    angles = 2.0 * math.pi * np.arange(SEGMENTS + 1) / SEGMENTS
-    ring = np.column_stack([radius * np.sin(angles), radius * np.cos(angles)])
-    below, above = (np.column_stack([ring, np.full(len(ring), z * length)]) for z in (-0.5, 0.5))
-    middles = [np.tile([0.0, 0.0, z * length], (SEGMENTS, 1)) for z in (-0.5, 0.5)]
-    parts = (
-        (below[:-1], below[1:], above[1:]), (below[:-1], above[1:], above[:-1]),
-        (middles[0], below[:-1], below[1:]), (middles[1], above[:-1], above[1:]),
-    )  # fmt: skip
-    return np.concatenate([np.stack(part, axis=1) for part in parts])
-
-
-def _sphere(geometry: Geometry) -> Array:
-    """With poles along y, as Gazebo has it."""
-    polar = math.pi * np.arange(SEGMENTS + 1) / SEGMENTS
-    angle = 2.0 * math.pi * np.arange(SEGMENTS + 1) / SEGMENTS
-    around = np.outer(np.sin(polar), np.sin(angle)), np.outer(np.sin(polar), np.cos(angle))
-    grid = np.stack([around[0], np.tile(np.cos(polar), (len(angle), 1)).T, around[1]], axis=2)
-    one, two, three, four = grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]
-    parts = [
-        np.stack([a, b, c], axis=2).reshape(-1, 3, 3)
-        for a, b, c in ((one, two, three), (one, three, four))
-    ]
-    return geometry.size[0] * np.concatenate(parts)

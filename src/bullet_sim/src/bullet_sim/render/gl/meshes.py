@@ -6,8 +6,9 @@ import math
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from typing import Any, List
+from functools import partial
+from operator import attrgetter
+from typing import Any
 
 import cv2
 import numpy as np
@@ -16,12 +17,9 @@ from bullet_sim.description.model import Geometry, Layer, Shape, TextureMapping
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes import terrain
 from bullet_sim.meshes.looks import Look, look_of
-from bullet_sim.meshes.prepare import CORNERS, box_sides
 from bullet_sim.meshes.read import check_corners, open_image, read_parts
+from bullet_sim.meshes.solids import solid
 from bullet_sim.pose import Array
-
-Rows = List[List[float]]
-Triangles = List[List[int]]
 
 CREASE = math.radians(35.0)  # faces that meet at a sharper angle have an edge between them
 
@@ -63,93 +61,7 @@ def _normalized(vectors: Array, otherwise: Any) -> Array:
     return np.where(lengths > 0.0, vectors / np.where(lengths > 0.0, lengths, 1.0), otherwise)
 
 
-SIDES = 48  # of a cylinder, and around a sphere
-RINGS = 24  # from pole to pole of a sphere
-
-
-@lru_cache
-def solid(shape: str) -> tuple[Array, Array]:
-    """Corners and triangles of a shape of size 1: an edge, a diameter of 2, a length of 1.
-
-    Args:
-        shape: 'box', 'plane' (its upper side), 'cylinder' (along z) or 'sphere'.
-
-    Returns:
-        (n, 8) float32 position, normal, texture coordinates (right and up in the image);
-        (m, 3) uint32, counter-clockwise seen from outside.
-    """
-    makers: dict[str, Callable[[], tuple[Rows, Triangles]]]
-    makers = {"box": _box, "plane": _plane, "cylinder": _cylinder, "sphere": _sphere}
-    corners, triangles = makers[shape]()
-    return np.asarray(corners, np.float32), np.asarray(triangles, np.uint32)
-
-
-def _box() -> tuple[Rows, Triangles]:
-    """Each side shows the full image, upright where the side is vertical."""
-    corners: Rows = []
-    triangles: Triangles = []
-    for normal, points in box_sides():
-        first = len(corners)
-        for point, (a, b) in zip(points, CORNERS):
-            corners.append([*point / 2.0, *normal, (a + 1) / 2.0, (b + 1) / 2.0])
-        triangles += [[first, first + 1, first + 2], [first, first + 2, first + 3]]
-    return corners, triangles
-
-
-def _plane() -> tuple[Rows, Triangles]:
-    """The upper side of a box alone; its image has its right at +x, and its top at +y."""
-    corners: Rows = [
-        [a / 2.0, b / 2.0, 0.5, 0.0, 0.0, 1.0, (a + 1) / 2.0, (b + 1) / 2.0] for a, b in CORNERS
-    ]
-    return corners, [[0, 1, 2], [0, 2, 3]]
-
-
-def _cylinder() -> tuple[Rows, Triangles]:
-    """Images are upside down, from +y by +x around it; on top they shrink to a corner of theirs."""
-    corners: Rows = []
-    triangles: Triangles = []
-    angles = np.linspace(0.0, 2.0 * np.pi, SIDES + 1)
-    for angle in angles:
-        x, y = np.sin(angle), np.cos(angle)
-        along = angle / (2.0 * np.pi)
-        corners += [[x, y, -0.5, x, y, 0.0, along, 1.0], [x, y, 0.5, x, y, 0.0, along, 0.0]]
-    for side in range(SIDES):
-        a = 2 * side
-        triangles += [[a, a + 3, a + 2], [a, a + 1, a + 3]]
-    for end in (1.0, -1.0):
-        first = len(corners)
-        corners.append([0.0, 0.0, end / 2.0, 0.0, 0.0, end, 0.0, 1.0])
-        for angle in angles:
-            x, y = np.sin(angle), np.cos(angle)
-            along = angle / (2.0 * np.pi)
-            corners.append([x, y, end / 2.0, 0.0, 0.0, end, along, 0.0 if end > 0 else 1.0])
-        for side in range(1, SIDES + 1):
-            pair = (side + 1, side) if end > 0 else (side, side + 1)
-            triangles.append([first, first + pair[0], first + pair[1]])
-    return corners, triangles
-
-
-def _sphere() -> tuple[Rows, Triangles]:
-    """The top of an image is at +y; its left edge is at +z, from where it goes by +x around y."""
-    corners: Rows = []
-    triangles: Triangles = []
-    for ring in range(RINGS + 1):
-        polar = np.pi * ring / RINGS
-        for side in range(SIDES + 1):
-            angle = 2.0 * np.pi * side / SIDES
-            x, z = np.sin(polar) * np.sin(angle), np.sin(polar) * np.cos(angle)
-            y = np.cos(polar)
-            corners.append([x, y, z, x, y, z, side / SIDES, 1.0 - ring / RINGS])
-    width = SIDES + 1
-    for ring in range(RINGS):
-        for side in range(SIDES):
-            a = ring * width + side
-            b = a + width
-            if ring > 0:
-                triangles.append([a, b, a + 1])
-            if ring < RINGS - 1:
-                triangles.append([a + 1, b, b + 1])
-    return corners, triangles
+SIDES, RINGS = 48, 24  # around cylinders and spheres; from pole to pole of a sphere
 
 
 @dataclass(frozen=True)
@@ -174,14 +86,7 @@ def mesh_parts(geometry: Geometry) -> list[Part]:
         ModelError: it cannot be read or has no triangles.
     """
     scale = np.diag([*geometry.scale, 1.0])
-    meshes = read_parts(geometry)
-    shift = np.eye(4)
-    if geometry.centered:
-        points = [_transformed(np.asarray(mesh.vertices, float), pose) for mesh, pose in meshes]
-        low = np.min([corners.min(axis=0) for corners in points], axis=0)
-        high = np.max([corners.max(axis=0) for corners in points], axis=0)
-        shift[:3, 3] = -(low + high) / 2.0
-    return [_part(mesh, scale @ shift @ pose, geometry.path) for mesh, pose in meshes]
+    return [_part(mesh, scale @ pose, geometry.path) for mesh, pose in read_parts(geometry)]
 
 
 def _transformed(points: Array, transform: Array) -> Array:
@@ -271,6 +176,9 @@ class Surface:
     normals: Any = None
 
 
+_CORNERS_AND_TRIANGLES = attrgetter("corners", "triangles")  # of a Part
+
+
 class AssetCache:
     """Meshes and textures of one context, stored while a scene uses them.
 
@@ -319,11 +227,9 @@ class AssetCache:
             made = self._made(of_road, lambda: terrain.road(geometry.points, *geometry.size))
             surfaces = [Surface(made)]
         else:
-            solid_type = "plane" if geometry.flat else geometry.kind
-            key = (solid_type, transform)
+            key = ("plane" if geometry.flat else geometry.kind, transform)
             if key not in self._solids:
-                corners, triangles = solid(solid_type)
-                self._solids[key] = Mesh(self._gl, transformed_uv(corners, transform), triangles)
+                self._solids[key] = self._mesh(*solid(key[0], SIDES, RINGS), transform)
             surfaces = [Surface(self._solids[key])]
         if not shape.painted and not shape.texture:
             return surfaces
@@ -342,10 +248,12 @@ class AssetCache:
         """The Mesh of corners (n, 8) and triangles; the last of the name is the transform."""
         self._used.add(name)
         if name not in self._meshes:
-            corners, triangles = make()
-            corners = transformed_uv(corners.astype(np.float32), name[-1])
-            self._meshes[name] = Mesh(self._gl, corners, triangles.astype(np.uint32))
+            self._meshes[name] = self._mesh(*make(), name[-1])
         return self._meshes[name]
+
+    def _mesh(self, corners: Array, triangles: Array, transform: tuple[float, ...]) -> Mesh:
+        corners = transformed_uv(corners.astype(np.float32), transform)
+        return Mesh(self._gl, corners, triangles.astype(np.uint32))
 
     def _layers(
         self, layers: tuple[Layer, ...], transform: tuple[float, ...]
@@ -386,12 +294,9 @@ class AssetCache:
             ]
         surfaces = []
         for index, (part, texture) in enumerate(self._files[key]):
-            name = (*key, index, transform)
-            self._used.add(name)
-            if name not in self._meshes:
-                corners = transformed_uv(part.corners, transform)
-                self._meshes[name] = Mesh(self._gl, corners, part.triangles)
-            surfaces.append(Surface(self._meshes[name], part.look, texture))
+            made = partial(_CORNERS_AND_TRIANGLES, part)
+            mesh = self._made((*key, index, transform), made)
+            surfaces.append(Surface(mesh, part.look, texture))
         return surfaces
 
     def _texture(self, path: str, mapping: TextureMapping) -> Any:

@@ -8,11 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bullet_sim.description.model import RGB, RGBA, Geometry, Light, Shape, VisualLink
+from bullet_sim.description.model import RGB, RGBA, Light, Shape, VisualLink
 from bullet_sim.errors import ModelError
 from bullet_sim.kinematics import Kinematics, pose_matrix
 from bullet_sim.meshes.looks import Look
-from bullet_sim.pose import Array, Vec3, Vector
+from bullet_sim.meshes.solids import factors
+from bullet_sim.pose import Array, Vector
 from bullet_sim.render.gl.meshes import AssetCache, Surface
 from bullet_sim.snapshot import Snapshot
 
@@ -142,7 +143,7 @@ NOTHING = Look()  # of a visual without material and color
 def describe(key: int, row: int, fixed: bool, shape: Shape, surface: Surface) -> Instance | None:
     """Instance of a surface of a body's Shape, or None when it is invisible."""
     geometry, finish, look = shape.geometry, shape.finish, surface.look
-    size = _size(geometry)
+    size = factors(geometry)
     if look is None or shape.painted or shape.texture:
         color = shape.color or WHITE
         ambient = color[:3] if finish.ambient is None else finish.ambient
@@ -187,19 +188,6 @@ def describe(key: int, row: int, fixed: bool, shape: Shape, surface: Surface) ->
         ],
         shape.visibility,
     )
-
-
-def _size(geometry: Geometry) -> Vec3:
-    """Factors (3,) from a solid of unit size."""
-    if geometry.kind == "cylinder":
-        radius, length = geometry.size
-        return (radius, radius, length)
-    if geometry.kind == "sphere":
-        return (geometry.size[0],) * 3
-    if geometry.kind in ("mesh", "road") or not geometry.size:
-        return (1.0, 1.0, 1.0)
-    x, y, z = geometry.size
-    return (x, y, z)
 
 
 def _label(key: int) -> RGBA:
