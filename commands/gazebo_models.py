@@ -3,12 +3,14 @@
 They go to MODELS, a sparse checkout of osrf/gazebo_models, which GAZEBO_MODEL_PATH has.
 """
 
+import glob
 import os
 import re
+import shutil
 import subprocess
 
 from commands import sources
-from commands.bootstrap import workspace
+from commands.bootstrap import step, workspace
 from commands.errors import CommandError, UsageError, say
 from commands.paths import CACHE, MODELS, SOURCES, read_xml, relative
 
@@ -36,8 +38,7 @@ def add(words, clone=None):
     brought = set()
     while wanted - brought:  # models may name others
         new = {name for name in wanted - brought if not os.path.isdir(_path(name))}
-        if new:
-            _check_out(sorted(new), clone)
+        _check_out(sorted(wanted), clone)  # those that are there, too: half of one may be
         brought |= wanted
         wanted = set().union(*map(_names_in, map(_path, wanted))) & known - BUILT_IN
         for name in sorted(new):
@@ -82,14 +83,18 @@ def _names_in(path):
 
 
 def _check_out(names, clone):
+    part = f"{MODELS}.part"
     if not os.path.isdir(os.path.join(MODELS, ".git")):
         few = ("--depth", "1", "--filter=blob:none") if clone is None else ("--shared",)
-        source = clone or REPOSITORY.url
-        _git(CACHE, "clone", *few, "--no-checkout", "--quiet", source, MODELS)
-        _git(MODELS, "sparse-checkout", "init", "--cone")
+        shutil.rmtree(part, ignore_errors=True)
+        _git(CACHE, "clone", *few, "--no-checkout", "--quiet", clone or REPOSITORY.url, part)
+        os.rename(part, MODELS)
+    for path in glob.glob(os.path.join(MODELS, ".git", "**", "*.lock"), recursive=True):
+        os.remove(path)
+    _git(MODELS, "sparse-checkout", "init", "--cone")
     there = [name for name in os.listdir(MODELS) if name[0] != "." and os.path.isdir(_path(name))]
     _git(MODELS, "sparse-checkout", "set", *sorted({*there, *names}))
-    _git(MODELS, "checkout", "--quiet")
+    _git(MODELS, "checkout", "--quiet", "--force")
     missing = [name for name in names if not os.path.isdir(_path(name))]
     if missing:
         raise CommandError(f"{', '.join(missing)}: not in {REPOSITORY.url}")
@@ -104,6 +109,7 @@ def _git(folder, *words):
         capture_output=True,
         text=True,
         check=False,
+        pass_fds=step.held_locks(),
     )
     if done.returncode != 0:
         lines = [line for line in done.stderr.splitlines() if line.strip()]

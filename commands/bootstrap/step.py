@@ -33,10 +33,18 @@ def held_locks():
 
 
 class SetupLock:
-    """Holds the lock within a with statement; children get it by pass_fds=held_locks() alone."""
+    """Holds the lock within a with statement; children get it by pass_fds=held_locks() alone.
+
+    Args:
+        path: Of its file; None for that of the set-up.
+        doing: What its holder does, for who waits.
+    """
+
+    def __init__(self, path=None, doing="setting up"):
+        self._path, self._doing = path or LOCK, doing
 
     def __enter__(self):
-        self._file = os.open(LOCK, os.O_RDWR | os.O_CREAT, 0o666)
+        self._file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o666)
         if not self._taken():
             self._wait()
         _held.append(self._file)
@@ -53,13 +61,13 @@ class SetupLock:
             waited = time.monotonic() - begin
             if waited > next_word:
                 step = os.pread(self._file, 200, 0).decode(errors="replace")
-                text = f"another ./run is setting up, waiting for it{step and f': {step}'}"
+                text = f"another ./run is {self._doing}, waiting for it{step and f': {step}'}"
                 # Not to stdout, which belongs to the command: ./run exec COMMAND | ...
                 print(text, file=sys.stderr, flush=True)
                 next_word = EVERY * (waited // EVERY + 1)
             if waited > LOCK_LIMIT:
                 raise CommandError(
-                    "another ./run has been setting up for half an hour",
+                    f"another ./run has been {self._doing} for half an hour",
                     "Look for it with: ps x | grep run",
                 )
             time.sleep(POLL)
@@ -75,8 +83,8 @@ class SetupLock:
 
 
 def tell_waiting(text):
-    """Writes into the lock what those who wait for it are told."""
-    for file in _held[-1:]:
+    """Writes into the locks what those who wait for them are told."""
+    for file in _held:
         os.ftruncate(file, 0)
         os.pwrite(file, text.encode(), 0)
 

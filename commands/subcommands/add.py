@@ -15,8 +15,8 @@ import os
 import re
 import subprocess
 
-from commands import bootstrap, gazebo_models
-from commands.bootstrap import left_out, workspace
+from commands import bootstrap, gazebo_models, processes
+from commands.bootstrap import left_out, step, workspace
 from commands.errors import CommandError, UsageError, say
 from commands.paths import CACHE, SOURCES, relative, write
 from commands.sources import Repository, entries_of, entry_of, folder_of, listed
@@ -25,6 +25,8 @@ from commands.subcommands import deps, setup
 USAGE = "[--from FOLDER] NAME|URL ... | --list"
 ARCHIVES = {".tar": "tar", ".tar.gz": "tar", ".tgz": "tar", ".tar.bz2": "tar", ".zip": "zip"}
 ATTEMPTS = 3  # at bringing a repository
+LOCK = "add.lock"
+PART = ".part"  # in src/, out of catkin's sight: what is being brought
 
 
 def add_arguments(parser):
@@ -47,17 +49,24 @@ def run(options, _rest):
         return print_list()
     if not options.names:
         raise UsageError("add needs a name", f"usage: ./run add {USAGE}")
-    if options.names[0] == "models":
+    with step.SetupLock(os.path.join(CACHE, LOCK), "bringing packages"):
+        return add(options.names, options.folder)
+
+
+def add(names, folder):
+    """Brings and builds; one ./run at a time."""
+    if names[0] == "models":
         deps.prepare()
-        clone = options.folder and local(gazebo_models.REPOSITORY, options.folder).url
-        return gazebo_models.add(options.names[1:], clone)
-    wanted = entries_of(options.names)
+        clone = folder and local(gazebo_models.REPOSITORY, folder).url
+        return gazebo_models.add(names[1:], clone)
+    wanted = entries_of(names)
     before = set(workspace.users_packages())
     deps.prepare()
     repositories = {each.name: each for entry in wanted for each in entry.repositories}
-    brought = [each.name for each in repositories.values() if bring(each, options.folder)]
+    without = [name for entry in wanted for name in entry.without]
+    for each in repositories.values():
+        bring(each, folder, without)
     leave_copies([*repositories])
-    leave_out([name for entry in wanted for name in entry.without], brought)
     users = workspace.users_packages()
     deps.offer(list(users.values()), setup.asked)
     bootstrap.prepare()
@@ -88,52 +97,72 @@ def print_list():
     return 0
 
 
-def bring(repository, folder=None):
-    """Brings a repository into src/, by vcstool.
+def bring(repository, folder=None, without=()):
+    """Brings a repository into src/, by vcstool: all of it, or nothing.
 
     Args:
         folder: Where clones and archives are; None: from the network.
-
-    Returns:
-        Whether it was not there before.
+        without: Names of packages that are disabled in it.
 
     Raises:
         CommandError: It is not there, or not as it should be.
+        Interrupted: A signal ended it.
     """
     target = os.path.join(SOURCES, repository.name)
-    if os.path.exists(target):
-        say(f"{relative(target)} is there already, and stays as it is")
-        return False
+    if os.path.lexists(target):
+        return say(f"{relative(target)} is there already, and stays as it is")
     found = repository if folder is None else local(repository, folder)
+    say(f"{relative(target)}: {found.url} {found.version}".rstrip())
+    import shutil
+
+    part = os.path.join(SOURCES, PART)
+    place = os.path.join(part, repository.name)
+    shutil.rmtree(part, ignore_errors=True)  # of a ./run that was killed
+    try:
+        _import(found, part)
+        bring_submodules(place, folder)
+        leave_out(without, place)
+        os.rename(place, target)
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+
+
+def _import(found, folder):
+    """Lets vcstool make a repository in a folder.
+
+    Raises:
+        CommandError: It cannot be had.
+        Interrupted: A signal ended it.
+    """
+    import shutil
+    import tempfile
+
     path = os.path.join(CACHE, "sources.repos")
     version = f"    version: {found.version}\n" if found.version else ""
     write(
         path,
         f"repositories:\n  {found.name}:\n    type: {found.kind}\n    url: {found.url}\n{version}",
     )
-    say(f"{relative(target)}: {found.url} {found.version}".rstrip())
     for _ in range(ATTEMPTS):
-        done = subprocess.run(
-            [deps.VCS, "import", "--retry", "0", "--input", path, SOURCES],
-            env={**os.environ, "GIT_TERMINAL_PROMPT": "0", "LC_ALL": "C"},
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            check=False,
-        )
-        if done.returncode == 0:
-            break
-        import shutil
-
-        shutil.rmtree(target, ignore_errors=True)  # half of it is none, and stops the next attempt
-    else:
-        lines = [line for line in done.stdout.splitlines() if line.strip(" .=E")]
-        causes = [line for line in lines if re.search(r"\b(fatal|error):", line)]
-        what = f"{found.url} {found.version}".rstrip()
-        raise CommandError(f"{what} cannot be brought", *(causes or lines[-3:])[:3])
-    bring_submodules(target, folder)
-    return True
+        os.makedirs(folder, exist_ok=True)
+        with tempfile.TemporaryFile("w+", errors="replace") as said:
+            status = processes.run_child(
+                [deps.VCS, "import", "--retry", "0", "--input", path, folder],
+                env={**os.environ, "GIT_TERMINAL_PROMPT": "0", "LC_ALL": "C"},
+                stdin=subprocess.DEVNULL,
+                stdout=said,
+                stderr=subprocess.STDOUT,
+                pass_fds=step.held_locks(),
+                grace=step.GRACE,
+            )
+            if status == 0:
+                return
+            said.seek(0)
+            lines = [line for line in said.read().splitlines() if line.strip(" .=E")]
+        shutil.rmtree(folder, ignore_errors=True)  # half of it stops the next attempt
+    causes = [line for line in lines if re.search(r"\b(fatal|error):", line)]
+    what = f"{found.url} {found.version}".rstrip()
+    raise CommandError(f"{what} cannot be brought", *(causes or lines[-3:])[:3])
 
 
 def bring_submodules(target, folder=None):
@@ -145,6 +174,7 @@ def bring_submodules(target, folder=None):
     """
     for path, url in submodules(target):
         into = os.path.join(target, path)
+        shown = _shown(into)
         if os.path.isdir(into) and os.listdir(into):
             continue
         if folder is None:
@@ -154,18 +184,18 @@ def bring_submodules(target, folder=None):
             try:
                 source = local(Repository(name, "git", url), folder).url
             except CommandError as error:
-                say(f"left out: submodule {relative(into)} ({url}): {error}")
+                say(f"left out: submodule {shown} ({url}): {error}")
                 continue
             done = _git(target, "clone", "--quiet", source, path)
             commit = _git(target, "rev-parse", f"HEAD:{path}").stdout.strip()
             if done.returncode == 0 and _git(into, "checkout", "--quiet", commit).returncode != 0:
-                say(f"{relative(into)}: {source} does not have {commit}, its newest commit is used")
+                say(f"{shown}: {source} does not have {commit}, its newest commit is used")
         if done.returncode != 0:
             lines = [line for line in done.stderr.splitlines() if line.strip()]
             reason = next((line for line in lines if "fatal" in line), "".join(lines[-1:]))
-            say(f"left out: submodule {relative(into)} ({url}): {reason}")
+            say(f"left out: submodule {shown} ({url}): {reason}")
             continue
-        say(f"{relative(into)}: {url}, a submodule")
+        say(f"{shown}: {url}, a submodule")
         bring_submodules(into, folder)
 
 
@@ -184,6 +214,11 @@ def submodules(target):
     ]
 
 
+def _shown(path):
+    """Returns for messages where in src/ something will be."""
+    return relative(path).replace(f"{PART}/", "", 1)
+
+
 def _git(folder, *words):
     """Runs git; GitHub's addresses for those who have a key become those for everybody."""
     instead = [
@@ -199,6 +234,7 @@ def _git(folder, *words):
         capture_output=True,
         text=True,
         check=False,
+        pass_fds=step.held_locks(),
     )
 
 
@@ -226,17 +262,16 @@ def leave_copies(names):
                 )
 
 
-def leave_out(names, repositories):
-    """Disables packages by CATKIN_IGNORE.
+def leave_out(names, folder):
+    """Disables packages at and below a folder by CATKIN_IGNORE.
 
     Args:
         names: Of packages.
-        repositories: Names of those in which they are looked for.
     """
-    for name, path in sorted(workspace.users_packages().items()):
-        if name in names and os.path.relpath(path, SOURCES).split(os.sep)[0] in repositories:
+    for name, path in sorted(workspace.manifests_of(folder).items()):
+        if name in names:
             write(os.path.join(path, "CATKIN_IGNORE"), "")
-            say(f"{name}: {relative(path)} is disabled by its file CATKIN_IGNORE")
+            say(f"{name}: {_shown(path)} is disabled by its file CATKIN_IGNORE")
 
 
 def local(repository, folder):

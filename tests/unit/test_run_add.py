@@ -1,17 +1,21 @@
 """./run add: the lists of sources, what is taken from a folder, and a clone that it fills."""
 
+import argparse
 import re
 import shutil
+import signal
+import threading
+import time
 import zipfile
 
 import pytest
-from run_rig import run
+from run_rig import PATIENCE, run
 from users_rig import LIST, MANIFEST, git
 
 from commands import check_remedies
 from commands import sources as repos
 from commands.bootstrap import workspace
-from commands.errors import CommandError, UsageError
+from commands.errors import CommandError, Interrupted, UsageError
 from commands.subcommands import add
 
 
@@ -140,9 +144,67 @@ def test_what_a_name_needs_comes_before_it(monkeypatch, tmp_path):
 
 def test_packages_of_a_repository_are_left_out(here, capsys):
     for name in ("driver", "description"):
-        package(here / "camera" / name, name)
-    package(here / "mine" / "driver_2", "driver_2")
-    add.leave_out(["driver", "driver_2"], ["camera"])
-    assert set(workspace.users_packages()) == {"description", "driver_2"}
+        package(here / add.PART / "camera" / name, name)
+    add.leave_out(["driver", "driver_2"], str(here / add.PART / "camera"))
+    (here / add.PART / "camera").rename(here / "camera")
+    assert set(workspace.users_packages()) == {"description"}
     said = f"driver: {here}/camera/driver is disabled by its file CATKIN_IGNORE\n"
     assert capsys.readouterr().out == said
+
+
+# What vcstool does, in place of it: half a clone, then a word of bash.
+HALF = '#!/bin/bash\nmkdir -p "$6/thing"\ntouch "$6/thing/half"\n{}\n'
+
+
+@pytest.fixture
+def signals():
+    """Puts the handlers back: a ./run that is interrupted ignores all further signals."""
+    before = {number: signal.getsignal(number) for number in (2, 15, 1)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.usefixtures("signals")
+@pytest.mark.parametrize(
+    "word, error",
+    [
+        ("kill -INT $PPID; sleep 1000", Interrupted),
+        ("kill -TERM $PPID; sleep 1000", Interrupted),
+        ("echo 'fatal: no space left'; exit 1", CommandError),
+    ],
+)
+def test_half_a_clone_never_counts_as_there(here, sources, tmp_path, monkeypatch, word, error):
+    """Ctrl-C, then the same again: what was half brought stayed, with exit status 0."""
+    thing = repos.Repository("thing", "git", "https://example.org/thing.git", "noetic")
+    (tmp_path / "vcs").write_text(HALF.format(word))
+    (tmp_path / "vcs").chmod(0o755)
+    with monkeypatch.context() as patch:
+        patch.setattr(add.deps, "VCS", str(tmp_path / "vcs"))
+        with pytest.raises(error):
+            add.bring(thing, str(sources))
+    assert list(here.iterdir()) == []
+    (here / add.PART / "thing").mkdir(parents=True)  # by SIGKILL
+    (here / add.PART / "thing" / "half").touch()
+    add.bring(thing, str(sources))
+    assert sorted(path.name for path in here.iterdir()) == ["thing"]
+    assert (here / "thing" / "package.xml").exists() and not (here / "thing" / "half").exists()
+
+
+def test_two_at_once_wait_for_each_other(tmp_path, monkeypatch, capfd):
+    """Both wrote the same list for vcstool: one repository was not brought, with exit status 0."""
+    monkeypatch.setattr(add, "CACHE", str(tmp_path))
+    monkeypatch.setattr(add.step, "SILENT", 0.0)
+    asked = []
+    monkeypatch.setattr(add, "add", lambda names, _: asked.append(names))
+    options = argparse.Namespace(list=False, names=["thing"], folder=None)
+    second = threading.Thread(target=add.run, args=(options, []))
+    with add.step.SetupLock(str(tmp_path / add.LOCK)):
+        second.start()
+        told, end = "", time.monotonic() + PATIENCE
+        while not told and time.monotonic() < end:
+            told = capfd.readouterr().err
+            time.sleep(0.05)
+        assert told.startswith("another ./run is bringing packages, waiting for it") and not asked
+    second.join(PATIENCE)
+    assert asked == [["thing"]]

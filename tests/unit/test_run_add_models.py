@@ -1,6 +1,7 @@
 """./run add models: what files name of Gazebo's database, from a clone, and what these name."""
 
 import os
+import shutil
 
 import pytest
 from users_rig import git
@@ -45,6 +46,24 @@ def test_models_bring_those_that_they_name_beside_what_is_there(clone):
     gazebo_models.add(["bookshelf"], clone)
     gazebo_models.add(["cafe"], clone)
     assert there() == {"bookshelf", "cafe", "cafe_table"}
+
+
+def test_what_a_killed_run_has_left_is_completed(clone, tmp_path):
+    """Half a model counted as there, and git's lock stayed for ever."""
+    gazebo_models.add(["bookshelf"], clone)
+    model = tmp_path / "cache" / "gazebo_models" / "bookshelf" / "model.sdf"
+    for harm in ("model.sdf", "half", ".git"):
+        if harm == "model.sdf":
+            model.unlink()
+        elif harm == "half":
+            model.write_text("<sdf>")
+        else:
+            shutil.rmtree(gazebo_models.MODELS)
+            os.makedirs(f"{gazebo_models.MODELS}.part/.git")
+        if harm != ".git":
+            (tmp_path / "cache" / "gazebo_models" / ".git" / "index.lock").touch()
+        gazebo_models.add(["bookshelf"], clone)
+        assert model.stat().st_size > 100_000, harm
 
 
 def test_a_package_stands_for_its_files(clone, tmp_path, monkeypatch):
