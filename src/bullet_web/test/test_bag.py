@@ -68,6 +68,15 @@ def test_the_pose_of_a_link_is_that_of_the_robot_s_root(folder):
     assert numbers(part["rows"], "<f4").reshape(2, -1)[:, 2] == pytest.approx(-0.3)
 
 
+def test_stamps_of_two_clocks_are_shown_by_the_times_of_the_bag(folder):
+    """Each message began a part with a scene of its own: too large, and beyond 400 s."""
+    messages = [("/odom", odometry(1e3 * (i % 2) + 0.1 * i, i), 1 + 0.1 * i) for i in range(2000)]
+    written(folder, messages)
+    said = bag.make(options(folder))
+    assert ": 2000 frames, 199.9 s, " in said and "the stamps of /odom go back more than" in said
+    assert len(data_of((folder / "drive.html").read_text())["parts"]) == 1
+
+
 def test_poses_that_are_no_numbers_are_left_out(folder):
     bad = odometry(1.5, np.nan)
     written(folder, [("/odom", odometry(1.0, 0.0), 1.0), ("/odom", bad, 1.5)])

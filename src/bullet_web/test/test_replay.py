@@ -65,6 +65,23 @@ def test_time_that_goes_back_begins_another_part(recording, page_files):
     recording.add(0.04, [])  # paused: nothing new
     data = data_of(recording.html(page_files))
     assert [len(numbers(part["times"], "<f8")) for part in data["parts"]] == [10, 2]
+    assert [bool(part["scene"]) for part in data["parts"]] == [True, False]
+
+
+def test_a_world_that_is_reset_again_and_again_has_a_bounded_page(recording, page_files):
+    for index in range(5000):
+        recording.add(0.5 + 0.5 * (index % 2), [])
+    data = data_of(recording.html(page_files))
+    assert len(data["parts"]) <= replay.MAX_PARTS
+    assert numbers(data["parts"][0]["times"], "<f8")[0] == pytest.approx(0.02)
+    assert [bool(part["scene"]) for part in data["parts"]].count(True) == 1
+
+
+def test_a_page_that_cannot_be_written_leaves_nothing(recording, page_files, tmp_path):
+    (tmp_path / "replay.html").mkdir()
+    with pytest.raises(OSError, match="replay.html"):
+        recording.write(tmp_path / "replay.html", page_files)
+    assert [path.name for path in tmp_path.iterdir()] == ["replay.html"]
 
 
 def test_curves_are_kept_and_thinned(recording, page_files, monkeypatch):

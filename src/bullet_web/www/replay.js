@@ -19,12 +19,14 @@ class Replay {
     byId("lap").textContent = data.text;
     this.offsets = [];
     let total = 0;
+    let scene = null;
     this.parts = data.parts.map((part) => {
+      scene = part.scene || scene;
       const times = new Float64Array(bytesOf(part.times));
       const width = part.bodies.reduce((sum, [, count]) => sum + count, 0);
       this.offsets.push(total - times[0]);
       total += times[times.length - 1] - times[0];
-      return { ...part, times, width, rows: new Float32Array(bytesOf(part.rows)) };
+      return { ...part, scene, times, width, rows: new Float32Array(bytesOf(part.rows)) };
     });
     this.length = total;
     this.at = 0;

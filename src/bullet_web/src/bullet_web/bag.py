@@ -14,21 +14,22 @@ import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
-import rosbag
 import rospkg
 from bullet_sim.errors import SimError
 from bullet_sim.formats.sdf.world import parse_world
 from bullet_sim.pose import Pose, Quat, Vec3, compose
 from bullet_sim.sensors.scenes import WorldViews
 from bullet_sim.world import World
+from paddock_common.bags import BagError
 
 from bullet_web import files
 from bullet_web.replay import Recording
 from bullet_web.scene import SceneMaker
+from paddock_common import bags
 
 ODOMETRY, JOINTS, LAP = "nav_msgs/Odometry", "sensor_msgs/JointState", "track_model/LapStatus"
+RESETS = 100  # of the stamps, at most: more of them are of two clocks in one topic
 RATE = 30.0  # frames a second of the bag's time
 
 
@@ -64,10 +65,6 @@ ROBOTS = (
         ("cybertruck", "worlds/yard.world"),
     ),
 )
-
-
-class BagError(Exception):
-    """A bag cannot be shown; the text is for people."""
 
 
 def resolve(uri: str) -> str:
@@ -106,6 +103,10 @@ def file_of(package: str, name: str) -> str:
         return os.path.join(rospkg.RosPack().get_path(package), name)
     except rospkg.ResourceNotFound as error:
         raise BagError(f"there is no package {package}") from error
+
+
+class TwoClocks(Exception):
+    """Stamps go back again and again."""
 
 
 class Stage:
@@ -206,15 +207,24 @@ def choose(topics: dict[str, str], options: argparse.Namespace) -> Choice:
     )
 
 
-def frames(bag: Any, choice: Choice, stage: Stage, recording: Recording) -> Iterator[float]:
-    """Add the frames of a bag to a recording; yields their times."""
-    last = -math.inf
-    topics = [choice.odometry, choice.joints, "/referee/status"]
-    for topic, message, stamp in bag.read_messages(topics=list(filter(None, topics))):
+def frames(
+    bag: bags.Bag, choice: Choice, stage: Stage, recording: Recording, stamped: bool
+) -> Iterator[float]:
+    """Add the frames of a bag to a recording; yields their times.
+
+    Args:
+        stamped: by the messages' stamps; False: by the times at which they were recorded.
+
+    Raises:
+        TwoClocks: the stamps of the odometry go back more often than time is reset.
+    """
+    last, resets = -math.inf, 0
+    topics = {choice.odometry: ODOMETRY, choice.joints: JOINTS, "/referee/status": LAP}
+    for topic, message, stamp in bag.messages(topics):
         if topic == choice.joints:
             stage.set_joints(message.name, message.position)
             continue
-        time = (message.header.stamp or stamp).to_sec()
+        time = ((stamped and message.header.stamp) or stamp).to_sec()
         if topic == "/referee/status":
             recording.add_value("to the center line", "m", time, message.lateral_error)
             continue
@@ -224,6 +234,9 @@ def frames(bag: Any, choice: Choice, stage: Stage, recording: Recording) -> Iter
         numbers = (p.x, p.y, p.z, q.x, q.y, q.z, q.w)
         if not all(map(math.isfinite, numbers)) or not any(numbers[3:]):
             continue
+        resets += time < last
+        if resets > RESETS and stamped:
+            raise TwoClocks
         last = time
         link = message.child_frame_id.rpartition("/")[2]
         pose = stage.frame_pose(link, numbers[:3], numbers[3:])
@@ -235,29 +248,41 @@ def make(options: argparse.Namespace) -> str:
     """Write a replay; returns what was done.
 
     Raises:
-        BagError, SimError, OSError, ValueError: it cannot be made.
+        SimError, OSError, ValueError: it cannot be made.
     """
-    try:
-        bag = rosbag.Bag(options.bag)
-    except (rosbag.ROSBagException, OSError) as error:
-        raise BagError(f"{options.bag} is no bag that can be read: {error}") from error
-    with bag:
-        topics = {
-            name: info.msg_type for name, info in bag.get_type_and_topic_info().topics.items()
-        }
-        choice = choose(topics, options)
+    with bags.Bag(options.bag) as bag:
+        choice = choose(bag.topics, options)
         stage = Stage(choice.name, choice.urdf, choice.world, options.track)
         try:
-            recording = Recording(os.path.basename(options.bag))
-            recording.set_scene(stage.scene, stage.maker.assets)
-            times = list(frames(bag, choice, stage, recording))
+            recording, times, note = recorded(bag, choice, stage, os.path.basename(options.bag))
         finally:
             stage.close()
+    if not times and choice.odometry in bag.others:
+        raise BagError(f"{choice.odometry} has another definition than {ODOMETRY}")
     if not times:
         raise BagError(f"{choice.odometry} has no message with a valid pose")
     size = recording.write(options.out, files.read(files.REPLAY))
     length = max(times) - min(times)
-    return f"{options.out}: {len(times)} frames, {length:.1f} s, {size / 1e6:.1f} MB"
+    return f"{options.out}: {len(times)} frames, {length:.1f} s, {size / 1e6:.1f} MB{note}"
+
+
+def recorded(
+    bag: bags.Bag, choice: Choice, stage: Stage, title: str
+) -> tuple[Recording, list[float], str]:
+    """Record a bag; returns the recording, its times and what is to be said about them."""
+    for stamped in (True, False):
+        recording = Recording(title)
+        recording.set_scene(stage.scene, stage.maker.assets)
+        try:
+            times = list(frames(bag, choice, stage, recording, stamped))
+        except TwoClocks:
+            continue
+        break
+    note = "" if stamped else (
+        f"; by the times of the bag: the stamps of {choice.odometry} go back more than {RESETS} "
+        "times, as those of two publishers"
+    )  # fmt: skip
+    return recording, times, note
 
 
 def command_line() -> argparse.ArgumentParser:
@@ -283,7 +308,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options.out = os.path.splitext(options.bag)[0] + ".html"
     try:
         print(f"replay: {make(options)}")
-    except (BagError, SimError, OSError, ValueError) as error:
+    except (SimError, OSError, ValueError) as error:
         print(f"replay: {error}", file=sys.stderr)
         return 1
     return 0

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import array
 import base64
+import contextlib
 import io
 import json
 import os
@@ -25,6 +26,7 @@ from bullet_web.server import File
 LIMIT = 10_000_000  # [B] of a file
 MIN_SIDE = 256  # [px] to which images are shrunk at most
 MAX_FRAMES = 20000  # then every second one is dropped
+MAX_PARTS = 200  # then every second one is left out: time was reset again and again
 MAX_SAMPLES = 5000  # of a curve
 POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
@@ -61,8 +63,12 @@ class Part:
         self.times = [self.times[i] for i in keep]
         self.rows = [self.rows[i] for i in keep]
 
-    def encoded(self) -> Scene:
-        """For the page; numbers are little-endian float32, times float64."""
+    def encoded(self, before: Scene | None) -> Scene:
+        """For the page; numbers are little-endian float32, times float64.
+
+        Args:
+            before: the scene of the part before, which is not repeated.
+        """
         times, rows = array.array("d", self.times), array.array("f")
         for row in self.rows:
             rows.extend(row)
@@ -70,7 +76,7 @@ class Part:
             times.byteswap()
             rows.byteswap()
         return {
-            "scene": self.scene,
+            "scene": None if self.scene is before else self.scene,
             "bodies": [[key, width] for key, width in self.widths.items()],
             "times": base64.b64encode(times.tobytes()).decode(),
             "rows": base64.b64encode(rows.tobytes()).decode(),
@@ -112,6 +118,8 @@ class Recording:
         if part.times and time <= part.times[-1]:
             if time == part.times[-1]:
                 return
+            if len(self._parts) >= MAX_PARTS:
+                del self._parts[1::2]
             self._parts.append(part := Part(part.scene))  # time was reset
         part.add(time, bodies)
         if self.frames > MAX_FRAMES:
@@ -164,13 +172,19 @@ class Recording:
             OSError: it cannot be written.
         """
         data = self.html(files).encode()
-        part = Path(f"{os.fspath(path)}.part")
-        part.write_bytes(data)
-        os.replace(part, path)
+        part = Path(f"{os.fspath(path)}.{os.getpid()}.part")
+        try:
+            part.write_bytes(data)
+            os.replace(part, path)
+        except OSError:
+            with contextlib.suppress(OSError):
+                part.unlink()  # half of it is of no use, and fills the disk
+            raise
         return len(data)
 
     def _page(self, files: Mapping[str, File], side: int) -> str:
         parts = [part for part in self._parts if part.times]
+        scenes = [None, *(part.scene for part in parts)]
         names = {
             name
             for part in parts
@@ -183,7 +197,7 @@ class Recording:
         data = {
             "title": self.title,
             "text": self.text,
-            "parts": [part.encoded() for part in parts],
+            "parts": [part.encoded(before) for before, part in zip(scenes, parts)],
             "curves": self._curves,
             "assets": {name: _address(shrunk(self._assets[name], side)) for name in sorted(names)},
         }

@@ -12,7 +12,7 @@ from nav_msgs.msg import Odometry
 from paddock_common.geometry import yaw_of
 
 from cybertruck.plot.trajectory import Trajectory, plot
-from paddock_common import nodes
+from paddock_common import bags, nodes
 
 SPACING = 0.01  # between stored poses [m]
 
@@ -41,30 +41,20 @@ def from_bag(path, topic, goal_topic) -> Trajectory:
     Raises:
         ValueError: The file is not a bag, or has no odometry on the topic.
     """
-    import rosbag
-
     trajectory = Trajectory(SPACING)
     handlers = {
         topic: ("nav_msgs/Odometry", add_odometry),
         goal_topic: ("geometry_msgs/PoseStamped", add_goal),
     }
-    try:
-        with rosbag.Bag(path) as bag:
-            types = {
-                name: item.msg_type for name, item in bag.get_type_and_topic_info().topics.items()
-            }
-            if types.get(topic) != "nav_msgs/Odometry":
-                there = sorted(name for name in types if types[name] == "nav_msgs/Odometry")
-                raise ValueError(
-                    f"{path}: no odometry on {topic}; topics with odometry: "
-                    f"{', '.join(there) or 'none'}"
-                )
-            for name, message, _ in bag.read_messages(list(handlers)):
-                message_type, handle = handlers[name]
-                if types[name] == message_type:
-                    handle(trajectory, message)
-    except (OSError, rosbag.ROSBagException) as error:
-        raise ValueError(f"{path}: {error}") from None
+    with bags.Bag(path) as bag:
+        if bag.topics.get(topic) != "nav_msgs/Odometry":
+            there = sorted(name for name, kind in bag.topics.items() if kind == "nav_msgs/Odometry")
+            raise ValueError(
+                f"{path}: no odometry on {topic}; topics with odometry: "
+                f"{', '.join(there) or 'none'}"
+            )
+        for name, message, _ in bag.messages({name: kind for name, (kind, _) in handlers.items()}):
+            handlers[name][1](trajectory, message)
     trajectory.finish()
     return trajectory
 
