@@ -7,8 +7,9 @@ import re
 import shutil
 import socket
 import subprocess
+import time
 
-from commands import processes, supervisor
+from commands import locks, processes, supervisor
 from commands.bootstrap import ros
 from commands.errors import CommandError, UsageError, say
 from commands.paths import CACHE, OUT, SOURCES, read, relative
@@ -21,6 +22,7 @@ ROSLAUNCH = os.path.join(os.path.dirname(os.path.abspath(__file__)), "roslaunch"
 UNITS = {"s": 1.0, "m": 60.0, "h": 3600.0, "d": 86400.0}  # [s]
 PADS = "/dev/input/js*"
 MASTER_TIMEOUT = 5.0  # for a master's response [s]
+PAGE_START = 15.0  # until a page is there at the latest [s]
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 BOOLEANS = ("true", "false", "1", "0")  # as roslaunch reads if and unless, in any case
 
@@ -227,13 +229,14 @@ def run(name, launch, environ, arguments, deadline, out, results):
 
     Raises:
         CommandError: The track is not valid (nothing is removed then), or the launch failed, came
-            to no result, or to one that is not ok.
+            to no result, or to one that is not ok; or another ./run writes there.
         Interrupted: A signal ended it.
     """
     for argument in arguments:
         argument_name, _, value = argument.partition(":=")
         if argument_name == "track" and os.path.isabs(value):  # a file, no shipped track
             _build_track(value, environ)
+    locks.take_results(out)
     if results is None:
         shutil.rmtree(out, ignore_errors=True)
     for path in (os.path.join(out, name) for name in results or ()):
@@ -301,6 +304,7 @@ def start(launch, environ, arguments, deadline):
         deadline=_seconds(deadline) or None,
         env=environ,
         stdin=subprocess.DEVNULL,
+        pass_fds=locks.held(),
     )
 
 
@@ -437,17 +441,38 @@ def page_runs(environ):
 
 
 def refuse_second_world(environ):
-    """Refuses where a simulator runs: a second node /gazebo would end the first.
+    """Refuses where a simulator runs or starts: a second node /gazebo would end the first.
 
     Raises:
-        CommandError: The environment's master knows a node /gazebo.
+        CommandError: The environment's master knows a node /gazebo, or another ./run brings one.
     """
-    if simulator_runs(environ):
+    runs = simulator_runs(environ)
+    if runs or not locks.take(_on_master("world", environ)):
         raise CommandError(
-            f"a simulator runs already on {environ['ROS_MASTER_URI']}",
+            f"a simulator {'runs already' if runs else 'is being started'} on "
+            f"{environ['ROS_MASTER_URI']}",
             "Stop it, or give this one its own master:",
             "ROS_MASTER_URI=http://localhost:11312 ./run ...",
         )
+
+
+def page_comes(environ):
+    """Returns whether another ./run brings a page to the environment's master."""
+    if locks.take(_on_master("web", environ)):
+        return False
+    end = time.monotonic() + PAGE_START
+    while not page_runs(environ):
+        if time.monotonic() > end:
+            return False  # it has been ended: rosnode kill /web
+        time.sleep(0.2)
+    return True
+
+
+def _on_master(what, environ):
+    """Returns the name in locks of what there is one of on a master."""
+    host, _, port = environ["ROS_MASTER_URI"].partition("://")[2].rstrip("/").rpartition(":")
+    here = host in ("localhost", "127.0.0.1", "[::1]", socket.gethostname())
+    return f"{what} {'localhost' if here else host}:{port}"
 
 
 def _accepts(uri):

@@ -9,9 +9,9 @@ figures mean.
 
 import os
 
-from commands import environment, processes, supervisor
+from commands import environment, locks, processes, supervisor
 from commands.errors import CommandError
-from commands.paths import ROOT, VENV_PYTHON
+from commands.paths import OUT, ROOT, VENV_PYTHON
 
 USAGE = "[--quick | --save] [--only SECTION ...]"
 PASSES_ON = True
@@ -51,5 +51,6 @@ def run(arguments):
 
     environ = environment.ready()
     venv.prepare_extras("gym", "test")
+    locks.take_results(os.path.join(OUT, "bench"))
     supervisor.start(environ, "the benchmark")  # which may be killed with worlds of its own
     processes.become([VENV_PYTHON, SCRIPT, *arguments], environ)

@@ -15,7 +15,7 @@ import subprocess
 import time
 import xml.etree.ElementTree as ElementTree
 
-from commands import environment, processes
+from commands import environment, locks, processes
 from commands.errors import CommandError, UsageError, say
 from commands.paths import CACHE, SYSTEM_PATH, VENV_PYTHON
 from commands.subcommands import deps
@@ -76,12 +76,14 @@ class Workspace:
 
         Raises:
             UsageError: It has none.
+            CommandError: Another ./run builds them.
         """
         files = deps.find_manifests(os.path.realpath(folder))
         self.packages = {deps.read_manifest(path)[0]: os.path.dirname(path) for path in files}
         name = hashlib.sha256(os.path.realpath(folder).encode()).hexdigest()[:12]
         self._root = os.path.join(CACHE, "ci", name)
         self.setup = os.path.join(self._root, "devel", "setup.bash")
+        locks.take_results(self._root)
         sources = os.path.join(self._root, "src")
         shutil.rmtree(sources, ignore_errors=True)  # links only
         os.makedirs(sources)
@@ -146,6 +148,7 @@ class Tests:
         }
         self._environ.pop("ROS_HOSTNAME", None)
         self.failed, self.passed = [], 0
+        locks.take_results(self._out)
         os.makedirs(self._out, exist_ok=True)
 
     def run_logged(self, name, command, environ, deadline=None):

@@ -35,9 +35,10 @@ def run(options, _rest):
     python = prepare()
     environ = dict(os.environ, PYTHONNOUSERSITE="1", NO_MKDOCS_2_WARNING="1")
     environ.pop("PYTHONPATH", None)
-    built = processes.run_child(
-        [python, "-m", "mkdocs", "build", "--strict"], cwd=ROOT, env=environ
-    )
+    with SetupLock(f"{FOLDER}.lock", "building the site"):
+        built = processes.run_child(
+            [python, "-m", "mkdocs", "build", "--strict"], cwd=ROOT, env=environ
+        )
     if built != 0:
         raise CommandError("the site cannot be built", "The lines above name the pages.")
     say(f"{relative(SITE)}/index.html")

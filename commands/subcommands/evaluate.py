@@ -9,7 +9,7 @@ import json
 import os
 import re
 
-from commands import environment, launching, processes
+from commands import environment, launching, locks, processes
 from commands.errors import UsageError
 from commands.paths import OUT, VENV_PYTHON
 
@@ -51,6 +51,7 @@ def run(options, _rest):
         "walls": settings.get("walls"),
         "folder": os.path.join(OUT, "evaluate", name),
     }
+    locks.take_results(table["folder"])
     arguments = ["-m", "paddock_gym.evaluation.cli", json.dumps(table)]
     processes.become([VENV_PYTHON, *arguments], environ)
 

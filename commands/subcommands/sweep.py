@@ -10,7 +10,7 @@ import json
 import os
 import re
 
-from commands import environment, parsing, processes
+from commands import environment, locks, parsing, processes
 from commands.paths import OUT, VENV_PYTHON
 
 USAGE = "FILE.yaml [--name NAME]"
@@ -35,7 +35,9 @@ def run(options, _rest):
 
     environ = environment.ready()
     venv.prepare_extras(*(["learning"] if trains(options.file) else []), "sweep")
-    arguments = ["-m", "paddock_gym.sweep.cli", json.dumps(wanted(options))]
+    table = wanted(options)
+    locks.take_results(table["folder"])
+    arguments = ["-m", "paddock_gym.sweep.cli", json.dumps(table)]
     processes.become([VENV_PYTHON, *arguments], environ)
 
 

@@ -14,7 +14,7 @@ import json
 import os
 import re
 
-from commands import environment, launching, parsing, processes
+from commands import environment, launching, locks, parsing, processes
 from commands.errors import UsageError
 from commands.paths import OUT, VENV_PYTHON
 
@@ -115,6 +115,7 @@ def run(options, _rest):
     environ = environment.ready()
     table = wanted(options)
     venv.prepare_extras("learning", *(["ray"] if "ray" in table else []))
+    locks.take_results(table["folder"])
     arguments = ["-m", "paddock_gym.training.cli", json.dumps(table)]
     processes.become([VENV_PYTHON, *arguments], environ)
 

@@ -14,7 +14,7 @@ DEMO_DEADLINE=SECONDS changes the overall limit (300).
 import glob
 import os
 
-from commands import environment, launching, processes
+from commands import environment, launching, locks, processes
 from commands.errors import CommandError, say
 from commands.launching import LaunchFile
 from commands.parsing import one_of
@@ -51,6 +51,7 @@ def back_up(shape, arguments):
     """
     deadline = launching.deadline_from("DEMO_DEADLINE", 300)
     environ = environment.ready()
+    locks.take_results(os.path.join(OUT, f"back_{shape}"))
     os.makedirs(OUT, exist_ok=True)
     for path in glob.glob(os.path.join(OUT, f"back_{shape}.*")):
         os.remove(path)

@@ -40,7 +40,10 @@ def run(options, rest):
     """Becomes roslaunch."""
     environ = environment.ready()
     beside = launching.simulator_runs(environ)
-    if beside and launching.page_runs(environ):  # another node of that name would end it
+    if not beside:
+        launching.refuse_second_world(environ)
+    # Another node of that name would end it.
+    if launching.page_comes(environ) or (beside and launching.page_runs(environ)):
         raise CommandError(
             f"the simulator on {environ['ROS_MASTER_URI']} has a page already, by its node /web",
             "Its address is printed where it was started. To start another one, end it first:",

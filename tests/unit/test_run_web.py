@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from commands import environment, launching, parsing, processes
+from commands import environment, launching, locks, parsing, processes
 from commands.errors import CommandError, UsageError
 from commands.subcommands import replay, web
 
@@ -19,6 +19,7 @@ def started(monkeypatch):
         launching, "become", lambda launch, words, environ: found.append((launch, words, environ))
     )
     monkeypatch.setattr(processes, "become", lambda words, environ: found.append((words, environ)))
+    monkeypatch.setattr(locks, "take", lambda name: True)
     return found
 
 
