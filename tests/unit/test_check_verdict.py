@@ -170,6 +170,7 @@ def test_a_plugin_that_is_misspelled(library, monkeypatch):
     assert "gazebo_ros_control" not in sought
 
 
+NO_GDAL = "elevation data, which GDAL reads (apt-get install python3-gdal)"  # of formats/shapes.py
 HILL = {"heightmaps cannot be used and are left out": ["/w/hill.asc"]}
 MESHES = {"meshes are missing and left out": ["package://a/b.stl", "package://a/c.stl"]}
 MODELS = {"included models cannot be used": ["'model://cafe_table'", "'model://bookshelf'"]}
@@ -190,6 +191,9 @@ def test_missing_models_are_told_with_the_command_that_brings_them():
     (said,) = check_verdict.problems(changed(missing=own))
     assert said == "model model://shed_of_mine cannot be used"
     assert check_verdict.verdict(changed(missing=own)) == "works without model shed_of_mine"
+    grounds = {f"heightmaps are {NO_GDAL}, and left out": ["/w/hill.asc"]}
+    (said,) = check_verdict.problems(changed(missing=grounds))
+    assert said == f"heightmap /w/hill.asc is {NO_GDAL}, and left out"
 
 
 def test_a_file_of_another_machine_that_is_in_the_package():

@@ -25,6 +25,7 @@ from typing import Any
 from bullet_sim.errors import ModelError
 
 MAX_BYTES = 400_000_000  # of a mesh or an image
+MAX_PIXELS = 8192 * 8192  # of an image, points of elevation data
 MAX_TEXT = 20_000_000  # [bytes] of an SDF or of a world; parsing takes some 20 times as much memory
 
 

@@ -12,6 +12,8 @@ from bullet_sim.description.model import (
     Shape,
     TextureMapping,
 )
+from bullet_sim.errors import ModelError
+from bullet_sim.formats import elevation
 from bullet_sim.formats.materials import (
     Material,
     Resolve,
@@ -32,6 +34,7 @@ from bullet_sim.xml_reader import (
 
 MESH_TYPES = (".obj", ".stl", ".dae")
 MIN_SIZE = 1e-3  # [m] replaces a size of 0
+NO_GDAL = "elevation data, which GDAL reads (apt-get install python3-gdal)"
 MISSING = "meshes are missing and left out"
 
 
@@ -169,7 +172,9 @@ def _with_textures(
     that says so.
     """
     label = f"{label} heightmap"
-    layers = []
+    layers: list[Layer] = []
+    path = shape.geometry.path
+    base = elevation.read(path).low if elevation.is_elevation(path) else 0.0
     for number, texture in enumerate(element.findall("texture")[:MAX_TEXTURES]):
         uri = child_text(texture, "diffuse", "")
         path = existing_file(texture.document.resolve_relative(uri), resolve)
@@ -189,7 +194,7 @@ def _with_textures(
         blend = (0.0, 1.0)
         if number:
             blend = (
-                child_number(blends[number - 1], "min_height", label, 0.0),
+                base + child_number(blends[number - 1], "min_height", label, 0.0),
                 child_number(blends[number - 1], "fade_dist", label, 0.0),
             )
         layers.append(Layer(path, "height", mapping, blend))
@@ -293,7 +298,7 @@ def _heightmap(
     shape: Node, label: str, model: ModelDescription, resolve: Resolve
 ) -> Geometry | None:
     uri = child_text(shape, "uri", "")
-    size = child_floats(shape, "size", 3, f"{label} heightmap", _ONE)
+    size: Vec3 = child_floats(shape, "size", 3, f"{label} heightmap", _ONE)
     path = existing_file(shape.document.resolve_relative(uri), resolve)
     if not path:
         model.warn(
@@ -302,6 +307,17 @@ def _heightmap(
             uri,
         )
         return None
+    if elevation.is_elevation(path):
+        if not elevation.has_reader():
+            text = f"{label}: heightmap '{uri}' is {NO_GDAL}; it is left out"
+            model.warn(text, f"heightmaps are {NO_GDAL}, and left out", uri)
+            return None
+        try:
+            size = elevation.size(path, None if shape.find("size") is None else size)
+        except ModelError as error:
+            text = f"{label} is left out: {error}"
+            model.warn(text, "heightmaps cannot be used and are left out", uri)
+            return None
     sampling = child_whole(shape, "sampling", f"{label} heightmap", 2)
     return Geometry("heightmap", size, path=path, sampling=sampling)
 

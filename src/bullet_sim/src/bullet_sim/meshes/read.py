@@ -13,7 +13,7 @@ import numpy as np
 
 from bullet_sim.description.model import RGBA, Geometry
 from bullet_sim.errors import ModelError
-from bullet_sim.files import MAX_BYTES, MAX_TEXT, read_file
+from bullet_sim.files import MAX_BYTES, MAX_PIXELS, MAX_TEXT, read_file
 from bullet_sim.meshes.collada import Part, read_collada
 from bullet_sim.pose import Array
 from bullet_sim.xml_reader import Document, decoded, repaired
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from PIL import Image
 
 WHITE = (1.0, 1.0, 1.0, 1.0)
-MAX_PIXELS = 8192 * 8192
 _LIMIT = f"must have at most {MAX_PIXELS} (as 8192 x 8192 has)"
 GREY = (0.7, 0.7, 0.7, 1.0)  # of parts without a color
 

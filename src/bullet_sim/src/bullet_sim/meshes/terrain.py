@@ -1,4 +1,4 @@
-"""Shapes that become meshes: heightmaps from images, polygons extruded upwards."""
+"""Shapes that become meshes: heightmaps, polygons extruded upwards."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bullet_sim.errors import ModelError
+from bullet_sim.formats import elevation
 from bullet_sim.meshes.read import opened
 from bullet_sim.pose import Array
 
@@ -21,14 +22,15 @@ MAX_POINTS = 513  # per side of a heightmap; larger ones are subsampled
 
 
 def heightmap(path: str, size: Sequence[float], sampling: int = 1) -> tuple[Array, Array]:
-    """Surface over the pixels of an image, whose top is towards +y.
+    """Surface over the pixels of an image or the points of elevation data, the top towards +y.
 
     As in Gazebo the brightest pixel has the full height, whatever its brightness; but where one of
     an image of 8 bits has the value 1, white has it: ignition::math::Color takes 1 for white.
+    Elevation data have the height between their lowest point, which stays where it is, and highest.
 
     Args:
-        path: of the image; brightness is the height.
-        size: along x and y, height of the brightest pixel [m].
+        path: of the image, whose brightness is the height, or of elevation data.
+        size: along x and y, height of the brightest pixel or between the ends [m].
         sampling: points for each pixel and side, those between pixels interpolated; fewer where
             they would be more than MAX_POINTS.
 
@@ -38,11 +40,18 @@ def heightmap(path: str, size: Sequence[float], sampling: int = 1) -> tuple[Arra
     Raises:
         ModelError: no such image, or fewer than 2 pixels a side.
     """
-    return _surface(_heights(path, sampling), size)
+    return _surface(_heights(path, size, sampling), size)
 
 
-def _heights(path: str, sampling: int) -> Array:
-    """Heights (rows, columns) of a heightmap, 1 where it is full, see heightmap()."""
+def _heights(path: str, size: Sequence[float], sampling: int) -> Array:
+    """Heights (rows, columns) of a heightmap [m], see heightmap()."""
+    if elevation.is_elevation(path):
+        found = elevation.read(path)
+        low, part = _points(found.side, sampling)
+        rows = np.unique(np.concatenate((low, low + 1)))
+        at = np.searchsorted(rows, low)
+        raw = _between(_between(found.at(rows).astype(float), at, part, 0), at, part, 1)
+        return found.scaled(raw, size[2])
     try:
         with opened(path) as image:
             if min(image.size) < 2:
@@ -56,7 +65,7 @@ def _heights(path: str, sampling: int) -> Array:
             raise
         raise ModelError(f"heightmap '{path}' cannot be read: {error}") from None
     at = np.searchsorted(rows, low)
-    return _between(_between(kept.astype(float) / top, at, part, 0), *across, 1)
+    return _between(_between(kept * (size[2] / top), at, part, 0), *across, 1)
 
 
 def _rows(image: Image.Image, rows: Array) -> tuple[Array, float]:
@@ -79,7 +88,7 @@ def _surface(heights: Array, size: Sequence[float]) -> tuple[Array, Array]:
     count = heights.shape
     y, x = np.linspace(0.5, -0.5, count[0]) * size[1], np.linspace(-0.5, 0.5, count[1]) * size[0]
     xs, ys = np.meshgrid(x, y)
-    vertices = np.stack((xs, ys, heights * size[2]), -1).reshape(-1, 3)
+    vertices = np.stack((xs, ys, heights), -1).reshape(-1, 3)
     corners = np.arange(heights.size).reshape(count)
     a, b, c, d = (
         part.ravel()
@@ -91,10 +100,9 @@ def _surface(heights: Array, size: Sequence[float]) -> tuple[Array, Array]:
 def relief(path: str, size: Sequence[float], sampling: int) -> tuple[Array, Array]:
     """A heightmap to be seen: corners (N, 8) with smooth normals and texture coordinates from its
     lower left corner (0, 0) to its upper right one (1, 1), and triangles, see heightmap()."""
-    heights = _heights(path, sampling)
+    heights = _heights(path, size, sampling)
     vertices, faces = _surface(heights, size)
     rows, columns = heights.shape
-    heights = heights * size[2]
     down, right = np.gradient(heights, size[1] / (rows - 1), size[0] / (columns - 1))
     corners = np.zeros((len(vertices), 8))
     corners[:, :3] = vertices
