@@ -34,7 +34,7 @@ LOGS_KEPT = 7 * 86400.0  # [s]
 CHANGES = os.path.join(CACHE, "environment")
 SETUP = os.path.join(DEVEL, "setup.bash")
 GIVEN = CACHE  # the value given in the second environment: an existing directory, no workspace
-BASH = ("_", "PWD", "OLDPWD", "SHLVL")  # bash's own variables
+FROM_SCRATCH = "To build from scratch: rm -rf build devel, then ./run setup"
 LEFT_OUT = ("PYTHONHOME", "CONDA_PREFIX", "PYENV_VERSION")  # other Pythons
 
 
@@ -119,9 +119,9 @@ def setup_changes():
 
 def _measure():
     empty = {"PATH": SYSTEM_PATH}
-    fresh = _sourced(empty)
+    fresh = ros.sourced_variables(SETUP, empty, FROM_SCRATCH)
     given = {**dict.fromkeys(fresh, GIVEN), "PATH": f"{SYSTEM_PATH}:{GIVEN}"}
-    again = _sourced(given)
+    again = ros.sourced_variables(SETUP, given, FROM_SCRATCH)
     found = []
     for name, value in again.items():
         before = given.get(name, "")
@@ -135,25 +135,6 @@ def _measure():
         else:
             found.append(("set", name, value))
     return found
-
-
-def _sourced(environ):
-    """Returns an environment after setup.bash."""
-    import subprocess
-
-    script = '. "$0" >&2 && exec /usr/bin/env -0'
-    done = subprocess.run(
-        ["/bin/bash", "-c", script, SETUP], env=environ, capture_output=True, check=False
-    )
-    if done.returncode != 0:
-        words = " ".join(os.fsdecode(done.stderr).split()) or f"exit status {done.returncode}"
-        raise CommandError(
-            f"devel/setup.bash cannot be sourced: {words}",
-            "To build from scratch: rm -rf build devel, then ./run setup",
-        )
-    entries = os.fsdecode(done.stdout).split("\0")[:-1]
-    variables = dict(entry.split("=", 1) for entry in entries)
-    return {name: value for name, value in variables.items() if name not in BASH}
 
 
 def _inputs(found):

@@ -7,10 +7,9 @@ import glob
 import os
 import re
 import shutil
-import subprocess
 
 from commands import sources
-from commands.bootstrap import step, workspace
+from commands.bootstrap import workspace
 from commands.errors import CommandError, UsageError, say
 from commands.paths import CACHE, MODELS, SOURCES, read_xml, relative
 
@@ -101,16 +100,7 @@ def _check_out(names, clone):
 
 
 def _git(folder, *words):
-    done = subprocess.run(
-        ["git", *words],
-        cwd=folder,
-        env={**os.environ, "GIT_TERMINAL_PROMPT": "0", "LC_ALL": "C"},
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        check=False,
-        pass_fds=step.held_locks(),
-    )
+    done = sources.git(folder, *words)
     if done.returncode != 0:
         lines = [line for line in done.stderr.splitlines() if line.strip()]
         raise CommandError(f"{REPOSITORY.url} cannot be brought", *lines[-3:])

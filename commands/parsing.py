@@ -4,6 +4,7 @@ import argparse
 import ast
 import os
 import re
+import sys
 
 from commands.errors import UsageError
 from commands.paths import read
@@ -92,29 +93,39 @@ def parser_of(name, module):
     return parser
 
 
-def split(name, module, arguments, valued):
+def split(name, module, arguments, does=""):
     """Parts a command's own options from the command behind them.
 
     Args:
         name, module: As of parser_of().
         arguments: All of them; "--" may stand between the two.
-        valued: Options with a value behind them.
+        does: What is done to the command, where it has to be another one of ./run.
 
     Returns:
         (argparse.Namespace, list of words).
 
     Raises:
-        UsageError: An option is wrong.
+        UsageError: An option is wrong, or the command.
     """
-    at = 0
+    parser, at = parser_of(name, module), 0
     while at < len(arguments) and arguments[at].startswith("-") and arguments[at] != "--":
-        at += 2 if arguments[at] in valued else 1
-    parser = parser_of(name, module)
+        action = parser.option(arguments[at])
+        at += 2 if action is not None and action.nargs is None else 1  # a value is behind it
     options, rest = parser.parse_known_args(arguments[:at])
     if rest:
         raise parser.usage_error(f"unknown argument {rest[0]!r}")
-    words = arguments[at:]
-    return options, words[1:] if words[:1] == ["--"] else words
+    words = arguments[at + (arguments[at : at + 1] == ["--"]) :]
+    if does and words and ":=" not in words[0] and (words[0] not in COMMANDS or words[0] == name):
+        raise UsageError(
+            f"the {name} {does} a command of ./run, and {words[0]!r} is none",
+            f"For any program: ./run {name} exec PROGRAM ...",
+        )
+    return options, words
+
+
+def other_commands(name):
+    """Makes the function complete() of a command that takes another one behind it."""
+    return lambda words: [] if words else [command for command in COMMANDS if command != name]
 
 
 def overview():
@@ -148,11 +159,53 @@ def one_of(name, choices, aliases=None):
     return read
 
 
+def whole_number(name, least=1, most=None):
+    """Makes an argument type that takes a whole number; most: None for no limit."""
+    valid = f", {least} or more" if most is None else f" from {least} to {most}"
+
+    def read(value):
+        number = int(value) if value.isascii() and value.isdigit() else -1
+        if number < least or number > (number if most is None else most):
+            raise UsageError(f"{name} is {value!r}; it must be a whole number{valid}")
+        return number
+
+    return read
+
+
+port = whole_number("port", 1, 65535)
+
+
+def asked_password(variable, what, lengths):
+    """Takes a password out of the environment, so that programs do not inherit it, or asks for one.
+
+    Args:
+        what: What it is for.
+        lengths: How long it has to be, as text.
+
+    Raises:
+        UsageError: There is none, and nobody to ask.
+    """
+    password = os.environ.pop(variable, None)
+    if password is not None:
+        return password
+    if not sys.stdin.isatty():
+        raise UsageError(f"--share needs a password, and {variable} is not set")
+    import getpass
+
+    return getpass.getpass(f"password for the {what} ({lengths}): ")
+
+
 def folder_name(value):
     """Argument type of the name of a folder of results."""
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]*", value):
         raise UsageError(f"name is {value!r}; it must be letters, digits, '_', '-' and '.'")
     return value
+
+
+def add_options(parser, *rows):
+    """Declares options with a value, a row each: flag, name of the value, type, default, help."""
+    for flag, metavar, kind, default, text in rows:
+        parser.add_argument(flag, metavar=metavar, type=kind, default=default, help=text)
 
 
 def existing_file(value):

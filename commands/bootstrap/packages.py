@@ -56,6 +56,13 @@ def prepare_more(name, steps=1):
         _install(name, str(steps))
 
 
+def prepare(*names):
+    """Installs what lists name and is missing, after bootstrap.prepare(), see prepare_more()."""
+    with SetupLock():
+        for name in names:
+            prepare_more(name)
+
+
 def _install(*arguments):
     status = processes.run_child(_command(*arguments), session=False, grace=None)
     if status != 0:
@@ -64,30 +71,3 @@ def _install(*arguments):
 
 def _command(*arguments):
     return ["bash", os.path.join(ROOT, "run"), "--packages", *arguments]
-
-
-def prepare_browser():
-    """Installs Chromium and what drives it, after bootstrap.prepare().
-
-    Raises:
-        SystemExit: Debian packages could not be installed, and ./run has said why.
-        Interrupted: A signal ended it.
-    """
-    with SetupLock():
-        prepare_more(DESK_TEST_LIST)
-
-
-def prepare_desk(tests=False):
-    """Installs what is missing, after bootstrap.prepare().
-
-    Args:
-        tests: Whether ./run test desk is to run.
-
-    Raises:
-        SystemExit: Debian packages could not be installed, and ./run has said why.
-        Interrupted: A signal ended it.
-    """
-    with SetupLock():
-        prepare_more(DESK_LIST)
-        if tests:
-            prepare_more(DESK_TEST_LIST)

@@ -8,7 +8,7 @@ it again, and Debian's ROS is never installed next to it. The file ./run has the
 import os
 
 from commands.errors import CommandError, say
-from commands.paths import PYTHON, ROOT, SYSTEM_PATH, VENV_STAMP, read
+from commands.paths import PYTHON, ROOT, SYSTEM_PATH, VENV_STAMP, read, relative
 
 OLDEST, NEWEST = (3, 8), (3, 13)  # versions of Python
 LIST = os.path.join(ROOT, "config", "apt-ros.txt")
@@ -16,6 +16,7 @@ OPTIONAL = "optional"  # the mark in LIST of what Paddock itself works without
 DEBIANS_SHARE = "/usr/share"
 # Run by a Python of that ROS's environment: whether its rospy imports there.
 PROBE = "import sys, rospy; print(*sys.version_info[:2])"
+BASH = ("_", "PWD", "OLDPWD", "SHLVL")  # bash's own variables
 ROS_2 = ("AMENT_PREFIX_PATH", "COLCON_PREFIX_PATH", "ROS_VERSION", "ROS_DISTRO")
 PATHS = ("PATH", "PYTHONPATH", "LD_LIBRARY_PATH", "CMAKE_PREFIX_PATH", "PKG_CONFIG_PATH")
 WAYS = (
@@ -124,24 +125,31 @@ def environment(folder):
         CommandError: It has no setup.bash, or that fails.
     """
     if ("environment", folder) not in _found:
-        import subprocess
-
-        script = '. "$0/setup.bash" >&2 && exec /usr/bin/env -0'
-        done = subprocess.run(
-            ["/bin/bash", "-c", script, folder],
-            env={"PATH": SYSTEM_PATH},
-            capture_output=True,
-            check=False,
-        )
-        if done.returncode != 0:
-            words = " ".join(os.fsdecode(done.stderr).split())
-            raise CommandError(f"{folder}/setup.bash cannot be sourced: {words}")
-        entries = os.fsdecode(done.stdout).split("\0")[:-1]
-        variables = dict(entry.split("=", 1) for entry in entries)
-        for name in ("_", "PWD", "OLDPWD", "SHLVL"):  # bash's own
-            variables.pop(name, None)
-        _found["environment", folder] = variables
+        found = sourced_variables(f"{folder}/setup.bash", {"PATH": SYSTEM_PATH})
+        _found["environment", folder] = found
     return dict(_found["environment", folder])
+
+
+def sourced_variables(setup, environ, *advice):
+    """Returns the variables of an environment after a setup.bash.
+
+    Args:
+        setup: Its path.
+        advice: What helps if it fails.
+
+    Raises:
+        CommandError: It is not there, or fails.
+    """
+    import subprocess
+
+    script = '. "$0" >&2 && exec /usr/bin/env -0'
+    done = subprocess.run(["/bin/bash", "-c", script, setup], env=environ, capture_output=True)
+    if done.returncode != 0:
+        words = " ".join(os.fsdecode(done.stderr).split()) or f"exit status {done.returncode}"
+        raise CommandError(f"{relative(setup)} cannot be sourced: {words}", *advice)
+    entries = os.fsdecode(done.stdout).split("\0")[:-1]
+    variables = dict(entry.split("=", 1) for entry in entries)
+    return {name: value for name, value in variables.items() if name not in BASH}
 
 
 def listed(path=LIST):

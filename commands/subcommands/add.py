@@ -19,7 +19,7 @@ from commands import bootstrap, gazebo_models, processes
 from commands.bootstrap import left_out, step, workspace
 from commands.errors import CommandError, UsageError, say
 from commands.paths import CACHE, SOURCES, relative, write
-from commands.sources import Repository, entries_of, entry_of, folder_of, listed
+from commands.sources import Repository, entries_of, entry_of, folder_of, git, listed
 from commands.subcommands import deps, setup
 
 USAGE = "[--from FOLDER] NAME|URL ... | --list"
@@ -178,7 +178,7 @@ def bring_submodules(target, folder=None):
         if os.path.isdir(into) and os.listdir(into):
             continue
         if folder is None:
-            done = _git(target, "submodule", "update", "--init", "--", path)
+            done = git(target, "submodule", "update", "--init", "--", path)
         else:
             name = folder_of(url)
             try:
@@ -186,9 +186,9 @@ def bring_submodules(target, folder=None):
             except CommandError as error:
                 say(f"left out: submodule {shown} ({url}): {error}")
                 continue
-            done = _git(target, "clone", "--quiet", source, path)
-            commit = _git(target, "rev-parse", f"HEAD:{path}").stdout.strip()
-            if done.returncode == 0 and _git(into, "checkout", "--quiet", commit).returncode != 0:
+            done = git(target, "clone", "--quiet", source, path)
+            commit = git(target, "rev-parse", f"HEAD:{path}").stdout.strip()
+            if done.returncode == 0 and git(into, "checkout", "--quiet", commit).returncode != 0:
                 say(f"{shown}: {source} does not have {commit}, its newest commit is used")
         if done.returncode != 0:
             lines = [line for line in done.stderr.splitlines() if line.strip()]
@@ -205,7 +205,7 @@ def submodules(target):
     if not (os.path.exists(file) and os.path.exists(os.path.join(target, ".git"))):
         return []
     fields = {}
-    for line in _git(target, "config", "-f", file, "--list").stdout.splitlines():
+    for line in git(target, "config", "-f", file, "--list").stdout.splitlines():
         key, _, value = line.partition("=")
         name, _, field = key.rpartition(".")
         fields.setdefault(name, {})[field] = value
@@ -217,25 +217,6 @@ def submodules(target):
 def _shown(path):
     """Returns for messages where in src/ something will be."""
     return relative(path).replace(f"{PART}/", "", 1)
-
-
-def _git(folder, *words):
-    """Runs git; GitHub's addresses for those who have a key become those for everybody."""
-    instead = [
-        word
-        for address in ("git@github.com:", "ssh://git@github.com/", "git://github.com/")
-        for word in ("-c", f"url.https://github.com/.insteadOf={address}")
-    ]
-    return subprocess.run(
-        ["git", *instead, *words],
-        cwd=folder,
-        env={**os.environ, "GIT_TERMINAL_PROMPT": "0", "LC_ALL": "C"},
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        check=False,
-        pass_fds=step.held_locks(),
-    )
 
 
 def leave_copies(names):

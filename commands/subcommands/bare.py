@@ -81,7 +81,7 @@ def split(arguments):
     Returns:
         (argparse.Namespace, list of words).
     """
-    return parsing.split("bare", sys.modules[__name__], arguments, ("--suite",))
+    return parsing.split("bare", sys.modules[__name__], arguments)
 
 
 def check():
@@ -125,10 +125,8 @@ def prepare():
     """Installs what is missing of TOOLS."""
     if missing_tools():
         from commands.bootstrap import packages
-        from commands.bootstrap.step import SetupLock
 
-        with SetupLock():
-            packages.prepare_more(PACKAGES)
+        packages.prepare(PACKAGES)
 
 
 def ours():

@@ -76,10 +76,7 @@ def split(arguments):
     Raises:
         UsageError: A value cannot be used.
     """
-    from commands.table import COMMANDS
-
-    valued = ("--workspace", "--engine")
-    options, words = parsing.split("container", sys.modules[__name__], arguments, valued)
+    options, words = parsing.split("container", sys.modules[__name__], arguments, "runs")
     if options.engine not in (None, *ENGINES):
         raise UsageError(f"engine is {options.engine!r}; it must be {' or '.join(ENGINES)}")
     if options.workspace is not None:
@@ -89,11 +86,6 @@ def split(arguments):
         if ":" in folder:
             raise UsageError(f"workspace is {options.workspace!r}; a mount takes no ':' in it")
         options.workspace = folder
-    if words and ":=" not in words[0] and (words[0] not in COMMANDS or words[0] == "container"):
-        raise UsageError(
-            f"the container runs a command of ./run, and {words[0]!r} is none",
-            "For any program: ./run container exec PROGRAM ...",
-        )
     return options, words
 
 
@@ -126,8 +118,4 @@ def commands(engine, workspace, publish, terminal, words):
     return [engine, "build", "-t", IMAGE, ROOT], [*start, IMAGE, *(words or ["web"])]
 
 
-def complete(words):
-    """Lists the commands that a container can run."""
-    from commands.table import COMMANDS
-
-    return [name for name in COMMANDS if name != "container"] if not words else []
+complete = parsing.other_commands("container")

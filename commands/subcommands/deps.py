@@ -15,7 +15,7 @@ import subprocess
 from dataclasses import dataclass, field
 
 from commands import sources
-from commands.bootstrap import left_out, old_code, ros
+from commands.bootstrap import left_out, old_code, packages, ros
 from commands.bootstrap.workspace import given_way, manifests_below, users_packages
 from commands.errors import CommandError, UsageError, say
 from commands.paths import CACHE, PYTHON, ROOT, SOURCES, read, read_xml, write
@@ -179,11 +179,7 @@ def _codename():
 def prepare():
     """Installs what looks names up and brings sources, if it is missing."""
     if not all(map(os.path.exists, (ROSDEP, VCS))):
-        from commands.bootstrap.packages import prepare_more
-        from commands.bootstrap.step import SetupLock
-
-        with SetupLock():
-            prepare_more("apt-sources.txt")
+        packages.prepare("apt-sources.txt")
 
 
 def existing(names):
@@ -370,9 +366,6 @@ def offer(folders, ask):
     Raises:
         SystemExit: Debian packages could not be installed, and ./run has said why.
     """
-    from commands.bootstrap.packages import prepare_more
-    from commands.bootstrap.step import SetupLock
-
     if not has_lists():
         return
     answer = find(folders)
@@ -383,8 +376,7 @@ def offer(folders, ask):
         say(line)
     if ask("Install them?"):
         write(WANTED, "".join(f"{name}\n" for name in names))
-        with SetupLock():
-            prepare_more(os.path.relpath(WANTED, os.path.join(ROOT, "config")))
+        packages.prepare(os.path.relpath(WANTED, os.path.join(ROOT, "config")))
 
 
 def _wrapped(text):

@@ -18,7 +18,6 @@ Only this machine gets in; from another one: ssh -L 6080:127.0.0.1:6080 HOST, th
 """
 
 import contextlib
-import getpass
 import os
 import re
 import secrets
@@ -65,7 +64,7 @@ def add_arguments(parser):
         "--size", metavar="WxH", default="1600x900", type=_size, help="of the screen (1600x900)"
     )
     parser.add_argument(
-        "--port", metavar="N", type=_port, help="for browsers (6080, or the next free one)"
+        "--port", metavar="N", type=parsing.port, help="for browsers (6080, or the next free one)"
     )
     parser.add_argument("--share", action="store_true", help="let other machines in, by password")
 
@@ -78,27 +77,15 @@ def run(arguments):
     command = [os.path.join(ROOT, "run"), *shown(words)]
     password = asked_password() if options.share else None
     environment.ready()
-    packages.prepare_desk()
+    packages.prepare(packages.DESK_LIST)
     with Desk(environment.callers(), options.size, options.port, password) as desk:
         say(f"the desk, in a browser: {desk.url}")
         return processes.exit_status(desk.run(command))
 
 
 def split(arguments):
-    """Parts the desk's options from the command behind them.
-
-    Returns:
-        (argparse.Namespace, list of words).
-    """
-    from commands.table import COMMANDS
-
-    options, words = parsing.split("desk", sys.modules[__name__], arguments, ("--size", "--port"))
-    if words and ":=" not in words[0] and (words[0] not in COMMANDS or words[0] == "desk"):
-        raise UsageError(
-            f"the desk shows a command of ./run, and {words[0]!r} is none",
-            "For any program: ./run desk exec PROGRAM ...",
-        )
-    return options, words
+    """Parts the desk's options from the command behind them, as parsing.split()."""
+    return parsing.split("desk", sys.modules[__name__], arguments, "shows")
 
 
 def shown(words):
@@ -115,11 +102,7 @@ def asked_password():
     Raises:
         UsageError: There is none, or VNC cannot use it.
     """
-    password = os.environ.pop("DESK_PASSWORD", None)
-    if password is None:
-        if not sys.stdin.isatty():
-            raise UsageError("--share needs a password, and DESK_PASSWORD is not set")
-        password = getpass.getpass("password for the desk (6 to 8 characters): ")
+    password = parsing.asked_password("DESK_PASSWORD", "desk", "6 to 8 characters")
     if len(password) not in PASSWORD_LENGTHS or not (password.isascii() and password.isprintable()):
         raise UsageError(
             f"the desk's password has {len(password)} characters; VNC takes 6 to 8 of ASCII"
@@ -127,23 +110,13 @@ def asked_password():
     return password
 
 
-def complete(words):
-    """Lists the commands that can stand on a desk."""
-    from commands.table import COMMANDS
-
-    return [name for name in COMMANDS if name != "desk"] if not words else []
+complete = parsing.other_commands("desk")
 
 
 def _size(text):
     if not re.fullmatch(r"[1-9]\d{2,3}x[1-9]\d{2,3}", text):
         raise UsageError(f"size is {text!r}; it must be WIDTHxHEIGHT in pixels, such as 1600x900")
     return text
-
-
-def _port(text):
-    if not (text.isascii() and text.isdigit() and 1 <= int(text) <= 65535):
-        raise UsageError(f"port is {text!r}; it must be a whole number from 1 to 65535")
-    return int(text)
 
 
 class Screen:

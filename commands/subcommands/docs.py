@@ -8,11 +8,11 @@ call installs mkdocs and its theme (config/requirements-docs.txt) into .cache/do
 
 import os
 
-from commands import processes
+from commands import parsing, processes
 from commands.bootstrap import ros
 from commands.bootstrap.step import SetupLock, Step, run_beside
 from commands.bootstrap.venv import ADVICE, extra_requirements
-from commands.errors import CommandError, UsageError, say
+from commands.errors import CommandError, say
 from commands.paths import CACHE, OUT, ROOT, read, relative, write
 
 USAGE = "[--build] [--port N]"
@@ -26,7 +26,7 @@ def add_arguments(parser):
     """Declares the options."""
     parser.add_argument("--build", action="store_true", help="build, and serve nothing")
     parser.add_argument(
-        "--port", metavar="N", type=_port, default=8000, help="on which it is served (8000)"
+        "--port", metavar="N", type=parsing.port, default=8000, help="on which it is served (8000)"
     )
 
 
@@ -74,9 +74,3 @@ def _install(wanted):
     pip = [python, "-m", "pip", "install", "--disable-pip-version-check", "--no-deps"]
     yield [*pip, "-r", extra_requirements("docs")], environ
     write(STAMP, wanted)
-
-
-def _port(text):
-    if not text.isdecimal() or not 0 < int(text) < 65536:
-        raise UsageError(f"port is {text!r}; it must be a whole number from 1 to 65535")
-    return int(text)

@@ -9,8 +9,7 @@ import json
 import os
 import re
 
-from commands import environment, launching, locks, processes
-from commands.errors import UsageError
+from commands import environment, launching, locks, parsing, processes
 from commands.paths import OUT, VENV_PYTHON
 
 USAGE = "NAME [--track T ...] [--starts N]"
@@ -32,7 +31,11 @@ def add_arguments(parser):
         help="as of ./run lap; several are welcome (default: the one it was trained on)",
     )
     parser.add_argument(
-        "--starts", metavar="N", type=_starts, default=10, help="of each driver on each track (10)"
+        "--starts",
+        metavar="N",
+        type=parsing.whole_number("starts", 1, 1000),
+        default=10,
+        help="of each driver on each track (10)",
     )
 
 
@@ -54,9 +57,3 @@ def run(options, _rest):
     locks.take_results(table["folder"])
     arguments = ["-m", "paddock_gym.evaluation.cli", json.dumps(table)]
     processes.become([VENV_PYTHON, *arguments], environ)
-
-
-def _starts(value):
-    if not (value.isascii() and value.isdigit() and 0 < int(value) <= 1000):
-        raise UsageError(f"starts is {value!r}; it must be a whole number from 1 to 1000")
-    return int(value)

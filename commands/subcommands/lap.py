@@ -14,7 +14,7 @@ import os
 from commands import environment, launching
 from commands.errors import UsageError
 from commands.launching import LaunchFile
-from commands.parsing import one_of
+from commands.parsing import add_options, one_of, whole_number
 from commands.paths import OUT
 
 LAUNCH = LaunchFile("deepracer_teleop", "lap.launch", fixed=("out_dir",), options=False)
@@ -25,28 +25,20 @@ ALIASES = {"slider_driver": "slider", "follow_line": "line", "pure_pursuit": "pu
 
 def add_arguments(parser):
     """Declares track, driver and starts."""
-    parser.add_argument(
-        "--track",
-        default="default",
-        type=launching.resolve_track,
-        help="default, easy, medium, hard, or a file (YAML, .npy or .csv route)",
-    )
-    parser.add_argument(
-        "--driver",
-        default="slider",
-        type=one_of("driver", DRIVERS, ALIASES),
-        help="slider (the real window's slider under cruise control; the default), line (camera "
+    drivers = (
+        "slider (the real window's slider under cruise control; the default), line (camera "
         "alone), pursuit (odometry and center line), policy (a trained one, see --policy), buttons "
-        "(roams with the window's buttons for 40 s)",
+        "(roams with the window's buttons for 40 s)"
     )
-    parser.add_argument(
-        "--policy",
-        metavar="NAME",
-        type=launching.resolve_policy,
-        help="of the driver policy: the name of a training (./run train), or an .onnx file",
-    )
-    parser.add_argument(
-        "--starts", metavar="N", default=1, type=_starts, help="laps, each from a standing start"
+    tracks = "default, easy, medium, hard, or a file (YAML, .npy or .csv route)"
+    policy = "of the driver policy: the name of a training (./run train), or an .onnx file"
+    driver, starts = one_of("driver", DRIVERS, ALIASES), whole_number("starts")
+    add_options(
+        parser,
+        ("--track", "TRACK", launching.resolve_track, "default", tracks),
+        ("--driver", "DRIVER", driver, "slider", drivers),
+        ("--policy", "NAME", launching.resolve_policy, None, policy),
+        ("--starts", "N", starts, 1, "laps, each from a standing start"),
     )
 
 
@@ -85,9 +77,3 @@ def policy_arguments(options):
     if "camera" in observation:
         found += ["camera_width:=160", "camera_height:=120"]
     return found
-
-
-def _starts(value):
-    if not (value.isascii() and value.isdigit() and int(value) > 0):
-        raise UsageError(f"starts is {value!r}; it must be a number above 0")
-    return int(value)

@@ -11,7 +11,7 @@ import os
 
 from commands import environment, launching, processes
 from commands.errors import UsageError
-from commands.parsing import existing_file
+from commands.parsing import add_options, existing_file
 from commands.paths import VENV_PYTHON
 
 USAGE = "FILE.bag [OPTIONS]"
@@ -20,16 +20,21 @@ USAGE = "FILE.bag [OPTIONS]"
 def add_arguments(parser):
     """Declares the options of bullet_web.bag."""
     parser.add_argument("bag", metavar="FILE.bag", help="the bag")
-    parser.add_argument("--out", metavar="FILE.html", help="what to write (FILE.html)")
-    parser.add_argument(
-        "--track",
-        default="default",
-        type=launching.resolve_track,
-        help="default, easy, medium, hard, or a file",
+    tracks = "default, easy, medium, hard, or a file"
+    add_options(
+        parser,
+        ("--out", "FILE.html", str, None, "what to write (FILE.html)"),
+        (
+            "--track",
+            "TRACK",
+            launching.resolve_track,
+            "default",
+            tracks,
+        ),
+        ("--world", "FILE", existing_file, None, "a world, not a track"),
+        ("--urdf", "FILE", existing_file, None, "the robot: URDF, xacro"),
+        ("--odometry", "TOPIC", str, None, "the topic with the robot's pose"),
     )
-    parser.add_argument("--world", metavar="FILE", type=existing_file, help="a world, not a track")
-    parser.add_argument("--urdf", metavar="FILE", type=existing_file, help="the robot: URDF, xacro")
-    parser.add_argument("--odometry", metavar="TOPIC", help="the topic with the robot's pose")
 
 
 def run(options, _rest):

@@ -16,7 +16,7 @@ import os
 import re
 
 from commands import environment, processes
-from commands.errors import UsageError
+from commands.parsing import whole_number
 from commands.paths import ROOT, SOURCES, VENV_PYTHON
 
 USAGE = "[FILTER ...] [OPTIONS]"
@@ -70,7 +70,7 @@ def options(arguments):
     Raises:
         UsageError: N is no whole number above 0.
     """
-    words, filters, jobs = [], [], None
+    words, filters, jobs, count = [], [], None, whole_number("-j N: N")
     rest = iter(arguments)
     for word in rest:
         if word in ("-j", "--jobs"):
@@ -97,19 +97,6 @@ def usual_jobs(filters):
     return max(1, cores() // BROWSER) if "web" in filters else cores() + MORE
 
 
-def count(text):
-    """Reads a number of processes.
-
-    Raises:
-        UsageError: It is no whole number above 0.
-    """
-    if not text.isdecimal() or int(text) == 0:
-        raise UsageError(
-            f"-j N: N is {text!r}; it must be a whole number above 0", "./run test -j 2"
-        )
-    return int(text)
-
-
 def cores(quota=CPU_QUOTA):
     """Returns the number of cores that this process may use, at least 1.
 
@@ -133,9 +120,9 @@ def prepare_stages(filters):
     more = ("learning", "ray", "sweep") if "learning" in filters else ()
     venv.prepare_extras("test", "lint", "gym", *more)
     if "desk" in filters:
-        packages.prepare_desk(tests=True)
+        packages.prepare(packages.DESK_LIST, packages.DESK_TEST_LIST)
     if "web" in filters:
-        packages.prepare_browser()
+        packages.prepare(packages.DESK_TEST_LIST)
 
 
 def complete(_words):

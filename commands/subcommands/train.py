@@ -30,82 +30,36 @@ OF_THE_CAR = ("track", "observation", "reward", "metadata", "race", "randomize",
 
 def add_arguments(parser):
     """Declares what can be chosen; what is not given is the default, or as before (--resume)."""
-    add = parser.add_argument
-    add(
-        "name",
-        nargs="?",
-        default="first",
-        metavar="NAME",
-        type=parsing.folder_name,
+    parser.add_argument(
+        "name", nargs="?", default="first", metavar="NAME", type=parsing.folder_name,
         help="the folder (first)",
-    )
-    add(
-        "--env",
-        metavar="ENV",
-        type=parsing.one_of("env", ENVS),
-        help="deepracer (the default), or backing: the Cyber Truck backs its trailer along paths",
-    )
-    add("--track", type=launching.resolve_track, help="as of ./run lap (default)")
-    add(
-        "--observation",
-        metavar="O",
-        type=_listed("observation", OBSERVATIONS),
-        help="state (place in the lane and motion; the default), lidar, camera; or several: "
-        "state,camera",
-    )
-    add(
-        "--reward",
-        metavar="FILE",
-        type=parsing.existing_file,
-        help="a reward_function.py (default: progress)",
-    )
-    add(
-        "--metadata",
-        metavar="FILE",
-        type=parsing.existing_file,
-        help="a model_metadata.json: the actions",
-    )
-    add(
-        "--hyperparameters",
-        metavar="FILE",
-        type=parsing.existing_file,
-        help="a hyperparameters.json: of PPO",
-    )
-    add("--race", type=parsing.one_of("race", RACES), help=f"one of {', '.join(RACES)}")
-    add(
-        "--randomize",
-        metavar="WHAT",
-        type=_random,
-        help=f"of {', '.join(RANDOM)}, separated by commas; or all, or nothing (default: start)",
-    )
-    add("--walls", action="store_true", default=None, help="walls along the lane, for the lidar")
-    add(
-        "--steps",
-        metavar="N",
-        type=_number("steps", 1),
-        help="actions in all (until all laps succeed)",
-    )
-    add(
-        "--workers",
-        metavar="N",
-        type=_number("workers", 1),
-        help="processes (twice the cores; for state 10 threads)",
-    )
-    add(
-        "--threads",
-        action="store_true",
-        default=None,
-        help="workers in threads of one process, on all cores, instead of processes",
-    )
-    add(
-        "--ray",
-        metavar="ADDRESS",
-        type=_address,
-        help="workers as actors of Ray: auto (the cluster that this machine belongs to, or one of "
-        "this machine alone), or HOST:PORT of the head",
-    )
-    add("--seed", metavar="N", type=_number("seed", 0), help="of everything random (0)")
-    add("--resume", action="store_true", help="go on with what is in the folder")
+    )  # fmt: skip
+    number, file, one_of = parsing.whole_number, parsing.existing_file, parsing.one_of
+    rows = (
+        ("--env", "ENV", one_of("env", ENVS), "deepracer (the default), or backing: the Cyber "
+         "Truck backs its trailer along paths"),
+        ("--track", "TRACK", launching.resolve_track, "as of ./run lap (default)"),
+        ("--observation", "O", _listed("observation", OBSERVATIONS), "state (place in the lane and "
+         "motion; the default), lidar, camera; or several: state,camera"),
+        ("--reward", "FILE", file, "a reward_function.py (default: progress)"),
+        ("--metadata", "FILE", file, "a model_metadata.json: the actions"),
+        ("--hyperparameters", "FILE", file, "a hyperparameters.json: of PPO"),
+        ("--race", "RACE", one_of("race", RACES), f"one of {', '.join(RACES)}"),
+        ("--randomize", "WHAT", _random, f"of {', '.join(RANDOM)}, separated by commas; or all, or "
+         "nothing (default: start)"),
+        ("--steps", "N", number("steps"), "actions in all (until all laps succeed)"),
+        ("--workers", "N", number("workers"), "processes (twice the cores; for state 10 threads)"),
+        ("--ray", "ADDRESS", _address, "workers as actors of Ray: auto (the cluster that this "
+         "machine belongs to, or one of this machine alone), or HOST:PORT of the head"),
+        ("--seed", "N", number("seed", 0), "of everything random (0)"),
+    )  # fmt: skip
+    parsing.add_options(parser, *((*row[:3], None, row[3]) for row in rows))
+    for flag, default, text in (
+        ("--walls", None, "walls along the lane, for the lidar"),
+        ("--threads", None, "workers in threads of one process, on all cores, not in processes"),
+        ("--resume", False, "go on with what is in the folder"),
+    ):
+        parser.add_argument(flag, action="store_true", default=default, help=text)
 
 
 def run(options, _rest):
@@ -181,12 +135,3 @@ def _random(value):
     if len(chosen) > 1:
         raise UsageError(f"randomize is {value!r}; all and nothing stand alone")
     return list(RANDOM) if value == "all" else []
-
-
-def _number(what, least):
-    def read(value):
-        if not (value.isascii() and value.isdigit() and int(value) >= least):
-            raise UsageError(f"{what} is {value!r}; it must be a whole number, {least} or more")
-        return int(value)
-
-    return read

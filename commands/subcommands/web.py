@@ -13,11 +13,7 @@ Only this machine gets in; from another one: ssh -L 7080:127.0.0.1:7080 HOST, th
 trust.
 """
 
-import getpass
-import os
-import sys
-
-from commands import environment, launching
+from commands import environment, launching, parsing
 from commands.errors import CommandError, UsageError, say
 from commands.launching import LaunchFile
 
@@ -31,7 +27,11 @@ SHORTEST = 6  # characters
 def add_arguments(parser):
     """Declares the page's own options."""
     parser.add_argument(
-        "--port", metavar="N", default=0, type=_port, help="for browsers (7080, or the next free)"
+        "--port",
+        metavar="N",
+        default=0,
+        type=parsing.port,
+        help="for browsers (7080, or the next free)",
     )
     parser.add_argument("--share", action="store_true", help="let other machines in, by password")
 
@@ -65,19 +65,9 @@ def asked_password():
     Raises:
         UsageError: There is none, or it is too short.
     """
-    password = os.environ.get(PASSWORD)
-    if password is None:
-        if not sys.stdin.isatty():
-            raise UsageError(f"--share needs a password, and {PASSWORD} is not set")
-        password = getpass.getpass(f"password for the page ({SHORTEST} characters or more): ")
+    password = parsing.asked_password(PASSWORD, "page", f"{SHORTEST} characters or more")
     if len(password) < SHORTEST:
         raise UsageError(
             f"the page's password has {len(password)} characters; it must have {SHORTEST} or more"
         )
     return password
-
-
-def _port(text):
-    if not (text.isascii() and text.isdigit() and 1 <= int(text) <= 65535):
-        raise UsageError(f"port is {text!r}; it must be a whole number from 1 to 65535")
-    return int(text)

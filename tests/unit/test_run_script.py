@@ -27,7 +27,7 @@ TRACKS = "default, easy, hard, medium"
         (["lap", "--track", "nosuch"], ["track is 'nosuch'", TRACKS, "YAML, .npy or .csv"]),
         (["lap", "track:=nosuch"], ["track is 'nosuch'", TRACKS]),
         (["lap", "--track", str(ROOT / "run")], ["track is", ".yaml, .yml, .npy, .csv"]),
-        (["lap", "--starts", "0"], ["starts is '0'", "above 0"]),
+        (["lap", "--starts", "0"], ["starts is '0'", "1 or more"]),
         (["lap", "--starts", "two"], ["starts is 'two'"]),
         (["lap", "--trak", "easy"], ["unknown argument '--trak'"]),
         (["lap", "easy"], ["unknown argument 'easy'", "NAME:=VALUE"]),

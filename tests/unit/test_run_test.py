@@ -36,7 +36,7 @@ def test_options(monkeypatch, arguments, words, filters):
 def test_a_number_of_processes_that_cannot_be(text):
     done = run("test", f"--jobs={text}", "circle")
     assert done.returncode == 2
-    assert f"N is {text!r}; it must be a whole number above 0" in done.stdout + done.stderr
+    assert f"N is {text!r}; it must be a whole number, 1 or more" in done.stdout + done.stderr
 
 
 @pytest.mark.parametrize(

@@ -79,7 +79,7 @@ def test_a_shared_page_has_a_password(started, monkeypatch):
     monkeypatch.setenv(web.PASSWORD, "short")
     with pytest.raises(UsageError, match="has 5 characters; it must have 6 or more"):
         run(web, "web", "--share")
-    monkeypatch.delenv(web.PASSWORD)
+    monkeypatch.delenv(web.PASSWORD, raising=False)
     monkeypatch.setattr("sys.stdin", io.StringIO())
     with pytest.raises(UsageError, match=f"--share needs a password, and {web.PASSWORD} is not"):
         run(web, "web", "--share")
