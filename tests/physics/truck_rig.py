@@ -86,7 +86,7 @@ class Rig:
             targets = self._model.wheels(turned, rolled)
             manager = self.truck.manager
             manager.command("steering_controller", (targets.left_steering, targets.right_steering))
-            manager.command("axle_controller", (targets.rear_left, targets.rear_right))
+            manager.command("axle_controller", (targets.left_rear, targets.right_rear))
             self.world.step(self._steps)
 
     def back_up(self, tracker, time_limit):

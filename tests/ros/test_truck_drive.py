@@ -140,7 +140,7 @@ class TruckDrive(unittest.TestCase):
         for name, angle in zip(HINGES, (wanted.left_steering, wanted.right_steering)):
             self.assertAlmostEqual(joint(state, name)[0], angle, delta=0.01 * abs(angle))
         spin = joint(state, "rear_left_wheel_joint")[1]
-        self.assertAlmostEqual(spin, wanted.rear_left, delta=0.02 * abs(wanted.rear_left))
+        self.assertAlmostEqual(spin, wanted.left_rear, delta=0.02 * abs(wanted.left_rear))
         self.wait_standing()
         before = pose_of(self.truth.next())
         for _ in range(5):

@@ -93,8 +93,8 @@ def check_circle(truck, degrees, run_up):
         [wanted.left_steering, wanted.right_steering], rel=1e-3
     )
     rear, front = np.mean(speeds, axis=0).reshape(2, 2)
-    assert rear == pytest.approx([wanted.rear_left, wanted.rear_right], rel=1e-3)
-    assert front == pytest.approx([wanted.front_left, wanted.front_right], rel=5e-3)  # free
+    assert rear == pytest.approx([wanted.left_rear, wanted.right_rear], rel=1e-3)
+    assert front == pytest.approx([wanted.left_front, wanted.right_front], rel=5e-3)  # free
 
 
 @pytest.mark.parametrize("degrees", [-20, 40])

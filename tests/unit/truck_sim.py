@@ -78,7 +78,7 @@ class Truck:
             *self.limiter.advance(steering, speed, PERIOD * self.world.time_step)
         )
         self.model.manager.command("steering", [targets.left_steering, targets.right_steering])
-        self.model.manager.command("axle", [targets.rear_left, targets.rear_right])
+        self.model.manager.command("axle", [targets.left_rear, targets.right_rear])
 
     def drive(self, steering, speed, seconds, each=None, every=PERIOD):
         """Drives for a time.

@@ -195,7 +195,7 @@ def test_wheel_speeds_of_the_model_are_within_the_jump_limit():
     """The outer wheel of the tightest circle at top speed is slower than twice the mean."""
     model = CyberModel()
     wheels = model.wheels(0.7854, 3.0)
-    assert max(wheels.rear_left, wheels.rear_right) < 2.0 * 3.0 / RADIUS
+    assert max(wheels.left_rear, wheels.right_rear) < 2.0 * 3.0 / RADIUS
 
 
 def test_at_shutdown_the_wheels_stop_and_nothing_follows(rig):

@@ -61,10 +61,10 @@ def test_wheels_share_one_turning_center(degrees):
     assert MODEL.rear_curvature(steering) == pytest.approx(curvature)
     yaw_rate = speed * curvature
     for x, y, angle, spin in (
-        (0.0, 0.215, 0.0, wheels.rear_left),
-        (0.0, -0.215, 0.0, wheels.rear_right),
-        (SHAPE.wheelbase, 0.215, wheels.left_steering, wheels.front_left),
-        (SHAPE.wheelbase, -0.215, wheels.right_steering, wheels.front_right),
+        (0.0, 0.215, 0.0, wheels.left_rear),
+        (0.0, -0.215, 0.0, wheels.right_rear),
+        (SHAPE.wheelbase, 0.215, wheels.left_steering, wheels.left_front),
+        (SHAPE.wheelbase, -0.215, wheels.right_steering, wheels.right_front),
     ):
         # velocity of that point of the rigid body, against the wheel's direction and speed
         along, across = speed - yaw_rate * y, yaw_rate * x
@@ -85,10 +85,10 @@ def test_spec_formula_and_joint_limits():
     assert wheels.right_steering == pytest.approx(math.atan(0.508 / (1 / k + 0.215)))
     assert math.degrees(wheels.left_steering) == pytest.approx(60.0, abs=0.1)
     assert wheels.left_steering < 1.2
-    assert wheels.rear_left / wheels.rear_right == pytest.approx((1 / k - 0.215) / (1 / k + 0.215))
+    assert wheels.left_rear / wheels.right_rear == pytest.approx((1 / k - 0.215) / (1 / k + 0.215))
 
 
 def test_left_and_right_are_mirror_images():
     left, right = MODEL.wheels(0.4, 1.0), MODEL.wheels(-0.4, 1.0)
     assert right.right_steering == -left.left_steering
-    assert (right.rear_right, right.front_left) == (left.rear_left, left.front_right)
+    assert (right.right_rear, right.left_front) == (left.left_rear, left.right_front)

@@ -17,12 +17,12 @@ def along(steering, distance, speed=0.0):
     """Measured after a distance [m] at a steering angle [rad] held constant."""
     angles, rates = MODEL.wheels(steering, distance), MODEL.wheels(steering, speed)
     return Measured(
-        angles.rear_left,
-        angles.rear_right,
+        angles.left_rear,
+        angles.right_rear,
         angles.left_steering,
         angles.right_steering,
-        rates.rear_left,
-        rates.rear_right,
+        rates.left_rear,
+        rates.right_rear,
     )
 
 

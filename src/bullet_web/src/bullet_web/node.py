@@ -21,7 +21,7 @@ import rospkg
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped, Twist
-from paddock_common.settings import check, flag, number, read, text
+from paddock_common.settings import Checked, flag, number, read, text
 from paddock_common.waiting import flush
 
 from bullet_web import files, graph, window
@@ -46,7 +46,7 @@ WINDOW_LIMIT = 30.0  # [s] for a browser that was started to open the page
 
 
 @dataclass(frozen=True)
-class Settings:
+class Settings(Checked):
     """Settings of the node.
 
     Attributes:
@@ -64,9 +64,6 @@ class Settings:
     timeout: float = number(0.5, above=0.0, max=10.0, unit="s")
     topic: str = text("", empty=True)
     open: bool = flag(False)
-
-    def __post_init__(self) -> None:
-        check(self)
 
 
 def password_of(share: bool) -> str:

@@ -9,14 +9,15 @@ from dataclasses import dataclass
 
 import rospy
 from geometry_msgs.msg import Twist
+from paddock_common.ackermann import Wheels
 from paddock_common.nodes import start
 from paddock_common.passed_time import PassedTime
-from paddock_common.settings import check, choice, number, read
+from paddock_common.settings import Checked, choice, number, read
 from paddock_common.waiting import flush
 from std_msgs.msg import Float64
 
 from deepracer_control import topics
-from deepracer_control.ackermann import Geometry, WheelCommands, wheel_commands
+from deepracer_control.ackermann import Geometry, wheel_commands
 
 MODES = ("original", "ackermann")
 DEGREES_PER_UNIT = 15.0  # steering of one unit of angular.z in original mode [deg]
@@ -26,7 +27,7 @@ controlEngines = None
 
 
 @dataclass(frozen=True)
-class Settings:
+class Settings(Checked):
     """Settings of the node.
 
     Attributes:
@@ -39,9 +40,6 @@ class Settings:
     mode: str = choice("original", MODES)
     command_timeout: float = number(0.0, min=0.0, unit="s")
     geometry: Geometry = Geometry()
-
-    def __post_init__(self):
-        check(self)
 
 
 def settings_from_parameters() -> Settings:
@@ -164,7 +162,7 @@ class CarControl:
         """Commands zero speed and straight wheels."""
         with self._lock:
             self._speed = self._steering = 0.0
-            self._publish(WheelCommands())
+            self._publish(Wheels())
 
     def _close(self):
         """Stops the car for the last time: a command that is being processed must not follow."""

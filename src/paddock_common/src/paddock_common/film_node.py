@@ -8,11 +8,11 @@ from sensor_msgs.msg import Image
 
 from paddock_common.films import FilmWriter, FrameTimes
 from paddock_common.nodes import run
-from paddock_common.settings import check, number, read, text
+from paddock_common.settings import Checked, number, read, text
 
 
 @dataclass(frozen=True)
-class FilmSettings:
+class FilmSettings(Checked):
     """Private parameters.
 
     Attributes:
@@ -21,9 +21,6 @@ class FilmSettings:
 
     path: str = text("film.mp4")
     rate: float = number(15.0, above=0.0, unit="Hz")
-
-    def __post_init__(self) -> None:
-        check(self)
 
 
 class FilmNode:

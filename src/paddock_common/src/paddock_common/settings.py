@@ -1,12 +1,9 @@
 """Settings of a node or file: frozen dataclasses whose fields have a default and a rule.
 
     @dataclass(frozen=True)
-    class Limits:
+    class Limits(Checked):
         max_speed: float = number(3.0, above=0.0, unit="m/s")
         trailer: bool = flag(False)
-
-        def __post_init__(self):
-            check(self)
 
     limits = read(Limits, rospy.get_param)  # ~max_speed, ~trailer
 
@@ -206,6 +203,26 @@ def check(settings: Any, error: type[Exception] = ValueError, prefix: str = "") 
         if _RULE in item.metadata:
             name = prefix + _parameter(item)
             item.metadata[_RULE].check(name, getattr(settings, item.name), error)
+
+
+class Checked:
+    """Base of dataclasses whose fields are checked when one is made, see check().
+
+    Args:
+        error, prefix: of check(), behind the base in the definition of a class.
+    """
+
+    def __init_subclass__(
+        cls, error: type[Exception] = ValueError, prefix: str = "", **options: Any
+    ) -> None:
+        super().__init_subclass__(**options)
+        cls._error, cls._prefix = error, prefix
+
+    _error: type[Exception]
+    _prefix: str
+
+    def __post_init__(self) -> None:
+        check(self, self._error, self._prefix)
 
 
 def _parameter(item: Field[Any]) -> str:

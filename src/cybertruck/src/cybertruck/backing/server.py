@@ -11,7 +11,7 @@ from actionlib import ActionServer
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path as PathMessage
 from paddock_common.nodes import start
-from paddock_common.settings import check, from_table, number, read, text
+from paddock_common.settings import Checked, from_table, number, read, text
 from paddock_common.waiting import flush
 
 from cybertruck.backing.state import StateSource
@@ -75,7 +75,7 @@ MAX_START_HEADING = math.radians(75.0)  # between trailer and path at the start 
 
 
 @dataclass(frozen=True)
-class NodeSettings:
+class NodeSettings(Checked, error=TrailerError):
     """Settings of the node itself.
 
     Attributes:
@@ -93,9 +93,6 @@ class NodeSettings:
     odom_frame: str = text("odom")
     hitch_joint: str = text("hitch_yaw_joint")
     steering_map: str = text("", empty=True)
-
-    def __post_init__(self):
-        check(self, TrailerError)
 
 
 @dataclass(frozen=True)

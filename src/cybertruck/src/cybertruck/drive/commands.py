@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from nav_msgs.msg import Odometry
 from paddock_common.geometry import quaternion_of
-from paddock_common.settings import Number, check, number
+from paddock_common.settings import Checked, Number, number
 
 from cybertruck.drive.odometry import Measured
 
@@ -74,7 +74,7 @@ def odometry(stamp, frames, state):
 
 
 @dataclass(frozen=True)
-class JoyDrive:
+class JoyDrive(Checked, prefix="joy_"):
     """Axes and scales of the drive command.
 
     Attributes:
@@ -87,9 +87,6 @@ class JoyDrive:
     steering_axis: int = number(0, min=0, integer=True)
     speed: float = number(1.0, unit="m/s")
     steering: float = number(0.7854, unit="rad")
-
-    def __post_init__(self):
-        check(self, prefix="joy_")
 
     def command(self, axes):
         """Steering [rad] and speed [m/s] for a sequence of axis values in -1..1.

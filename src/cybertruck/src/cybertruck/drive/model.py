@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 from paddock_common.settings import check, number
 
+from paddock_common import ackermann
+
 
 @dataclass(frozen=True)
 class TruckGeometry:
@@ -89,18 +91,6 @@ class RateLimiter:
         return self.steering, self.speed
 
 
-@dataclass(frozen=True)
-class WheelTargets:
-    """Hinge angles [rad, left positive] and rolling speeds [rad/s, forward positive]."""
-
-    left_steering: float = 0.0
-    right_steering: float = 0.0
-    rear_left: float = 0.0
-    rear_right: float = 0.0
-    front_left: float = 0.0
-    front_right: float = 0.0
-
-
 class CyberModel:
     """Kinematics without slip, within the truck's limits."""
 
@@ -128,39 +118,25 @@ class CyberModel:
         """
         if linear == 0.0:
             return 0.0, 0.0
-        # atan2 with a positive second argument is atan of the quotient without overflow.
-        across = self.geometry.wheelbase * angular * math.copysign(1.0, linear)
-        return self.limit(math.atan2(across, abs(linear)), linear)
+        return self.limit(ackermann.steering(linear, angular, self.geometry.wheelbase), linear)
 
     def rear_curvature(self, steering):
         """Curvature of the rear axle's center, tan(steering) / wheelbase [1/m]."""
         return math.tan(steering) / self.geometry.wheelbase
 
-    def wheels(self, steering, speed) -> WheelTargets:
+    def wheels(self, steering, speed):
         """Hinge angles and wheel speeds for a bicycle's steering angle and speed.
-
-        A hinge at (wheelbase, y) is perpendicular to the line to the center of rotation:
-        tan(angle) = wheelbase / (1 / curvature - y). A wheel's speed is proportional to its
-        distance from the center.
 
         Args:
             steering: bicycle's angle [rad], within the limits.
             speed: of the rear axle's center [m/s].
+
+        Returns:
+            paddock_common.ackermann.Wheels.
         """
-        shape = self.geometry
+        shape, half = self.geometry, self.geometry.track_width / 2.0
         curvature = self.rear_curvature(steering)
-        across = shape.wheelbase * curvature
-        left = 1.0 - curvature * shape.track_width / 2.0
-        right = 1.0 + curvature * shape.track_width / 2.0
-        spin = speed / shape.wheel_radius
-        return WheelTargets(
-            left_steering=math.atan2(across, left),
-            right_steering=math.atan2(across, right),
-            rear_left=spin * left,
-            rear_right=spin * right,
-            front_left=spin * math.hypot(across, left),
-            front_right=spin * math.hypot(across, right),
-        )
+        return ackermann.wheels(speed, curvature, shape.wheelbase, shape.wheel_radius, half, half)
 
     def curvature_of_hinges(self, left, right):
         """Curvature [1/m] of two measured hinge angles [rad].

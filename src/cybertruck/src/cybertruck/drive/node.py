@@ -14,7 +14,7 @@ from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from paddock_common.geometry import transform_of
 from paddock_common.nodes import run
-from paddock_common.settings import check, choice, flag, number, read, text
+from paddock_common.settings import Checked, choice, flag, number, read, text
 from paddock_common.waiting import flush
 from sensor_msgs.msg import JointState, Joy
 from std_msgs.msg import Float64MultiArray, Int32
@@ -29,7 +29,7 @@ ODOM_SOURCES = ("wheels", "ground_truth")
 
 
 @dataclass(frozen=True)
-class Settings:
+class Settings(Checked):
     """Parameters of the node.
 
     Attributes:
@@ -48,9 +48,6 @@ class Settings:
     odom_frame: str = text("odom")
     base_frame: str = text("base_footprint")
     joy: bool = flag(False)
-
-    def __post_init__(self):
-        check(self)
 
 
 ROBOT = "/cybertruck"
@@ -245,7 +242,7 @@ class Drive:
         self._steering_out.publish(
             Float64MultiArray(data=(targets.left_steering, targets.right_steering))
         )
-        self._axle_out.publish(Float64MultiArray(data=(targets.rear_left, targets.rear_right)))
+        self._axle_out.publish(Float64MultiArray(data=(targets.left_rear, targets.right_rear)))
 
     def _publish_odometry(self, message):
         """Publish one odometry message as /odom, /pose and TF."""

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from paddock_common.settings import check, number
+from paddock_common.settings import Checked, number
 
 TICKS_PER_REVOLUTION = 42  # of a front wheel's encoder
 SMALL_ROTATION = 1e-6  # [rad] below which an arc counts as a line
@@ -14,7 +14,7 @@ STILL = (1e-6, 1e-6)  # variances of a truck at its start [m^2], [rad^2]
 
 
 @dataclass(frozen=True)
-class Errors:
+class Errors(Checked):
     """Errors of wheel odometry, as standard deviations after the first meter or radian.
 
     They grow with the square root of the distance, as sums of independent errors do.
@@ -28,9 +28,6 @@ class Errors:
     distance_error: float = number(0.005, min=0.0)
     heading_error: float = number(0.005, min=0.0)
     heading_drift: float = number(0.001, min=0.0)
-
-    def __post_init__(self):
-        check(self)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from paddock_common.settings import Number, check, number
+from paddock_common.settings import Number, number
 
 from cybertruck.trailer.geometry import TowingTruck
 
@@ -74,9 +74,6 @@ class Limits(TowingTruck):
     max_angular: float = number(3.0, above=0.0, unit="rad/s")
     max_acceleration: float = number(3.0, min=0.0, unit="m/s²")
     max_steering_rate: float = number(3.0, min=0.0, unit="rad/s")
-
-    def __post_init__(self):
-        check(self)
 
     def clip(self, linear, angular):
         """Limits a command; the truck cannot turn at rest.

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from paddock_common.settings import check, flag, number
+from paddock_common.settings import Checked, flag, number
 
 HITCH_STOP = math.radians(80.0)  # angle of the hitch's mechanical limit [rad]
 ON_AXLE_RATIO = 0.15  # fraction of the tongue's length below which a hitch counts as on the axle
@@ -15,7 +15,7 @@ class TrailerError(ValueError):
 
 
 @dataclass(frozen=True)
-class Geometry:
+class Geometry(Checked, error=TrailerError):
     """Lengths and limits of a truck with one trailer.
 
     Attributes:
@@ -31,9 +31,6 @@ class Geometry:
     tongue_length: float = number(0.70, above=0.0, unit="m")
     max_steering: float = number(0.7854, above=0.0, below=math.pi / 2, unit="rad")
     hitch_stop: float = number(HITCH_STOP, above=0.0, below=math.pi, unit="rad")
-
-    def __post_init__(self):
-        check(self, TrailerError)
 
     @property
     def max_curvature(self):
@@ -124,7 +121,7 @@ def towing_limit(geometry: Geometry, hitch_angle=math.radians(45.0)):
 
 
 @dataclass(frozen=True)
-class TowingTruck:
+class TowingTruck(Checked):
     """Settings of a truck that drives forward, with or without a trailer.
 
     Attributes:

@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from paddock_common.settings import check, number
+from paddock_common.settings import Checked, number
 
 from cybertruck.trailer.geometry import (
     TrailerError,
@@ -28,7 +28,7 @@ MODES = ("backing", "pulling forward", "arrived", "failed")
 
 
 @dataclass(frozen=True)
-class Tuning:
+class Tuning(Checked, error=TrailerError):
     """Parameters of the tracker.
 
     Attributes:
@@ -70,9 +70,6 @@ class Tuning:
     max_recoveries: int = number(5, above=0)
     max_pull: float = number(6.0, above=0.0, unit="m")
     end_tolerance: float = number(0.01, above=0.0, unit="m")
-
-    def __post_init__(self):
-        check(self, TrailerError)
 
 
 @dataclass

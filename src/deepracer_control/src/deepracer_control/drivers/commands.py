@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import rospy
 from geometry_msgs.msg import Twist
-from paddock_common.settings import check, choice
+from paddock_common.settings import Checked, choice
 from paddock_common.waiting import flush
 
 from deepracer_control import topics
@@ -15,7 +15,7 @@ from deepracer_control.control import DEGREES_PER_UNIT, MODES
 
 
 @dataclass(frozen=True)
-class Units:
+class Units(Checked):
     """Units of /cmd_vel.
 
     Attributes:
@@ -25,9 +25,6 @@ class Units:
 
     mode: str = choice("ackermann", MODES)
     geometry: Geometry = Geometry()
-
-    def __post_init__(self):
-        check(self)
 
     def steering(self, curvature):
         """Returns the bicycle's steering angle [rad] for a curvature [1/m], within the limit."""

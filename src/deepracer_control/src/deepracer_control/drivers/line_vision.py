@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from paddock_common.settings import Number, check, number, read
+from paddock_common.settings import Checked, Number, number, read
 
 from deepracer_control.drivers.pursuit import arc_curvature
 
@@ -21,7 +21,7 @@ WHITE_LOW, WHITE_HIGH = np.array((0, 0, 170), np.uint8), np.array((180, 50, 255)
 
 
 @dataclass(frozen=True)
-class Mount:
+class Mount(Checked, prefix="camera_"):
     """Pose of the camera, from the ground under the rear axle's center; x ahead.
 
     Attributes:
@@ -33,9 +33,6 @@ class Mount:
     ahead: float = number(0.227, unit="m")
     height: float = number(0.127, above=0.0, unit="m")
     pitch: float = number(0.2375, above=-1.5, below=1.5, unit="rad")
-
-    def __post_init__(self):
-        check(self, prefix="camera_")
 
 
 def ground_points(width, height, matrix, mount: Mount, scale=1):

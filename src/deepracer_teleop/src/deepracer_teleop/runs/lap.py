@@ -19,7 +19,7 @@ from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import SetModelState
 from nav_msgs.msg import Odometry
 from paddock_common.geometry import quaternion_of
-from paddock_common.settings import check, number, read, text
+from paddock_common.settings import Checked, number, read, text
 from paddock_common.waiting import WaitTimeout, wait_until
 from sensor_msgs.msg import Image
 from std_srvs.srv import Trigger
@@ -35,7 +35,7 @@ from track_model.msg import LapStatus
 
 
 @dataclass(frozen=True)
-class LapSettings:
+class LapSettings(Checked):
     """Parameters of the node beyond ~out_dir and ~track.
 
     Attributes:
@@ -57,9 +57,6 @@ class LapSettings:
     roam: float = number(0.0, min=0.0, unit="s")
     timeout: float = number(120.0, "patience", above=0.0, unit="s")
     film_rate: float = number(15.0, above=0.0, unit="Hz")
-
-    def __post_init__(self):
-        check(self)
 
 
 MAX_PROGRESS = 55.0  # of the lap, up to which a frame may become lap.png [%]

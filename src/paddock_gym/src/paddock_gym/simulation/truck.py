@@ -106,7 +106,7 @@ class Truck:
         wheels = self._kinematics.wheels(steering, speed)
         for hinge, angle in zip(self._hinges, (wheels.left_steering, wheels.right_steering)):
             hinge.set_position(angle)
-        for wheel, speed in zip(self._rear, (wheels.rear_left, wheels.rear_right)):
+        for wheel, speed in zip(self._rear, (wheels.left_rear, wheels.right_rear)):
             wheel.set_velocity(speed)
 
     def close(self):

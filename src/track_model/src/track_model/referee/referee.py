@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from paddock_common.settings import check, choice, flag, number
+from paddock_common.settings import Checked, choice, flag, number
 from shapely.geometry import Polygon
 from shapely.ops import unary_union
 from shapely.prepared import prep
@@ -18,7 +18,7 @@ from track_model.referee.course import Course
 
 
 @dataclass(frozen=True)
-class Rules:
+class Rules(Checked):
     """Rules of the referee.
 
     Attributes:
@@ -43,12 +43,9 @@ class Rules:
     standing_start: float = number(0.2, min=0.0, unit="m")
     auto_reset: bool = flag(False)
 
-    def __post_init__(self) -> None:
-        check(self)
-
 
 @dataclass(frozen=True)
-class Car:
+class Car(Checked):
     """Wheel and corner positions, from the reference point (base_link) [m].
 
     Attributes:
@@ -65,9 +62,6 @@ class Car:
     nose: float = number(0.16, unit="m")
     tail: float = number(-0.13, unit="m")
     half_width: float = number(0.0945, unit="m")
-
-    def __post_init__(self) -> None:
-        check(self)
 
     @property
     def wheels(self) -> tuple[tuple[float, float], ...]:
