@@ -4,7 +4,6 @@ import math
 import random
 from functools import partial
 
-import pybullet
 import pytest
 from bullet_sim.controllers.manager import Manager
 from bullet_sim.controllers.pid import Pid, parse_pid, position_error
@@ -154,14 +153,14 @@ def controlled(world, gains, goal="Velocity"):
 def test_a_robot_takes_one_reading_and_one_command_a_step(world, gains, monkeypatch):
     controlled(world, gains)
     world.step(2)
-    calls = []
+    calls, api = [], world.engine.client.api
 
     def count(name, function, *arguments, **options):
         calls.append(name)
         return function(*arguments, **options)
 
     for name in CALLS:
-        monkeypatch.setattr(pybullet, name, partial(count, name, getattr(pybullet, name)))
+        monkeypatch.setattr(api, name, partial(count, name, getattr(api, name)))
     world.step(5)
     assert calls == ["getJointStates", "setJointMotorControlArray"] * 5
 

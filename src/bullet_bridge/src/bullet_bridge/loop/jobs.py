@@ -108,10 +108,10 @@ class JobQueue:
         if wait > 0 and not self.waiting:
             self._wakeup.acquire(timeout=wait)
         count, begin = 0, 0.0
-        while True:
+        while self._jobs or self._reads:
             job = self._next()
             if job is None:
-                return count
+                break
             begin = begin or time.monotonic()
             try:
                 job.result = job.work()
@@ -125,7 +125,8 @@ class JobQueue:
             self.answered += 1
             count += not job.reads
             if budget != math.inf and time.monotonic() - begin >= budget:
-                return count
+                break
+        return count
 
     def _next(self) -> _Job | None:
         """The next job, taken from its queue; None: there is none."""

@@ -304,28 +304,34 @@ class OdeEngine:
     ) -> Array | None:
         """See api.Engine."""
         self.refresh()
-        state, left = self.arrays.state, count
-        recorded = state.recorded.reshape(MAX_RECORDED, 2, len(self.joint_rows))[:count]
-        if not len(self.rows):
-            return recorded if records else None
-        self._gravity[:] = self.gravity
+        if not efforts and not records:  # nothing is given to each step or taken from it
+            self._make_steps(count)
+            return None
+        state = self.arrays.state
         for row, effort in zip(state.efforts, efforts):
             effort.numbers[q.PID_JOINT] = effort.motor.row  # type: ignore[attr-defined]
             row[:] = effort.numbers
         state.active[:] = len(efforts), records, 0
         try:
-            while left > 0:
-                given = self.last_contacts.find() if self.arrays.always else -1
-                left -= self._advance(1 if given >= 0 else left, given)
-                if left > 0 and self.arrays.watch and not self.arrays.always:
-                    left -= self._advance(1, self.last_contacts.find())
+            self._make_steps(count)
         finally:
             state.active[:2] = 0
         for numbers, effort in zip(state.efforts[: len(efforts)].tolist(), efforts):
             effort.numbers = numbers
             effort.motor.applied = effort.applied
+        recorded = state.recorded.reshape(MAX_RECORDED, 2, len(self.joint_rows))
+        return recorded[:count] if records else None
+
+    def _make_steps(self, left: int) -> None:
+        if not len(self.rows):
+            return
+        self._gravity[:] = self.gravity
+        while left > 0:
+            given = self.last_contacts.find() if self.arrays.always else -1
+            left -= self._advance(1 if given >= 0 else left, given)
+            if left > 0 and self.arrays.watch and not self.arrays.always:
+                left -= self._advance(1, self.last_contacts.find())
         self.is_ahead = True
-        return recorded if records else None
 
     def joint_columns(self, body: Body, joints: Iterable[str]) -> list[int]:
         """See api.Engine."""
