@@ -42,6 +42,7 @@ SPAWN_LIMIT = 40.0  # wall time for spawning [s]
 FIRST_LIMIT = 20.0  # wall time for the first message of each sensor [s] ...
 CAMERA_LIMIT = 60.0  # ... of cameras [s]: the renderer may take as long to start on a busy machine
 STOP_LIMIT = 20.0  # wall time for the launch to end [s]
+BY_SERVICES = "set_model_state or the like"
 REPLAY = "paddock_check_replay"  # its node
 REPLAY_RATE = 10.0  # frames of the replay a second of wall time
 REPLAY_LIMIT = 60.0  # wall time for the replay's first frame, and for it to be written [s]
@@ -132,6 +133,12 @@ def describe(simulator):
     """The simulator's own description of what is in the world, or None."""
     answer = call(f"{simulator}/describe", Trigger)
     return json.loads(answer.message) if answer is not None and answer.success else None
+
+
+def times_moved(simulator):
+    """How often services have placed or pushed each model."""
+    models = (describe(simulator) or {}).get("models", ())
+    return {model["name"]: model["times_moved"] for model in models}
 
 
 def is_spawning():
@@ -304,16 +311,20 @@ def observe(launch, seconds, replay):
     wait_for_first(launch, sensors, counters)
     replay.wait_for_first(launch)
     before = {model["name"]: state_of(simulator, model["name"]) for model in moving}
+    placed = times_moved(simulator)
     start, begin = clock.now, time.monotonic()
     while time.monotonic() - begin < seconds and launch.poll() is None:
         time.sleep(0.1)
     elapsed = time.monotonic() - begin
+    moved = {name for name, times in times_moved(simulator).items() if times > placed.get(name, 0)}
     for sensor in sensors:
         counter = counters[sensor["topic"]]
         sensor.update(count=counter.count, measured=counter.rate())
     for model in moving:
         model.update(before=before[model["name"]], after=state_of(simulator, model["name"]))
         model["driven_by"] = sorted(drivers[model["name"]].names)
+        if model["name"] in moved:
+            model["driven_by"].append(BY_SERVICES)
         if model["control_namespace"] is not None:
             model["controllers"] = controllers_of(model["control_namespace"])
     advanced = None if start is None or clock.now is None else clock.now - start

@@ -27,6 +27,7 @@ from commands import (
     environment,
     launching,
     processes,
+    supervisor,
 )
 from commands.check_roslaunch import TOGETHER
 from commands.errors import CommandError, UsageError, say
@@ -70,6 +71,7 @@ def run(options, rest):
     else:
         words = [together(files, os.path.join(folder, "together.launch"), environ)]
         environ[TOGETHER] = "true"
+    supervisor.start(environ, "the check")  # roslaunch and its nodes are in sessions of their own
     try:
         processes.run_child(
             [*command, *words],

@@ -43,12 +43,16 @@ def package_of(name):
     return "campus_rover" if name in CAMPUS else FLEET
 
 
+def environ():
+    """Environment in which the packages of the launch files are found."""
+    return dict(os.environ, ROS_PACKAGE_PATH=f"{os.environ['ROS_PACKAGE_PATH']}:{DROP_IN}")
+
+
 def check(name, *words):
     """Runs ./run check on a launch file; returns the finished process."""
-    environ = dict(os.environ, ROS_PACKAGE_PATH=f"{os.environ['ROS_PACKAGE_PATH']}:{DROP_IN}")
     return subprocess.run(
         [ROOT / "run", "check", package_of(name), f"{name}.launch", *words],
-        env=environ,
+        env=environ(),
         text=True,
         capture_output=True,
         timeout=LIMIT,

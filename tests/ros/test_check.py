@@ -1,7 +1,15 @@
 """./run check on launch files of many styles: what comes up, as JSON, page and exit status."""
 
+import subprocess
+import time
+import unittest
+import uuid
+
 import check_rig
 from check_rig import check
+
+from commands import procfs
+from commands.check_observer import BY_SERVICES
 
 
 class Check(check_rig.Rig):
@@ -21,7 +29,7 @@ class Check(check_rig.Rig):
 
     def test_what_commands_a_robot_is_known(self):
         sledge = self.model("sledge", "sledge")
-        self.assertEqual((sledge["commands"], sledge["driven_by"]), (["/cmd_vel"], []))
+        self.assertEqual((sledge["commands"], sledge["driven_by"]), (["/cmd_vel"], [BY_SERVICES]))
         ((cause, items),) = sledge["missing"].items()
         self.assertEqual(cause, "meshes are missing and left out")
         self.assertEqual(items, ["package://yard_fleet/meshes/gone & lost.dae"])
@@ -32,3 +40,39 @@ class Check(check_rig.Rig):
         self.assertTrue(first.startswith("does not work because roslaunch refuses"), first)
         self.assertIn("yard_ferry_description", first)
         self.assertNotIn("problem", self.page.stdout)
+
+
+class Killed(unittest.TestCase):
+    """A check that does not come to its end."""
+
+    def test_it_leaves_nothing_running(self):
+        mark = uuid.uuid4().hex
+        process = subprocess.Popen(
+            [
+                check_rig.ROOT / "run",
+                "check",
+                check_rig.FLEET,
+                "sledge.launch",
+                "--seconds",
+                "3600",
+            ],
+            env=dict(check_rig.environ(), OF_THIS_TEST=mark),
+            stdout=subprocess.DEVNULL,
+        )
+
+        def wait(is_over):
+            deadline = time.monotonic() + check_rig.LIMIT
+            while not is_over(names := self._programs(mark)):
+                self.assertLess(time.monotonic(), deadline, names)
+                time.sleep(0.2)
+
+        wait(lambda names: "gazebo" in names)
+        process.kill()
+        process.wait()
+        wait(lambda names: not names)
+
+    @staticmethod
+    def _programs(mark):
+        """Names of this test's processes."""
+        pids = procfs.marked("OF_THIS_TEST", mark)
+        return [procfs.program(procfs.arguments(pid)) for pid in pids]

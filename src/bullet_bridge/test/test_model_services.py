@@ -642,6 +642,7 @@ def test_a_wrench_in_a_frame_acts_as_gazebo_ros_turns_it(desk, frame, expected):
     desk.world.step(100)
     _, linear, _ = desk.world.model("bot").link_state("base")
     assert linear[:2] == pytest.approx(expected, abs=1e-3)
+    assert desk.world.model("bot").times_moved == 2  # placed and pushed
 
 
 def test_a_links_velocity_is_less_its_frames_along_the_worlds_axes(desk):
@@ -653,6 +654,7 @@ def test_a_links_velocity_is_less_its_frames_along_the_worlds_axes(desk):
     assert desk.ask("set_link_state", state).success
     pose, linear, _ = desk.world.model("bot").link_state("base")
     assert pose.position == pytest.approx((0, 2, 0)) and tuple(linear) == pytest.approx((-1, 3, 0))
+    assert desk.world.model("bot").times_moved == 1
     state.reference_frame = "post"
     answer = desk.ask("set_link_state", state)
     assert (answer.success, answer.status_message) == (False, "SetLinkState: failed")

@@ -191,6 +191,7 @@ class LinkServices:
                 moment = in_body.matrix @ torque + np.cross(in_body.position, rotated)
             steps = requested_steps(self._world, request)
             self._world.forces.apply_wrench(model, link, rotated, moment, steps)
+            model.times_moved += 1
 
         self._jobs.call(work)
         return srv.ApplyBodyWrenchResponse()  # without a text, as upstream

@@ -108,6 +108,7 @@ class Model:
         self._key = key
         self._state: BodyState | None = None  # of what is static ...
         self._placements = -1  # ... as of these of the engine
+        self.times_moved = 0  # by set_state(), set_link_state() or a service's wrench
         self._changes: dict[tuple[str, str], Callable[[], None]] = {}
         # mass, center of mass and inertia of links as they were set last
         self.set_masses: dict[str, tuple[float, Array, Array]] = {}
@@ -352,6 +353,7 @@ class Model:
         if not self.is_static:
             self.body.set_velocity(linear, angular)
         self.placed = (pose, linear, angular)
+        self.times_moved += 1
 
     def set_link_state(self, link: str, pose: Pose, linear: Vector, angular: Vector) -> None:
         """Put one link to a world pose with a velocity of its center of mass (world axes), as
@@ -371,6 +373,7 @@ class Model:
         self._check_velocity(linear, angular)
         self.body.place_link(part, pose.normalized() * offset.inverse(), linear, angular)
         self._moved.add(part)
+        self.times_moved += 1
 
     def set_velocity(self, linear: Vector, angular: Vector = (0, 0, 0)) -> None:
         """Set the velocity for the next step [m/s, rad/s], world axes: see Body.set_velocity.
