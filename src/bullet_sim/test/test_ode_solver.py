@@ -814,7 +814,7 @@ def test_a_position_that_is_set_is_taken(world):
 # bad input ----------------------------------------------------------------------------------------
 def test_an_unknown_solver_is_named():
     with pytest.raises(ModelError, match="solver is 'dart', must be ode or bullet"):
-        make_engine("dart")
+        make_engine("dart", 0.001, (0.0, 0.0, 0.0))
 
 
 @pytest.mark.parametrize("count", [1, 2])

@@ -11,7 +11,14 @@ from typing import Any
 from bullet_sim.component import Stateful
 from bullet_sim.controllers import Controller
 from bullet_sim.description.model import ModelDescription
-from bullet_sim.description.world import MIN_STEP, LinkMotion, Place, Scene, WorldDescription
+from bullet_sim.description.world import (
+    DEFAULT_STEP,
+    MIN_STEP,
+    LinkMotion,
+    Place,
+    Scene,
+    WorldDescription,
+)
 from bullet_sim.engine import Engine, make_engine
 from bullet_sim.engine.api import EngineState
 from bullet_sim.engine.efforts import MAX_RECORDED
@@ -147,7 +154,7 @@ class World:
 
     def __init__(
         self,
-        time_step: float = 0.001,
+        time_step: float = DEFAULT_STEP,
         gravity: Vec3 = (0.0, 0.0, -9.81),
         engine: Engine | None = None,
         solver: str = "ode",

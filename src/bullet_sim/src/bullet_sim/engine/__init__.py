@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from bullet_sim.engine.api import WORLD, Body, BodyLink, Contact, Engine, Motor
 from bullet_sim.errors import ModelError
+from bullet_sim.pose import Vec3
 
 __all__ = ["SOLVERS", "WORLD", "Body", "BodyLink", "Contact", "Engine", "Motor", "make_engine"]
 NO_NUMBA = (
@@ -16,12 +15,13 @@ NO_NUMBA = (
 SOLVERS = ("ode", "bullet")
 
 
-def make_engine(solver: str, *arguments: Any, **options: Any) -> Engine:
+def make_engine(solver: str, time_step: float, gravity: Vec3) -> Engine:
     """Make an engine.
 
     Args:
         solver: 'ode': steps as Gazebo's ODE makes them; or 'bullet': PyBullet's own.
-        arguments, options: time_step [s], gravity [m/s^2], solver_iterations.
+        time_step: [s].
+        gravity: [m/s^2].
 
     Raises:
         ModelError: no such solver, or 'ode' cannot be imported: nothing else takes its place.
@@ -31,9 +31,9 @@ def make_engine(solver: str, *arguments: Any, **options: Any) -> Engine:
     if solver == "bullet":
         from bullet_sim.engine.bullet.engine import BulletEngine
 
-        return BulletEngine(*arguments, **options)
+        return BulletEngine(time_step, gravity)
     try:
         from bullet_sim.engine.ode.engine import OdeEngine  # numba takes a while
     except ImportError as error:
         raise ModelError(NO_NUMBA.format(error)) from error
-    return OdeEngine(*arguments, **options)
+    return OdeEngine(time_step, gravity)

@@ -41,14 +41,9 @@ class BulletEngine:
     settings: OdeSettings | None = None
     unlocked = False  # PyBullet keeps Python's lock
 
-    def __init__(
-        self,
-        time_step: float = 0.001,
-        gravity: Vec3 = (0.0, 0.0, -9.81),
-        solver_iterations: int = 50,
-    ) -> None:
+    def __init__(self, time_step: float, gravity: Vec3) -> None:
         self.time_step, self.gravity = float(time_step), vector3(gravity)
-        self._iterations, self.placements = int(solver_iterations), 0
+        self._iterations, self.placements = OdeSettings().iterations, 0
         self.client = Client()
         self._api = self.client.api
         self.cast_rays = self.client.cast_rays  # see api.Engine

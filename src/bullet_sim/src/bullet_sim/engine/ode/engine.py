@@ -51,17 +51,12 @@ class OdeEngine:
         unlocked: let other threads of Python run during steps: where each has a world of its own.
     """
 
-    def __init__(
-        self,
-        time_step: float = 0.001,
-        gravity: Vec3 = (0.0, 0.0, -9.81),
-        solver_iterations: int = 50,
-    ) -> None:
+    def __init__(self, time_step: float, gravity: Vec3) -> None:
         self.time_step, self.gravity = float(time_step), vector3(gravity)
         self.unlocked, self.placements = False, 0
         self._helpers: Helpers | None = None
         self._numbers, self._gravity = np.zeros(q.S_SIZE), np.zeros(3)
-        self.configure(OdeSettings(iterations=int(solver_iterations)))
+        self.configure(OdeSettings())
         self._trees: dict[int, tuple[Array, Tree]] = {}  # of triangles, by their id
         self._shapes = ShapeCache(self)
         self.clear()
