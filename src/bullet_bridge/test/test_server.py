@@ -8,7 +8,7 @@ import rospy
 from bullet_bridge.loop import clock as clock_module
 from bullet_bridge.loop.clock import CLOCK_STRIDE, Schedule, SimClock
 from bullet_bridge.loop.jobs import JobQueue
-from bullet_bridge.loop.server import HOLD_LIMIT, Server
+from bullet_bridge.loop.server import HOLD_LIMIT, RUN_TIME, Server
 from bullet_bridge.node import Config
 from bullet_sim.errors import WorldError
 
@@ -177,6 +177,20 @@ def test_a_held_world_makes_no_step_for_a_while(factor):
     before = rig.world.step_count
     rig.run(0.1)
     assert rig.world.step_count > before, "nor does it hold up those who come later"
+
+
+def test_holds_that_follow_each_other_stop_time_no_longer_than_one():
+    """Eight clients that spawned and deleted models stopped it for as long as they did."""
+    rig = Rig()
+    hold, steps = rig.server.hold(), []
+    for _ in range(60):
+        rig.run(0.1)
+        hold, before = rig.server.hold(), hold
+        rig.server.release(before)
+        steps.append(rig.world.step_count)
+    longest = max(steps.count(count) for count in steps)
+    assert longest * 0.1 == pytest.approx(HOLD_LIMIT, abs=0.25)
+    assert steps[-1] == pytest.approx(2 * 1000 * RUN_TIME, abs=110)
 
 
 def test_steps_on_request_wait_while_a_world_is_held():

@@ -16,6 +16,7 @@ from bullet_sim.errors import ControllerError, WorldError
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from dynamic_reconfigure.encoding import encode_config
+from dynamic_reconfigure.msg import GroupState
 from fake_impl import FakeReceivedCounts, plugin_of
 from geometry_msgs.msg import Twist
 from test_outputs import CART, Topic
@@ -204,6 +205,18 @@ def test_a_gain_that_is_no_number_is_refused(tuned, name):
 def test_gains_that_the_simulation_refuses_are_not_shown_as_set(tuned):
     tuned.fault = ControllerError("gone")
     assert tuned.ask(p=5.0)["p"] == 2.0 and tuned.logged == ["/bot/arm/pid: gone"]
+
+
+@pytest.mark.parametrize("values", [{"p": "x"}, {"": 1.0}, {"none": 1.0}, {"antiwindup": "yes"}])
+def test_what_no_parameter_is_called_is_ignored_and_named(tuned, values):
+    """A text in place of a number, or a group that is not there, was a traceback."""
+    config = encode_config({**values, "i": 0.7})
+    config.groups = [GroupState("none", True, 77, -5)]
+    response = tuned.tuning._set_callback(SimpleNamespace(config=config))
+    assert {row.name: row.value for row in response.doubles}["i"] == 0.7
+    assert tuned.taken == [PidGains(2.0, 0.7, 0.1, -1.0, 1.0)]
+    (line,) = tuned.logged
+    assert "/bot/arm/pid" in line and all(f"'{name}'" in line for name in values)
 
 
 # time ---------------------------------------------------------------------------------------------

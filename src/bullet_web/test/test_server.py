@@ -339,6 +339,18 @@ def test_wild_messages_end_and_stall_nothing(running):
     witness.close()
 
 
+@pytest.mark.parametrize(
+    "flood", [b"\x89\x80\0\0\0\0", b"\x81\x82\0\0\0\0{}"], ids=["ping", "text"]
+)
+def test_a_flood_ends_its_connection_at_once(running, flood):
+    """Pings were answered without an end: another page took 8 s to open."""
+    wild = running.open()
+    with pytest.raises(OSError):
+        for _ in range(1000):
+            wild.sock.sendall(1000 * flood)
+    wait(lambda: not running.server.pages)
+
+
 def random_bytes(chance, size):
     """Bytes of a random.Random, whose randbytes() came with Python 3.9."""
     return bytes(chance.choices(range(256), k=size))

@@ -6,6 +6,7 @@ import time
 from types import SimpleNamespace
 
 import pytest
+from rospy.impl.masterslave import ROSHandler
 from rospy.impl.registration import RegManager
 from rospy.impl.tcpros_base import TCPROSTransport
 from rospy.impl.tcpros_pubsub import TCPROSSub
@@ -233,13 +234,31 @@ def test_one_publisher_is_connected_to_by_one_thread_at_a_time(monkeypatch):
         thread.start()
     for thread in threads:
         thread.join(LIMIT)
-    assert counts == [1] * 5
-    assert not subscriptions._locks
+    assert counts and set(counts) == {1}, "the last one sees what has changed meanwhile"
+    assert not subscriptions._connecting
+
+
+def test_a_publisher_that_does_not_answer_is_tried_as_long_as_it_is_listed(topics, monkeypatch):
+    """Each update started a thread for each publisher and each of its lines, and none ended."""
+    tries, handler = [], ROSHandler.__new__(ROSHandler)
+    handler.reg_man = RegManager(None)
+
+    def connect(_handler, topic, uri):
+        for _ in range(5):
+            subscriptions._api_while_listed(uri)
+            tries.append(uri)
+            subscriptions._note_update(handler, "/master", topic, [OTHER])
+
+    monkeypatch.setattr(subscriptions, "_connect", connect)
+    assert subscriptions._note_update(handler, "/master", "/t", 2000 * [URI] + [OTHER])[0] == 1
+    assert handler.reg_man.updates == [("/t", [URI, OTHER])]
+    assert "not listed" in subscriptions._connect_once(handler, "/t", URI)[1]
+    assert tries == [URI]
 
 
 @pytest.mark.parametrize(
-    "topic, publishers", [(7, []), ("/t", None), ("/t", [3, []]), (None, None)]
+    "topic, publishers", [(7, []), ("/t", None), ("/t", [3, []]), (None, None), ("/t", ["x"])]
 )
-def test_invalid_updates_are_passed_to_rospy(topics, calls, monkeypatch, topic, publishers):
-    monkeypatch.setattr(subscriptions, "_publisher_update", lambda *_: (-1, "ERROR", 0))
-    assert subscriptions._note_update(None, "/x", topic, publishers) == (-1, "ERROR", 0)
+def test_invalid_updates_are_refused(topics, topic, publishers):
+    handler = ROSHandler.__new__(ROSHandler)
+    assert subscriptions._note_update(handler, "/x", topic, publishers)[0] == -1

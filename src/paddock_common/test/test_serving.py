@@ -2,6 +2,8 @@
 what is not ROS does not stop them."""
 
 import contextlib
+import http.client
+import io
 import socket
 import subprocess
 import sys
@@ -10,6 +12,10 @@ from urllib.parse import urlsplit
 
 import pytest
 from rosgraph.xmlrpc import XmlRpcHandler, XmlRpcNode
+from rospy.exceptions import TransportTerminated
+from rospy.impl.tcpros_base import TCPROSTransportProtocol
+from sensor_msgs.msg import Image
+from std_msgs.msg import Bool
 from testing import call, ros_master, running, wait_for
 
 from paddock_common import inbound, nodes
@@ -47,11 +53,13 @@ def test_shutdown_before_start():
 
 
 SERVES = """
+import time
 import rospy
-from std_srvs.srv import Empty, EmptyResponse
+from std_srvs.srv import Empty, EmptyResponse, SetBool
 from paddock_common import inbound, nodes
 nodes.init_interruptible("server")
 rospy.logwarn("for /rosout")
+rospy.Service("set", SetBool, lambda _: time.sleep(0.5) or (True, ""))
 rospy.Service("serve", Empty, lambda _: EmptyResponse())
 rospy.spin()
 """
@@ -100,15 +108,76 @@ def test_connections_without_a_header_keep_nobody_out():
         assert call_serve(environment) < 2.0
 
 
+def header_of(caller, service):
+    """The header of a service's client, as bytes."""
+    fields = [f"callerid={caller}".encode(), f"service={service}".encode(), b"md5sum=*"]
+    text = b"".join(len(field).to_bytes(4, "little") + field for field in fields)
+    return len(text).to_bytes(4, "little") + text
+
+
 def test_a_header_may_come_in_parts():
     with serving() as (_, _, address), socket.create_connection(address) as client:
-        fields = [b"callerid=/x", b"service=/serve", b"md5sum=*"]
-        text = b"".join(len(field).to_bytes(4, "little") + field for field in fields)
-        for byte in len(text).to_bytes(4, "little") + text:
+        for byte in header_of("/x", "/serve"):
             client.sendall(bytes([byte]))
             time.sleep(0.001)
         client.settimeout(LIMIT)
         assert b"std_srvs/Empty" in client.recv(4096)
+
+
+REQUESTS = {  # what a client sends and does then -> what the log tells of it
+    "short": (b"\0\0\0\0", "wait", "what it sends cannot be read"),
+    "huge": (b"\xff\xff\xff\xff" + bytes(1000), "wait", "a message of 4294967295 bytes is refused"),
+    "cut": (b"\1\0", "leave", "it left within a call"),
+    "unheard": (b"\1\0\0\0\1", "leave", "it left within a call"),
+}
+
+
+def test_of_requests_that_cannot_be_answered_one_line_names_the_client():
+    """They were read to 4 GB, and their errors were tracebacks that named nobody."""
+    with serving() as (environment, server, address):
+        for name, (data, then, _) in REQUESTS.items():
+            for _ in range(3):
+                with socket.create_connection(address, LIMIT) as client:
+                    client.sendall(header_of(f"/{name}", "/set"))
+                    assert client.recv(4096)
+                    client.sendall(data)
+                    if then == "wait":
+                        with contextlib.suppress(ConnectionResetError):
+                            assert client.recv(1) == b"", "the connection is closed"
+                    else:  # it is reset
+                        client.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, b"\1" + bytes(7))
+        call_serve(environment)
+        time.sleep(1.0)
+        server.terminate()
+        text = server.communicate(timeout=60.0)[0]
+        assert "Traceback" not in text
+        for name, (_, _, line) in REQUESTS.items():
+            assert text.count(f"/{name}, at /set: {line}") == 1, text
+
+
+def test_a_call_by_xml_rpc_has_a_limit():
+    """2 GB were stored; numbers in 100 MB stopped all threads for 8 s."""
+    with serving() as (environment, _, _):
+        uri = urlsplit(call(environment["ROS_MASTER_URI"], "lookupNode", "/server"))
+        for size in (str(inbound.MAX_CALL + 1), "-1", "many"):
+            client = http.client.HTTPConnection(uri.hostname, uri.port, timeout=LIMIT)
+            client.putrequest("POST", "/RPC2")
+            client.putheader("Content-Length", size)
+            client.endheaders()
+            assert client.getresponse().status == 413
+            client.close()
+        assert call(uri.geturl(), "getPid")
+
+
+@pytest.mark.parametrize(
+    "kind, size, fits", [(Bool, 20, True), (Bool, 27, False), (Image, 29, True), (Image, 30, False)]
+)
+def test_a_message_has_a_limit(kind, size, fits):
+    protocol = TCPROSTransportProtocol("/t", kind)
+    with contextlib.nullcontext() if fits else pytest.raises(TransportTerminated):
+        buffer = io.BytesIO((1 << size).to_bytes(4, "little") + b"1234")
+        buffer.seek(0, io.SEEK_END)
+        inbound._read_short_messages(protocol, buffer, [], None)
 
 
 def test_at_the_limit_of_open_files_a_node_serves_again_when_others_have_left():

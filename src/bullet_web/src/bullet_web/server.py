@@ -279,13 +279,21 @@ class Socket(Guarded, tornado.websocket.WebSocketHandler):
             return None  # on_close follows
 
     def on_message(self, message: str | bytes) -> None:
-        page = self.page
-        if page is None:
-            return
-        if not page.may_send():
-            self.close(1008, "too many messages")
-            return
-        self.server.received(page, message)
+        if self._may_send() and self.page is not None:
+            self.server.received(self.page, message)
+
+    def on_ping(self, data: bytes) -> None:
+        """A ping has been answered; it counts as a message."""
+        self._may_send()
+
+    def _may_send(self) -> bool:
+        if self.page is None or self.page.may_send():
+            return True
+        stream = self.ws_connection and self.ws_connection.stream
+        self.close(1008, "too many messages")
+        if stream:
+            stream.close()  # of which tornado reads for 5 s more
+        return False
 
     def on_close(self) -> None:
         page, self.page = self.page, None

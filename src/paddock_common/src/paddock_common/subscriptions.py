@@ -8,27 +8,30 @@
 - If two threads connect to one publisher, both do, and the second closes what the first receives.
 - A connection whose handshake fails stays in the list forever if the publisher has exited
   meanwhile: rospy never connects to it again.
+- Each update starts a thread for each publisher, as often as it has publishers, and one whose
+  publisher accepts and does not answer tries for ever.
 
-Here pending lists are merged; threads connect one after the other; a connection whose publisher the
-master removes and adds again is followed by a new one; and after a connection that ends otherwise
-the publishers are requested from the master.
+Here pending lists are merged; one thread connects to a publisher at a time, and tries no longer
+when the master lists it no more; a connection whose publisher the master removes and adds again is
+followed by a new one; and after a connection that ends otherwise the publishers are requested from
+the master.
 """
 
 from __future__ import annotations
 
+import errno
 import functools
 import logging
 import threading
 import time
-import weakref
 from collections.abc import Callable, Iterable
 from typing import Any
 
 import rosgraph
 import rospy
-from rospy.core import is_shutdown_requested
-from rospy.impl import tcpros_pubsub
-from rospy.impl.masterslave import ROSHandler
+from rospy.core import is_shutdown_requested, is_topic
+from rospy.impl import masterslave, tcpros_pubsub
+from rospy.impl.masterslave import ROSHandler, apivalidate, is_publishers_list
 from rospy.impl.registration import RegManager, get_registration_listeners, get_topic_manager
 
 from paddock_common.master import proxy
@@ -37,6 +40,7 @@ from paddock_common.master import proxy
 # an update about it. A publisher that was killed stays in the master's list.
 DELAYS = (0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8)
 RESPONSE_TIMEOUT = 10.0  # [s] for each response of the master
+MAX_PUBLISHERS = 4096  # of a topic that are connected to
 DRAIN_TIMEOUT = 2.0  # [s] for reading the rest of a connection that is replaced
 _log = logging.getLogger("rospy.reconnecting")  # has no console handler
 
@@ -176,12 +180,14 @@ class Reconnecting:
 
 MIN_LIFETIME = 1.0  # [s] after which a connection counts as established
 _update = RegManager.publisher_update
-_publisher_update = ROSHandler.publisherUpdate
 _connect = ROSHandler._connect_topic
 _receive = tcpros_pubsub.robust_connect_subscriber
 _reconnecting = Reconnecting()
-_locks: weakref.WeakValueDictionary[tuple[str, str], Any] = weakref.WeakValueDictionary()
-_locking = threading.Lock()  # of _locks
+_api = masterslave.xmlrpcapi
+_connecting: dict[tuple[str, str], bool] = {}  # (topic, address) -> whether to connect once more
+_listed: dict[str, set[str]] = {}  # by topic: publishers of the master's newest update
+_locking = threading.Lock()  # of _connecting
+_attempt = threading.local()  # .key of _connecting, .tried: of the thread that connects
 
 
 def enable_reconnecting() -> None:
@@ -193,6 +199,7 @@ def enable_reconnecting() -> None:
     ROSHandler.publisherUpdate = _note_update
     ROSHandler._connect_topic = _connect_once
     tcpros_pubsub.robust_connect_subscriber = _receive_and_reconnect
+    masterslave.xmlrpcapi = _api_while_listed
 
 
 @functools.wraps(_update)
@@ -204,23 +211,51 @@ def _join_updates(self: Any, resolved_name: str, uris: list[str]) -> None:
 
 @functools.wraps(_connect)
 def _connect_once(self: Any, topic: str, pub_uri: str) -> Any:
+    key = _attempt.key = topic, pub_uri
     with _locking:
-        lock = _locks.setdefault((topic, pub_uri), threading.Lock())
-    with lock:  # then rospy finds the connection of the previous thread
-        return _connect(self, topic, pub_uri)
+        if key in _connecting:
+            _connecting[key] = True  # the other thread looks again when it is done
+            return 0, "another thread connects", 0
+        _connecting[key] = False
+    while True:
+        _attempt.tried = False
+        try:
+            result = _connect(self, topic, pub_uri)
+        except Exception as error:  # rospy's thread ends with it
+            result = 0, str(error), 0
+        with _locking:
+            if not _connecting[key]:
+                del _connecting[key]
+                return result
+            _connecting[key] = False
 
 
-@functools.wraps(_publisher_update)
-def _note_update(self: Any, caller_id: str, topic: Any, publishers: Any) -> Any:
-    if isinstance(topic, str) and isinstance(publishers, list):
-        _update_connections(topic, [uri for uri in publishers if isinstance(uri, str)])
-    return _publisher_update(self, caller_id, topic, publishers)
+@functools.wraps(_api)
+def _api_while_listed(uri: str, cache: bool = True) -> Any:
+    topic, publisher = getattr(_attempt, "key", ("", ""))
+    if uri == publisher:
+        if _attempt.tried and publisher not in _listed.get(topic, {publisher}):
+            raise ConnectionRefusedError(errno.ECONNREFUSED, "it is not listed any more")
+        _attempt.tried = True
+    return _api(uri, cache)
+
+
+@apivalidate(-1, (is_topic("topic"), is_publishers_list("publishers")))
+def _note_update(self: Any, caller_id: str, topic: str, publishers: list[str]) -> Any:
+    listed = list(dict.fromkeys(publishers))[:MAX_PUBLISHERS]
+    _update_connections(topic, listed)
+    if self.reg_man:
+        self.reg_man.publisher_update(topic, listed)
+    return 1, "", 0
 
 
 def _update_connections(topic: str, publishers: list[str]) -> None:
     """Sets flags of a topic's connections by the master's newest list of its publishers."""
     subscription = get_topic_manager().get_subscriber_impl(topic)
-    for connection in subscription.connections if subscription else ():
+    if subscription is None:
+        return
+    _listed[topic] = set(publishers)
+    for connection in subscription.connections:
         listed = connection.endpoint_id in publishers
         if listed and getattr(connection, "removed", False):
             connection.replaced = time.monotonic()

@@ -84,7 +84,8 @@ PACED_BATCH = 0.001  # [s] wall time of one batch of steps at a given real time 
 FREE_BATCH = 0.02  # [s] simulated time of the longest batch when running free
 IDLE_WAIT = 0.05  # [s] longest wait for jobs, after which a shutdown is noticed
 JOBS_SHARE = 0.25  # of the time of a batch that jobs may take before the next one is due
-HOLD_LIMIT = 2.0  # [s] wall time for which hold() stops the simulation at most
+HOLD_LIMIT = 2.0  # [s] wall time for which hold() stops the simulation at most ...
+RUN_TIME = 0.2  # [s] ... and for which it then runs, whoever else holds it
 
 
 class Server:
@@ -111,6 +112,7 @@ class Server:
         self._relay = relay
         self._now = now
         self._holds: list[float] = []  # wall times at which they end [s]
+        self._held_since: float | None = None  # wall time [s]
         self._rtf_monitor = RealTimeFactorMonitor(now=now)
         self._pace = Pace(config.real_time_factor, now, self._measured)
         self._clock = clock or SimClock(config.clock_rate, world.time_step, latch=config.lockstep)
@@ -207,7 +209,7 @@ class Server:
         """One iteration of the loop: jobs, then one batch, or a wait until one is due."""
         free = self.paused or self._steps is not None
         self._run_jobs(0.0, math.inf if free else JOBS_SHARE * self._spent)
-        held = bool(self._holds) and self._now() < max(self._holds)
+        held = self._is_held()
         if self._steps is not None and not held:
             self._make_steps(self._steps)
             return
@@ -242,6 +244,16 @@ class Server:
     def release(self, hold: float) -> None:
         """Go on after a hold() (simulation thread)."""
         self._holds.remove(hold)
+
+    def _is_held(self) -> bool:
+        now = self._now()
+        if not self._holds or now >= max(self._holds):
+            self._held_since = None
+            return False
+        since = self._held_since
+        if since is None or now - since >= HOLD_LIMIT + RUN_TIME:
+            since = self._held_since = now
+        return now - since < HOLD_LIMIT
 
     def advance(self, limit: int, throttle: bool = False) -> None:
         """Commands in, physics steps until something is due or `limit` is reached, results out.

@@ -6,6 +6,7 @@ import types
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import rospy
 from dynamic_reconfigure.server import Server
 
 
@@ -45,6 +46,23 @@ class ValuesServer(Server):
 
     def _copy_from_parameter_server(self) -> None:
         self.config.update(self._values)
+
+    def _set_callback(self, request: Any) -> Any:
+        """Change values; those of other names and types are ignored and named, as by roscpp."""
+        config, kinds = request.config, self.type.type
+        config.groups = []  # which of them a user interface shows
+        ignored: list[Any] = []
+        for field in ("bools", "ints", "strs", "doubles"):
+            kept: list[Any] = []
+            for value in getattr(config, field):
+                kind = kinds.get(value.name)
+                fits = kind is not None and (kind == "str") == (field == "strs")
+                (kept if fits else ignored).append(value)
+            setattr(config, field, kept)
+        if ignored:
+            names = ", ".join(f"'{value.name}'" for value in ignored[:5])
+            rospy.logerr("%s: no parameter has this name and type: %s", self.ns, names)
+        return super()._set_callback(request)
 
     def close(self) -> None:
         """Shut down the service and unregister the topics."""
