@@ -1,5 +1,7 @@
 """Reads the command line, runs the command, turns errors into a message and an exit status."""
 
+import os
+import sys
 from importlib import import_module
 
 from commands.errors import CommandError, Interrupted, UsageError, print_error
@@ -15,20 +17,50 @@ def main(arguments):
         arguments: Those of the command line, without the program.
 
     Returns:
-        Exit status: 0, 1 for a failure, 2 for wrong arguments, 128 and the number for a signal.
+        Exit status: 0, 1 for a failure, 2 for wrong arguments, 128 and the number for a signal, a
+        pipe that nobody reads among them.
     """
+    try:
+        status = _status(arguments)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        status = 128 + 13  # SIGPIPE
+    except OSError as error:
+        status = 1
+        print_error(CommandError(f"output cannot be written: {error.strerror}"))
+    _close_output()
+    return status
+
+
+def _status(arguments):
+    """Runs ./run, and prints its errors; OSError is of the output."""
     try:
         return dispatch(arguments) or 0
     except CommandError as error:
         print_error(error)
         return error.status
+    except BrokenPipeError:
+        raise
     except OSError as error:
+        sys.stdout.flush()
         print_error(CommandError(str(error)))
         return 1
-    except Interrupted as signal:
-        return signal.status
+    except Interrupted as error:
+        return error.status
     except KeyboardInterrupt:
         return 130
+    except SystemExit as end:  # argparse's, after a help
+        return end.code
+
+
+def _close_output():
+    """Leads what could not be written to nowhere; Python would try it again at its end."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except OSError:
+            os.dup2(nowhere, stream.fileno())
 
 
 def dispatch(arguments):

@@ -1,5 +1,6 @@
 """What is printed for the user: lines of progress, and errors of one message."""
 
+import contextlib
 import sys
 
 
@@ -42,5 +43,7 @@ def say(text, end="\n"):
 
 
 def print_error(error):
-    """Prints a CommandError and its advice to stderr."""
-    print(f"run: {error}", *(f"     {line}" for line in error.advice), sep="\n", file=sys.stderr)
+    """Prints a CommandError and its advice to stderr, if that can be written."""
+    lines = (f"run: {error}", *(f"     {line}" for line in error.advice))
+    with contextlib.suppress(OSError):
+        print(*lines, sep="\n", file=sys.stderr)

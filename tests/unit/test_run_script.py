@@ -55,6 +55,27 @@ def test_bad_arguments(arguments, words):
         assert word in done.stderr
 
 
+@pytest.mark.parametrize(
+    "words, status, said",
+    [
+        ("add --list | true; exit ${PIPESTATUS[0]}", 141, ""),
+        ("lap --help | true; exit ${PIPESTATUS[0]}", 141, ""),
+        ("version >&-", 0, ""),
+        ("nosuch <&- >&- 2>&-", 2, ""),
+        ("nosuch 2>/dev/full", 2, ""),
+        ("add --list >/dev/full", 1, "run: output cannot be written: No space left on device\n"),
+        ("--help >/dev/full", 1, "run: output cannot be written: No space left on device\n"),
+    ],
+)
+def test_output_that_nobody_takes(words, status, said):
+    """A traceback and exit status 120; what was closed gave its number to the next file."""
+    script = f'"$0" {words}'
+    done = subprocess.run(
+        ["bash", "-c", script, str(ROOT / "run")], capture_output=True, text=True, timeout=300
+    )
+    assert (done.returncode, done.stderr) == (status, said)
+
+
 @pytest.mark.parametrize("command", ["", *COMMANDS])
 def test_every_command_has_a_help(command):
     done = run(*command.split(), "--help")
