@@ -11,6 +11,7 @@ is in two repositories the one of --list is used, else the one that came last.
 """
 
 import glob
+import json
 import os
 import re
 import subprocess
@@ -138,11 +139,10 @@ def _import(found, folder):
     import tempfile
 
     path = os.path.join(CACHE, "sources.repos")
-    version = f"    version: {found.version}\n" if found.version else ""
-    write(
-        path,
-        f"repositories:\n  {found.name}:\n    type: {found.kind}\n    url: {found.url}\n{version}",
-    )
+    fields = {"type": found.kind, "url": found.url}
+    if found.version:
+        fields["version"] = found.version
+    write(path, json.dumps({"repositories": {found.name: fields}}))  # YAML reads 1.10 as a number
     for _ in range(ATTEMPTS):
         os.makedirs(folder, exist_ok=True)
         with tempfile.TemporaryFile("w+", errors="replace") as said:
@@ -255,6 +255,15 @@ def leave_out(names, folder):
             say(f"{name}: {_shown(path)} is disabled by its file CATKIN_IGNORE")
 
 
+def _target(member):
+    """Returns what a member of a tar points to, as a name in it; a device is outside."""
+    if member.issym():
+        return os.path.join(os.path.dirname(member.name), member.linkname)
+    if member.islnk():
+        return member.linkname
+    return member.name if member.isreg() or member.isdir() else os.devnull
+
+
 def local(repository, folder):
     """Finds the clone or the archive of a repository in a folder.
 
@@ -278,17 +287,29 @@ def local(repository, folder):
 
 
 def top_folder(path, kind):
-    """Returns the one folder in which all of an archive is; empty: there is none such."""
-    if kind == "zip":
-        import zipfile
+    """Returns the one folder in which all of an archive is; empty: there is none such.
 
-        with zipfile.ZipFile(path) as archive:
-            names = archive.namelist()
-    else:
-        import tarfile
+    Raises:
+        CommandError: It is damaged, or has something that would be unpacked elsewhere.
+    """
+    import tarfile
+    import zipfile
+    import zlib
 
-        with tarfile.open(path) as archive:
-            names = archive.getnames()
+    try:
+        if kind == "zip":
+            with zipfile.ZipFile(path) as archive:
+                names, targets = archive.namelist(), []
+        else:
+            with tarfile.open(path) as archive:
+                members = archive.getmembers()
+            names = [each.name for each in members]
+            targets = [_target(each) for each in members]
+    except (tarfile.TarError, zipfile.BadZipFile, zlib.error, OSError, EOFError) as error:
+        raise CommandError(f"{path} cannot be unpacked: {error}") from None
+    for name in (*names, *targets):
+        if os.path.normpath(name).split(os.sep)[0] in ("", os.pardir):
+            raise CommandError(f"{path} is not unpacked: {name!r} of it is outside of it")
     tops = {name.partition("/")[0] for name in names if name.partition("/")[0] not in ("", ".")}
     inside = any("/" in name.rstrip("/") for name in names)
     return tops.pop() if len(tops) == 1 and inside else ""

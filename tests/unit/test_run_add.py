@@ -4,11 +4,13 @@ import argparse
 import re
 import shutil
 import signal
+import tarfile
 import threading
 import time
 import zipfile
 
 import pytest
+import yaml
 from run_rig import PATIENCE, run
 from users_rig import LIST, MANIFEST, git
 
@@ -89,6 +91,60 @@ def here(tmp_path, monkeypatch):
         monkeypatch.setattr(module, "SOURCES", str(folder))
     monkeypatch.setattr(add, "CACHE", str(tmp_path))
     return folder
+
+
+def tar(path, *members):
+    """Writes a tar of (name, type, link's target)."""
+    with tarfile.open(path, "w") as archive:
+        for name, kind, target in members:
+            member = tarfile.TarInfo(name)
+            member.type, member.linkname = kind, target
+            archive.addfile(member)
+
+
+@pytest.mark.parametrize(
+    "member, outside",
+    [
+        (("thing/a", tarfile.REGTYPE, ""), None),
+        (("thing/a/b", tarfile.SYMTYPE, "../c"), None),
+        (("thing/../../b", tarfile.REGTYPE, ""), "thing/../../b"),
+        (("/b", tarfile.REGTYPE, ""), "/b"),
+        (("thing/a", tarfile.SYMTYPE, "../../b"), "thing/../../b"),
+        (("thing/a", tarfile.SYMTYPE, "/b"), "/b"),
+        (("thing/a", tarfile.LNKTYPE, "../b"), "../b"),
+        (("thing/a", tarfile.CHRTYPE, ""), "/dev/null"),
+        (("thing/a", tarfile.FIFOTYPE, ""), "/dev/null"),
+    ],
+)
+def test_archives_fill_no_other_folder(tmp_path, member, outside):
+    """vcstool unpacks where a member's name leads."""
+    path = str(tmp_path / "thing.tar")
+    tar(path, ("thing/package.xml", tarfile.REGTYPE, ""), member)
+    if outside is None:
+        assert add.top_folder(path, "tar") == "thing"
+    else:
+        with pytest.raises(CommandError, match=f"'{outside}' of it is outside of it"):
+            add.top_folder(path, "tar")
+
+
+@pytest.mark.parametrize("kind", ["tar", "zip"])
+def test_damaged_archives_are_named(tmp_path, kind):
+    path = tmp_path / f"thing.{kind}"
+    for data in (b"", b"PK\x05\x06" + bytes(10), b"\x1f\x8b" + bytes(100), b"x" * 5000):
+        path.write_bytes(data)
+        with pytest.raises(CommandError, match=f"{path} cannot be unpacked"):
+            add.top_folder(str(path), kind)
+
+
+def test_branches_that_yaml_reads_as_numbers(here, tmp_path, monkeypatch):
+    """1.10 was brought as 1.1."""
+    (tmp_path / "vcs").write_text('#!/bin/bash\ncp "$5" "$6/../../../said"\nexit 0\n')
+    (tmp_path / "vcs").chmod(0o755)
+    monkeypatch.setattr(add.deps, "VCS", str(tmp_path / "vcs"))
+    for version in ("1.10", "0x10", "on", "a: b", "2024-01-01"):
+        add._import(repos.Repository("thing", "git", "file:///x#y", version), str(here / add.PART))
+        entry = yaml.safe_load((tmp_path / "said").read_text())["repositories"]["thing"]
+        assert (entry["version"], entry["url"]) == (version, "file:///x#y")
 
 
 def package(folder, name):
