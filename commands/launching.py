@@ -93,9 +93,19 @@ resolve_policy.complete = policy_names
 
 
 def policy_settings(path):
-    """Returns the settings of the training that made a policy; empty where there are none."""
-    text = read(os.path.join(os.path.dirname(path), "settings.json"))
-    return json.loads(text) if text else {}
+    """Returns the settings of the training that made a policy; empty where there are none.
+
+    Raises:
+        CommandError: Their file is damaged.
+    """
+    path = os.path.join(os.path.dirname(path), "settings.json")
+    try:
+        settings = json.loads(read(path) or "{}")
+    except ValueError as error:
+        raise CommandError(f"{path} is no JSON: {error}") from None
+    if not isinstance(settings, dict):
+        raise CommandError(f"{path} holds no settings")
+    return settings
 
 
 class LaunchFile:
@@ -237,12 +247,13 @@ def run(name, launch, environ, arguments, deadline, out, results):
         if argument_name == "track" and os.path.isabs(value):  # a file, no shipped track
             _build_track(value, environ)
     locks.take_results(out)
-    if results is None:
-        shutil.rmtree(out, ignore_errors=True)
-    for path in (os.path.join(out, name) for name in results or ()):
-        if os.path.lexists(path):
-            os.remove(path)
     os.makedirs(out, exist_ok=True)
+    for name in os.listdir(out) if results is None else results:
+        path = os.path.join(out, name)
+        if os.path.isdir(path) and not os.path.islink(path):
+            shutil.rmtree(path)
+        elif os.path.lexists(path):
+            os.remove(path)
     environ["ROS_LOG_DIR"] = os.path.join(CACHE, f"ros-{name}")
     environ["QT_QPA_PLATFORM"] = environ.get("QT_QPA_PLATFORM") or "offscreen"
     shutil.rmtree(environ["ROS_LOG_DIR"], ignore_errors=True)

@@ -91,6 +91,17 @@ def become(argv, environ):
     raise error
 
 
+def become_module(python, words, environ):
+    """Becomes a module of Python's path; the current folder, with a random.py say, is not on it.
+
+    Python 3.11 is the first to obey.
+
+    Args:
+        words: The module and its arguments.
+    """
+    become([python, "-m", *words], {**environ, "PYTHONSAFEPATH": "1"})
+
+
 class Signals:
     """Within a with statement, signals that ask ./run to stop are noted, and nothing is cut short.
 

@@ -13,7 +13,7 @@ import time
 
 from commands import processes
 from commands.errors import CommandError, say
-from commands.paths import CACHE, LOGS, relative
+from commands.paths import CACHE, LOGS, ROOT, relative
 
 LOCK = os.path.join(CACHE, "lock")  # ./run takes it, too, while there is no python3
 LOCK_LIMIT = 1800.0  # [s]
@@ -211,6 +211,7 @@ class Step:
                 say(f"{self.title} ... (details in {relative(self.log)})")
         return subprocess.Popen(
             argv,
+            cwd=ROOT,  # not the caller's, whose random.py pip would import
             env=environ,
             start_new_session=True,
             stdin=subprocess.DEVNULL,

@@ -18,7 +18,7 @@ from commands import sources
 from commands.bootstrap import left_out, old_code, packages, ros
 from commands.bootstrap.workspace import given_way, manifests_below, users_packages
 from commands.errors import CommandError, UsageError, say
-from commands.paths import CACHE, PYTHON, ROOT, SOURCES, read, read_xml, write
+from commands.paths import CACHE, PYTHON, ROOT, SOURCES, opened, read, read_xml, write
 
 USAGE = "[--names] [PATH]"
 DEPEND_TAGS = (
@@ -95,7 +95,8 @@ def read_manifest(path):
     from xml.etree import ElementTree
 
     try:
-        root = ElementTree.parse(path).getroot()
+        with open(path, "rb", opener=opened) as stream:
+            root = ElementTree.parse(stream).getroot()
     except ElementTree.ParseError as error:
         raise UsageError(f"{path} is not XML: {error}") from None
     name = (root.findtext("name") or "").strip()

@@ -44,8 +44,8 @@ def run(options, _rest):
     say(f"{relative(SITE)}/index.html")
     if not options.build:
         say(f"http://{HOST}:{options.port}/ (Ctrl-C ends it)")
-        words = ["--bind", HOST, "--directory", SITE, str(options.port)]
-        processes.become([python, "-m", "http.server", *words], environ)
+        words = ["http.server", "--bind", HOST, "--directory", SITE, str(options.port)]
+        processes.become_module(python, words, environ)
 
 
 def prepare():

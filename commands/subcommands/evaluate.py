@@ -55,5 +55,5 @@ def run(options, _rest):
         "folder": os.path.join(OUT, "evaluate", name),
     }
     locks.take_results(table["folder"])
-    arguments = ["-m", "paddock_gym.evaluation.cli", json.dumps(table)]
-    processes.become([VENV_PYTHON, *arguments], environ)
+    words = ["paddock_gym.evaluation.cli", json.dumps(table)]
+    processes.become_module(VENV_PYTHON, words, environ)

@@ -46,5 +46,5 @@ def run(options, _rest):
     out = os.path.abspath(options.out or os.path.splitext(options.bag)[0] + ".html")
     if not os.path.isdir(os.path.dirname(out)):
         raise UsageError(f"there is no folder {os.path.dirname(out)!r}")
-    command = [VENV_PYTHON, "-m", "bullet_web.bag", *words, "--out", out]
-    processes.become(command, environment.ready())
+    command = ["bullet_web.bag", *words, "--out", out]
+    processes.become_module(VENV_PYTHON, command, environment.ready())

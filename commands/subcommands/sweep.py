@@ -37,8 +37,8 @@ def run(options, _rest):
     venv.prepare_extras(*(["learning"] if trains(options.file) else []), "sweep")
     table = wanted(options)
     locks.take_results(table["folder"])
-    arguments = ["-m", "paddock_gym.sweep.cli", json.dumps(table)]
-    processes.become([VENV_PYTHON, *arguments], environ)
+    words = ["paddock_gym.sweep.cli", json.dumps(table)]
+    processes.become_module(VENV_PYTHON, words, environ)
 
 
 def wanted(options):

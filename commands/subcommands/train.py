@@ -70,8 +70,8 @@ def run(options, _rest):
     table = wanted(options)
     venv.prepare_extras("learning", *(["ray"] if "ray" in table else []))
     locks.take_results(table["folder"])
-    arguments = ["-m", "paddock_gym.training.cli", json.dumps(table)]
-    processes.become([VENV_PYTHON, *arguments], environ)
+    words = ["paddock_gym.training.cli", json.dumps(table)]
+    processes.become_module(VENV_PYTHON, words, environ)
 
 
 def wanted(options):

@@ -2,13 +2,16 @@
 
 import hashlib
 import json
+import os
 import pickle
 import subprocess
 
 import pytest
 from run_rig import ROOT, run
 
+from commands import paths
 from commands.bootstrap import ros
+from commands.bootstrap import workspace as workspace_module
 from commands.errors import UsageError
 from commands.subcommands import deps
 
@@ -143,6 +146,20 @@ def test_a_name_that_is_listed_twice_is_ours_and_updated_sources_count(tmp_path)
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout) == {"my_lib": ["my-lib"], "eigen": ["libeigen3-dev"]}
+
+
+def test_a_pipe_and_folders_that_lead_into_themselves(tmp_path):
+    """The pipe was waited for without end."""
+    os.mkfifo(tmp_path / "package.xml")
+    with pytest.raises(UsageError, match="package.xml is not XML"):
+        deps.read_manifest(str(tmp_path / "package.xml"))
+    assert workspace_module.manifests_of(str(tmp_path)) == {}
+    assert paths.read(tmp_path / "package.xml") == ""
+    (tmp_path / "package.xml").unlink()
+    for name, target in (("a", "."), ("b", "a"), ("c", "c")):
+        (tmp_path / name).symlink_to(target)
+    with pytest.raises(UsageError, match="there is no package.xml"):
+        deps.find_manifests(str(tmp_path))
 
 
 def test_what_is_no_package_xml(tmp_path):

@@ -121,6 +121,39 @@ def test_a_result_that_is_ok(launched, capsys):
     assert capsys.readouterr().out.endswith("/: called.json result.json\nprobe: ok\n")
 
 
+def test_a_folder_of_results_behind_a_link_is_emptied(launched, tmp_path):
+    """The result of the lap before had counted: a link was left as it was."""
+    (tmp_path / "disk" / "old").mkdir(parents=True)
+    (tmp_path / "disk" / "result.json").write_text('{"ok": true}')
+    (tmp_path / "out").symlink_to(tmp_path / "disk")
+    with pytest.raises(CommandError, match="ended without result.json"):
+        launched("pass")
+    assert [path.name for path in (tmp_path / "disk").iterdir()] == ["called.json"]
+
+
+@pytest.mark.parametrize("text, reason", [("{", "is no JSON"), ("[]", "holds no settings"),
+                                          ("\x00", "is no JSON")])  # fmt: skip
+def test_damaged_settings_of_a_policy_are_named(tmp_path, text, reason):
+    (tmp_path / "settings.json").write_text(text)
+    with pytest.raises(CommandError, match=f"{tmp_path}/settings.json {reason}"):
+        launching.policy_settings(str(tmp_path / "policy.onnx"))
+    (tmp_path / "settings.json").unlink()
+    assert launching.policy_settings(str(tmp_path / "policy.onnx")) == {}
+
+
+@pytest.mark.skipif(sys.version_info < (3, 11), reason="Python 3.11 is the first to obey")
+def test_a_file_of_the_current_folder_is_no_module_of_python(tmp_path):
+    (tmp_path / "random.py").write_text("raise SystemExit('the wrong one')")
+    code = (
+        f"import os, sys; sys.path.insert(0, {str(ROOT)!r}); from commands import processes; "
+        "processes.become_module(sys.executable, ['tempfile', 'words'], dict(os.environ))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", code], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+
+
 @pytest.mark.parametrize("probe, sentence", [
     (result('{"ok": false}'), "the probe was not content"),
     (result('{"ok": 1}'), "the probe was not content"),

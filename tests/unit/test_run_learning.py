@@ -157,7 +157,7 @@ def test_what_commands_install_beyond_the_set_up(trainings, monkeypatch, module,
     asked = []
     monkeypatch.setattr(environment, "ready", dict)
     monkeypatch.setattr(venv, "prepare_extras", lambda *names: asked.extend(names))
-    monkeypatch.setattr(processes, "become", lambda *_: None)
+    monkeypatch.setattr(processes, "become_module", lambda *_: None)
     monkeypatch.setattr(launching, "run", lambda *_, **__: None)
     module.run(parsed(module, *words), [])
     assert asked == lists

@@ -42,7 +42,8 @@ def second(monkeypatch, tmp_path):
     monkeypatch.setattr(environment, "ready", lambda: {"ROS_MASTER_URI": "http://127.0.0.1:1"})
     monkeypatch.setattr(venv, "prepare_extras", lambda *_: None)
     monkeypatch.setattr(locks, "take", lambda name: False)
-    monkeypatch.setattr(processes, "become", lambda *words: found.append(words))
+    for name in ("become", "become_module"):
+        monkeypatch.setattr(processes, name, lambda *words: found.append(words))
     monkeypatch.setattr(launching, "start", lambda *words: found.append(words))
     monkeypatch.setattr(launching, "need_display", lambda instead: None)
     monkeypatch.chdir(tmp_path)

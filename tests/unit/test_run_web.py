@@ -19,6 +19,9 @@ def started(monkeypatch):
         launching, "become", lambda launch, words, environ: found.append((launch, words, environ))
     )
     monkeypatch.setattr(processes, "become", lambda words, environ: found.append((words, environ)))
+    monkeypatch.setattr(
+        processes, "become_module", lambda _, words, environ: found.append((words, environ))
+    )
     monkeypatch.setattr(locks, "take", lambda name: True)
     return found
 
@@ -91,8 +94,8 @@ def test_a_replay_gets_whole_paths(started, tmp_path, monkeypatch):
         (tmp_path / name).write_text("")
     run(replay, "replay", "drive.bag", "--urdf", "rover.urdf", "--track", "easy")
     ((words, _),) = started
-    assert words[1:] == [
-        *("-m", "bullet_web.bag", str(tmp_path / "drive.bag"), "--track", "easy"),
+    assert words == [
+        *("bullet_web.bag", str(tmp_path / "drive.bag"), "--track", "easy"),
         *("--urdf", str(tmp_path / "rover.urdf"), "--out", str(tmp_path / "drive.html")),
     ]
 

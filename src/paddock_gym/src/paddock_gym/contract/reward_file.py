@@ -7,6 +7,7 @@ import math
 import numbers
 import os
 import pprint
+import sys
 import traceback
 from typing import Any
 
@@ -32,6 +33,9 @@ class RewardFile:
             raise GymError(f"reward is {path!r}; it must be progress, or a Python file")
         spec: Any = importlib.util.spec_from_file_location("user_reward_function", self.path)
         module = importlib.util.module_from_spec(spec)
+        folder = os.path.dirname(self.path)
+        if folder not in sys.path:
+            sys.path.append(folder)  # for what it imports from beside it; Python's own comes first
         try:
             spec.loader.exec_module(module)
         except Exception as error:
