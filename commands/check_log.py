@@ -15,11 +15,12 @@ _COLORS = re.compile(r"\x1b(\[[0-9;]*m|\][^\x07]*\x07)")
 _CANNOT = re.compile(r"cannot launch node of type \[([\w.-]+)/([\w./-]+)\]")
 _UNABLE = re.compile(r"Unable to launch \[([\w/.-]+?)(?:-\d+)?\]")
 _NOT_FOUND = re.compile(r"error while attempting to run:\s+(\S+)")
-_REFUSED = re.compile(r"RLException: ((?:while processing .*\n)*.*(?:\n[ \t]+\S.*)?)")
+_REFUSED = re.compile(r"RLException: ((?:while processing .*\n)*.*(?:\n[ \t]+\S.*|(?:\n- .*)+)?)")
 _TRACEBACK = "The traceback for the exception was written"
 _CAUSE = re.compile(r"^(?:error|xacro|ERROR|Resource not found): .*", re.MULTILINE)
 _NO_FILE = re.compile(r"\[Errno 2\] No such file or directory: '([^']+)'")
 _LOGGED = re.compile(r"\[?(?:ERROR|FATAL)\]?:? (?:\[[^]]*\]: )?(.*)")  # a line of a node's log
+_OF_PACKAGE = re.compile(r"\$\(find ([\w-]+)\)/([\w./+-]+)")
 _IMAGE = re.compile(r'failed to open image file "(/[^"]+)"')  # map_server's error
 # What programs say that have no display, or no terminal.
 _SCREEN = re.compile(
@@ -154,16 +155,22 @@ def _shortened(said):
 
 
 def moved(texts, packages):
-    """Looks for files of another machine, named in texts, in packages of this one.
+    """Looks for files of another machine or of a package that is not there in packages of this one.
 
     Args:
         packages: Name -> folder.
 
     Returns:
         Dict from a path that does not exist to $(find PACKAGE)/...: below a folder that is named as
-        a package, else the one file of that name in a package.
+        a package; of a package that is not there, where one package alone has that file.
     """
     found = {}
+    for text in texts:
+        for name, rest in _OF_PACKAGE.findall(text):
+            folders = packages.items() if name not in packages else ()
+            there = [each for each, folder in folders if os.path.exists(f"{folder}/{rest}")]
+            if len(there) == 1:
+                found[f"$(find {name})/{rest}"] = f"$(find {there[0]})/{rest}"
     for path in dict.fromkeys(
         p for text in texts for p in re.findall(r"(?<![\w)])/[\w./+-]+", text)
     ):

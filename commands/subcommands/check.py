@@ -36,7 +36,7 @@ from commands.paths import OUT, ROOT, VENV_PYTHON, read, relative
 USAGE = "PACKAGE FILE.launch [--json] [--seconds N] [ARG:=VALUE ...] [+ PACKAGE FILE.launch ...]"
 LAUNCH = None  # takes the arguments of any launch file
 OBSERVER = os.path.join(ROOT, "commands", "check_observer.py")
-LIMIT = 240.0  # wall time beyond the seconds of watching [s]
+LIMIT = 420.0  # wall time beyond the seconds of watching [s]: what the observer may wait in all
 
 BUILT = (("build", "CMakeCache.txt"), ("devel", ".catkin"))  # where a build says of which folder
 

@@ -167,10 +167,13 @@ def test_files_of_another_machine_are_looked_for_in_packages(tmp_path):
     (tmp_path / "worlds").mkdir()
     (tmp_path / "worlds" / "yard.world").write_text("")
     texts = ["no file /home/ada/ws/src/car/worlds/yard.world.", "/home/ada/ws/src/car/gone.world",
-             f"{tmp_path}/worlds/yard.world"]  # fmt: skip
+             f"{tmp_path}/worlds/yard.world", '"$(find old_car)/worlds/yard.world": old_car',
+             "$(find old_car)/worlds/gone.world"]  # fmt: skip
     assert check_log.moved(texts, {"car": str(tmp_path)}) == {
-        "/home/ada/ws/src/car/worlds/yard.world": "$(find car)/worlds/yard.world"
+        "/home/ada/ws/src/car/worlds/yard.world": "$(find car)/worlds/yard.world",
+        "$(find old_car)/worlds/yard.world": "$(find car)/worlds/yard.world",
     }
+    assert check_log.moved(texts[3:], {"car": str(tmp_path), "bus": str(tmp_path)}) == {}
 
 
 @pytest.mark.parametrize("folder", ["", "there"])
@@ -234,6 +237,12 @@ def test_what_roslaunch_refuses(tmp_path, text, words):
     refused = refused["refused"]
     assert words in refused and "ROS path" not in refused
     assert read(tmp_path, text)["refused"] is None
+
+
+def test_files_of_one_name_are_named(tmp_path):
+    text = "RLException: multiple files named [a] in package [b]:\n- /b/1\n- /b/2\nPlease specify\n"
+    refused = read(tmp_path, text)["refused"]
+    assert refused == "multiple files named [a] in package [b]: - /b/1 - /b/2"
 
 
 @pytest.mark.parametrize(

@@ -120,6 +120,8 @@ REFUSED = [
     (robot("<link/>"), ["'car'", "no link"]),
     (robot("<xacro:wheel/>"), ["no link but <xacro:wheel>", "process it with xacro first"]),
     (robot(TWO_LINKS), ["2 root links", "base, tip", "must be one"]),
+    (robot(TWO_LINKS + "<arm_joint parent='base'/>"), ["2 root links", "<xacro:arm_joint>"]),
+    (robot("<wheel side='left'/>"), ["has no link; <wheel> is no URDF", "<xacro:wheel>"]),
 ]
 
 

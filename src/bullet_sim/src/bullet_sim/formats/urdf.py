@@ -90,6 +90,7 @@ def _interfaces(element: Node) -> list[str]:
     return [text for text in texts if text]
 
 
+PARTS = {"gazebo", "joint", "link", "material", "sensor", "transmission"}  # of a <robot>
 _ONE = (1.0, 1.0, 1.0)
 _SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}
 
@@ -123,7 +124,10 @@ def parse_urdf(text: str | bytes | Node, resolve: Resolve, name: str = "robot") 
             f"URDF of '{name}' has no link but <{xacro_tag}>: process it with xacro first"
         )
     read_joints(robot, model)
-    model.find_root(f"URDF of '{name}'")
+    try:
+        model.find_root(f"URDF of '{name}'")
+    except ModelError as error:
+        raise ModelError(f"{error}{_unexpanded(robot)}") from None
     _fix_to_world(model)
     _free_links(model)
     read_sdf_joints(robot, model)
@@ -132,6 +136,15 @@ def parse_urdf(text: str | bytes | Node, resolve: Resolve, name: str = "robot") 
     check_mimics(model)
     gazebo_tags.apply(robot, model, resolve)
     return model
+
+
+def _unexpanded(robot: Node) -> str:
+    """A sentence's end that names macros which xacro has left as they are, or ""."""
+    tags = dict.fromkeys(node.tag for node in robot if node.tag not in PARTS and node.attrib)
+    if not tags:
+        return ""
+    first = next(iter(tags))
+    return f"; <{first}> is no URDF: xacro of ROS Noetic expands a macro only as <xacro:{first}>"
 
 
 def _xacro_tag(robot: Node, name: str) -> str:
