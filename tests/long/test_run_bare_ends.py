@@ -7,7 +7,7 @@ import time
 
 import psutil
 import pytest
-from bare_rig import HANGS, Bare, where_it_works
+from bare_rig import Bare, where_it_works
 from run_rig import PATIENCE
 
 HOLD = "echo here; sleep 1000"
@@ -28,40 +28,12 @@ def begun(bare, *arguments, **options):
 
 
 @where_it_works
-def test_interrupted_while_mmdebstrap_works(bare):
-    process = bare.start("true")
-    bare.marked(process)
-    status, said = bare.stopped(process)
-    assert status == 130 and "Traceback" not in said
-    assert bare.left() == [] and not (bare.cache / "bookworm.tar").exists()
-
-
-@where_it_works
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_interrupted_while_the_command_works(bare, number):
     process = begun(bare.tarball(), HOLD)
     status, said = bare.stopped(process, number)
     assert (status, said) == (128 + number, "bare: interrupted, removing the machine\n")
     assert bare.left() == []
-
-
-@where_it_works
-def test_the_terminal_closes(bare):
-    process = begun(bare.tarball(), "trap 'echo still here' INT; echo here; sleep 1000; sleep 1000")
-    process.stdout.close()
-    while process.poll() is None:
-        process.send_signal(signal.SIGHUP)
-        time.sleep(0.05)
-    assert process.returncode not in (0, -signal.SIGHUP) and bare.left() == []
-
-
-@where_it_works
-def test_interrupted_while_results_are_copied(bare):
-    bare.tarball().program("cp", HANGS)
-    process = bare.start("mkdir test-results")
-    bare.marked(process)
-    assert bare.stopped(process)[0] == 130 and bare.left() == []
-    assert not (bare.root / "test-results").exists()
 
 
 @where_it_works
@@ -76,12 +48,6 @@ def test_interrupted_at_any_time(bare):
         time.sleep(whole * part / 5)
         status, said = bare.stopped(process)
         assert status in (0, 130, -signal.SIGINT) and bare.left() == [], said
-
-
-@where_it_works
-def test_what_a_command_leaves_behind_ends_with_it(bare):
-    done = bare.tarball().run("sleep 1000 >/dev/null 2>&1 & exit 7")
-    assert done.returncode == 7 and bare.left() == []
 
 
 @where_it_works

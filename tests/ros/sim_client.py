@@ -144,23 +144,6 @@ class Recorder:
         wait_until(lambda: len(self.messages) >= count, f"{count} messages on {self.topic}", limit)
         return self.messages
 
-    def over(self, seconds):
-        """Lets simulated time pass.
-
-        Stamps decide: /clock, which comes on another connection, may be seconds behind or ahead.
-
-        Args:
-            seconds: Simulated time [s].
-
-        Returns:
-            The next message, and one whose stamp is at least so much later.
-        """
-        before = self.next()
-        end = before.header.stamp + rospy.Duration(seconds)
-        sleep_sim(seconds)
-        wait_until(lambda: self.last.header.stamp >= end, f"{self.topic} {seconds:g} s later")
-        return before, self.last
-
     def close(self):
         """Unsubscribes."""
         self._subscriber.unregister()

@@ -2,14 +2,12 @@
 
 import os
 import subprocess
-import sys
 import tempfile
 import unittest
 import urllib.error
 import urllib.request
 from pathlib import Path
 
-import numpy as np
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from shared_worlds import SEEING_CAR as LAUNCH  # noqa: F401
@@ -21,15 +19,6 @@ from websocket import WebSocketBadStatusException
 from commands.subcommands import desk
 
 PAGE = "<!DOCTYPE html><title>a page</title>"
-# A second window, which says its place and size on the screen.
-SECOND = """
-from PyQt5.QtWidgets import QApplication, QLabel
-app = QApplication([])
-label = QLabel("second")
-label.setWindowTitle("second")
-label.show()
-app.exec_()
-"""
 
 
 def end(process):
@@ -93,41 +82,3 @@ class DeskTest(unittest.TestCase):
         self.assertEqual(commands.messages[0].linear.x, 10.0)
         self.assertEqual(commands.messages[0].angular.z, 0.0)
         wait_until(lambda: odometry.last.pose.pose.position.x > begin + 0.1, "the car's move")
-
-    def test_windows_stand_side_by_side_and_two_viewers_see_the_same(self):
-        second = subprocess.Popen([sys.executable, "-c", SECOND], env=self.desk.environ)
-        self.addCleanup(end, second)
-        wait_until(lambda: len(self.places()) == 2, "the second window")
-        wait_until(self.side_by_side, "windows side by side")
-        other = VncClient(self.address)
-        self.addCleanup(other.close)
-        x, y = (int(number) for number in wait_for_window(other))
-        self.assertEqual((x, y), tuple(map(int, wait_for_window(self.viewer))))
-        buttons = np.s_[y - ROW - 10 : y + ROW + 10, x - 40 : x + 40]
-
-        def same():
-            mine, theirs = self.viewer.picture(), other.picture()
-            return np.array_equal(mine[buttons], theirs[buttons])
-
-        wait_until(same, "the same picture")
-
-    def places(self):
-        """Gives (x, y, width, height) of both windows, from left to right [px]."""
-        found = []
-        for name in ("^Teleop Interface$", "^second$"):
-            command = ["xdotool", "search", "--onlyvisible", "--name", name]
-            command += ["getwindowgeometry", "--shell"]
-            done = subprocess.run(command, env=self.desk.environ, capture_output=True, text=True)
-            values = dict(line.split("=") for line in done.stdout.splitlines() if "=" in line)
-            if values:
-                found.append(tuple(int(values[key]) for key in ("X", "Y", "WIDTH", "HEIGHT")))
-        return sorted(found)
-
-    def side_by_side(self):
-        (x1, y1, w1, h1), (x2, y2, w2, h2) = self.places()
-        return (
-            x1 + w1 <= x2
-            and (y1, h1) == (y2, h2)
-            and w1 + w2 > 0.95 * self.viewer.width
-            and h1 > 0.9 * self.viewer.height
-        )

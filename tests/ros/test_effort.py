@@ -80,12 +80,6 @@ class Effort(unittest.TestCase):
             timeout=0.0,
         ).ok
 
-    def test_one_that_cannot_load_leaves_the_others_running(self):
-        states = self.states()
-        self.assertNotIn("wheel_position", states)
-        for name in ("joint_state_controller", "arm_position", "slider_effort"):
-            self.assertEqual(states[name], "running", name)
-
     def test_position_controller_arrives_and_publishes_its_state(self):
         states = Recorder(f"{BOT}/arm_position/state", JointControllerState)
         self.command["arm_position"].publish(9.0)
@@ -135,15 +129,3 @@ class Effort(unittest.TestCase):
         wait_until(lambda: joint(self.joints.last, "wheel_joint")[1] > 0.4, "the wheel turning")
         client.update_configuration({"p": WHEEL_GAIN})
         client.close()
-
-    def test_conflicts_are_refused_and_a_swap_is_one_step(self):
-        self.assertTrue(self.call["load"]("arm_effort").ok)
-        self.assertFalse(self.switch(start=["arm_effort"]))
-        self.assertEqual(self.states()["arm_effort"], "initialized")
-        self.assertTrue(self.switch(start=["arm_effort"], stop=["arm_position"]))
-        states = self.states()
-        self.assertEqual((states["arm_effort"], states["arm_position"]), ("running", "stopped"))
-        self.assertFalse(self.call["unload"]("arm_effort").ok)
-        self.assertTrue(self.switch(start=["arm_position"], stop=["arm_effort"]))
-        self.assertTrue(self.call["unload"]("arm_effort").ok)
-        self.assertNotIn("arm_effort", self.states())

@@ -15,7 +15,6 @@ from gazebo_msgs.srv import (
     GetModelState,
     GetPhysicsProperties,
     GetWorldProperties,
-    SetPhysicsProperties,
 )
 from gazebo_ros import gazebo_interface
 from geometry_msgs.msg import Point, Pose, Quaternion
@@ -92,14 +91,6 @@ class GazeboCommands(unittest.TestCase):
         self.assertLessEqual({"ground_plane", "box", "sphere", "cylinder"}, set(models()))
         self.assertEqual(self.paused, (True, 0.0), "-u")
         self.assertEqual(rospy.get_param("/gazebo/seed"), 7)
-
-    def test_the_step_can_change_while_there_is_no_robot(self):
-        for step in (0.002, 0.001):
-            now = call("get_physics_properties", GetPhysicsProperties)
-            values = step, 1.0 / step, now.gravity, now.ode_config
-            answer = call("set_physics_properties", SetPhysicsProperties, *values)
-            self.assertTrue(answer.success, answer.status_message)
-            self.assertEqual(call("get_physics_properties", GetPhysicsProperties).time_step, step)
 
     def test_pose_and_frame(self):
         words = "-urdf -param /robot_description -x 1 -y -2 -z 0.5 -Y 1.5"

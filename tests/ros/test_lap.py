@@ -150,25 +150,6 @@ class Lap(unittest.TestCase):
         self.assertFalse(any(self.status.last.wheels_off))
         wait_until(lambda: abs(self.status.next().speed) < 0.02, "the car at rest")
 
-    def test_the_wrong_way(self):
-        self.place(-0.3, 0.0, 0.0)
-        publisher = rospy.Publisher("/cmd_vel", Twist, queue_size=10)
-        wait_connected(publisher, "control")
-        command = Twist()
-        for speed, done, what in (
-            (0.5, lambda: self.status.last.running, "a lap that runs"),
-            (-0.5, lambda: self.status.last.wrong_way, "the wrong way"),
-        ):
-            command.linear.x = speed
-
-            def seen(finished=done):
-                publisher.publish(command)
-                return finished()
-
-            wait_until(seen, what, LAP_LIMIT)
-        publisher.publish(Twist())
-        self.assertEqual(self.status.last.laps, 0)
-
     def test_odometry_of_before_a_restart_does_not_count(self):
         restart = rospy.ServiceProxy("/referee/restart", Trigger, persistent=True)
         self.place(0.5, -2.0, 0.0)

@@ -1,4 +1,4 @@
-"""Plugins of robots, each once on a real graph: commands arrive, robots do as told, topics tell."""
+"""Plugins on a real graph: topics and services of each kind arrive and tell."""
 
 import unittest
 
@@ -6,9 +6,9 @@ import rospy
 from bullet_bridge.services.attaching import FIELDS, attach_type
 from gazebo_msgs.msg import ModelStates
 from gazebo_msgs.srv import GetModelState, SpawnModel
-from geometry_msgs.msg import Pose, Twist, Wrench
+from geometry_msgs.msg import Pose, Twist
 from nav_msgs.msg import Odometry
-from sim_client import START_LIMIT, Recorder, wait_until
+from sim_client import START_LIMIT, Recorder, wait_connected
 from std_msgs.msg import Bool
 from std_srvs.srv import Empty
 
@@ -23,7 +23,6 @@ LAUNCH = """<launch>
 </launch>
 """
 INERTIAL = '<inertial><mass value="{0}"/><inertia ixx="{1}" iyy="{1}" izz="{1}"/></inertial>'
-RADIUS = 0.1  # [m] of all wheels
 
 
 def link(name, mass, inertia, shape=""):
@@ -35,73 +34,18 @@ def box(x, y, z):
     return f'<geometry><box size="{x} {y} {z}"/></geometry>'
 
 
-def wheel(name, place, parent="base"):
-    shape = f'<geometry><cylinder radius="{RADIUS}" length="0.04"/></geometry>'
-    shape = f'<origin rpy="1.5708 0 0"/>{shape}'
-    return link(name, 0.3, 2e-3, shape) + (
-        f'<joint name="{name}_j" type="continuous"><parent link="{parent}"/><child link="{name}"/>'
-        f'<origin xyz="{place}"/><axis xyz="0 1 0"/></joint>'
-    )
-
-
 def robot(name, parts, library, **tags):
     inner = "".join(f"<{tag}>{text}</{tag}>" for tag, text in tags.items())
     plugin = f'<plugin name="p" filename="lib{library}.so">{inner}</plugin>' if library else ""
     return f'<robot name="{name}">{parts}<gazebo>{plugin}</gazebo></robot>'
 
 
-def six_wheels():
-    return link("base", 6.0, 0.2, box(0.5, 0.2, 0.05)) + "".join(
-        wheel(f"{place}{side}", f"{x} {y} 0")
-        for place, x in (("front", 0.3), ("mid", 0.0), ("rear", -0.3))
-        for side, y in (("Left", 0.25), ("Right", -0.25))
-    )
-
-
-SIX = {
-    f"{place}{side}Joint": f"{place}{side}_j"
-    for place in ("front", "mid", "rear")
-    for side in ("Left", "Right")
-}
-SIDES = {
-    f"{side.lower()}Joints": " ".join(f"{place}{side}_j" for place in ("front", "mid", "rear"))
-    for side in ("Left", "Right")
-}
-TRIKE = (
-    link("base", 4.0, 0.1, f'<origin xyz="0 0 0.1"/>{box(0.5, 0.2, 0.05)}')
-    + link("fork", 0.3, 0.01)
-    + '<joint name="steer" type="continuous"><parent link="base"/><child link="fork"/><origin '
-    'xyz="0.4 0 0"/><axis xyz="0 0 1"/></joint>'
-    + wheel("front", "0 0 0", "fork")
-    + wheel("left", "0 0.2 0")
-    + wheel("right", "0 -0.2 0")
-)
 BLOCK = link("base", 2.0, 0.02, box(0.2, 0.2, 0.2))
 CRATE = link("base", 0.05, 1e-4, box(0.04, 0.04, 0.04))
 ROBOTS = {  # name -> URDF, y and height where it is spawned
     "mover": (
         robot("mover", BLOCK, "gazebo_ros_force_based_move", robotNamespace="mover",
               x_velocity_p_gain=1500, y_velocity_p_gain=1500, yaw_velocity_p_gain=5), 0, 0.1,
-    ),
-    "six": (
-        robot("six", six_wheels(), "diffdrive_plugin_6w", topicName="six/cmd_vel",
-              wheelSeparation=0.5, wheelDiameter=2 * RADIUS, **SIX), 2, RADIUS,
-    ),
-    "many": (
-        robot("many", six_wheels(), "diffdrive_plugin_multi_wheel", commandTopic="many/cmd_vel",
-              wheelSeparation=0.5, wheelDiameter=2 * RADIUS, odometryTopic="many/odom", **SIDES),
-        4, RADIUS,
-    ),
-    "trike": (
-        robot("trike", TRIKE, "gazebo_ros_tricycle_drive", robotNamespace="trike",
-              steeringJoint="steer", actuatedWheelJoint="front_j", encoderWheelLeftJoint="left_j",
-              encoderWheelRightJoint="right_j", actuatedWheelDiameter=2 * RADIUS,
-              encoderWheelSeparation=0.4, encoderWheelDiameter=2 * RADIUS, wheelTorque=20,
-              robotBaseFrame="base"), 6, RADIUS,
-    ),
-    "pushed": (
-        robot("pushed", BLOCK, "gazebo_ros_force", bodyName="base", topicName="pushed/wrench"),
-        8, 0.1,
     ),
     "sucker": (
         robot("sucker", '<link name="world"/>' + link("arm", 1.0, 0.01)
@@ -112,16 +56,8 @@ ROBOTS = {  # name -> URDF, y and height where it is spawned
     "crate": (robot("crate", CRATE, ""), 10, 0.47),
     "load": (robot("load", BLOCK, ""), 0, 0.1),  # behind the mover
 }  # fmt: skip
-COMMANDS = {  # topic -> message
-    "/mover/cmd_vel": Twist(),
-    "/six/cmd_vel": Twist(),
-    "/many/cmd_vel": Twist(),
-    "/trike/cmd_vel": Twist(),
-    "/pushed/wrench": Wrench(),
-}
-for _message in list(COMMANDS.values())[:4]:
-    _message.linear.x = 0.5
-COMMANDS["/pushed/wrench"].force.z, COMMANDS["/pushed/wrench"].force.x = 10.0, 20.0
+COMMAND = Twist()
+COMMAND.linear.x = 0.5
 
 
 class PluginsOnAGraph(unittest.TestCase):
@@ -137,15 +73,11 @@ class PluginsOnAGraph(unittest.TestCase):
             pose.position.y, pose.position.z, pose.orientation.w = y, z, 1.0
             answer = spawn(name, text, "", pose, "world")
             assert answer.success, answer.status_message
-        cls.odometry = Recorder("/many/odom", Odometry)
+        cls.odometry = Recorder("/mover/odom", Odometry)
         cls.grasping = Recorder("/sucker/grasping", Bool)
         cls.states = Recorder("/gazebo/model_states", ModelStates)
-        cls.publishers = {
-            topic: rospy.Publisher(topic, type(message), queue_size=1)
-            for topic, message in COMMANDS.items()
-        }
-        for topic, each in cls.publishers.items():
-            wait_until(lambda each=each: each.get_num_connections(), f"a subscriber of {topic}")
+        cls.drive = rospy.Publisher("/mover/cmd_vel", Twist, queue_size=1)
+        wait_connected(cls.drive, "the plugin")
 
     def advance(self, steps, topics=()):
         answer = self.step(steps, list(topics), [1] * len(topics))
@@ -165,24 +97,19 @@ class PluginsOnAGraph(unittest.TestCase):
         self.assertFalse(attach(**{**names, FIELDS[2]: "nobody"}).ok)
         self.assertTrue(attach(**names).ok)
         rospy.ServiceProxy("/sucker/on", Empty)()
-        for topic, message in COMMANDS.items():
-            self.publishers[topic].publish(message)
-        self.advance(600, COMMANDS)
+        self.drive.publish(COMMAND)
+        self.advance(600, ["/mover/cmd_vel"])
         self.assertAlmostEqual(self.place("crate")[2], 0.5, delta=0.04)  # it would lie on the floor
         before = {name: self.place(name) for name in ROBOTS}
         self.advance(1000)
         moved = {name: self.place(name)[0] - before[name][0] for name in ROBOTS}
-        for name, way, slack in (
-            ("mover", 0.5, 0.12), ("load", moved["mover"], 0.02), ("six", 0.5, 0.05),
-            ("many", 0.5, 0.05), ("trike", 0.5, 0.05),
-        ):  # fmt: skip
-            self.assertAlmostEqual(moved[name], way, delta=slack, msg=name)
-        self.assertGreater(moved["pushed"], 1.0)
+        self.assertAlmostEqual(moved["mover"], 0.5, delta=0.12)
+        self.assertAlmostEqual(moved["load"], moved["mover"], delta=0.02)
         self.assertTrue(self.grasping.newest.data)
         walker = self.place("walker")
         self.assertAlmostEqual(walker[0], 1.14, delta=0.1)  # of a cubic that begins at 0.5 m/s
         self.assertIn("walker", self.states.newest.name)
-        self.assertAlmostEqual(self.odometry.newest.twist.twist.linear.x, 0.5, delta=0.05)
+        self.assertAlmostEqual(self.odometry.newest.twist.twist.linear.x, 0.5, delta=0.1)
 
         self.assertTrue(detach(**names).ok)
         rospy.ServiceProxy("/sucker/off", Empty)()

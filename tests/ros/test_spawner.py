@@ -83,14 +83,6 @@ class Spawner(unittest.TestCase):
         self.assertIn("Failed to load wheel_position", text)
         self.assertIn("Started controllers: arm_position", text)
 
-    def test_where_the_joint_of_one_is_taken_none_starts_as_in_ros_control(self):
-        names = "arm_position", "arm_effort", "slider_effort"
-        process = self.start("spawner", "--namespace", BOT, *names)
-        while f"Failed to start controllers: {', '.join(names)}" not in process.stdout.readline():
-            self.assertIsNone(process.poll())
-        self.assertEqual(self.states(), dict.fromkeys(names, "initialized"))
-        self.end(process)
-
     def test_wait_for_waits_for_true(self):
         publisher = rospy.Publisher("/go", Bool, queue_size=1)
         process = self.start("spawner", "--wait-for", "/go", "--namespace", BOT, "arm_position")

@@ -7,7 +7,6 @@ import rosgraph
 import rospy
 import tf2_ros
 from controller_manager_msgs.srv import SwitchController, SwitchControllerRequest
-from cybertruck.drive.model import CyberModel
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Log
@@ -32,7 +31,6 @@ LAUNCH = """<launch>
 """
 
 STANDS = 0.01  # [m/s]
-HINGES = ("front_left_steer_joint", "front_right_steer_joint")
 PERIOD = 8_000_000  # [ns]
 
 
@@ -133,22 +131,7 @@ class TruckDrive(unittest.TestCase):
         self.assertAlmostEqual(encoder.next().data, turned * 42 / (2 * math.pi), delta=1.001)
         encoder.close()
 
-    def test_a_bicycle_command_turns_the_hinges_a_stale_one_nothing(self):
-        self.driver.hold(-0.5, 0.4, 1.5)
-        wanted = CyberModel().wheels(-0.5, 0.4)
-        state = self.joints.last
-        for name, angle in zip(HINGES, (wanted.left_steering, wanted.right_steering)):
-            self.assertAlmostEqual(joint(state, name)[0], angle, delta=0.01 * abs(angle))
-        spin = joint(state, "rear_left_wheel_joint")[1]
-        self.assertAlmostEqual(spin, wanted.left_rear, delta=0.02 * abs(wanted.left_rear))
-        self.wait_standing()
-        before = pose_of(self.truth.next())
-        for _ in range(5):
-            self.driver.give(0.0, 1.0, rospy.Time.now() - rospy.Duration(2.0))
-            sleep_sim(0.1)
-        self.assertLess(math.dist(before[:2], pose_of(self.truth.next())[:2]), 0.001)
-
-    def test_it_stops_without_a_command(self):  # after what time: test_truck_odometry.py
+    def test_it_stops_without_a_command(self):  # after what time: test_truck_command.py
         axle = Recorder("/cybertruck/axle_controller/command", Float64MultiArray)
         axle.next()
         axle.clear()
@@ -160,15 +143,6 @@ class TruckDrive(unittest.TestCase):
         wait_until(lambda: axle.last.data[0] == 0.0, "the wheels commanded to stand")
         self.wait_log("older than command_timeout")
         axle.close()
-
-    def test_commands_that_are_not_finite_stop_it_with_a_reason(self):
-        self.hold(0.5, 0.2, 1.0)
-        self.send(0.5, math.nan)
-        self.wait_log("/cmd_vel refused", "angular.z is nan")
-        self.wait_standing()
-        self.driver.hold(math.inf, 0.5, 1.2)  # a reason is given once a second
-        self.wait_log("/cmd_cyberdrive refused", "steering_angle is inf")
-        self.reach(0.3)
 
     def test_a_pad_drives_directly_when_it_may(self):
         pad = rospy.Publisher("/joy", Joy, queue_size=1)

@@ -4,34 +4,34 @@ import math
 import unittest
 
 import rospy
-from controller_manager_msgs.srv import ListControllers
 from gazebo_msgs.srv import DeleteModel, GetWorldProperties, SpawnModel
 from geometry_msgs.msg import Point, Pose, Quaternion
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState, LaserScan
-from sim_client import START_LIMIT, Recorder, joint, sleep_sim, wait_connected, wait_until
+from sim_client import (
+    START_LIMIT,
+    Recorder,
+    joint,
+    sleep_sim,
+    wait_connected,
+    wait_running,
+    wait_until,
+)
 from std_msgs.msg import Float64
 
-LAUNCH = """<launch>
+ROBOT = """
+  <group ns="{0}">
+    <param name="robot_description" textfile="$(find paddock_tests)/ros/models/small_car.urdf"/>
+    <rosparam file="$(find paddock_tests)/ros/models/small_car.yaml"/>
+    <node name="spawn" pkg="gazebo_ros" type="spawn_model" output="screen"
+          args="-urdf -param robot_description -model {0} -y {1} -z 0.05"/>
+    <node name="controllers" pkg="controller_manager" type="spawner" output="screen"
+          args="--timeout 120 joints rear_left rear_right"/>
+  </group>"""
+LAUNCH = f"""<launch>
   <include file="$(find gazebo_ros)/launch/empty_world.launch">
     <arg name="gui" value="false"/>
-  </include>
-  <group ns="car1">
-    <param name="robot_description" textfile="$(find paddock_tests)/ros/models/small_car.urdf"/>
-    <rosparam file="$(find paddock_tests)/ros/models/small_car.yaml"/>
-    <node name="spawn" pkg="gazebo_ros" type="spawn_model" output="screen"
-          args="-urdf -param robot_description -model car1 -y 1 -z 0.05"/>
-    <node name="controllers" pkg="controller_manager" type="spawner" output="screen"
-          args="--timeout 120 joints rear_left rear_right"/>
-  </group>
-  <group ns="car2">
-    <param name="robot_description" textfile="$(find paddock_tests)/ros/models/small_car.urdf"/>
-    <rosparam file="$(find paddock_tests)/ros/models/small_car.yaml"/>
-    <node name="spawn" pkg="gazebo_ros" type="spawn_model" output="screen"
-          args="-urdf -param robot_description -model car2 -y -1 -z 0.05"/>
-    <node name="controllers" pkg="controller_manager" type="spawner" output="screen"
-          args="--timeout 120 joints rear_left rear_right"/>
-  </group>
+  </include>{ROBOT.format("car1", 1)}{ROBOT.format("car2", -1)}
   <param name="/gazebo/pub_clock_frequency" value="50.0"/>
 </launch>
 """
@@ -46,14 +46,7 @@ class TwoRobots(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         for car in CARS:
-            name = f"/{car}/controller_manager/list_controllers"
-            rospy.wait_for_service(name, timeout=START_LIMIT)
-            proxy = rospy.ServiceProxy(name, ListControllers)
-            wait_until(
-                lambda: [c.state for c in proxy().controller] == 3 * ["running"],
-                f"three controllers of {car}",
-                START_LIMIT,
-            )
+            wait_running(f"/{car}", 3)
         cls.odometry = {car: Recorder(f"/{car}/odom", Odometry) for car in CARS}
         cls.states = {car: Recorder(f"/{car}/joint_states", JointState) for car in CARS}
         cls.commands = {

@@ -16,8 +16,6 @@ from shared_worlds import SEEING_CAR as LAUNCH  # noqa: F401
 from sim_client import Recorder, wait_for_car, wait_until
 from testing import executable
 
-ON_TRACK = {"x": 1.0, "y": 0.2, "z": 0.0}
-
 
 class Web(unittest.TestCase):
     """One node for all tests, pages of their own."""
@@ -53,9 +51,6 @@ class Web(unittest.TestCase):
 
     def key(self, name):
         return next(body["key"] for body in self.scene()["bodies"] if body["name"] == name)
-
-    def names(self):
-        return {body["name"] for body in self.scene()["bodies"]}
 
     def twists(self):
         return [(m.linear.x, m.angular.z) for m in self.commands.messages]
@@ -111,29 +106,6 @@ class Web(unittest.TestCase):
         rospy.sleep(0.6)
         self.assertEqual(self.twists().count((0.0, 0.0)), 1)
 
-    def test_the_watchdog_stops_a_page_that_says_nothing_more(self):
-        self.page.send("drive", speed=0.2, steering=0.0)
-        wait_until(lambda: (0.0, 0.0) in self.twists(), "the watchdog's zero")
-        self.assertEqual(self.twists(), [(10.0, 0.0), (0.0, 0.0)])
-        wait_until(lambda: self.page.notices, "a word about it")
-        self.page.send("release")
-
-    def test_one_drives_and_others_look_until_they_take_over(self):
-        other = self.open()
-        self.page.send("take")
-        mine = self.page.status["you"]
-        wait_until(lambda: other.status["driver"] == mine, "who drives, on the other page")
-        other.send("drive", speed=1.0, steering=0.0)
-        other.act("pause")
-        wait_until(lambda: any("press Take over" in text for text in other.notices), "the refusal")
-        self.assertEqual(self.twists(), [])
-        other.send("take")
-        wait_until(lambda: self.page.status["driver"] == other.status["you"], "the other driver")
-        other.send("drive", speed=0.1, steering=0.0)
-        wait_until(self.twists, "the other's command")
-        wait_until(lambda: self.page.views, "a view")
-        self.assertFalse(self.page.views[-1]["paused"])
-
     def test_pause_step_resume_and_pace(self):
         page = self.page
         page.act("pause")
@@ -149,20 +121,6 @@ class Web(unittest.TestCase):
         wait_until(lambda: not page.views[-1]["paused"], "going on")
         page.act("pace", factor=1)
         wait_until(lambda: page.status["pace"] == 1.0, "the pace")
-
-    def test_models_come_go_and_are_put_elsewhere(self):
-        page = self.page
-        for kind in ("box", "cone", "car"):
-            page.act("spawn", kind=kind, **ON_TRACK, yaw=0.5)
-            wait_until(lambda kind=kind: f"{kind}_1" in self.names(), f"a {kind}")
-        key = self.key("box_1")
-        page.act("place", model="box_1", x=2.0, y=1.0, z=0.0)
-        wait_until(lambda: page.row(key) and abs(page.row(key)[0] - 2.0) < 0.05, "the box there")
-        for kind in ("box", "cone", "car"):
-            page.act("remove", model=f"{kind}_1")
-        wait_until(lambda: not {"box_1", "cone_1", "car_1"} & self.names(), "them gone")
-        page.act("remove", model="nothing")
-        wait_until(lambda: any("'nothing'" in text for text in page.notices), "the reason")
 
     def test_reset_sets_time_back(self):
         page = self.page

@@ -3,21 +3,16 @@
 import math
 
 import rospy
-from launches import wait_subscribed
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import JointState
 from sim_client import (
     START_LIMIT,
     Recorder,
     sleep_sim,
     turned,
     wait_connected,
-    wait_running,
     yaw_of,
 )
-from std_srvs.srv import Empty
 
-from bullet_bridge.srv import Step
 from cybertruck.msg import CyberDriveStamped
 
 TRUTH = "/ground_truth/odom"
@@ -73,41 +68,3 @@ class Driver:
         while rospy.get_time() < end:
             self.give(steering, speed)
             sleep_sim(0.04)
-
-
-class Stepper:
-    """Steps simulated time; each step waits for the drive node's commands.
-
-    For launches with lockstep:=true; results then do not depend on the machine's speed.
-    """
-
-    TOPICS = ("/cybertruck/steering_controller/command", "/cybertruck/axle_controller/command")
-    PERIOD = 8  # physics steps between joint states
-
-    def __init__(self):
-        wait_running("/cybertruck", 3)
-        rospy.wait_for_service("/gazebo/step", START_LIMIT)
-        self._service = rospy.ServiceProxy("/gazebo/step", Step, persistent=True)
-        joints = Recorder("/joint_states", JointState)
-        wait_subscribed(["/cybertruck/joint_states"], "/drive")
-        wait_subscribed(self.TOPICS, "/gazebo", "/drive")
-        wait_subscribed(["/joint_states"], publisher="/drive")
-        self._call(self.PERIOD, 0)
-        joints.wait_count(1, START_LIMIT)  # the drive node got that period's joint states
-        joints.close()
-
-    def reset(self, service):
-        """Resets by a service, after the commands of the last period have come; makes a period."""
-        self._call(1, 1)
-        rospy.ServiceProxy(service, Empty)()
-        self._call(self.PERIOD, 0)
-
-    def _call(self, count, commands):
-        answer = self._service(count, self.TOPICS, [commands] * len(self.TOPICS))
-        if not answer.success:
-            raise AssertionError(answer.status_message)
-
-    def advance(self, periods=1):
-        """Makes some periods of 8 ms; the commands of as many periods must have come."""
-        for _ in range(periods):
-            self._call(self.PERIOD, 1)

@@ -53,7 +53,7 @@ UNRUN = {
     r"^./run replay|bullet_web (replay|record)": "test_bag.py, test_replay.py; a tutorial",
     r"joystick|teleop_twist_joy|joy_node": "a game pad: test_joystick.py, test_standins_teleop.py",
     r"keyboard": "a terminal's keys: test_keyboard.py, test_standins_teleop.py",
-    r"goal|put_back": "drives on: test_goal.py, test_commands.py",
+    r"goal|put_back": "drives on: test_goal.py, test_drive.py",
     r"steering_map|plot_pose|plot\.launch": "test_cybertruck_physics.py, tests of cybertruck",
     r"^./run (world|truck)\b|exec (bash|roslaunch|rostopic pub)|^roslaunch |rqt": "launches: "
     "tests/ros/ start these files, test_documents.py looks each argument up",

@@ -42,7 +42,7 @@ OFFERED = {
     "./run track:=hard ren": ["renderer:="],
     "./run truck --back l": ["lane-change", "line"],
     "./run truck --back line sp": ["speed:="],
-    "./run test circ": ["circle"],
+    "./run test saved_w": ["saved_world"],
     "./run test bullet_": ["bullet_bridge", "bullet_sim", "bullet_web"],
     "./run test --li": ["--list"],
     "./run bench --only eff": ["efficiency"],
@@ -79,10 +79,10 @@ def test_another_program_called_run_is_left_alone(tmp_path):
 
 
 def test_filters_select_what_is_listed():
-    done = run("test", "--list", "bad_input", "mypy")
+    done = run("test", "--list", "saved_world", "mypy")
     assert done.returncode == 0, done.stdout
     listed = {line.partition("::")[0] for line in done.stdout.splitlines() if "::" in line}
-    assert listed == {"tests/ros/test_bad_input.py", "tests/lint/test_lint.py"}
+    assert listed == {"tests/ros/test_saved_world.py", "tests/lint/test_lint.py"}
 
 
 def test_tab_in_an_interactive_shell():

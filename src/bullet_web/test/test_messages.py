@@ -8,7 +8,7 @@ import pytest
 from bullet_web.messages import ACTIONS, FIELDS, BadMessage, json_of, parse
 
 PLACE = {"x": 1.0, "y": -0.2, "z": 0.0}
-VALID = [  # of the track with our car, also for tests/long/test_web_safety.py
+VALID = [  # of the track with our car
     {"type": "ack"},
     {"type": "take"},
     {"type": "release"},
