@@ -152,10 +152,12 @@ def _tests():
 
 
 def _check_arguments(words, launches):
-    names = [word.partition(":=")[0] for word in words if ":=" in word]
-    known = {name for launch in launches for name in launch.arguments()}
-    for name in names:
-        assert name in known or _is_own(name), f"no launch argument {name!r}"
+    for word in (each for each in words if ":=" in each):
+        name = word.partition(":=")[0]
+        launch = next((each for each in launches if name in each.arguments()), None)
+        assert launch or _is_own(name), f"no launch argument {name!r}"
+        if launch and not _is_own(word) and "|" not in word and name != "track":
+            launch.check([word])
 
 
 def _check_tool(words):

@@ -60,11 +60,3 @@ def test_a_suite_of_functions_and_a_table(sources, monkeypatch):
     lines = run.table({"robot": [*cases, run.Case("b", "it broke")]})
     assert lines[1].endswith("1 of 2") and "  robot: b: it broke" in lines
     assert "  robot: not applicable: cm_test: C++" in lines
-
-
-def test_missing_clones_and_unknown_suites_are_named(tmp_path, capsys):
-    assert run.main(["--sources", str(tmp_path), "xacro"]) == 1
-    assert f"clone xacro into {tmp_path}" in capsys.readouterr().out
-    with pytest.raises(SystemExit):
-        run.main(["--sources", str(tmp_path), "nothing"])
-    assert "'nothing' is not one of diff_drive_controller" in capsys.readouterr().err

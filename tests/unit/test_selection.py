@@ -38,17 +38,6 @@ def test_filters(project):
     assert [test.partition("::")[2] for test in selected["mypy",]] == ["test_no_warnings[mypy]"]
 
 
-def test_stand_ins_that_give_way_are_not_tested(project):
-    for path in (SKID, STANDIN):
-        project.add(path)
-    folder = (project.root / STANDIN).parent.parent
-    [before] = project.selected(["unit"])
-    (folder / "CATKIN_IGNORE").write_text("by ./run: a real package of this name is used\n")
-    [after] = project.selected(["unit"])
-    assert {test.partition("::")[0] for test in before} == {SKID, STANDIN}
-    assert {test.partition("::")[0] for test in after} == {SKID}
-
-
 @pytest.mark.parametrize("options", [(), ("--numprocesses=2",)])
 def test_a_filter_that_matches_nothing_is_named(project, options):
     project.add(SKID)
