@@ -1,24 +1,10 @@
 """The tests' own plugins: in which processes tests run, and what is left of them."""
 
-import signal
-import time
 import xml.etree.ElementTree as ElementTree
 
 import pytest
-from plugin_rig import DEADLINE, PASSES, SKID, Project
+from plugin_rig import PASSES, SKID, Project
 from testing import is_running
-
-from commands import procfs
-
-WAITS_FOREVER = """
-import os, pathlib, subprocess, sys, time
-
-def test_it():
-    child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"],
-                             start_new_session=True)
-    pathlib.Path(os.environ["NOTES"]).write_text(f"{os.getpid()} {child.pid}")
-    time.sleep(600)
-"""
 
 
 def write_pid(count):
@@ -38,30 +24,13 @@ def test_it():
     with open(os.environ["NOTES"], "a") as stream:
         print(__file__, child.pid, file=stream)
 """
-SHARES_MASTER = (
-    "from shared_worlds import BOX as LAUNCH\n"
-    + """
-import os, xmlrpc.client
-
-def test_it():
-    master = xmlrpc.client.ServerProxy(os.environ["ROS_MASTER_URI"])
-    count = master.getParam("/test", "/count")[2]
-    master.setParam("/test", "/count", count + 1)
-    with open(os.environ["NOTES"], "a") as stream:
-        print(__file__, os.getpid(), os.environ["ROS_MASTER_URI"], count, file=stream)
-"""
-)
 GROUPS = {
-    "tests/ros/shared_worlds.py": 'BOX = \'<launch><param name="count" value="1"/></launch>\'\n',
-    "tests/ros/test_shares_1.py": SHARES_MASTER,
-    "tests/ros/test_shares_2.py": SHARES_MASTER,
     "tests/ros/test_a.py": write_pid(2),
     "tests/ros/test_b.py": write_pid(2),
     SKID: write_pid(1),
     "tests/ros/test_broken.py": f"LAUNCH = '<launch><nod</launch>'\n\n{PASSES}\n{PASSES}".replace(
         "test_it", "test_more", 1
     ),
-    "tests/ros/test_dies.py": f"import os\n\ndef test_a():\n    os._exit(3)\n\n{PASSES}",
     "tests/ros/test_leaves.py": LEAVES_CHILD,
     "tests/ros/test_waits.py": f"import time\nimport pytest\n\n@pytest.mark.timeout(8)\n"
     f"def test_a():\n    time.sleep(600)\n\n{PASSES}",
@@ -117,24 +86,10 @@ def test_each_file_has_a_process_and_a_master_port_of_its_own(groups):
     assert first[0][0] != second[0][0] and first[0][1] != second[0][1]
 
 
-def test_files_of_a_world_have_processes_of_their_own_on_one_master(groups):
-    assert groups.problems("shares_1") == groups.problems("shares_2") == []
-    (first,), (second,) = groups.notes("shares_1"), groups.notes("shares_2")
-    assert first[0] != second[0] and first[1] == second[1]
-    assert {first[2], second[2]} == {"1", "2"}
-    assert (groups.root / "test-results" / "ros" / "box" / "launch.log").exists()
-
-
 def test_a_launch_that_cannot_start_is_shown(groups):
     problems = groups.problems("broken")
     assert [tag for tag, _ in problems] == ["failure"] * 2
     assert all("the launch does not come up" in text for _, text in problems)
-
-
-def test_a_process_that_dies_fails_its_tests_and_no_others(groups):
-    problems = groups.problems("dies")
-    assert [tag for tag, _ in problems] == ["failure"] * 2
-    assert "the test process has ended, exit status 3" in problems[0][1]
 
 
 def test_what_a_file_leaves_behind_is_ended_and_an_error(groups):
@@ -147,28 +102,3 @@ def test_what_a_file_leaves_behind_is_ended_and_an_error(groups):
 def test_a_test_that_does_not_end_fails_with_its_stack_and_the_next_one_runs(groups):
     [(tag, text)] = groups.problems("waits")
     assert tag == "failure" and "time.sleep(600)" in text
-
-
-@pytest.mark.parametrize(
-    ("number", "options"),
-    [
-        (signal.SIGTERM, ("--numprocesses=1",)),
-        (signal.SIGINT, (SKID,)),  # a second file: one alone runs in the process of pytest
-    ],
-)
-def test_an_interrupted_run_leaves_no_process(project, number, options):
-    project.add("tests/ros/test_a.py", f'LAUNCH = "<launch></launch>"\n{WAITS_FOREVER}')
-    project.add(SKID)
-    process = project.start("tests/ros", *options)
-    deadline = time.monotonic() + DEADLINE
-    while not project.notes.exists() or not project.notes.read_text():
-        assert time.monotonic() < deadline and process.poll() is None
-        time.sleep(0.05)
-    started = procfs.marked("NOTES", str(project.notes))
-    process.send_signal(number)
-    process.communicate(timeout=DEADLINE)
-    assert process.returncode not in (0, None)
-    assert len(started) > 3  # roslaunch, master, test process, its child
-    while left := procfs.marked("NOTES", str(project.notes)):
-        assert time.monotonic() < deadline, left
-        time.sleep(0.05)

@@ -2,7 +2,6 @@
 
 import unittest
 
-import rosgraph
 import rospy
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
@@ -127,21 +126,3 @@ class Transforms(unittest.TestCase):
         self.assertGreater(len(theirs), 2)
         for name, transform in theirs.items():
             self.assert_same(ours[name], transform)
-
-    def test_the_car_in_the_world(self):
-        ours = by_time(self.own)
-        found = [
-            (ours[key], message.pose.pose)
-            for message in self.odometry.messages
-            if (key := (message.header.stamp, "base_link")) in ours
-        ]
-        self.assertGreater(len(found), 50)
-        for transform, pose in found:
-            self.assertEqual(transform.header.frame_id, "odom")
-            self.assertEqual(transform.transform.translation.x, pose.position.x)
-            self.assertEqual(transform.transform.rotation, pose.orientation)
-
-    def test_no_node_does_it_a_second_time(self):
-        publishers = dict(rosgraph.Master("/transforms").getSystemState()[0])
-        self.assertEqual(publishers["/tf"], ["/gazebo"])
-        self.assertEqual(publishers["/tf_static"], ["/gazebo"])

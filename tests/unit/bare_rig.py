@@ -20,7 +20,6 @@ NO_ROOT = "needs root (for mmdebstrap, mount and chroot)"
 
 # What stands in for programs of this machine; MARK is an environment variable.
 MMDEBSTRAP = 'mkdir "$TMPDIR/proc" && mount -t proc proc "$TMPDIR/proc" && : >"$MARK" && sleep 1000'
-HANGS = ': >"$MARK"; sleep 1000'
 GIT = '[ "$1" != clone ] || cp -r "$4" "$5"'  # where none is installed
 
 

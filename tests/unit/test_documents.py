@@ -21,7 +21,6 @@ import results_page  # noqa: E402
 import typed  # noqa: E402
 
 from commands.errors import UsageError  # noqa: E402
-from paddock_gym import observations  # noqa: E402
 
 PAGES = sorted(
     [
@@ -214,21 +213,6 @@ def test_the_readme_has_the_figures_of_the_page_of_paths():
     packages = re.search(r"in Paddock: (\d+) of them", page)[1]
     wanted = f"{alike} of {total} phases of {packages} packages"
     assert wanted in (ROOT / "README.md").read_text()
-
-
-def test_environments_are_those_of_the_gym():
-    text = (ROOT / "docs" / "environments.md").read_text()
-    for index, name in enumerate(observations.NAMES):
-        assert f"| {index} | {name} |" in text
-    import gymnasium
-
-    import paddock_gym  # noqa: F401
-
-    for name in ("DeepRacer", "CyberTruckBacking"):
-        env = gymnasium.make(f"Paddock/{name}-v1")
-        for space in (env.action_space, env.observation_space):
-            assert f"`{space}`" in text.split(f"## Paddock/{name}-v1")[1], space
-        env.close()
 
 
 def test_pictures_load_fast():

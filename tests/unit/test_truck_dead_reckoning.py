@@ -7,7 +7,7 @@ import pytest
 from cybertruck.drive.odometry import WheelOdometry
 from cybertruck.goal.controller import GoalController
 from cybertruck.goal.settings import GoalSettings
-from truck_sim import Truck
+from test_cybertruck_physics import alone, train, trucks  # noqa: F401
 
 MAX_ERROR = 0.1  # [m] after 32 m
 MAX_TURN_ERROR = math.radians(1.0)
@@ -51,35 +51,17 @@ class Reckoning:
         return math.hypot(odometry.x - x, odometry.y - y), abs(turned)
 
     def check(self):
-        """The errors are within the limits."""
+        """The errors are within the limits, and within three standard deviations."""
         error, turned = self.errors()
         print(f"{self.way:.1f} m: {error:.3f} m, {math.degrees(turned):.2f} deg")
         assert error < MAX_ERROR
         assert turned < MAX_TURN_ERROR
+        covariance = self.odometry.covariance
+        assert turned < 3 * math.sqrt(covariance[2, 2])
+        assert error < 3 * math.sqrt(np.linalg.eigvalsh(covariance[:2, :2]).max())
 
 
-@pytest.fixture(scope="module")
-def trucks():
-    """The two trucks, settled; every test begins with this state again."""
-    made = {trailer: Truck(trailer) for trailer in (False, True)}
-    yield made
-    for truck in made.values():
-        truck.world.close()
-
-
-@pytest.fixture
-def alone(trucks):
-    trucks[False].settle()
-    return trucks[False]
-
-
-@pytest.fixture
-def train(trucks):
-    trucks[True].settle()
-    return trucks[True]
-
-
-def test_there_and_back(train):
+def test_there_and_back(train):  # noqa: F811
     """By the goal controller, from (0, 0) to (10, 10) and back to (0, 0)."""
     truck = train
     reckoning = Reckoning(truck)
@@ -126,7 +108,7 @@ FORWARD = [name for name, (_, speed) in FIGURES.items() if speed > 0.0]
 
 
 @pytest.mark.parametrize("name", ["circle to the right", "fast slalom"])
-def test_figures(alone, name):
+def test_figures(alone, name):  # noqa: F811
     """./run test long drives them all, and with the trailer."""
     check_figure(alone, name)
 

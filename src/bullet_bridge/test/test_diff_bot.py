@@ -103,28 +103,6 @@ def test_a_circle_has_its_radius_and_odometry_agrees_with_the_truth(base):
     assert turned(odometry[2], truth[2]) == pytest.approx(0.0, abs=0.06)
 
 
-def test_acceleration_and_speed_are_limited(base):
-    base.drive(1.0, 5.0)
-    speeds = [(m.header.stamp.to_sec(), m.twist.twist.linear.x) for m in base.odom]
-    assert 0.98 * MAX_SPEED < max(speed for _, speed in speeds) < 1.01 * MAX_SPEED
-    for (t0, v0), (t1, v1) in zip(speeds, speeds[1:]):
-        assert (v1 - v0) / (t1 - t0) < 1.15 * ACCELERATION
-
-
-def test_the_base_stops_when_commands_cease(base):
-    base.drive(0.6, 0.5)
-    assert base.odom[-1].twist.twist.linear.x > 0.49
-    ceased = base.world.time - EVERY * base.world.time_step  # of the last command
-    found = [
-        (message.header.stamp.to_sec() - ceased, message.twist.twist.linear.x)
-        for message, _ in base.drive(1.0)
-    ]
-    moving = [time for time, speed in found if speed > 0.49]
-    stopped = next(time for time, speed in found if abs(speed) < 0.005)
-    assert moving[-1] == pytest.approx(TIMEOUT, abs=0.05)
-    assert stopped - moving[-1] == pytest.approx(0.5 / ACCELERATION, abs=0.1)
-
-
 def test_covariances_and_frames_are_those_of_the_file(base):
     base.drive(0.2, 0.3, 0.1)
     message = base.odom[-1]
@@ -134,14 +112,3 @@ def test_covariances_and_frames_are_those_of_the_file(base):
     assert (transform.header, transform.child_frame_id) == (message.header, "base_footprint")
     assert transform.transform.translation.x == message.pose.pose.position.x
     assert transform.transform.rotation == message.pose.pose.orientation
-
-
-def test_a_new_start_puts_the_odometry_back(base):
-    """As /gazebo/reset_simulation in lockstep: see Server.reset and Robots.restart."""
-    base.drive(0.8, 0.5)
-    assert believed(base.odom[-1])[0] > 0.2
-    base.world.sort_models()
-    base.world.reset()
-    base.control.restart()
-    base.run(EVERY)
-    assert math.hypot(*believed(base.odom[-1])[:2]) < 0.02

@@ -91,19 +91,3 @@ def test_boxes_on_each_other_have_the_smaller_coefficient_too():
         found.append(x)
     assert abs(found[0][0]) < 0.003 and abs(found[0][1]) < 0.003
     assert abs(found[1][0]) < 0.003 and found[1][1] > 0.05
-
-
-def test_results_do_not_depend_on_the_size_of_batches():
-    places = []
-    for batches in ([700], [1] * 700, [3] * 233 + [1]):
-        world = world_of(
-            (ground(0.3), None),
-            (sdf_box("slab", (1, 1, 0.1), surface=friction(0.8), static=True), Pose((1.5, 0, 0))),
-            (sdf_box("box", (0.2, 0.2, 0.1), surface=friction(0.6)), Pose((0, 0, 0.05))),
-            gravity=(4.0, 0.0, -9.0),
-        )
-        for count in batches:
-            world.step(count)
-        places.append(world.models["box"].pose)
-        world.close()
-    assert places[0] == places[1] == places[2]

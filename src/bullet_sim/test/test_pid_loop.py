@@ -191,20 +191,3 @@ def test_the_last_command_of_each_motor_is_known(world):
         ("track_position", (0.5, 0.2, 3.0)),
         ("release", ()),
     ]
-
-
-def test_a_restored_state_goes_on_to_the_bit(world):
-    """Also the motors of joints whose controllers were stopped or exchanged in between."""
-    manager = controlled(world, {**STIFF, "i": 40.0, "i_clamp": 0.3}, "Position")
-    world.step(30)
-    state = world.save_state()
-    world.step(50)
-    expected = world.snapshot()
-    manager.switch([], ["w0", "w1"])
-    manager.command("w2", [-0.4])
-    manager.get("w3").pids[0].gains = parse_pid(STIFF, "w3")
-    world.step(40)
-    assert world.restore_state(state) == ""
-    manager.get("w3").pids[0].gains = parse_pid({**STIFF, "i": 40.0, "i_clamp": 0.3}, "w3")
-    world.step(50)
-    assert world.snapshot() == expected

@@ -129,14 +129,6 @@ def test_time_goes_by_in_steps():
     world.close()
 
 
-def test_free_fall(world):
-    model = world.spawn(box(), Pose((0.0, 0.0, 10.0)))
-    for _ in range(1000):
-        world.step()
-    assert model.pose.position[2] == pytest.approx(10 - 9.81 / 2, abs=0.006)
-    assert model.link_state("link")[1][2] == pytest.approx(-9.81, rel=1e-6)
-
-
 def test_a_world_with_a_state_starts_there_and_is_reset_to_its_poses(world):
     link = '<link name="l"/>'
     world.load(
@@ -339,17 +331,6 @@ def test_load_of_a_world_file(world):
     assert len(warnings) == 1 and "/no/such.sdf" in warnings[0]
 
 
-def test_reset_is_bit_equal_to_a_fresh_start(world, request):
-    cart = with_cart(world)
-    fresh = drive(world, cart)
-    assert math.hypot(*cart.pose.position[:2]) > 0.1
-    world.reset()
-    assert drive(world, cart) == fresh
-    other = World(solver=request.node.callspec.params["world"])
-    assert drive(other, with_cart(other)) == fresh
-    other.close()
-
-
 def test_reset_keeps_gravity_and_step(world):
     world.load(sdf.WorldDescription(gravity=(0.0, 0.0, 0.0), step=0.002))
     model = world.spawn(box(), Pose((0.0, 0.0, 1.0)))
@@ -387,29 +368,6 @@ def test_keys_are_never_used_twice(world):
         keys.add(world.spawn(box()).source.key)
         world.delete("box")
     assert len(keys) == 5
-
-
-def test_velocity_limit_of_the_urdf_is_kept(world):
-    cart = with_cart(world, height=5.0)
-    cart.set_state(Pose((0.0, 0.0, 50.0)))
-    cart.manager.command("fl", [1000.0])
-    for _ in range(1000):
-        world.step()
-    speeds = dict(zip(cart.joints.names, cart.joints.arrays()[1]))
-    assert speeds["fl_joint"] == pytest.approx(100, rel=1e-3)
-
-
-@pytest.mark.parametrize("friction, slides", [(0.3, True), (0.8, False)])
-def test_friction_of_the_surface_decides_who_slides(friction, slides):
-    angle = 0.5  # tan = 0.546; the ground's friction is 1
-    world = World(gravity=(9.81 * math.sin(angle), 0.0, -9.81 * math.cos(angle)))
-    world.spawn(sdf.ground_plane())
-    model = world.spawn(box(friction=friction), Pose((0.0, 0.0, 0.1)))
-    for _ in range(1000):
-        world.step()
-    expected = 9.81 * (math.sin(angle) - friction * math.cos(angle)) / 2 if slides else 0
-    assert model.pose.position[0] == pytest.approx(expected, rel=0.05, abs=0.01)
-    world.close()
 
 
 def test_link_that_does_not_exist(world):

@@ -13,14 +13,14 @@ class FakeRos:
         logged: (level, text) of the log in order.
         subscribed: topic -> callback.
         services: name -> callback.
-        timers: callbacks.
+        timers, periods: callbacks, and how often they are called [s].
         hooks: callbacks of rospy.on_shutdown.
     """
 
     def __init__(self):
         self.now = 0.0
         self.sent, self.logged, self.timers = [], [], []
-        self.subscribed, self.services, self.hooks = {}, {}, []
+        self.subscribed, self.services, self.hooks, self.periods = {}, {}, [], []
 
     def install(self, monkeypatch, parameters=()):
         """Replaces the parts of rospy that the nodes use.
@@ -32,8 +32,8 @@ class FakeRos:
         given, fake = dict(parameters), self
 
         class Publisher:
-            def __init__(self, topic, *_, **__):
-                self.topic = topic
+            def __init__(self, topic, *_, queue_size=None, **__):
+                self.topic, self.queue_size = topic, queue_size
 
             def publish(self, message):
                 fake.sent.append((self.topic, message))
@@ -63,7 +63,9 @@ class FakeRos:
             ("Service", lambda topic, _kind, callback: self.services.update({topic: callback})),
             (
                 "Timer",
-                lambda _period, callback, reset=False: reset and self.timers.append(callback),
+                lambda period, callback, reset=False: (
+                    reset and (self.timers.append(callback), self.periods.append(period.to_sec()))
+                ),
             ),
             ("on_shutdown", self.hooks.append),
             ("has_param", lambda name: name[1:] in given),

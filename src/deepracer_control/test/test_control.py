@@ -5,6 +5,7 @@ import math
 import pytest
 import rospy
 from deepracer_control.control import CarControl, Settings
+from fake_ros import FakeRos
 from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
 
@@ -20,39 +21,11 @@ WHEELS = (
 HINGES = (topics.LEFT_DIRECTION_TOPIC, topics.RIGHT_DIRECTION_TOPIC)
 
 
-SIMULATED = {"/use_sim_time": True}
+SIMULATED = {"use_sim_time": True}
 
 
-class FakeRos:
-    """Fake of rospy: stores messages and errors."""
-
-    def __init__(self):
-        self.sent, self.errors, self.warnings, self.subscribed = [], [], [], {}
-        self.timers, self.queues, self.hooks = [], {}, []
-
-    def install(self, monkeypatch, parameters):
-        fake = self
-
-        class Publisher:
-            def __init__(self, name, _type, queue_size=None):
-                self.name = name
-                fake.queues[name] = queue_size
-
-            def publish(self, message):
-                fake.sent.append((self.name, message.data))
-
-        monkeypatch.setattr(rospy, "Publisher", Publisher)
-        monkeypatch.setattr(
-            rospy, "Subscriber", lambda name, _type, cb: fake.subscribed.update({name: cb})
-        )
-        monkeypatch.setattr(rospy, "on_shutdown", self.hooks.append)
-        monkeypatch.setattr(rospy, "Rate", lambda hz: f"rate {hz}")
-        monkeypatch.setattr(
-            rospy, "Timer", lambda period, cb, reset: fake.timers.append((period.to_sec(), cb))
-        )
-        monkeypatch.setattr(rospy, "logwarn", lambda text, *a: fake.warnings.append(text % a))
-        monkeypatch.setattr(rospy, "logerr_throttle", lambda _t, text: fake.errors.append(text))
-        monkeypatch.setattr(rospy, "get_param", lambda name, default: parameters.get(name, default))
+class Car(FakeRos):
+    """Reads what was published as values."""
 
     def clock(self, *times, publisher="/gazebo"):
         """Messages on /clock at these times [s]."""
@@ -63,18 +36,17 @@ class FakeRos:
 
     def take(self):
         """Returns the last value of each topic since the last call."""
-        values, self.sent = dict(self.sent), []
+        values = {topic: message.data for topic, message in self.sent}
+        self.sent.clear()
         return values
 
 
 @pytest.fixture
 def make(monkeypatch):
     def build(**parameters):
-        fake = FakeRos()
-        fake.install(
-            monkeypatch,
-            {key if key.startswith("/") else "~" + key: value for key, value in parameters.items()},
-        )
+        fake = Car()
+        fake.install(monkeypatch, parameters)
+        monkeypatch.setattr(rospy, "Rate", lambda hz: f"rate {hz}")
         return CarControl(), fake
 
     return build
@@ -96,7 +68,7 @@ def test_attributes_of_the_public_interface(make):
         "leftSteeringPub",
         "rightSteeringPub",
     ):
-        assert fake.queues[getattr(car, name).name] == 10
+        assert getattr(car, name).queue_size == 10
     assert car.rate == "rate 10"
     assert fake.subscribed[topics.COMMANDED_DATA_TOPIC] == car.subscriberCb
     assert control.controlEngines is None and callable(control.main)
@@ -148,7 +120,7 @@ def test_a_value_that_is_not_finite_stops_the_car_and_is_logged(make, mode, v, w
     fake.take()
     car.subscriberCb(twist(v, w))
     assert fake.take() == {name: 0.0 for name in WHEELS + HINGES}
-    assert len(fake.errors) == 1 and message in fake.errors[0]
+    assert len(fake.texts("err")) == 1 and message in fake.texts("err")[0]
     car.subscriberCb(twist(2, 0))
     assert fake.take()[WHEELS[0]] > 0
 
@@ -204,7 +176,7 @@ def test_a_second_publisher_of_the_clock_is_named_and_does_not_hold_the_watchdog
         if fake.take():
             break
     assert step in (50, 51)
-    warning, _ = fake.warnings
+    warning, _ = fake.texts("warn")
     assert "/rogue publishes /clock, too, besides /gazebo" in warning
 
 
@@ -216,7 +188,7 @@ def test_a_slow_clock_or_a_paused_one_does_not_stop_the_car(watched):
 
 def test_without_simulated_time_the_watchdog_counts_wall_time(make, monkeypatch):
     car, fake = make(command_timeout=0.5)
-    ((period, check),) = fake.timers
+    (check,) = fake.timers
     now = [100.0]
     monkeypatch.setattr(passed_time.time, "monotonic", lambda: now[0])
     car.subscriberCb(twist(10, 0))
@@ -224,7 +196,7 @@ def test_without_simulated_time_the_watchdog_counts_wall_time(make, monkeypatch)
     for now[0], expected in ((100.4, {}), (100.6, STOPPED), (101.0, {})):
         check(None)
         assert fake.take() == expected
-    assert period == 0.125
+    assert fake.periods == [0.125]
 
 
 def test_at_shutdown_the_car_stops_and_no_command_follows(make):
