@@ -459,9 +459,9 @@ def refuse_second_world(environ):
     """
     runs = simulator_runs(environ)
     if runs or not locks.take(_on_master("world", environ)):
+        what = "a simulator runs already on" if runs else "a simulator is being started on"
         raise CommandError(
-            f"a simulator {'runs already' if runs else 'is being started'} on "
-            f"{environ['ROS_MASTER_URI']}",
+            f"{what} {environ['ROS_MASTER_URI']}",
             "Stop it, or give this one its own master:",
             "ROS_MASTER_URI=http://localhost:11312 ./run ...",
         )
