@@ -12,8 +12,8 @@ from urllib.parse import urlsplit
 
 import pytest
 from rosgraph.xmlrpc import XmlRpcHandler, XmlRpcNode
-from rospy.exceptions import TransportTerminated
-from rospy.impl.tcpros_base import TCPROSTransportProtocol
+from rospy.exceptions import TransportException, TransportTerminated
+from rospy.impl.tcpros_base import TCPROSTransport, TCPROSTransportProtocol
 from sensor_msgs.msg import Image
 from std_msgs.msg import Bool
 from testing import call, ros_master, running, wait_for
@@ -125,7 +125,7 @@ def test_a_header_may_come_in_parts():
 
 
 REQUESTS = {  # what a client sends and does then -> what the log tells of it
-    "short": (b"\0\0\0\0", "wait", "what it sends cannot be read"),
+    "short": (b"\0\0\0\0", "wait", "its message cannot be read: cannot deserialize"),
     "huge": (b"\xff\xff\xff\xff" + bytes(1000), "wait", "a message of 4294967295 bytes is refused"),
     "cut": (b"\1\0", "leave", "it left within a call"),
     "unheard": (b"\1\0\0\0\1", "leave", "it left within a call"),
@@ -153,6 +153,17 @@ def test_of_requests_that_cannot_be_answered_one_line_names_the_client():
         assert "Traceback" not in text
         for name, (_, _, line) in REQUESTS.items():
             assert text.count(f"/{name}, at /set: {line}") == 1, text
+
+
+def test_a_connection_that_the_node_itself_has_closed_is_nobodys_misdeed(monkeypatch):
+    reported = []
+    monkeypatch.setattr(inbound, "_report", lambda *line: reported.append(line))
+    transport = TCPROSTransport(TCPROSTransportProtocol("/t", Bool), "/t")
+    transport.socket = socket.socket()
+    transport.socket.close()  # in another thread, while this one reads
+    with pytest.raises(TransportException):
+        inbound._receive_and_report(transport)
+    assert not reported
 
 
 def test_a_call_by_xml_rpc_has_a_limit():

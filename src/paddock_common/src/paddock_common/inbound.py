@@ -25,6 +25,7 @@ import socket
 import time
 from typing import Any
 
+from genpy import DeserializationError
 from rosgraph.network import decode_ros_handshake_header
 from rosgraph.xmlrpc import SilenceableXMLRPCRequestHandler, ThreadingXMLRPCServer
 from rospy.core import is_shutdown
@@ -240,10 +241,9 @@ def _receive_and_report(self: Any) -> Any:
     except _Refused as error:
         _report(_client(self), self.name, str(error))
         raise
-    except TransportTerminated:
-        raise  # it has left
-    except TransportException as error:
-        _report(_client(self), self.name, f"what it sends cannot be read: {error}")
+    except TransportException as error:  # also of a connection that this node has closed
+        if isinstance(error.__context__, DeserializationError):
+            _report(_client(self), self.name, f"its message cannot be read: {error.__context__}")
         raise
 
 
