@@ -11,7 +11,7 @@ from commands.subcommands import deps
 SAME = {
     "cmd_vel_mux": "twist_mux",
     "key_teleop": "teleop_twist_keyboard",
-    "robot_pose_ekf": "robot_localization (ekf_localization_node)",
+    "robot_pose_ekf": "robot_localization",
     "turtlebot_teleop": "teleop_twist_keyboard",
     "yocs_cmd_vel_mux": "twist_mux",
 }
@@ -36,7 +36,8 @@ def for_package(name, existing=deps.existing, resolve=deps.resolve):
         resolve: See deps.resolve().
     """
     if name in SAME:
-        return f"{SAME[name]} does the same"
+        command = sources.adding(SAME[name])
+        return f"{SAME[name]} does the same{command and f': {command}'}"
     return from_debian(lambda: existing(resolve([name])[name])) or sources.adding(name) or GENERIC
 
 

@@ -12,13 +12,13 @@ import os
 import pathlib
 import re
 import runpy
-import shutil
 import sys
 
 if __name__ == "__main__":
     sys.path[0] = str(pathlib.Path(__file__).resolve().parents[1])
 
 from commands.check_log import DIED  # noqa: E402
+from commands.paths import replaced  # noqa: E402
 from commands.windows import needs_screen  # noqa: E402
 
 OUTPUTS = "PADDOCK_CHECK_OUTPUTS"
@@ -98,7 +98,7 @@ def keep_outputs(process_class, launch, folder):
 
 
 if __name__ == "__main__":
-    real = shutil.which("roslaunch")
+    real = replaced("roslaunch")
     if real is None:
         sys.exit("check: there is no roslaunch on the PATH")
     del sys.path[0]

@@ -19,6 +19,7 @@ from commands.paths import (
     CACHE,
     DEVEL,
     MODELS,
+    PROGRAMS,
     PYTHON,
     ROOT,
     SOURCES,
@@ -288,6 +289,7 @@ def activated(environ):
     environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     prepend(environ, "/usr/bin")
     apply_setup_bash(environ)
+    prepend(environ, PROGRAMS)
     prepend(environ, os.path.join(VENV, "bin"))
     if not in_ros("xacro") and not os.path.exists(os.path.join(STANDINS, "xacro", MARKER)):
         # For launch files that call a bare xacro: PyPI's in .venv cannot $(find) packages.

@@ -15,7 +15,22 @@ MODELS = os.path.join(CACHE, "gazebo_models")  # of Gazebo's database, by ./run 
 VENV_STAMP = os.path.join(VENV, ".stamp")  # base and requirements of a complete .venv, a line each
 VENV_PYTHON = os.path.join(VENV, "bin", "python")
 PYTHON = "/usr/bin/python3"
+PROGRAMS = os.path.join(ROOT, "commands", "programs")  # in place of ROS's of the same names
 SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
+
+
+def replaced(name):
+    """Finds the program on PATH in whose place one of PROGRAMS is.
+
+    Returns:
+        Its path; None: there is none.
+    """
+    import shutil
+
+    ours = os.path.realpath(os.path.join(PROGRAMS, name))
+    folders = os.environ.get("PATH", os.defpath).split(os.pathsep)
+    found = (shutil.which(name, path=folder) for folder in folders)
+    return next((path for path in found if path and os.path.realpath(path) != ours), None)
 
 
 def relative(path):

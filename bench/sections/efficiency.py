@@ -61,9 +61,6 @@ VARIANTS = {
     ),
     "imu_1_khz": Variant(("/imu",), ("imu_rate:=1000",), "rates.launch"),
     "ground_truth_1_khz": Variant(("/truth",), ("truth_rate:=1000",), "rates.launch"),
-    "ekf_and_imu_1_khz": Variant(
-        ("/odometry/filtered",), ("imu_rate:=1000", "ekf:=true"), "rates.launch"
-    ),
     "lidar_16_layers_10_hz": Variant(("/points",), ("layers:=16",), "rates.launch"),
     "eight_listeners": Variant(file="listeners.launch"),
     "eight_listeners_same_priority": Variant((), ("niceness:=0",), "listeners.launch"),

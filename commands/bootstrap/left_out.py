@@ -7,6 +7,7 @@ import os
 import re
 from dataclasses import asdict, dataclass
 
+from commands import sources
 from commands.paths import BUILD, read, read_xml, write
 
 FILE = os.path.join(BUILD, ".left_out")
@@ -170,7 +171,8 @@ def _configuration(package, lines):
 
 
 def _missing(name, cause):
-    return cause, "./run deps names the Debian package that has it, ./run add --list sources", name
+    generic = "./run deps names the Debian package that has it, ./run add --list sources"
+    return cause, sources.adding(name) or generic, name
 
 
 def of_plain_cmake(name, log):

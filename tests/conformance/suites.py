@@ -125,20 +125,6 @@ SUITES = {
         service=MANAGER,
         not_applicable={"combined_robot_hw_test.test": LIBRARY},
     ),
-    "robot_localization": Suite(
-        "robot_localization",
-        rostests=("test/*.test",),
-        not_applicable={
-            "test_ekf.test": LIBRARY,
-            "test_ukf.test": LIBRARY,
-            "test_ekf_localization_nodelet_bag1.test": "nodelets are C++",
-            "test_ukf_localization_nodelet_bag1.test": "nodelets are C++",
-            "test_robot_localization_estimator.test": LIBRARY,
-            "test_ros_robot_localization_listener.test": LIBRARY,
-        },
-    ),
-    "map_server": Suite("navigation", "map_server", rostests=("test/*.xml",), in_place=True),
-    "teleop_twist_joy": Suite("teleop_twist_joy", rostests=("test/*.test",)),
     "twist_mux": Suite("twist_mux", rostests=("test/*.test",)),
     "xacro": Suite("xacro", modules=("test/test_xacro.py",), plugin="xacro_here", own_name=True),
 }
@@ -149,7 +135,6 @@ WITHOUT = {
     "controller_interface, hardware_interface, joint_limits_interface": LIBRARY,
     "transmission_interface": LIBRARY,
     "joint_trajectory_controller: tests of splines, segments and builders": LIBRARY,
-    "robot_localization: filter_base-test, navsat_conversions-test": LIBRARY,
     "position_controllers, velocity_controllers, forward_command_controller": "have no tests",
     "gripper_action_controller": "has no tests",
     "imu_sensor_controller, force_torque_sensor_controller": "have no tests",

@@ -9,8 +9,6 @@ from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
 from sim_client import START_LIMIT, wait_connected, wait_until
 
-DEAF = 10.0  # without an answer after which the subscription is renewed [s]
-
 
 class SetClock:
     """Publishes /clock again and again, as far as a test has set it."""
@@ -33,22 +31,6 @@ def publisher(topic, kind):
     made = rospy.Publisher(topic, kind, queue_size=10)
     wait_connected(made, topic)
     return made
-
-
-def send_until_answered(sender, message, answers):
-    """Publishes a message again and again until a recorder has an answer to it.
-
-    The node that answers may not know its subscriber yet, and then its answer is lost.
-    """
-    deadline = time.monotonic() + START_LIMIT
-    heard = time.monotonic()
-    while not answers.messages and time.monotonic() < deadline:
-        sender.publish(message)
-        time.sleep(0.1)
-        if time.monotonic() - heard > DEAF:
-            answers.subscribe_again()
-            heard = time.monotonic()
-    answers.wait_count(1)
 
 
 def twist(forward):

@@ -1,23 +1,16 @@
-"""Commands through the mux and the relay, maps from files and back, the ROS's own nodes.
+"""Commands through the mux and the relay, the ROS's own nodes.
 
 Time is simulated and stands still unless a test sets it.
 """
 
-import math
-import subprocess
-import tempfile
 import unittest
-from pathlib import Path
 
-import rospy
 from actionlib import SimpleActionClient
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Twist
 from launches import wait_subscribed
-from nav_msgs.msg import MapMetaData, OccupancyGrid
-from nav_msgs.srv import GetMap, LoadMap
 from sensor_msgs.msg import Image
-from sim_client import START_LIMIT, WALL_LIMIT, Recorder, wait_connected, wait_until
+from sim_client import Recorder, wait_connected, wait_until
 from standins_rig import SetClock, publisher, twist
 from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
@@ -47,11 +40,6 @@ LAUNCH = """<launch>
     </node>
   </group>
 
-  <node pkg="map_server" type="map_server" name="map_server" output="screen"
-        args="$(find paddock_tests)/ros/models/small_map.yaml">
-    <param name="frame_id" value="world"/>
-  </node>
-
   <!-- The ROS's own. -->
   <node pkg="topic_tools" type="relay" name="relay" args="/mux/out /relayed"/>
   <node pkg="image_transport" type="republish" name="republish"
@@ -61,8 +49,6 @@ LAUNCH = """<launch>
 
 </launch>
 """
-
-CELLS = [0, 0, 100, 100, -1, 0]  # of models/small_map.yaml, lowest row first
 
 
 class Nodes(unittest.TestCase):
@@ -127,36 +113,6 @@ class Nodes(unittest.TestCase):
         wait_connected(action.action_client.pub_goal, "the relay's action")
         action.send_goal(JoyPriorityGoal())
         self.assertFalse(drives.wait_count(2)[-1].data)
-
-    def test_map_server_and_map_saver(self):
-        grids, infos = Recorder("/map", OccupancyGrid), Recorder("/map_metadata", MapMetaData)
-        for recorder in (grids, infos):
-            self.addCleanup(recorder.close)
-        grid = grids.wait_count(1)[0]
-        self.assertEqual(list(grid.data), CELLS)
-        self.assertEqual((grid.info.width, grid.info.height), (3, 2))
-        self.assertEqual(grid.header.frame_id, "world")
-        self.assertAlmostEqual(grid.info.resolution, 0.5)
-        self.assertAlmostEqual(grid.info.origin.orientation.z, math.sqrt(0.5))
-        self.assertEqual(infos.wait_count(1)[0], grid.info)
-        rospy.wait_for_service("/static_map", WALL_LIMIT)
-        self.assertEqual(rospy.ServiceProxy("/static_map", GetMap)().map, grid)
-
-        with tempfile.TemporaryDirectory() as directory:
-            name = str(Path(directory) / "saved")
-            subprocess.run(
-                ["rosrun", "map_server", "map_saver", "-f", name, "__name:=saver"],
-                check=True,
-                timeout=2.0 * START_LIMIT,
-            )
-            change = rospy.ServiceProxy("/change_map", LoadMap)
-            self.assertEqual(change(name + ".yaml").result, 0)
-            again = grids.wait_count(2)[-1]
-            self.assertEqual(list(again.data), CELLS)
-            self.assertAlmostEqual(again.info.origin.orientation.z, math.sqrt(0.5), places=6)
-            self.assertEqual(again.info.origin.position, grid.info.origin.position)
-            self.assertNotEqual(change("/nowhere.yaml").result, 0)
-        self.assertEqual(len(grids.messages), 2)
 
     def test_nodes_of_the_ros_itself(self):
         pictures, frames = Recorder("/picture_again", Image), Recorder("/tf", TFMessage)

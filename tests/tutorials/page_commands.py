@@ -26,7 +26,6 @@ SHELL = re.compile(r"^```(?:bash|sh|shell|console)\n(.*?)^```", re.DOTALL | re.M
 UNRUN = {
     r"[A-Z]{3,}\b(?!=)(?!_)|\.\.\.|<\(": "the reader's own names stand in it",
     r"/opt/ros/|/opt/paddock|~/catkin_ws|devel/setup": "a ROS or a workspace that the reader has",
-    r"^git clone": "the network; tests/lint/test_links.py holds what REPOSITORY is",
     r"^(podman|sudo|apt-get)|apt ": "changes the machine; .github/workflows builds the image",
     r"^./run container\b": "builds an image: test_run_container.py",
     r"^(rm|mkdir|sed|cd|ssh|export|pip|\.|source|make|catkin_make|rosparam) ": "a tool that is not "
@@ -39,8 +38,7 @@ UNRUN = {
     r"^./run (web|world gui|truck web)|bullet_web web|web:=true|--share": "./run test web",
     r"^./run (add|exec catkin_make install)": "fetches or builds for minutes: test_run_add.py, "
     "tests/long/test_install_space.py",
-    r"paddock_navigation|move_base|map_saver|map_server": "after ./run add: tests/ros/map_rig.py; "
-    "test_standins_nodes.py",
+    r"paddock_navigation|move_base|map_saver|map_server": "after ./run add: tests/ros/map_rig.py",
     r"^./run check": "test_check.py, and the tutorial about a package",
     r"^./run (teleop|demo|lap|truck --back|$)|^./run \w+:=|MASTER_URI=|^./run$": "test_window.py, "
     "test_lap.py, tests/long, and ./run demo in CI",
@@ -51,8 +49,9 @@ UNRUN = {
     r"list_controller_types": "tests/ros/own_classes_rig.py",
     r"roscore|rosbag play": "for rviz on a screen; rosbag's own",
     r"^./run replay|bullet_web (replay|record)": "test_bag.py, test_replay.py; a tutorial",
-    r"joystick|teleop_twist_joy|joy_node": "a game pad: test_joystick.py, test_standins_teleop.py",
-    r"keyboard": "a terminal's keys: test_keyboard.py, test_standins_teleop.py",
+    r"joystick|joy_node": "a game pad: tests/ros/test_joystick.py, "
+    "src/standins/joy/test/test_joy_node.py",
+    r"keyboard": "a terminal's keys: test_keyboard.py",
     r"goal|put_back": "drives on: test_goal.py, test_drive.py",
     r"steering_map|plot_pose|plot\.launch": "test_cybertruck_physics.py, tests of cybertruck",
     r"^./run (world|truck)\b|exec (bash|roslaunch|rostopic pub)|^roslaunch |rqt": "launches: "

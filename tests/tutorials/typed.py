@@ -25,7 +25,7 @@ PACKAGES = {path.parent.name: path.parent for path in (ROOT / "src").rglob("pack
 PACKAGES.update(
     (path.parent.name, path.parent) for path in ROOT.glob("tests/drop_in/*/package.xml")
 )
-FOREIGN = re.compile(r"husky|turtlebot3|my_car|my_lab")  # packages that the reader has
+FOREIGN = re.compile(r"husky|turtlebot3|map_server|my_car|my_lab")  # packages that the reader has
 ROS = {  # tool -> what may stand behind it
     "rostopic": ("list", "echo", "pub", "hz", "info"),
     "rosservice": ("list", "call"),

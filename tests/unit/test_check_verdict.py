@@ -428,13 +428,19 @@ def test_what_would_replace_it():
 
     remedies = {
         name: check_remedies.for_package(name, set, resolve)
-        for name in ("laser_filters", "move_base", "robot_pose_ekf", "my_own", "slam_toolbox")
+        for name in (
+            *("laser_filters", "move_base", "robot_localization", "robot_pose_ekf"),
+            *("cmd_vel_mux", "my_own", "slam_toolbox"),
+        )
     }
     assert remedies["laser_filters"] == "apt-get install laser-filters"
     assert remedies["move_base"] == "./run add navigation"
     url = "https://github.com/SteveMacenski/slam_toolbox.git#noetic-devel"
     assert remedies["slam_toolbox"] == f"./run add {url}"
-    assert "robot_localization" in remedies["robot_pose_ekf"]
+    assert remedies["robot_localization"] == "./run add robot_localization"
+    assert remedies["robot_pose_ekf"] == (
+        "robot_localization does the same: ./run add robot_localization"
+    )
     assert "./run deps" in remedies["my_own"]
     assert "Python class" in check_remedies.for_plugin("libhover.so")
     assert "libgazebo_ros_camera" in check_remedies.for_plugin("libhector_gazebo_thermal_camera.so")

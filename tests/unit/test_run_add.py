@@ -25,6 +25,7 @@ from commands.subcommands import add
 def test_each_list_is_complete(name):
     entry = repos.entry_of(name)
     assert entry.about and entry.version and entry.next and entry.repositories
+    assert set(entry.needs) <= set(repos.listed())
     for each in entry.repositories:
         assert each.kind == "git" and each.version
         assert re.fullmatch(r"https://github\.com/[\w.-]+/[\w.-]+\.git", each.url)
@@ -39,6 +40,12 @@ def test_check_names_what_can_be_added(name):
     for package in packages:
         remedy = check_remedies.for_package(package, lambda _: set(), lambda names: {package: []})
         assert remedy == f"./run add {name}"
+
+
+@pytest.mark.parametrize("name", ["husky", "jackal"])
+def test_robots_bring_what_their_launch_files_start(name):
+    brought = {package for entry in repos.entries_of([name]) for package in entry.packages}
+    assert {"robot_localization", "teleop_twist_joy", "interactive_marker_twist_server"} <= brought
 
 
 def test_the_list_is_printed():

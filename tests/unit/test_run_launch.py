@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -13,9 +14,10 @@ from roslaunch import arg_dump
 from run_rig import PATIENCE, ROOT, usual_signals, write_manifest
 from testing import ros_master
 
-from commands import launching
+from commands import environment, launching
 from commands.errors import CommandError, UsageError
 from commands.launching import LaunchFile
+from commands.paths import PROGRAMS
 
 FILES = [
     ("deepracer_teleop", "drive.launch"),
@@ -254,6 +256,30 @@ def test_a_required_node_that_finishes_is_no_error(tmp_path, status, words, othe
         done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=90)
     said = done.stdout + done.stderr
     assert words in said and others not in said
+
+
+@pytest.mark.parametrize("inside, said", [
+    ('<node name="a" pkg="{0}" type="b"/><node name="c" pkg="made_up" type="d"/>', "cannot launch"),
+    ('<include file="$(find {0})/launch/ekf_template.launch"/>', "Resource not found"),
+])  # fmt: skip
+def test_of_a_package_that_is_missing_roslaunch_names_what_brings_it(tmp_path, inside, said):
+    launch = tmp_path / "it.launch"
+    launch.write_text(f"<launch>{inside.format('robot_localization')}</launch>")
+    with ros_master() as environment:
+        environment["ROS_PACKAGE_PATH"] = str(tmp_path)  # whatever is in src/
+        environment["CMAKE_PREFIX_PATH"] = "/usr"
+        environment["PATH"] = f"{PROGRAMS}:{environment['PATH']}"
+        done = subprocess.run(
+            ["roslaunch", str(launch)], env=environment, capture_output=True, text=True, timeout=90
+        )
+    assert said in done.stderr
+    line = "robot_localization is not installed; ./run add robot_localization brings it"
+    assert [line] == re.findall(r"robot_\w+ is not installed.*brings it", done.stderr)
+
+
+def test_shells_of_paddock_have_that_roslaunch():
+    path = environment.activated(dict(os.environ))["PATH"]
+    assert shutil.which("roslaunch", path=path) == f"{PROGRAMS}/roslaunch"
 
 
 # Runs a child that waits for SIGINT, and tells the exit status that ./run would have.

@@ -95,6 +95,15 @@ def test_components_that_are_asked_for_only_sometimes_refuse_nothing(tmp_path):
     assert left_out.before_configuration({"a": str(folder)}, {"roscpp"}.__contains__) == []
     (entry,) = left_out.before_configuration({"a": str(folder)}, set().__contains__)
     assert (entry.package, entry.missing) == ("a", "roscpp")
+    assert "./run deps names" in entry.remedy
+
+
+def test_a_component_that_can_be_added_is_named_with_the_command(tmp_path):
+    folder = package(tmp_path / "a", "a", HEAD.format("a", "COMPONENTS robot_localization"))
+    (entry,) = left_out.before_configuration({"a": str(folder)}, set().__contains__)
+    assert entry.line() == (
+        "left out: a: it needs robot_localization; ./run add robot_localization"
+    )
 
 
 FINDS_G2O = """cmake_minimum_required(VERSION 3.1)

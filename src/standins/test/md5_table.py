@@ -11,10 +11,9 @@ fields alone. Where an original changed, the sum is that of its last form, as No
 GetModelState has a header since Jade (before: af0f702011820738976b120226dc9d96),
 SwitchController has start_asap and timeout.
 
-Those of gazebo_ros_link_attacher, geographic_msgs, hector_gazebo_plugins, robot_localization,
-twist_mux_msgs and four_wheel_steering_msgs were computed from the originals' definitions; of these
-GeoPoint, GeoPath, SetPose, GetState, FromLL, ToggleFilterProcessing and FourWheelSteering were
-found in such code, too.
+Those of gazebo_ros_link_attacher, geographic_msgs, hector_gazebo_plugins, twist_mux_msgs
+and four_wheel_steering_msgs were computed from the originals' definitions; of these GeoPoint,
+GeoPath and FourWheelSteering were found in such code, too.
 """
 
 EMPTY = "d41d8cd98f00b204e9800998ecf8427e"
@@ -149,25 +148,6 @@ SUMS = {
         "fe903ca95d0210defda73a1629604439",
         EMPTY,
     ),
-    "robot_localization/srv/FromLL.srv": (
-        "191f0513cae6fcb95b63e2ec2e976938",
-        "326fc0ec1385c52a253c06e024d9f49e",
-    ),
-    "robot_localization/srv/GetState.srv": (
-        "853815113280ed7c4ea64ad795f27171",
-        "8d49e6249cf8371736e3286b16a7ce83",
-    ),
-    "robot_localization/srv/SetDatum.srv": ("fe903ca95d0210defda73a1629604439", EMPTY),
-    "robot_localization/srv/SetPose.srv": ("4f3e0bbe7a24e1f929488cd1970222d3", EMPTY),
-    "robot_localization/srv/SetUTMZone.srv": ("893fd74d45efde020666acda18d3cccc", EMPTY),
-    "robot_localization/srv/ToLL.srv": (
-        "326fc0ec1385c52a253c06e024d9f49e",
-        "191f0513cae6fcb95b63e2ec2e976938",
-    ),
-    "robot_localization/srv/ToggleFilterProcessing.srv": (
-        "74983d2ffe4877de8ae30b7a94625c41",
-        "3a1255d4d998bd4d6585c64639b5ee9a",
-    ),
     "twist_mux_msgs/action/JoyPriority.action": (EMPTY, EMPTY, EMPTY),
     "twist_mux_msgs/action/JoyTurbo.action": (EMPTY, EMPTY, EMPTY),
 }
@@ -234,13 +214,6 @@ CONNECTION = {
     "gazebo_ros_link_attacher/srv/Attach.srv": ("c91fb3be70ce66d19130d40294cf4bd5",),
     "hector_gazebo_plugins/srv/SetBias.srv": ("af1f260075d9ba9bd73ca10c6a45df07",),
     "hector_gazebo_plugins/srv/SetReferenceGeoPose.srv": ("fe903ca95d0210defda73a1629604439",),
-    "robot_localization/srv/FromLL.srv": ("a6cd7064e35acbe3e4c3ac3dc5fd8265",),
-    "robot_localization/srv/GetState.srv": ("b143410e9c7f7be208eedf8f691d8069",),
-    "robot_localization/srv/SetDatum.srv": ("fe903ca95d0210defda73a1629604439",),
-    "robot_localization/srv/SetPose.srv": ("4f3e0bbe7a24e1f929488cd1970222d3",),
-    "robot_localization/srv/SetUTMZone.srv": ("893fd74d45efde020666acda18d3cccc",),
-    "robot_localization/srv/ToLL.srv": ("ad0cbea3b8423e9ccf1b2ebeefc50b92",),
-    "robot_localization/srv/ToggleFilterProcessing.srv": ("a8e1711976dcda1b8b978eee81e85498",),
     "twist_mux_msgs/action/JoyPriority.action": (
         "4b30be6cd12b9e72826df56b481f40e0",
         "1eb06eeff08fa7ea874431638cb52332",

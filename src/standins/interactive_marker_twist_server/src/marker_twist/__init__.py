@@ -1,1 +1,0 @@
-"""The marker that drives: parameters -> scales -> velocity commands."""

@@ -1,1 +1,0 @@
-"""Occupancy grids: map file and image <-> cells <-> messages."""

@@ -1,1 +1,0 @@
-"""The joystick teleop: parameters -> what axes and buttons mean -> velocity commands."""

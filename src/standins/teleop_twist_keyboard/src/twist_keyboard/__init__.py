@@ -1,1 +1,0 @@
-"""The keyboard teleop: terminal -> keys -> velocity commands."""
