@@ -52,7 +52,7 @@ def manifests_below(folder, skipped=None):
     Args:
         skipped: A folder that is not searched; None: all are.
     """
-    found, seen = [], set()
+    result, seen = [], set()
     for directory, below, files in os.walk(folder, followlinks=True):
         real = os.path.realpath(directory)
         if real in seen:  # a link to a folder above
@@ -63,7 +63,7 @@ def manifests_below(folder, skipped=None):
         if any(name in files for name in IGNORE) and not own:
             below[:] = []
         elif "package.xml" in files:
-            found.append(os.path.join(directory, "package.xml"))
+            result.append(os.path.join(directory, "package.xml"))
             below[:] = []
         else:
             below[:] = sorted(
@@ -73,17 +73,17 @@ def manifests_below(folder, skipped=None):
                 and name not in SKIPPED
                 and os.path.join(directory, name) != skipped
             )
-    return found
+    return result
 
 
 def packages_below(folder, skipped=None):
     """Finds the packages at and below a folder: of each name its folder."""
-    found = {}
+    result = {}
     for path in manifests_below(folder, skipped):
         name = name_of(path)
         if name:
-            found.setdefault(name, os.path.dirname(path))
-    return found
+            result.setdefault(name, os.path.dirname(path))
+    return result
 
 
 def name_of(manifest):
@@ -99,18 +99,18 @@ def real_packages(folders):
         folders: where to search; stand-ins, also through links, are skipped.
     """
     standins = os.path.realpath(HERE) + os.sep
-    found = set()
+    result = set()
     for folder in filter(os.path.isdir, folders):
         if os.path.basename(os.path.normpath(folder)) == "share":  # installed: one folder a package
             below = {os.path.basename(path): path for path in _folders_of(folder)}
         else:
             below = packages_below(folder)
-        found |= {
+        result |= {
             name
             for name, path in below.items()
             if not (os.path.realpath(path) + os.sep).startswith(standins)
         }
-    return found
+    return result
 
 
 def _folders_of(share):
@@ -119,13 +119,13 @@ def _folders_of(share):
             yield entry.path
 
 
-def give_way(folder, real, found=()):
+def give_way(folder, real, result=()):
     """Disables the stand-ins of real packages and enables the others.
 
     Args:
         folder: the folder of the stand-ins, one package per folder.
         real: names of the packages that exist elsewhere.
-        found: names of stand-ins that are left out of the build, but stay findable.
+        result: names of stand-ins that are left out of the build, but stay findable.
 
     Returns:
         Sorted names of the disabled stand-ins.
@@ -138,7 +138,7 @@ def give_way(folder, real, found=()):
         marker = os.path.join(package, MARKER)
         if name in real:
             disabled.append(name)
-        if name in real and name not in found:
+        if name in real and name not in result:
             if not os.path.exists(marker):
                 _write(marker, MARK)
         elif os.path.exists(marker) and _is_ours(read(marker)):  # one by hand stays

@@ -15,9 +15,9 @@ from bullet_web.actions import (
     cone,
     free_name,
     parked,
-    pose_of,
 )
 from nav_msgs.msg import Odometry
+from paddock_common.geometry import pose_of
 
 ROBOT = """<robot name="r"><link name="l"/>
   <transmission name="t"/>
@@ -72,7 +72,7 @@ def test_a_model_that_cannot_move_is_not_put_elsewhere():
 def test_a_goal_is_carried_into_the_frame_of_an_odometry(place, goal):
     # The truck stands at (2, 1) and looks along y; its odometry says (5, 5), along x.
     message = Odometry(child_frame_id="truck/base")
-    message.pose.pose = pose_of(5.0, 5.0, 0.0, 0.0)
+    message.pose.pose = pose_of(5.0, 5.0)
     poses = {"base": (2.0, 1.0, math.pi / 2)}
     actions = Actions(lambda: (), lambda _: None, poses.get)
     assert actions._in_odometry(place, message) == pytest.approx(goal)
@@ -85,11 +85,11 @@ def test_a_goal_of_the_truck_without_a_heading_is_along_x(monkeypatch):
     monkeypatch.setattr(actions, "_call", lambda *arguments: asked.append(arguments))
     assert actions._goal_of_truck({"x": 1.0, "y": 2.0}) == "the goal is 1.00, 2.00"
     ((name, _, request),) = asked
-    assert name == "/goal" and request.pose == pose_of(1.0, 2.0, 0.0, 0.0)
+    assert name == "/goal" and request.pose == pose_of(1.0, 2.0)
 
 
 def test_poses_are_upright():
-    pose = pose_of(1, 2, 3, 0.0)
+    pose = pose_of(1, 2, 0.0, 3)
     assert (pose.position.x, pose.orientation.w) == (1.0, 1.0)
 
 

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import roslib.message
 import rospy
-from bullet_sim.pose import quaternion_from_rpy, rpy_from_quaternion
+from bullet_sim.pose import rpy_from_quaternion
 from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import (
     DeleteModel,
@@ -18,8 +18,8 @@ from gazebo_msgs.srv import (
     SetPhysicsProperties,
     SpawnModel,
 )
-from geometry_msgs.msg import Pose
 from nav_msgs.msg import Odometry
+from paddock_common.geometry import pose_of
 from std_srvs.srv import Empty, Trigger
 
 from bullet_web.navigation import Navigation, Navigator, Planar, anchor, placed, planar
@@ -190,14 +190,15 @@ class Actions:
         if abs(roll) < UPRIGHT and abs(pitch) < UPRIGHT:
             height = max(height, present[2])
         state = ModelState(model_name=name)
-        state.pose = pose_of(message["x"], message["y"], height, message.get("yaw", yaw))
+        state.pose = pose_of(message["x"], message["y"], message.get("yaw", yaw), height)
         self._call("/gazebo/set_model_state", SetModelState, state)
         return f"{name} is put at {message['x']:.2f}, {message['y']:.2f}"
 
     def _spawn(self, message: dict[str, Any]) -> str:
         kind = message["kind"]
         name = free_name(kind, self._names())
-        where = (message["x"], message["y"], message["z"] + CLEARANCE, message.get("yaw", 0.0))
+        height = message["z"] + CLEARANCE
+        where = (message["x"], message["y"], message.get("yaw", 0.0), height)
         if kind == "car":
             if not rospy.has_param(DESCRIPTION):
                 raise ActionError(f"there is no robot to copy: {DESCRIPTION} is not set")
@@ -244,7 +245,7 @@ class Actions:
             raise ActionError(f"the goal is in the frame of {ODOMETRY}, which is silent") from error
         request = kind._request_class()
         goal = self._in_odometry(place, odometry)
-        request.pose = pose_of(*goal, 0.0, message.get("yaw", 0.0))
+        request.pose = pose_of(*goal, message.get("yaw", 0.0))
         self.goal = goal, place
         self._call("/goal", kind, request)
         return f"the goal is {place[0]:.2f}, {place[1]:.2f}"
@@ -265,12 +266,3 @@ class Actions:
             return self._navigation.cancel(navigator)
         self._call("/goal/cancel", Trigger)
         return "the goal is cancelled"
-
-
-def pose_of(x: float, y: float, z: float, yaw: float) -> Pose:
-    """geometry_msgs/Pose [m, rad]."""
-    pose = Pose()
-    pose.position.x, pose.position.y, pose.position.z = float(x), float(y), float(z)
-    q = pose.orientation
-    q.x, q.y, q.z, q.w = quaternion_from_rpy(0.0, 0.0, yaw)
-    return pose

@@ -22,6 +22,7 @@ from actionlib_msgs.msg import GoalID
 from bullet_sim.pose import Array, compose, rpy_from_quaternion
 from geometry_msgs.msg import PoseArray, PoseStamped
 from nav_msgs.msg import OccupancyGrid, Path
+from paddock_common.geometry import pose_of
 from rospy.numpy_msg import numpy_msg
 from tf2_msgs.msg import TFMessage
 
@@ -132,10 +133,9 @@ def _numbers(kind: str, topic: str, message: Any, rows: list[Any], width: int) -
 
 
 def planar(pose: Any) -> Planar:
-    """x, y, yaw of a geometry_msgs/Pose."""
+    """x, y, yaw of a geometry_msgs/Pose, whose quaternion need not have the length 1."""
     q = pose.orientation
-    yaw = rpy_from_quaternion((q.x, q.y, q.z, q.w))[2]
-    return pose.position.x, pose.position.y, yaw
+    return pose.position.x, pose.position.y, rpy_from_quaternion((q.x, q.y, q.z, q.w))[2]
 
 
 # frames -------------------------------------------------------------------------------------------
@@ -435,11 +435,8 @@ class Navigation:
         if yaw is None:
             yaw = math.atan2(place[1] - robot[0][1], place[0] - robot[0][0])
         x, y, turn = placed(inverse(anchor(*robot)), (*place, yaw))
-        message = PoseStamped()
+        message = PoseStamped(pose=pose_of(x, y, turn))
         message.header.frame_id = navigator.frame
-        message.pose.position.x, message.pose.position.y = x, y
-        message.pose.orientation.z = math.sin(0.5 * turn)
-        message.pose.orientation.w = math.cos(0.5 * turn)
         self._publish(navigator.topic, PoseStamped, message)
         return f"the goal is {x:.2f}, {y:.2f} in {navigator.frame}"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ElementTree
 
 import rospy
-from paddock_common.geometry import quaternion_of
+from paddock_common.geometry import pose_of
 from paddock_common.nodes import run
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -42,8 +42,7 @@ def _marker(visual: ElementTree.Element) -> Marker | None:
     """Returns the Marker of a visual without header, or None if it is neither mesh nor box."""
     marker = Marker(action=Marker.ADD, ns="track", frame_locked=True)
     x, y, z, _roll, _pitch, yaw = _numbers(visual.findtext("pose"), (0.0,) * 6)
-    marker.pose.position.x, marker.pose.position.y, marker.pose.position.z = x, y, z
-    marker.pose.orientation = quaternion_of(yaw)
+    marker.pose = pose_of(x, y, yaw, z)
     size: tuple[float, ...]
     color: tuple[float, ...]
     if uri := (visual.findtext(MESH) or "").strip():

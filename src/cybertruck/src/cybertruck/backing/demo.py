@@ -16,6 +16,7 @@ from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
+from paddock_common.geometry import pose_of
 
 from cybertruck.backing.server import Driver, path_of, settings_from
 from cybertruck.backing.state import StateSource
@@ -107,9 +108,7 @@ class Demo:
         goal.path.header.frame_id = self._settings.node.odom_frame
         for arc in np.arange(0.0, path.length + 0.05, 0.1):
             x, y, _, _ = path.sample(min(arc, path.length))
-            item = PoseStamped()
-            item.pose.position.x, item.pose.position.y, item.pose.orientation.w = x, y, 1.0
-            goal.path.poses.append(item)
+            goal.path.poses.append(PoseStamped(pose=pose_of(x, y)))
         return goal
 
     def _line(self, start):
@@ -144,18 +143,9 @@ class Demo:
             self._settings.geometry,
             f"backing: {self._shape}, {result.message}",
         )
+        about = {"ok": bool(result.success), "shape": self._shape, "message": result.message}
         with open(name + ".json", "w") as stream:
-            json.dump(
-                {
-                    "ok": bool(result.success),
-                    "shape": self._shape,
-                    "message": result.message,
-                    **figures,
-                },
-                stream,
-                indent=2,
-            )
-            stream.write("\n")
+            stream.write(json.dumps({**about, **figures}, indent=2) + "\n")
         for key, value in figures.items():
             if value is not None:
                 rospy.loginfo("%s: %.4f", key, value)

@@ -10,6 +10,7 @@ import rospy
 from actionlib import ActionServer
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Path as PathMessage
+from paddock_common.geometry import pose_of
 from paddock_common.nodes import start
 from paddock_common.settings import Checked, from_table, number, read, text
 from paddock_common.waiting import flush
@@ -414,12 +415,8 @@ class BackUpServer:
         message.header.frame_id = self._settings.node.odom_frame
         last = len(path.points) - 1
         for index in np.unique(np.append(np.arange(0, last - 5, PATH_STEP), last)):
-            (x, y), heading = path.points[index], path.headings[index]
-            item = PoseStamped(header=message.header)
-            item.pose.position.x, item.pose.position.y = x, y
-            item.pose.orientation.z = math.sin(0.5 * heading)
-            item.pose.orientation.w = math.cos(0.5 * heading)
-            message.poses.append(item)
+            pose = pose_of(*path.points[index], path.headings[index])
+            message.poses.append(PoseStamped(header=message.header, pose=pose))
         self._path_out.publish(message)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import rospy
 from nav_msgs.msg import Odometry
-from paddock_common.geometry import yaw_of
+from paddock_common.geometry import planar_of
 from sensor_msgs.msg import JointState
 
 from cybertruck.trailer.kinematics import trailer_axle
@@ -82,11 +82,10 @@ class StateSource:
             self._store(self._hitch, message.header.stamp.to_sec(), angle)
 
     def _on_odometry(self, message):
-        pose, heading = message.pose.pose.position, yaw_of(message.pose.pose.orientation)
         self._store(
             self._odometry,
             message.header.stamp.to_sec(),
-            (pose.x, pose.y, heading, message.twist.twist.linear.x),
+            (*planar_of(message.pose.pose), message.twist.twist.linear.x),
         )
 
     def _store(self, messages, stamp, value):

@@ -8,7 +8,7 @@ import rospy
 from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import Odometry
-from paddock_common.geometry import yaw_of
+from paddock_common.geometry import planar_of, pose_of
 from paddock_common.nodes import run
 from paddock_common.settings import read
 from paddock_common.waiting import flush
@@ -66,10 +66,8 @@ class GoalNode:
             self._controller.start(position.x, position.y)
             self._count += 1
             self._id = f"goal-{self._count}"
-            current = PoseStamped()
+            current = PoseStamped(pose=pose_of(position.x, position.y))
             current.header.stamp, current.header.frame_id = rospy.Time.now(), self._frame
-            current.pose.position.x, current.pose.position.y = position.x, position.y
-            current.pose.orientation.w = 1.0
             self._current.publish(current)
             self._publish_status(GoalStatus.ACTIVE, f"driving to ({position.x:g}, {position.y:g})")
         return GoalResponse(success=True)
@@ -82,8 +80,7 @@ class GoalNode:
         return TriggerResponse(success=True, message="cancelled")
 
     def _on_odometry(self, message):
-        pose = message.pose.pose
-        x, y, heading = pose.position.x, pose.position.y, yaw_of(pose.orientation)
+        x, y, heading = planar_of(message.pose.pose)
         if not all(map(math.isfinite, (x, y, heading))):
             rospy.logwarn_throttle(
                 5.0, "goal: the odometry has a value that is not finite; it is ignored"

@@ -9,7 +9,7 @@ from pathlib import Path
 import rospy
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
-from paddock_common.geometry import yaw_of
+from paddock_common.geometry import planar_of
 
 from cybertruck.plot.trajectory import Trajectory, plot
 from paddock_common import bags, nodes
@@ -19,13 +19,7 @@ SPACING = 0.01  # between stored poses [m]
 
 def add_odometry(trajectory, message):
     """Adds a nav_msgs/Odometry to a trajectory."""
-    pose = message.pose.pose
-    trajectory.add(
-        message.header.stamp.to_sec(),
-        pose.position.x,
-        pose.position.y,
-        yaw_of(pose.orientation),
-    )
+    trajectory.add(message.header.stamp.to_sec(), *planar_of(message.pose.pose))
 
 
 def add_goal(trajectory, message):

@@ -18,7 +18,7 @@ from deepracer_control.topics import CAMERA_TOPIC, ODOMETRY_TOPIC
 from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import SetModelState
 from nav_msgs.msg import Odometry
-from paddock_common.geometry import quaternion_of
+from paddock_common.geometry import pose_of
 from paddock_common.settings import Checked, number, read, text
 from paddock_common.waiting import WaitTimeout, wait_until
 from sensor_msgs.msg import Image
@@ -144,11 +144,8 @@ class LapRun:
             rng = np.random.default_rng((self.settings.seed, index))
             s += rng.uniform(-0.1, 0.1)
             side, rotation = rng.uniform(-0.1, 0.1), math.radians(rng.uniform(-10.0, 10.0))
-        x, y, yaw = self.course.pose(s)
-        state = ModelState(model_name=self.settings.model, reference_frame="world")
-        state.pose.position.x = x - side * math.sin(yaw)
-        state.pose.position.y = y + side * math.cos(yaw)
-        state.pose.orientation = quaternion_of(yaw + rotation)
+        pose = pose_of(*self.course.pose(s, side, rotation))
+        state = ModelState(self.settings.model, pose=pose, reference_frame="world")
         response = rospy.ServiceProxy("/gazebo/set_model_state", SetModelState)(state)
         if not response.success:
             raise LapError(f"the car cannot be put at the start: {response.status_message}")

@@ -8,7 +8,7 @@ from cv_bridge import CvBridge, CvBridgeError
 from deepracer_control.ackermann import Geometry
 from deepracer_control.drivers.commands import CommandPublisher
 from nav_msgs.msg import Odometry
-from paddock_common.geometry import yaw_of
+from paddock_common.geometry import planar_of
 from paddock_common.nodes import run
 from sensor_msgs.msg import Image, LaserScan
 from track_model.referee.course import Course
@@ -70,14 +70,7 @@ class PolicyNode:
 
     def _on_odometry(self, message):
         pose, twist = message.pose.pose, message.twist.twist
-        motion = Motion(
-            pose.position.x,
-            pose.position.y,
-            yaw_of(pose.orientation),
-            twist.linear.x,
-            twist.linear.y,
-            twist.angular.z,
-        )
+        motion = Motion(*planar_of(pose), twist.linear.x, twist.linear.y, twist.angular.z)
         if not all(map(math.isfinite, motion)):
             rospy.logerr_throttle(1.0, "policy_driver: odometry is not finite; it is skipped")
             return False

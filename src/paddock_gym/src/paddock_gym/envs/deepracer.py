@@ -14,7 +14,6 @@ from paddock_gym.envs import options as gym_options
 from paddock_gym.envs.run import Observation, Run, action_space, advance, observation_space
 from paddock_gym.envs.window import Window
 from paddock_gym.errors import GymError
-from paddock_gym.simulation.randomize import offset_pose
 from paddock_gym.simulation.scene import TIME_STEP, Obstacles, Scene
 from paddock_gym.simulation.sensors import ObserverCamera
 
@@ -130,4 +129,4 @@ def start_of(course: Course, options: dict[str, Any]) -> tuple[float, float, flo
     if unknown:
         raise GymError(f"reset has {min(unknown)!r}; there are start, lateral and turn")
     s = float(options.get("start", 0.0)) * course.length
-    return offset_pose(course, s, options.get("lateral", 0.0), options.get("turn", 0.0))
+    return course.pose(s, options.get("lateral", 0.0), options.get("turn", 0.0))

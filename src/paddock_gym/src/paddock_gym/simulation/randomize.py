@@ -124,19 +124,8 @@ class Randomizer:
             self._round += 1
             return course.pose(room * ((self._round - 1) * FIRST_STARTS % 1.0))
         s = rng.uniform(0.0, room)
-        return offset_pose(
-            course,
+        return course.pose(
             s,
             rng.uniform(-START_SIDE, START_SIDE) * sum(course.sides(s)) / 2.0,
             rng.uniform(-START_HEADING, START_HEADING),
         )
-
-
-def offset_pose(course, s, lateral=0.0, heading=0.0):
-    """(x, y, yaw) at an arc length [m], offset from the centreline [m] and rotated [rad]."""
-    x, y, yaw = course.pose(s)
-    return (
-        x - float(lateral) * math.sin(yaw),
-        y + float(lateral) * math.cos(yaw),
-        yaw + float(heading),
-    )

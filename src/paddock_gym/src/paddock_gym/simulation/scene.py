@@ -18,7 +18,6 @@ from paddock_gym.course import TrackObject
 from paddock_gym.errors import GymError
 from paddock_gym.simulation import description
 from paddock_gym.simulation.car import Car
-from paddock_gym.simulation.randomize import offset_pose
 
 COUNT = 3
 CLEAR = 1.5  # between the car's start and the first object [m]
@@ -83,7 +82,7 @@ class Obstacles:
             s = at % length if self._course.closed else min(at, length)
             left, right = self._course.sides(s)
             lateral = side * float(left if side > 0.0 else right)
-            x, y, yaw = offset_pose(self._course, s, lateral)
+            x, y, yaw = self._course.pose(s, lateral)
             model.set_state(Pose.from_xyz_rpy((x, y, self._size[2] / 2.0), (0.0, 0.0, yaw)))
             self.objects.append(TrackObject(x, y, yaw, s, lateral, speed))
 

@@ -139,7 +139,11 @@ def filter_by_resources(ctrl_list, resources, hardware_interface=None, match_any
 
 
 def _by_attribute(controllers, name, value, match_substring):
-    return [each for each in controllers if _matches(value, getattr(each, name), match_substring)]
+    return [
+        controller
+        for controller in controllers
+        if _matches(value, getattr(controller, name), match_substring)
+    ]
 
 
 def _matches(requested, value, match_substring):

@@ -178,11 +178,22 @@ class Course:
         yaw = self._yaws[k]
         return math.remainder(yaw + (at - k) * (self._yaws[k + 1] - yaw), 2.0 * math.pi)
 
-    def pose(self, s: float) -> tuple[float, float, float]:
-        """(x, y, yaw) of the centreline at an arc length [m]."""
+    def pose(self, s: float, lateral: float = 0.0, turn: float = 0.0) -> tuple[float, float, float]:
+        """Return (x, y [m], yaw [rad]) at an arc length, beside the line and turned to the left.
+
+        Args:
+            s: Arc length [m].
+            lateral: Offset to the left [m].
+            turn: From the line's heading [rad].
+        """
         k, fraction = self._chord_at(s)
         x, y = self._ends[k] + fraction * (self._ends[k + 1] - self._ends[k])
-        return float(x), float(y), self.heading(s)
+        yaw = self.heading(s)
+        return (
+            float(x) - float(lateral) * math.sin(yaw),
+            float(y) + float(lateral) * math.cos(yaw),
+            yaw + float(turn),
+        )
 
     def curvature(self, s: Any) -> Any:
         """Curvatures [1/m], positive to the left, at arc lengths (N,) [m]."""

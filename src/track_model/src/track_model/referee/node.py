@@ -15,7 +15,7 @@ from gazebo_msgs.msg import ModelState
 from gazebo_msgs.srv import GetWorldProperties, SetModelState
 from geometry_msgs.msg import Point, PoseStamped
 from nav_msgs.msg import Odometry, Path
-from paddock_common.geometry import quaternion_of, yaw_of
+from paddock_common.geometry import planar_of, pose_of
 from paddock_common.nodes import run
 from paddock_common.settings import read
 from shapely.geometry import Polygon
@@ -34,14 +34,6 @@ SPACING = 0.05  # of the driven path's poses [m]
 MAX_POSES = 4000  # of the driven path
 Pose = Tuple[float, float, float]  # x, y [m], yaw [rad]
 RATE = 5.0  # of path and text [Hz] of simulated time
-
-
-def pose_stamped(x: float, y: float, yaw: float) -> PoseStamped:
-    """Return a PoseStamped on the ground without header."""
-    pose = PoseStamped()
-    pose.pose.position.x, pose.pose.position.y = x, y
-    pose.pose.orientation = quaternion_of(yaw)
-    return pose
 
 
 def lane_marker(lane: Lane, frame: str) -> Marker:
@@ -82,7 +74,7 @@ class Display:
         for k, point in enumerate(points):
             a, b = points[max(k - 1, 0)], points[min(k + 1, len(points) - 1)]
             yaw = math.atan2(b[1] - a[1], b[0] - a[0])
-            line.poses.append(pose_stamped(float(point[0]), float(point[1]), yaw))
+            line.poses.append(PoseStamped(pose=pose_of(point[0], point[1], yaw)))
         self._centreline.publish(line)
 
     def clear(self) -> None:
@@ -100,7 +92,7 @@ class Display:
                 poses.clear()  # the simulation was reset
             last = poses[-1].pose.position if poses else None
             if last is None or math.dist((last.x, last.y), pose[:2]) >= SPACING:
-                poses.append(pose_stamped(*pose))
+                poses.append(PoseStamped(pose=pose_of(*pose)))
                 poses[-1].header.stamp = stamp
                 poses[-1].header.frame_id = self._frame
                 del poses[:-MAX_POSES]
@@ -255,8 +247,7 @@ class RefereeNode:
         rospy.Subscriber("odom", Odometry, self._receive, queue_size=200)
 
     def _receive(self, message: Odometry) -> None:
-        position, twist = message.pose.pose.position, message.twist.twist
-        pose = (position.x, position.y, yaw_of(message.pose.pose.orientation))
+        pose, twist = planar_of(message.pose.pose), message.twist.twist
         if not all(map(math.isfinite, (*pose, twist.linear.x))):
             rospy.logerr_throttle(1.0, f"referee: odometry contains {pose!r}; it is ignored")
             return
@@ -300,10 +291,8 @@ class RefereeNode:
     def _put_back(self) -> str:
         """Put the car on the centreline, at rest; returns an error text or ''."""
         with self._lock:
-            x, y, yaw = self._referee.put_back_pose()
-        state = ModelState(model_name=self._model, reference_frame="world")
-        state.pose.position.x, state.pose.position.y = x, y
-        state.pose.orientation = quaternion_of(yaw)
+            pose = pose_of(*self._referee.put_back_pose())
+        state = ModelState(model_name=self._model, reference_frame="world", pose=pose)
         try:
             self._move.wait_for_service(SERVICE_TIMEOUT)
             response = self._move(state)
