@@ -32,7 +32,7 @@ def find(folder, package_path, checked=()):
         first those that a README names, then the same package's. Files with a world of their own
         bring nothing but that.
     """
-    found = {name: [] for name in BRINGS}
+    companions = {name: [] for name in BRINGS}
     parent = os.path.dirname(folder)
     sources = [path.rstrip("/") for path in package_path.split(":") if path]
     inside = any(f"{parent}/".startswith(f"{path}/") for path in sources)
@@ -46,11 +46,11 @@ def find(folder, package_path, checked=()):
                 continue
             brings = [what for what, pattern in BRINGS.items() if pattern.search(text)]
             for what in ["world"] if "world" in brings else brings:
-                found[what].append((package, name))
-    told = _readmes(parent if len(beside) > 1 else folder, beside.values())
-    for files in found.values():
-        files.sort(key=lambda file: not re.search(rf"(?<![\w-]){re.escape(file[1])}", told))
-    return found
+                companions[what].append((package, name))
+    readmes = _readmes(parent if len(beside) > 1 else folder, beside.values())
+    for files in companions.values():
+        files.sort(key=lambda file: not re.search(rf"(?<![\w-]){re.escape(file[1])}", readmes))
+    return companions
 
 
 def _readmes(folder, packages):
@@ -59,19 +59,19 @@ def _readmes(folder, packages):
     for path in {folder, *packages}:
         names = os.listdir(path) if os.path.isdir(path) else ()
         paths = [os.path.join(path, name) for name in names if name.lower().startswith("readme")]
-        texts += [read(each) for each in paths if os.path.isfile(each)]
+        texts += [read(file) for file in paths if os.path.isfile(file)]
     return "\n".join(texts)
 
 
-def hint(found, what, otherwise=""):
+def hint(report, what, otherwise=""):
     """A sentence's end that names the files which bring what is missing.
 
     Args:
-        found: What check_observer.py has written, with what find() has found as "companions".
+        report: What check_observer.py has written, with what find() has found as "companions".
         what: "world", "robot" or "controllers".
         otherwise: The end where there is no such file.
     """
-    files = found.get("companions", {}).get(what, ())
+    files = report.get("companions", {}).get(what, ())
     if not files:
         return otherwise
     named = ", ".join(f"+ {package} {name}" for package, name in files[:LISTED])

@@ -49,7 +49,10 @@ def read(path, folder, is_package):
     """
     text = _text(path)
     nodes = {name: _text(os.path.join(folder, name)) for name in sorted(os.listdir(folder))}
-    lines = [*text.splitlines(), *(line for each in nodes.values() for line in each.splitlines())]
+    lines = [
+        *text.splitlines(),
+        *(line for output in nodes.values() for line in output.splitlines()),
+    ]
     errors = _errors(lines)
     died = {}
     for line in nodes.pop(DIED, "").splitlines():
@@ -132,14 +135,14 @@ def missing_interpreters(paths):
 
 def _refused(text):
     """Why roslaunch gave up: its last words before it mentions the traceback, and their cause."""
-    found = _REFUSED.search(text)
-    end = found.start() if found else text.find(_TRACEBACK)
+    refusal = _REFUSED.search(text)
+    end = refusal.start() if refusal else text.find(_TRACEBACK)
     if end < 0:
         return None
     missing = _NO_FILE.search(text)
     if missing:  # roslaunch says it of the file, of who includes it and of the parser
         return f"there is no file {missing.group(1)}"
-    words = [_shortened(found.group(1))] if found else []
+    words = [_shortened(refusal.group(1))] if refusal else []
     causes = [line for line in _CAUSE.findall(text[:end]) if not words or line not in words[0]]
     if not words and not causes:
         lines = [line.strip() for line in text[:end].splitlines() if line.strip()]
@@ -164,13 +167,13 @@ def moved(texts, packages):
         Dict from a path that does not exist to $(find PACKAGE)/...: below a folder that is named as
         a package; of a package that is not there, where one package alone has that file.
     """
-    found = {}
+    places = {}
     for text in texts:
         for name, rest in _OF_PACKAGE.findall(text):
             folders = packages.items() if name not in packages else ()
             there = [each for each, folder in folders if os.path.exists(f"{folder}/{rest}")]
             if len(there) == 1:
-                found[f"$(find {name})/{rest}"] = f"$(find {there[0]})/{rest}"
+                places[f"$(find {name})/{rest}"] = f"$(find {there[0]})/{rest}"
     for path in dict.fromkeys(
         p for text in texts for p in re.findall(r"(?<![\w)])/[\w./+-]+", text)
     ):
@@ -181,6 +184,6 @@ def moved(texts, packages):
         for number, part in enumerate(parts[:-1]):
             rest = "/".join(parts[number + 1 :])
             if part in packages and os.path.exists(os.path.join(packages[part], rest)):
-                found[path] = f"$(find {part})/{rest}"
+                places[path] = f"$(find {part})/{rest}"
                 break
-    return found
+    return places

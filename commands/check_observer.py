@@ -84,8 +84,8 @@ class Counter:
 @functools.lru_cache(maxsize=None)
 def has_header(kind):
     """Whether a type of messages is known here and begins with a header."""
-    found = roslib.message.get_message_class(kind)
-    return found is not None and found._has_header
+    message_class = roslib.message.get_message_class(kind)
+    return message_class is not None and message_class._has_header
 
 
 def stamp_of(message):
@@ -153,16 +153,16 @@ def is_spawning():
 
 def wait_for_models(launch, simulator):
     """Waits until no more models come; returns the last description."""
-    found, since, deadline = None, time.monotonic(), time.monotonic() + SPAWN_LIMIT
+    description, since, deadline = None, time.monotonic(), time.monotonic() + SPAWN_LIMIT
     while time.monotonic() < deadline and launch.poll() is None:
         now = describe(simulator)
-        if (now is not None and now != found) or is_spawning():
-            found, since = now, time.monotonic()
-        moving = [model for model in (found or {}).get("models", ()) if not model["static"]]
-        if found is not None and time.monotonic() - since > SETTLED * (1 if moving else 3):
+        if (now is not None and now != description) or is_spawning():
+            description, since = now, time.monotonic()
+        moving = [model for model in (description or {}).get("models", ()) if not model["static"]]
+        if description is not None and time.monotonic() - since > SETTLED * (1 if moving else 3):
             break
         time.sleep(0.5)
-    return found
+    return description
 
 
 def state_of(simulator, model):
@@ -203,7 +203,7 @@ class Drivers:
 
     def __init__(self, topics):
         self.names = set()
-        self._subscribers = [rospy.Subscriber(each, rospy.AnyMsg, self._take) for each in topics]
+        self._subscribers = [rospy.Subscriber(topic, rospy.AnyMsg, self._take) for topic in topics]
 
     def _take(self, message):
         if any(message._buff):
@@ -300,13 +300,13 @@ def observe(launch, seconds, replay):
         return {"simulator": False}
     replay.start(simulator)
     clock = ClockMonitor()
-    found = wait_for_models(launch, simulator)
-    if found is None:
+    report = wait_for_models(launch, simulator)
+    if report is None:
         return {"simulator": False}
-    found["was_paused"] = unpause(simulator)
-    moving = [model for model in found["models"] if not model["static"]]
+    report["was_paused"] = unpause(simulator)
+    moving = [model for model in report["models"] if not model["static"]]
     drivers = {model["name"]: Drivers(model["commands"]) for model in moving}
-    sensors = [sensor for model in found["models"] for sensor in model["sensors"]]
+    sensors = [sensor for model in report["models"] for sensor in model["sensors"]]
     counters = {sensor["topic"]: Counter(sensor["topic"], clock) for sensor in sensors}
     wait_for_first(launch, sensors, counters)
     replay.wait_for_first(launch)
@@ -329,7 +329,7 @@ def observe(launch, seconds, replay):
             model["controllers"] = controllers_of(model["control_namespace"])
     advanced = None if start is None or clock.now is None else clock.now - start
     return dict(
-        found,
+        report,
         simulator=True,
         simulated=advanced,
         real_time_factor=None if advanced is None else advanced / elapsed,
@@ -351,7 +351,7 @@ def main(result, log, port, seconds, *launch_words):
             stdin=subprocess.DEVNULL,
             start_new_session=True,
         )
-    found = {"simulator": False}
+    report = {"simulator": False}
     path = os.path.join(os.path.dirname(result), "replay.html")
     replay = Replay(path, " ".join(launch_words))
     try:
@@ -364,7 +364,7 @@ def main(result, log, port, seconds, *launch_words):
                 time.sleep(0.2)
         if launch.poll() is None:
             rospy.init_node("paddock_check", anonymous=True, disable_signals=True)
-            found = observe(launch, float(seconds), replay)
+            report = observe(launch, float(seconds), replay)
             rospy.signal_shutdown("the check is over")
     finally:
         replay.end()
@@ -372,23 +372,23 @@ def main(result, log, port, seconds, *launch_words):
         with open(result, "w", encoding="utf-8") as stream:
             rospack = rospkg.RosPack()
             packages = {name: rospack.get_path(name) for name in rospack.list()}
-            found.update(
+            report.update(
                 check_log.read(log, outputs, packages.__contains__), exit_status=launch.returncode
             )
             check_log.append_nodes(log, outputs)
-            for node in found["died"]:
-                node["drives"] = drives(node, found.get("models", ()))
-            found["builders"] = check_sources.builders(found)
-            found["moved"] = check_log.moved(texts_of(found), packages)
-            json.dump(found, stream)
+            for node in report["died"]:
+                node["drives"] = drives(node, report.get("models", ()))
+            report["builders"] = check_sources.builders(report)
+            report["moved"] = check_log.moved(texts_of(report), packages)
+            json.dump(report, stream)
     return 0
 
 
-def texts_of(found):
+def texts_of(report):
     """Sentences that may name files."""
-    parts = [found, *found.get("models", ())]
+    parts = [report, *report.get("models", ())]
     texts = [text for part in parts for key in ("warnings", "lost") for text in part.get(key, ())]
-    return [found.get("refused") or "", *(node["why"] for node in found["died"]), *texts]
+    return [report.get("refused") or "", *(node["why"] for node in report["died"]), *texts]
 
 
 def stop(launch):

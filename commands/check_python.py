@@ -29,10 +29,10 @@ _MODULES_OF_PYTHON_2 = {
 
 def exception(text):
     """The last exception in a program's output, with the file and line that raised it, or ""."""
-    found = _RAISED.findall(text)
-    if not found:
+    tracebacks = _RAISED.findall(text)
+    if not tracebacks:
         return ""
-    block, raised = found[-1]
+    block, raised = tracebacks[-1]
     path, line = _PLACE.findall(block)[-1]
     return f"{raised.strip()} ({os.path.basename(path)}, line {line})"
 

@@ -70,16 +70,16 @@ def named_packages(text):
     return [first or second for first, second in _NOT_FOUND.findall(text or "")]
 
 
-def unspawned(found):
+def unspawned(report):
     """Names of the packages for whose lack spawn_urdf_model has refused a model."""
-    names = [_WITHOUT_PATH.search(line) for line in found.get("errors", ())]
+    names = [_WITHOUT_PATH.search(line) for line in report.get("errors", ())]
     return list(dict.fromkeys(name.group(1) for name in names if name))
 
 
-def missing_packages(found):
+def missing_packages(report):
     """Names of the packages that are not there, of what check_observer.py has written."""
     names = [
-        package for package, is_there, *_ in found.get("builders", {}).values() if not is_there
+        package for package, is_there, *_ in report.get("builders", {}).values() if not is_there
     ]
-    names += [*unspawned(found), *named_packages(found.get("refused"))]
+    names += [*unspawned(report), *named_packages(report.get("refused"))]
     return list(dict.fromkeys(names))

@@ -52,12 +52,12 @@ def keep_last_of_a_name(config_class):
     def add_node(self, node, *arguments, **options):
         from rosgraph.names import ns_join
 
-        def named(each):
-            return ns_join(each.namespace, each.name)
+        def named(other):
+            return ns_join(other.namespace, other.name)
 
         if node.name and named(node) in self.resolved_node_names:
             self.resolved_node_names.remove(named(node))
-            self.nodes = [each for each in self.nodes if named(each) != named(node)]
+            self.nodes = [other for other in self.nodes if named(other) != named(node)]
         add(self, node, *arguments, **options)
 
     config_class.add_node = add_node
@@ -86,7 +86,7 @@ def keep_outputs(process_class, launch, folder):
                 "program": os.path.basename(getattr(self, "type", self.args[0])),
                 "code": self.exit_code,
                 "output": self._log_name(),
-                "paths": [each for each in self.args if os.path.isfile(each)],
+                "paths": [word for word in self.args if os.path.isfile(word)],
             }
             with open(os.path.join(folder, DIED), "a", encoding="utf-8") as stream:
                 stream.write(json.dumps(node) + "\n")

@@ -24,11 +24,11 @@ SOURCES_LIMIT = 400  # packages whose CMakeLists.txt is read
 SUBFOLDERS = 4  # depth to which add_subdirectory is followed
 
 
-def builders(found):
+def builders(report):
     """Looks for the packages that would build what is missing.
 
     Args:
-        found: What was observed: models with their losses, nodes that cannot start.
+        report: What was observed: models with their losses, nodes that cannot start.
 
     Returns:
         Dict from a library's or program's name to (package, whether its sources are there, headers
@@ -37,11 +37,11 @@ def builders(found):
     """
     rospack = rospkg.RosPack()
     wanted, answer = set(), {}
-    for text in found.get("lost", []) + [
-        text for model in found.get("models", ()) for text in model["lost"]
+    for text in report.get("lost", []) + [
+        text for model in report.get("models", ()) for text in model["lost"]
     ]:
         wanted.update(_LIBRARY.findall(check_remedies.finding(text)))
-    for package, kind in found["cannot"]:
+    for package, kind in report["cannot"]:
         if package not in rospack.list():
             answer[kind] = (package, False, "")
         else:
@@ -67,8 +67,10 @@ def _found_in_sources(rospack, wanted):
 def _cmake_files(folder, depth=0):
     """(folder, text) of a CMakeLists.txt and of those that it names with add_subdirectory."""
     try:
-        with open(os.path.join(folder, "CMakeLists.txt"), encoding="utf-8", errors="replace") as it:
-            text = it.read()
+        with open(
+            os.path.join(folder, "CMakeLists.txt"), encoding="utf-8", errors="replace"
+        ) as stream:
+            text = stream.read()
     except OSError:
         return
     yield folder, text
@@ -84,7 +86,7 @@ def _against(folder, files):
                 included = _INCLUDED.findall(stream.read())
         except OSError:  # a word of CMake
             continue
-        found = [ABSENT[header] for header in included if header in ABSENT]
-        if found:
-            return found[0]
+        owners = [ABSENT[header] for header in included if header in ABSENT]
+        if owners:
+            return owners[0]
     return ""

@@ -40,21 +40,21 @@ class Problem:
     drives: bool = False
 
 
-def problems(found):
+def problems(report):
     """Sentences about what did not come up or does not work; empty: all is well.
 
     Args:
-        found: What check_observer.py has written.
+        report: What check_observer.py has written.
     """
-    return [problem.text for problem in _problems(found)]
+    return [problem.text for problem in _problems(report)]
 
 
-def verdict(found):
+def verdict(report):
     """One line: works, works without what, or does not work or drive and why."""
-    said = _problems(found)
+    said = _problems(report)
     for problem in said:
         if not problem.without:
-            causes = [each for each in said if each.explains]
+            causes = [other for other in said if other.explains]
             cause = problem if problem.explains else (causes or [problem])[0]
             return f"does not work because {cause.text}"
     for problem in said:
@@ -62,46 +62,46 @@ def verdict(found):
             return f"does not drive because {problem.text}"
     if not said:
         return "works"
-    return "works without " + listed(list(dict.fromkeys(each.without for each in said)))
+    return "works without " + listed(list(dict.fromkeys(other.without for other in said)))
 
 
-def _problems(found):
+def _problems(report):
     said = []
-    if found.get("refused"):
-        said.append(Problem(_refused(found)))
-    for script, interpreter in found.get("interpreters", ()):
+    if report.get("refused"):
+        said.append(Problem(_refused(report)))
+    for script, interpreter in report.get("interpreters", ()):
         said.append(Problem(_without_interpreter(script, interpreter)))
-    cannot = [node for node in found["cannot"] if not needs_screen(node[1])]
-    for package, kind in sorted(cannot, key=lambda node: _is_installed(found, node[1])):
-        said.append(Problem(_cannot(found, package, kind), f"node {package}/{kind}"))
-    for name in found.get("unable", ()):
+    cannot = [node for node in report["cannot"] if not needs_screen(node[1])]
+    for package, kind in sorted(cannot, key=lambda node: _is_installed(report, node[1])):
+        said.append(Problem(_cannot(report, package, kind), f"node {package}/{kind}"))
+    for name in report.get("unable", ()):
         text = f"node {name} has a program that cannot be run"
         said.append(Problem(text, f"node {name}"))
-    if not found["simulator"] and not found.get("refused"):
+    if not report["simulator"] and not report.get("refused"):
         question = ": does the file include gazebo_ros's empty_world.launch?"
-        hint = check_companions.hint(found, "world", question)
+        hint = check_companions.hint(report, "world", question)
         said.append(Problem(f"no simulator came up{hint}"))
-    for name in check_remedies.unspawned(found):
-        remedy = found.get("remedies", {}).get(name, check_remedies.GENERIC)
+    for name in check_remedies.unspawned(report):
+        remedy = report.get("remedies", {}).get(name, check_remedies.GENERIC)
         text = f"package {name} is not there, so that what names its files is not spawned; {remedy}"
         said.append(Problem(text))
-    if found["simulator"]:
-        said += [*_files(found), *_plugins(found), *_controllers_of_all(found)]
-    said += _died(found)
-    if found["simulator"]:
-        said += [*_sensors(found), *_motion(found)]
-    return [replace(each, text=_with_places(found, each.text)) for each in said]
+    if report["simulator"]:
+        said += [*_files(report), *_plugins(report), *_controllers_of_all(report)]
+    said += _died(report)
+    if report["simulator"]:
+        said += [*_sensors(report), *_motion(report)]
+    return [replace(problem, text=_with_places(report, problem.text)) for problem in said]
 
 
-def _with_places(found, text):
+def _with_places(report, text):
     """A sentence, and where files are that it names by their places on another machine."""
-    places = [place for path, place in found.get("moved", {}).items() if path in text]
+    places = [place for path, place in report.get("moved", {}).items() if path in text]
     return f"{text}; here it is {' and '.join(places)}" if places else text
 
 
-def _files(found):
+def _files(report):
     """Models, heightmaps and meshes that are missing."""
-    said, models, parts = [], [], [found, *found.get("models", ())]
+    said, models, parts = [], [], [report, *report.get("models", ())]
     missing = {}
     for part in parts:
         for cause, items in part.get("missing", {}).items():
@@ -140,33 +140,33 @@ def _noun(cause):
     return {"models": "model", "meshes": "mesh", "heightmaps": "heightmap"}[words[0]], words[1]
 
 
-def _plugins(found):
+def _plugins(report):
     said = []
-    if not robots(found):
-        spawner = next((node for node in found["died"] if _is_spawner(node)), None)
-        why = f": {spawner['why']}" if spawner else check_companions.hint(found, "robot")
+    if not robots(report):
+        spawner = next((node for node in report["died"] if _is_spawner(node)), None)
+        why = f": {spawner['why']}" if spawner else check_companions.hint(report, "robot")
         said.append(Problem("no robot was spawned" + why))
-    for text in losses(found):
+    for text in losses(report):
         without = _subject(text)
         drives = bool(LIBRARY.search(without) and DRIVE.search(without))
-        said.append(Problem(_lost(found, text), without, True, drives))
+        said.append(Problem(_lost(report, text), without, True, drives))
     return said
 
 
-def _controllers_of_all(found):
+def _controllers_of_all(report):
     said = []
-    for model in robots(found):
+    for model in robots(report):
         some_run = any(state == "running" for _, _, state in model.get("controllers") or ())
-        for text in _controllers(found, model):
+        for text in _controllers(report, model):
             said.append(Problem(text, text.partition(" is ")[0] if some_run else ""))
     return said
 
 
-def _died(found):
+def _died(report):
     said = []
-    told = found["simulator"] and not robots(found)  # by the robot that is missing
-    for node in found["died"]:
-        if not node["screen"] and not (told and _is_spawner(node)):
+    is_explained = report["simulator"] and not robots(report)  # by the robot that is missing
+    for node in report["died"]:
+        if not node["screen"] and not (is_explained and _is_spawner(node)):
             times = f", {node['times']} times" if node.get("times", 1) > 1 else ""
             why = f": {node['why']}" if node.get("why") else ""
             text = f"node {node['name']} ({node['program']}) died with exit code {node['code']}"
@@ -180,12 +180,12 @@ def _is_spawner(node):
     return node["program"].startswith("spawn_") and bool(node["why"])
 
 
-def _sensors(found):
+def _sensors(report):
     said = []
-    for model in found["models"]:
+    for model in report["models"]:
         for sensor in model["sensors"]:
             name = f"sensor {sensor['topic']}"
-            if not sensor["count"] and not _is_early(found, sensor):
+            if not sensor["count"] and not _is_early(report, sensor):
                 text = f"sensor on {sensor['topic']} of {model['name']} sends nothing"
                 said.append(Problem(text, name, False))
             elif sensor["count"] and _is_slow(sensor) and not sensor.get("is_camera"):
@@ -194,35 +194,35 @@ def _sensors(found):
     return said
 
 
-def _motion(found):
-    return [Problem(text, "", False) for model in robots(found) for text in _stance(model)]
+def _motion(report):
+    return [Problem(text, "", False) for model in robots(report) for text in _stance(model)]
 
 
-def notes(found):
+def notes(report):
     """Sentences about what is worth knowing and no fault of the package or of the simulator."""
     said = [
         f"node {node['name']} ({node['program']}) wants a screen or terminal and was not looked at"
-        for node in found["died"]
+        for node in report["died"]
         if node["screen"]
     ]
     said += [
         f"node {package}/{kind}, a window, is not installed"
-        for package, kind in found["cannot"]
+        for package, kind in report["cannot"]
         if needs_screen(kind)
     ]
-    if found.get("stale"):
-        said.append(found["stale"])
-    if found.get("was_paused"):
+    if report.get("stale"):
+        said.append(report["stale"])
+    if report.get("was_paused"):
         said.append("the file starts the world paused; the check let it go on")
-    factor = found.get("real_time_factor")
-    if found["simulator"] and factor is not None and 0.0 < factor < SLOW:
+    factor = report.get("real_time_factor")
+    if report["simulator"] and factor is not None and 0.0 < factor < SLOW:
         said.append(f"this machine simulates {factor:.2f} s in a second")
-    restless = _restless(found) if found["simulator"] else []
+    restless = _restless(report) if report["simulator"] else []
     if restless:
         said.append(f"loose things move, fall or lie: {listed(restless)}")
-    for model in found.get("models", ()):
+    for model in report.get("models", ()):
         for sensor in model["sensors"]:
-            if not sensor["count"] and _is_early(found, sensor):
+            if not sensor["count"] and _is_early(report, sensor):
                 said.append(f"this machine was too slow for a first message on {sensor['topic']}")
             elif sensor.get("is_camera") and sensor["count"] and _is_slow(sensor):
                 said.append(
@@ -232,13 +232,13 @@ def notes(found):
     return said
 
 
-def robots(found):
+def robots(report):
     """The models that can move and are no loose things.
 
     Loose are furniture of the world file and, beside a robot with controllers, sensors or plugins,
     what was spawned without any: crates, pallets.
     """
-    spawned = [m for m in found["models"] if not m["static"] and not m.get("furniture")]
+    spawned = [m for m in report["models"] if not m["static"] and not m.get("furniture")]
     return [m for m in spawned if _is_equipped(m)] or spawned
 
 
@@ -248,10 +248,10 @@ def _is_equipped(model):
     return any(has) or model["control_namespace"] is not None
 
 
-def _restless(found):
+def _restless(report):
     """Names of the loose things that do not stay where they are."""
-    others = [model["name"] for model in robots(found)]
-    loose = [m for m in found["models"] if not m["static"] and m["name"] not in others]
+    others = [model["name"] for model in robots(report)]
+    loose = [m for m in report["models"] if not m["static"] and m["name"] not in others]
     return [model["name"] for model in loose if _stance(model)]
 
 
@@ -261,10 +261,10 @@ def listed(names):
     return shown if len(names) <= LISTED else f"{shown} and {len(names) - LISTED} more"
 
 
-def losses(found):
+def losses(report):
     """What the files name and is not there, once each."""
-    texts = [text for model in found["models"] for text in model.get("lost", ())]
-    return list(dict.fromkeys([*found.get("lost", ()), *texts]))
+    texts = [text for model in report["models"] for text in model.get("lost", ())]
+    return list(dict.fromkeys([*report.get("lost", ()), *texts]))
 
 
 def _subject(text):
@@ -276,32 +276,32 @@ def _subject(text):
     return " ".join(named.groups()) if named else text
 
 
-def _lost(found, text):
+def _lost(report, text):
     library = LIBRARY.search(check_remedies.finding(text))
     if library is None or "is not known here" not in text:  # a known plugin, a fault of the file
         return text
     remedy = check_remedies.for_plugin(library.group())
-    for name, (package, *_) in found.get("builders", {}).items():
+    for name, (package, *_) in report.get("builders", {}).items():
         if f"lib{name}.so" == library.group():
             return f"{text}: it is C++ of package {package}; {remedy}"
     return text if "did you mean" in text else f"{text}; {remedy}"
 
 
-def _refused(found):
+def _refused(report):
     """What roslaunch refuses, and where the packages come from that it misses."""
-    sentence = f"roslaunch refuses the file: {found['refused']}"
-    named = dict.fromkeys(check_remedies.named_packages(found["refused"]))
-    remedies = [f"{name}: {found.get('remedies', {}).get(name)}" for name in named]
+    sentence = f"roslaunch refuses the file: {report['refused']}"
+    named = dict.fromkeys(check_remedies.named_packages(report["refused"]))
+    remedies = [f"{name}: {report.get('remedies', {}).get(name)}" for name in named]
     return "; ".join([sentence, *(text for text in remedies if not text.endswith(": None"))])
 
 
-def _is_installed(found, kind):
+def _is_installed(report, kind):
     """Whether the package of a node that cannot start is there; those that are not come first."""
-    return found.get("builders", {}).get(kind, (None, True))[1]
+    return report.get("builders", {}).get(kind, (None, True))[1]
 
 
-def _cannot(found, package, kind):
-    builder = found.get("builders", {}).get(kind)
+def _cannot(report, package, kind):
+    builder = report.get("builders", {}).get(kind)
     if builder is None:
         return (
             f"node {package}/{kind} cannot start: package {package} has no such node; is the type "
@@ -309,7 +309,7 @@ def _cannot(found, package, kind):
         )
     package_of_it, is_there, against = (*builder, "")[:3]
     if not is_there:
-        remedy = found.get("remedies", {}).get(package, check_remedies.GENERIC)
+        remedy = report.get("remedies", {}).get(package, check_remedies.GENERIC)
         return f"node {package}/{kind} cannot start: package {package} is not installed; {remedy}"
     if against:
         return (
@@ -355,7 +355,7 @@ def _stance(model):
     return said
 
 
-def _controllers(found, model):
+def _controllers(report, model):
     if model["control_namespace"] is None:
         return []
     where = f"{model['control_namespace'] or '/'}"
@@ -363,7 +363,7 @@ def _controllers(found, model):
         return [f"the controller_manager of {model['name']} in {where} does not answer"]
     if not model["controllers"]:
         question = ": is there a spawner, and its YAML?"
-        hint = check_companions.hint(found, "controllers", question)
+        hint = check_companions.hint(report, "controllers", question)
         return [f"no controller is loaded in {where}{hint}"]
     return [
         f"controller {name} in {where} is {state}"
@@ -376,9 +376,9 @@ def _is_slow(sensor):
     return sensor["measured"] is not None and sensor["measured"] < SLOW * sensor["rate"]
 
 
-def _is_early(found, sensor):
+def _is_early(report, sensor):
     """Whether a machine that is too slow has not come to a sensor's first message."""
-    factor, simulated = found.get("real_time_factor"), found.get("simulated")
+    factor, simulated = report.get("real_time_factor"), report.get("simulated")
     if factor is None or simulated is None or factor >= SLOW:
         return False
     return sensor.get("is_camera") or simulated * sensor["rate"] < FIRST

@@ -110,12 +110,12 @@ def setup_changes():
         fields = read(CHANGES).split("\0")
         if fields[-1] == "end":
             return [tuple(fields[at : at + 3]) for at in range(0, len(fields) - 1, 3)]
-    found = _measure()
+    result = _measure()
     if not is_own():
-        return found
-    write(CHANGES, "\0".join([*(field for change in found for field in change), "end"]))
-    signature.save("environment", DEVEL, _inputs(found))
-    return found
+        return result
+    write(CHANGES, "\0".join([*(field for change in result for field in change), "end"]))
+    signature.save("environment", DEVEL, _inputs(result))
+    return result
 
 
 def _measure():
@@ -123,25 +123,25 @@ def _measure():
     fresh = ros.sourced_variables(SETUP, empty, FROM_SCRATCH)
     given = {**dict.fromkeys(fresh, GIVEN), "PATH": f"{SYSTEM_PATH}:{GIVEN}"}
     again = ros.sourced_variables(SETUP, given, FROM_SCRATCH)
-    found = []
+    result = []
     for name, value in again.items():
         before = given.get(name, "")
         if value == before:
             if name != "PATH":
-                found.append(("default", name, fresh[name]))
+                result.append(("default", name, fresh[name]))
         elif before and value.endswith(f":{before}"):
-            found.append(("before", name, value[: -len(before) - 1]))
+            result.append(("before", name, value[: -len(before) - 1]))
         elif before and value.startswith(f"{before}:"):
-            found.append(("behind", name, value[len(before) + 1 :]))
+            result.append(("behind", name, value[len(before) + 1 :]))
         else:
-            found.append(("set", name, value))
-    return found
+            result.append(("set", name, value))
+    return result
 
 
-def _inputs(found):
+def _inputs(result):
     """Lists the files and directories that decide what setup.bash does."""
     workspaces = ["/"]
-    for how, name, value in found:
+    for how, name, value in result:
         if name == "CMAKE_PREFIX_PATH" and how in ("before", "set"):
             workspaces += value.split(":")
     paths = [SETUP, os.path.join(DEVEL, "setup.sh"), os.path.join(DEVEL, "_setup_util.py")]
@@ -183,12 +183,12 @@ def _same_named(folder):
     """Lists the packages below a folder that have the name of one of ours, as folders."""
     import re
 
-    ours, found = set(os.listdir(SOURCES)), []
+    ours, result = set(os.listdir(SOURCES)), []
     for path in manifests_below(folder):
         named = re.search(r"<name>\s*(\S+?)\s*</name>", read(path))
         if named and named[1] in ours and not path.startswith(SOURCES):
-            found.append(os.path.dirname(path))
-    return found
+            result.append(os.path.dirname(path))
+    return result
 
 
 def _workspace_of(packages):

@@ -72,13 +72,13 @@ def _names_in(path):
     """Names of all models that a file, or files of a folder, name."""
     if os.path.isfile(path):
         return set(NAMED.findall(read_xml(path)))
-    found = set()
+    result = set()
     for directory, below, files in os.walk(path):
         below[:] = [name for name in below if not name.startswith(".")]
         for name in files:
             if name.endswith(NAMING):
-                found.update(NAMED.findall(read_xml(os.path.join(directory, name))))
-    return found
+                result.update(NAMED.findall(read_xml(os.path.join(directory, name))))
+    return result
 
 
 def _check_out(names, clone):

@@ -85,8 +85,8 @@ def resolve_policy(value):
         return os.path.join(TRAININGS, value, POLICY_FILE)
     if value.endswith(".onnx") and os.path.isfile(value):
         return os.path.realpath(value)
-    found = ", ".join(policy_names()) or "none yet: ./run train makes one"
-    raise UsageError(f"policy is {value!r}; there are {found}; or the path of an .onnx file")
+    names = ", ".join(policy_names()) or "none yet: ./run train makes one"
+    raise UsageError(f"policy is {value!r}; there are {names}; or the path of an .onnx file")
 
 
 resolve_policy.complete = policy_names
@@ -139,9 +139,9 @@ class LaunchFile:
             root = ElementTree.parse(self.path, ElementTree.XMLParser(target=builder)).getroot()
         except ElementTree.ParseError as error:
             raise CommandError(f"{relative(self.path)} is not XML: {error}") from None
-        found = {}
-        self._collect(root, found, ElementTree.Comment)
-        return {name: about for name, about in found.items() if name not in self._fixed}
+        arguments = {}
+        self._collect(root, arguments, ElementTree.Comment)
+        return {name: about for name, about in arguments.items() if name not in self._fixed}
 
     def check(self, arguments):
         """Checks NAME:=VALUE arguments.
@@ -187,22 +187,22 @@ class LaunchFile:
             lines.append(f"  {f'{name}:={default}':32} {description}".rstrip())
         return "\n".join(lines)
 
-    def _collect(self, element, found, comment):
+    def _collect(self, element, arguments, comment):
         """Gathers <arg> tags outside of includes; a comment on the same line describes one."""
         before = None
         for child in element:
             if child.tag is comment:
-                if before is not None and not found[before][1]:
-                    found[before] = (found[before][0], " ".join(child.text.split()))
+                if before is not None and not arguments[before][1]:
+                    arguments[before] = (arguments[before][0], " ".join(child.text.split()))
                 before = None
             elif child.tag == "arg" and "value" not in child.attrib:
                 name = child.get("name", "")
-                found[name] = (child.get("default"), child.get("doc", ""))
+                arguments[name] = (child.get("default"), child.get("doc", ""))
                 before = None if "\n" in (child.tail or "") else name
             else:
                 before = None
                 if child.tag != "include":
-                    self._collect(child, found, comment)
+                    self._collect(child, arguments, comment)
 
 
 def _check_value(name, value, default, description):

@@ -40,11 +40,11 @@ def _environment(pid):
     program's variables can be read: meanwhile there are none.
     """
     deadline = time.monotonic() + STARTING
-    while not (found := _read(pid, "environ")) and _has_program(pid):
+    while not (entries := _read(pid, "environ")) and _has_program(pid):
         if time.monotonic() > deadline:  # it was started without variables
             break
         time.sleep(POLL)
-    return found
+    return entries
 
 
 def _has_program(pid):

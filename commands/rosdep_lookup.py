@@ -18,23 +18,23 @@ OS_NAME, INSTALLERS = "debian", ["apt"]
 
 def sources(paths):
     """Returns the data of all sources: dicts from a name to its rules."""
-    found = []
+    result = []
     for path in filter(os.path.isfile, paths):
         with open(path, encoding="utf-8") as stream:
-            found.append(yaml.safe_load(stream) or {})
+            result.append(yaml.safe_load(stream) or {})
     if os.path.isfile(os.path.join(sources_list.get_sources_cache_dir(), sources_list.CACHE_INDEX)):
-        found += [each.rosdep_data for each in sources_list.load_cached_sources_list()]
-    return found
+        result += [source.rosdep_data for source in sources_list.load_cached_sources_list()]
+    return result
 
 
 def resolve(names, data, codename):
     """Returns the Debian packages of names, by the first source that has a rule for Debian."""
     installer = create_default_installer_context().get_installer("apt")
-    found = {}
+    result = {}
     for name in names:
-        for each in data:
-            if name in each and name not in found:
-                definition = RosdepDefinition(name, each[name])
+        for entry in data:
+            if name in entry and name not in result:
+                definition = RosdepDefinition(name, entry[name])
                 try:
                     kind, rule = definition.get_rule_for_platform(
                         OS_NAME, codename, INSTALLERS, INSTALLERS[0]
@@ -42,8 +42,8 @@ def resolve(names, data, codename):
                 except ResolutionError:
                     continue
                 if kind in INSTALLERS:
-                    found[name] = installer.resolve(rule)
-    return found
+                    result[name] = installer.resolve(rule)
+    return result
 
 
 def main():

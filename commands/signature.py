@@ -43,15 +43,15 @@ def save(name, key, paths):
 
 def _line(path):
     try:
-        found = os.stat(path)
+        result = os.stat(path)
     except OSError:
         return f"- - - {path}"
-    return f"{found.st_size} {found.st_mtime_ns} {found.st_ctime_ns} {path}"
+    return f"{result.st_size} {result.st_mtime_ns} {result.st_ctime_ns} {path}"
 
 
 def _changed(path):
     try:
-        found = os.stat(path)
+        result = os.stat(path)
     except OSError:
         return 0
-    return max(found.st_mtime_ns, found.st_ctime_ns)
+    return max(result.st_mtime_ns, result.st_ctime_ns)

@@ -111,12 +111,12 @@ def entries_of(names):
     Returns:
         List of Listed.
     """
-    found = {}
+    result = {}
     for name in names:
         entry = entry_of(name)
-        found.update({each: entry_of(each) for each in entry.needs if each not in found})
-        found[name] = entry
-    return list(found.values())
+        result.update({needed: entry_of(needed) for needed in entry.needs if needed not in result})
+        result[name] = entry
+    return list(result.values())
 
 
 def entry_of(name):
@@ -197,8 +197,8 @@ def read_list(path):
         " ".join(words["version"]),
         tuple(words["next"]),
         tuple(
-            Repository(name, each["type"], each["url"], each.get("version", ""))
-            for name, each in repositories
+            Repository(name, values["type"], values["url"], values.get("version", ""))
+            for name, values in repositories
         ),
         *(
             tuple(name for text in words[key] for name in text.partition("#")[0].split())

@@ -78,12 +78,12 @@ def take_over(root, suite):
 
 def pip_settings():
     """Lists pip's settings as (section, name, value); of variables the section is ":env:"."""
-    found = []
+    result = []
     for line in _said("pip3", "config", "list").splitlines():
         key, _, value = line.partition("=")
         section, _, name = key.rpartition(".")
-        found.append((section, name, " ".join(ast.literal_eval(value).split())))
-    return found
+        result.append((section, name, " ".join(ast.literal_eval(value).split())))
+    return result
 
 
 def named_by_pip(settings):
@@ -91,15 +91,15 @@ def named_by_pip(settings):
 
     Of an index it is the parent, where its files may lie; /etc/ssl is ca-certificates' to fill.
     """
-    found = set()
+    result = set()
     for _section, name, value in settings:
         for word in value.split() if name in PIP_PLACES + PIP_FILES else ():
             path = re.sub("^file://", "", word).rstrip("/")
             if name in PIP_PLACES and (os.path.isfile(path) or path.endswith("/simple")):
                 path = os.path.dirname(path)
             if os.path.isabs(path) and os.path.exists(path) and not path.startswith("/etc/ssl/"):
-                found.add(path)
-    return sorted(found)
+                result.add(path)
+    return sorted(result)
 
 
 def _is_filled(path):

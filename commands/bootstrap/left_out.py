@@ -102,31 +102,31 @@ def before_configuration(users, is_there):
         List of LeftOut; packages that need another one of it follow it.
     """
     wanted = {name: components_of(folder) for name, folder in users.items()}
-    found = {}
+    result = {}
     while True:
         more = {}
-        for name in users.keys() - found.keys():
-            for each in wanted[name]:
-                if each in found:
-                    more[name] = LeftOut(name, "", f"it needs {each}, which is left out")
-                elif each not in users and not is_there(each):
-                    more[name] = LeftOut(name, "", *_missing(each, f"it needs {each}"))
+        for name in users.keys() - result.keys():
+            for component in wanted[name]:
+                if component in result:
+                    more[name] = LeftOut(name, "", f"it needs {component}, which is left out")
+                elif component not in users and not is_there(component):
+                    more[name] = LeftOut(name, "", *_missing(component, f"it needs {component}"))
         if not more:
-            return list(found.values())
-        found.update(sorted(more.items()))
+            return list(result.values())
+        result.update(sorted(more.items()))
 
 
 def components_of(folder):
     """Lists the components of catkin that the CMakeLists.txt of a package requires in any case."""
     text = re.sub(r"#.*", "", read(os.path.join(folder, "CMakeLists.txt")))
-    found, depth = [], 0
+    result, depth = [], 0
     for call in re.finditer(r"\b(if|endif|find_package)\s*\(([^()]*)\)", text, re.I):
         kind, words = call[1].lower(), call[2].split()
         depth += {"if": 1, "endif": -1}.get(kind, 0)
         if kind == "find_package" and depth == 0 and words[:1] == ["catkin"]:
             rest = words[words.index("REQUIRED") + 1 :] if "REQUIRED" in words else []
-            found += [word for word in rest if re.fullmatch(r"[a-z][a-z0-9_-]*", word)]
-    return found
+            result += [word for word in rest if re.fullmatch(r"[a-z][a-z0-9_-]*", word)]
+    return result
 
 
 def asked_for(folder, tags=None):
@@ -148,15 +148,15 @@ def of_configuration(log):
     Returns:
         List of LeftOut, one a package; empty: none is to blame.
     """
-    package, found = "", {}
+    package, result = "", {}
     lines = _ESCAPES.sub("", log).splitlines()
     for at, line in enumerate(lines):
         named = _PROCESSING.match(line)
         if named and named[1]:
             package = named[1]
-        if line.startswith("CMake Error") and package and package not in found:
-            found[package] = _configuration(package, lines[at : at + 25])
-    return list(found.values())
+        if line.startswith("CMake Error") and package and package not in result:
+            result[package] = _configuration(package, lines[at : at + 25])
+    return list(result.values())
 
 
 def _configuration(package, lines):
@@ -217,7 +217,7 @@ def of_build(log, packages):
     Returns:
         List of LeftOut, one a target; package is empty where it is not known.
     """
-    found, errors = {}, []
+    result, errors = {}, []
     for line in _lines_of(log):
         if error := _error_in(line):
             errors.append(error)
@@ -227,10 +227,10 @@ def of_build(log, packages):
             if not match:  # a whole target, of which a file has failed before
                 continue
             package, target = _package_at(match[1], packages), match[2]
-            if (package, target) not in found:
-                found[package, target] = _entry(package, target, _error_of(failed, errors))
+            if (package, target) not in result:
+                result[package, target] = _entry(package, target, _error_of(failed, errors))
             errors = []
-    return list(found.values())
+    return list(result.values())
 
 
 def _package_at(folder, packages):

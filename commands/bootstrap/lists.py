@@ -33,13 +33,13 @@ def wanted(name, ros=""):
     left_out = f"!{codename[1]}" if codename else None
     # A ROS with a Python of its own does not see the modules of the system's.
     own_python = ros and os.access(f"{ros}/bin/python3", os.X_OK)
-    found = set()
+    result = set()
     for file in files:
         for line in read(os.path.join(ROOT, "config", file)).splitlines():
             entry, *but = line.partition("#")[0].split() or [""]
             if entry and left_out not in but and not (own_python and entry.startswith("python3-")):
-                found.add(entry)
-    return sorted(found)
+                result.add(entry)
+    return sorted(result)
 
 
 def missing(entries):
@@ -47,14 +47,14 @@ def missing(entries):
     names = [name for entry in entries for name in entry.split("|")]
     form = "-f=${db:Status-Abbrev} ${Package}\n"
     installed = set(re.findall("^.i +(.*)$", _said("dpkg-query", "-W", form, *names), re.MULTILINE))
-    found = []
+    result = []
     for entry in entries:
         first, *others = entry.split("|")
         known = filter(_known, [first, *others]) if others else iter(())
         chosen = next(known, first)
         if chosen not in installed:
-            found.append(chosen)
-    return found
+            result.append(chosen)
+    return result
 
 
 def _known(name):

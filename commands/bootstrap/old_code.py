@@ -41,21 +41,21 @@ def needs_of(folder):
         List of placeholders, headers, standard and boost_NAME.
     """
     cmake, sources = texts(folder)
-    found = []
+    result = []
     if any(_has_bare_placeholders(text) for text in sources) and not any(
         re.search(r"using namespace std::placeholders|using std::placeholders", text)
         for text in sources
     ):
-        found.append("placeholders")
+        result.append("placeholders")
     if any(f"{name}>" in text or f'{name}"' in text for name in _lacking() for text in sources):
-        found.append("headers")
+        result.append("headers")
     if _needs_standard() and _STANDARD.search(cmake):
-        found.append("standard")
+        result.append("standard")
     for name in BOOST:
         used = re.compile(rf"#\s*include\s*<boost/{name}(?:\.hpp|/)")
         if name not in cmake and sources and any(used.search(text) for text in sources):
-            found.append(f"boost_{name}")
-    return found
+            result.append(f"boost_{name}")
+    return result
 
 
 def forgotten(name, packages):
@@ -66,17 +66,19 @@ def forgotten(name, packages):
         name: The package's name.
         packages: All packages of the workspace: of each name its folder.
     """
-    asked = [each for each in left_out.components_of(packages[name]) if each in packages]
-    before, found = set(), left_out.asked_for(packages[name], BUILD_TAGS)
-    while found:
-        before |= found
-        found = {
-            each
-            for other in found & packages.keys()
-            for each in left_out.asked_for(packages[other])
-            if each not in before
+    asked = [package for package in left_out.components_of(packages[name]) if package in packages]
+    before, result = set(), left_out.asked_for(packages[name], BUILD_TAGS)
+    while result:
+        before |= result
+        result = {
+            package
+            for other in result & packages.keys()
+            for package in left_out.asked_for(packages[other])
+            if package not in before
         }
-    return [each for each in asked if each not in before and _has_messages(packages[each])]
+    return [
+        package for package in asked if package not in before and _has_messages(packages[package])
+    ]
 
 
 def _has_messages(folder):
@@ -106,13 +108,13 @@ def _has_bare_placeholders(text):
 def _lacking():
     """Lists the old headers that the ROS lacks, as they are included."""
     above = f"{ros.prefix()}/include" if ros.prefix() else "/usr/include"
-    found = []
+    result = []
     for package in sorted(os.listdir(HEADERS)):
         for name in sorted(os.listdir(os.path.join(HEADERS, package))):
             places = (f"{above}/{package}/{name}", f"{above}/{package}/{package}/{name}")
             if not any(os.path.exists(place) for place in places):
-                found.append(f"{package}/{name}")
-    return found
+                result.append(f"{package}/{name}")
+    return result
 
 
 def _needs_standard():
@@ -138,7 +140,7 @@ def prepare(packages, workspace):
     lines, said = [f'set(PADDOCK_HEADERS "{HEADERS}")\n'], []
     for name, folder in sorted(packages.items()):
         missing = forgotten(name, {**workspace, name: folder})
-        needs = needs_of(folder) + [f"messages_{each}" for each in missing]
+        needs = needs_of(folder) + [f"messages_{package}" for package in missing]
         if needs:
             lines.append(f'set("paddock_help_{folder}" "{";".join(needs)}")\n')
             words = [WORDS.get(need, f"lib{need}") for need in needs if need[:9] != "messages_"]

@@ -25,8 +25,8 @@ def foreign(packages):
     Returns:
         Dict from the name to the build type.
     """
-    found = {name: _build_type(folder) for name, folder in packages.items()}
-    return {name: kind for name, kind in found.items() if kind != CATKIN}
+    result = {name: _build_type(folder) for name, folder in packages.items()}
+    return {name: kind for name, kind in result.items() if kind != CATKIN}
 
 
 def _build_type(folder):
@@ -89,9 +89,9 @@ def build(step, environ, packages):
 def _in_order(packages):
     """Lists names so that each comes after what its package.xml asks for."""
     wanted = {name: left_out.asked_for(folder) for name, folder in packages.items()}
-    found = []
-    while len(found) < len(packages):
-        rest = [name for name in sorted(packages) if name not in found]
+    result = []
+    while len(result) < len(packages):
+        rest = [name for name in sorted(packages) if name not in result]
         free = [name for name in rest if not (wanted[name] & set(rest)) - {name}]
-        found += free or rest  # a circle is cmake's to name
-    return found
+        result += free or rest  # a circle is cmake's to name
+    return result

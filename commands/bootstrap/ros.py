@@ -125,8 +125,8 @@ def environment(folder):
         CommandError: It has no setup.bash, or that fails.
     """
     if ("environment", folder) not in _found:
-        found = sourced_variables(f"{folder}/setup.bash", {"PATH": SYSTEM_PATH})
-        _found["environment", folder] = found
+        result = sourced_variables(f"{folder}/setup.bash", {"PATH": SYSTEM_PATH})
+        _found["environment", folder] = result
     return dict(_found["environment", folder])
 
 

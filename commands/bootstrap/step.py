@@ -282,9 +282,9 @@ def run_beside(steps):
                         step.tick()
                 time.sleep(POLL)
             if signals.first is not None:
-                told = any(step.speaks and step.children() for step in waiting)
+                speaking = any(step.speaks and step.children() for step in waiting)
                 processes.stop([child for step in waiting for child in step.children()])
-                if not told:
+                if not speaking:
                     say("\ninterrupted; start ./run again to go on")
         signals.check()
     finally:

@@ -51,11 +51,11 @@ def steps():
     """Gives the steps that make or complete .venv if its inputs changed."""
     if signature.unchanged("venv", _key()):
         return []
-    found = [Step(2, "Python packages", _prepare, ADVICE, "install_python", ("venv", "numba"))]
+    result = [Step(2, "Python packages", _prepare, ADVICE, "install_python", ("venv", "numba"))]
     if not _complete():
         advice = "The lines above say what the compiler misses."
-        found.append(Step(2, "PyBullet", _compile, advice, "compile_pybullet", ("wheel",)))
-    return found
+        result.append(Step(2, "PyBullet", _compile, advice, "compile_pybullet", ("wheel",)))
+    return result
 
 
 def ready():
@@ -207,7 +207,7 @@ def prepare_extras(*names):
         SystemExit: Debian packages could not be installed, and ./run has said why.
         Interrupted: A signal ended it.
     """
-    wanted = [each for name in names or ("learning",) for each in (*BELOW.get(name, ()), name)]
+    wanted = [extra for name in names or ("learning",) for extra in (*BELOW.get(name, ()), name)]
     with SetupLock():
         for name in dict.fromkeys(wanted):
             packages.prepare_more(f"apt-{name}.txt", steps=2)

@@ -121,13 +121,13 @@ def users_packages():
 
 def copies():
     """Finds the packages of a user that are in several places of src/: of each name the folders."""
-    found = {}
+    result = {}
     for path in rule().manifests_below(SOURCES, STANDINS):
         folder = os.path.dirname(path)
         if os.path.relpath(folder, SOURCES).split(os.sep)[0] not in OURS:
             named = rule().name_of(path)
-            found.setdefault(named, []).append(folder)
-    return {name: folders for name, folders in found.items() if name and len(folders) > 1}
+            result.setdefault(named, []).append(folder)
+    return {name: folders for name, folders in result.items() if name and len(folders) > 1}
 
 
 def given_way(users=None):
@@ -156,8 +156,8 @@ def hide(users=None):
     if not os.path.isdir(STANDINS):
         return []
     users = users_packages() if users is None else users
-    found = [name for name in ALWAYS_FOUND if name not in users]
-    rule().give_way(STANDINS, set(given_way(users)), found)
+    seen = [name for name in ALWAYS_FOUND if name not in users]
+    rule().give_way(STANDINS, set(given_way(users)), seen)
     return rule().keep_ours(users)
 
 
@@ -268,13 +268,13 @@ def steps(changing):
     Args:
         changing: Whether packages come or .venv changes; what is to be built is seen after that.
     """
-    found = []
+    result = []
     if changing or not _is_unchanged():
         advice = "The lines above name the package. To build from scratch: rm -rf build devel"
-        found.append(Step(3, "Workspace", _build_workspace, advice, "build_workspace"))
+        result.append(Step(3, "Workspace", _build_workspace, advice, "build_workspace"))
     if changing or not _is_compiled():
-        found.append(Step(4, "Solver", _compile, "The lines above say why.", "compile_solver"))
-    return found
+        result.append(Step(4, "Solver", _compile, "The lines above say why.", "compile_solver"))
+    return result
 
 
 def _build_workspace(step):
@@ -373,8 +373,8 @@ def _forget(name):
     import shutil
 
     places = ("lib", "share", "include", "lib/python3*/dist-packages")
-    for each in (name, *MAKES.get(name, ())):
-        for path in [path for place in places for path in glob.glob(f"{DEVEL}/{place}/{each}")]:
+    for made in (name, *MAKES.get(name, ())):
+        for path in [path for place in places for path in glob.glob(f"{DEVEL}/{place}/{made}")]:
             shutil.rmtree(path)
     shutil.rmtree(os.path.join(BUILD, "standins", name), ignore_errors=True)
 
@@ -426,10 +426,10 @@ def _configure(step, environ, users, foreign):
             )
             return refused
         except StepFailed:
-            found = left_out.of_configuration(_log(step, begin))
-            if not found or any(entry.package not in users for entry in found):
+            result = left_out.of_configuration(_log(step, begin))
+            if not result or any(entry.package not in users for entry in result):
                 raise
-            refused += found
+            refused += result
 
 
 def _gazebo():
@@ -447,7 +447,7 @@ def _make(step, environ, users):
     """
     make = ["make", "-C", BUILD, "-k", "-O", f"-j{len(os.sched_getaffinity(0))}"]
     begin = os.path.getsize(step.log)
-    found = {}
+    result = {}
     for targets in (_message_targets(users), ["all"]):
         try:
             if targets:
@@ -457,8 +457,8 @@ def _make(step, environ, users):
             failed = left_out.of_build(_log(step, begin), ours)
             if not failed or not all(entry.package for entry in failed):
                 raise
-            found.update({(entry.package, entry.program): entry for entry in failed})
-    return list(found.values())
+            result.update({(entry.package, entry.program): entry for entry in failed})
+    return list(result.values())
 
 
 def _message_targets(users):
@@ -466,8 +466,8 @@ def _message_targets(users):
     import re
 
     rules = read(os.path.join(BUILD, "Makefile"))
-    found = re.findall(r"^((\w+)_(?:generate_messages|gencfg)):", rules, re.M)
-    return sorted({target for target, name in found if name in users})
+    result = re.findall(r"^((\w+)_(?:generate_messages|gencfg)):", rules, re.M)
+    return sorted({target for target, name in result if name in users})
 
 
 def _log(step, begin):

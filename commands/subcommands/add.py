@@ -63,10 +63,12 @@ def add(names, folder):
     wanted = entries_of(names)
     before = set(workspace.users_packages())
     deps.prepare()
-    repositories = {each.name: each for entry in wanted for each in entry.repositories}
+    repositories = {
+        repository.name: repository for entry in wanted for repository in entry.repositories
+    }
     without = [name for entry in wanted for name in entry.without]
-    for each in repositories.values():
-        bring(each, folder, without)
+    for repository in repositories.values():
+        bring(repository, folder, without)
     leave_copies([*repositories])
     users = workspace.users_packages()
     deps.offer(list(users.values()), setup.asked)
@@ -90,10 +92,13 @@ def print_list():
     """Prints the names, what they are and their branches."""
     for name in listed():
         entry = entry_of(name)
-        there = all(os.path.isdir(os.path.join(SOURCES, each.name)) for each in entry.repositories)
+        there = all(
+            os.path.isdir(os.path.join(SOURCES, repository.name))
+            for repository in entry.repositories
+        )
         say(f"{name}{' (in src/)' if there else ''}: {entry.about}")
-        for each in entry.repositories:
-            say(f"    {each.url} {each.version}")
+        for repository in entry.repositories:
+            say(f"    {repository.url} {repository.version}")
         say(f"    {entry.version}")
     return 0
 
@@ -112,15 +117,15 @@ def bring(repository, folder=None, without=()):
     target = os.path.join(SOURCES, repository.name)
     if os.path.lexists(target):
         return say(f"{relative(target)} is there already, and stays as it is")
-    found = repository if folder is None else local(repository, folder)
-    say(f"{relative(target)}: {found.url} {found.version}".rstrip())
+    source = repository if folder is None else local(repository, folder)
+    say(f"{relative(target)}: {source.url} {source.version}".rstrip())
     import shutil
 
     part = os.path.join(SOURCES, PART)
     place = os.path.join(part, repository.name)
     shutil.rmtree(part, ignore_errors=True)  # of a ./run that was killed
     try:
-        _import(found, part)
+        _import(source, part)
         bring_submodules(place, folder)
         leave_out(without, place)
         os.rename(place, target)
@@ -128,7 +133,7 @@ def bring(repository, folder=None, without=()):
         shutil.rmtree(part, ignore_errors=True)
 
 
-def _import(found, folder):
+def _import(result, folder):
     """Lets vcstool make a repository in a folder.
 
     Raises:
@@ -139,10 +144,10 @@ def _import(found, folder):
     import tempfile
 
     path = os.path.join(CACHE, "sources.repos")
-    fields = {"type": found.kind, "url": found.url}
-    if found.version:
-        fields["version"] = found.version
-    write(path, json.dumps({"repositories": {found.name: fields}}))  # YAML reads 1.10 as a number
+    fields = {"type": result.kind, "url": result.url}
+    if result.version:
+        fields["version"] = result.version
+    write(path, json.dumps({"repositories": {result.name: fields}}))  # YAML reads 1.10 as a number
     for _ in range(ATTEMPTS):
         os.makedirs(folder, exist_ok=True)
         with tempfile.TemporaryFile("w+", errors="replace") as said:
@@ -161,7 +166,7 @@ def _import(found, folder):
             lines = [line for line in said.read().splitlines() if line.strip(" .=E")]
         shutil.rmtree(folder, ignore_errors=True)  # half of it stops the next attempt
     causes = [line for line in lines if re.search(r"\b(fatal|error):", line)]
-    what = f"{found.url} {found.version}".rstrip()
+    what = f"{result.url} {result.version}".rstrip()
     raise CommandError(f"{what} cannot be brought", *(causes or lines[-3:])[:3])
 
 
@@ -210,7 +215,9 @@ def submodules(target):
         name, _, field = key.rpartition(".")
         fields.setdefault(name, {})[field] = value
     return [
-        (each["path"], each["url"]) for each in fields.values() if {"path", "url"} <= each.keys()
+        (module["path"], module["url"])
+        for module in fields.values()
+        if {"path", "url"} <= module.keys()
     ]
 
 
@@ -225,7 +232,7 @@ def leave_copies(names):
     Args:
         names: Repositories that have just been brought.
     """
-    of_list = {each.name for name in listed() for each in entry_of(name).repositories}
+    of_list = {known.name for name in listed() for known in entry_of(name).repositories}
 
     def rank(path):
         repository = os.path.relpath(path, SOURCES).split(os.sep)[0]
@@ -303,8 +310,8 @@ def top_folder(path, kind):
         else:
             with tarfile.open(path) as archive:
                 members = archive.getmembers()
-            names = [each.name for each in members]
-            targets = [_target(each) for each in members]
+            names = [member.name for member in members]
+            targets = [_target(member) for member in members]
     except (tarfile.TarError, zipfile.BadZipFile, zlib.error, OSError, EOFError) as error:
         raise CommandError(f"{path} cannot be unpacked: {error}") from None
     for name in (*names, *targets):

@@ -36,6 +36,7 @@ from commands.paths import OUT, ROOT, VENV_PYTHON, read, relative
 USAGE = "PACKAGE FILE.launch [--json] [--seconds N] [ARG:=VALUE ...] [+ PACKAGE FILE.launch ...]"
 LAUNCH = None  # takes the arguments of any launch file
 OBSERVER = os.path.join(ROOT, "commands", "check_observer.py")
+LOG = "roslaunch.txt"  # what roslaunch and its nodes have written
 LIMIT = 420.0  # wall time beyond the seconds of watching [s]: what the observer may wait in all
 
 BUILT = (("build", "CMakeCache.txt"), ("devel", ".catkin"))  # where a build says of which folder
@@ -52,58 +53,73 @@ def add_arguments(parser):
 
 
 def run(options, rest):
-    """Runs the check; raises CommandError where something is wrong."""
+    """Runs the check; raises SystemExit where something is wrong, CommandError without a result."""
     files = files_of(options.package, options.file, rest)
     environ = environment.ready()
     _, port = launching.use_own_master(environ)
     folder = os.path.join(environment.LOG_FOLDER, f"check-{port}")
+    report = observed(files, environ, port, folder, options.seconds)
+    missing = check_remedies.missing_packages(report)
+    report["remedies"] = {name: check_remedies.for_package(name) for name in missing}
+    report["companions"] = _companions(files, environ)
+    report["stale"] = built_elsewhere(_folder(options.package, environ))
+    for name in ("problems", "notes", "verdict"):
+        report[name] = getattr(check_verdict, name)(report)
+    report["log"] = os.path.join(folder, LOG)
+    report["replay"] = kept_replay(folder, options.package, options.file)
+    if options.json:
+        say(json.dumps(report, indent=2))
+    else:
+        lines = [*page(report, options.seconds), "", f"log: {relative(report['log'])}"]
+        if report["replay"]:
+            lines.append(f"replay: {relative(report['replay'])}")
+        say("\n".join(lines))
+    if report["problems"]:
+        raise SystemExit(1)
+
+
+def observed(files, environ, port, folder, seconds):
+    """Starts launch files and returns what check_observer.py has written of them.
+
+    Args:
+        files: See files_of().
+        environ: Changed in place.
+        port: Of the master, as text.
+        folder: For logs; emptied first.
+        seconds: How long it is watched [s].
+
+    Raises:
+        CommandError: A file is not there, or the check did not end, or came to no result.
+    """
     shutil.rmtree(folder, ignore_errors=True)
     os.makedirs(folder)
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         environ.pop(name, None)
     environ.update(ROS_LOG_DIR=folder, QT_QPA_PLATFORM="offscreen")
-    result, log = (os.path.join(folder, name) for name in ("result.json", "roslaunch.txt"))
-    command = [VENV_PYTHON, OBSERVER, result, log, port, str(options.seconds)]
-    for each in files:
-        _launch_file(*each[:2], environ)
+    for file in files:
+        _launch_file(*file[:2], environ)
     if len(files) == 1:
-        words = [options.package, options.file, *rest]
+        package, name, arguments = files[0]
+        words = [package, name, *arguments]
     else:
         words = [together(files, os.path.join(folder, "together.launch"), environ)]
         environ[TOGETHER] = "true"
+    result, log = (os.path.join(folder, name) for name in ("result.json", LOG))
+    command, where = [VENV_PYTHON, OBSERVER, result, log, port], f"logs in {relative(folder)}/"
     supervisor.start(environ, "the check")  # roslaunch and its nodes are in sessions of their own
     try:
         processes.run_child(
-            [*command, *words],
-            deadline=options.seconds + LIMIT,
+            [*command, str(seconds), *words],
+            deadline=seconds + LIMIT,
             env=environ,
             stdin=subprocess.DEVNULL,
         )
     except processes.DeadlineExceeded:
-        raise CommandError(
-            "the check did not end in time", f"logs in {relative(folder)}/"
-        ) from None
-    if not os.path.exists(result):
-        raise CommandError("the check came to no result", f"logs in {relative(folder)}/")
-    with open(result, encoding="utf-8") as stream:
-        found = json.load(stream)
-    missing = check_remedies.missing_packages(found)
-    found["remedies"] = {name: check_remedies.for_package(name) for name in missing}
-    found["companions"] = _companions(files, environ)
-    found["stale"] = built_elsewhere(_folder(options.package, environ))
-    for name in ("problems", "notes", "verdict"):
-        found[name] = getattr(check_verdict, name)(found)
-    found["log"] = log
-    found["replay"] = kept_replay(folder, options.package, options.file)
-    if options.json:
-        say(json.dumps(found, indent=2))
-    else:
-        lines = [*page(found, options.seconds), "", f"log: {relative(log)}"]
-        if found["replay"]:
-            lines.append(f"replay: {relative(found['replay'])}")
-        say("\n".join(lines))
-    if found["problems"]:
-        raise SystemExit(1)
+        raise CommandError("the check did not end in time", where) from None
+    text = read(result)
+    if not text:
+        raise CommandError("the check came to no result", where)
+    return json.loads(text)
 
 
 def files_of(package, file, rest):
@@ -119,19 +135,19 @@ def files_of(package, file, rest):
     Raises:
         UsageError: A word is no argument, or a + has no package and file behind it.
     """
-    found = [(package, file, [])]
+    files = [(package, file, [])]
     words = iter(rest)
     for word in words:
         if word == "+":
             package, file = next(words, ""), next(words, "")
             if not file or ":=" in package + file or "+" in (package, file):
                 raise UsageError("behind + there must be PACKAGE FILE.launch")
-            found.append((package, file, []))
+            files.append((package, file, []))
         elif ":=" in word:
-            found[-1][2].append(word)
+            files[-1][2].append(word)
         else:
             raise UsageError(f"unknown argument {word!r}; launch arguments are NAME:=VALUE")
-    return found
+    return files
 
 
 def together(files, path, environ):
@@ -176,7 +192,7 @@ def built_elsewhere(folder):
     """A sentence where a package's workspace has the build of another machine, else None."""
     workspace = os.path.dirname(folder)
     while workspace != os.path.dirname(workspace):
-        marks = [os.path.join(workspace, *each) for each in BUILT]
+        marks = [os.path.join(workspace, *mark) for mark in BUILT]
         text = "\n".join(map(read, marks))
         built = re.search(
             r"^(?:CMAKE_HOME_DIRECTORY:INTERNAL=)?(/.*)/src(?:;|$)", text, re.MULTILINE
@@ -251,23 +267,23 @@ def _seconds(text):
     return seconds
 
 
-def page(found, seconds):
+def page(report, seconds):
     """Lines of the page: the verdict, robots, sensors, what was ignored, problems."""
-    lines, verdict = [], check_verdict.verdict(found)
-    if found["simulator"]:
-        factor = found["real_time_factor"]
+    lines, verdict = [], check_verdict.verdict(report)
+    if report["simulator"]:
+        factor = report["real_time_factor"]
         factor = "unknown: no /clock" if factor is None else f"{factor:.2f}"
         lines.append(
-            f"world {found['world']}, watched for {seconds:g} s, real-time factor {factor}"
+            f"world {report['world']}, watched for {seconds:g} s, real-time factor {factor}"
         )
-        for model in check_verdict.robots(found):
+        for model in check_verdict.robots(report):
             lines += _robot(model)
-        lines += _sensors(found)
-        lines += _ignored(found)
-    told = check_verdict.notes(found)
-    if told:
-        lines += ["", "worth knowing:", *(f"  {sentence}" for sentence in told)]
-    wrong = [text for text in check_verdict.problems(found) if not verdict.endswith(text)]
+        lines += _sensors(report)
+        lines += _ignored(report)
+    notes = check_verdict.notes(report)
+    if notes:
+        lines += ["", "worth knowing:", *(f"  {sentence}" for sentence in notes)]
+    wrong = [text for text in check_verdict.problems(report) if not verdict.endswith(text)]
     if wrong:
         more = " more" if " because " in verdict else ""
         count = f"{len(wrong)}{more} problem{'s' if len(wrong) > 1 else ''}:"
@@ -289,8 +305,8 @@ def _robot(model):
     return lines
 
 
-def _sensors(found):
-    models = [model for model in found["models"] if model["sensors"]]
+def _sensors(report):
+    models = [model for model in report["models"] if model["sensors"]]
     if not models:
         return []
     lines = ["", f"  {'topic':40} {'type':28} {'nominal':>9} {'measured':>9}"]
@@ -303,9 +319,9 @@ def _sensors(found):
     return lines
 
 
-def _ignored(found):
-    texts = collections.Counter(found.get("warnings", ()))
-    texts.update(text for model in found["models"] for text in model["warnings"])
+def _ignored(report):
+    texts = collections.Counter(report.get("warnings", ()))
+    texts.update(text for model in report["models"] for text in model["warnings"])
     if not texts:
         return []
     lines = ["", "ignored or repaired:"]

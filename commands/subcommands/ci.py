@@ -111,10 +111,10 @@ def install_dependencies(folder, environ):
     Raises:
         CommandError: apt-get failed.
     """
-    found = deps.find(folder)
-    for name, askers in found.nowhere.items():
+    answer = deps.find(folder)
+    for name, askers in answer.nowhere.items():
         say(f"neither Debian nor Paddock has {name}, which {', '.join(askers)} asks for")
-    names = deps.to_install(found)
+    names = deps.to_install(answer)
     if not names:
         return
     say(f"Debian packages: {' '.join(names)}")
@@ -224,7 +224,7 @@ def counted(folder):
             failures.append(f"{os.path.basename(path)} is no complete JUnit file: {error}")
             continue
         for case in cases:
-            problems = [found for name in ("failure", "error") for found in case.iter(name)]
+            problems = [problem for name in ("failure", "error") for problem in case.iter(name)]
             if problems:
                 text = (problems[0].get("message") or problems[0].text or "").strip()
                 name = f"{case.get('classname')}.{case.get('name')}"
@@ -236,8 +236,8 @@ def counted(folder):
 
 def _gather(results, target):
     """Moves the JUnit files next to each other and drops the rest."""
-    found = sorted(glob.glob(f"{results}/**/*.xml", recursive=True))
-    for number, path in enumerate(found):
+    paths = sorted(glob.glob(f"{results}/**/*.xml", recursive=True))
+    for number, path in enumerate(paths):
         shutil.move(path, f"{target}{f'-{number}' if number else ''}.xml")
     shutil.rmtree(results, ignore_errors=True)
 

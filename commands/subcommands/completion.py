@@ -94,9 +94,9 @@ def _choices(before, word):
         return []
     module = subcommand(name)
     parser = parser_of(name, module)
-    found = _values_of_option(parser, given, word)
-    if found is not None:
-        return found
+    values_of_option = _values_of_option(parser, given, word)
+    if values_of_option is not None:
+        return values_of_option
     more = [*parser.words(), *(module.complete(given) if hasattr(module, "complete") else [])]
     return [*more, *_launch_arguments(module, given, word), *_flags(parser, module, given, word)]
 
@@ -104,8 +104,8 @@ def _choices(before, word):
 def _values_of_option(parser, given, word):
     """Lists the values of the option at hand: --track ea, or --track=ea; None if it is none."""
     flag, equals, _ = word.partition("=")
-    found = values(parser.option(flag if equals else given[-1] if given else ""))
-    return found and [f"{flag}={value}" if equals else value for value in found]
+    known = values(parser.option(flag if equals else given[-1] if given else ""))
+    return known and [f"{flag}={value}" if equals else value for value in known]
 
 
 def _flags(parser, module, given, word):

@@ -63,12 +63,12 @@ def run(options, _rest):
         raise UsageError(f"path is {options.path!r}; it must be a folder")
     if not has_lists():
         raise CommandError("apt has no lists of packages", "As root: apt-get update")
-    found = find(options.path)
+    answer = find(options.path)
     if options.names:
-        say("\n".join(to_install(found)), end="\n" if found.missing else "")
+        say("\n".join(to_install(answer)), end="\n" if answer.missing else "")
     else:
-        say("\n".join(page(found)))
-    return 1 if found.nowhere else 0
+        say("\n".join(page(answer)))
+    return 1 if answer.nowhere else 0
 
 
 def find_manifests(folder):
@@ -77,10 +77,10 @@ def find_manifests(folder):
     Raises:
         UsageError: There are none.
     """
-    found = manifests_below(folder)
-    if not found:
+    manifests = manifests_below(folder)
+    if not manifests:
         raise UsageError(f"there is no package.xml at or below {folder!r}")
-    return found
+    return manifests
 
 
 def read_manifest(path):
@@ -112,11 +112,11 @@ def read_manifest(path):
 
 def named_in_launch_files(folder):
     """Returns the packages of which the launch files of a package start nodes or take files."""
-    found = set()
+    names = set()
     for path in glob.glob(f"{glob.escape(folder)}/**/*.launch", recursive=True):
         named = _IN_LAUNCH_FILE.findall(read_xml(path))
-        found |= {first or second for first, second in named}
-    return found
+        names |= {first or second for first, second in named}
+    return names
 
 
 def in_cpp(manifest, name):
@@ -173,8 +173,8 @@ def _as_debian(name):
 
 
 def _codename():
-    found = [line for line in read(OS_RELEASE).splitlines() if line.startswith("VERSION_CODENAME=")]
-    return found[0].partition("=")[2].strip('"') if found else "sid"
+    lines = [line for line in read(OS_RELEASE).splitlines() if line.startswith("VERSION_CODENAME=")]
+    return lines[0].partition("=")[2].strip('"') if lines else "sid"
 
 
 def prepare():
@@ -195,13 +195,13 @@ def existing(names):
     words = ["apt-cache", "--quiet=0", "policy", *names]
     environ = {"PATH": "/usr/bin:/bin", "LC_ALL": "C"}
     done = subprocess.run(words, capture_output=True, text=True, check=True, env=environ)
-    found, name = set(), ""
+    known, name = set(), ""
     for line in done.stdout.splitlines():
         if not line.startswith(" "):
             name = re.sub(":$", "", line)
         elif line.strip().startswith("Candidate:") and not line.endswith("(none)"):
-            found.add(name)
-    return found
+            known.add(name)
+    return known
 
 
 def installed(names):
@@ -269,7 +269,7 @@ def find(folder, existing=existing, installed=installed, paddock=None, resolve=r
         Answer.
     """
     folders = [folder] if isinstance(folder, str) else folder
-    paths = [path for each in folders for path in find_manifests(each)]
+    paths = [path for place in folders for path in find_manifests(place)]
     manifests = [read_manifest(path) for path in paths]
     paddock = ours() if paddock is None else paddock
     sourced = of_sourced_ros()
@@ -321,7 +321,7 @@ def page(answer):
             lines += _wrapped(f"{title}: {', '.join(names)}")
     if answer.missing:
         lines.append("in Debian, not installed:")
-        lines += [f"  {name}: {' '.join(found)}" for name, found in answer.missing.items()]
+        lines += [f"  {name}: {' '.join(packages)}" for name, packages in answer.missing.items()]
         names = " ".join(to_install(answer))
         lines.append(f"  apt-get install --no-install-recommends {names}")
     if answer.nowhere:
@@ -339,8 +339,8 @@ def launched(answer):
     if not answer.launched:
         return []
     return ["launch files also ask for:"] + [
-        f"  {name}{_with(_of_debian(found) or sources.adding(name))}"
-        for name, found in answer.launched.items()
+        f"  {name}{_with(_of_debian(packages) or sources.adding(name))}"
+        for name, packages in answer.launched.items()
     ]
 
 
@@ -354,7 +354,7 @@ def _with(remedy):
 
 def to_install(answer):
     """Lists the Debian packages to install."""
-    return sorted({package for found in answer.missing.values() for package in found})
+    return sorted({package for packages in answer.missing.values() for package in packages})
 
 
 def offer(folders, ask):

@@ -67,13 +67,13 @@ def policy_arguments(options):
         raise UsageError("--driver policy and --policy NAME belong together")
     if not options.policy:
         return []
-    found = [f"policy:={options.policy}"]
+    arguments = [f"policy:={options.policy}"]
     settings = launching.policy_settings(options.policy)
     observation = settings.get("observation", ())
     if settings.get("walls"):
-        found.append("walls:=true")
+        arguments.append("walls:=true")
     if "lidar" in observation:
-        found.append("lidar:=true")
+        arguments.append("lidar:=true")
     if "camera" in observation:
-        found += ["camera_width:=160", "camera_height:=120"]
-    return found
+        arguments += ["camera_width:=160", "camera_height:=120"]
+    return arguments
