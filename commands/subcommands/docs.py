@@ -7,6 +7,7 @@ call installs mkdocs and its theme (config/requirements-docs.txt) into .cache/do
 """
 
 import os
+import socket
 
 from commands import parsing, processes
 from commands.bootstrap import ros
@@ -31,7 +32,18 @@ def add_arguments(parser):
 
 
 def run(options, _rest):
-    """Builds; then becomes a server, until Ctrl-C."""
+    """Builds; then becomes a server, until Ctrl-C.
+
+    Raises:
+        CommandError: The site cannot be built, or something else listens on the port.
+    """
+    if not options.build:
+        with socket.socket() as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                probe.bind((HOST, options.port))
+            except OSError as error:
+                raise CommandError(f"port {options.port} cannot be had: {error.strerror}") from None
     python = prepare()
     environ = dict(os.environ, PYTHONNOUSERSITE="1", NO_MKDOCS_2_WARNING="1")
     environ.pop("PYTHONPATH", None)

@@ -47,6 +47,7 @@ def run(options, _rest):
     venv.prepare_extras("gym")
     settings = launching.policy_settings(options.policy)
     name = settings.get("name") or re.sub(r"\.onnx$", "", os.path.basename(options.policy))
+    name = parsing.folder_name(str(name))  # settings may be from elsewhere
     table = {
         "policy": options.policy,
         "tracks": options.track or [],

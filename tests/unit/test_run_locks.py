@@ -1,7 +1,9 @@
 """Two ./run at once: one fills a folder of results, one brings a simulator to a master."""
 
+import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 
@@ -10,8 +12,20 @@ from run_rig import PATIENCE, ROOT
 
 from commands import environment, launching, locks, parsing, processes
 from commands.bootstrap import venv
-from commands.errors import CommandError
-from commands.subcommands import bench, demo, drive, evaluate, lap, sweep, train, truck, web, world
+from commands.errors import CommandError, UsageError
+from commands.subcommands import (
+    bench,
+    demo,
+    docs,
+    drive,
+    evaluate,
+    lap,
+    sweep,
+    train,
+    truck,
+    web,
+    world,
+)
 
 HOLDER = """
 import os, sys
@@ -82,6 +96,30 @@ def test_the_second_of_two_at_once_is_refused(second, module, words, reason):
             options, rest = parsing.parser_of(name, module).parse_known_args(words)
             module.run(options, rest)
     assert str(error.value) == reason and error.value.advice and second == []
+
+
+@pytest.mark.parametrize("name", ["../../x", "/etc/x", "", 7.5, None])
+def test_the_settings_of_a_policy_name_no_other_folder(second, monkeypatch, tmp_path, name):
+    (tmp_path / "settings.json").write_text(json.dumps({"name": name}))
+    taken = []
+    monkeypatch.setattr(locks, "take_results", taken.append)
+    options = parsing.parser_of("evaluate", evaluate).parse_args(["a.onnx"])
+    try:
+        evaluate.run(options, [])
+    except UsageError as error:
+        assert f"name is {str(name)!r}" in str(error)
+    else:
+        assert taken[0] in (f"{ROOT}/out/evaluate/a", f"{ROOT}/out/evaluate/7.5")
+
+
+def test_a_port_of_the_site_that_is_taken():
+    """The server ended by a traceback, after the site had been built."""
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        with pytest.raises(CommandError, match=f"port {port} cannot be had: Address already"):
+            docs.run(parsing.parser_of("docs", docs).parse_args(["--port", str(port)]), [])
 
 
 @pytest.mark.parametrize("comes, started", [(True, 0), (False, 1)])
