@@ -16,6 +16,8 @@ from shared_worlds import SEEING_CAR as LAUNCH  # noqa: F401
 from sim_client import Recorder, wait_for_car, wait_until
 from testing import executable
 
+ON_TRACK = {"x": 1.0, "y": 0.2, "z": 0.0}
+
 
 class Web(unittest.TestCase):
     """One node for all tests, pages of their own."""
@@ -51,6 +53,9 @@ class Web(unittest.TestCase):
 
     def key(self, name):
         return next(body["key"] for body in self.scene()["bodies"] if body["name"] == name)
+
+    def names(self):
+        return {body["name"] for body in self.scene()["bodies"]}
 
     def twists(self):
         return [(m.linear.x, m.angular.z) for m in self.commands.messages]
@@ -121,6 +126,20 @@ class Web(unittest.TestCase):
         wait_until(lambda: not page.views[-1]["paused"], "going on")
         page.act("pace", factor=1)
         wait_until(lambda: page.status["pace"] == 1.0, "the pace")
+
+    def test_models_come_go_and_are_put_elsewhere(self):
+        page = self.page
+        for kind in ("box", "cone", "car"):
+            page.act("spawn", kind=kind, **ON_TRACK, yaw=0.5)
+            wait_until(lambda kind=kind: f"{kind}_1" in self.names(), f"a {kind}")
+        key = self.key("box_1")
+        page.act("place", model="box_1", x=2.0, y=1.0, z=0.0)
+        wait_until(lambda: page.row(key) and abs(page.row(key)[0] - 2.0) < 0.05, "the box there")
+        for kind in ("box", "cone", "car"):
+            page.act("remove", model=f"{kind}_1")
+        wait_until(lambda: not {"box_1", "cone_1", "car_1"} & self.names(), "them gone")
+        page.act("remove", model="nothing")
+        wait_until(lambda: any("'nothing'" in text for text in page.notices), "the reason")
 
     def test_reset_sets_time_back(self):
         page = self.page

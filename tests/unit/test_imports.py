@@ -127,44 +127,50 @@ def test_robot_packages_do_not_know_the_simulator(package):
     assert offences(ROOT / "src" / package, SIMULATOR.__contains__) == []
 
 
-def test_the_core_knows_no_ros():
-    assert offences(ROOT / "src" / "bullet_sim", is_ros) == []
+GYM = ROOT / "src" / "paddock_gym" / "src" / "paddock_gym"
 
 
-def test_the_gym_knows_ros_only_in_its_driver():
-    base = ROOT / "src" / "paddock_gym" / "src" / "paddock_gym"
-    driver = set(python_files(base / "driver"))
-    assert offences(base, is_ros, exempt=driver) == []
+def all_but(package):
+    """The folders of src/ without a package's."""
+    return [path for path in sorted((ROOT / "src").iterdir())
+            if path.is_dir() and path.name != package]  # fmt: skip
 
 
-def test_what_a_robot_needs_of_the_gym_knows_no_simulator():
-    base = ROOT / "src" / "paddock_gym" / "src" / "paddock_gym"
-    simulation = {base / "__init__.py"}  # registers the environments where Gymnasium is installed
-    for name in ("simulation", "envs", "evaluation", "training", "sweep"):
-        simulation |= set(python_files(base / name))
-    wrong = offences(base, {*SIMULATOR, "gymnasium"}.__contains__, exempt=simulation)
-    assert wrong == []
+def gym(*names):
+    """Files and folders of the gym, as files."""
+    return {path for name in names
+            for path in ([GYM / name] if "." in name else python_files(GYM / name))}  # fmt: skip
 
 
-def test_nothing_imports_the_gym_but_itself():
-    others = [
-        path
-        for path in sorted((ROOT / "src").iterdir())
-        if path.is_dir() and path.name != "paddock_gym"
-    ]
-    assert [line for path in others for line in offences(path, {"paddock_gym"}.__contains__)] == []
+# what may not import what: folders, what is forbidden, files that may all the same
+RULES = {
+    "the core, ROS": ([ROOT / "src" / "bullet_sim"], is_ros, ()),
+    "the gym, ROS but in its driver": ([GYM], is_ros, gym("driver")),
+    "what a robot needs of the gym, the simulator": (
+        [GYM],
+        {*SIMULATOR, "gymnasium"}.__contains__,
+        # __init__.py registers the environments where Gymnasium is installed
+        gym("__init__.py", "simulation", "envs", "evaluation", "training", "sweep"),
+    ),
+    "all others, the gym": (all_but("paddock_gym"), {"paddock_gym"}.__contains__, ()),
+    "all but training, torch": (
+        [GYM],
+        {"torch", "stable_baselines3", "pandas"}.__contains__,
+        gym("training", "policy/export.py"),
+    ),
+    "the simulator, Qt": (
+        [ROOT / "src" / name for name in ("bullet_sim", "bullet_bridge", "bullet_web")],
+        {"PyQt5"}.__contains__,
+        (),
+    ),
+    "all others, the bridge": (all_but("bullet_bridge"), {"bullet_bridge"}.__contains__, ()),
+}
 
 
-def test_torch_is_needed_for_training_alone():
-    base = ROOT / "src" / "paddock_gym" / "src" / "paddock_gym"
-    training = {*python_files(base / "training"), base / "policy" / "export.py"}
-    names = {"torch", "stable_baselines3", "pandas"}
-    assert offences(base, names.__contains__, exempt=training) == []
-
-
-def test_the_simulator_knows_no_qt():
-    for package in ("bullet_sim", "bullet_bridge", "bullet_web"):
-        assert offences(ROOT / "src" / package, {"PyQt5"}.__contains__) == []
+@pytest.mark.parametrize("rule", RULES)
+def test_who_imports_whom(rule):
+    folders, forbidden, exempt = RULES[rule]
+    assert [line for folder in folders for line in offences(folder, forbidden, exempt)] == []
 
 
 def test_only_the_engine_imports_pybullet():
@@ -187,17 +193,6 @@ def test_only_the_engine_sees_its_modules():
         if name.count(".") > 1 and name.startswith("engine.") and not name.startswith(public)
     ]
     assert wrong == []
-
-
-def test_nothing_imports_the_bridge_but_itself():
-    others = [
-        path
-        for path in sorted((ROOT / "src").iterdir())
-        if path.is_dir() and path.name != "bullet_bridge"
-    ]
-    assert [
-        line for path in others for line in offences(path, {"bullet_bridge"}.__contains__)
-    ] == []
 
 
 # Sub-packages of each package, lowest first: one imports only those that stand before it, and the

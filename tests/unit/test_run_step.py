@@ -199,24 +199,6 @@ def test_a_step_that_fails_ends_those_beside_it(tmp_path):
     assert not [line for line in run_rig.processes_of(tmp_path) if "1e4" in line]
 
 
-def test_a_signal_ends_all_steps(tmp_path):
-    marks = [tmp_path / name for name in ("one", "two")]
-    process = beside(
-        tmp_path,
-        *(
-            (2, mark.name, [f"import time; open({str(mark)!r}, 'w'); time.sleep(1e4)"])
-            for mark in marks
-        ),
-    )
-    while process.poll() is None and not all(mark.exists() for mark in marks):
-        time.sleep(0.01)
-    process.send_signal(signal.SIGINT)
-    said, wrong = process.communicate(timeout=PATIENCE)
-    assert (process.returncode, wrong) == (130, "")
-    assert said.endswith("\ninterrupted; start ./run again to go on\n")
-    assert not [line for line in run_rig.processes_of(tmp_path) if "1e4" in line]
-
-
 def test_who_waits_for_another_setup_is_told_which_step_it_is_in(tmp_path, monkeypatch, capfd):
     """Once a while, as a build takes minutes: `source setup.bash` had said one line."""
     monkeypatch.setattr(bootstrap_step, "LOCK", str(tmp_path / "lock"))

@@ -207,3 +207,18 @@ def test_at_shutdown_the_wheels_stop_and_nothing_follows(rig):
     rig.drive(0.5, 0.1)  # messages that were being handled
     rig.watch()
     assert len(rig.ros.sent) == before
+
+
+@pytest.mark.parametrize(
+    "name, value, words",
+    [
+        ("odom_source", "gps", "odom_source is 'gps'.*wheels, ground_truth"),
+        ("wheelbase", -0.5, "wheelbase is -0.5.*above 0"),
+        ("start_x", "here", "start_x is 'here'.*must be a number"),
+        ("joy", "maybe", "joy is 'maybe'.*true or false"),
+    ],
+)
+def test_wrong_parameters_are_named(monkeypatch, name, value, words):
+    FakeRos().install(monkeypatch, {name: value})
+    with pytest.raises(ValueError, match=words):
+        Drive()

@@ -115,23 +115,6 @@ def test_what_is_no_file_or_too_long(tmp_path):
 
 @seed(1)
 @FEW
-@given(st.data())
-def test_a_shipped_track_with_other_bytes_is_read_or_refused(data):
-    content = bytearray(TRACK)
-    for _ in range(data.draw(st.integers(1, 4))):
-        index = data.draw(st.integers(0, len(content) - 1))
-        new = data.draw(
-            st.binary(max_size=3) | st.sampled_from([b"1e99", b"-", b"nan", b"[[", b": "])
-        )
-        content[index : index + data.draw(st.integers(0, 3))] = new
-    try:
-        source.load("t.yaml", bytes(content))
-    except TrackError as error:
-        assert "t.yaml" in str(error)
-
-
-@seed(1)
-@FEW
 @given(st.binary(max_size=200) | st.text("0123456789.,;#-e+ \n", max_size=200).map(str.encode))
 def test_any_bytes_are_a_route_or_refused(content):
     for name in ("t.npy", "t.csv"):
