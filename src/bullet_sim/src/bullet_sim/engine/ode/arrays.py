@@ -19,7 +19,7 @@ from bullet_sim.engine.ode.kinds import KINDS
 from bullet_sim.engine.ode.owner import Owner
 from bullet_sim.engine.ode.scene import (
     DynamicShapes,
-    Solids,
+    Solid,
     StaticShapes,
     capacity,
     may_collide,
@@ -211,7 +211,8 @@ class ArrayBuilder:
             numbers, gravity: settings of the solver, shared with the arrays.
         """
         contents, system = self._contents, self._system
-        moving, static, solids = contents.moving.values(), StaticShapes(), Solids()
+        moving, static = contents.moving.values(), StaticShapes()
+        solids: list[Solid] = []
         for body in moving:
             self._add(body)
         for key, attachment in contents.attached.items():

@@ -153,25 +153,21 @@ class Contacts:
             for key in asleep
         }
 
-    def last(self) -> list[Point]:
-        """Contacts of the last step; of what sleeps those with which it fell asleep."""
-        return self._awake_and_asleep()
-
     def of_link(self, link: BodyLink) -> list[Contact]:
         """Contacts of one link, as of the last step."""
         row, rows = self._arrays.rows.get(link), None
         if row is not None:  # no others need be read
             one, two, shape, _ = self._state.contacts.owners[: self._state.result[0]].T
             rows = np.flatnonzero((one == row) | ((two == row) & (shape < 0)))
-        points = self._awake_and_asleep(rows)
+        points = self.last(rows)
         return [contact for own, contact in _seen_by(link[0], points) if own == link[1]]
 
     def of_body(self, number: int) -> list[tuple[str, Contact]]:
         """(link, Contact) of a body, as of the last step."""
         return list(_seen_by(number, self.last()))
 
-    def _awake_and_asleep(self, rows: Array | None = None) -> list[Point]:
-        """_points() but for those of what sleeps, then all of that."""
+    def last(self, rows: Array | None = None) -> list[Point]:
+        """_points() but for those of what sleeps, then those with which it fell asleep."""
         sleeping = [point for kept in self.sleepers.values() for point in kept]
         return [p for p in self._points(rows) if p[0] not in self.sleepers] + sleeping
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,54 +27,36 @@ _MAX_ROOM = 64  # of a pair for which there is room in any case
 _MAX_CLOSE = 32  # bodies to one
 
 
-@dataclass
-class Solids:
-    """Shapes that quickstep finds the contacts of, but planes.
+class Solid(NamedTuple):
+    """A shape that quickstep finds the contacts of, but no plane.
 
     Attributes:
-        rows, faces: of Scene.solids and of their surfaces.
-        kinds: of shapes.
-        owners: number of what never moves; -1: it moves.
-        items: of Scene.
-        trees: of meshes.
+        row, face: of Scene.solids and of its surface.
+        kind: of shape.
+        tree: of a mesh.
+        item: of Scene.
+        owner: number of what never moves; -1: it moves.
     """
 
-    rows: list[Array] = field(default_factory=list)
-    faces: list[Array] = field(default_factory=list)
-    kinds: list[int] = field(default_factory=list)
-    owners: list[int] = field(default_factory=list)
-    items: list[tuple[int, int]] = field(default_factory=list)
-    trees: list[tables.Tree | None] = field(default_factory=list)
+    row: Array
+    face: Array
+    kind: int
+    tree: tables.Tree | None
+    item: tuple[int, int]
+    owner: int = -1
 
-    def add(
-        self,
-        row: Array,
-        face: Array,
-        kind: int,
-        tree: tables.Tree | None,
-        item: tuple[int, int],
-        owner: int = -1,
-    ) -> int:
-        """Add one; its number."""
-        self.rows.append(row)
-        self.faces.append(face)
-        self.kinds.append(kind)
-        self.owners.append(owner)
-        self.items.append(item)
-        self.trees.append(tree)
-        return len(self.rows) - 1
 
-    def pack(self) -> dict[str, Any]:
-        """The arrays of a Scene of these."""
-        roots, trees = _pack_trees(self.trees)
-        return {
-            "solids": tables.table(self.rows, q.B_COLUMNS),
-            "faces": tables.table(self.faces, q.P_COLUMNS),
-            "owners": np.array(self.owners, np.int64),
-            "solid_kinds": np.array(self.kinds, np.int64),
-            "roots": roots,
-            "trees": trees,
-        }
+def _pack_solids(solids: Sequence[Solid]) -> dict[str, Any]:
+    """The arrays of a Scene of these."""
+    roots, trees = _pack_trees([solid.tree for solid in solids])
+    return {
+        "solids": tables.table([solid.row for solid in solids], q.B_COLUMNS),
+        "faces": tables.table([solid.face for solid in solids], q.P_COLUMNS),
+        "owners": np.array([solid.owner for solid in solids], np.int64),
+        "solid_kinds": np.array([solid.kind for solid in solids], np.int64),
+        "roots": roots,
+        "trees": trees,
+    }
 
 
 @dataclass
@@ -101,7 +83,13 @@ class StaticShapes:
     plane_items: list[tuple[int, int]] = field(default_factory=list)
 
     def add(
-        self, key: BodyLink, link: Link, frame: Pose, bits: int, cache: ShapeCache, solids: Solids
+        self,
+        key: BodyLink,
+        link: Link,
+        frame: Pose,
+        bits: int,
+        cache: ShapeCache,
+        solids: list[Solid],
     ) -> None:
         """Add the shapes of a link.
 
@@ -129,8 +117,8 @@ class StaticShapes:
             half = tables.solid_size(kind, shape.geometry.size)
             row = np.concatenate([half, pose.position, pose.matrix.ravel()])
             face = tables.plane_row(np.zeros(3), 0.0, shape.surface or link.surface)
-            number = solids.add(row, face, kind, tree, items[id(shape)], len(self.known))
-            self.solids.append(number)
+            self.solids.append(len(solids))
+            solids.append(Solid(row, face, kind, tree, items[id(shape)], len(self.known)))
         self.aabbs += boxes
         if is_known:
             self.known.append(key)
@@ -211,7 +199,7 @@ class DynamicShapes:
         self.trees.append(tree)
         return reach
 
-    def pack(self, solids: Solids, space_of: Array) -> dict[str, Any]:
+    def pack(self, solids: list[Solid], space_of: Array) -> dict[str, Any]:
         """The arrays of a Scene of these.
 
         Args:
@@ -225,7 +213,8 @@ class DynamicShapes:
                 solid[: q.B_CENTER] = tables.solid_size(kind, row[q.G_SIZE : q.G_SIZE + 3])
                 face[q.P_MU :] = row[q.G_MU :]
                 item = int(space_of[self.bodies[s]]), s
-                solid_of[s] = solids.add(solid, face, kind, tree, item)
+                solid_of[s] = len(solids)
+                solids.append(Solid(solid, face, kind, tree, item))
         ends, chunks = (
             np.cumsum([0, *map(len, each)], dtype=np.int64) for each in (self.vertices, self.chunks)
         )
@@ -248,7 +237,7 @@ class DynamicShapes:
 def pack_scene(
     moving: DynamicShapes,
     static: StaticShapes,
-    solids: Solids,
+    solids: list[Solid],
     models: Sequence[int],
     spaces: Sequence[int],
     counts: Sequence[int],
@@ -266,7 +255,7 @@ def pack_scene(
     """
     immobile = len(static.spaces)
     space_of = np.array(spaces, np.int64) + immobile
-    arrays = {**moving.pack(solids, space_of), **static.pack(), **solids.pack()}
+    arrays = {**moving.pack(solids, space_of), **static.pack(), **_pack_solids(solids)}
     bodies = arrays["kinds"][:, 0]
     space_rows = np.zeros((immobile + len(counts), q.K_COLUMNS))
     space_rows[:immobile] = tables.table(static.spaces, q.K_COLUMNS)
@@ -282,7 +271,7 @@ def pack_scene(
         counts=np.array([0, static.solids.count(-1), immobile], np.int64),
         spaces=space_rows,
         space_of=space_of,
-        items=tables.table(solids.items + static.plane_items, 2, np.int64),
+        items=tables.table([*(s.item for s in solids), *static.plane_items], 2, np.int64),
     )
 
 

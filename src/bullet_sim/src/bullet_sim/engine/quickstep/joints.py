@@ -4,7 +4,7 @@ import math
 
 from bullet_sim.engine.quickstep import layout as col
 from bullet_sim.engine.quickstep.compiled import compiled, temporary
-from bullet_sim.engine.quickstep.screws import measure_screw
+from bullet_sim.engine.quickstep.screws import measure_screw, turned
 from bullet_sim.engine.quickstep.state import System
 from bullet_sim.engine.quickstep.vectors import copy, cross, matrix, multiply, rotate
 
@@ -101,9 +101,7 @@ def _set_velocity(j: int, velocity: float, system: System) -> None:
 @compiled
 def measure(system: System) -> None:
     """Positions and velocities of the joints; positions of hinges count whole rotations."""
-    error, inverse, rotation = temporary(4), temporary(4), temporary(9)
-    axis, a2 = temporary(3), temporary(3)
-    bodies = system.bodies
+    rotation, axis, a2, bodies = temporary(9), temporary(3), temporary(3), system.bodies
     for j in range(len(system.joints)):
         kind, one, two = system.types[j, 0], system.types[j, 1], system.types[j, 2]
         joint = system.joints[j]
@@ -117,21 +115,8 @@ def measure(system: System) -> None:
                 relative -= bodies[two, col.VEL + shift + k]
             rate += axis[k] * relative
         if kind == col.HINGE:
-            if two >= 0:
-                orientation = bodies[two, col.QUAT : col.QUAT + 4]
-                multiply(orientation, joint[col.QREL : col.QREL + 4], error)
-            else:
-                copy(joint[col.QREL : col.QREL + 4], error)
-            for k in range(3):
-                inverse[k] = -error[k]
-            inverse[3] = error[3]
-            multiply(inverse, bodies[one, col.QUAT : col.QUAT + 4], error)
-            sine = error[0] * joint[col.AXIS1] + error[1] * joint[col.AXIS1 + 1]
-            sine += error[2] * joint[col.AXIS1 + 2]
-            tilted = math.sqrt(error[0] ** 2 + error[1] ** 2 + error[2] ** 2)
-            change = 2.0 * math.atan2(math.copysign(tilted, sine), error[3]) - joint[col.ANGLE]
-            change -= 2.0 * math.pi * math.floor(change / (2.0 * math.pi) + 0.5)
-            joint[col.ANGLE] += change
+            relative, own = joint[col.QREL : col.QREL + 4], joint[col.AXIS1 : col.AXIS1 + 3]
+            joint[col.ANGLE] = turned(one, two, relative, own, joint[col.ANGLE], bodies)
         elif kind == col.SLIDER:
             position = 0.0
             for k in range(3):
