@@ -12,7 +12,7 @@ def parse(body):
     """(offered interfaces, warnings) of a <robot>."""
     warnings = []
     robot = ElementTree.fromstring(f"<robot>{body}</robot>")
-    return parse_transmissions(robot, JOINTS, warnings.append), warnings
+    return parse_transmissions(robot, JOINTS, warnings.append)[0], warnings
 
 
 def transmission(joint, interface, place="joint"):

@@ -392,37 +392,55 @@ def child_text(element: Element, path: str, default: object = None) -> object:
     return text or default
 
 
+def _value(element: Element, path: str, label: str) -> tuple[Element | None, str | None, str]:
+    """What has a value and takes its warning, its text and its name in messages.
+
+    Args:
+        path: of a sub-element, whose text it is, or @ and the name of an attribute.
+    """
+    if path.startswith("@"):
+        return element, element.get(path[1:]), f"{label} {path[1:]}"
+    return element.find(path), child_text(element, path), f"{label} <{path}>"
+
+
 def child_number(element: Element, path: str, label: str, default: T) -> float | T:
-    """Number in a sub-element, or the default where it is missing or, with a warning, no number."""
-    text = child_text(element, path)
+    """Number in a sub-element or an attribute, see _value(), or the default where it is missing or,
+    with a warning, no number."""
+    node, text, label = _value(element, path, label)
     if text is None:
         return default
-    values = repaired_floats(element.find(path), text, 1, f"{label} <{path}>", default)
+    values = repaired_floats(node, text, 1, label, default)
     return values[0] if isinstance(values, tuple) else values
 
 
 def child_floats(element: Element, path: str, count: int, label: str, default: T) -> T:
     """As child_number: a tuple of `count` numbers."""
-    text = child_text(element, path)
-    if text is None:
-        return default
-    values = repaired_floats(element.find(path), text, count, f"{label} <{path}>", default)
-    return cast(T, values)
+    node, text, label = _value(element, path, label)
+    return default if text is None else cast(T, repaired_floats(node, text, count, label, default))
 
 
-def child_whole(element: Element, path: str, label: str, default: int, minimum: int = 1) -> int:
-    """As child_number: an int of at least `minimum`; a fraction is truncated."""
+def child_whole(element: Element, path: str, label: str, default: int) -> int:
+    """As child_number: an int of at least 1; a fraction is truncated."""
     value = child_number(element, path, label, default)
-    if value >= minimum:
+    if value >= 1:
         return int(value)
-    message = f"{label} <{path}> is {value:g}, must be at least {minimum}"
+    message = f"{label} <{path}> is {value:g}, must be at least 1"
     warn_replaced(element.find(path), f"{label} <{path}>", f"{value:g}", message, default)
     return default
 
 
-def child_bound(element: Element, path: str, label: str) -> float | None:
-    """Limit in a sub-element: a number, or None for one that is missing or infinite."""
-    return _bound(element.find(path), child_text(element, path), f"{label} <{path}>")
+def child_bound(
+    element: Element, path: str, label: str, default: float | None = None
+) -> float | None:
+    """As child_number, of a limit: None for one that is infinite or no number."""
+    node, text, label = _value(element, path, label)
+    if text is None:
+        return default
+    values, rest = leading_numbers(text, 1)
+    if values and not rest and abs(values[0]) >= NO_LIMIT:
+        return None
+    usable = repaired_floats(node, text, 1, label, None)
+    return None if usable is None or abs(usable[0]) >= NO_LIMIT else usable[0]
 
 
 def child_flag(element: Element, path: str, label: str, default: bool) -> bool:
@@ -437,37 +455,6 @@ def child_flag(element: Element, path: str, label: str, default: bool) -> bool:
     return default
 
 
-def number_of(element: Element, name: str, label: str, default: T) -> float | T:
-    """Number in an attribute, or the default where it is missing or, with a warning, no number."""
-    text = element.get(name)
-    if text is None:
-        return default
-    values = repaired_floats(element, text, 1, f"{label} {name}", default)
-    return values[0] if isinstance(values, tuple) else values
-
-
-def floats_of(element: Element, name: str, count: int, label: str, default: T) -> T:
-    """As number_of: a tuple of `count` numbers."""
-    text = element.get(name)
-    if text is None:
-        return default
-    return cast(T, repaired_floats(element, text, count, f"{label} {name}", default))
-
-
-def bound_of(element: Element, name: str, label: str, default: float | None = None) -> float | None:
-    """Limit in an attribute: a number, the default where it is missing, None if infinite."""
-    text = element.get(name)
-    return default if text is None else _bound(element, text, f"{label} {name}")
-
-
-def _bound(node: Element | None, text: str | None, label: str) -> float | None:
-    values, rest = leading_numbers(text, 1)
-    if text is None or (values and not rest and abs(values[0]) >= NO_LIMIT):
-        return None
-    usable = repaired_floats(node, text, 1, label, None)
-    return None if usable is None or abs(usable[0]) >= NO_LIMIT else usable[0]
-
-
 def is_true(text: object) -> bool:
     """Whether a text means true (true, 1, yes, on)."""
     return str(text).strip().lower() in ("true", "1", "yes", "on")
@@ -480,8 +467,8 @@ def urdf_origin(element: Element, label: str) -> Pose:
         return Pose()
     zero = (0.0, 0.0, 0.0)
     return Pose.from_xyz_rpy(
-        floats_of(origin, "xyz", 3, f"{label} origin", zero),
-        floats_of(origin, "rpy", 3, f"{label} origin", zero),
+        child_floats(origin, "@xyz", 3, f"{label} origin", zero),
+        child_floats(origin, "@rpy", 3, f"{label} origin", zero),
     )
 
 

@@ -14,7 +14,7 @@ from bullet_sim.controllers.pid import PidGains, parse_pid
 from bullet_sim.controllers.settings import as_number
 from bullet_sim.description.model import STEER_BOT_SIM_TYPE
 from bullet_sim.errors import SimError
-from bullet_sim.formats.urdf import bare_interfaces, parse_transmissions
+from bullet_sim.formats.urdf import parse_transmissions
 from bullet_sim.xml_reader import parse
 
 from bullet_bridge.transport.pid_gains import config_type, on_change, values_of
@@ -115,10 +115,9 @@ def _take_transmissions(model: Model, hardware: Hardware, namespace: str) -> Non
         robot = parse(master.getParam(name), f"parameter {name}")
     except (OSError, rosgraph.MasterException, TypeError, ValueError):
         return
-    transmissions = parse_transmissions(robot, description.joints, lambda text: None)
+    transmissions, bare = parse_transmissions(robot, description.joints, lambda text: None)
     if transmissions and transmissions != description.transmissions:
-        description.transmissions = transmissions
-        description.bare_interfaces = bare_interfaces(robot, description.joints)
+        description.transmissions, description.bare_interfaces = transmissions, bare
         hardware.set_interfaces(transmissions)
 
 

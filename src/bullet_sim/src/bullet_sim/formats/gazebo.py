@@ -30,6 +30,7 @@ from bullet_sim.xml_reader import (
     child_text,
     floats,
     is_true,
+    number,
 )
 
 ENDLESS_FRICTION = 1e6
@@ -66,16 +67,14 @@ def read_surface(
 
 
 def _torsion(element: Node, label: str) -> Torsion:
-    def number(path: str, default: float) -> float:
-        return max(0.0, child_number(element, path, label, default))
-
-    return Torsion(
-        number("coefficient", 1.0),
-        number("patch_radius", 0.0),
-        number("surface_radius", 0.0),
-        child_flag(element, "use_patch_radius", label, True),
-        number("ode/slip", 0.0),
-    )
+    coefficient, patch, surface, slip = (
+        max(0.0, child_number(element, path, label, default))
+        for path, default in (
+            ("coefficient", 1.0), ("patch_radius", 0.0), ("surface_radius", 0.0), ("ode/slip", 0.0)
+        )
+    )  # fmt: skip
+    by_patch = child_flag(element, "use_patch_radius", label, True)
+    return Torsion(coefficient, patch, surface, by_patch, slip)
 
 
 def _replace_surface(element: Node, link: Link, label: str, model: ModelDescription) -> None:
@@ -106,25 +105,17 @@ def read_stiffness(element: Node, surface: Surface, label: str) -> None:
 
 
 def _not_negative(text: str, label: str) -> float:
-    return max(0.0, floats(text, 1, label)[0])
+    return max(0.0, number(text, label))
 
 
 def _friction(text: str, label: str) -> float:
     """As FrictionPyramid of Gazebo: a negative coefficient is as good as infinite."""
-    value = floats(text, 1, label)[0]
+    value = number(text, label)
     return ENDLESS_FRICTION if value < 0.0 else value
 
 
-def _number(text: str, label: str) -> float:
-    return floats(text, 1, label)[0]
-
-
 def _whole(text: str, label: str) -> int:
-    return int(min(max(0.0, _number(text, label)), MAX_CONTACTS))
-
-
-def _direction(text: str, label: str) -> tuple[float, ...]:
-    return floats(text, 3, label)
+    return int(min(_not_negative(text, label), MAX_CONTACTS))
 
 
 def _bitmask(text: str, label: str) -> int:
@@ -137,15 +128,15 @@ def _bitmask(text: str, label: str) -> int:
     return value & EVERYTHING
 
 
-def _flag(text: str, _label: str) -> bool:
-    return is_true(text)
-
-
 # property -> its reader, its tags in <gazebo reference=...> of a URDF, its paths in <collision>
 _PROPERTIES: dict[str, tuple[Callable[[str, str], Any], tuple[str, ...], tuple[str, ...]]] = {
     "friction": (_friction, ("mu1",), ("surface/friction/ode/mu",)),
     "friction2": (_friction, ("mu2",), ("surface/friction/ode/mu2",)),
-    "direction": (_direction, ("fdir1",), ("surface/friction/ode/fdir1",)),
+    "direction": (
+        lambda text, label: floats(text, 3, label),
+        ("fdir1",),
+        ("surface/friction/ode/fdir1",),
+    ),
     "kp": (_not_negative, ("kp",), ("surface/contact/ode/kp",)),
     "kd": (_not_negative, ("kd",), ("surface/contact/ode/kd",)),
     "slip1": (_not_negative, (), ("surface/friction/ode/slip1",)),
@@ -159,8 +150,12 @@ _PROPERTIES: dict[str, tuple[Callable[[str, str], Any], tuple[str, ...], tuple[s
     ),
     "most": (_whole, ("maxContacts",), ("max_contacts",)),
     "bounce": (_not_negative, (), ("surface/bounce/restitution_coefficient",)),
-    "bounce_speed": (_number, (), ("surface/bounce/threshold",)),
-    "without_contact": (_flag, (), ("surface/contact/collide_without_contact",)),
+    "bounce_speed": (number, (), ("surface/bounce/threshold",)),
+    "without_contact": (
+        lambda text, _: is_true(text),
+        (),
+        ("surface/contact/collide_without_contact",),
+    ),
     "without_contact_bitmask": (
         _bitmask,
         (),
@@ -346,20 +341,20 @@ def _assign(
     """Give surfaces and retros to the collisions of links, and materials to their visuals."""
     for name, root in merged_links(robot, model).items():
         link = model.links[name]
-        for number, shape in enumerate(link.collisions):
+        for place, shape in enumerate(link.collisions):
             owner = _owner(shape.name, name, root, "_collision")
             if owner != name:
                 surface = model.links[owner].surface if owner else Surface()
                 shape = replace(shape, surface=surface)
             if owner in retros:
                 shape = replace(shape, laser_retro=retros[owner])
-            link.collisions[number] = shape
-        for number, shape in enumerate(link.visuals):
+            link.collisions[place] = shape
+        for place, shape in enumerate(link.visuals):
             owner = _owner(shape.name, name, root, "_visual")
             material = materials.get(owner)
             if material is not None:
                 shape = material.on(shape)
-            link.visuals[number] = _seen(shape, robot, owner)
+            link.visuals[place] = _seen(shape, robot, owner)
 
 
 def _seen(shape: Shape, robot: Node, link: str) -> Shape:

@@ -19,15 +19,12 @@ from bullet_sim.formats.sdf.frames import Frames
 from bullet_sim.pose import Pose, Vec3, Vector
 from bullet_sim.xml_reader import (
     Node,
-    bound_of,
     child_bound,
     child_flag,
     child_floats,
     child_number,
     child_text,
-    floats_of,
     is_true,
-    number_of,
     urdf_origin,
 )
 
@@ -128,14 +125,14 @@ def _joint(element: Node, model: ModelDescription, tree: Tree) -> Joint | None:
     joint = Joint(name, joint_type, str(parent), str(child), origin)
     axis = element.find("axis")
     if axis is not None:
-        vector = floats_of(axis, "xyz", 3, f"{label} axis", (1.0, 0.0, 0.0))
+        vector = child_floats(axis, "@xyz", 3, f"{label} axis", (1.0, 0.0, 0.0))
         if joint.kind in MOVABLE_TYPES:
             joint.axis = unit_axis(vector, joint.axis, label, element)
     _limit(element, joint, label)
     dynamics = element.find("dynamics")
     if dynamics is not None:
-        joint.damping = max(0.0, number_of(dynamics, "damping", label, 0.0))
-        joint.friction = max(0.0, number_of(dynamics, "friction", label, 0.0))
+        joint.damping = max(0.0, child_number(dynamics, "@damping", label, 0.0))
+        joint.friction = max(0.0, child_number(dynamics, "@friction", label, 0.0))
     joint.mimic = _mimic(element, joint, label)
     return joint
 
@@ -146,8 +143,8 @@ def _mimic(element: Node, joint: Joint, label: str) -> Mimic | None:
         return None
     return Mimic(
         mimic.get("joint") or "",
-        number_of(mimic, "multiplier", f"{label} mimic", 1.0),
-        number_of(mimic, "offset", f"{label} mimic", 0.0),
+        child_number(mimic, "@multiplier", f"{label} mimic", 1.0),
+        child_number(mimic, "@offset", f"{label} mimic", 0.0),
     )
 
 
@@ -213,8 +210,8 @@ def _limit(element: Node, joint: Joint, label: str) -> None:
                 f"'{joint.name}'",
             )
         return
-    joint.effort = abs(bound_of(limit, "effort", f"{label} limit") or 0.0)
-    joint.velocity = abs(bound_of(limit, "velocity", f"{label} limit") or 0.0)
+    joint.effort = abs(child_bound(limit, "@effort", f"{label} limit") or 0.0)
+    joint.velocity = abs(child_bound(limit, "@velocity", f"{label} limit") or 0.0)
     for key in ("effort", "velocity"):
         if limit.get(key) is None and joint.kind != "fixed":
             limit.warn(
@@ -224,8 +221,8 @@ def _limit(element: Node, joint: Joint, label: str) -> None:
             )
     if not bounded:
         return
-    lower = bound_of(limit, "lower", f"{label} limit", 0.0)
-    upper = bound_of(limit, "upper", f"{label} limit", 0.0)
+    lower = child_bound(limit, "@lower", f"{label} limit", 0.0)
+    upper = child_bound(limit, "@upper", f"{label} limit", 0.0)
     set_limits(joint, lower, upper, label, element)
 
 

@@ -194,27 +194,7 @@ def standard(name: str, resolve: Resolve | None = None) -> Material | None:
     """
     plain = name.strip().rsplit("/", 1)[-1]
     plain = _SAME.get(plain, plain)
-    if plain in _PICTURED:
-        return _pictured(plain, resolve)
-    if plain in _GLASS:
-        red, green, blue, _ = _GLASS[plain]
-        return Material(
-            _GLASS[plain], finish=_finish((red, green, blue), BLACK, 0.0, blend="alpha")
-        )
-    if plain in _UNLIT:
-        blend = "alpha" if _UNLIT[plain][3] < 1.0 else ""
-        return Material(_UNLIT[plain], finish=_finish(WHITE, BLACK, 0.0, lit=False, blend=blend))
-    if plain in _LAMPS:
-        color = _LAMPS[plain]
-        return Material((*color, 1.0), finish=_finish(color, BLACK, 0.0, emissive=color))
-    if plain.endswith("Glow") and plain[: -len("Glow")] in _GLOWS:
-        emissive = _PLAIN[plain[: -len("Glow")]][1]
-        return Material(finish=_finish(WHITE, BLACK, 0.0, emissive=emissive))
-    if plain not in _PLAIN:
-        return None
-    ambient, diffuse, gray, shininess = _PLAIN[plain]
-    specular = diffuse if gray is None else (gray, gray, gray)
-    return Material((*diffuse, 1.0), finish=_finish(ambient, specular, shininess))
+    return _pictured(plain, resolve) if plain in _PICTURED else _STANDARD.get(plain)
 
 
 def _finish(ambient: RGB, specular: RGB, shininess: float, **others: Any) -> Finish:
@@ -234,6 +214,22 @@ def _pictured(name: str, resolve: Resolve | None) -> Material:
     return Material((diffuse, diffuse, diffuse, 1.0), path, finish, None if path else mean)
 
 
+_STANDARD = {
+    name: Material((*diffuse, 1.0), finish=_finish(ambient, (gray,) * 3, shininess))
+    if gray is not None
+    else Material((*diffuse, 1.0), finish=_finish(ambient, diffuse, shininess))
+    for name, (ambient, diffuse, gray, shininess) in _PLAIN.items()
+}
+for _name, _rgba in _GLASS.items():
+    _STANDARD[_name] = Material(_rgba, finish=_finish(_rgba[:3], BLACK, 0.0, blend="alpha"))
+for _name, _rgba in _UNLIT.items():
+    _blend = "alpha" if _rgba[3] < 1.0 else ""
+    _STANDARD[_name] = Material(_rgba, finish=_finish(WHITE, BLACK, 0.0, lit=False, blend=_blend))
+for _name, _rgb in _LAMPS.items():
+    _STANDARD[_name] = Material((*_rgb, 1.0), finish=_finish(_rgb, BLACK, 0.0, emissive=_rgb))
+for _name in _GLOWS:
+    _glow = _finish(WHITE, BLACK, 0.0, emissive=_PLAIN[_name][1])
+    _STANDARD[f"{_name}Glow"] = Material(finish=_glow)
 NOTHING = Material(finish=_finish(WHITE, (0.1, 0.1, 0.1), 128.0))  # Gazebo/White, of no material
 
 

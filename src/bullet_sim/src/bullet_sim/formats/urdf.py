@@ -26,7 +26,7 @@ from bullet_sim.formats.joints import (
 from bullet_sim.formats.materials import Resolve, rgba_of
 from bullet_sim.formats.shapes import first_geometry, hollow_collision, mesh_geometry, usable_size
 from bullet_sim.pose import Pose
-from bullet_sim.xml_reader import Node, floats_of, number_of, parse, urdf_origin
+from bullet_sim.xml_reader import Node, child_floats, child_number, parse, urdf_origin
 
 INTERFACES = {
     "EffortJointInterface": "effort",
@@ -37,16 +37,18 @@ INTERFACES = {
 
 def parse_transmissions(
     robot: Node, joint_names: Container[str], warn: Callable[[str], None]
-) -> dict[str, tuple[str, ...]]:
+) -> tuple[dict[str, tuple[str, ...]], dict[str, str]]:
     """Read every <transmission> child of <robot>.
 
     Args:
         warn: gets a message for each ignored element.
 
     Returns:
-        Dict of joint name -> tuple of 'effort', 'velocity', 'position'.
+        Joint name -> tuple of 'effort', 'velocity', 'position'; first interface of each joint that
+        has it without `hardware_interface/`.
     """
     interfaces: dict[str, tuple[str, ...]] = {}
+    bare: dict[str, str] = {}
     for element in robot.findall("transmission"):
         label = f"transmission '{element.get('name') or element.findtext('type') or ''}'"
         joints = element.findall("joint")
@@ -61,6 +63,8 @@ def parse_transmissions(
             names = _interfaces(joint) or fallback
             if not names:
                 warn(f"{label} gives joint '{name}' no <hardwareInterface>; it is left out")
+            elif names[0] in INTERFACES:
+                bare[name] = names[0]
             for interface in names:
                 known = INTERFACES.get(interface.replace("::", "/").rsplit("/", 1)[-1])
                 if known is None:
@@ -70,19 +74,7 @@ def parse_transmissions(
                     )
                 elif known not in interfaces.get(name, ()):
                     interfaces[name] = interfaces.get(name, ()) + (known,)
-    return interfaces
-
-
-def bare_interfaces(robot: Node, joint_names: Container[str]) -> dict[str, str]:
-    """First interface of each joint that has it without `hardware_interface/`, by the joint."""
-    names = {}
-    for element in robot.findall("transmission"):
-        fallback = [i for a in element.findall("actuator") for i in _interfaces(a)]
-        for joint in element.findall("joint"):
-            name, texts = joint.get("name"), _interfaces(joint) or fallback
-            if name is not None and name in joint_names and texts and texts[0] in INTERFACES:
-                names[name] = texts[0]
-    return names
+    return interfaces, bare
 
 
 def _interfaces(element: Node) -> list[str]:
@@ -131,8 +123,8 @@ def parse_urdf(text: str | bytes | Node, resolve: Resolve, name: str = "robot") 
     _fix_to_world(model)
     _free_links(model)
     read_sdf_joints(robot, model)
-    model.transmissions = parse_transmissions(robot, model.joints, model.warn)
-    model.bare_interfaces = bare_interfaces(robot, model.joints)
+    transmissions = parse_transmissions(robot, model.joints, model.warn)
+    model.transmissions, model.bare_interfaces = transmissions
     check_mimics(model)
     gazebo_tags.apply(robot, model, resolve)
     return model
@@ -235,7 +227,7 @@ def _inertial(element: Node, link: Link, label: str) -> bool:
     pose = urdf_origin(inertial, f"{label} inertial")
     mass, inertia = inertial.find("mass"), inertial.find("inertia")
     if mass is not None:
-        link.mass = number_of(mass, "value", f"{label} mass", 0.0)
+        link.mass = child_number(mass, "@value", f"{label} mass", 0.0)
         if link.mass < 0:
             mass.warn(
                 f"{label} mass is {link.mass}, must be 0 or more; 0 is used",
@@ -244,7 +236,7 @@ def _inertial(element: Node, link: Link, label: str) -> bool:
             )
             link.mass = 0.0
     if inertia is not None:
-        moments = [number_of(inertia, key, f"{label} inertia", 0.0) for key in INERTIA]
+        moments = [child_number(inertia, f"@{key}", f"{label} inertia", 0.0) for key in INERTIA]
         link.set_inertia(pose, moments)
     link.center = np.array(pose.position)
     if mass is None or inertia is not None:
@@ -297,9 +289,9 @@ def _size(element: Node, label: str) -> tuple[float | None, ...]:
     label = f"{label} {element.tag}"
     if element.tag == "box":
         missing = (0.0,) * 3 if element.get("size") is None else (None,)
-        return floats_of(element, "size", 3, label, missing)
+        return child_floats(element, "@size", 3, label, missing)
     return tuple(
-        number_of(element, key, label, 0.0 if element.get(key) is None else None)
+        child_number(element, f"@{key}", label, 0.0 if element.get(key) is None else None)
         for key in _SIZES[element.tag]
     )
 
@@ -314,7 +306,7 @@ def _geometry(
             return None
         return usable_size(Geometry(element.tag, numbers), label, model)
     if element.tag == "mesh":
-        scale = floats_of(element, "scale", 3, f"{label} mesh", _ONE)
+        scale = child_floats(element, "@scale", 3, f"{label} mesh", _ONE)
         return mesh_geometry(element.get("filename", ""), scale, label, resolve, model)
     model.warn(
         f"{label} has geometry <{element.tag}>, which is not one of box, cylinder, "

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import re
 from collections.abc import Iterable
-from typing import Literal, Tuple, TypeVar, overload
+from typing import Any, Tuple, TypeVar
 from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import Joint, ModelDescription
@@ -187,30 +187,14 @@ class Values:
         """A text without the spaces around it; the default where the tag is missing or empty."""
         return child_text(self.element, path, default)
 
-    @overload
-    def vector(
-        self,
-        path: str,
-        count: Literal[3] = 3,
-        default: Vec3 | None = None,
-        broadcast: bool = False,
-    ) -> Vec3: ...
-    @overload
-    def vector(
-        self,
-        path: str,
-        count: int,
-        default: tuple[float, ...] | None = None,
-        broadcast: bool = False,
-    ) -> tuple[float, ...]: ...
     def vector(
         self,
         path: str,
         count: int = 3,
         default: tuple[float, ...] | None = None,
         broadcast: bool = False,
-    ) -> tuple[float, ...]:
-        """Finite numbers with spaces between them.
+    ) -> Any:
+        """A tuple of finite numbers with spaces between them.
 
         Args:
             default: where the tag is missing or empty; None: zeros.
@@ -282,16 +266,6 @@ class PluginXml(PluginValues):
         if getattr(self.element, "document", None) is None:
             raise ModelError(text)
         self.model.warn(text, cause, item)
-
-    def warn_ignored(self, *tags: str) -> None:
-        """One warning for those of the tags that are given and have no effect here."""
-        given = [f"<{tag}>" for tag in tags if self.element.find(tag) is not None]
-        if given:
-            self.warn(
-                f"{self.label} has {', '.join(given)}, which have no effect here",
-                "parameters of plugins have no effect here",
-                f"{', '.join(given)} of {self.label}",
-            )
 
     def strict(self: _Plugin) -> _Plugin:
         """A copy that raises ModelError where this one warns."""
