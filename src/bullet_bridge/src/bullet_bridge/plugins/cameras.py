@@ -14,12 +14,7 @@ import numpy as np
 import roslib.message
 import rospy
 from bullet_sim.errors import RenderError
-from bullet_sim.plugins.cameras import (
-    CameraSpec,
-    DepthCameraSpec,
-    RangeCameraSpec,
-    TriggeredCameraSpec,
-)
+from bullet_sim.plugins import cameras as specs
 from bullet_sim.pose import Array, Pose
 from bullet_sim.render.client import RenderClient
 from bullet_sim.render.request import DEFAULT, CameraRequest, Frame, Quality
@@ -224,7 +219,7 @@ IMAGER = describe(  # gazebo_plugins/GazeboRosCamera.cfg
 )
 
 
-@ros_side(CameraSpec)
+@ros_side(specs.CameraSpec)
 class CameraSensor(Sensor):
     """sensor_msgs/Image, CompressedImage and CameraInfo; images come from the render worker.
 
@@ -374,7 +369,7 @@ class CameraSensor(Sensor):
         super().close()
 
 
-@ros_side(TriggeredCameraSpec)
+@ros_side(specs.TriggeredCameraSpec)
 class TriggeredCameraSensor(CameraSensor):
     """One image for each trigger that arrives while there are subscribers."""
 
@@ -501,7 +496,7 @@ class DepthSensor(CameraSensor):
         return camera.within(frame.depth, self.spec.cutoff, self.spec.cutoff_max)
 
 
-@ros_side(DepthCameraSpec)
+@ros_side(specs.DepthCameraSpec)
 class DepthCameraSensor(DepthSensor):
     """A color camera's topics, depth images with their camera_info, and points."""
 
@@ -552,7 +547,7 @@ class DepthCameraSensor(DepthSensor):
             self._points.publish(self._clouds.message(frame.time, depth, colors))
 
 
-@ros_side(RangeCameraSpec)
+@ros_side(specs.RangeCameraSpec)
 class RangeCameraSensor(DepthSensor):
     """The depth camera of a RealSense: depths as 16UC1, their camera_info, and points."""
 

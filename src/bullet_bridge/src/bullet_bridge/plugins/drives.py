@@ -12,13 +12,7 @@ from bullet_sim.controllers import MAX_COMMAND
 from bullet_sim.controllers.drive import WheelDrive
 from bullet_sim.controllers.pid import PidGains, parse_pid
 from bullet_sim.errors import SimError
-from bullet_sim.plugins.drives import (
-    JointPosesSpec,
-    JointStatesSpec,
-    MimicPidSpec,
-    PlanarMoveSpec,
-    WheelDriveSpec,
-)
+from bullet_sim.plugins import drives as specs
 from bullet_sim.pose import Motion, Vec3, rpy_from_quaternion
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
@@ -40,7 +34,7 @@ from bullet_bridge.transport.packed import PackedBase, PackedJointState
 from bullet_bridge.transport.pid_gains import config_type, on_change, values_of
 
 
-@ros_side(JointStatesSpec)
+@ros_side(specs.JointStatesSpec)
 class JointStatesSensor(Sensor):
     """sensor_msgs/JointState of the named joints, without efforts."""
 
@@ -132,7 +126,7 @@ class DrivenBase(ModelPlugin):
         return TFMessage(transforms)
 
 
-@ros_side(WheelDriveSpec)
+@ros_side(specs.WheelDriveSpec)
 class WheelDrivePlugin(DrivenBase):
     """Drives the wheels by geometry_msgs/Twist."""
 
@@ -216,7 +210,7 @@ def along_heading(yaw: float, x: float, y: float) -> Vec3:
     return c * x + s * y, c * y - s * x, 0.0
 
 
-@ros_side(PlanarMoveSpec)
+@ros_side(specs.PlanarMoveSpec)
 class PlanarMovePlugin(DrivenBase):
     """Sets the model's velocity in every step; publishes Odometry and its transform.
 
@@ -303,7 +297,7 @@ class PlanarMovePlugin(DrivenBase):
             self._sender.send(time, position, orientation, *twist, flat=True)
 
 
-@ros_side(JointPosesSpec)
+@ros_side(specs.JointPosesSpec)
 class JointPosesPlugin(ModelPlugin):
     """Puts joints to the points of a trajectory_msgs/JointTrajectory, one after the other.
 
@@ -368,7 +362,7 @@ class JointPosesPlugin(ModelPlugin):
         self._next += wait
 
 
-@ros_side(MimicPidSpec)
+@ros_side(specs.MimicPidSpec)
 class MimicPidPlugin(Preparing):
     """Gives a joint that follows another one the PID of its parameters, which can be changed.
 

@@ -11,17 +11,7 @@ import numpy as np
 import rospy
 from bullet_sim.controllers import MAX_COMMAND
 from bullet_sim.meshes.triangles import mesh_box
-from bullet_sim.plugins.forces import (
-    BuoyancySpec,
-    ElevatorSpec,
-    Floating,
-    ForceSpec,
-    ForceTorqueSpec,
-    HandOfGodSpec,
-    LinkForceSpec,
-    VacuumGripperSpec,
-    WheelSlipSpec,
-)
+from bullet_sim.plugins import forces as specs
 from bullet_sim.pose import Pose, Vector
 from bullet_sim.sensors.inertial import joint_wrench, net_wrench
 from geometry_msgs.msg import Vector3, Wrench, WrenchStamped
@@ -41,7 +31,7 @@ from bullet_bridge.transport import conversions
 from bullet_bridge.transport.conversions import vector
 
 
-@ros_side(ForceSpec)
+@ros_side(specs.ForceSpec)
 class ForcePlugin(ModelPlugin):
     """Applies the last geometry_msgs/Wrench to a link in every step, along the world's axes."""
 
@@ -81,7 +71,7 @@ NEAR = 0.01  # [m] below which it holds the other's origin at its own
 MAX_PULL = 20.0  # [N]
 
 
-@ros_side(VacuumGripperSpec)
+@ros_side(specs.VacuumGripperSpec)
 class VacuumGripperPlugin(ModelPlugin):
     """Draws links of other models that are near its link; std_msgs/Bool tells whether there is one.
 
@@ -159,7 +149,7 @@ _SLIP = describe(
 )
 
 
-@ros_side(WheelSlipSpec)
+@ros_side(specs.WheelSlipSpec)
 class WheelSlipPlugin(ModelPlugin):
     """Sets slip1 and slip2 of wheels' contacts: their rims' speed times compliance over force."""
 
@@ -200,7 +190,7 @@ class WheelSlipPlugin(ModelPlugin):
             model.body.set_slip(self._links[number], *slips)
 
 
-@ros_side(BuoyancySpec)
+@ros_side(specs.BuoyancySpec)
 class BuoyancyPlugin(ModelPlugin):
     """Lifts each link by the weight of the fluid that it displaces, wherever it is, as Gazebo's."""
 
@@ -213,7 +203,7 @@ class BuoyancyPlugin(ModelPlugin):
         parts = self.model.rigid_parts.items()
         self._parts = [given.get(name) or self._displaced(name, link) for name, link in parts]
 
-    def _displaced(self, name: str, link: Any) -> Floating:
+    def _displaced(self, name: str, link: Any) -> specs.Floating:
         """The volume of a link's collisions, of a mesh that of the box around it."""
         volumes, places = [0.0], [np.zeros(3)]
         for shape in link.collisions:
@@ -234,7 +224,7 @@ class BuoyancyPlugin(ModelPlugin):
         total = sum(volumes)
         middle = np.average(places, axis=0, weights=volumes) if total else np.zeros(3)
         x, y, z = middle.tolist()
-        return Floating(name, total, (x, y, z))
+        return specs.Floating(name, total, (x, y, z))
 
     def update(self, time: float, period: float) -> None:
         if self.model.is_static:
@@ -247,7 +237,7 @@ class BuoyancyPlugin(ModelPlugin):
             self.model.body.apply_force(link, force, point)
 
 
-@ros_side(HandOfGodSpec)
+@ros_side(specs.HandOfGodSpec)
 class HandOfGodPlugin(ModelPlugin):
     """Pulls a link to the frame FRAME_desired by a critically damped spring; sends FRAME_actual."""
 
@@ -310,7 +300,7 @@ LIFT_GAINS, DOOR_GAINS = (1e5, 1e5), (2.0, 1.0)  # P, D
 LIFT_NEAR, DOOR_NEAR = 0.15, 0.05  # errors at which they count as there
 
 
-@ros_side(ElevatorSpec)
+@ros_side(specs.ElevatorSpec)
 class ElevatorPlugin(ModelPlugin):
     """Closes the door, goes to a floor, opens, waits and closes; meanwhile it takes no other floor.
 
@@ -383,7 +373,7 @@ def wrench_message(time: float, frame: str, force: Vector, torque: Vector) -> Wr
     return message
 
 
-@ros_side(ForceTorqueSpec)
+@ros_side(specs.ForceTorqueSpec)
 class ForceTorqueSensor(Sensor):
     """geometry_msgs/WrenchStamped of a joint: its child link on its parent, child's axes.
 
@@ -403,7 +393,7 @@ class ForceTorqueSensor(Sensor):
         return wrench_message(time, self.spec.frame_id, *wrench)
 
 
-@ros_side(LinkForceSpec)
+@ros_side(specs.LinkForceSpec)
 class LinkForceSensor(Sensor):
     """geometry_msgs/WrenchStamped of the net force on a link, mean over a step, world axes."""
 

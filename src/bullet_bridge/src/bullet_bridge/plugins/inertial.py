@@ -10,14 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 import rospy
 from bullet_sim.description.world import Place
-from bullet_sim.plugins.inertial import (
-    BiasedImuSpec,
-    GpsSpec,
-    GroundTruthSpec,
-    ImuSpec,
-    MagneticSpec,
-    ModelImuSpec,
-)
+from bullet_sim.plugins import inertial as specs
 from bullet_sim.pose import Pose, Quat, Vec3, multiply, quaternion_from_yaw
 from bullet_sim.sensors import inertial
 from bullet_sim.sensors.errors import Bias, SensorErrors
@@ -40,7 +33,7 @@ from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedImu, PackedOdometry
 
 
-@ros_side(GroundTruthSpec)
+@ros_side(specs.GroundTruthSpec)
 class GroundTruthSensor(Sensor):
     """nav_msgs/Odometry without error, in the world or relative to a link."""
 
@@ -103,7 +96,7 @@ def _gnss_values(status: int, service: int) -> dict[str, bool]:
     }
 
 
-@ros_side(ImuSpec)
+@ros_side(specs.ImuSpec)
 class ImuSensor(Sensor):
     """sensor_msgs/Imu: proper acceleration, mean over the sensor's period."""
 
@@ -181,7 +174,7 @@ class ImuSensor(Sensor):
         return x, y, z
 
 
-@ros_side(ModelImuSpec)
+@ros_side(specs.ModelImuSpec)
 class ModelImuSensor(ImuSensor):
     """As libgazebo_ros_imu.so: without gravity, and turned as there.
 
@@ -204,7 +197,7 @@ class ModelImuSensor(ImuSensor):
         return orientation, *turned
 
 
-@ros_side(BiasedImuSpec)
+@ros_side(specs.BiasedImuSpec)
 class BiasedImuSensor(ImuSensor, TunedSensor):
     """An IMU with biases that drift and that services set.
 
@@ -295,7 +288,7 @@ class BiasedImuSensor(ImuSensor, TunedSensor):
 _NO_BIAS = (0.0, 0.0, 0.0)
 
 
-@ros_side(GpsSpec)
+@ros_side(specs.GpsSpec)
 class GpsSensor(TunedSensor):
     """sensor_msgs/NavSatFix, and the velocity as geometry_msgs/Vector3Stamped.
 
@@ -375,7 +368,7 @@ class GpsSensor(TunedSensor):
         return fix
 
 
-@ros_side(MagneticSpec)
+@ros_side(specs.MagneticSpec)
 class MagneticSensor(TunedSensor):
     """The earth's field in the sensor frame: Vector3Stamped or MagneticField."""
 

@@ -12,14 +12,7 @@ import numpy as np
 import rospkg
 from bullet_sim.errors import ModelError, SimError
 from bullet_sim.files import read_unpacked
-from bullet_sim.plugins.lidars import (
-    BlockCloudSpec,
-    CloudSpec,
-    LayeredScanSpec,
-    PatternSpec,
-    RangeSpec,
-    RaySpec,
-)
+from bullet_sim.plugins import lidars as specs
 from bullet_sim.pose import Array, Pose
 from bullet_sim.sensors.errors import SensorErrors
 from bullet_sim.sensors.lidar import LayeredLidar, Lidar, PatternLidar
@@ -68,7 +61,7 @@ class RaysSensor(Sensor):
         return intensities
 
 
-@ros_side(RaySpec)
+@ros_side(specs.RaySpec)
 class LidarSensor(RaysSensor):
     """sensor_msgs/LaserScan; of several layers all ranges, layer by layer, as upstream."""
 
@@ -76,12 +69,12 @@ class LidarSensor(RaysSensor):
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
-        self._layers = self.spec.layers if isinstance(self.spec, LayeredScanSpec) else 1
+        self._layers = self.spec.layers if isinstance(self.spec, specs.LayeredScanSpec) else 1
         count = len(self._lidar.angles) * self._layers
         self._sender = PackedScan(self.pub, self.spec, self._lidar.angle_increment, count)
 
     def _make_lidar(self) -> Any:
-        layered = isinstance(self.spec, LayeredScanSpec)
+        layered = isinstance(self.spec, specs.LayeredScanSpec)
         return LayeredLidar(self.spec) if layered else super()._make_lidar()
 
     def update(self, time: float, period: float) -> None:
@@ -128,7 +121,11 @@ _FIELDS = [
 
 
 def velodyne_cloud(
-    time: float, spec: CloudSpec, points: Array, rings: Array, intensities: Array | None = None
+    time: float,
+    spec: specs.CloudSpec,
+    points: Array,
+    rings: Array,
+    intensities: Array | None = None,
 ) -> PointCloud2:
     """sensor_msgs/PointCloud2 of points (n, 3).
 
@@ -149,7 +146,7 @@ def velodyne_cloud(
     return conversions.cloud(header, data, _FIELDS, not spec.organized)
 
 
-@ros_side(CloudSpec)
+@ros_side(specs.CloudSpec)
 class CloudSensor(RaysSensor):
     """sensor_msgs/PointCloud2 of a velodyne."""
 
@@ -164,7 +161,7 @@ class CloudSensor(RaysSensor):
         return velodyne_cloud(time, self.spec, points, self._lidar.rings, intensities)
 
 
-@ros_side(BlockCloudSpec)
+@ros_side(specs.BlockCloudSpec)
 class BlockLaserSensor(RaysSensor):
     """sensor_msgs/PointCloud of libgazebo_ros_block_laser: a point of each ray, layer by layer.
 
@@ -227,7 +224,7 @@ def _half_a_ray_beyond(first: float, last: float, count: int) -> Array:
     return first + 0.5 * (rays + np.minimum(rays + 1, count - 1)) * (last - first) / (count - 1)
 
 
-@ros_side(RangeSpec)
+@ros_side(specs.RangeSpec)
 class RangeSensor(RaysSensor, TunedSensor):
     """sensor_msgs/Range: the closest hit, max_range where there is none."""
 
@@ -322,7 +319,7 @@ def _read_pattern_of(path: str) -> Array:
     return pattern
 
 
-@ros_side(PatternSpec)
+@ros_side(specs.PatternSpec)
 class PatternSensor(RaysSensor):
     """The messages of livox_laser_simulation, and its transforms of the sensor and its link.
 

@@ -116,21 +116,16 @@ def changed(light: Light, request: Any) -> Light:
         _not_negative(getattr(request, f"attenuation_{name}"), f"{name} attenuation", light)
         for name in ("constant", "linear", "quadratic")
     )
-    return Light(
-        light.name,
-        light.kind,
-        pose.position,
-        (x, y, z) if length > 1e-9 else light.direction,
-        _color(request.diffuse, f"diffuse of light '{light.name}'"),
-        _color(request.specular, f"specular of light '{light.name}'"),
-        light.reach,
-        constant,
-        linear,
-        quadratic,
-        light.inner,
-        light.outer,
-        light.falloff,
-        bool(request.cast_shadows),
+    return replace(
+        light,
+        position=pose.position,
+        direction=(x, y, z) if length > 1e-9 else light.direction,
+        diffuse=_color(request.diffuse, f"diffuse of light '{light.name}'"),
+        specular=_color(request.specular, f"specular of light '{light.name}'"),
+        constant=constant,
+        linear=linear,
+        quadratic=quadratic,
+        cast_shadows=bool(request.cast_shadows),
     )
 
 

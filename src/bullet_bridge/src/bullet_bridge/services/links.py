@@ -42,9 +42,14 @@ if TYPE_CHECKING:
 NO_LINK = "link not found, did you forget to scope the link by model name?"
 
 
-def clearing(jobs: JobQueue, clear: Callable[[Any], Any], response: type) -> Callable[[Any], Any]:
-    """Handler that runs clear(request) as a job; whatever it clears, it succeeds, as upstream."""
-    return empty_service_handler(lambda request: jobs.call(lambda: clear(request)), response)
+def offer_clearing(name: str, kind: Any, jobs: JobQueue, clear: Callable[[Any], Any]) -> None:
+    """Offer a service that runs clear(request) as a job; it succeeds, whatever it clears, as
+    upstream."""
+
+    def work(request: Any) -> None:
+        jobs.call(lambda: clear(request))
+
+    rospy.Service(name, kind, empty_service_handler(work, kind._response_class))
 
 
 def requested_steps(world: World, request: Any) -> tuple[int, float]:
@@ -67,15 +72,8 @@ class LinkServices:
             ("set_link_properties", srv.SetLinkProperties, self._set_properties),
             ("apply_body_wrench", srv.ApplyBodyWrench, self._push),
         )
-        rospy.Service(
-            f"{prefix}/clear_body_wrenches",
-            srv.BodyRequest,
-            clearing(
-                jobs,
-                lambda r: world.forces.clear_link(r.body_name),
-                srv.BodyRequestResponse,
-            ),
-        )
+        name, forces = f"{prefix}/clear_body_wrenches", world.forces
+        offer_clearing(name, srv.BodyRequest, jobs, lambda r: forces.clear_link(r.body_name))
         received.subscribe(f"{prefix}/set_link_state", LinkState, topic_callback(self._set_state))
 
     def _get_state(self, request: Any) -> srv.GetLinkStateResponse:
@@ -224,15 +222,8 @@ class JointServices:
             ("set_joint_properties", srv.SetJointProperties, self._set_properties),
             ("apply_joint_effort", srv.ApplyJointEffort, self._drive),
         )
-        rospy.Service(
-            f"{prefix}/clear_joint_forces",
-            srv.JointRequest,
-            clearing(
-                jobs,
-                lambda r: world.forces.clear_joint(r.joint_name),
-                srv.JointRequestResponse,
-            ),
-        )
+        name, forces = f"{prefix}/clear_joint_forces", world.forces
+        offer_clearing(name, srv.JointRequest, jobs, lambda r: forces.clear_joint(r.joint_name))
 
     def _get_properties(self, request: Any) -> srv.GetJointPropertiesResponse:
         """Position and rate; each joint is REVOLUTE and has no damping, as gazebo_ros answers."""
