@@ -167,11 +167,9 @@ class GlRenderer(Renderer):
         self._context = Context()
         self.device, self.software = self._context.device, self._context.software
         gl = self._context.gl
-        self._shadows_enabled = (
-            not self.software if quality.shadows == "auto" else quality.shadows == "true"
-        )
-        antialias = (
-            not self.software if quality.antialias == "auto" else quality.antialias == "true"
+        self._shadows_enabled, antialias = (
+            not self.software if switch == "auto" else switch == "true"
+            for switch in (quality.shadows, quality.antialias)
         )
         self._samples = gl.max_samples if antialias else 0
         anisotropy = min(gl.max_anisotropy, 16.0)
@@ -282,18 +280,21 @@ class GlRenderer(Renderer):
 
     def _fill_holes(self, view: View, target: Target) -> None:
         """Render the depths of cut-out surfaces where their images have holes, as in Gazebo."""
-        gl, instances, program = self._context.gl, self._instances, self._programs.depth
         target.framebuffer.use()
-        gl.depth_func = ">"
-        for batch in instances.batches:
-            if not batch.type.rejects:
-                continue
-            selection = instances.select(batch, view.visible, "visible")
+        self._context.gl.depth_func = ">"
+        batches = [batch for batch in self._instances.batches if batch.type.rejects]
+        self._render_shapes(view, batches, self._programs.depth)
+
+    def _render_shapes(self, view: View, batches: Iterable[Batch], program: Any) -> None:
+        """Render what surfaces cover, whatever their images are."""
+        gl = self._context.gl
+        for batch in batches:
+            selection = self._instances.select(batch, view.visible, "visible")
             if selection:
                 double = batch.type.double_sided
                 gl.enable_only(gl.DEPTH_TEST if double else gl.DEPTH_TEST | gl.CULL_FACE)
                 program["clip"].write(view.clip.T.astype(np.float32).tobytes())
-                instances.render(batch, selection, program)
+                self._instances.render(batch, selection, program)
 
     def _render_surfaces(self, view: View, lights: int, transparent: bool) -> None:
         """Render the opaque surfaces, or the transparent ones from far to near."""
@@ -323,13 +324,8 @@ class GlRenderer(Renderer):
                 flags = features
             if transparent:
                 gl.blend_func = tuple(getattr(gl, name) for name in BLENDS[batch.type.blend])
-            program = self._programs.surface(
-                batch.variant,
-                lighting.sun is not None,
-                shadowed,
-                lights,
-                fog,
-            )
+            has_sun = lighting.sun is not None
+            program = self._programs.surface(batch.variant, has_sun, shadowed, lights, fog)
             if batch.surface.texture is not None:
                 batch.surface.texture.use(0)
             self._use_layers(batch, program)
@@ -346,16 +342,9 @@ class GlRenderer(Renderer):
     def label_image(self, request: CameraRequest) -> Array:
         """See Renderer; glass and the holes of cut-out textures count as what they belong to."""
         view = self._view(request)
-        instances, gl, program = self._instances, self._context.gl, self._programs.label
         target = self._targets.get(request.width, request.height, 0)
         self._start(target, (0.0,) * 4)
-        program["clip"].write(view.clip.T.astype(np.float32).tobytes())
-        for batch in instances.batches:
-            selection = instances.select(batch, view.visible, "visible")
-            if selection:
-                double = batch.type.double_sided
-                gl.enable_only(gl.DEPTH_TEST if double else gl.DEPTH_TEST | gl.CULL_FACE)
-                instances.render(batch, selection, program)
+        self._render_shapes(view, self._instances.batches, self._programs.label)
         return target.labels()
 
     def _start(self, target: Target, color: tuple[float, ...]) -> None:

@@ -129,14 +129,9 @@ class Shadows:
         axes = sun_axes(towards)
         part = tuple(np.round(axes[:2] @ eye / CELL).tolist())
         light = tuple(map(float, towards))
+        fixed = instances.casts & instances.fixed
         for shadow, chosen, version, name, texel in (
-            (
-                self.fixed,
-                instances.casts & instances.fixed,
-                instances.fixed_version,
-                "fixed",
-                FINEST,
-            ),
+            (self.fixed, fixed, instances.fixed_version, "fixed", FINEST),
             (self.moving, casts & ~instances.fixed, instances.moving_version, "moving", finest),
         ):
             key = (version, light, part, chosen.tobytes(), texel) if chosen.any() else NOTHING
