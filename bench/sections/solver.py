@@ -14,6 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 import xacro
+from bullet_sim.engine.api import Rays
 from bullet_sim.formats.sdf.world import parse_world
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
@@ -153,7 +154,7 @@ def scanning(world):
     center = np.array((0.0, 0.0, 0.15))
 
     def work():
-        world.engine.cast_rays(center, rays, 0.1, FAR)
+        world.engine.cast_rays(Rays(center, rays, 0.1, FAR))
         return 1
 
     return lambda: rate_of_work(work, SECONDS)

@@ -29,6 +29,7 @@ if len(sys.argv) > 2:
 sys.path.append(sys.argv[1])
 import numpy as np
 import gazebo_states
+from bullet_sim.engine.api import Rays
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
@@ -49,7 +50,7 @@ for name in ("meshes on a mesh", "wheels push a can", "steering by effort"):
         world.step(60)
         bits.update(model.body.rows.tobytes())
         center = np.array((0.0, 0.0, 0.3))
-        found = world.engine.cast_rays(center, rays, 0.1, 9.0)
+        found = world.engine.cast_rays(Rays(center, rays, 0.1, 9.0))
         bits.update(found.tobytes())
     world.close()
 print(json.dumps({"bits": bits.hexdigest(), "numba": "numba" in sys.modules}))

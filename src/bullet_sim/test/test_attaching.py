@@ -213,13 +213,13 @@ def test_what_rests_wakes_and_stays_awake_while_it_is_attached():
     post = spawned(world, "post", (0.0, 0.0, 2.0), static=True)
     load = spawned(world, "load", (0.5, 0.0, 0.1))
     world.step(3000)
-    assert load.body.is_asleep() and post
+    assert load.body.is_resting() and post
     world.attach("key", "post", "l", "load", "l")
-    assert not load.body.is_asleep()
+    assert not load.body.is_resting()
     world.engine.set_gravity((0.0, 0.0, 9.81))
     world.step(3000)
     assert load.pose.position == pytest.approx((0.5, 0.0, 0.1), abs=2e-3)
-    assert not load.body.is_asleep()
+    assert not load.body.is_resting()
     world.close()
 
 

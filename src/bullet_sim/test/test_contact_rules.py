@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from bullet_sim.engine.api import Rays
 from bullet_sim.formats.sdf.world import parse_model
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.models.changes import step_range
@@ -145,7 +146,7 @@ def box(name, mu=0.6):
 
 
 def sleeps(world, name="a"):
-    return world.models[name].body.is_asleep()
+    return world.models[name].body.is_resting()
 
 
 @pytest.fixture
@@ -282,7 +283,7 @@ def test_a_robot_whose_damping_is_unstable_ends_nothing_but_itself(damping):
     world.step(2000)
     angle, *_ = world.models["arm"].body.joint_states()[0]
     box_height = world.models["box"].pose.position[2]
-    ranges = world.engine.cast_rays((0, 0.5, 2.0), [[0.0, 0.0, -1.0]], 0.0, 5.0)
+    ranges = world.engine.cast_rays(Rays((0, 0.5, 2.0), [[0.0, 0.0, -1.0]], 0.0, 5.0))
     world.engine.remove(world.models["arm"].body)
     world.step(100)
     world.close()

@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from bullet_sim.engine.api import Rays
 from bullet_sim.formats import elevation
 from bullet_sim.meshes import terrain
 from bullet_sim.pose import Pose
@@ -104,7 +105,7 @@ def test_without_a_size_the_ground_is_as_large_as_on_the_earth(
     assert (x, y) == pytest.approx(expected, rel=tolerance) and z == 300.0
     world, warnings = _spawned(path)
     above, down = np.array((x / 2 - 1e-3, 0.0, 1000.0)), np.array([(0.0, 0.0, -1.0)])
-    assert world.engine.cast_rays(above, down, 0.0, 2e3) == pytest.approx([700.0], abs=0.1)
+    assert world.engine.cast_rays(Rays(above, down, 0.0, 2e3)) == pytest.approx([700.0], abs=0.1)
     assert warnings == []
     world.close()
 

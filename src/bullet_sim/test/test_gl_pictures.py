@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from bullet_sim.description.model import Finish, Geometry, Light, Shape, VisualLink
 from bullet_sim.description.world import SUN, Fog, Scene
+from bullet_sim.engine.api import Rays
 from bullet_sim.engine.bullet.client import Client
 from bullet_sim.errors import RenderError
 from bullet_sim.plugins.cameras import Distortion, Intrinsics, Lens
@@ -253,7 +254,7 @@ def test_depth_is_that_of_rays(gl, tmp_path):
         ends = 30.0 * rays @ OPTICAL_FROM_CAMERA
         lengths = np.linalg.norm(ends, axis=1)
         rays = ends / lengths[:, None]
-        fractions = client.cast_rays(np.zeros(3), rays, 0.0, lengths.max()) / lengths
+        fractions = client.cast_rays(Rays(np.zeros(3), rays, 0.0, lengths.max())) / lengths
     finally:
         client.close()
     expected = np.where(np.asarray(fractions) < 1.0, 30.0 * np.asarray(fractions), 30.0)

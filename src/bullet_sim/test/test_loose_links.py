@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from bullet_sim.engine.api import Rays
 from bullet_sim.kinematics import Kinematics, pose_matrix
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
@@ -136,7 +137,7 @@ def test_mirrors_and_rays_see_them_where_they_are(world):
     assert b[:3, :3] == pytest.approx(model.link_state("b")[0].matrix, abs=1e-6)
     center = np.array(model.link_state("b")[0].position)
     start = center + (0.0, 0.0, 2.0)
-    hit = world.engine.cast_rays(start, np.array([[0.0, 0.0, -1.0]]), 0.0, 5.0)
+    hit = world.engine.cast_rays(Rays(start, np.array([[0.0, 0.0, -1.0]]), 0.0, 5.0))
     assert 1.8 < hit[0] < 1.95
     position, _ = world.engine.mirror.client.link_frame((model.body.number, "b"))
     assert position == pytest.approx(center, abs=1e-6)  # in PyBullet, too
@@ -165,7 +166,7 @@ def test_each_sleeps_by_itself(world):
     world.step(1500)
     assert places(model)[0, 2] == pytest.approx(0.1, abs=1e-3)
     assert places(model)[1, 2] == pytest.approx(20 - 0.5 * 9.81 * 1.5**2, abs=0.05)
-    assert not model.body.is_asleep()
+    assert not model.body.is_resting()
 
 
 def test_with_bullet_they_are_fixed_with_a_warning():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.model import Geometry, Link, Shape
+from bullet_sim.engine.api import Rays
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.meshes.prepare import prepare_meshes
 from bullet_sim.meshes.read import MeshFileResolver
@@ -279,7 +280,7 @@ def test_static_mesh_is_hollow_and_a_moving_one_a_hull(tmp_path):
         model, _ = sdf.parse_model(text.format(static), str)
         world.spawn(model, Pose((0.0, 0.0, 1.0)))
         down, centers = np.array([(0.0, 0.0, -1.0)]), np.array([(0.1, 0.2, 5.0), (1.5, 0.0, 5.0)])
-        ranges = [world.engine.cast_rays(center, down, 0.0, 10.0)[0] for center in centers]
+        ranges = [world.engine.cast_rays(Rays(center, down, 0.0, 10.0))[0] for center in centers]
         hits[static] = np.isfinite(ranges).tolist()
         world.close()
     assert hits == {"true": [False, True], "false": [True, True]}

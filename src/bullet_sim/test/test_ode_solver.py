@@ -346,7 +346,7 @@ def test_bodies_meet_what_is_no_plane(world):
     total = 0.0
     for _ in range(400):
         world.step()
-        assert not boxes[0].body.is_asleep()
+        assert not boxes[0].body.is_resting()
         for _, body, _, force in boxes[0].body.touching():
             total += force / 400 if body == world.model("stand").body.number else 0.0
     assert total == pytest.approx(2.0 * G, rel=0.05)
@@ -633,34 +633,34 @@ BOX = robot(link("base", 1.0, inertia=0.02, shape='<box size="0.4 0.4 0.4"/>'))
 def test_what_rests_for_a_second_sleeps_until_something_happens(world):
     box = spawn(world, BOX, Pose((0.0, 0.0, 0.2)), ground=True)
     world.step(990)
-    assert not box.body.is_asleep()
+    assert not box.body.is_resting()
     world.step(100)
-    assert box.body.is_asleep()
+    assert box.body.is_resting()
     pose, touching = box.pose, box.body.touching()
     assert touching
     world.step(1000)
     assert box.pose == pose and box.body.touching() == touching
     box.body.apply_force(box.root, (50.0, 0.0, 0.0), box.pose.position)
     world.step()
-    assert not box.body.is_asleep() and box.pose != pose
+    assert not box.body.is_resting() and box.pose != pose
 
 
 def test_what_falls_on_a_sleeper_wakes_it(world):
     box = spawn(world, BOX, Pose((0.0, 0.0, 0.2)), ground=True)
     world.step(1500)
-    assert box.body.is_asleep()
+    assert box.body.is_resting()
     ball = world.spawn_urdf("ball", BALL, Pose((0.15, 0.0, 0.8)), str)
     world.step(200)
-    assert box.body.is_asleep()
+    assert box.body.is_resting()
     world.step(200)
-    assert not box.body.is_asleep() and ball.pose.position[2] < 0.55
+    assert not box.body.is_resting() and ball.pose.position[2] < 0.55
 
 
 def test_a_sleeper_whose_support_is_deleted_falls(world):
     world.spawn_sdf("stand", static("<box><size>2 2 1</size></box>"), Pose((0.0, 0.0, 0.5)), str)
     box = spawn(world, BOX, Pose((0.0, 0.0, 1.2)))
     world.step(1500)
-    assert box.body.is_asleep()
+    assert box.body.is_resting()
     world.delete("stand")
     world.step(100)
     assert box.pose.position[2] < 1.16
@@ -685,7 +685,7 @@ def test_what_must_not_or_has_joints_or_sensors_does_not_sleep(world, inside, mo
     world.spawn(sdf.ground_plane())
     box = world.spawn_sdf("box", text, Pose((0.0, 0.0, 0.5)), str)
     world.step(2500)
-    assert not box.body.is_asleep()
+    assert not box.body.is_resting()
 
 
 def test_a_saved_state_knows_who_sleeps(world):
@@ -696,9 +696,9 @@ def test_a_saved_state_knows_who_sleeps(world):
     sleeping, touching = world.save_state(), box.body.touching()
     world.restore_state(awake)
     world.step(10)
-    assert not box.body.is_asleep()
+    assert not box.body.is_resting()
     world.restore_state(sleeping)
-    assert box.body.is_asleep() and box.body.touching() == touching
+    assert box.body.is_resting() and box.body.touching() == touching
 
 
 def test_the_force_of_a_measured_joint(world):

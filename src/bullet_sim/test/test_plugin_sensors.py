@@ -127,7 +127,8 @@ def test_the_magnetic_field_points_north_and_down():
 class Walls:
     """An engine with walls at x = 4 m and x = -2 m only."""
 
-    def cast_rays(self, center, directions, *_):
+    def cast_rays(self, rays):
+        center, directions, *_ = rays
         with np.errstate(divide="ignore"):
             there = np.stack([(x - center[0]) / directions[:, 0] for x in (4.0, -2.0)])
         return np.where(there >= 0.0, there, np.inf).min(axis=0)

@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+from bullet_sim.engine.api import Rays
 from bullet_sim.engine.bullet.mirror import Mirror
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.plugins.lidars import RaySpec
@@ -68,13 +69,13 @@ def directions(count=400, seed=0, flat=False):
 
 def cast(world, rays):
     """Distances from NEAR to FAR by the world's engine."""
-    return world.engine.cast_rays(CENTER, rays, NEAR, FAR, None, False)
+    return world.engine.cast_rays(Rays(CENTER, rays, NEAR, FAR, None, False))
 
 
 def in_bullet(world, rays, start=NEAR, end=FAR, center=CENTER):
     """Distances by PyBullet alone."""
     client = getattr(world.engine, "mirror", world.engine).client
-    return client.cast_rays(center, rays, start, end, None, False)
+    return client.cast_rays(Rays(center, rays, start, end, None, False))
 
 
 def assert_same(world, rays=None):
@@ -198,21 +199,21 @@ def test_a_link_is_seen_whatever_its_bits(world, monkeypatch, bits, static):
 @with_both
 def test_what_is_nearer_than_the_least_range(world):
     rays, scan = directions(200, flat=True), world.engine.cast_rays
-    assert np.isposinf(scan(CENTER, rays, NEAR, FAR)).all()
+    assert np.isposinf(scan(Rays(CENTER, rays, NEAR, FAR))).all()
     world.spawn_sdf("static", model([SHAPES["box"]]), Pose((0.65, -0.2, 0.4)), str)
     world.step()
-    ours = scan(CENTER, rays, NEAR, FAR)
+    ours = scan(Rays(CENTER, rays, NEAR, FAR))
     expected = np.isfinite(in_bullet(world, rays, 0.0, NEAR))
     assert expected.any() and (np.isneginf(ours) == expected).mean() > 0.98
     body = world.model("static").body.number
-    assert not np.isneginf(scan(CENTER, rays, NEAR, FAR, own=body)).any()
-    assert not np.isneginf(scan(CENTER, rays, NEAR, FAR, look_near=False)).any()
+    assert not np.isneginf(scan(Rays(CENTER, rays, NEAR, FAR, own=body))).any()
+    assert not np.isneginf(scan(Rays(CENTER, rays, NEAR, FAR, look_near=False))).any()
     world.delete("static")
     world.spawn_sdf("free", model([SHAPES["box"]], static=False), Pose((0.65, -0.2, 1.0)), str)
     world.step()
     body = world.model("free").body.number
-    assert np.isneginf(scan(CENTER, rays, NEAR, FAR)).any()
-    housed = scan(CENTER, rays, NEAR, FAR, own=body)
+    assert np.isneginf(scan(Rays(CENTER, rays, NEAR, FAR))).any()
+    housed = scan(Rays(CENTER, rays, NEAR, FAR, own=body))
     assert not np.isneginf(housed).any() and np.isfinite(housed).any()
 
 
@@ -249,12 +250,13 @@ WITHOUT_NUMBA = """
 import json, sys
 sys.modules["numba"] = None
 import numpy as np
+from bullet_sim.engine.api import Rays
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 world = World(solver="bullet")
 world.spawn_sdf("box", sys.argv[1], Pose((2.0, 0.0, 0.5)), str)
 rays = np.array([(np.cos(a), np.sin(a), 0.0) for a in (-1.0, 0.0, 0.1)])
-print(json.dumps(world.engine.cast_rays(np.array((0.0, 0.0, 0.4)), rays, 0.1, 9.0).tolist()))
+print(json.dumps(world.engine.cast_rays(Rays(np.array((0.0, 0.0, 0.4)), rays, 0.1, 9.0)).tolist()))
 """
 
 
@@ -300,9 +302,9 @@ def test_no_ray_slips_between_the_triangles_of_a_mesh(world, tmp_path, static):
     lengths = np.linalg.norm(targets, axis=1)
     center = np.array((0.3, -0.2, 3.4))
     rays = targets / lengths[:, None]
-    found = world.engine.cast_rays(center, rays, 0.0, FAR, None, False)
+    found = world.engine.cast_rays(Rays(center, rays, 0.0, FAR, None, False))
     np.testing.assert_allclose(found, lengths, atol=1e-12)
-    assert np.isfinite(world.engine.cast_rays(center, directions(5000), 0.0, FAR)).all()
+    assert np.isfinite(world.engine.cast_rays(Rays(center, directions(5000), 0.0, FAR))).all()
 
 
 def test_what_is_nowhere_hides_nothing(world):
@@ -370,7 +372,7 @@ def test_the_same_far_from_the_origin(world):
     for number, at in enumerate((place, away + place)):
         world.spawn_sdf(f"box{number}", model([SHAPES["box"]]), Pose(tuple(at.tolist())), str)
     world.step()
-    ours = world.engine.cast_rays(away + CENTER, rays, NEAR, FAR, None, False)
+    ours = world.engine.cast_rays(Rays(away + CENTER, rays, NEAR, FAR, None, False))
     assert np.isfinite(ours).any()
     np.testing.assert_allclose(ours, cast(world, rays), atol=1e-8)
 

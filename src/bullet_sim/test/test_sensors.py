@@ -20,7 +20,8 @@ class Room:
     def __init__(self, half_x, half_y):
         self.half = np.array([half_x, half_y])
 
-    def cast_rays(self, center, directions, near, far, own=None, look_near=True):
+    def cast_rays(self, rays):
+        center, directions, near, far, own, look_near = rays
         way = directions[:, :2]
         with np.errstate(divide="ignore", invalid="ignore"):
             wall = np.where(way == 0.0, np.inf, (np.sign(way) * self.half - center[:2]) / way)

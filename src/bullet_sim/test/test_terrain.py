@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from bullet_sim.engine.api import Rays
 from bullet_sim.errors import ModelError
 from bullet_sim.meshes import terrain
 from bullet_sim.pose import Pose
@@ -136,7 +137,7 @@ def test_a_road_has_its_width_at_its_ends_and_at_a_right_angle():
 def _hit(world, x, y):
     """Height at which a ray from above hits."""
     center, down = np.array((x, y, 10.0)), np.array([(0.0, 0.0, -1.0)])
-    (distance,) = world.engine.cast_rays(center, down, 0.0, 20.0)
+    (distance,) = world.engine.cast_rays(Rays(center, down, 0.0, 20.0))
     return 10.0 - distance if np.isfinite(distance) else None
 
 

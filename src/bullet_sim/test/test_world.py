@@ -6,6 +6,7 @@ import pickle
 import numpy as np
 import pytest
 from bullet_sim.description.model import Geometry, Link, ModelDescription, Shape
+from bullet_sim.engine.api import Rays
 from bullet_sim.errors import ModelError, WorldError
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose
@@ -359,7 +360,9 @@ def test_many_spawns_and_deletes_leave_nothing_behind(world):
         world.delete("other")
     assert len(world.snapshot().bodies) == len(world.sources()) == 2
     down = np.array([(0.0, 0.0, -1.0)])
-    assert world.engine.cast_rays(np.array((3.0, 0.0, 5.0)), down, 0.0, 4.99).tolist() == [math.inf]
+    assert world.engine.cast_rays(Rays(np.array((3.0, 0.0, 5.0)), down, 0.0, 4.99)).tolist() == [
+        math.inf
+    ]
 
 
 def test_keys_are_never_used_twice(world):

@@ -141,7 +141,6 @@ class World:
     Args:
         time_step: physics step [s].
         gravity: [m/s^2] in the world frame.
-        engine: an Engine to use instead of a new one (tests).
         solver: 'ode': steps as Gazebo's ODE makes them; or 'bullet': PyBullet's own.
 
     Attributes:
@@ -156,10 +155,9 @@ class World:
         self,
         time_step: float = DEFAULT_STEP,
         gravity: Vec3 = (0.0, 0.0, -9.81),
-        engine: Engine | None = None,
         solver: str = "ode",
     ) -> None:
-        self.engine = engine or make_engine(solver, time_step, gravity)
+        self.engine: Engine = make_engine(solver, time_step, gravity)
         self._folder = OwnFolder()  # of the models' prepared files
         self._next_key = 0
         self.name = "default"

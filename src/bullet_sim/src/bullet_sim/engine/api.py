@@ -54,6 +54,25 @@ class Touch(NamedTuple):
     force: float
 
 
+class Rays(NamedTuple):
+    """Rays of a lidar.
+
+    Attributes:
+        center: (3,) [m] in the world, from which all come.
+        directions: (n, 3) unit vectors, world axes.
+        near, far: distances between which a hit is measured [m].
+        own: number of the body that does not count where it is nearer than `near`.
+        look_near: whether to look for what is nearer than `near`.
+    """
+
+    center: Array
+    directions: Array
+    near: float
+    far: float
+    own: int | None = None
+    look_near: bool = True
+
+
 class EngineState(NamedTuple):
     """State of all bodies of an engine.
 
@@ -242,9 +261,6 @@ class Body(Protocol):
     def touching(self) -> list[Touch]:
         """Pairs of links in contact."""
 
-    def is_asleep(self) -> bool:
-        """Whether it sleeps, until something awake touches it, or a force acts on it."""
-
 
 class Engine(Protocol):
     """A world of bodies.
@@ -381,24 +397,9 @@ class Engine(Protocol):
             (n, 3) places [m], (n, 3) unit normals, (n,) normal forces [N], in the world frame.
         """
 
-    def cast_rays(
-        self,
-        center: Array,
-        directions: Array,
-        near: float,
-        far: float,
-        own: int | None = None,
-        look_near: bool = True,
-    ) -> Array:
+    def cast_rays(self, rays: Rays) -> Array:
         """Distances to what the rays of a lidar hit first; a ray that begins inside a solid shape
         does not hit that.
-
-        Args:
-            center: (3,) [m] in the world, from which all come.
-            directions: (n, 3) unit vectors, world axes.
-            near, far: distances between which a hit is measured [m].
-            own: number of the body that does not count where it is nearer than `near`.
-            look_near: whether to look for what is nearer than `near`.
 
         Returns:
             (n,) float64 [m]; inf: nothing up to `far`; -inf: something nearer than `near`.

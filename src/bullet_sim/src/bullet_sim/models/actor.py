@@ -287,9 +287,6 @@ class ActorBody:
     def touching(self) -> list[Touch]:
         return []
 
-    def is_asleep(self) -> bool:
-        return False
-
     def _nothing(self, *_: Any) -> None:
         """Of what only bodies have that something moves."""
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bullet_sim.engine.api import Rays
 from bullet_sim.pose import Array, Vector, matrix_from_rpy, rotation_matrix
 from bullet_sim.sensors.retro import intensities
 
@@ -37,28 +38,18 @@ class Lidar:
     """
 
     def __init__(self, spec: RaySpec) -> None:
-        if int(spec.samples) != spec.samples or spec.samples < 1:
-            raise ValueError(
-                f"lidar {spec.name}: samples {spec.samples}, a whole number >= 1 is expected"
-            )
-        rays = spec.samples * getattr(spec, "layers", 1)
-        if rays > MAX_RAYS:
-            raise ValueError(f"lidar {spec.name}: {rays} rays, at most {MAX_RAYS} are expected")
-        if not spec.max_angle >= spec.min_angle:
-            raise ValueError(
-                f"lidar {spec.name}: min_angle {spec.min_angle}, max_angle "
-                f"{spec.max_angle}: min_angle <= max_angle rad is expected"
-            )
-        if not 0.0 <= spec.range_min < spec.range_max < np.inf:
-            raise ValueError(
-                f"lidar {spec.name}: range_min {spec.range_min}, range_max "
-                f"{spec.range_max}: 0 <= range_min < range_max m is expected"
-            )
-        if not spec.noise_stddev >= 0.0:
-            raise ValueError(
-                f"lidar {spec.name}: noise_stddev {spec.noise_stddev}, >= 0 m is expected"
-            )
-        n = int(spec.samples)
+        n, first, last, noise = spec.samples, spec.min_angle, spec.max_angle, spec.noise_stddev
+        near, far, rays = spec.range_min, spec.range_max, n * getattr(spec, "layers", 1)
+        for holds, text in (
+            (int(n) == n and n >= 1, f"samples {n}, a whole number >= 1"),
+            (rays <= MAX_RAYS, f"{rays} rays, at most {MAX_RAYS}"),
+            (last >= first, f"min_angle {first}, max_angle {last}: min_angle <= max_angle rad"),
+            (0.0 <= near < far < np.inf, f"range_min {near}, range_max {far}: 0 <= min < max m"),
+            (noise >= 0.0, f"noise_stddev {noise}, >= 0 m"),
+        ):
+            if not holds:
+                raise ValueError(f"lidar {spec.name}: {text} expected")
+        n = int(n)
         self.spec: Any = spec
         self.angles = np.linspace(spec.min_angle, spec.max_angle, n) if n > 1 else np.zeros(1)
         self.angle_increment = (spec.max_angle - spec.min_angle) / (n - 1) if n > 1 else 0.0
@@ -104,15 +95,10 @@ class Lidar:
             )
         rotation = rotation_matrix(link_orientation)
         position = np.asarray(link_position, dtype=float) + rotation @ self._position
-        ranges = engine.cast_rays(
-            position,
-            self._rays @ rotation.T,
-            spec.range_min,
-            spec.range_max,
-            own_body,
-            too_near,
-        )
-        self.hits = position, self._rays @ rotation.T, ranges
+        directions = self._rays @ rotation.T
+        rays = Rays(position, directions, spec.range_min, spec.range_max, own_body, too_near)
+        ranges = engine.cast_rays(rays)
+        self.hits = position, directions, ranges
         if spec.noise_stddev > 0.0 or spec.noise_mean:
             noise = spec.noise_mean
             if spec.noise_stddev > 0.0:

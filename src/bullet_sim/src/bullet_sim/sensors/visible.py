@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from bullet_sim.description.model import VISIBLE, Geometry, Shape
+from bullet_sim.engine.api import Rays
 from bullet_sim.errors import ModelError
 from bullet_sim.kinematics import Kinematics, quaternions
 from bullet_sim.meshes.read import read_parts
@@ -36,18 +37,10 @@ class VisibleScene:
         self._kinematics = Kinematics({})
         self._scene: Any = None  # of Engine.mesh_scene()
 
-    def cast_rays(
-        self,
-        center: Array,
-        directions: Array,
-        near: float,
-        far: float,
-        own: int | None = None,
-        look_near: bool = True,
-    ) -> Array:
+    def cast_rays(self, rays: Rays) -> Array:
         """As Engine.cast_rays, but that nothing nearer than `near` is seen, of whatever body."""
         self._place()
-        distances: Array = self._scene.cast(center, directions, near, far, None, False)
+        distances: Array = self._scene.cast(rays._replace(own=None, look_near=False))
         return distances
 
     def _place(self) -> None:

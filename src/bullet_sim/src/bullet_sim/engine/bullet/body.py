@@ -310,7 +310,3 @@ class BulletBody:
             for point in self._api.getContactPoints(bodyA=self.number)
             if point[9] > 0.0
         ]
-
-    def is_asleep(self) -> bool:
-        """See api.Body: none ever sleeps that moves."""
-        return False

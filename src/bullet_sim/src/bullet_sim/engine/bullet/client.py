@@ -12,7 +12,7 @@ import numpy as np
 import pybullet as p
 
 from bullet_sim.description.lump import LumpedModel
-from bullet_sim.engine.api import BodyLink
+from bullet_sim.engine.api import BodyLink, Rays
 from bullet_sim.engine.bullet.urdf import lumped_urdf
 from bullet_sim.errors import ModelError
 from bullet_sim.files import silenced
@@ -265,16 +265,9 @@ class Client:
         parts = np.where(uids >= 0, np.array([hit[2] for hit in hits], float), np.inf)
         return parts, np.array([self._names[uid][0] if uid >= 0 else -1 for uid in uids.tolist()])
 
-    def cast_rays(
-        self,
-        center: Array,
-        directions: Array,
-        near: float,
-        far: float,
-        own: int | None = None,
-        look_near: bool = True,
-    ) -> Array:
+    def cast_rays(self, rays: Rays) -> Array:
         """As Engine.cast_rays, where bodies are now."""
+        center, directions, near, far, own, look_near = rays
         ends = center + near * directions
         parts, _ = self.first_hits(ends, center + far * directions)
         ranges: Array = near + parts * (far - near)

@@ -481,11 +481,6 @@ class OdeBody:
         is_placed = self.placement is not None or not self.has_rows()
         return self.may_sleep and not is_placed and bool(self.rows[:, q.ASLEEP].all())
 
-    def is_asleep(self) -> bool:
-        """See api.Body."""
-        self._engine.refresh()
-        return self.may_sleep and bool(self.rows[:, q.ASLEEP].all())
-
     # Properties of links ------------------------------------------------------------------------
     def set_mass(self, link: str, mass: float, inertia: Array) -> None:
         """See api.Body."""

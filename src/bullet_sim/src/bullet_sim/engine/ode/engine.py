@@ -19,7 +19,7 @@ from bullet_sim.description.collisions import self_colliding, without_overlappin
 from bullet_sim.description.lump import LumpedModel, as_printed, lump
 from bullet_sim.description.model import EVERYTHING, Joint, ModelDescription
 from bullet_sim.description.world import OdeSettings
-from bullet_sim.engine.api import WORLD, Body, BodyLink, EngineState
+from bullet_sim.engine.api import WORLD, Body, BodyLink, EngineState, Rays
 from bullet_sim.engine.efforts import MAX_RECORDED, EffortRow
 from bullet_sim.engine.ode.arrays import ArrayBuilder, Attachment, Contents
 from bullet_sim.engine.ode.body import OdeBody
@@ -114,7 +114,7 @@ class OdeEngine:
         """Compile the solver, unless that was done; else the first step does."""
         compile_once()
         self._advance(0, -1)
-        self._ray_scene()[0].cast(np.zeros(3), np.zeros((0, 3)), 0.0, 0.0)
+        self._ray_scene()[0].cast(Rays(np.zeros(3), np.zeros((0, 3)), 0.0, 0.0))
 
     def close(self) -> None:
         """See api.Engine."""
@@ -424,23 +424,11 @@ class OdeEngine:
         return np.reshape(places, (-1, 3)), np.reshape(normals, (-1, 3)), np.array(forces, float)
 
     # Rays ---------------------------------------------------------------------------------------
-    def cast_rays(
-        self,
-        center: Array,
-        directions: Array,
-        near: float,
-        far: float,
-        own: int | None = None,
-        look_near: bool = True,
-    ) -> Array:
+    def cast_rays(self, rays: Rays) -> Array:
         """See api.Engine."""
         scene, is_whole = self._ray_scene()
-        ranges = scene.cast(center, directions, near, far, own, look_near)
-        if is_whole:
-            return ranges
-        client = self.mirror.client
-        others = client.cast_rays(center, directions, near, far, own, look_near)
-        return np.minimum(ranges, others)
+        ranges = scene.cast(rays)
+        return ranges if is_whole else np.minimum(ranges, self.mirror.client.cast_rays(rays))
 
     def _ray_scene(self) -> tuple[RayScene, bool]:
         """What rays are cast at, and whether it is all."""

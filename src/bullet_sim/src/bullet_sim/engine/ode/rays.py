@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from bullet_sim.description.model import Geometry
+from bullet_sim.engine.api import Rays
 from bullet_sim.engine.ode import tables
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.engine.quickstep.library import caster
@@ -84,16 +85,9 @@ class RayScene:
             "entries": np.zeros(room),
         }
 
-    def cast(
-        self,
-        center: Array,
-        directions: Array,
-        near: float,
-        far: float,
-        own: int | None = None,
-        look_near: bool = True,
-    ) -> Array:
+    def cast(self, rays: Rays) -> Array:
         """As Engine.cast_rays; rays meet a mesh from both sides, and other shapes from outside."""
+        center, directions, near, far, own, look_near = rays
         count = len(directions)
         if count not in self._castings:
             casting = Casting(
