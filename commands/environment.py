@@ -12,7 +12,7 @@ import os
 import time
 
 from commands import bootstrap, signature
-from commands.bootstrap import ros
+from commands.bootstrap import left_out, ros
 from commands.bootstrap.workspace import MARKER, STANDINS, in_ros, manifests_below
 from commands.errors import CommandError
 from commands.paths import (
@@ -20,7 +20,6 @@ from commands.paths import (
     DEVEL,
     MODELS,
     PROGRAMS,
-    PYTHON,
     ROOT,
     SOURCES,
     SYSTEM_PATH,
@@ -203,23 +202,16 @@ def _workspace_of(packages):
     if not packages:
         return None
     import hashlib
-    import subprocess
     import sys
 
     name = hashlib.sha256(os.fsencode(";".join(packages))).hexdigest()[:16]
     cache = CACHE if is_own() else os.path.expanduser("~/.cache/paddock")
     marker = os.path.join(cache, "workspaces", name, ".catkin")
     if not os.path.exists(marker):
-        script = "import sys; from catkin_pkg.package import parse_package as p; p(sys.argv[1])"
-        valid = []
-        for path in packages:
-            command = [PYTHON, "-c", script, path]
-            done = subprocess.run(command, capture_output=True, text=True, check=False)
-            if done.returncode == 0:
-                valid.append(path)
-            else:
-                why = done.stderr.strip().rpartition("\n")[2]
-                print(f"run: {path}/package.xml: {why}; ours is used", file=sys.stderr)
+        refused = left_out.refused(packages)
+        for path, why in refused.items():
+            print(f"run: {path}/package.xml: {why}; ours is used", file=sys.stderr)
+        valid = [path for path in packages if path not in refused]
         write(marker, ";".join(valid))
     return os.path.dirname(marker) if read(marker) else None
 

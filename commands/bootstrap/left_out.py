@@ -8,9 +8,19 @@ import re
 from dataclasses import asdict, dataclass
 
 from commands import sources
-from commands.paths import BUILD, read, read_xml, write
+from commands.paths import BUILD, VENV_PYTHON, read, read_xml, write
 
 FILE = os.path.join(BUILD, ".left_out")
+# Run by a Python that has catkin_pkg, with folders: what is refused, and why, a line each.
+PARSE = """
+import sys
+from catkin_pkg.package import parse_package
+for folder in sys.argv[1:]:
+    try:
+        parse_package(folder, [])
+    except Exception as error:
+        print(folder, " ".join(str(error).split()) or type(error).__name__, sep="\\t")
+"""
 OWN = "a Python class can take its place (docs/tutorials/your_own_simulation.md)"
 SIMULATOR_HEADERS = ("gazebo", "ignition", "gz", "sdf")
 CONTROL_HEADERS = (
@@ -89,6 +99,27 @@ def lines(entries):
     new = [entry for entry in entries if entry not in _told]
     _told.update(new)
     return [entry.line() for entry in new]
+
+
+def refused(folders, environ=None):
+    """Finds the packages whose package.xml catkin refuses, which would end every build.
+
+    Args:
+        folders: Of packages.
+        environ: Of the ROS whose catkin it is; None: the caller's.
+
+    Returns:
+        Dict from a folder to catkin's reason.
+    """
+    if not folders:
+        return {}
+    import subprocess
+
+    command = [VENV_PYTHON, "-c", PARSE, *folders]
+    done = subprocess.run(
+        command, env=environ, capture_output=True, text=True, errors="replace", check=False
+    )
+    return dict(line.split("\t", 1) for line in done.stdout.splitlines())
 
 
 def before_configuration(users, is_there):

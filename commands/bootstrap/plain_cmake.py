@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 from commands.bootstrap import left_out
 from commands.bootstrap.step import StepFailed
-from commands.paths import BUILD, DEVEL, ROOT
+from commands.paths import BUILD, DEVEL, ROOT, read
 
 PLAIN, CATKIN = "cmake", "catkin"
 OPTIONS = os.path.join(ROOT, "config", "cmake", "plain")  # NAME.cmake sets options of a package
@@ -31,8 +31,8 @@ def foreign(packages):
 
 def _build_type(folder):
     try:
-        root = ElementTree.parse(os.path.join(folder, "package.xml")).getroot()
-    except (OSError, ElementTree.ParseError):
+        root = ElementTree.fromstring(read(os.path.join(folder, "package.xml")))
+    except (ValueError, ElementTree.ParseError):
         return CATKIN  # which says what is wrong with it
     kinds = [
         (element.text or "").strip()

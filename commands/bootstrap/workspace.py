@@ -119,6 +119,22 @@ def users_packages():
     }
 
 
+def _refuse(environ):
+    """Hides the packages of a user whose package.xml catkin refuses; returns them as LeftOut."""
+    below = [os.path.dirname(path) for path in rule().manifests_below(SOURCES, STANDINS)]
+    theirs = [p for p in below if os.path.relpath(p, SOURCES).split(os.sep)[0] not in OURS]
+    refused = left_out.refused(theirs, environ)
+    rule().mark_refused(theirs, refused)
+    return [
+        left_out.LeftOut(
+            rule().name_of(f"{path}/package.xml") or relative(path),
+            "",
+            f"catkin refuses {relative(path)}/package.xml: {why[:300]}",
+        )
+        for path, why in refused.items()
+    ]
+
+
 def copies():
     """Finds the packages of a user that are in several places of src/: of each name the folders."""
     result = {}
@@ -311,6 +327,9 @@ def _compile(_step):
 
 
 def _build(step):
+    folder = ros.prefix()
+    environ = _environment(folder)
+    broken = _refuse(environ)
     users = users_packages()
     hidden = hide(users)
     for name in hidden:
@@ -319,7 +338,6 @@ def _build(step):
     folders = list_packages(inputs)
     sources = _hash(inputs, names)  # before: what changes meanwhile is built the next time
     gone = set(read(BUILT).split("\n")[:-1]) - set(folders)
-    folder = ros.prefix()
     built_at = f"{ROOT} {folder}".rstrip()
     # A moved clone, another ROS, or a package that is gone: what was built before would mislead.
     if read(BUILT_AT).strip() != built_at or gone:
@@ -344,11 +362,10 @@ def _build(step):
     ours = {name: path for name, path in users.items() if name not in foreign}
     for line in old_code.prepare(ours, manifests_of(SOURCES)):
         step.note(line)
-    environ = _environment(folder)
     others = yield from plain_cmake.build(step, environ, users)
     refused = yield from _configure(step, environ, ours, foreign)
     failed = yield from _make(step, environ, ours)
-    entries = [*others, *refused, *failed]
+    entries = [*broken, *others, *refused, *failed]
     left_out.save(entries)
     for line in left_out.lines(entries):
         step.note(line)

@@ -16,9 +16,14 @@ from dataclasses import dataclass, field
 
 from commands import sources
 from commands.bootstrap import left_out, old_code, packages, ros
-from commands.bootstrap.workspace import given_way, manifests_below, users_packages
+from commands.bootstrap.workspace import (
+    given_way,
+    manifests_below,
+    manifests_of,
+    users_packages,
+)
 from commands.errors import CommandError, UsageError, say
-from commands.paths import CACHE, PYTHON, ROOT, SOURCES, opened, read, read_xml, write
+from commands.paths import CACHE, PYTHON, ROOT, SOURCES, read, read_xml, write
 
 USAGE = "[--names] [PATH]"
 DEPEND_TAGS = (
@@ -95,9 +100,8 @@ def read_manifest(path):
     from xml.etree import ElementTree
 
     try:
-        with open(path, "rb", opener=opened) as stream:
-            root = ElementTree.parse(stream).getroot()
-    except ElementTree.ParseError as error:
+        root = ElementTree.fromstring(read(path))
+    except (ValueError, ElementTree.ParseError) as error:
         raise UsageError(f"{path} is not XML: {error}") from None
     name = (root.findtext("name") or "").strip()
     if root.tag != "package" or not name:
@@ -108,6 +112,26 @@ def read_manifest(path):
         if element.tag in DEPEND_TAGS and text and _for_ros_1(element.get("condition", "")):
             wanted.setdefault(text, []).append(element.tag)
     return name, wanted
+
+
+def readable(paths):
+    """Reads package.xml files; of several, those that are none are named and left out.
+
+    Returns:
+        (paths, what read_manifest() returns of each).
+
+    Raises:
+        UsageError: There is one, and it is none.
+    """
+    found = {}
+    for path in paths:
+        try:
+            found[path] = read_manifest(path)
+        except UsageError as error:
+            if len(paths) == 1:
+                raise
+            say(f"left out: {error}")
+    return list(found), list(found.values())
 
 
 def named_in_launch_files(folder):
@@ -244,9 +268,8 @@ class Answer:
 
 def ours():
     """Lists the packages of Paddock's workspace, and what its stand-ins answer for."""
-    files = glob.glob(f"{SOURCES}/**/package.xml", recursive=True)
     users = users_packages()
-    names = {read_manifest(path)[0] for path in files} - set(given_way(users))
+    names = set(manifests_of(SOURCES)) - set(given_way(users))
     return names | users.keys() | {"gazebo"}
 
 
@@ -270,7 +293,7 @@ def find(folder, existing=existing, installed=installed, paddock=None, resolve=r
     """
     folders = [folder] if isinstance(folder, str) else folder
     paths = [path for place in folders for path in find_manifests(place)]
-    manifests = [read_manifest(path) for path in paths]
+    paths, manifests = readable(paths)
     paddock = ours() if paddock is None else paddock
     sourced = of_sourced_ros()
     answer = Answer(packages=[name for name, _ in manifests])

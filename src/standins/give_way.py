@@ -15,6 +15,8 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 MARKER = "CATKIN_IGNORE"
 MARK = "by ./run: a real package of this name is used\n"
 OURS_MARK = "by ./run: the stand-in of this name is used, as the real package needs Gazebo itself\n"
+REFUSED_MARK = "by ./run: catkin refuses its package.xml\n"  # until the next build
+LISTED_MARKS = (OURS_MARK, REFUSED_MARK)
 IGNORE = (MARKER, "AMENT_IGNORE")
 SKIPPED = ("build", "devel", "install")
 DEFAULT_FOLDERS = ("/opt/ros/noetic/share", "/usr/share")
@@ -59,7 +61,7 @@ def manifests_below(folder, skipped=None):
             below[:] = []
             continue
         seen.add(real)
-        own = "package.xml" in files and read(os.path.join(directory, MARKER)) == OURS_MARK
+        own = "package.xml" in files and read(os.path.join(directory, MARKER)) in LISTED_MARKS
         if any(name in files for name in IGNORE) and not own:
             below[:] = []
         elif "package.xml" in files:
@@ -77,12 +79,13 @@ def manifests_below(folder, skipped=None):
 
 
 def packages_below(folder, skipped=None):
-    """Finds the packages at and below a folder: of each name its folder."""
+    """Finds the packages at and below a folder, without those that catkin refuses: of each name its
+    folder."""
     result = {}
     for path in manifests_below(folder, skipped):
-        name = name_of(path)
-        if name:
-            result.setdefault(name, os.path.dirname(path))
+        name, package = name_of(path), os.path.dirname(path)
+        if name and read(os.path.join(package, MARKER)) != REFUSED_MARK:
+            result.setdefault(name, package)
     return result
 
 
@@ -161,6 +164,16 @@ def keep_ours(users):
         if not os.path.exists(marker):
             _write(marker, OURS_MARK)
     return hidden
+
+
+def mark_refused(folders, refused):
+    """Hides the packages of some folders that are refused, and no others of them."""
+    for folder in folders:
+        marker = os.path.join(folder, MARKER)
+        if folder in refused:
+            _write(marker, REFUSED_MARK)
+        elif read(marker) == REFUSED_MARK:
+            os.remove(marker)
 
 
 def _is_ours(text):

@@ -113,6 +113,8 @@ def filled(clone, tmp_path_factory, package_index):
             "add_executable(uses src/uses.cpp)\ntarget_link_libraries(uses half_of_it)\n",
             uses="int half();\nint main() { return half(); }\n")  # fmt: skip
     package(root / "src" / "gazebo_ros", "gazebo_ros", HEAD.format("gazebo_ros", "") + "error\n")
+    wrong = package(root / "src" / "wrong_mail", "wrong_mail", "error\n") / "package.xml"
+    wrong.write_text(wrong.read_text().replace("a@example.org", "nobody"))
     done = run("setup", root=root, env=package_index.environment())
     return root, done
 
@@ -150,7 +152,8 @@ def test_what_cannot_be_built_is_named_and_the_rest_is_there(filled):
     assert "left out: asks: it needs NoSuchLibrary; " in said
     assert "left out: bad_plain: bad_plain.cpp:1: 'no_such_name' was not declared" in said
     assert "left out: of_ros_2: its build type is ament_cmake, " in said
-    assert len(lines) == 8, said
+    assert "left out: wrong_mail: catkin refuses src/wrong_mail/package.xml: " in said
+    assert len(lines) == 9, said
     built = {path.name for path in (root / "devel" / "lib").glob("*/*")}
     assert {"good", "hear", "old", "speak", "map_server"} <= built and not {
         "world",
@@ -183,14 +186,14 @@ def test_it_is_said_again_and_not_built_again(filled):
     root, _ = filled
     again = run("setup", root=root)
     assert again.returncode == 0 and "Workspace" not in again.stdout
-    assert again.stdout.count("left out: ") == 8
+    assert again.stdout.count("left out: ") == 9
 
 
 def test_stand_ins_come_back_with_the_users_package_gone(filled, package_index):
     root, _ = filled
     for name in (
         *("brought", "mixed", "needs_mixed", "follows", "asks", "old", "own_words", "hears"),
-        *("plain_sum", "half_of_it", "bad_plain", "of_ros_2", "uses_plain"),
+        *("plain_sum", "half_of_it", "bad_plain", "of_ros_2", "uses_plain", "wrong_mail"),
     ):
         shutil.rmtree(root / "src" / name)
     done = run("exec", "rospack", "find", "map_server", root=root)

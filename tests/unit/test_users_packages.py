@@ -9,7 +9,7 @@ from run_rig import ROOT
 from users_rig import HEAD, of_type, package
 
 from commands.bootstrap import left_out, old_code, plain_cmake, workspace
-from commands.subcommands import setup
+from commands.subcommands import deps, setup
 
 
 def test_folders_of_ours_are_all_that_the_repository_has():
@@ -53,6 +53,42 @@ def test_build_types(tmp_path):
             text = text.replace("</package>", "<export></export></package>")
         manifest.write_text(text.replace("</export>", end))
     assert plain_cmake.foreign(packages) == {"plain": "cmake", "other": "ament_python"}
+
+
+@pytest.mark.parametrize(
+    "old, new, why",
+    [
+        ("a@example.org", "a at example", 'Invalid email "a at example"'),
+        (' email="a@example.org"', "", 'must have the attribute "email"'),
+        ("1.0.0", "one", 'version "one" does not follow'),
+        ('<maintainer email="a@example.org">a</maintainer>', "", "at least one maintainer"),
+        ('format="2"', 'format="9"', "format version '9'"),
+        ('format="2"', 'format="new"', "'new'"),
+        ("<name>p</name>", "", 'exactly one "name" tag'),
+        ("<license>", "<licence>", "invalid XML"),
+        ("<license>", "<strange/><license>", "must not contain the following tags: strange"),
+        ("<description>x", "<description>\udcff", "'utf-8' codec can't decode"),
+        ("<package", "<!-- -- --><package", "invalid XML"),
+        (None, "", "invalid XML"),
+    ],
+)
+def test_a_package_that_catkin_refuses_is_left_out_and_named(tmp_path, monkeypatch, old, new, why):
+    """Each failed every ./run."""
+    monkeypatch.setattr(workspace, "SOURCES", str(tmp_path))
+    good, bad = (package(tmp_path / name, name, "") for name in ("good", "p"))
+    manifest = bad / "package.xml"
+    text = manifest.read_text()
+    changed = text.replace(old, new) if old else new
+    manifest.write_bytes(changed.encode(errors="surrogateescape"))
+    (entry,) = workspace._refuse(None)
+    assert entry.package in ("p", str(bad)) and why in entry.cause
+    assert workspace.users_packages() == {"good": str(good)}
+    assert workspace.scan()[1].count(str(manifest)) == 1  # when it is mended, it is built
+    assert deps.readable([f"{good}/package.xml", str(manifest)])[0][0] == f"{good}/package.xml"
+    plain_cmake.foreign({"p": str(bad)})
+    manifest.write_text(text)
+    assert workspace._refuse(None) == [] and not (bad / workspace.MARKER).exists()
+    assert set(workspace.users_packages()) == {"good", "p"}
 
 
 def test_messages_that_a_package_forgets_to_ask_for(tmp_path):

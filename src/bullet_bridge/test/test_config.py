@@ -9,6 +9,7 @@ import pytest
 from bullet_bridge.node import Config, parse_config
 
 from bullet_bridge import node
+from bullet_sim import files
 
 
 def parse(**values):
@@ -129,6 +130,24 @@ def test_niceness_of_the_environment_counts_where_no_parameter_is_given(monkeypa
     assert parse().niceness == -3 and parse(niceness=-4).niceness == -4
     monkeypatch.setenv("PADDOCK_NICENESS", "often")
     with pytest.raises(ValueError, match="parameter niceness is 'often'; it must be"):
+        parse()
+
+
+def test_limits_of_files_are_parameters_that_other_processes_have_too(monkeypatch):
+    monkeypatch.setenv("PADDOCK_MAX_TEXT_BYTES", "4")
+    assert parse().max_text_bytes == 4 and parse().max_mesh_bytes == 400_000_000
+    assert parse(max_text_bytes=7).max_text_bytes == 7
+    monkeypatch.setattr(node, "make_world", lambda solver: 1 / 0)
+    monkeypatch.setattr(
+        node.rospy, "get_param", lambda name, d: {"~max_text_bytes": 5}.get(name, d)
+    )
+    for name in files.LIMITS:  # which are restored then
+        monkeypatch.setenv(files.variable_of(name), "")
+    with pytest.raises(ZeroDivisionError):
+        node.make_server(None)
+    assert os.environ["PADDOCK_MAX_TEXT_BYTES"] == "5"
+    monkeypatch.setenv("PADDOCK_MAX_TEXT_BYTES", "many")
+    with pytest.raises(ValueError, match="parameter max_text_bytes is 'many'; it must be"):
         parse()
 
 

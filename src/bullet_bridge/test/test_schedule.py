@@ -49,6 +49,15 @@ def test_an_impossible_rate_is_an_error_with_the_value(rate):
         Schedule(rate, 0.001)
 
 
+@pytest.mark.parametrize("rate", [1e-12, 1e-310, 5e-324])
+@pytest.mark.parametrize("step", [1e-6, 0.001, 0.5])
+def test_a_rate_may_be_as_low_as_numbers_are(rate, step):
+    """Its period is infinite: an OverflowError, or a search without an end."""
+    for each in (rate, whole_rate(rate, step), whole_rate(rate, step, operator.gt)):
+        assert not due_steps(Schedule(each, step, start=10**9), 10**9 + 1, 10**9 + 1000)
+    assert passed_rate(rate, 30.0, step) >= 0.0
+
+
 @pytest.mark.parametrize("steps, expected", [(0, 110), (1, 110), (10, 110), (11, 120), (35, 140)])
 def test_skip_leaves_out_what_is_too_soon(steps, expected):
     schedule = Schedule(100.0, 0.001)

@@ -10,10 +10,11 @@ import collada  # noqa: F401  # here, so that no child takes the time
 import pytest
 import trimesh  # noqa: F401
 from bullet_sim.errors import ModelError, SimError
+from bullet_sim.files import LIMITS
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.meshes import prepare, terrain
-from bullet_sim.meshes.read import MAX_PIXELS, open_image
+from bullet_sim.meshes.read import open_image
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 from bullet_sim.xml_reader import MAX_DEPTH, parse
@@ -223,7 +224,7 @@ def test_an_image_of_too_many_pixels_next_to_a_mesh_is_left_out(tmp_path):
     path = tmp_path / "m.obj"
     path.write_text("mtllib m.mtl\nusemtl a\n" + ROOM + "f 1/1/1 2/1/1 3/1/1\n")
     said = in_a_child(lambda: warnings_of(with_mesh(path)))
-    assert str(tmp_path / "p.png") in said and str(MAX_PIXELS) in said
+    assert str(tmp_path / "p.png") in said and str(LIMITS["image_pixels"]) in said
 
 
 def test_an_image_of_one_pixel(tmp_path):

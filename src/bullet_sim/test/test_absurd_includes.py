@@ -32,17 +32,20 @@ def test_a_world_leaves_out_what_is_no_file(places):
         assert len(found.warnings) == 1 and f"'{path}'" in found.warnings[0]
 
 
-def test_a_file_is_read_up_to_its_bound(tmp_path, places):
+def test_a_file_is_read_up_to_its_bound(tmp_path, places, monkeypatch):
     path = tmp_path / "a"
     path.write_bytes(b"1234")
-    assert read_file(str(path), "list", 4) == b"1234"
+    monkeypatch.setenv("PADDOCK_MAX_TEXT_BYTES", "4")
+    assert read_file(str(path), "list", "text_bytes") == b"1234"
+    monkeypatch.setenv("PADDOCK_MAX_TEXT_BYTES", "3")
     with pytest.raises(ModelError, match=f"list '{path}' has 4 bytes, must have at most 3"):
-        read_file(str(path), "list", 3)
+        read_file(str(path), "list", "text_bytes")
+    monkeypatch.delenv("PADDOCK_MAX_TEXT_BYTES")
     with pytest.raises(ModelError, match="/proc/self/status' has more than the 0 bytes"):
-        read_file("/proc/self/status", "list", 10**6)
+        read_file("/proc/self/status", "list", "text_bytes")
     for place in places:
         with pytest.raises(ModelError, match=place):
-            read_file(place, "list", 10**6)
+            read_file(place, "list", "text_bytes")
 
 
 def test_models_that_include_each_other_many_times_are_bounded(tmp_path):

@@ -2,13 +2,17 @@
 
 import math
 
+import numpy as np
 import pytest
+import trimesh
 from bullet_sim.engine.api import Rays
-from bullet_sim.formats.sdf.world import parse_model
+from bullet_sim.formats.sdf.world import parse_model, parse_world
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.models.changes import step_range
 from bullet_sim.pose import Pose
+from bullet_sim.world import World
 from contact_scenes import friction, ground, nowhere, sdf_box, skid_base, world_of
+from PIL import Image
 
 both_solvers = pytest.mark.parametrize("solver", ["ode", "bullet"])
 RADIUS, SIZE = 0.2, 0.3
@@ -290,3 +294,63 @@ def test_a_robot_whose_damping_is_unstable_ends_nothing_but_itself(damping):
     assert box_height == pytest.approx(0.1, abs=0.002)
     assert ranges == pytest.approx([1.8], abs=0.002)
     assert math.isnan(angle) and len(said) == 1 and "no finite position" in said[0]
+
+
+SHAPES = {
+    "box": "<box><size>0.5 0.5 0.5</size></box>",
+    "can": "<cylinder><radius>0.3</radius><length>0.5</length></cylinder>",
+    "ball": "<sphere><radius>0.3</radius></sphere>",
+    "mesh": "<mesh><uri>{0}/body.stl</uri></mesh>",
+}
+LAND = {
+    "plane": "<plane><normal>0 0 1</normal></plane>",
+    "heightmap": "<heightmap><uri>{0}/hills.png</uri><size>40 40 1</size></heightmap>",
+    "mesh": "<mesh><uri>{0}/land.stl</uri></mesh>",
+    "box": "<box><size>40 40 1</size></box>",
+}
+
+
+def with_body(name, place, shape, static=0):
+    body = f"<collision name='c'><geometry>{shape}</geometry></collision>"
+    mass = "<inertial><mass>1</mass></inertial>"
+    link = f"<link name='l'>{mass}{body}</link>"
+    return f"<model name='{name}'><static>{static}</static><pose>{place}</pose>{link}</model>"
+
+
+@pytest.mark.parametrize("push", [(1e308, 0.0), (0.0, 1e308)], ids=["force", "torque"])
+@pytest.mark.parametrize("land", LAND)
+@pytest.mark.parametrize("shape", SHAPES)
+def test_what_is_no_number_any_more_touches_nothing(tmp_path, shape, land, push):
+    """It was in contact with every triangle of a height map or a mesh: 0.07 of real time, and less.
+
+    What else there is moves on to the same bits, and the body is there again where it is put.
+    """
+    Image.fromarray(np.arange(65 * 65).reshape(65, 65).astype(np.uint8) % 7).save(
+        tmp_path / "hills.png"
+    )
+    trimesh.creation.box((40.0, 40.0, 1.0)).export(tmp_path / "land.stl")
+    trimesh.creation.icosphere(2, 0.3).export(tmp_path / "body.stl")
+    text = (
+        with_body("land", "0 0 0 0 0 0", LAND[land].format(tmp_path), 1)
+        + with_body("lost", "0 0 1.2 0 0 0", SHAPES[shape].format(tmp_path))
+        + with_body("other", "4 0 1.2 0.1 0.2 0", SHAPES["box"])
+    )
+    seen = {}
+    for is_pushed in (False, True):
+        world, said = World(), []
+        world.load(parse_world(f"<sdf version='1.6'><world name='w'>{text}</world></sdf>", str))
+        world.on_implausible = said.append
+        world.step(300)
+        lost, other = world.models["lost"], world.models["other"]
+        if is_pushed:
+            lost.apply_wrench("l", (push[0], 0.0, push[0]), (0.0, push[1], 0.0))
+        world.step(400)
+        count = sum(len(world.models[name].body.contacts("l")) for name in ("lost", "land"))
+        seen[is_pushed] = other.link_state("l")[0], len(other.body.contacts("l"))
+        if is_pushed:
+            assert count == seen[True][1] and len(said) == 1 and "'lost'" in said[0]
+            lost.set_state(Pose((8.0, 0.0, 3.0)))
+            world.step(100)
+            assert lost.pose.position == pytest.approx((8.0, 0.0, 3.0 - 4.905 * 0.01), abs=1e-3)
+        world.close()
+    assert seen[True] == seen[False]

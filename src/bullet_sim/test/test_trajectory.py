@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from bullet_sim.controllers import segments
 from bullet_sim.controllers.manager import Manager
 from bullet_sim.controllers.segments import (
     Command,
@@ -153,6 +154,19 @@ def test_a_stamp_delays_the_start_and_points_of_the_past_are_dropped():
     assert arm.joints.positions["arm"] == pytest.approx(2.0)
     with pytest.raises(CommandError, match="Dropping all 2 trajectory point"):
         arm.manager.command("arm", command)
+
+
+def test_a_step_costs_the_same_however_many_points_there_are(monkeypatch):
+    """200,000 points ran at 0.17 of real time for their length, and took seconds to begin."""
+    made = []
+    monkeypatch.setattr(segments, "Segment", lambda *values: made.append(1) or Segment(*values))
+    arm, count = Arm(joints=["arm"]), 200_000
+    points = [(0.01 * (k + 1), (math.sin(0.01 * k),)) for k in range(count)]
+    for at in (0.0, 1.0):  # the second replaces the first
+        arm.manager.command("arm", move(*points, joints=("arm",)))
+        arm.run(0.5)
+        assert len(made) < 150 * (1 + at)
+    assert arm.joints.positions["arm"] == pytest.approx(math.sin(0.489), abs=1e-4)
 
 
 def test_a_continuous_joint_takes_the_shorter_way_and_others_do_not():

@@ -64,11 +64,15 @@ def test_distances_become_gray():
     assert picture(image("32FC1", np.full((2, 2), np.nan, np.float32))).max() == 0
 
 
-def test_a_wide_image_is_made_smaller():
-    head, data = unpacked(image_message(image("rgb8", np.full((480, 1280, 3), 90, np.uint8))))
+@pytest.mark.parametrize(
+    "size, shown",
+    [((480, 1280), (240, 640)), ((1, 70_000), (1, 640)), ((131_000, 2), (65_500, 1))],
+)
+def test_an_image_is_at_most_as_large_as_a_page_and_jpeg_take(size, shown):
+    head, data = unpacked(image_message(image("rgb8", np.full((*size, 3), 90, np.uint8))))
     assert head == {"type": "image"}
     decoded = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
-    assert decoded.shape == (240, 640, 3)
+    assert decoded.shape == (*shown, 3)
     assert abs(int(decoded.mean()) - 90) <= 2
 
 

@@ -58,6 +58,8 @@ def test_write_errors_are_reported(tmp_path):
         FilmWriter(tmp_path / "film.mp4", 0)
     with pytest.raises(OSError, match="missing/film.mp4 cannot be written: No such file"):
         FilmWriter(tmp_path / "missing" / "film.mp4", 10).add(image_of(1))
+    with pytest.raises(OSError, match=r"film.mp4 cannot be written: .* \(70000 x 2 pixels\)"):
+        FilmWriter(tmp_path / "film.mp4", 10).add(image_of(1, 2, 70000))
 
 
 def test_a_closed_film_accepts_no_image(tmp_path):

@@ -107,6 +107,24 @@ def test_without_a_signal_there_is_no_wait():
     assert (done.returncode, done.stdout, done.stderr) == (0, "ends\n", "")
 
 
+# The main thread is in a function of C that no signal ends.
+BUSY = """
+import ctypes
+from paddock_common import nodes
+nodes.handle_signals()
+nodes.end_at_latest(0.2, lambda: 5)
+lock, mutex = ctypes.CDLL(None).pthread_mutex_lock, ctypes.create_string_buffer(64)
+lock(mutex)
+print("ready", flush=True)
+lock(mutex)
+"""
+
+
+def test_a_node_ends_whatever_its_main_thread_does():
+    """A simulator that read a large world ended when it had read it."""
+    assert stopped(BUSY, signal.SIGINT) == ("", 5)
+
+
 NODE = """
 import rospy
 from paddock_common import nodes

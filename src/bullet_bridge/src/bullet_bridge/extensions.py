@@ -28,10 +28,9 @@ from bullet_sim.errors import ControllerError, ModelError, SimError
 from bullet_sim.plugins.custom import CustomSpec, custom_plugin, custom_sensor
 from bullet_sim.plugins.registry import PLUGINS, SENSOR_PLUGINS
 from bullet_sim.plugins.xml import SensorXml
-from catkin_pkg.package import InvalidPackage
 
 from bullet_bridge.plugins.base import ModelPlugin, Sensor
-from bullet_bridge.resolve import is_in_manifest
+from bullet_bridge.resolve import manifest_with
 
 TAG = "bullet_bridge"
 BASES = {"controller": Controller, "plugin": ModelPlugin, "sensor": Sensor}
@@ -172,18 +171,12 @@ class Extensions:
     def _read(self) -> Iterator[Extension]:
         packages = self._packages or rospkg.RosPack()
         for package in sorted(packages.list()):
-            folder = packages.get_path(package)
-            if not is_in_manifest(TAG, folder):
-                continue  # rospkg takes milliseconds for each, and few export anything
-            try:
-                exports = packages.get_manifest(package).exports
-            except (InvalidPackage, rospkg.InvalidManifest, rospkg.ResourceNotFound):
-                continue  # a broken package.xml has none
-            manifest = os.path.join(folder, "package.xml")
-            for export in exports:
+            manifest = manifest_with(TAG, packages, package)
+            path = os.path.join(packages.get_path(package), "package.xml")
+            for export in () if manifest is None else manifest.exports:
                 if export.tag == TAG:
                     try:
-                        yield _extension(export.attrs, package, manifest)
+                        yield _extension(export.attrs, package, path)
                     except ModelError as error:
                         rospy.logerr("%s", error)
 

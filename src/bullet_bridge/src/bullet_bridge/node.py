@@ -13,7 +13,7 @@ import rospy
 from bullet_sim.description.world import WorldDescription
 from bullet_sim.engine import SOLVERS
 from bullet_sim.errors import SimError
-from bullet_sim.files import keep_python_output
+from bullet_sim.files import LIMITS, keep_python_output, variable_of
 from bullet_sim.render.request import RENDERERS, SWITCHES, Quality
 from bullet_sim.sensors.scenes import WorldViews
 from bullet_sim.world import World
@@ -39,6 +39,7 @@ from bullet_bridge.transport.relay import Relay
 from paddock_common import nodes
 
 MISSING_PACKAGES = ("refuse", "warn")
+END_LIMIT = 1.5  # [s] wall time after which a shutdown breaks off what is read or spawned
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,8 @@ class Config:
         niceness: of the simulation thread and the node's session, where that is allowed; 0: none;
             for launch files that do not pass it on, the environment variable PADDOCK_NICENESS.
         enable_ros_network: False: neither the topics nor the services below the node's name.
+        max_mesh_bytes, max_text_bytes, max_pattern_bytes, max_image_pixels: of the files that
+            descriptions, worlds and parameters name, see bullet_sim.files.LIMITS.
     """
 
     world_file: str = text("", empty=True)
@@ -92,6 +95,10 @@ class Config:
     step_timeout: float = number(10.0, min=0.0, unit="s")
     niceness: int = number(-10, min=-20, max=0)
     enable_ros_network: bool = flag(True)
+    max_mesh_bytes: float = number(LIMITS["mesh_bytes"], min=1.0)
+    max_text_bytes: float = number(LIMITS["text_bytes"], min=1.0)
+    max_pattern_bytes: float = number(LIMITS["pattern_bytes"], min=1.0)
+    max_image_pixels: float = number(LIMITS["image_pixels"], min=1.0)
 
     def __post_init__(self) -> None:
         check(self, prefix="parameter ")
@@ -103,12 +110,16 @@ def parse_config(get: Callable[[str, Any], Any]) -> Config:
     Raises:
         ValueError: names the parameter, the value and what is valid.
     """
-    solver = os.environ.get("PADDOCK_SOLVER") or Config.solver
-    niceness: Any = os.environ.get("PADDOCK_NICENESS") or Config.niceness
-    if isinstance(niceness, str) and niceness.lstrip("-").isdigit():
-        niceness = int(niceness)
-    missing = os.environ.get("PADDOCK_MISSING_PACKAGES") or Config.missing_packages
-    given = {"solver": solver, "niceness": niceness, "missing_packages": missing}
+    given: dict[str, Any] = {
+        "solver": os.environ.get("PADDOCK_SOLVER") or Config.solver,
+        "niceness": os.environ.get("PADDOCK_NICENESS") or Config.niceness,
+        "missing_packages": os.environ.get("PADDOCK_MISSING_PACKAGES") or Config.missing_packages,
+    }
+    for name, default in LIMITS.items():
+        given[f"max_{name}"] = os.environ.get(variable_of(name)) or default
+    for name, value in given.items():
+        if isinstance(value, str) and value.lstrip("-").isdigit():
+            given[name] = int(value)
     pace: Any = os.environ.get("PADDOCK_REAL_TIME_FACTOR")
     if pace:
         with suppress(ValueError):  # else it is named as what it is
@@ -149,6 +160,7 @@ def main() -> int:
     exit_with_roslaunch()
     master = ShutdownMonitor(end)
     master.start()
+    ended = nodes.end_at_latest(END_LIMIT, lambda: 1 if master.reason else 0)
     with ExitStack() as parts:
         try:
             make_server(parts).run()
@@ -156,6 +168,7 @@ def main() -> int:
             rospy.logfatal("%s", error)
             return 1
         finally:
+            ended.set()
             master.close()
     return 1 if master.reason else 0
 
@@ -180,6 +193,8 @@ def make_server(parts: ExitStack) -> Server:
         parts: ExitStack that closes it, in reverse order.
     """
     config = parse_config(lambda name, default: rospy.get_param(f"~{name}", default))
+    for name in LIMITS:  # also of the processes that it starts
+        os.environ[variable_of(name)] = str(int(getattr(config, f"max_{name}")))
     world = make_world(config.solver)
     parts.callback(world.close)
     world.on_implausible = rospy.logerr

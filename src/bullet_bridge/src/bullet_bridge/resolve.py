@@ -6,14 +6,14 @@ import logging
 import os
 import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import rospkg
 import rospy
 from bullet_sim.description.warnings import grouped
 from bullet_sim.description.world import WorldDescription, empty_world
-from bullet_sim.errors import ModelError
-from bullet_sim.files import MAX_TEXT, read_file
+from bullet_sim.errors import BROKEN, ModelError
+from bullet_sim.files import read_file
 from bullet_sim.formats.sdf.world import parse_world
 from bullet_sim.xml_reader import parse
 from catkin_pkg.package import InvalidPackage
@@ -237,22 +237,35 @@ def exported_folders(packages: rospkg.RosPack, key: str) -> list[str]:
     """
     folders = []
     for name in packages.list():  # rospkg overlooks <depend> of format 2
-        if not is_in_manifest(key, packages.get_path(name)):
-            continue  # rospkg takes milliseconds for each, and few export anything
-        try:
-            exports = packages.get_manifest(name).get_export("gazebo_ros", key)
-        except (InvalidPackage, rospkg.InvalidManifest, rospkg.ResourceNotFound):
-            continue  # a broken package.xml has none
+        manifest = manifest_with(key, packages, name)
         folders += [
             folder.replace("${prefix}", packages.get_path(name))
-            for export in exports
+            for export in (() if manifest is None else manifest.get_export("gazebo_ros", key))
             for folder in export.split(":")
             if folder
         ]
     return folders
 
 
-def is_in_manifest(text: str, folder: str) -> bool:
+def manifest_with(text: str, packages: rospkg.RosPack, name: str) -> Any:
+    """rospkg's manifest of a package, if a text is anywhere in it and it is not broken, or None.
+
+    rospkg takes milliseconds for each, and few export anything.
+    """
+    try:
+        has_text = _is_in_manifest(text, packages.get_path(name))
+        return packages.get_manifest(name) if has_text else None
+    except (
+        *BROKEN,
+        AssertionError,
+        InvalidPackage,
+        rospkg.InvalidManifest,
+        rospkg.ResourceNotFound,
+    ):
+        return None
+
+
+def _is_in_manifest(text: str, folder: str) -> bool:
     """Whether a text is anywhere in the manifest of a package's folder, the one rospkg reads."""
     for name in ("manifest.xml", "package.xml"):
         try:
@@ -268,7 +281,7 @@ def _sdf_file(folder: str) -> str | None:
     names: list[tuple[tuple[int, ...], str]] = [((), "model.sdf")]
     try:
         path = os.path.join(folder, "model.config")
-        config = parse(read_file(path, "file", MAX_TEXT), path)
+        config = parse(read_file(path, "file", "text_bytes"), path)
     except ModelError:
         pass  # none, or a broken one
     else:
@@ -331,7 +344,7 @@ def load_world(world: World, path: str, resolve: Resolver) -> WorldDescription |
 
 def _described(path: str, resolve: Resolver) -> WorldDescription:
     file = resolve.world(path)
-    text = read_file(file, "world file", MAX_TEXT)
+    text = read_file(file, "world file", "text_bytes")
     resolve.set_world(file)
     return parse_world(text, resolve, file)
 

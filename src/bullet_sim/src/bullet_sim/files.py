@@ -24,17 +24,39 @@ from typing import Any
 
 from bullet_sim.errors import ModelError
 
-MAX_BYTES = 400_000_000  # of a mesh or an image
-MAX_PIXELS = 8192 * 8192  # of an image, points of elevation data
-MAX_TEXT = 20_000_000  # [bytes] of an SDF or of a world; parsing takes some 20 times as much memory
+# What files that a description, a world or a parameter names have at most: meshes and images; texts
+# such as an SDF, of which parsing takes some 20 times as much memory; a livox's pattern, also
+# unpacked; an image. Environment variables set others: PADDOCK_MAX_MESH_BYTES ...
+LIMITS = {
+    "mesh_bytes": 400_000_000,
+    "text_bytes": 20_000_000,
+    "pattern_bytes": 64_000_000,
+    "image_pixels": 8192 * 8192,
+}
 
 
-def read_file(path: str, label: str, max_bytes: int) -> bytes:
+def limit(name: str) -> int:
+    """One of LIMITS, or what the environment sets."""
+    return int(os.environ.get(variable_of(name)) or LIMITS[name])
+
+
+def variable_of(name: str) -> str:
+    """The environment variable of one of LIMITS, for this process and those that it starts."""
+    return f"PADDOCK_MAX_{name.upper()}"
+
+
+def too_many(name: str) -> str:
+    """What messages say of one of LIMITS."""
+    return f"must have at most {limit(name)} ({variable_of(name)})"
+
+
+def read_file(path: str, label: str, kind: str) -> bytes:
     """All bytes of a file that a description, a world or a parameter names.
 
     Args:
         path: of a regular file on this machine; pipes and devices are refused, as they may be
             endless or block.
+        kind: which of LIMITS holds.
 
     Raises:
         ModelError: it is no regular file, is too long or cannot be read; names the file.
@@ -45,10 +67,8 @@ def read_file(path: str, label: str, max_bytes: int) -> bytes:
             status = os.fstat(file.fileno())
             if not stat.S_ISREG(status.st_mode):
                 raise ModelError(f"{label} '{path}' is no file")
-            if status.st_size > max_bytes:
-                raise ModelError(
-                    f"{label} '{path}' has {status.st_size} bytes, must have at most {max_bytes}"
-                )
+            if status.st_size > limit(kind):
+                raise ModelError(f"{label} '{path}' has {status.st_size} bytes, {too_many(kind)}")
             content = file.read(status.st_size + 1)
     except IsADirectoryError:
         raise ModelError(f"{label} '{path}' is no file") from None
@@ -65,19 +85,19 @@ def read_file(path: str, label: str, max_bytes: int) -> bytes:
 _UNPACKERS: dict[str, Any] = {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open}
 
 
-def read_unpacked(path: str, label: str, max_bytes: int) -> bytes:
+def read_unpacked(path: str, label: str, kind: str) -> bytes:
     """As read_file(), of a file that may be packed (.gz, .bz2, .xz): the limit is for both."""
-    content = read_file(path, label, max_bytes)
+    content = read_file(path, label, kind)
     unpack = _UNPACKERS.get(os.path.splitext(path)[1])
     if unpack is None:
         return content
     try:
         with unpack(io.BytesIO(content)) as file:
-            content = file.read(max_bytes + 1)
+            content = file.read(limit(kind) + 1)
     except (OSError, EOFError, lzma.LZMAError, zlib.error) as error:
         raise ModelError(f"{label} '{path}' cannot be unpacked: {error}") from error
-    if len(content) > max_bytes:
-        raise ModelError(f"{label} '{path}' has more than {max_bytes} bytes unpacked")
+    if len(content) > limit(kind):
+        raise ModelError(f"{label} '{path}' has more bytes unpacked, {too_many(kind)}")
     return content
 
 

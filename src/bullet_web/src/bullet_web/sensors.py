@@ -23,7 +23,7 @@ POINTS_RATE = 10.0
 MAX_POINTS = 20000  # of a cloud on a page
 CONE_RAYS = 9  # that stand for the cone of a sensor_msgs/Range
 BUFFER = 1 << 24  # [B] of a subscription: a whole image
-MAX_WIDTH = 640  # [px] of an image on a page
+MAX_WIDTH, MAX_HEIGHT = 640, 65500  # [px] of an image on a page; JPEG has no more
 JPEG = [int(cv2.IMWRITE_JPEG_QUALITY), 75]
 CHANNELS = {  # encoding -> (type, channels, conversion to BGR)
     "rgb8": (np.uint8, 3, cv2.COLOR_RGB2BGR),
@@ -95,15 +95,16 @@ def stretched(values: Array) -> Array:
 
 
 def jpeg(message: Any) -> bytes:
-    """JPEG of a sensor_msgs/Image, at most MAX_WIDTH wide.
+    """JPEG of a sensor_msgs/Image, at most MAX_WIDTH wide and MAX_HEIGHT high.
 
     Raises:
         ValueError: it is none that is known.
     """
     pixels = picture(message)
     height, width = pixels.shape[:2]
-    if width > MAX_WIDTH:
-        size = (MAX_WIDTH, max(1, round(height * MAX_WIDTH / width)))
+    scale = min(MAX_WIDTH / width, MAX_HEIGHT / height)
+    if scale < 1.0:
+        size = (max(1, round(width * scale)), max(1, round(height * scale)))
         pixels = cv2.resize(pixels, size, interpolation=cv2.INTER_AREA)
     done, data = cv2.imencode(".jpg", pixels, JPEG)
     if not done:

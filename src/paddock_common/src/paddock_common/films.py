@@ -14,6 +14,7 @@ import numpy.typing as npt
 CODEC = "libx264"
 OPTIONS = {"preset": "veryfast", "crf": "21"}  # fast; a smaller crf gives a better quality
 CLOCK = Fraction(1, 90000)  # unit of the frames' time stamps [s]
+ERRORS = (OSError, av.error.FFmpegError)  # the codec takes at most 16384 pixels a side
 
 
 class FrameTimes:
@@ -107,15 +108,16 @@ class FilmWriter:
             self._stream.codec_context.time_base = CLOCK
             self._stream.codec_context.thread_count = 1
             container.start_encoding()
-        except OSError as error:
-            raise OSError(f"{self.path} cannot be written: {error.strerror}") from None
+        except ERRORS as error:
+            size = f"{shape[1]} x {shape[0]} pixels"
+            raise OSError(f"{self.path} cannot be written: {error.strerror} ({size})") from None
         self._container, self._shape = container, shape
 
     def _write(self, frame: Any, container: Any) -> None:
         try:
             for packet in self._stream.encode(frame):
                 container.mux(packet)
-        except OSError as error:
+        except ERRORS as error:
             raise OSError(f"{self.path} cannot be written: {error.strerror}") from None
 
 

@@ -340,10 +340,13 @@ def handle_signals() -> None:
     reader, writer = os.pipe()
     os.set_blocking(writer, False)
     stop, done = StopRequest(SIGNALS, lambda: os.write(writer, b".")), threading.Event()
+    # the number, also while the main thread is within C, where it runs no handler
+    signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
 
     def shut_down() -> None:
-        os.read(reader, 1)
-        rospy.signal_shutdown(f"signal-{stop.signal:d}")
+        while os.read(reader, 1)[0] not in (*SIGNALS, ord(".")):
+            pass  # another signal's
+        rospy.signal_shutdown(f"signal-{stop.signal or 0:d}")
         done.set()
 
     def finish() -> None:
@@ -354,6 +357,28 @@ def handle_signals() -> None:
 
     _thread.start_new_thread(shut_down, ())
     atexit.register(finish)
+
+
+def end_at_latest(limit: float, status: Callable[[], int]) -> threading.Event:
+    """Ends the process some time after a shutdown has begun, whatever its main thread does then,
+    such as reading a large file.
+
+    Args:
+        limit: [s] of wall time.
+        status: Function that returns the exit status.
+
+    Returns:
+        To be set by the main thread when it ends by itself.
+    """
+    ended = threading.Event()
+
+    def watch() -> None:
+        if not ended.wait(limit):
+            rospy.logwarn("the work of the main thread is broken off")
+            os._exit(status())
+
+    rospy.on_shutdown(lambda: _thread.start_new_thread(watch, ()))
+    return ended
 
 
 def leave(status: int) -> NoReturn:

@@ -224,9 +224,8 @@ class Trajectories(GoalTopics, Commands):
             message.goal_time_tolerance.to_sec(),
         )
         try:
-            self._robot.call(
-                lambda: self._execute(handle, name, command_of(message.trajectory), goal)
-            )
+            command = command_of(message.trajectory)
+            self._robot.call(lambda: self._execute(handle, name, command, goal))
         except (SimError, TimeoutError) as error:
             text, result.error_code = str(error), result.INVALID_GOAL
             if isinstance(error, JointsError):

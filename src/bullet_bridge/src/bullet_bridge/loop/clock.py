@@ -57,6 +57,12 @@ class ClockThrottle:
 
 
 NEVER: Any = math.inf  # a physics step that is not reached
+RAREST = 1e-15  # messages a step: one in 30,000 years of steps of 1 ms
+
+
+def _raised(rate: float, time_step: float) -> float:
+    """A rate [Hz] whose period has a number of steps, however low it was."""
+    return max(rate, RAREST / time_step)
 
 
 def whole_rate(
@@ -70,6 +76,7 @@ def whole_rate(
         rate: [Hz]; time_step: [s].
         passed: compares the time since the message before with the period.
     """
+    rate = _raised(rate, time_step)
     nanoseconds, steps = round(1e9 * time_step), max(1, int(1.0 / (rate * time_step)) - 1)
     while not passed(_seconds(steps * nanoseconds), 1.0 / rate):
         steps += 1
@@ -90,7 +97,7 @@ def passed_rate(rate: float, limit: float, time_step: float) -> float:
     Args:
         rate: [Hz] of a Schedule; limit: [Hz]: they are 1 / limit apart; time_step: [s].
     """
-    passed, last = 0, -math.inf
+    passed, last, rate = 0, -math.inf, _raised(rate, time_step)
     for k in range(COUNTED):
         time = round(k / (rate * time_step)) * time_step
         if is_late_enough(time - last, limit):
@@ -136,7 +143,7 @@ class Schedule(Stateful):
                 f"rate is {rate} Hz, must be above 0 and at most "
                 f"{1 / time_step:g} Hz, one per physics step"
             )
-        self._ratio = 1.0 / (rate * time_step)
+        self._ratio = 1.0 / (_raised(rate, time_step) * time_step)
         self.restart(step)
 
     def set_step(self, time_step: float, rate: float, step: int) -> None:

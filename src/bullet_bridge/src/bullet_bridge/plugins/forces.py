@@ -322,11 +322,11 @@ class ElevatorPlugin(ModelPlugin):
         super().reset(time)
 
     def _on_floor(self, message: Any) -> None:
-        number = re.match(r"\s*[+-]?\d+", message.data)  # as C++ reads one
-        if number is None:
-            rospy.logerr("%s: '%s' is no number of a floor", self.spec.topic, message.data)
+        number = re.match(r"\s*([+-]?0*\d{1,10})(?!\d)", message.data)  # as C++ reads one
+        floor = int(number[1]) if number else 1 << 31
+        if not -(1 << 31) <= floor < 1 << 31:
+            rospy.logerr("%s: '%.80s' is no number of a floor", self.spec.topic, message.data)
             return
-        floor = int(number.group())
         if not self._steps:
             steps = ("close", "move", "open", "wait", "close")
             self._steps = tuple((step, floor) for step in steps)

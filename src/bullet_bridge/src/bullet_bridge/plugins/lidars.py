@@ -275,7 +275,6 @@ _XYZRTL_FIELDS = _XYZ_FIELDS + [
 _MIN_XYZ = 0.1  # [m] of a point of the second kind of message
 
 
-MAX_PATTERN = 64_000_000  # [bytes] of a livox's pattern, also unpacked
 ROWS, LONGEST_ROW = 20_000, 1000  # rows that are read at once, characters of one
 
 
@@ -285,7 +284,7 @@ def _read_pattern(path: str) -> Array:
     Raises:
         SimError, ValueError: it cannot be read, or a row is none of three numbers.
     """
-    lines = io.BytesIO(read_unpacked(path, "file", MAX_PATTERN))
+    lines = io.BytesIO(read_unpacked(path, "file", "pattern_bytes"))
     lines.readline()
     parts = [np.empty((0, 3))]
     while rows := list(itertools.islice(lines, ROWS)):

@@ -6,6 +6,7 @@ import copy
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import astuple, dataclass, field, replace
+from functools import partial
 from typing import Any, Iterable, Tuple
 
 from bullet_sim.component import Stateful
@@ -157,12 +158,50 @@ def _coefficients(first: End, last: End, duration: float) -> tuple[float, ...]:
     return tuple(c / duration**n for n, c in enumerate(scaled))
 
 
-def active(segments: Sequence[Segment], time: float) -> Segment:
-    """The segment that acts at a time: the last that has started, or the first."""
-    for segment in reversed(segments):
-        if segment.start <= time:
-            return segment
-    return segments[0]
+class Course:
+    """Segments of one joint in the order of their starts, each made when it is first asked for:
+    a trajectory may have very many points.
+
+    Args:
+        before: those that come first.
+        count: number of the others.
+        make: from the number of one of these to the Segment.
+    """
+
+    def __init__(
+        self,
+        before: Iterable[Segment],
+        count: int = 0,
+        make: Callable[[int], Segment] | None = None,
+    ) -> None:
+        self._made: list[Segment | None] = list(before)
+        self._first, self._make = len(self._made), make
+        self._made += [None] * count
+
+    def __len__(self) -> int:
+        return len(self._made)
+
+    def __getitem__(self, place: int) -> Segment:
+        segment = self._made[place]
+        if segment is None:
+            assert self._make is not None
+            segment = self._made[place] = self._make(range(len(self))[place] - self._first)
+        return segment
+
+    def place(self, time: float) -> int:
+        """Which one acts at a time: the last that has started, or the first."""
+        low, high = 0, len(self)
+        while low < high:
+            middle = (low + high) // 2
+            if self[middle].start <= time:
+                low = middle + 1
+            else:
+                high = middle
+        return max(low - 1, 0)
+
+    def active(self, time: float) -> Segment:
+        """The segment that acts at a time, see place()."""
+        return self[self.place(time)]
 
 
 @dataclass(frozen=True)
@@ -261,7 +300,7 @@ class JointsError(CommandError):
 
 
 def join(
-    current: Sequence[list[Segment]],
+    current: Sequence[Course],
     command: Command,
     joints: Sequence[str],
     now: float,
@@ -269,7 +308,7 @@ def join(
     continuous: Sequence[bool],
     goal: Goal | None = None,
     tolerances: Tolerances | None = None,
-) -> list[list[Segment]]:
+) -> list[Course]:
     """Each joint's segments from now on: what it does until the command starts, then the command.
 
     Args:
@@ -289,31 +328,44 @@ def join(
             f"current time.\nLast point is {late:f}s in the past."
         )
     leave = max(start, now)
-    result: list[list[Segment]] = []
+    result: list[Course] = []
     for index, name in enumerate(joints):
-        segments = current[index]
+        course = current[index]
+        present = course.place(now)
         if name not in command.joints:
-            left = [segment for segment in segments if segment.end >= now] or segments[-1:]
-            result.append([_for_goal(segment, goal) for segment in left])
+            left = range(present, len(course))
+            result.append(Course(_for_goal(course[place], goal) for place in left))
             continue
-        column = command.joints.index(name)
-        values: tuple[Any, ...] = (
+        bounds: tuple[Any, ...] = (
             (tolerances.path[index], tolerances.arrival[index], tolerances.goal_time_tolerance)
             if tolerances is not None
             else ()
         )
-        remaining = [s for s in segments if s is active(segments, now) or now < s.start <= leave]
-        here = End(*active(segments, leave).sample(leave))
+        here, column = End(*course.active(leave).sample(leave)), command.joints.index(name)
         offset = _offset(here.position, points[0].end(column).position) * continuous[index]
-        made, before, since = [], here, 0.0
-        time = leave
-        for point in points:
-            after = point.end(column, offset)
-            end = start + point.time
-            made.append(Segment(time, before, end, after, goal, since, *values))
-            time, before, since = end, after, point.time
-        result.append(remaining + made)
+        values = points, column, offset, start, (leave, here), goal, bounds
+        remaining = [course[place] for place in range(present, course.place(leave) + 1)]
+        result.append(Course(remaining, len(points), partial(_segment_to, *values)))
     return result
+
+
+def _segment_to(
+    points: Sequence[Point], column: int, offset: float, start: float, here: tuple[float, End],
+    goal: Goal | None, bounds: tuple[Any, ...], number: int,
+) -> Segment:  # fmt: skip
+    """Segment of a joint to a point of a trajectory, from the one before or from `here`.
+
+    Args:
+        column: of the joint in the points, to which `offset` is added.
+        start: of the trajectory [s]; here: time [s] and End where the first segment begins.
+        bounds: tolerances, as Segment takes them.
+    """
+    time, before, since = *here, 0.0
+    if number > 0:
+        since = points[number - 1].time
+        time, before = start + since, points[number - 1].end(column, offset)
+    end = points[number].end(column, offset)
+    return Segment(time, before, start + points[number].time, end, goal, since, *bounds)
 
 
 HALF_TURN = 1e-9  # [rad] from pi up to which both directions count as equally long
@@ -338,9 +390,9 @@ def _for_goal(segment: Segment, goal: Goal | None) -> Segment:
     return copied
 
 
-def hold(positions: Iterable[float], now: float, goal: Goal | None = None) -> list[list[Segment]]:
-    """Segments that hold positions [rad, m] from a time on."""
-    return [[Segment(now, End(p), now, End(p), goal)] for p in positions]
+def hold(positions: Iterable[float], now: float, goal: Goal | None = None) -> list[Course]:
+    """Courses that hold positions [rad, m] from a time on."""
+    return [Course([Segment(now, End(p), now, End(p), goal)]) for p in positions]
 
 
 def stop(
@@ -349,8 +401,8 @@ def stop(
     now: float,
     duration: float,
     goal: Goal | None = None,
-) -> list[list[Segment]]:
-    """Segments that come to rest within a duration [s].
+) -> list[Course]:
+    """Courses that come to rest within a duration [s].
 
     Each is the first half of the symmetric motion that would return with the opposite velocity.
     """
@@ -359,7 +411,7 @@ def stop(
         start = End(position, velocity, 0.0)
         back = Segment(now, start, now + 2.0 * duration, End(position, -velocity, 0.0))
         rest = End(*back.sample(now + duration))
-        result.append([Segment(now, start, now + duration, rest, goal)])
+        result.append(Course([Segment(now, start, now + duration, rest, goal)]))
     return result
 
 

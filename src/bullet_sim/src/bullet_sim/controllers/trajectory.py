@@ -14,12 +14,12 @@ from bullet_sim.controllers.segments import (
     PATH_VIOLATED,
     SUCCESSFUL,
     Command,
+    Course,
     Goal,
     Motion,
     Segment,
     Tolerance,
     Tolerances,
-    active,
     check,
     hold,
     join,
@@ -159,7 +159,7 @@ class TrajectoryControl(ActionControl):
         self.actual: Motion | None = None
         self.error: Motion | None = None
         self.time = self._next = 0.0
-        self._segments: list[list[Segment]] = []
+        self._segments: list[Course] = []
 
     # life cycle -------------------------------------------------------------------------------
     def start(self, time: float) -> None:
@@ -245,18 +245,18 @@ class TrajectoryControl(ActionControl):
             ControllerError: the trajectory starts later.
         """
         time = self._next + time - self.clock()
-        if any(time < segments[0].start for segments in self._segments):
+        if any(time < course[0].start for course in self._segments):
             raise ControllerError(
                 "Requested sample time precedes trajectory start time. It is one of controller "
                 f"'{self.config.name}'"
             )
-        return motion_at([active(of_joint, time) for of_joint in self._segments], time)
+        return motion_at([course.active(time) for course in self._segments], time)
 
     # every period -----------------------------------------------------------------------------
     def update(self, time: float, period: float) -> None:
         """Compare with the trajectory, evaluate the goal, command the joints."""
         self.time, self._next = time, time + period
-        segments = [active(of_joint, time) for of_joint in self._segments]
+        segments = [course.active(time) for course in self._segments]
         self.desired = desired = motion_at(segments, time)
         self.actual = actual = Motion(
             [joint.position for joint in self.joints], [joint.velocity for joint in self.joints]

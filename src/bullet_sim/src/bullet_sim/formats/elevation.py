@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from bullet_sim.errors import ModelError
-from bullet_sim.files import MAX_PIXELS
+from bullet_sim.files import limit, too_many
 from bullet_sim.pose import Array, Vec3
 
 # Names of GDAL's drivers -> endings of their files. No others are used: some follow URLs.
@@ -113,10 +113,8 @@ def read(path: str) -> Elevation:
         columns, rows = dataset.RasterXSize, dataset.RasterYSize
         if dataset.RasterCount != 1:
             raise ModelError(f"{label} has {dataset.RasterCount} bands, must have one")
-        if rows * columns > MAX_PIXELS:
-            raise ModelError(
-                f"{label} has {columns} x {rows} points, at most {MAX_PIXELS} are read"
-            )
+        if rows * columns > limit("image_pixels"):
+            raise ModelError(f"{label} has {columns} x {rows} points, {too_many('image_pixels')}")
         band = dataset.GetRasterBand(1)
         raw = band.ReadRaster(0, 0, columns, rows, buf_type=gdal.GDT_Float32)
         if raw is None:

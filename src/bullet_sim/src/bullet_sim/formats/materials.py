@@ -20,7 +20,7 @@ from bullet_sim.description.model import (
     Shape,
     TextureMapping,
 )
-from bullet_sim.files import MAX_TEXT, read_file
+from bullet_sim.files import read_file
 from bullet_sim.formats.images.cache import image_of
 from bullet_sim.formats.ogre import Section, complete, look, read_script
 from bullet_sim.xml_reader import (
@@ -328,7 +328,7 @@ def _read_file(path: str, _: int) -> tuple[Section, ...]:
     """Materials of a script file, none where it cannot be read."""
     try:
         return tuple(
-            read_script(read_file(path, "material script", MAX_TEXT).decode(errors="replace"))
+            read_script(read_file(path, "material script", "text_bytes").decode(errors="replace"))
         )
     except (OSError, ValueError):
         return ()

@@ -27,7 +27,7 @@ import numpy as np
 from bullet_sim.description.lump import LumpedModel
 from bullet_sim.description.model import RGBA, Geometry, Shape
 from bullet_sim.errors import ModelError
-from bullet_sim.files import MAX_BYTES, MAX_TEXT, read_file
+from bullet_sim.files import read_file
 from bullet_sim.meshes import terrain
 from bullet_sim.meshes.looks import rgba
 from bullet_sim.meshes.read import (
@@ -145,7 +145,7 @@ def _libraries(path: str, data: bytes) -> list[str]:
 
 def _image_files(library: str, folder: str) -> list[str]:
     """Existing image files of a material library; paths are relative to the OBJ's folder."""
-    text = read_file(library, "material library", MAX_TEXT).decode(errors="replace")
+    text = read_file(library, "material library", "text_bytes").decode(errors="replace")
     names = [name.split()[-1] for name in _IMAGE.findall(text)]
     files = (os.path.join(folder, name) for name in names)
     return [file for file in files if os.path.isfile(file)]
@@ -398,7 +398,7 @@ class _MeshCache:
 
     def _generated(self, geometry: Geometry) -> Geometry:
         """The mesh of a heightmap or a polyline."""
-        data = read_file(geometry.path, "mesh", MAX_BYTES) if geometry.path else b""
+        data = read_file(geometry.path, "mesh", "mesh_bytes") if geometry.path else b""
         described = (geometry.kind, geometry.size, geometry.outlines, geometry.sampling)
         key = _key(data, repr(described))
 
@@ -415,7 +415,7 @@ class _MeshCache:
         kind, size = shape.geometry.kind, shape.geometry.size
         if kind != "box":
             return replace(shape, texture="", color=mean_color(shape.texture))
-        key = _key(read_file(shape.texture, "image", MAX_BYTES), repr(size))
+        key = _key(read_file(shape.texture, "image", "mesh_bytes"), repr(size))
         parts = self._cached(key, lambda folder: write_box(size, shape.texture, folder))
         return replace(
             shape,
@@ -462,12 +462,12 @@ _GENERATORS: dict[str, Callable[[Geometry], Any]] = {
 
 def _read(geometry: Geometry) -> tuple[bytes, str]:
     """Content and type of a mesh file; raises ModelError where PyBullet must not read it."""
-    data = read_file(geometry.path, "mesh", MAX_BYTES)
+    data = read_file(geometry.path, "mesh", "mesh_bytes")
     file_type = mesh_type(geometry.path, data)
     if error := mesh_error(geometry.path, file_type, data):
         raise ModelError(error)
     for library in _libraries(geometry.path, data) if file_type == "obj" else ():
-        read_file(library, "material library", MAX_TEXT)  # which everybody reads with the mesh
+        read_file(library, "material library", "text_bytes")  # which everybody reads with the mesh
     return data, file_type
 
 

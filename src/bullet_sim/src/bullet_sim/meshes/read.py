@@ -13,7 +13,7 @@ import numpy as np
 
 from bullet_sim.description.model import RGBA, Geometry
 from bullet_sim.errors import ModelError
-from bullet_sim.files import MAX_BYTES, MAX_PIXELS, MAX_TEXT, read_file
+from bullet_sim.files import limit, read_file, too_many
 from bullet_sim.meshes.collada import Part, read_collada
 from bullet_sim.pose import Array
 from bullet_sim.xml_reader import Document, decoded, repaired
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from PIL import Image
 
 WHITE = (1.0, 1.0, 1.0, 1.0)
-_LIMIT = f"must have at most {MAX_PIXELS} (as 8192 x 8192 has)"
 GREY = (0.7, 0.7, 0.7, 1.0)  # of parts without a color
 
 
@@ -44,24 +43,25 @@ def opened(source: str | BinaryIO, path: str = "") -> Image.Image:
         path: of a stream, for messages.
 
     Raises:
-        ModelError: it is no image, or has more than MAX_PIXELS.
+        ModelError: it is no image, or has too many pixels.
     """
     from PIL import Image
 
     if isinstance(source, str):
-        path, source = source, io.BytesIO(read_file(source, "image", MAX_BYTES))
+        path, source = source, io.BytesIO(read_file(source, "image", "mesh_bytes"))
+    Image.MAX_IMAGE_PIXELS = most = limit("image_pixels")
     try:
         with warnings.catch_warnings():  # of Pillow, which has a limit, too
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
             image = Image.open(source)
     except Image.DecompressionBombError as error:
-        raise TooLarge(f"image '{path}' has too many pixels, {_LIMIT}") from error
+        raise TooLarge(f"image '{path}' has too many pixels, {too_many('image_pixels')}") from error
     except (OSError, ValueError, SyntaxError) as error:
         raise ModelError(f"image '{path}' cannot be read: {error}") from error
     width, height = image.size
-    if width * height > MAX_PIXELS:
+    if width * height > most:
         image.close()
-        raise TooLarge(f"image '{path}' has {width} x {height} pixels, {_LIMIT}")
+        raise TooLarge(f"image '{path}' has {width} x {height} pixels, {too_many('image_pixels')}")
     return image
 
 
@@ -119,7 +119,8 @@ class MeshFileResolver:
 
     def _read(self, path: str) -> bytes:
         is_image = path.lower().endswith(IMAGES)
-        content = read_file(path, *(("image", MAX_BYTES) if is_image else ("material", MAX_TEXT)))
+        kind = ("image", "mesh_bytes") if is_image else ("material", "text_bytes")
+        content = read_file(path, *kind)
         if is_image:
             try:
                 opened(io.BytesIO(content), path)
@@ -221,7 +222,7 @@ def _collada(geometry: Geometry, resolver: MeshFileResolver) -> tuple[list[Part]
     def image(name: str) -> Image.Image:
         return Image.open(io.BytesIO(resolver.get(name)))
 
-    content = read_file(geometry.path, "mesh", MAX_BYTES)
+    content = read_file(geometry.path, "mesh", "mesh_bytes")
     if content.startswith(b"PK"):
         raise ModelError("it is a ZIP, which is not unpacked; Gazebo's reader takes XML alone, too")
     try:

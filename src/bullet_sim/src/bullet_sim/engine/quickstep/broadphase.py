@@ -67,7 +67,7 @@ def is_near(bodies: Array, scene: Scene) -> bool:
                 gap = bodies[b, col.POS + k] - bodies[other, col.POS + k]
                 distance += gap * gap
             reach = bodies[b, col.RADIUS] + bodies[other, col.RADIUS]
-            if distance > reach * reach or not _may_touch(b, other, bodies, scene):
+            if not distance <= reach * reach or not _may_touch(b, other, bodies, scene):
                 continue
             if kind == col.PAIR_EXTERNAL:
                 found = True

@@ -55,7 +55,7 @@ def _mesh_with_plane(n: int, pair: Pair, below: float, scene: Scene, table: Tabl
         highest = below + col.ROUNDING
         for k in range(3):
             highest += abs(local[k]) * box[3 + k] - local[k] * box[k]
-        if highest <= 0.0:
+        if not highest > 0.0:
             continue
         for v in range(start, min(start + col.CHUNK, end)):
             point = scene.points[v]
@@ -236,7 +236,7 @@ def plane_contacts(n: int, pair: Pair, scene: Scene, table: Table) -> int:
     for k in range(3):
         center[k] += table.bodies[pair.body, col.POS + k]
         below -= plane[k] * center[k]
-    if below + table.bodies[pair.body, col.RADIUS] < 0.0:
+    if not below + table.bodies[pair.body, col.RADIUS] >= 0.0:
         return n
     if kind == col.MESH:  # the only one that has more than a row of shapes
         return _mesh_with_plane(n, pair, below, scene, table)

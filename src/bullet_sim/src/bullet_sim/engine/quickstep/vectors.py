@@ -173,8 +173,9 @@ def normalize(a: Array) -> None:
 
 @compiled
 def overlap(low: Array, high: Array, box: Array) -> bool:
-    """Whether a box overlaps one of six numbers: its lower and its upper corner."""
+    """Whether a box overlaps one of six numbers: its lower and its upper corner; what is not a
+    number overlaps nothing."""
     for k in range(3):
-        if low[k] > box[3 + k] or high[k] < box[k]:
+        if not (low[k] <= box[3 + k] and high[k] >= box[k]):
             return False
     return True

@@ -20,7 +20,7 @@ from bullet_sim.description.world import (
     ground_plane,
 )
 from bullet_sim.errors import BROKEN, ModelError, SimError, reads
-from bullet_sim.files import MAX_TEXT, read_file
+from bullet_sim.files import read_file
 from bullet_sim.formats.joints import Version
 from bullet_sim.formats.lights import child_color, parse_light, sun
 from bullet_sim.formats.materials import Resolve
@@ -466,7 +466,7 @@ def _opener(resolve: Resolve, warnings: Warnings) -> OpenInclude:
 
     def open_include(include: Node) -> tuple[Node, Version]:
         path = resolve(child_text(include, "uri", ""))
-        sdf = parse(read_file(path, "SDF", MAX_TEXT), path, warnings)
+        sdf = parse(read_file(path, "SDF", "text_bytes"), path, warnings)
         warn_unread(sdf)
         return _model_of(sdf, path), _version(sdf)
 
