@@ -11,6 +11,7 @@ import shutil
 from commands import sources
 from commands.bootstrap import workspace
 from commands.errors import CommandError, UsageError, say
+from commands.git import git
 from commands.paths import CACHE, MODELS, SOURCES, read_xml, relative
 
 REPOSITORY = sources.Repository(
@@ -100,7 +101,7 @@ def _check_out(names, clone):
 
 
 def _git(folder, *words):
-    done = sources.git(folder, *words)
+    done = git(folder, *words)
     if done.returncode != 0:
         lines = [line for line in done.stderr.splitlines() if line.strip()]
         raise CommandError(f"{REPOSITORY.url} cannot be brought", *lines[-3:])

@@ -6,10 +6,8 @@ config/sources/NAME.repos are files of vcstool; their comments are the fields of
 import glob
 import os
 import re
-import subprocess
 from dataclasses import dataclass
 
-from commands.bootstrap import step
 from commands.errors import CommandError, UsageError
 from commands.paths import ROOT, read, relative
 
@@ -146,29 +144,6 @@ def database():
 def folder_of(url):
     """Returns the name of the folder into which git clones a URL."""
     return re.sub(r"\.git$", "", url.rstrip("/").rpartition("/")[2].rpartition(":")[2])
-
-
-def git(folder, *words):
-    """Runs git; GitHub's addresses for those who have a key become those for everybody.
-
-    Returns:
-        subprocess.CompletedProcess.
-    """
-    instead = [
-        word
-        for address in ("git@github.com:", "ssh://git@github.com/", "git://github.com/")
-        for word in ("-c", f"url.https://github.com/.insteadOf={address}")
-    ]
-    return subprocess.run(
-        ["git", *instead, *words],
-        cwd=folder,
-        env={**os.environ, "GIT_TERMINAL_PROMPT": "0", "LC_ALL": "C"},
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        check=False,
-        pass_fds=step.held_locks(),
-    )
 
 
 def read_list(path):

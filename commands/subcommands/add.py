@@ -19,8 +19,9 @@ import subprocess
 from commands import bootstrap, gazebo_models, processes
 from commands.bootstrap import left_out, step, workspace
 from commands.errors import CommandError, UsageError, say
+from commands.git import git
 from commands.paths import CACHE, SOURCES, relative, write
-from commands.sources import Repository, entries_of, entry_of, folder_of, git, listed
+from commands.sources import Repository, entries_of, entry_of, folder_of, listed
 from commands.subcommands import deps, setup
 
 USAGE = "[--from FOLDER] NAME|URL ... | --list"
