@@ -80,7 +80,7 @@ class Desk:
         self.changes = 0  # jobs that did not say that they only read
         self.holds = []  # what is connected when the simulation is held and goes on again
         server = SimpleNamespace(
-            hold=lambda: self.holds.append(list(self.robots.names)),
+            hold=lambda limit=2.0: self.holds.append(list(self.robots.names)),
             release=lambda _: self.holds.append(list(self.robots.names)),
         )
         self.missing = None  # package that spawn_urdf_model finds missing
@@ -134,12 +134,13 @@ def _desk(monkeypatch):
 
 
 def test_no_step_is_made_until_a_new_model_has_its_plugins(desk):
-    assert desk.spawn().success and desk.holds == [[], ["bot"]]
+    """For its reading, then for what it begins with."""
+    assert desk.spawn().success and desk.holds == [[], [], [], ["bot"]]
     assert not desk.spawn().success, "there is one of this name"
-    assert desk.holds == [[], ["bot"]]
+    assert len(desk.holds) == 4
     desk.robots.fault = WorldError("a plugin does not start")
     assert not desk.spawn("other").success
-    assert len(desk.holds) == 4 and desk.holds[-1] == ["bot"], "released after it was removed"
+    assert len(desk.holds) == 8 and desk.holds[-1] == ["bot"], "released after it was removed"
 
 
 def test_spawn_ask_and_delete(desk):

@@ -231,13 +231,16 @@ class Server:
             self._robots.refresh()
         self._call_monitor.measured(self._jobs.waiting, self._jobs.answered)
 
-    def hold(self) -> float:
-        """Make no step until release() of the result, for HOLD_LIMIT at most (simulation thread).
+    def hold(self, limit: float = HOLD_LIMIT) -> float:
+        """Make no step until release() of the result (simulation thread).
 
         A model's plugins then start at the step at which it is there, as in Gazebo, which loads
         them between two steps.
+
+        Args:
+            limit: wall time [s] at most.
         """
-        end = self._now() + HOLD_LIMIT
+        end = self._now() + limit
         self._holds.append(end)
         return end
 

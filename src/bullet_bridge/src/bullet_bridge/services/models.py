@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from bullet_bridge.loop.server import Server
 
 
+READING = 0.5  # wall time [s] for which time waits for the reading of a model, at most
 SPAWN = "SpawnModel: "
 UNKNOWN_FORMAT = (
     "GazeboRosApiPlugin SpawnModel Failure: input model_xml not SDF or URDF, or cannot be "
@@ -119,6 +120,10 @@ class ModelServices:
             check()
             self._add_light(name, text.light)
 
+        def begin() -> float:
+            check()
+            return self._server.hold(READING)
+
         def spawn() -> tuple[Model, float]:
             model = self._world.spawn(described, check() * origin)
             return model, self._server.hold()
@@ -126,7 +131,7 @@ class ModelServices:
         if text.kind == "light":
             self._jobs.call(add_light)
             return srv.SpawnModelResponse(status_message=f"{SPAWN}Successfully spawned entity")
-        self._jobs.read(check)
+        reading = self._jobs.read(begin)
         try:
             described, origin = self._read(name, text)
             model, hold = self._jobs.call(spawn)
@@ -134,6 +139,8 @@ class ModelServices:
             raise
         except SimError as error:  # Gazebo's client waits 10 s then
             raise SimError(f"{NOT_SPAWNED}{name}: {error}") from error
+        finally:
+            self._jobs.read(lambda: self._server.release(reading))
         self._connect(model, request.robot_namespace, hold)
         if model.name != name:  # for which Gazebo's client waits 10 s
             raise SimError(f"{NOT_SPAWNED}{name}: it is there as '{model.name}'")
