@@ -460,12 +460,20 @@ _GENERATORS: dict[str, Callable[[Geometry], Any]] = {
 }
 
 
+_SOUND: set[tuple[str, int, int]] = set()  # meshes without an error: path, length, hash
+
+
 def _read(geometry: Geometry) -> tuple[bytes, str]:
     """Content and type of a mesh file; raises ModelError where PyBullet must not read it."""
     data = read_file(geometry.path, "mesh", "mesh_bytes")
     file_type = mesh_type(geometry.path, data)
-    if error := mesh_error(geometry.path, file_type, data):
-        raise ModelError(error)
+    content = geometry.path, len(data), hash(data)
+    if content not in _SOUND:
+        if error := mesh_error(geometry.path, file_type, data):
+            raise ModelError(error)
+        if len(_SOUND) >= 10_000:
+            _SOUND.clear()
+        _SOUND.add(content)
     for library in _libraries(geometry.path, data) if file_type == "obj" else ():
         read_file(library, "material library", "text_bytes")  # which everybody reads with the mesh
     return data, file_type
