@@ -185,7 +185,7 @@ _receive = tcpros_pubsub.robust_connect_subscriber
 _reconnecting = Reconnecting()
 _api = masterslave.xmlrpcapi
 _connecting: dict[tuple[str, str], bool] = {}  # (topic, address) -> whether to connect once more
-_listed: dict[str, set[str]] = {}  # by topic: publishers of the master's newest update
+_listed: dict[str, set[str]] = {}  # by topic: publishers of the master's newest list
 _locking = threading.Lock()  # of _connecting
 _attempt = threading.local()  # .key of _connecting, .tried: of the thread that connects
 
@@ -204,6 +204,8 @@ def enable_reconnecting() -> None:
 
 @functools.wraps(_update)
 def _join_updates(self: Any, resolved_name: str, uris: list[str]) -> None:
+    if get_topic_manager().get_subscriber_impl(resolved_name) is not None:
+        _listed[resolved_name] = set(uris)  # also of a new subscription, which no update tells
     with self.cond:  # a reentrant lock
         pending = [uri for topic, known in self.updates if topic == resolved_name for uri in known]
         _update(self, resolved_name, list(dict.fromkeys([*uris, *pending])))
