@@ -256,6 +256,13 @@ def test_a_publisher_that_does_not_answer_is_tried_as_long_as_it_is_listed(topic
     assert tries == [URI]
 
 
+def test_a_new_subscription_is_told_its_publishers_in_place_of_an_older_list(topics, monkeypatch):
+    """Of a registration: an older update said that there are none, which ended a second try."""
+    monkeypatch.setitem(subscriptions._listed, "/t", set())
+    subscriptions._join_updates(RegManager(None), "/t", [URI])
+    assert subscriptions._listed["/t"] == {URI}
+
+
 @pytest.mark.parametrize(
     "topic, publishers", [(7, []), ("/t", None), ("/t", [3, []]), (None, None), ("/t", ["x"])]
 )
