@@ -65,8 +65,10 @@ class Windows(unittest.TestCase):
         self.addCleanup(publisher.unregister)
         self.addCleanup(subscriber.unregister)
 
+        self.look = lambda: publisher.publish(message)
+
         def has_seen_five():
-            publisher.publish(message)
+            self.look()
             self.assertIsNone(self.node.poll())
             return len(seen) >= 5
 
@@ -91,11 +93,12 @@ class Windows(unittest.TestCase):
                 self.addCleanup(page.close)
                 wait_until(lambda: TOPIC in page.status.get("cameras", ()), "its topic")
                 page.send("want", camera=TOPIC, lidar="", data=False, contacts=False)
-                # no other picture is shown: the last one is sent to whoever comes
-                _, payload = wait_until(
-                    lambda: next((m for m in page.binary if m[0]["type"] == "image"), None),
-                    "its picture",
-                )
+
+                def picture():
+                    self.look()  # as a camera goes on
+                    return next((m for m in page.binary if m[0]["type"] == "image"), None)
+
+                _, payload = wait_until(picture, "its picture")
                 shown = cv2.imdecode(np.frombuffer(payload, np.uint8), cv2.IMREAD_COLOR)
                 self.assertEqual(shown.shape, (60, 80, 3))
                 np.testing.assert_allclose(shown[10, 40], (0, 200, 40), atol=12)
