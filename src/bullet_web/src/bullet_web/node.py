@@ -42,6 +42,7 @@ DATA = 0.2  # [s] between two messages for the plots
 SAME = 1e-6  # [m] between two goals that are one
 QUEUE = 20  # actions that may wait
 END_LIMIT = 2.0  # [s] for the last command
+SENSORS = ("camera", "lidar")  # of which a page wants a topic each
 WINDOW_LIMIT = 30.0  # [s] for a browser that was started to open the page
 
 
@@ -400,9 +401,13 @@ class WebNode:
         return [topic for topic in wanted if topic in self._graph.layers]
 
     def _want(self, page: Page, message: dict[str, Any]) -> None:
-        before = self._layers_of(page)
+        before, sensors = self._layers_of(page), {page.wanted.get(want) for want in SENSORS}
         page.wanted = message
         self._subscribe()
+        for topic in {message.get(want) for want in SENSORS} - sensors:
+            shown = self._sensors.last(topic or "")
+            if shown:  # a still picture comes once, and another page may have it already
+                page.put(*shown)
         for topic in set(self._layers_of(page)) - set(before):
             last = self._navigation.last(topic)
             if last:  # a map is published once

@@ -226,7 +226,11 @@ TYPES: dict[str, tuple[str, Any, float, Callable[[Any], bytes]]] = {
 
 
 class Subscription:
-    """One topic that pages want, converted once for all of them."""
+    """One topic that pages want, converted once for all of them.
+
+    Attributes:
+        last: kind and message that were delivered last; None: nothing.
+    """
 
     def __init__(self, topic: str, kind: str, deliver: Callable[[str, str, bytes], object]) -> None:
         self.topic = topic
@@ -234,6 +238,7 @@ class Subscription:
         self._kind, message, rate, self._convert = TYPES[kind]
         self._period, self._last = 1.0 / rate, -math.inf
         self._problem = ""
+        self.last: tuple[str, bytes] | None = None
         self._subscriber = rospy.Subscriber(
             topic, message, self._receive, queue_size=1, buff_size=BUFFER
         )
@@ -244,7 +249,8 @@ class Subscription:
             return
         self._last = now
         try:
-            self._deliver(self._kind, self.topic, self._convert(message))
+            self.last = self._kind, self._convert(message)
+            self._deliver(self._kind, self.topic, self.last[1])
         except ValueError as error:
             if str(error) != self._problem:  # once
                 self._problem = str(error)
@@ -274,6 +280,12 @@ class Sensors:
                 self._subscriptions.pop(key).close()
             for kind, topic in sorted(wanted - set(self._subscriptions)):
                 self._subscriptions[kind, topic] = Subscription(topic, kind, self._deliver)
+
+    def last(self, topic: str) -> tuple[str, bytes] | None:
+        """Kind and message that were delivered last of a topic."""
+        with self._lock:
+            items = list(self._subscriptions.items())
+        return next((one.last for (_, name), one in items if name == topic), None)
 
     def close(self) -> None:
         """Subscribe to nothing."""

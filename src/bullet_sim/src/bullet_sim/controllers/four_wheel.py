@@ -302,8 +302,10 @@ class FourWheel(Drive):
         else:
             outputs = for_angles(config, forward, *target[1:])
         self._before, self.limited = self.limited, (forward, turn)
-        self._written = (*outputs[0], *outputs[1])
-        self.write(self._written)
+        values = (*outputs[0], *outputs[1])
+        if values != self._written:
+            self._written = values
+            self.write(values)
 
     def observe(self, time: float) -> None:
         """Update the odometry to the joints' state."""
