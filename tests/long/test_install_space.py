@@ -30,7 +30,12 @@ from commands.bootstrap import ros, workspace
 
 # What a ROS that is sourced may be without, and is.
 LACKING = set(ros.lacking(ros.prefix())[1]) if ros.prefix() else set()
-ADDED = {"amcl", "gmapping", "move_base"}  # what ./run add brings, for paddock_navigation
+ADDED = {
+    "amcl",
+    "gmapping",
+    "map_server",
+    "move_base",
+}  # what ./run add brings, for paddock_navigation
 BESIDE = {"gazebo_dev": "gazebo"}  # package -> second folder of share/, where cmake looks
 OBSERVER = Path(__file__).with_name("install_observer.py")
 SOURCES = tuple(f"{ROOT / name}{os.sep}" for name in ("src", "devel", "build"))

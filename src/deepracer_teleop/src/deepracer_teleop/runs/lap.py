@@ -145,7 +145,7 @@ class LapRun:
             s += rng.uniform(-0.1, 0.1)
             side, rotation = rng.uniform(-0.1, 0.1), math.radians(rng.uniform(-10.0, 10.0))
         pose = pose_of(*self.course.pose(s, side, rotation))
-        state = ModelState(self.settings.model, pose=pose, reference_frame="world")
+        state = ModelState(model_name=self.settings.model, pose=pose, reference_frame="world")
         response = rospy.ServiceProxy("/gazebo/set_model_state", SetModelState)(state)
         if not response.success:
             raise LapError(f"the car cannot be put at the start: {response.status_message}")

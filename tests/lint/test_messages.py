@@ -1,0 +1,69 @@
+"""Messages are made with all fields by position or some by keyword: genpy takes nothing else."""
+
+import ast
+import importlib
+import subprocess
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def sources():
+    """Python files of the repository, nodes without an ending among them."""
+    listed = subprocess.run(
+        ["git", "ls-files", "src", "commands", "tests", "bench"],
+        cwd=ROOT,
+        check=True,
+        capture_output=True,
+        text=True,
+    ).stdout.split()
+    for path in (ROOT / name for name in listed):
+        if path.suffix == ".py" or (path.is_file() and path.read_bytes().startswith(b"#!")):
+            text = path.read_text(encoding="utf-8")
+            if path.suffix == ".py" or "python" in text.partition("\n")[0]:
+                yield path, text
+
+
+def message_classes(tree):
+    """Name in the file -> class, of what it imports from packages of messages that are there."""
+    classes = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").endswith((".msg", ".srv")):
+            try:
+                module = importlib.import_module(node.module)
+            except ImportError:
+                continue
+            classes.update({a.asname or a.name: getattr(module, a.name) for a in node.names})
+    return classes
+
+
+def refused_calls(tree):
+    """Yields (line, text) of the calls that end with a TypeError of genpy."""
+    classes = message_classes(tree)
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Name):
+            continue
+        slots = getattr(classes.get(node.func.id), "__slots__", None)
+        if slots is None or not node.args or any(isinstance(a, ast.Starred) for a in node.args):
+            continue
+        if node.keywords or len(node.args) != len(slots):
+            yield node.lineno, ast.unparse(node)
+
+
+def test_a_call_that_genpy_refuses_is_found():
+    head = "from geometry_msgs.msg import Vector3\n"
+    refused = ("Vector3(1.0, y=2.0)", "Vector3(1.0)")
+    for call in refused:
+        assert list(refused_calls(ast.parse(head + call))) == [(2, call)]
+    for call in ("Vector3()", "Vector3(y=2.0)", "Vector3(1.0, 2.0, 3.0)", "Vector3(*found)"):
+        assert not list(refused_calls(ast.parse(head + call)))
+
+
+def test_no_call_is_refused():
+    calls = 0
+    for path, text in sources():
+        tree = ast.parse(text)
+        calls += bool(message_classes(tree))
+        for line, call in refused_calls(tree):
+            raise AssertionError(f"{path.relative_to(ROOT)}:{line}: {call}")
+    assert calls > 50
