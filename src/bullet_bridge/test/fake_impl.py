@@ -1,7 +1,9 @@
 """Publishers, subscribers and cameras without a ROS master, and plugins made with them."""
 
 import io
+import types
 
+import dynamic_reconfigure.server
 from bullet_bridge.plugins import base
 from bullet_bridge.plugins.base import PluginContext, make_plugin
 
@@ -110,6 +112,18 @@ def fake_publishers(monkeypatch, *modules, subscribers=1):
     monkeypatch.setattr(base, "ValuesServer", FakeServer)
     monkeypatch.setattr(base.rospy, "Service", lambda name, kind, call: publisher(name, kind, call))
     return made
+
+
+def fake_reconfigure(monkeypatch):
+    """Parameters by name, of the servers of dynamic_reconfigure that are made from now on."""
+    params = {}
+    ros = types.SimpleNamespace(
+        Publisher=lambda name, kind, **_: Topic(name, kind),
+        Service=Topic,
+        set_param=params.__setitem__,
+    )
+    monkeypatch.setattr(dynamic_reconfigure.server, "rospy", ros)
+    return params
 
 
 def plugin_of(world, model, spec, seed=0, received=None):

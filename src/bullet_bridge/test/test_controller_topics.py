@@ -9,11 +9,10 @@ from bot_rig import Bot, held_robot
 from bullet_bridge.control import reconfigure
 from bullet_bridge.control import robot as control
 from bullet_bridge.plugins import base
-from bullet_bridge.transport.pid_gains import config_type
 from bullet_sim.controllers import manager
 from bullet_sim.controllers.pid import PidGains
 from control_msgs.msg import JointControllerState, PidState
-from fake_impl import FakeServer
+from fake_impl import FakeServer, fake_reconfigure
 from four_wheel_steering_msgs.msg import FourWheelSteering, FourWheelSteeringStamped
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
@@ -383,7 +382,13 @@ def test_reload_libraries_needs_force_to_unload(bot):
     assert bot.ask("reload_controller_libraries", force_kill=False).ok
 
 
-def test_ranges_of_tuning_hold_the_gains_that_are_set():
-    usual, wide = config_type(PidGains(1.0)), config_type(PidGains(1.0, d=5000.0, i_clamp_min=-2e4))
-    assert (usual.max["d"], usual.min["i_clamp_min"]) == (1000.0, -1000.0)
-    assert (wide.max["d"], wide.min["i_clamp_min"]) == (5000.0, -2e4)
+def test_gains_beyond_their_ranges_are_told_and_held_within_them_at_a_change(monkeypatch):
+    """control_toolbox::Pid::initDynamicReconfig gives the gains to roscpp's server, which clamps
+    what it is asked for."""
+    params, set_gains = fake_reconfigure(monkeypatch), []
+    server = reconfigure.pid_server(
+        "/bot/arm/pid", PidGains(1.0, d=5000.0, i_clamp_min=-2e5), set_gains.append
+    )
+    assert (params["/bot/arm/pid/d"], server.config["i_clamp_min"]) == (5000.0, -2e5)
+    assert server.update_configuration({"p": 2.0})["d"] == 1000.0
+    assert set_gains == [PidGains(2.0, d=1000.0, i_clamp_min=-1e5)]

@@ -9,6 +9,7 @@ from bullet_sim.description.world import OdeSettings
 from bullet_sim.errors import WorldError
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
+from fake_impl import fake_reconfigure
 
 CAR = (
     '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" '
@@ -118,17 +119,78 @@ def test_impossible_values_change_nothing(properties, requested, reason):
     assert properties.read() == before
 
 
-def test_reconfiguring_asks_only_for_what_differs(properties):
-    before = physics.as_config(properties.read())
-    assert set(before) == set(physics.CONFIG.type) == set(physics.CONFIG.defaults)
-    assert physics.requested_changes(dict(before), before) == {}
-    assert physics.CONFIG.defaults["sor_pgs_iters"] == 50  # as Gazebo's
-    config = dict(before, gravity_x=1.0, sor_pgs_iters=7, erp=0.9, auto_disable_bodies=True)
-    assert physics.requested_changes(config, before) == {
-        "gravity": (1.0, 0.0, -9.81),
-        "iterations": 7,
-        "ode": {"erp": 0.9},
-    }
+class Jobs:
+    """Does each job at once."""
+
+    def call(self, work):
+        return work()
+
+    read = call
+
+
+@pytest.fixture(name="reconfigured")
+def _reconfigured(properties, monkeypatch):
+    """A server of dynamic_reconfigure that begins in a world of 2,000 updates a second."""
+    params = fake_reconfigure(monkeypatch)
+    properties.change(max_update_rate=2000.0)
+    made = physics.PhysicsServer("/gazebo", Jobs(), properties)
+    made.params, made.properties = params, properties
+    return made
+
+
+def test_a_reconfiguration_begins_with_the_worlds_values(reconfigured):
+    """GazeboRosApiPlugin::physicsReconfigureCallback, first call: not held within bounds."""
+    told = physics.as_config(reconfigured.properties.read())
+    assert {name: reconfigured.config[name] for name in told} == told
+    assert {name: reconfigured.params[f"/gazebo/{name}"] for name in told} == told
+    assert set(told) == set(physics.CONFIG.type) == set(physics.CONFIG.defaults)
+    assert reconfigured.params["/gazebo/max_update_rate"] == 2000.0
+
+
+ASKED = {  # name -> beyond its bound in cfg/Physics.cfg, that bound or None: refused here
+    "time_step": (0.002, 0.002),
+    "max_update_rate": (5000.0, 1000.0),
+    "gravity_x": (-300.0, -100.0),
+    "gravity_y": (101.0, 100.0),
+    "gravity_z": (-200.0, -100.0),
+    "auto_disable_bodies": (True, False),
+    "sor_pgs_precon_iters": (20_000, 10_000),
+    "sor_pgs_iters": (20_000, 10_000),
+    "sor_pgs_w": (6.0, 5.0),
+    "sor_pgs_rms_error_tol": (1e5, 0.0),
+    "cfm": (11.0, 10.0),
+    "erp": (11.0, 10.0),
+    "contact_surface_layer": (11.0, 10.0),
+    "contact_max_correcting_vel": (1e8, 1e7),
+    "max_contacts": (20_000_000, 10_000_000),
+}
+
+
+def test_each_parameter_of_physics_cfg_is_held_within_its_bounds(reconfigured):
+    assert set(ASKED) == set(physics.CONFIG.type)
+    for name, (asked, in_force) in ASKED.items():
+        reconfigured.update_configuration({name: asked})
+        assert physics.as_config(reconfigured.properties.read())[name] == in_force, name
+
+
+def test_a_reconfiguration_undoes_what_the_service_has_changed_meanwhile(reconfigured):
+    """All of the server's own values go along, see physicsReconfigureCallback."""
+    properties = reconfigured.properties
+    reconfigured.update_configuration({"gravity_z": -2.0})
+    properties.change(
+        gravity=(1.0, 2.0, -8.0), iterations=9, time_step=0.004, ode={"erp": 0.9, "cfm": 0.1}
+    )
+    reconfigured.update_configuration({"sor_pgs_w": 1.1})
+    now = properties.read()
+    assert (now.gravity, now.iterations, now.time_step) == ((0.0, 0.0, -2.0), 50, 0.001)
+    assert (now.ode["sor_pgs_w"], now.ode["erp"], now.ode["cfm"]) == (1.1, 0.2, 0.0)
+    assert now.max_update_rate == 1000.0
+
+
+def test_a_reconfiguration_that_is_refused_tells_what_is_in_force(reconfigured):
+    told = reconfigured.update_configuration({"time_step": 5.0, "gravity_z": -1.0})
+    assert (told["time_step"], told["gravity_z"]) == (0.001, -9.81)
+    assert reconfigured.update_configuration({"cfm": 0.5})["cfm"] == 0.5
 
 
 def test_an_integer_beyond_what_messages_hold_is_their_largest():

@@ -16,8 +16,9 @@ from bullet_sim.description.model import STEER_BOT_SIM_TYPE
 from bullet_sim.errors import SimError
 from bullet_sim.formats.urdf import parse_transmissions
 from bullet_sim.xml_reader import parse
+from control_toolbox.cfg import ParametersConfig
 
-from bullet_bridge.transport.pid_gains import config_type, on_change, values_of
+from bullet_bridge.transport.pid_gains import on_change, values_of
 from bullet_bridge.transport.reconfigure import ValuesServer
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 def pid_server(namespace: str, gains: PidGains, apply: Callable[[PidGains], Any]) -> ValuesServer:
     """Start the server of one PID; apply: see on_change."""
     changed = on_change(namespace, gains, apply)
-    return ValuesServer(config_type(gains), values_of(gains), changed, namespace)
+    return ValuesServer(ParametersConfig, values_of(gains), changed, namespace)
 
 
 PID_GAINS = "gazebo_ros_control/pid_gains"

@@ -24,7 +24,6 @@ from bullet_bridge.loop.clock import SubscribedSchedule
 from bullet_bridge.plugins.base import PluginContext, RosPart, make_plugin
 from bullet_bridge.transport.conversions import header
 from bullet_bridge.transport.packed import PackedBase, PackedJointState
-from bullet_bridge.transport.reconfigure import widened
 
 if TYPE_CHECKING:
     from bullet_sim.controllers.joint import Sample
@@ -392,8 +391,7 @@ class DiffDrive(Drive):
             "publish_rate": config.publish_rate,
             "enable_odom_tf": config.publish_tf,
         }
-        module = widened(DIFF_DRIVE, self._parameters)
-        self.reconfigure(self.name, module, self._parameters, self._on_parameters)
+        self.reconfigure(self.name, DIFF_DRIVE, self._parameters, self._on_parameters)
 
     def _on_parameters(self, parameters: Any, _level: int) -> Any:
         separation, left, right = (parameters[name] for name in _MULTIPLIERS)

@@ -14,6 +14,7 @@ from bullet_sim.controllers.pid import PidGains, parse_pid
 from bullet_sim.errors import SimError
 from bullet_sim.plugins import drives as specs
 from bullet_sim.pose import Motion, Vec3, rpy_from_quaternion
+from control_toolbox.cfg import ParametersConfig
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
@@ -31,7 +32,7 @@ from bullet_bridge.plugins.base import (
 )
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedBase, PackedJointState
-from bullet_bridge.transport.pid_gains import config_type, on_change, values_of
+from bullet_bridge.transport.pid_gains import on_change, values_of
 
 
 @ros_side(specs.JointStatesSpec)
@@ -388,7 +389,7 @@ class MimicPidPlugin(Preparing):
             rospy.logwarn("%s", text)
         self._gains = gains
         changed = on_change(where, gains, lambda new: self.call(lambda: self._set(new)))
-        self.reconfigure(where, config_type(gains), values_of(gains), changed)
+        self.reconfigure(where, ParametersConfig, values_of(gains), changed)
 
     def _set(self, gains: PidGains) -> None:
         self._gains = gains

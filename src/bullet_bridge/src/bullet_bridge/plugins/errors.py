@@ -10,7 +10,6 @@ from bullet_sim.sensors.errors import SensorErrors
 from paddock_common.reconfigure import describe
 
 from bullet_bridge.plugins.base import Sensor
-from bullet_bridge.transport.reconfigure import widened
 
 ERRORS = describe(  # hector_gazebo_plugins/SensorModel.cfg
     (name, "double", default, low, high, text)
@@ -76,4 +75,4 @@ class TunedSensor(Sensor):
             self.call(change)
             return config
 
-        self.reconfigure(namespace, widened(ERRORS, values), values, on_change)
+        self.reconfigure(namespace, ERRORS, values, on_change)

@@ -27,18 +27,18 @@ if TYPE_CHECKING:
     from bullet_bridge.loop.server import Server
 
 MAX_ITERATIONS = 10_000
-# dynamic_reconfigure's parameters; upstream's max_update_rate is at most 1000.
+# dynamic_reconfigure's parameters, with the defaults and bounds of gazebo_ros' cfg/Physics.cfg.
 _PARAMETERS = (
     ("time_step", "double", 0.001, 0.0, 10.0, "Physics step [s]."),
-    ("max_update_rate", "double", 1000.0, 0.0, 1e6, "Steps per wall second [Hz]; 0: no limit."),
+    ("max_update_rate", "double", 60.0, 0.0, 1000.0, "Steps per wall second [Hz]; 0: no limit."),
     ("gravity_x", "double", 0.0, -100.0, 100.0, "Gravity along x [m/s^2]."),
     ("gravity_y", "double", 0.0, -100.0, 100.0, "Gravity along y [m/s^2]."),
     ("gravity_z", "double", -9.8, -100.0, 100.0, "Gravity along z [m/s^2]."),
     ("auto_disable_bodies", "bool", False, False, True, "Of ODE, without effect."),
     ("sor_pgs_precon_iters", "int", 0, 0, 10000, "Is kept, without effect."),
-    ("sor_pgs_iters", "int", 50, 0, 10000, "Iterations of the constraint solver per step."),
+    ("sor_pgs_iters", "int", 20, 0, 10000, "Iterations of the constraint solver per step."),
     ("sor_pgs_w", "double", 1.3, 0.0, 5.0, "Factor of each correction of the constraint solver."),
-    ("sor_pgs_rms_error_tol", "double", 0.0, -1.0, 10000.0, "Of ODE, without effect."),
+    ("sor_pgs_rms_error_tol", "double", -1.0, -1.0, 10000.0, "Of ODE, without effect."),
     ("cfm", "double", 0.0, 0.0, 10.0, "Constraint force mixing of joints [s/kg]."),
     ("erp", "double", 0.2, 0.0, 10.0, "Fraction of a joint's error that is corrected in a step."),
     ("contact_surface_layer", "double", 0.001, 0.0, 10.0, "Is kept, without effect [m]."),
@@ -251,40 +251,32 @@ def as_config(properties: Properties) -> dict[str, Any]:
     )
 
 
-def requested_changes(config: Mapping[str, Any], before: Mapping[str, Any]) -> dict[str, Any]:
-    """Arguments for PhysicsProperties.change: what differs from the configuration before."""
-    changes = {
-        name: config[name]
-        for name in ("time_step", "max_update_rate")
-        if config[name] != before[name]
-    }
-    if any(config[axis] != before[axis] for axis in AXES):
-        changes["gravity"] = tuple(config[axis] for axis in AXES)
-    if config["sor_pgs_iters"] != before["sor_pgs_iters"]:
-        changes["iterations"] = config["sor_pgs_iters"]
-    solver = {name: config[name] for name in SOLVER if config[name] != before[name]}
-    return dict(changes, ode=solver) if solver else changes
+def as_properties(config: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments for PhysicsProperties.change: all of a configuration."""
+    return dict(
+        time_step=config["time_step"],
+        max_update_rate=config["max_update_rate"],
+        gravity=tuple(config[axis] for axis in AXES),
+        iterations=config["sor_pgs_iters"],
+        ode={name: config[name] for name in SOLVER},
+    )
 
 
 class PhysicsServer(ValuesServer):
-    """dynamic_reconfigure server of the world; to be created before the simulation runs."""
+    """dynamic_reconfigure server of the world; to be created before the simulation runs.
+
+    As GazeboRosApiPlugin::physicsReconfigureCallback it begins with the world's values, and sets
+    all of its own whenever one of them is asked for, which undoes what a service has changed.
+    """
 
     def __init__(self, namespace: str, jobs: JobQueue, properties: PhysicsProperties) -> None:
         self._jobs, self._properties = jobs, properties
-        self._last = as_config(properties.read())
-        super().__init__(CONFIG, self._last, self._changed, namespace)
+        super().__init__(CONFIG, as_config(properties.read()), self._changed, namespace)
 
     def _changed(self, config: Any, _level: int) -> Any:
-        changes = requested_changes(config, self._last)
-        unused = {name: config[name] for name in FIXED["ode"]}
         try:
-            self._jobs.call(lambda: self._properties.change(**changes))
+            self._jobs.call(lambda: self._properties.change(**as_properties(config)))
         except (SimError, TimeoutError) as error:
             rospy.logerr("physics properties: %s", error)
-        try:
-            self._last = as_config(self._jobs.read(self._properties.read))
-        except TimeoutError as error:
-            rospy.logerr("physics properties: %s", error)
-        config.update(self._last)
-        config.update(unused)
+            config.update(as_config(self._jobs.read(self._properties.read)))
         return config

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import math
-import types
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import rospy
 from bullet_sim.controllers.pid import PidGains
 from bullet_sim.errors import ControllerError, SimError
-from control_toolbox.cfg import ParametersConfig
-
-from bullet_bridge.transport.reconfigure import widened
 
 NAMES = ("p", "i", "d", "i_clamp_min", "i_clamp_max", "antiwindup")
 
@@ -34,11 +30,6 @@ def gains_of(config: Mapping[str, Any]) -> PidGains:
                 f"{name} is {config[name]}, must be a finite number; the gains are unchanged"
             )
     return PidGains(**{name: config[name] for name in NAMES})
-
-
-def config_type(gains: PidGains) -> types.SimpleNamespace:
-    """ParametersConfig with ranges widened to include the present gains."""
-    return widened(ParametersConfig, values_of(gains))
 
 
 def on_change(

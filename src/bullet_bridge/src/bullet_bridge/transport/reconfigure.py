@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import types
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -10,21 +9,10 @@ import rospy
 from dynamic_reconfigure.server import Server
 
 
-def widened(config: Any, values: Mapping[str, Any]) -> types.SimpleNamespace:
-    """A configuration's module with ranges that include the first `values`."""
-    made = types.SimpleNamespace(
-        **{
-            name: getattr(config, name)
-            for name in ("config_description", "defaults", "level", "type", "all_level")
-        }
-    )
-    made.min = {name: min(low, values[name]) for name, low in config.min.items()}
-    made.max = {name: max(high, values[name]) for name, high in config.max.items()}
-    return made
-
-
 class ValuesServer(Server):
     """A server whose first values are the simulation's, not those of the parameter server.
+
+    As roscpp's it tells the first as they are, and holds all within the bounds at every change.
 
     Args:
         config: module that dynamic_reconfigure's generator would make.
@@ -41,11 +29,16 @@ class ValuesServer(Server):
         namespace: str,
     ) -> None:
         self._values = values
-        super().__init__(config, lambda first, _: first, namespace)
+        super().__init__(config, self._begin, namespace)
         self.callback = callback
 
     def _copy_from_parameter_server(self) -> None:
-        self.config.update(self._values)
+        """The parameters do not count."""
+
+    def _begin(self, config: Any, _level: int) -> Any:
+        """The first values, beyond the bounds as well."""
+        config.update(self._values)
+        return config
 
     def _set_callback(self, request: Any) -> Any:
         """Change values; those of other names and types are ignored and named, as by roscpp."""
