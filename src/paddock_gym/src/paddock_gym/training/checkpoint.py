@@ -18,6 +18,7 @@ from paddock_gym.errors import GymError
 FILE, FORMER = "checkpoint.npz", "checkpoint.zip"
 LARGEST = 1 << 30  # [bytes] of its arrays
 COUNTERS = ("num_timesteps", "_n_updates", "_episode_num")
+BUFFERS = ("ep_info_buffer", "ep_success_buffer")  # of the latest episodes; learn() wants both
 ABOUT = "about"  # JSON of what is no array
 
 
@@ -31,7 +32,7 @@ def save(model, path):
     arrays["random/torch"] = torch.get_rng_state().numpy()
     about = {
         "counters": {name: getattr(model, name) for name in COUNTERS},
-        "episodes": list(model.ep_info_buffer or ()),
+        "episodes": {name: list(getattr(model, name) or ()) for name in BUFFERS},
         "random": {"numpy": numpy_rest, "python": random.getstate()},
     }
     arrays[ABOUT] = np.frombuffer(json.dumps(about, default=float).encode(), np.uint8)
@@ -109,7 +110,8 @@ def restore(model, path):
         optimizer.load_state_dict({"state": state, "param_groups": groups})
         for name in COUNTERS:
             setattr(model, name, int(about["counters"][name]))
-        model.ep_info_buffer = deque(about["episodes"], maxlen=model._stats_window_size)
+        for name in BUFFERS:
+            setattr(model, name, deque(about["episodes"][name], maxlen=model._stats_window_size))
         np.random.set_state(("MT19937", arrays["random/numpy"], *about["random"]["numpy"]))
         torch.set_rng_state(torch.from_numpy(arrays["random/torch"]))
         version, numbers, rest = about["random"]["python"]

@@ -1,6 +1,5 @@
 """The end of a training: the better of two policies, its report and its plots."""
 
-import copy
 import os
 
 import numpy as np
@@ -122,18 +121,19 @@ def _without_replay(problem):
 def _write_better(folder, model, env, description, evaluate):
     """Write the better of the last and the best policy as POLICY; returns its runs.
 
+    The model's policy is the best one afterwards, where there is one.
+
     Args:
         evaluate: function of a policy's path: (score, runs).
     """
     best = os.path.join(folder, monitor.BEST)
-    candidates = {"last": model.policy}
-    if os.path.exists(best):
-        candidates["best"] = copy.deepcopy(model.policy)
-        checkpoint.load_policy(candidates["best"], best)
+    candidates = ["last", "best"] if os.path.exists(best) else ["last"]
     better = None
-    for name, candidate in candidates.items():
+    for name in candidates:
+        if name == "best":
+            checkpoint.load_policy(model.policy, best)  # the last one's file is complete
         path = os.path.join(folder, f"{name}.onnx")
-        export(candidate, env.observation_space, description, path)
+        export(model.policy, env.observation_space, description, path)
         score, runs = evaluate(path)
         if better is None or score > better[0]:
             better = score, path, runs
