@@ -10,10 +10,13 @@ import pytest
 from bullet_sim.plugins import PLUGINS, SENSOR_PLUGINS
 
 SRC = Path(__file__).resolve().parents[2] / "src"
-ENTERS = re.compile(r"^@(?:CONTROLLERS\.register|sensor_plugin|model_plugin|ros_side)\(", re.M)
+ENTERS = re.compile(
+    r"^@(?:CONTROLLERS\.register|sensor_plugin|model_plugin|ros_side|part_of)\(", re.M
+)
 LOADED_BY = {  # folder -> the import that has to load its files
     "bullet_sim/plugins": "bullet_sim.plugins",
     "bullet_sim/controllers": "bullet_sim.controllers",
+    "bullet_sim/parts": "bullet_sim.parts",
     "bullet_bridge/plugins": "bullet_bridge.plugins",
     "bullet_bridge/control": "bullet_bridge.robots",
 }

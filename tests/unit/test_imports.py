@@ -219,6 +219,7 @@ SUITES = {
         "sensors",
         "render",
         "world",
+        "parts",
     ),
     "bullet_bridge": ("srv", "transport", "loop", "plugins", "control", "services", ""),
     "bullet_web": (

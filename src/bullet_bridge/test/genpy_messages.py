@@ -1,6 +1,7 @@
 """Messages as genpy builds them: the measure of the packed ones."""
 
 from bullet_bridge.transport import conversions
+from bullet_sim.sensors import camera
 from geometry_msgs.msg import Quaternion, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image, Imu, JointState, LaserScan
@@ -46,7 +47,7 @@ def imu(time, spec, orientation, rate, force):
 def image(time, frame_id, rgb, encoding="rgb8"):
     """sensor_msgs/Image of an (H, W, 3) uint8 array, as rgb8, bgr8 or mono8 (Rec. 601 luma)."""
     height, width = rgb.shape[:2]
-    rgb = conversions.pixels(rgb, encoding)
+    rgb = camera.pixels(rgb, encoding)
     message = Image(
         height=height,
         width=width,

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 from bullet_bridge.plugins.compressed import CONFIG, CompressedImages, compress
-from bullet_bridge.transport import conversions
+from bullet_sim.sensors import camera
 from fake_impl import FakeServer, Topic
 
 RGB = np.zeros((24, 32, 3), np.uint8)
@@ -26,7 +26,7 @@ RGB[:, :16], RGB[:, 16:] = (200, 40, 10), (10, 90, 220)
     ],
 )
 def test_formats(encoding, config, name):
-    pixels = conversions.pixels(RGB, encoding)
+    pixels = camera.pixels(RGB, encoding)
     kind, data = compress(pixels, encoding, {**CONFIG.defaults, **config})
     assert kind == name
     seen = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)

@@ -8,6 +8,7 @@ import pytest
 from bullet_bridge.transport import conversions
 from bullet_sim.plugins.cameras import CameraSpec
 from bullet_sim.pose import Pose
+from bullet_sim.sensors import camera
 from bullet_sim.sensors.camera import camera_info_arrays
 from geometry_msgs.msg import Pose as PoseMsg
 
@@ -62,7 +63,7 @@ def test_twist():
 def test_pixels_of_a_view_are_in_row_order():
     rgb = np.arange(4 * 6 * 3, dtype=np.uint8).reshape(4, 6, 3)[::-1, ::-1]
     for encoding, expected in (("rgb8", rgb), ("bgr8", rgb[:, :, ::-1])):
-        data = conversions.pixels(rgb, encoding).tobytes()
+        data = camera.pixels(rgb, encoding).tobytes()
         assert np.array_equal(np.frombuffer(data, np.uint8).reshape(4, 6, 3), expected)
 
 

@@ -1,18 +1,19 @@
 """Sensor outputs without a ROS master: messages of depth cameras, bumpers and lidars."""
 
 import math
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
-from bullet_bridge.plugins import contacts
 from bullet_bridge.plugins import drives as wheel_plugins
 from bullet_bridge.plugins.base import ROS_SIDE
-from bullet_bridge.plugins.cameras import PointClouds, depth_image
+from bullet_bridge.plugins.cameras import PointClouds
 from bullet_bridge.transport import conversions, publishing
+from bullet_bridge.transport.senders import sender
 from bullet_sim.controllers.drive import WheelDrive
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.formats.urdf import parse_urdf
+from bullet_sim.parts.outputs import ImageOutput
 from bullet_sim.plugins import drives, lidars
 from bullet_sim.plugins.cameras import CameraSpec, DepthCameraSpec, TriggeredCameraSpec
 from bullet_sim.plugins.contacts import ContactSpec
@@ -82,6 +83,17 @@ def test_every_specification_has_a_plugin():
 
 
 DEPTH = np.array([[1.0, np.nan], [2.0, 3.5]], np.float32)
+
+
+def depth_image(time, spec, depth):
+    """The message of a depth camera's depths."""
+    part = SimpleNamespace(publisher=lambda topic, kind, **_: Topic(topic, kind))
+    encoding = "16UC1" if spec.millimeters else "32FC1"
+    output = ImageOutput("/depth", spec.frame_id, encoding, *depth.shape)
+    pixels = camera.depth_pixels(depth, spec.millimeters)
+    sending = sender(part, output)
+    sending.send(time, pixels)
+    return sending._publisher.messages[-1]
 
 
 def test_depth_in_meters():
@@ -384,7 +396,7 @@ def test_bumper_of_an_unknown_collision_tells_nothing_as_in_gazebo(
 ):
     """Gazebo 11.1: messages without states come at the sensor's rate."""
     logged = []
-    monkeypatch.setattr(contacts.rospy, "logwarn", lambda text, *rest: logged.append(text % rest))
+    monkeypatch.setattr(robots.rospy, "logwarn", lambda text, *rest: logged.append(text % rest))
     bumper = plugin_of(world, bot, ContactSpec("c", "bumper", (name,), topic="/hit"))
     assert f"tells nothing of {name}" in logged[0] and "base::base_collision" in logged[0]
     world.step()
@@ -454,7 +466,7 @@ def test_rate_is_at_most_one_a_step(topics, world, bot, rate, first):
 )
 def test_encodings(encoding, expected):
     rgb = np.tile(np.array((200, 100, 50), np.uint8), (2, 3, 1))
-    pixels = conversions.pixels(rgb, encoding)
+    pixels = camera.pixels(rgb, encoding)
     assert pixels.flags.c_contiguous and pixels.shape[:2] == (2, 3)
     assert pixels.reshape(6, -1).tolist() == [expected] * 6
 
@@ -463,7 +475,7 @@ def test_encodings(encoding, expected):
 def test_a_bayer_pattern_has_one_color_a_pixel(order):
     rgb = np.tile(np.array((200, 100, 50), np.uint8), (3, 5, 1))
     values = [dict(r=200, g=100, b=50)[color] for color in order]
-    mosaic = conversions.pixels(rgb, f"bayer_{order}8")
+    mosaic = camera.pixels(rgb, f"bayer_{order}8")
     assert mosaic.shape == (3, 5) and mosaic[:2, :2].ravel().tolist() == values
     assert mosaic[2, 3] == values[1] and mosaic[1, 4] == values[2]
 

@@ -12,6 +12,7 @@ from bullet_bridge.transport import conversions, packed
 from bullet_sim.plugins.inertial import GroundTruthSpec, ImuSpec
 from bullet_sim.plugins.lidars import RaySpec
 from bullet_sim.pose import Pose
+from bullet_sim.sensors import camera
 from gazebo_msgs.msg import LinkStates, ModelStates
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from nav_msgs.msg import Odometry
@@ -157,7 +158,7 @@ def test_scan():
 @pytest.mark.parametrize("encoding", ["rgb8", "mono8"])
 def test_image(encoding):
     rgb, fake = np.random.default_rng(1).integers(0, 256, (4, 6, 3), np.uint8), FakePublisher()
-    pixels = conversions.pixels(rgb, encoding)
+    pixels = camera.pixels(rgb, encoding)
     packed.PackedImage(fake, "camera", encoding).send(2.5, pixels)
     assert fake.sent == [bytes_of(genpy_messages.image(2.5, "camera", rgb, encoding), 42)]
 

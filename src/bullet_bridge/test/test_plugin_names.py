@@ -12,7 +12,9 @@ CLASSES = sorted(set(ROS_SIDE.values()), key=lambda found: found.__qualname__)
 
 
 def attributes(cls):
-    """Names that a class' methods assign to self."""
+    """Names that a class' methods assign to self; none of a class that is made without a text."""
+    if not any(map(inspect.isroutine, vars(cls).values())):
+        return []
     tree = ast.parse(textwrap.dedent(inspect.getsource(cls)))
     targets = [
         name

@@ -5,8 +5,8 @@ import math
 from types import SimpleNamespace
 
 import pytest
-from bullet_bridge.loop.clock import SubscribedSchedule
 from bullet_bridge.robots import Robots
+from bullet_sim.parts.schedule import SubscribedSchedule
 
 from bullet_bridge import robots
 from bullet_bridge import robots as module

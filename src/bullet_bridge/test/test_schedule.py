@@ -5,7 +5,8 @@ import operator
 
 import numpy as np
 import pytest
-from bullet_bridge.loop.clock import Schedule, SimClock, passed_rate, whole_rate
+from bullet_bridge.loop.clock import SimClock
+from bullet_sim.parts.schedule import Schedule, passed_rate, whole_rate
 
 
 def due_steps(schedule, first, last):

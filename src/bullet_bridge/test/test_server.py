@@ -6,11 +6,12 @@ import threading
 import pytest
 import rospy
 from bullet_bridge.loop import clock as clock_module
-from bullet_bridge.loop.clock import CLOCK_STRIDE, Schedule, SimClock
+from bullet_bridge.loop.clock import CLOCK_STRIDE, SimClock
 from bullet_bridge.loop.jobs import JobQueue
 from bullet_bridge.loop.server import HOLD_LIMIT, RUN_TIME, Server
 from bullet_bridge.node import Config
 from bullet_sim.errors import WorldError
+from bullet_sim.parts.schedule import Schedule
 
 
 class Wall:

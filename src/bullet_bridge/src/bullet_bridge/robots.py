@@ -6,11 +6,12 @@ import logging
 import threading
 import time as wall
 import traceback
-import zlib
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import rospy
+from bullet_sim.parts.base import noise_seed
+from bullet_sim.parts.control import Loop
 from bullet_sim.plugins.custom import CustomSpec
 
 from bullet_bridge import plugins  # noqa: F401  enters all plugins
@@ -31,7 +32,7 @@ CHECK_PERIOD = 0.02  # [s] of simulated time between two checks for subscribers 
 CHECK_GAP = 0.005  # [s] ... and minimum wall time between them
 
 
-class Robots:
+class Robots(Loop):
     """Controllers, plugins and sensors of all models.
 
     Args:
@@ -54,7 +55,8 @@ class Robots:
         received: ReceivedCounts | None = None,
         extensions: Any = None,
     ) -> None:
-        self._jobs, self._world, self._cameras, self._seed = jobs, world, cameras, seed
+        super().__init__(world)
+        self._jobs, self._cameras, self._seed = jobs, cameras, seed
         self.waits_for_renderer = False
         self.received, self.extensions = received or ReceivedCounts(), extensions
         self._claims: dict[str, Model] = {}  # by control namespace
@@ -65,15 +67,13 @@ class Robots:
         self._failed: set[ModelPlugin] = set()  # plugins that raised an exception
         # Messages about plugins that a model does without, by its name.
         self._skipped: dict[str, list[str]] = {}
-        self._all_controls: tuple[RobotControl, ...] = ()
-        self._all_plugins: tuple[ModelPlugin, ...] = ()
         self._next, self._next_check = 0, 0.0
 
     def on_time_step(self) -> None:
         """Continue after a change of the physics step (simulation thread)."""
-        for plugin in self._all_plugins:
+        for plugin in self.parts:
             plugin.on_time_step()
-        for control in self._all_controls:
+        for control in self.controls:
             control.on_time_step()
         self.refresh()
 
@@ -133,7 +133,7 @@ class Robots:
 
     def _add_plugin(self, model: Model, index: int, spec: Any, parts: list[ModelPlugin]) -> None:
         """Append one of a model's plugins to a list; one that fails is skipped."""
-        seed, spec = zlib.crc32(f"{self._seed}/{model.name}/{index}".encode()), with_prefixes(spec)
+        seed, spec = noise_seed(self._seed, model.name, index), with_prefixes(spec)
         context = PluginContext(
             self._world, model, spec, seed, self.received, self._cameras, self._jobs, index
         )
@@ -217,10 +217,10 @@ class Robots:
 
     def refresh(self) -> None:
         """Update the flat lists and the next due step, after jobs."""
-        self._all_controls = tuple(self._controls.values())
-        for control in self._all_controls:
+        self.controls = tuple(self._controls.values())
+        for control in self.controls:
             control.refresh()
-        self._all_plugins = tuple(
+        self.parts = tuple(
             plugin
             for of_model in self._plugins.values()
             for plugin in of_model
@@ -233,17 +233,8 @@ class Robots:
         check = check or now >= self._next_check
         if check:
             self._next_check = now + CHECK_GAP
-        due = step + max(1, round(CHECK_PERIOD / self._world.time_step))
-        for plugin in self._all_plugins:
-            due = min(due, plugin.schedule.next_due_subscribed(step, check))
-        for control in self._all_controls:
-            due = min(due, control.next_due(check))
-        self._next = due
-
-    def apply_commands(self) -> None:
-        """Pass the latest commands of all robots to their controllers."""
-        for control in self._all_controls:
-            control.apply_commands()
+        latest = step + max(1, round(CHECK_PERIOD / self._world.time_step))
+        self._next = min(latest, self.first_due(check))
 
     def next_due(self) -> int:
         """Physics step after which publish() has to be called at the latest."""
@@ -253,39 +244,30 @@ class Robots:
         """Update and publish what is due at this step and has subscribers."""
         if step < self._next:
             return
-        for control in self._all_controls:
-            try:
-                control.publish(step, time)
-            except (ValueError, ArithmeticError) as error:
-                self._cannot_publish(f"controllers in '{control.namespace}'", error)
-        for plugin in self._all_plugins:
-            if plugin.schedule.due(step):
-                if plugin.is_message(step):
-                    self._counts[plugin] = self._counts.get(plugin, 0) + 1
-                try:
-                    plugin.update(time, time - plugin.updated)
-                except (ValueError, ArithmeticError) as error:
-                    self._cannot_publish(_label(plugin), error)
-                except Exception:
-                    self._fail(plugin)
-                plugin.updated = time
+        self.publish_due(step, time)
         self._cameras.flush(self._world, self.waits_for_renderer)
         self._update_next()
 
-    @staticmethod
-    def _cannot_publish(label: str, error: Exception) -> None:
+    def updates(self, part: Any, step: int) -> None:
+        """Count the messages."""
+        if part.is_message(step):
+            self._counts[part] = self._counts.get(part, 0) + 1
+
+    def cannot_publish(self, item: Any, error: Exception) -> None:
         """Log that a state that is NaN or infinite cannot be published."""
+        controls = isinstance(item, RobotControl)
+        label = f"controllers in '{item.namespace}'" if controls else _label(item)
         rospy.logerr_throttle(5.0, f"{label}: cannot be published: {error}")
 
-    def _fail(self, plugin: ModelPlugin) -> None:
+    def fail(self, part: Any, error: Exception) -> None:
         """Switch a plugin off that has raised an exception; the simulation continues."""
         rospy.logerr(
             "%s: is switched off, since it has raised an exception:\n%s",
-            _label(plugin),
+            _label(part),
             traceback.format_exc().rstrip(),
         )
-        self._failed.add(plugin)
-        self._all_plugins = tuple(other for other in self._all_plugins if other is not plugin)
+        self._failed.add(part)
+        self.parts = tuple(other for other in self.parts if other is not part)
 
     def skipped(self, model: Model) -> list[str]:
         """Messages about what a model does without: plugins that failed, controllers."""
@@ -293,7 +275,7 @@ class Robots:
         refused = [] if control is None else list(control.refused.values())
         return self._skipped.get(model.name, []) + refused
 
-    def parts(self, name: str) -> tuple[list[ModelPlugin], RobotControl | None]:
+    def parts_of(self, name: str) -> tuple[list[ModelPlugin], RobotControl | None]:
         """Plugins (a list) and RobotControl, or None, of a model."""
         return list(self._plugins.get(name, ())), self._controls.get(name)
 
@@ -319,7 +301,7 @@ class Robots:
 
     def save_state(self) -> tuple[list[Any], list[Any]]:
         """State of plugins, and the commands that wait for the next step."""
-        states = [(plugin, plugin.get_state()) for plugin in self._all_plugins]
+        states = [(plugin, plugin.get_state()) for plugin in self.parts]
         commands = [(control, dict(control.commands)) for control in self._controls.values()]
         return states, commands
 
@@ -358,7 +340,7 @@ class Robots:
 
     def reset_models(self) -> None:
         """Reset the plugins that have something to reset with their model (simulation thread)."""
-        for plugin in self._all_plugins:
+        for plugin in self.parts:
             if plugin.resets_with_model:
                 plugin.reset(self._world.time)
         self.refresh()

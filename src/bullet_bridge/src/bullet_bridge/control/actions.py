@@ -192,7 +192,7 @@ class Trajectories(GoalTopics, Commands):
         super().__init__(robot, controller)
         controller.clock = lambda: robot.world.time
         self._state = self.publisher(f"{self.name}/state", JointTrajectoryControllerState)
-        self._state_schedule = self._every(self.config.publish_rate, self._state)
+        self._state_schedule = self._every_published(self.config.publish_rate, self._state)
         self._serve("follow_joint_trajectory", FollowJointTrajectoryAction)
         self._feedback_schedule = self._every_while(
             self.config.monitor_rate,

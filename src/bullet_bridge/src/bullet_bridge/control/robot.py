@@ -12,13 +12,13 @@ import rospy
 from bullet_sim.controllers import CONTROLLERS
 from bullet_sim.controllers.pid import PidConfig
 from bullet_sim.errors import ControllerError, SimError
+from bullet_sim.parts import control
 from std_msgs.msg import Bool
 
 from bullet_bridge.control import actions  # noqa: F401  enters its topics
 from bullet_bridge.control.reconfigure import PidServers, set_hardware
 from bullet_bridge.control.services import ControllerServices
 from bullet_bridge.control.topics import Topics, topics_of
-from bullet_bridge.loop.clock import NEVER, SubscribedSchedule
 from bullet_bridge.loop.jobs import JobQueue, QueueClosed
 from bullet_bridge.loop.received import ReceivedCounts
 from bullet_bridge.transport.publishing import all_or_none
@@ -26,14 +26,13 @@ from bullet_bridge.transport.reconfigure import ValuesServer
 
 if TYPE_CHECKING:
     from bullet_sim.controllers import Controller
-    from bullet_sim.controllers.manager import Manager
     from bullet_sim.models.model import Model
     from bullet_sim.world import World
 
 T = TypeVar("T")
 
 
-class RobotControl:
+class RobotControl(control.Robot):
     """Controllers of one model.
 
     Args:
@@ -42,8 +41,6 @@ class RobotControl:
 
     Attributes:
         closed: the model is deleted; no controller can be loaded.
-        commands: those that wait for the next step, by controller; written by other threads, one
-            operation of the dict at a time.
         refused: name of a controller that could not be loaded -> why.
     """
 
@@ -57,21 +54,13 @@ class RobotControl:
         run: Callable[[Callable[[], None]], None] = lambda work: work(),
     ) -> None:
         self._jobs = jobs
-        self.world, self.model = world, model
-        self.manager = cast("Manager", model.manager)  # a model without one has no RobotControl
-        self.namespace = "/" + namespace.strip("/") if namespace.strip("/") else ""
+        super().__init__(world, model, namespace)
         self._label = self.namespace or "/"
         self.received = received or ReceivedCounts()
-        self.commands: dict[str, Any] = {}
-        self._emergency_stop: bool | None = None  # the last message; None: it has been applied
         self._lock = threading.Lock()
-        self._topics: dict[str, Topics] = {}
         self._emergency: Any = None  # its subscriber
         self._pid_servers = PidServers(jobs)
         self._logged: set[str] = set()
-        # Those of running controllers that publish, and their schedules.
-        self._publishing: dict[str, Topics] = {}
-        self._schedules: list[SubscribedSchedule] = []
         self.closed = False
         self.refused: dict[str, str] = {}
         self.manager.on_failure = self._failed
@@ -87,40 +76,9 @@ class RobotControl:
         rospy.loginfo("Loaded gazebo_ros_control.")
 
     # simulation thread ------------------------------------------------------------------------
-    def apply_commands(self) -> None:
-        """Pass the latest commands to the controllers."""
-        active, self._emergency_stop = self._emergency_stop, None
-        if active is not None:
-            self.manager.set_emergency_stop(active)
-        for name in list(self.commands):
-            try:
-                self.manager.command(name, self.commands.pop(name))
-            except SimError as error:
-                rospy.logerr_throttle(1.0, f"{self._label}: {error}")
-
-    def refresh(self) -> None:
-        """Update which controllers run and publish, after jobs."""
-        before, self._publishing = (
-            self._publishing,
-            {
-                name: topics
-                for name, topics in self._topics.items()
-                if topics.is_periodic() and self.manager.is_running(name)
-            },
-        )
-        for name, topics in self._publishing.items():
-            if name not in before:
-                topics.restart(self.world.step_count)
-        self._schedules = [s for topics in self._publishing.values() for s in topics.schedules]
-
-    def next_due(self, check: bool = True) -> int:
-        """First physics step after which a message is due, or infinity.
-
-        Args:
-            check: check for subscribers; False: as at the last check.
-        """
-        step = self.world.step_count
-        return min([s.next_due_subscribed(step, check) for s in self._schedules], default=NEVER)
+    def refuse(self, error: SimError) -> None:
+        """Log a command that is not valid."""
+        rospy.logerr_throttle(1.0, f"{self._label}: {error}")
 
     def _failed(self, name: str, error: Exception) -> None:
         """A controller has raised an exception and is stopped."""
@@ -132,22 +90,6 @@ class RobotControl:
         )
         self.refresh()
 
-    def publish(self, step: int, time: float) -> None:
-        for topics in self._publishing.values():
-            topics.publish(step, time)
-
-    def on_time_step(self) -> None:
-        """Continue after a change of the physics step."""
-        for topics in self._topics.values():
-            topics.on_time_step()
-
-    def restart(self, fresh: bool = True) -> None:
-        """Restart the schedules after a reset; fresh: drop the commands that wait, too."""
-        if fresh:
-            self.commands.clear()
-        for topics in self._topics.values():
-            topics.restart(self.world.step_count, fresh)
-
     # other threads ----------------------------------------------------------------------------
     def _subscribe_to_emergency_stop(self, topic: str) -> None:
         """std_msgs/Bool of <eStopTopic>: true stops the joints, false lets them go on."""
@@ -155,7 +97,7 @@ class RobotControl:
             return
 
         def store(message: Any) -> None:
-            self._emergency_stop = bool(message.data)
+            self.emergency_stop = bool(message.data)
 
         name = topic if topic.startswith("/") else f"{self.namespace}/{topic}"
         self._emergency = self.received.subscribe(name, Bool, store)
@@ -297,10 +239,6 @@ class RobotControl:
         self.closed = True
         self._services.close()
         self._close_topics()
-
-    def topics(self) -> list[Topics]:
-        """Topics of all controllers."""
-        return list(self._topics.values())
 
     def _close_topics(self) -> None:
         """Close topics and PID servers, each once."""

@@ -6,24 +6,28 @@ import math
 import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import rospy
 from bullet_sim.controllers import Controller, drive, four_wheel, joint
 from bullet_sim.controllers.drive_settings import DriveConfig
+from bullet_sim.parts import control
+from bullet_sim.parts.outputs import Output
+from bullet_sim.parts.schedule import SubscribedSchedule
 from control_msgs.msg import JointControllerState, JointTrajectoryControllerState, PidState
 from four_wheel_steering_msgs.msg import FourWheelSteering, FourWheelSteeringStamped
-from geometry_msgs.msg import Twist, TwistStamped
-from nav_msgs.msg import Odometry
+from geometry_msgs.msg import TwistStamped
 from paddock_common.reconfigure import describe
-from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64, Float64MultiArray
-from tf2_msgs.msg import TFMessage
 
-from bullet_bridge.loop.clock import SubscribedSchedule
-from bullet_bridge.plugins.base import PluginContext, RosPart, make_plugin
+from bullet_bridge.plugins.base import (
+    PluginContext,
+    RosPart,
+    has_subscribers,
+    make_plugin,
+    message_class,
+)
 from bullet_bridge.transport.conversions import header
-from bullet_bridge.transport.packed import PackedBase, PackedJointState
+from bullet_bridge.transport.senders import sender
 
 if TYPE_CHECKING:
     from bullet_sim.controllers.joint import Sample
@@ -144,119 +148,36 @@ def topics_of(robot: Robot, controller: Any) -> Topics:
 STATE_EVERY = 10  # updates of a PID controller between two messages on its state topic
 
 
-class Topics(RosPart):
-    """Topics of one controller. The base class has none.
-
-    Args:
-        robot: of which the controller is one.
-
-    Attributes:
-        controller, config: the controller and its configuration.
-        schedules: of what it publishes periodically.
-        waiting: those of them that after simulated time went back are silent until their time of
-            before has passed again, as upstream.
-    """
+class Topics(RosPart, control.Topics):
+    """Topics in ROS of one controller. The base class has none."""
 
     def __init__(self, robot: Robot, controller: Any) -> None:
-        super().__init__(robot.received)
-        self._robot, self.controller, self.config = robot, controller, controller.config
-        self.schedules: list[SubscribedSchedule] = []
-        self.waiting: list[SubscribedSchedule] = []
-        self._asked: dict[SubscribedSchedule, float] = {}  # their rates [Hz]
+        RosPart.__init__(self, robot.received)
+        super(RosPart, self).__init__(robot, controller)
 
-    def _every(self, rate: float, *publishers: Any) -> SubscribedSchedule:
-        """A SubscribedSchedule [Hz] for publishers, at most once per physics step."""
-        return self._every_while(
-            rate, lambda: any(publisher.get_num_connections() > 0 for publisher in publishers)
-        )
+    def output(self, output: Output) -> Any:
+        """What sends on a topic of ROS, see Sender."""
+        return sender(self, output)
 
-    def _every_while(self, rate: float, has_subscribers: Callable[[], bool]) -> SubscribedSchedule:
-        """As _every, due while has_subscribers() is true."""
-        world = self._robot.world
-        schedule = SubscribedSchedule(
-            min(rate, 1.0 / world.time_step),
-            world.time_step,
-            world.step_count,
-            has_subscribers,
-        )
-        self.schedules.append(schedule)
-        self._asked[schedule] = rate
-        return schedule
-
-    @property
-    def name(self) -> str:
-        """Namespace of the controller."""
-        return f"{self._robot.namespace}/{self.config.name}"
-
-    def is_periodic(self) -> bool:
-        return bool(self.schedules)
-
-    def publish(self, step: int, time: float) -> None:
-        """Publish what is due; called only while the controller runs."""
-
-    def on_time_step(self) -> None:
-        """Continue after a change of the physics step."""
-        for schedule in self.schedules:
-            self._adjust(schedule)
-
-    def _adjust(self, schedule: SubscribedSchedule) -> None:
-        """Continue at the rate that is asked for, at most once per physics step."""
-        world, rate = self._robot.world, self._asked[schedule]
-        schedule.set_step(world.time_step, min(rate, 1.0 / world.time_step), world.step_count)
-
-    def restart(self, step: int, fresh: bool = True) -> None:
-        """Restart the schedules at a step, after a reset or a start; fresh: `waiting`, too."""
-        for schedule in self.schedules:
-            if fresh or schedule not in self.waiting:
-                schedule.restart(step)
+    def _every_published(self, rate: float, publisher: Any) -> SubscribedSchedule:
+        """A SubscribedSchedule [Hz] for a publisher, at most once per physics step."""
+        return self._every_while(rate, lambda: has_subscribers(publisher))
 
 
 @ros_side(joint.JointState)
-class JointStates(Topics):
+class JointStates(Topics, control.JointStates):
     """sensor_msgs/JointState of a joint state controller."""
-
-    def __init__(self, robot: Robot, controller: Any) -> None:
-        super().__init__(robot, controller)
-        config = self.config
-        self._states = self.publisher(f"{robot.namespace}/joint_states", JointState)
-        self._schedule = self._every(config.publish_rate, self._states)
-        self.waiting.append(self._schedule)
-        hardware = robot.manager.hardware
-        joints = config.joints or hardware.published_names
-        self._numbers = [hardware.names.index(name) for name in joints]
-        self._extra = [row for row in config.extra_joints if row[0] not in joints]
-        self._sender = PackedJointState(self._states, [*joints, *(row[0] for row in self._extra)])
-
-    def publish(self, step: int, time: float) -> None:
-        """Publish joint states that are due."""
-        if not self._schedule.due(step):
-            return
-        columns = self._robot.manager.hardware.joints.columns(self._numbers)
-        for number, column in enumerate(columns, 1):
-            column += [row[number] for row in self._extra]
-        self._sender.send(time, *columns)
 
 
 @ros_side(Controller)
-class Commands(Topics):
-    """std_msgs/Float64, or Float64MultiArray of several joints, into a controller."""
-
-    topic = "command"
+class Commands(Topics, control.Commands):
+    """Commands into a controller."""
 
     def __init__(self, robot: Robot, controller: Any) -> None:
         super().__init__(robot, controller)
-        self._subscriber = self.subscribe(
-            f"{self.name}/{self.topic}", self._message_type(), self._on_command, tcp_nodelay=True
-        )
-
-    def _message_type(self) -> type:
-        several = self.controller.group or len(self.config.joints) != 1
-        return Float64MultiArray if several else Float64
-
-    def _on_command(self, message: Any) -> None:
-        data = message.data
-        values = (data,) if isinstance(data, float) else tuple(data)
-        self._robot.commands[self.config.name] = values
+        for topic, (message, callback) in self.commands().items():
+            kind = message_class(message)
+            self._subscriber = self.subscribe(topic, kind, callback, tcp_nodelay=True)
 
 
 @ros_side(joint.PidControl)
@@ -269,13 +190,13 @@ class PidCommands(Commands):
         self._state: Any = None
         if not controller.group:
             self._state = self.publisher(f"{self.name}/state", JointControllerState)
-            self._schedule = self._every(rate / STATE_EVERY, self._state)
+            self._schedule = self._every_published(rate / STATE_EVERY, self._state)
         self._inner: list[tuple[SubscribedSchedule, int, Any]] = []
         config = self.config
         for number, (published, gains) in enumerate(zip(config.publish_pid, config.gain_names)):
             if published:
                 states = self.publisher(f"{self.name}/{gains}/state", PidState)
-                self._inner.append((self._every(rate, states), number, states))
+                self._inner.append((self._every_published(rate, states), number, states))
 
     def publish(self, step: int, time: float) -> None:
         """Publish the last update, stamped with the time of its measurement."""
@@ -293,32 +214,17 @@ class PidCommands(Commands):
 
 
 @ros_side(drive.Drive)
-class Drive(Commands):
+class Drive(Commands, control.Drive):
     """geometry_msgs/Twist into the controller of a base, odometry and its transform out."""
-
-    topic = "cmd_vel"
-    always_with_tf: ClassVar[bool] = False  # its transform may be switched on later
 
     def __init__(self, robot: Robot, controller: Any) -> None:
         super().__init__(robot, controller)
-        self._odometry = self.publisher(f"{self.name}/odom", Odometry)
-        config = self.config
-        with_tf = config.publish_tf or self.always_with_tf
-        self._transform = self.publisher("/tf", TFMessage) if with_tf else None
-        frames = config.odom_frame, config.base_frame
-        self._sender = PackedBase(self._odometry, self._transform, config, frames)
-        outputs = [out for out in (self._odometry, self._transform) if out is not None]
-        self._schedule = self._every(config.publish_rate, *outputs)
-        self.waiting.append(self._schedule)
         self._limited = None
-        if config.publish_command:
+        if self.config.publish_command:
             self._limited = self.publisher(f"{self.name}/cmd_vel_out", TwistStamped)
-            self._limited_schedule = self._every(
+            self._limited_schedule = self._every_published(
                 1.0 / robot.manager.control_period(robot.world.time_step), self._limited
             )
-
-    def _message_type(self) -> type:
-        return Twist
 
     def _on_command(self, message: Any) -> None:
         values = (message.linear.x, message.angular.z)
@@ -335,16 +241,7 @@ class Drive(Commands):
         """Publish the odometry of this step and the limited command."""
         if self._limited is not None and self._limited_schedule.due(step):
             self._limited.publish(limited_twist(time, *self.controller.limited))
-        if not self._schedule.due(step):
-            return
-        self._robot.manager.observe()
-        odometry = self.controller.odometry
-        half = odometry.heading / 2
-        position = (odometry.x, odometry.y, 0.0)
-        orientation = (0.0, 0.0, math.sin(half), math.cos(half))
-        linear, angular = (odometry.linear, odometry.lateral, 0.0), (0.0, 0.0, odometry.angular)
-        with_tf = self.controller.config.publish_tf
-        self._sender.send(time, position, orientation, linear, angular, with_tf)
+        super().publish(step, time)
 
 
 DIFF_DRIVE = describe(  # diff_drive_controller/DiffDriveController.cfg
@@ -368,10 +265,8 @@ _NEVER = 1e-9  # [Hz] a schedule's rate in place of 0
 
 
 @ros_side(drive.DiffDrive)
-class DiffDrive(Drive):
+class DiffDrive(Drive, control.DiffDrive):
     """Also parameters by dynamic_reconfigure, and what the wheels do."""
-
-    always_with_tf = True
 
     def __init__(self, robot: Robot, controller: Any) -> None:
         super().__init__(robot, controller)
@@ -381,7 +276,7 @@ class DiffDrive(Drive):
             self._wheels = self.publisher(
                 f"{self.name}/wheel_joint_controller_state", JointTrajectoryControllerState
             )
-            self._wheels_schedule = self._every(
+            self._wheels_schedule = self._every_published(
                 1.0 / robot.manager.control_period(robot.world.time_step), self._wheels
             )
             names = robot.manager.hardware.names
@@ -477,7 +372,7 @@ class FourWheelDrive(Drive):
         topic = f"{self.name}/cmd_four_wheel_steering"
         self.subscribe(topic, FourWheelSteering, self._on_angles)
         self._steering = self.publisher(f"{self.name}/odom_steer", FourWheelSteeringStamped)
-        self._steering_schedule = self._every(self.config.publish_rate, self._steering)
+        self._steering_schedule = self._every_published(self.config.publish_rate, self._steering)
         self.waiting.append(self._steering_schedule)
 
     def _on_angles(self, message: Any) -> None:

@@ -2,4 +2,7 @@
 
 from bullet_sim.registry import load_files
 
+from bullet_bridge.plugins.base import enter_parts
+
 load_files(__name__, __path__)
+enter_parts()

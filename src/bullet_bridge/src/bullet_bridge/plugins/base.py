@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
-import numpy as np
+import roslib.message
 import rospy
-from bullet_sim.component import Component
-from bullet_sim.pose import Array, Pose, Quat, Vec3, compose, cross, velocity_at
+from bullet_sim.parts import base as parts
+from bullet_sim.parts.outputs import Output
 from rospy.impl.registration import get_topic_manager
 
-from bullet_bridge.loop.clock import SubscribedSchedule, whole_rate
 from bullet_bridge.loop.received import Counted
 from bullet_bridge.transport.publishing import all_or_none, check_type, note_endpoint, publisher
 from bullet_bridge.transport.reconfigure import ValuesServer
+from bullet_bridge.transport.senders import sender
 
 if TYPE_CHECKING:
     from bullet_sim.models.model import Model
@@ -174,71 +174,15 @@ class _ServiceEndpoint:
         self._service.shutdown("its model is deleted")
 
 
-class ModelPlugin(RosPart, Component):
-    """Acts on its model, has topics. It runs whether or not there are subscribers.
+class ModelPlugin(RosPart, parts.Part):
+    """A Part with topics in ROS."""
 
-    Attributes:
-        COMMANDS: field of the specification with the name of a topic that it subscribes to ->
-            message, name of the method that gets each one. It subscribes after the first reset,
-            which would drop them, and to no topic without a name.
-        schedule: of its updates.
-        rng: generator of its noise, seeded.
-        updated: time of the last update, or of the reset [s].
-        every_step: update() is called after every physics step, not at the rate of the spec.
-        whole_periods: each period counts from the step of the update before, as upstream.
-        always: it is updated without subscribers, too.
-        resets: /gazebo/reset_world resets it, as upstream's Reset() does; as an attribute of the
-            specification it counts instead.
-        waits_for_time: after simulated time went back it is silent until its time of before has
-            passed again, as its original, which does not notice.
-        reports: it publishes periodically, so that its rate can be measured.
-        takes_images: it is a camera.
-    """
-
-    STATE: ClassVar[tuple[str, ...]] = ("schedule", "rng", "updated", "_asked")
     CACHE: ClassVar[tuple[str, ...]] = ("_endpoints",)
-    COMMANDS: ClassVar[Mapping[str, tuple[type, str]]] = {}
-    every_step: ClassVar[bool] = False
-    whole_periods: ClassVar[bool] = False
-    always: ClassVar[bool] = True
-    reports: ClassVar[bool] = False
-    takes_images: ClassVar[bool] = False
-    resets: ClassVar[bool] = True
-    waits_for_time: ClassVar[bool] = False
 
     def __init__(self, context: PluginContext) -> None:
-        super().__init__(context.received)
-        self.context, self.updated = context, 0.0
-        self.world, self.model, self.spec = context.world, context.model, context.spec
-        self.rng = np.random.default_rng(context.seed)
-        self._asked: float = getattr(self.spec, "rate", 0.0)  # [Hz], 0: every step
-        self.schedule = SubscribedSchedule(
-            self._rate(),
-            self.world.time_step,
-            self.world.step_count,
-            self.needs_update,
-            lambda: self.start(self.world.time),
-        )
-        offset = Pose.from_xyz_rpy(*getattr(self.spec, "pose", ((0, 0, 0), (0, 0, 0))))
-        self._offset = None if offset == Pose() else offset
+        RosPart.__init__(self, context.received)
+        super(RosPart, self).__init__(context)  # of the Part that it is
         self.configure(getattr(self.spec, "xml", None))
-
-    def _rate(self) -> float:
-        """Of updates [Hz]; at most one a physics step, as in Gazebo."""
-        fastest = 1.0 / self.world.time_step
-        if self.every_step or self._asked <= 0.0:
-            return fastest
-        rate = min(self._asked, fastest)
-        return whole_rate(rate, self.world.time_step) if self.whole_periods else rate
-
-    @property
-    def nominal_rate(self) -> float:
-        """Of what it publishes [Hz] of simulated time."""
-        return getattr(self.spec, "rate", 0.0) or 1.0 / self.world.time_step
-
-    def on_time_step(self) -> None:
-        """Continue after a change of the physics step, or of the rate (simulation thread)."""
-        self.schedule.set_step(self.world.time_step, self._rate(), self.world.step_count)
 
     def configure(self, sdf: Any) -> None:
         """Read the plugin's element and make its topics; for users' classes.
@@ -250,11 +194,23 @@ class ModelPlugin(RosPart, Component):
             SimError: names the error and what would be valid; the plugin is skipped.
         """
 
+    def output(self, output: Output) -> Any:
+        """What sends on a topic of ROS, see Sender."""
+        return sender(self, output)
+
+    def log_warning(self, text: str) -> None:
+        rospy.logwarn("%s", text)
+
+    def log_error(self, text: str, every: float = 0.0) -> None:
+        if every:
+            rospy.logerr_throttle(every, text)
+        else:
+            rospy.logerr("%s", text)
+
     def listen(self) -> None:
         """Subscribe to commands, once."""
-        for field, (message, method) in self.COMMANDS.items():
-            if topic := getattr(self.spec, field):
-                self.subscribe(topic, message, getattr(self, method))
+        for topic, (message, callback) in self.commands().items():
+            self.subscribe(topic, message_class(message), callback)
 
     def message_type(self) -> str:
         """Type of what it publishes first, e.g. 'sensor_msgs/Imu'; '' if it publishes nothing."""
@@ -264,102 +220,40 @@ class ModelPlugin(RosPart, Component):
         """Result of a function that the simulation thread runs, for services and callbacks."""
         return self.context.jobs.call(work)
 
-    def set_rate(self, rate: float) -> None:
-        """Change the rate of the updates [Hz]; 0: every physics step (simulation thread)."""
-        self._asked = rate
-        self.on_time_step()
+    def is_subscribed(self) -> bool:
+        """Whether a topic of it has subscribers."""
+        return any(map(has_subscribers, self._publishers))
 
-    def needs_update(self) -> bool:
-        """Whether it is to be updated: always, or while a topic of it has subscribers."""
-        return self.always or any(map(has_subscribers, self._publishers))
-
-    def prepare(self) -> None:
-        """Prepare the model, once it is there and after each reset (simulation thread)."""
-
-    def reset(self, time: float) -> None:
-        """Restart as configured: schedule, noise, start()."""
-        self.restart(time)
-
-    def restart(self, time: float) -> None:
-        """Restart schedule, noise and measurements after time went back; commands stay."""
-        self.schedule.restart(self.world.step_count)
-        self.rng, self.updated = np.random.default_rng(self.context.seed), time
-        self.start(time)
-
-    def go_back(self, time: float) -> None:
-        """As restart(), unless it waits for its time: see waits_for_time."""
-        if not self.waits_for_time:
-            self.restart(time)
-
-    @property
-    def resets_with_model(self) -> bool:
-        """Whether a reset of its model alone resets it."""
-        return getattr(self.spec, "resets", self.resets)
-
-    def sensor_state(self) -> tuple[Pose, Array, Array]:
-        """Pose of the sensor frame in the world, velocity of its origin, world axes."""
-        pose, linear, angular = self.model.link_state(self.spec.link)
-        if self._offset is None:
-            return pose, linear, angular
-        arm = pose.matrix @ np.asarray(self._offset.position)
-        return pose * self._offset, linear + cross(angular, arm), angular
-
-    def sensor_motion(self) -> tuple[Vec3, Quat, Vec3, Vec3]:
-        """As sensor_state, in tuples: position, quaternion, linear and angular velocity."""
-        motion = self.model.link_motion(self.spec.link)
-        offset = self._offset
-        if offset is None:
-            return motion
-        origin, rotation, linear, angular = motion
-        position, orientation = compose(origin, rotation, offset.position, offset.orientation)
-        return position, orientation, velocity_at(position, origin, linear, angular), angular
-
-    def is_message(self, step: int) -> bool:
-        """Whether the update of a step publishes; others count as no message."""
-        return True
-
-    def pose(self) -> Pose:
-        """Pose of the sensor frame in the world."""
-        return self.sensor_state()[0]
+    def close(self) -> None:
+        """End what the part has, and unregister the topics and services."""
+        super(RosPart, self).close()
+        RosPart.close(self)
 
 
-class Preparing(ModelPlugin):
+def message_class(message: Any) -> Any:
+    """Class of a message's type, which may be its name."""
+    return roslib.message.get_message_class(message) if isinstance(message, str) else message
+
+
+class Preparing(ModelPlugin, parts.Preparing):
     """Acts when its model is there and after each reset alone."""
 
-    always = False
 
-    def needs_update(self) -> bool:
-        """Never."""
-        return False
-
-    def update(self, time: float, period: float) -> None:
-        """Nothing."""
-
-
-class Sensor(ModelPlugin):
-    """Publishes what it measures while it has subscribers.
+class Sensor(ModelPlugin, parts.Sensor):
+    """Publishes what it measures while it has subscribers; the base of users' sensors.
 
     Attributes:
+        message: class of its messages.
         relayed: see transport.publishing.publisher.
         pub: publisher on the topic of the specification.
     """
 
     message: Any = None
     relayed: ClassVar[bool] = True
-    always = False
-    reports = True
-    resets = False
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         self.pub = self.publisher(self.spec.topic, self.message, relayed=self.relayed)
-
-    def go_back(self, time: float) -> None:
-        """As of a ModelPlugin; one that measures in every step does not wait."""
-        if self._asked > 0.0:
-            super().go_back(time)
-        else:
-            self.restart(time)
 
     def measure(self, time: float) -> Any:
         """A message for simulated time [s], or None."""
@@ -369,3 +263,11 @@ class Sensor(ModelPlugin):
         message = self.measure(time)
         if message is not None:
             self.pub.publish(message)
+
+
+def enter_parts() -> None:
+    """Enter each of the core's parts that nothing is added to in ROS."""
+    for spec, part in parts.PARTS.items():
+        if spec not in ROS_SIDE:
+            facts = {"__module__": __name__, "__doc__": part.__doc__}
+            ROS_SIDE[spec] = type(part.__name__, (ModelPlugin, part), facts)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import json
-import math
 import threading
 from collections.abc import Callable
 from dataclasses import replace
@@ -14,22 +13,24 @@ import numpy as np
 import roslib.message
 import rospy
 from bullet_sim.errors import RenderError
+from bullet_sim.parts import cameras as parts
+from bullet_sim.parts.outputs import DepthPointsOutput
 from bullet_sim.plugins import cameras as specs
-from bullet_sim.pose import Array, Pose
+from bullet_sim.pose import Array
 from bullet_sim.render.client import RenderClient
 from bullet_sim.render.request import DEFAULT, CameraRequest, Frame, Quality
 from bullet_sim.sensors import camera
 from paddock_common.reconfigure import describe
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
 from sensor_msgs.srv import SetCameraInfo, SetCameraInfoResponse
-from std_msgs.msg import Empty, String
+from std_msgs.msg import String
 
-from bullet_bridge.loop.clock import is_late_enough, passed_rate, whole_rate
-from bullet_bridge.plugins.base import PluginContext, Sensor, has_subscribers, ros_side
+from bullet_bridge.plugins.base import ModelPlugin, PluginContext, has_subscribers, ros_side
 from bullet_bridge.plugins.compressed import CompressedImages, SavedImages
 from bullet_bridge.transport import conversions
 from bullet_bridge.transport.packed import PackedImage
 from bullet_bridge.transport.publishing import publisher
+from bullet_bridge.transport.senders import Converted, sends
 
 if TYPE_CHECKING:
     from bullet_sim.description.world import Scene
@@ -203,7 +204,6 @@ class Cameras:
             self._client.close()
 
 
-NEVER_TAKEN = -math.inf  # [s]
 IMAGER_RATES = (1.0, 50.0)  # [Hz] range of imager_rate
 IMAGER = describe(  # gazebo_plugins/GazeboRosCamera.cfg
     [
@@ -220,31 +220,21 @@ IMAGER = describe(  # gazebo_plugins/GazeboRosCamera.cfg
 
 
 @ros_side(specs.CameraSpec)
-class CameraSensor(Sensor):
+class CameraSensor(ModelPlugin, parts.CameraSensor):
     """sensor_msgs/Image, CompressedImage and CameraInfo; images come from the render worker.
 
     Attributes:
         compresses: it has the compressed topic, too.
-        number: of the camera among those that were made.
     """
 
-    STATE = ("_taken",)
-    CACHE = ("_labels", "_label_sender", "_assigned", "_is_free")
-    message = Image
-    relayed = False
-    takes_images = True
+    CACHE: ClassVar[tuple[str, ...]] = ("_labels", "_label_sender", "_assigned")
     compresses: ClassVar[bool] = True
-    number = 0
 
     def __init__(self, context: PluginContext) -> None:
-        spec, model = context.spec, context.model
-        camera.check(spec.width, spec.height, spec.horizontal_fov, spec.near, spec.far)
-        self._is_free = spec.is_free
-        self._taken = NEVER_TAKEN
+        spec = context.spec
+        self._labels: Any = None
         super().__init__(context)
         self._info_publisher = self.publisher(spec.info_topic, CameraInfo, relayed=False)
-        self._labels: Any = None
-        self._sender = PackedImage(self.pub, spec.frame_id, spec.encoding)
         self._compressed = (
             CompressedImages(self, spec.topic, spec.frame_id, spec.encoding)
             if self.compresses
@@ -258,25 +248,22 @@ class CameraSensor(Sensor):
             spec.focal_length,
             (spec.center_x, spec.center_y),
         )
-        part, offset = model.link_in_body(spec.link)
-        pose = offset * Pose.from_xyz_rpy(*spec.pose)
-        request = CameraRequest.from_spec(spec, model.source.key, model.row(part), context.seed)
-        name = f"{model.name}/{spec.link}/{spec.name}/{context.number}"
-        self._request = replace(request, pose=(pose.position, pose.rpy), name=name)
         self._assigned: CameraInfo | None = None  # by set_camera_info
         if spec.namespace:
             name = f"{spec.namespace.rstrip('/')}/set_camera_info"
             self.service(name, SetCameraInfo, self._on_set_info)
         if spec.tunable:
             self.reconfigure(spec.namespace, IMAGER, dict(IMAGER.defaults), self._on_rate)
-        context.cameras.add(self)
-        self._saved: SavedImages | None = None
-        if spec.save:
-            link = spec.link  # or what it is merged into
-            if link not in model.bodies:
-                link = part
-            name = f"{context.world.name}::{model.name}::{link}::{spec.name}({self.number})"
-            self._saved = SavedImages(spec.save, name.replace("::", "_"))
+        self._saved = self._saved_images()
+
+    def _saved_images(self) -> SavedImages | None:
+        """What writes the images of a camera with <save> to files."""
+        spec, model = self.spec, self.model
+        if not spec.save:
+            return None
+        link = spec.link if spec.link in model.bodies else model.link_in_body(spec.link)[0]
+        name = f"{self.world.name}::{model.name}::{link}::{spec.name}({self.number})"
+        return SavedImages(spec.save, name.replace("::", "_"))
 
     def _on_set_info(self, request: Any) -> SetCameraInfoResponse:
         """From now on camera_info is the request's, as of upstream's camera_info_manager."""
@@ -287,39 +274,6 @@ class CameraSensor(Sensor):
         """Change the sensor's rate; that of the plugin stays a limit."""
         self.call(lambda: self.set_rate(config["imager_rate"]))
         return config
-
-    def set_rate(self, rate: float) -> None:
-        """Change the sensor's rate [Hz] (simulation thread)."""
-        self._is_free = False
-        super().set_rate(rate)
-
-    def _rate(self) -> float:
-        rate = super()._rate()
-        return whole_rate(rate, self.world.time_step) if self._is_free else rate
-
-    @property
-    def nominal_rate(self) -> float:
-        """Images a second [Hz] of simulated time that the rates of sensor and plugin leave."""
-        rate, limit = self._rate(), self.spec.plugin_rate
-        return rate if limit <= 0.0 else passed_rate(rate, limit, self.world.time_step)
-
-    def restart(self, time: float) -> None:
-        """The next image is soon enough."""
-        super().restart(time)
-        self._taken = NEVER_TAKEN
-
-    def _passes(self, time: float) -> bool:
-        """Whether the plugin's period has passed since the last time that it had."""
-        limit = self.spec.plugin_rate
-        if limit > 0.0 and not is_late_enough(time - self._taken, limit):
-            return False
-        self._taken = time
-        return True
-
-    def update(self, time: float, period: float) -> None:
-        """Have an image rendered, which publish_frame gets later."""
-        if self._passes(time):
-            self.context.cameras.request(self.request)
 
     @property
     def request(self) -> CameraRequest:
@@ -340,18 +294,17 @@ class CameraSensor(Sensor):
         self._label_sender.send(time, labels)
 
     def publish_frame(self, frame: Frame) -> None:
-        """Publish a finished image and its camera_info with the snapshot's stamp."""
-        self.save(frame)
-        self.publish_info(frame.time)
-        pixels = conversions.pixels(frame.rgb, self.spec.encoding)
-        self._sender.send(frame.time, pixels)
-        if self._compressed is not None:
-            self._compressed.publish(frame.time, pixels)
-
-    def save(self, frame: Frame) -> None:
-        """Write an image to a file where the camera has <save>."""
+        """Publish a finished image and its camera_info with the snapshot's stamp; write it to a
+        file where the camera has <save>."""
         if self._saved is not None:
             self._saved.write(frame.rgb)
+        super().publish_frame(frame)
+
+    def send_pixels(self, time: float, pixels: Array) -> None:
+        """Publish an image's pixels, compressed ones, too."""
+        super().send_pixels(time, pixels)
+        if self._compressed is not None:
+            self._compressed.publish(time, pixels)
 
     def publish_info(self, time: float) -> None:
         """Publish camera_info for an image of a simulated time [s]."""
@@ -363,53 +316,14 @@ class CameraSensor(Sensor):
         info.header.stamp = conversions.stamp(time)
         return info
 
-    def close(self) -> None:
-        """Unregister the topics; nothing is rendered any more."""
-        self.context.cameras.remove(self)
-        super().close()
-
 
 @ros_side(specs.TriggeredCameraSpec)
-class TriggeredCameraSensor(CameraSensor):
+class TriggeredCameraSensor(CameraSensor, parts.TriggeredCameraSensor):
     """One image for each trigger that arrives while there are subscribers."""
-
-    STATE = ("_pending",)
-    reports = False  # it has no rate
-
-    def __init__(self, context: PluginContext) -> None:
-        self._pending = 0
-        self._counting = threading.Lock()
-        super().__init__(context)
-
-    def listen(self) -> None:
-        """Subscribe to the triggers."""
-        for topic in self.spec.trigger_topics:
-            self.subscribe(topic, Empty, self._on_trigger)
 
     def _on_rate(self, config: Any, _level: int) -> Any:
         """Has no effect on a camera without a rate."""
         return config
-
-    def reset(self, time: float) -> None:
-        """Forget the triggers."""
-        super().reset(time)
-        self._pending = 0
-
-    def _on_trigger(self, _message: Any) -> None:
-        with self._counting:
-            self._pending += super().needs_update()
-
-    def needs_update(self) -> bool:
-        """While there are triggers whose images were not requested."""
-        return self._pending > 0 and super().needs_update()
-
-    def update(self, time: float, period: float) -> None:
-        """Have an image rendered, which counts for one trigger."""
-        with self._counting:
-            if self._pending == 0:
-                return
-            self._pending -= 1
-        super().update(time, period)
 
 
 # PCL's layout of a point: x y z, 4 unused bytes, 3 bytes of color.
@@ -425,28 +339,6 @@ _FIELDS = [
     PointField(name=name, offset=offset, datatype=PointField.FLOAT32, count=1)
     for name, offset in (("x", 0), ("y", 4), ("z", 8), ("rgb", 16))
 ]
-
-
-def depth_image(time: float, spec: Any, depth: Array) -> Image:
-    """sensor_msgs/Image of depths (H, W) float32 [m], NaN: unknown.
-
-    32FC1 [m] or, with spec.millimeters, 16UC1 [mm] and 0 for unknown; as in Gazebo parts of a
-    millimeter are cut off.
-    """
-    height, width = depth.shape
-    if spec.millimeters:
-        data = np.nan_to_num(depth.astype(float) * 1000.0, nan=0.0, posinf=0.0, neginf=0.0)
-        data, encoding, size = np.clip(data, 0, 65535).astype("<u2"), "16UC1", 2
-    else:
-        data, encoding, size = depth.astype("<f4"), "32FC1", 4
-    return Image(
-        header=conversions.header(time, spec.frame_id),
-        height=height,
-        width=width,
-        encoding=encoding,
-        step=size * width,
-        data=data.tobytes(),
-    )
 
 
 class PointClouds:
@@ -481,31 +373,20 @@ class PointClouds:
         return conversions.cloud(header, data, _FIELDS, bool(np.isfinite(depth).all()))
 
 
-class DepthSensor(CameraSensor):
-    """A camera with depths, and their points."""
-
-    def __init__(self, context: PluginContext) -> None:
-        super().__init__(context)
-        spec = self.spec
-        k = camera.intrinsics(spec.width, spec.height, spec.horizontal_fov)
-        self._clouds = PointClouds(spec, k)
-        self._points: Any = None  # publisher
-
-    def within_cutoffs(self, frame: Frame) -> Array:
-        """Depths (H, W) [m] of an image; NaN outside the cutoffs."""
-        return camera.within(frame.depth, self.spec.cutoff, self.spec.cutoff_max)
+@sends(DepthPointsOutput)
+def _depth_points(part: Any, output: DepthPointsOutput) -> Converted:
+    publisher = part.publisher(output.topic, PointCloud2, relayed=False)
+    return Converted(publisher, PointClouds(output.spec, output.k).message)
 
 
 @ros_side(specs.DepthCameraSpec)
-class DepthCameraSensor(DepthSensor):
+class DepthCameraSensor(CameraSensor, parts.DepthCameraSensor):
     """A color camera's topics, depth images with their camera_info, and points."""
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
         spec = self.spec
-        self._depth = self.publisher(spec.depth_topic, Image, relayed=False)
         self._depth_info = self.publisher(spec.depth_info_topic, CameraInfo, relayed=False)
-        self._points = self.publisher(spec.points_topic, PointCloud2, relayed=False)
         if spec.reflectance_topic:
             self.publisher(spec.reflectance_topic, Image, relayed=False)
         # None where the package is not installed
@@ -513,16 +394,7 @@ class DepthCameraSensor(DepthSensor):
         if spec.normals_topic and markers is not None:
             self.publisher(spec.normals_topic, markers, relayed=False)
 
-    @property
-    def nominal_rate(self) -> float:
-        """That of the sensor: the plugin's is that of camera_info."""
-        return self._rate()
-
-    def update(self, time: float, period: float) -> None:
-        """Have an image rendered; the plugin's rate is that of camera_info."""
-        self.context.cameras.request(self.request)
-
-    def needs_update(self) -> bool:
+    def is_subscribed(self) -> bool:
         """While a topic but the depths' camera_info has subscribers, which activates no sensor."""
         endpoints = (endpoint for endpoint in self._publishers if endpoint is not self._depth_info)
         return any(map(has_subscribers, endpoints))
@@ -533,40 +405,9 @@ class DepthCameraSensor(DepthSensor):
             super().publish_info(time)
             self._depth_info.publish(self.info_message(time))
 
-    def publish_frame(self, frame: Frame) -> None:
-        """Publish a finished image, its depths and its points with the snapshot's stamp."""
-        super().publish_frame(frame)
-        deep, cloud = map(has_subscribers, (self._depth, self._points))
-        if frame.depth is None or not (deep or cloud):
-            return
-        depth = self.within_cutoffs(frame)
-        if deep:
-            self._depth.publish(depth_image(frame.time, self.spec, depth))
-        if cloud:  # as in Gazebo with the bytes of the image: red is blue unless it is bgr8
-            colors = conversions.pixels(frame.rgb, self.spec.encoding)
-            self._points.publish(self._clouds.message(frame.time, depth, colors))
-
 
 @ros_side(specs.RangeCameraSpec)
-class RangeCameraSensor(DepthSensor):
+class RangeCameraSensor(CameraSensor, parts.RangeCameraSensor):
     """The depth camera of a RealSense: depths as 16UC1, their camera_info, and points."""
 
     compresses = False
-
-    def __init__(self, context: PluginContext) -> None:
-        super().__init__(context)
-        if self.spec.points_topic:
-            self._points = self.publisher(self.spec.points_topic, PointCloud2, relayed=False)
-
-    def publish_frame(self, frame: Frame) -> None:
-        """Publish depths and points with the snapshot's stamp."""
-        self.save(frame)
-        self.publish_info(frame.time)
-        if frame.depth is None:
-            return
-        spec = self.spec
-        depth = camera.within(frame.depth, spec.range_min, min(spec.range_max, 65.535))
-        self.pub.publish(depth_image(frame.time, spec, depth))
-        if has_subscribers(self._points):
-            near, colors = self.within_cutoffs(frame), frame.rgb[:, :, ::-1]
-            self._points.publish(self._clouds.message(frame.time, near, colors))

@@ -1,165 +1,47 @@
-"""Bumpers: the contacts of collision shapes, as gazebo_msgs/ContactsState."""
+"""Bumpers' messages: gazebo_msgs/ContactsState."""
 
 from __future__ import annotations
 
-from collections import deque
-from typing import TYPE_CHECKING, ClassVar
+from typing import Any
 
-import numpy as np
-import rospy
-from bullet_sim.engine import Contact
-from bullet_sim.plugins.contacts import ContactSpec
-from bullet_sim.pose import Array, Pose, cross
-from bullet_sim.sensors.contact import nearest, watched
+from bullet_sim.parts.contacts import ContactPair
+from bullet_sim.parts.outputs import ContactsOutput
 from gazebo_msgs.msg import ContactsState, ContactState
 from geometry_msgs.msg import Vector3, Wrench
 
-from bullet_bridge.loop.clock import Schedule
-from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
 from bullet_bridge.transport import conversions
-
-if TYPE_CHECKING:
-    from bullet_sim.models.model import Model
-
-MOST_STEPS = 100  # whose contacts Gazebo keeps for a message
+from bullet_bridge.transport.senders import Converted, sends
 
 
-@ros_side(ContactSpec)
-class ContactSensor(Sensor):
-    """Contacts of the monitored shapes in all steps since the last message, oldest first.
-
-    A state is of a pair of shapes in a step. As in Gazebo: which shape is the first depends on
-    their models' sizes and ages, not on the sensor; positions and normals are in the world,
-    wrenches in the axes of the first shape's link: those on this link about its center of mass,
-    or, if it never moves, those on the other link about that one's.
-    """
-
-    STATE: ClassVar[tuple[str, ...]] = ("_steps", "_messages")
-    message = ContactsState
-    every_step = True
-
-    def __init__(self, context: PluginContext) -> None:
-        model, spec = context.model, context.spec
-        names, missing = watched(spec, model.description)
-        self._monitored = {f"{model.name}::{name}" for name in names}
-        self._part = model.link_in_body(spec.link)[0]
-        if missing:
-            rospy.logwarn(
-                "contact sensor '%s' of '%s' tells nothing of %s, as in Gazebo: collisions are %s",
-                spec.name,
-                model.name,
-                ", ".join(missing),
-                ", ".join(model.collision_names.values()) or "(none)",
-            )
-        self._steps: deque[tuple[ContactState, ...]] = deque(maxlen=MOST_STEPS)
-        step = context.world.time_step
-        self._messages = Schedule(1.0 / step, step, context.world.step_count)
-        super().__init__(context)
-        self.on_time_step()
-
-    def start(self, time: float) -> None:
-        """Collect from now on."""
-        self._steps.clear()
-        self._messages.restart(self.world.step_count)
-
-    def on_time_step(self) -> None:
-        """Continue after a change of the physics step."""
-        super().on_time_step()
-        step = self.world.time_step
-        rate = min(self.nominal_rate, 1.0 / step)
-        self._messages.set_step(step, rate, self.world.step_count)
-
-    def update(self, time: float, period: float) -> None:
-        self._steps.append(tuple(self._states(time)))
-        if self._messages.due(self.world.step_count):
-            self.pub.publish(self.measure(time))
-
-    def is_message(self, step: int) -> bool:
-        """At its rate."""
-        return step >= self._messages.next
-
-    def measure(self, time: float) -> ContactsState:
-        """The message of what was collected, which is forgotten."""
-        message = ContactsState(header=conversions.header(time, self.spec.frame_id))
-        message.states = [state for states in self._steps for state in states]
-        self._steps.clear()
+@sends(ContactsOutput)
+def _contacts(part: Any, output: ContactsOutput) -> Converted:
+    def convert(time: float, states: Any) -> ContactsState:
+        message = ContactsState(header=conversions.header(time, output.frame_id))
+        message.states = list(map(_contact_state, states))
         for number, state in enumerate(message.states):
-            state.info = f"Debug:  i:({number}/{len(message.states)})     {state.info}"
+            state.info = f"Debug:  i:({number}/{len(states)})     {state.info}"
         return message
 
-    def _states(self, time: float) -> list[ContactState]:
-        """States of the last step; their info begins with the names."""
-        pairs: dict[tuple[str, str], list[Contact]] = {}
-        touched = self.model.body.contacts(self._part)
-        for contact in touched if self._monitored else ():
-            mine = self._named(self.model, self._part, contact.position)
-            if mine in self._monitored:
-                names = mine, self._other(contact)
-                pair = names if contact.is_first else names[::-1]
-                pairs.setdefault(pair, []).append(contact)
-        if not pairs:
-            return []
-        stamp = conversions.stamp(time)
-        states = []
-        for (one, two), contacts in pairs.items():
-            state = self._state(contacts)
-            state.collision1_name, state.collision2_name = one, two
-            state.info = (  # upstream's text
-                f"my geom:{one}   other geom:{two}         time:{stamp.secs}.{stamp.nsecs:09d}\n"
-            )
-            states.append(state)
-        return states
-
-    @staticmethod
-    def _named(model: Model, part: str, position: Array) -> str:
-        """model::link::collision of the shape that a point in the world is on."""
-        shapes = model.rigid_parts[part].collisions
-        if not shapes:
-            return f"{model.name}::{part}::collision"
-        shape = shapes[0]
-        if len(shapes) > 1:
-            pose = Pose(*model.body.link_motion(part)[:2])
-            local = pose.matrix.T @ (position - np.asarray(pose.position))
-            shape = nearest(shapes, local) or shape
-        plain = f"{shape.link or part}::{shape.name or 'collision'}"
-        collision = model.collision_names.get((shape.link, shape.number), plain)
-        return f"{model.name}::{collision}"
-
-    def _model_of(self, contact: Contact) -> Model | None:
-        models = self.world.models.values()
-        return next((model for model in models if model.body.number == contact.body), None)
-
-    def _other(self, contact: Contact) -> str:
-        model = self._model_of(contact)
-        if model is None:
-            return "world"
-        return self._named(model, contact.link, contact.position)
-
-    def _state(self, contacts: list[Contact]) -> ContactState:
-        """Without names: contacts of a pair of shapes."""
-        contact = contacts[0]
-        own = self.model, self._part
-        other = self._model_of(contact), contact.link
-        first, second = (own, other) if contact.is_first else (other, own)
-        pushed = second if first[0] is None or first[0].is_static else first
-        sign, pushes = (1.0 if part is own else -1.0 for part in (first, pushed))
-        rotation = np.eye(3)
-        if first[0] is not None:
-            rotation = Pose(*first[0].body.link_motion(first[1])[:2]).matrix.T
-        center = (pushed[0] or self.model).body.link_center(pushed[1])
-        state, total = ContactState(), np.zeros(6)
-        for contact in contacts:
-            force = pushes * contact.force
-            torque = cross(contact.position - center, force)
-            wrench = np.concatenate([rotation @ force, rotation @ torque])
-            total += wrench
-            state.wrenches.append(_wrench(wrench))
-            state.contact_positions.append(Vector3(*contact.position.tolist()))
-            state.contact_normals.append(Vector3(*(sign * contact.normal).tolist()))
-            state.depths.append(contact.depth)
-        state.total_wrench = _wrench(total)
-        return state
+    return Converted(part.publisher(output.topic, ContactsState), convert)
 
 
-def _wrench(values: Array) -> Wrench:
+def _contact_state(pair: ContactPair) -> ContactState:
+    """gazebo_msgs/ContactState of the contacts of a pair of shapes in a step."""
+    stamp = conversions.stamp(pair.time)
+    return ContactState(
+        info=(  # upstream's text
+            f"my geom:{pair.first}   other geom:{pair.second}         "
+            f"time:{stamp.secs}.{stamp.nsecs:09d}\n"
+        ),
+        collision1_name=pair.first,
+        collision2_name=pair.second,
+        wrenches=[_wrench(wrench) for wrench in pair.wrenches],
+        total_wrench=_wrench(pair.total),
+        contact_positions=[Vector3(*position.tolist()) for position in pair.positions],
+        contact_normals=[Vector3(*normal.tolist()) for normal in pair.normals],
+        depths=list(pair.depths),
+    )
+
+
+def _wrench(values: Any) -> Wrench:
     return Wrench(force=Vector3(*values[:3].tolist()), torque=Vector3(*values[3:].tolist()))

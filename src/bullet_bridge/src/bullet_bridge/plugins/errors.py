@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import Any
 
+from bullet_sim.parts import errors as parts
 from bullet_sim.plugins.inertial import ErrorModel
 from bullet_sim.sensors.errors import SensorErrors
 from paddock_common.reconfigure import describe
 
-from bullet_bridge.plugins.base import Sensor
+from bullet_bridge.plugins.base import ModelPlugin, PluginContext
 
 ERRORS = describe(  # hector_gazebo_plugins/SensorModel.cfg
     (name, "double", default, low, high, text)
@@ -30,31 +31,13 @@ _FIELDS = {  # of SensorModel.cfg -> of an ErrorModel
 }
 
 
-class TunedSensor(Sensor):
-    """A sensor with hector's errors, which dynamic_reconfigure changes.
+class Tuned(ModelPlugin, parts.TunedSensor):
+    """A sensor with hector's errors, which dynamic_reconfigure changes."""
 
-    Attributes:
-        errors: of its measurements, in the order in which they restart.
-    """
-
-    STATE: ClassVar[tuple[str, ...]] = ("errors", "_measured")
-    errors: tuple[SensorErrors, ...] = ()
-
-    def reset(self, time: float) -> None:
-        """With random errors, as their drifts give them."""
-        super().reset(time)
-        self._measured = time
-        self.restart_errors()
-
-    def restart_errors(self) -> None:
-        """Start all of them again."""
-        for errors in self.errors:
-            errors.restart(self.rng)
-
-    def elapsed(self, time: float) -> float:
-        """Time since the last measurement, or the reset [s]."""
-        before, self._measured = self._measured, time
-        return time - before
+    def __init__(self, context: PluginContext) -> None:
+        super().__init__(context)
+        for namespace, errors in self.tuned().items():
+            self.tune(namespace, errors)
 
     def tune(
         self, namespace: str, errors: SensorErrors, changed: Callable[[], None] = lambda: None

@@ -4,99 +4,26 @@ from __future__ import annotations
 
 import io
 import itertools
-import math
 import os
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 import rospkg
 from bullet_sim.errors import ModelError, SimError
 from bullet_sim.files import read_unpacked
+from bullet_sim.parts import lidars as parts
+from bullet_sim.parts.outputs import PointsOutput
 from bullet_sim.plugins import lidars as specs
 from bullet_sim.pose import Array, Pose
-from bullet_sim.sensors.errors import SensorErrors
-from bullet_sim.sensors.lidar import LayeredLidar, Lidar, PatternLidar
+from bullet_sim.sensors.lidar import PatternLidar
 from geometry_msgs.msg import Point32
-from sensor_msgs.msg import ChannelFloat32, LaserScan, PointCloud, PointCloud2, PointField, Range
+from sensor_msgs.msg import ChannelFloat32, PointCloud, PointCloud2, PointField
 from tf2_msgs.msg import TFMessage
 
 from bullet_bridge.plugins.base import PluginContext, Sensor, ros_side
-from bullet_bridge.plugins.errors import TunedSensor
+from bullet_bridge.plugins.errors import Tuned
 from bullet_bridge.transport import conversions
-from bullet_bridge.transport.packed import PackedScan
-
-
-class RaysSensor(Sensor):
-    """Casts the rays of a lidar, all of a scan at one time.
-
-    Attributes:
-        lidar: class of the core's lidar.
-        too_near: what is nearer than the minimum range has the range -inf; False: rays begin there.
-    """
-
-    lidar: ClassVar[type[Lidar]] = Lidar
-    too_near: ClassVar[bool] = True
-
-    def __init__(self, context: PluginContext) -> None:
-        super().__init__(context)
-        self._lidar: Any = self._make_lidar()
-
-    def _make_lidar(self) -> Any:
-        return self.lidar(self.spec)
-
-    def _scan(self) -> Array:
-        position, orientation, _, _ = self.model.link_motion(self.spec.link)
-        return self._lidar.scan(
-            self.world.visible if self.spec.sees_visuals else self.world.engine,
-            position,
-            orientation,
-            self.rng,
-            self.model.body.number,
-            self.too_near,
-        )
-
-    def _intensities(self) -> Array | None:
-        """Of the last scan; None: all are 0."""
-        intensities: Array | None = self._lidar.intensities(self.world.models.values())
-        return intensities
-
-
-@ros_side(specs.RaySpec)
-class LidarSensor(RaysSensor):
-    """sensor_msgs/LaserScan; of several layers all ranges, layer by layer, as upstream."""
-
-    message = LaserScan
-
-    def __init__(self, context: PluginContext) -> None:
-        super().__init__(context)
-        self._layers = self.spec.layers if isinstance(self.spec, specs.LayeredScanSpec) else 1
-        count = len(self._lidar.angles) * self._layers
-        self._sender = PackedScan(self.pub, self.spec, self._lidar.angle_increment, count)
-
-    def _make_lidar(self) -> Any:
-        layered = isinstance(self.spec, specs.LayeredScanSpec)
-        return LayeredLidar(self.spec) if layered else super()._make_lidar()
-
-    def update(self, time: float, period: float) -> None:
-        ranges, intensities = self._scan(), self._intensities()
-        if self._layers > 1:
-            ranges = _by_layers(ranges, self._layers)
-            if intensities is not None:
-                intensities = _by_layers(intensities, self._layers)
-        self._sender.send(time, ranges, intensities)
-
-
-def _by_layers(values: Array, layers: int) -> Array:
-    """Values (n,) of a LayeredLidar's rays, layer by layer instead of direction by direction."""
-    return values.reshape(-1, layers).T.ravel()
-
-
-def _with_next(values: Array, layers: int) -> Array:
-    """Means (n,) of each value, the next one of its layer and both of the next layer."""
-    rows = np.pad(values.reshape(layers, -1), ((0, 1), (0, 1)), mode="edge")
-    means: Array = 0.25 * (rows[:-1, :-1] + rows[:-1, 1:] + rows[1:, :-1] + rows[1:, 1:])
-    return means.ravel()
-
+from bullet_bridge.transport.senders import Converted, sends
 
 # velodyne_gazebo_plugins' layout of a point, 22 bytes.
 _POINT = np.dtype(
@@ -146,111 +73,26 @@ def velodyne_cloud(
     return conversions.cloud(header, data, _FIELDS, not spec.organized)
 
 
-@ros_side(specs.CloudSpec)
-class CloudSensor(RaysSensor):
-    """sensor_msgs/PointCloud2 of a velodyne."""
-
-    message, lidar = PointCloud2, LayeredLidar
-    relayed = False
-
-    def measure(self, time: float) -> PointCloud2:
-        points, intensities = self._lidar.points(self._scan()), self._intensities()
-        if self.spec.min_intensity > -math.inf:
-            values = np.zeros(len(points)) if intensities is None else intensities
-            points = np.where((values < self.spec.min_intensity)[:, None], math.nan, points)
-        return velodyne_cloud(time, self.spec, points, self._lidar.rings, intensities)
+def block_cloud(time: float, spec: specs.BlockCloudSpec, points: Array, values: Array) -> Any:
+    """sensor_msgs/PointCloud of points (n, 3) [m] with intensities (n,)."""
+    return PointCloud(
+        header=conversions.header(time, spec.frame_id),
+        points=[Point32(*point) for point in points.tolist()],
+        channels=[ChannelFloat32(values=values.tolist())],
+    )
 
 
-@ros_side(specs.BlockCloudSpec)
-class BlockLaserSensor(RaysSensor):
-    """sensor_msgs/PointCloud of libgazebo_ros_block_laser: a point of each ray, layer by layer.
-
-    As upstream's: where nothing was hit beyond the minimum range it is at the maximum range,
-    without noise; each is half a ray's angle beyond its ray, but that of the last one; with a
-    single ray or layer all are NaN.
-    Its intensity is the mean of four rays': the next one's and the next layer's count as well.
-    """
-
-    message, lidar, too_near = PointCloud, LayeredLidar, False
-    relayed = False
-    CACHE = ("_aims",)
-
-    def _make_lidar(self) -> Any:
-        spec, made = self.spec, super()._make_lidar()
-        yaw, pitch = (
-            _half_a_ray_beyond(first, last, count)
-            for first, last, count in (
-                (spec.min_angle, spec.max_angle, spec.samples),
-                (spec.min_elevation, spec.max_elevation, spec.layers),
-            )
-        )
-        self._aims = np.stack(
-            [
-                np.outer(np.cos(pitch), np.cos(yaw)).ravel(),
-                np.outer(np.cos(pitch), np.sin(yaw)).ravel(),
-                np.outer(np.sin(pitch), np.ones(len(yaw))).ravel(),
-            ],
-            axis=1,
-        )
-        return made
-
-    def measure(self, time: float) -> PointCloud:
-        spec, ranges, values = self.spec, self._scan(), self._intensities()
-        ranges = np.where(ranges == math.inf, spec.range_max, ranges)
-        values = np.zeros(len(ranges)) if values is None else values
-        ranges, values = (_by_layers(of_rays, spec.layers) for of_rays in (ranges, values))
-        values = _with_next(values, spec.layers)
-        points = self._aims * ranges[:, None]
-        if spec.point_noise > 0.0:
-            hit = np.abs(spec.range_max - ranges) > _FARTHEST
-            noise = self.rng.normal(0.0, spec.point_noise, (len(ranges), 4))
-            points = points + noise[:, :3] * hit[:, None]
-            values = values + noise[:, 3]
-        return PointCloud(
-            header=conversions.header(time, spec.frame_id),
-            points=[Point32(*point) for point in points.tolist()],
-            channels=[ChannelFloat32(values=values.tolist())],
-        )
-
-
-_FARTHEST = 1e-6  # [m] a range that is closer to the maximum has no noise in block_laser
-
-
-def _half_a_ray_beyond(first: float, last: float, count: int) -> Array:
-    """Angles (count,) [rad] as block_laser has them; NaN for a single one."""
-    if count == 1:
-        return np.full(1, math.nan)
-    rays = np.arange(count)
-    return first + 0.5 * (rays + np.minimum(rays + 1, count - 1)) * (last - first) / (count - 1)
+@sends(PointsOutput)
+def _points(part: Any, output: PointsOutput) -> Converted:
+    is_block = output.message == "sensor_msgs/PointCloud"
+    kind, convert = (PointCloud, block_cloud) if is_block else (PointCloud2, velodyne_cloud)
+    pub = part.publisher(output.topic, kind, relayed=False)
+    return Converted(pub, lambda time, *values: convert(time, output.spec, *values))
 
 
 @ros_side(specs.RangeSpec)
-class RangeSensor(RaysSensor, TunedSensor):
-    """sensor_msgs/Range: the closest hit, max_range where there is none."""
-
-    message, lidar = Range, LayeredLidar
-
-    def __init__(self, context: PluginContext) -> None:
-        super().__init__(context)
-        self.errors = (SensorErrors(self.spec.errors),)
-        if self.spec.tunable:
-            self.tune(self.spec.topic, *self.errors)
-
-    def measure(self, time: float) -> Range:
-        spec, ranges, elapsed = self.spec, self._scan(), self.elapsed(time)
-        minimum = float(np.clip(ranges.min(), spec.range_min, spec.range_max))
-        if minimum < spec.range_max:
-            minimum = self.errors[0].measured((minimum,) * 3, elapsed, self.rng)[0]
-            lowest = spec.range_min if spec.limited else -math.inf
-            minimum = float(np.clip(minimum, lowest, spec.range_max))
-        return Range(
-            header=conversions.header(time, spec.frame_id),
-            radiation_type=Range.INFRARED if spec.infrared else Range.ULTRASOUND,
-            field_of_view=spec.field_of_view,
-            min_range=spec.range_min,
-            max_range=spec.range_max,
-            range=minimum,
-        )
+class RangeSensor(Tuned, parts.RangeSensor):
+    """sensor_msgs/Range with errors that can be changed."""
 
 
 # livox_laser_simulation's layouts of a point.
@@ -319,7 +161,7 @@ def _read_pattern_of(path: str) -> Array:
 
 
 @ros_side(specs.PatternSpec)
-class PatternSensor(RaysSensor):
+class PatternSensor(Sensor, parts.RaysSensor):
     """The messages of livox_laser_simulation, and its transforms of the sensor and its link.
 
     Raises:

@@ -7,13 +7,13 @@ import operator
 from typing import Any
 
 import rospy
+from bullet_sim.parts.schedule import whole_rate
 from bullet_sim.plugins.servos import ZYX, ResetMessageSpec, ServoSpec
 from bullet_sim.pose import Quat, Vec3, multiply
 from geometry_msgs.msg import QuaternionStamped
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from bullet_bridge.loop.clock import whole_rate
 from bullet_bridge.plugins.base import ModelPlugin, PluginContext, Preparing, ros_side
 from bullet_bridge.transport import conversions
 

@@ -7,10 +7,10 @@ from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING
 
 from bullet_sim.models.model import Model
+from bullet_sim.parts.schedule import NEVER, SubscribedSchedule
 from bullet_sim.pose import Motion
 from gazebo_msgs.msg import LinkStates, ModelStates, PerformanceMetrics, SensorPerformanceMetric
 
-from bullet_bridge.loop.clock import NEVER, SubscribedSchedule
 from bullet_bridge.transport.conversions import header
 from bullet_bridge.transport.packed import PackedStates
 from bullet_bridge.transport.publishing import publisher

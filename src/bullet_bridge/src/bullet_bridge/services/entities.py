@@ -56,7 +56,7 @@ class ConnectedModels(Protocol):
     def skipped(self, model: Model) -> list[str]:
         """Messages about what a model does without."""
 
-    def parts(self, name: str) -> tuple[list[ModelPlugin], RobotControl | None]:
+    def parts_of(self, name: str) -> tuple[list[ModelPlugin], RobotControl | None]:
         """Plugins and RobotControl of a model."""
 
     def sensor_counts(self) -> dict[str, int]:

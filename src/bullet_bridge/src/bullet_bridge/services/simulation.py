@@ -110,7 +110,7 @@ class Describer:
         }
 
     def _model(self, model: Model) -> dict[str, Any]:
-        plugins, control = self._robots.parts(model.name)
+        plugins, control = self._robots.parts_of(model.name)
         parts = [*plugins, *([] if control is None else control.topics())]
         told = _told(w for w in model.description.warnings if w not in self._read)
         told["lost"] += self._robots.skipped(model)

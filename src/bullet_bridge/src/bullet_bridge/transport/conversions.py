@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import cv2
 import numpy as np
 import rospy
 from bullet_sim.pose import Array, Pose, Vector
@@ -14,8 +13,6 @@ from sensor_msgs.msg import CameraInfo, PointCloud2
 from std_msgs.msg import Header
 
 from bullet_bridge.transport.packed import to_sec_nsec
-
-SIXTEEN_BITS = 257  # 65535 / 255
 
 
 def stamp(time: float) -> rospy.Time:
@@ -66,31 +63,6 @@ def twist_to_msg(linear: Vector, angular: Vector) -> Twist:
     message.linear.x, message.linear.y, message.linear.z = (float(v) for v in linear)
     message.angular.x, message.angular.y, message.angular.z = (float(v) for v in angular)
     return message
-
-
-def pixels(rgb: Array, encoding: str) -> Array:
-    """An (H, W, 3) uint8 RGB array in an encoding of sensor_msgs, contiguous.
-
-    Args:
-        encoding: rgb8, bgr8, mono8 or 8UC1 (Rec. 601 luma), mono16 and rgb16 (from 0 to 65535), or
-            bayer_rggb8 and so on (one color a pixel: those of the first two rows and columns).
-    """
-    if encoding == "bgr8":
-        return cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR)
-    if encoding.startswith("bayer_"):
-        mosaic = np.empty(rgb.shape[:2], np.uint8)
-        for place, color in enumerate(encoding[6:10]):
-            of_color = np.s_[place // 2 :: 2, place % 2 :: 2]
-            mosaic[of_color] = rgb[..., "rgb".index(color)][of_color]
-        return mosaic
-    if encoding in ("mono8", "8UC1", "mono16"):
-        luma = rgb @ np.array((0.299, 0.587, 0.114))
-        if encoding == "mono16":
-            return np.rint(luma * SIXTEEN_BITS).astype("<u2")
-        rgb = np.rint(luma).astype(np.uint8)
-    if encoding == "rgb16":
-        return rgb.astype("<u2") * np.uint16(SIXTEEN_BITS)
-    return np.ascontiguousarray(rgb)
 
 
 def camera_info(spec: Any, arrays: tuple[Array, Array, Array, Array]) -> CameraInfo:

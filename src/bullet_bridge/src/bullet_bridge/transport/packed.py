@@ -48,8 +48,12 @@ class Packed:
     _has_header = False  # rospy sets no header: the bytes hold it
 
     def __init__(self, publisher: rospy.Publisher) -> None:
-        self._impl = publisher.impl
+        self._publisher, self._impl = publisher, publisher.impl
         self._parts: tuple[bytes | memoryview, ...] = ()
+
+    def has_subscribers(self) -> bool:
+        """Whether the topic has some."""
+        return self._publisher.get_num_connections() > 0
 
     def serialize(self, buffer: Any) -> None:
         """Write the packed bytes; rospy calls it with the topic's lock held."""
@@ -96,26 +100,30 @@ class PackedJointState(Packed):
     """sensor_msgs/JointState.
 
     Args:
-        with_efforts: whether there is an effort for each name, or none at all.
+        with_efforts, with_velocities: whether there is one for each name, or none at all.
     """
 
     def __init__(
-        self, publisher: rospy.Publisher, names: Sequence[str], with_efforts: bool = True
+        self,
+        publisher: rospy.Publisher,
+        names: Sequence[str],
+        with_efforts: bool = True,
+        with_velocities: bool = True,
     ) -> None:
         super().__init__(publisher)
         self._constant = (
             pack_string("") + struct.pack("<I", len(names)) + b"".join(map(pack_string, names))
         )
         count = len(names)
-        self._efforts = count if with_efforts else 0
-        self._numbers = struct.Struct(f"<I{count}dI{count}dI{self._efforts}d")
+        self._efforts, self._velocities = count * with_efforts, count * with_velocities
+        self._numbers = struct.Struct(f"<I{count}dI{self._velocities}dI{self._efforts}d")
         self._count = count
 
     def send(
         self,
         time: float,
         positions: Iterable[float],
-        velocities: Iterable[float],
+        velocities: Iterable[float] = (),
         efforts: Iterable[float] = (),
     ) -> None:
         """Publish for a simulated time [s]; three sequences of numbers in the names' order."""
@@ -123,7 +131,9 @@ class PackedJointState(Packed):
         self._send(
             self._header(time),
             self._constant,
-            self._numbers.pack(n, *positions, n, *velocities, self._efforts, *efforts),
+            self._numbers.pack(
+                n, *positions, self._velocities, *velocities, self._efforts, *efforts
+            ),
         )
 
 
@@ -289,6 +299,11 @@ class PackedBase:
             odometry, *frames, spec.pose_covariance, spec.twist_covariance
         )
         self._transform = transform and PackedTransforms(transform, [frames])
+
+    def has_subscribers(self) -> bool:
+        """Whether one of the topics has some."""
+        outputs = self._odometry, self._transform
+        return any(output.has_subscribers() for output in outputs if output is not None)
 
     def send(
         self,

@@ -15,6 +15,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+import cv2
 import numpy as np
 
 from bullet_sim.pose import Array, Vector
@@ -226,3 +227,43 @@ def add_noise(rgb: Array, stddev: float, rng: Any, mean: float = 0.0) -> Array:
     np.rint(noisy, out=noisy)
     np.clip(noisy, 0, 255, out=noisy)
     return noisy.astype(np.uint8)
+
+
+SIXTEEN_BITS = 257  # 65535 / 255
+
+
+def pixels(rgb: Array, encoding: str) -> Array:
+    """An (H, W, 3) uint8 RGB array in an encoding of sensor_msgs, contiguous.
+
+    Args:
+        encoding: rgb8, bgr8, mono8 or 8UC1 (Rec. 601 luma), mono16 and rgb16 (from 0 to 65535), or
+            bayer_rggb8 and so on (one color a pixel: those of the first two rows and columns).
+    """
+    if encoding == "bgr8":
+        return cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR)
+    if encoding.startswith("bayer_"):
+        mosaic = np.empty(rgb.shape[:2], np.uint8)
+        for place, color in enumerate(encoding[6:10]):
+            of_color = np.s_[place // 2 :: 2, place % 2 :: 2]
+            mosaic[of_color] = rgb[..., "rgb".index(color)][of_color]
+        return mosaic
+    if encoding in ("mono8", "8UC1", "mono16"):
+        luma = rgb @ np.array((0.299, 0.587, 0.114))
+        if encoding == "mono16":
+            return np.rint(luma * SIXTEEN_BITS).astype("<u2")
+        rgb = np.rint(luma).astype(np.uint8)
+    if encoding == "rgb16":
+        return rgb.astype("<u2") * np.uint16(SIXTEEN_BITS)
+    return np.ascontiguousarray(rgb)
+
+
+def depth_pixels(depth: Array, millimeters: bool) -> Array:
+    """Depths (H, W) float32 [m], NaN: unknown, as an image's: 32FC1 [m], or 16UC1.
+
+    Args:
+        millimeters: 16UC1 [mm] and 0 for unknown; as in Gazebo parts of a millimeter are cut off.
+    """
+    if not millimeters:
+        return depth.astype("<f4")
+    data = np.nan_to_num(depth.astype(float) * 1000.0, nan=0.0, posinf=0.0, neginf=0.0)
+    return np.clip(data, 0, 65535).astype("<u2")

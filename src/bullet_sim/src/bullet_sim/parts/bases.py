@@ -3,32 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
-import rospy
+
 from bullet_sim.controllers.bases import RIGHT_ANGLE, TricycleMotion, after_arc
+from bullet_sim.parts.base import part_of
+from bullet_sim.parts.drives import DrivenBase, PlanarMovePlugin
+from bullet_sim.parts.outputs import JointStatesOutput, TransformsOutput
 from bullet_sim.plugins.bases import ForceMoveSpec, ManyWheelsSpec, TricycleSpec
 from bullet_sim.pose import Pose, quaternion_from_yaw
 from bullet_sim.sensors import inertial
-from sensor_msgs.msg import JointState
-
-from bullet_bridge.plugins.base import PluginContext, ros_side
-from bullet_bridge.plugins.drives import DrivenBase, PlanarMovePlugin
-from bullet_bridge.transport import conversions
-from bullet_bridge.transport.packed import PackedBase
 
 TURNING = 100.0  # variance of yaw and its rate while a base moved by forces turns
 STILL = 1e-4  # [rad/s] below which it does not turn
 
 
-@ros_side(ForceMoveSpec)
+@part_of(ForceMoveSpec)
 class ForceMovePlugin(PlanarMovePlugin):
     """Pushes and turns a link in every step; publishes Odometry and its transform."""
 
-    STATE = ("_pose2d", "_sent_at", "_held", "_is_held")
+    STATE: ClassVar[tuple[str, ...]] = ("_pose2d", "_sent_at", "_held", "_is_held")
 
-    def __init__(self, context: PluginContext) -> None:
+    def __init__(self, context: Any) -> None:
         super().__init__(context)
         spec = self.spec
         self._part, _ = self.model.link_in_body(spec.base)
@@ -37,11 +34,10 @@ class ForceMovePlugin(PlanarMovePlugin):
             pose_covariance=(*spec.pose_covariance[:5], TURNING),
             twist_covariance=(*spec.twist_covariance[:5], TURNING),
         )
-        frames = spec.frame_id, spec.child_frame_id
-        self._senders = [self._sender, PackedBase(*self._outputs(), turning, frames)]
+        self._senders = [self._sender, self.output(self._odometry(turning))]
 
-    def _outputs(self) -> tuple[Any, Any]:
-        return self._odometry, self._tf if self.spec.publish_tf else None
+    def _sends(self) -> tuple[bool, bool]:
+        return True, self.spec.publish_tf
 
     def start(self, time: float) -> None:
         """Messages from now on."""
@@ -63,10 +59,9 @@ class ForceMovePlugin(PlanarMovePlugin):
         position, orientation, linear, angular = model.link_motion(spec.link)
         if spec.holds and is_late:  # without odometry, as upstream
             if not self._is_held:
-                rospy.logwarn(
-                    "PlanarMovePlugin (ns = %s): Robot stopped and pose forced to prevent slipping "
-                    "away.",
-                    model.name,
+                self.log_warning(
+                    f"PlanarMovePlugin (ns = {model.name}): Robot stopped and pose forced to "
+                    "prevent slipping away."
                 )
             self._is_held = True
             model.set_state(self._held or Pose(position, orientation))
@@ -100,21 +95,22 @@ class ForceMovePlugin(PlanarMovePlugin):
         )
 
 
-@ros_side(TricycleSpec)
+@part_of(TricycleSpec)
 class TricyclePlugin(DrivenBase):
     """Drives and steers one wheel by geometry_msgs/Twist: speed [m/s] and steering angle [rad]."""
 
-    STATE = ("_tricycle",)
+    STATE: ClassVar[tuple[str, ...]] = ("_tricycle",)
     resets = False
     waits_for_time = True
 
-    def __init__(self, context: PluginContext) -> None:
+    def __init__(self, context: Any) -> None:
         self._tricycle = TricycleMotion(context.spec)
         super().__init__(context)
         spec = self.spec
         topic = spec.wheel_states_topic
-        self._wheel_states = self.publisher(topic, JointState) if topic else None
-        self._names = [spec.steering, spec.wheel, *spec.encoders]
+        names = self._names = (spec.steering, spec.wheel, *spec.encoders)
+        self._wheel_states = self.output(JointStatesOutput(topic, names)) if topic else None
+        self._wheel_frames = self.output(TransformsOutput()) if spec.wheel_frames else None
 
     def reset(self, time: float) -> None:
         """Without a command, odometry at zero."""
@@ -152,34 +148,28 @@ class TricyclePlugin(DrivenBase):
             self._sender.send(time, (x, y, 0.0), turn, (vx, vy, 0.0), (0.0, 0.0, rate))
         else:
             self._sender.send(time, *self._motion())
-        if spec.wheel_frames:
-            self._tf.publish(self._frames_of(time, zip(self._names, spec.wheel_frames)))
+        if self._wheel_frames is not None:
+            self._wheel_frames.send(time, self._frames_of(zip(self._names, spec.wheel_frames)))
         if self._wheel_states is not None:
             joints = self.model.joints
             efforts = joints.columns([joints.names.index(name) for name in self._names])[2]
-            self._wheel_states.publish(
-                JointState(
-                    header=conversions.header(time),
-                    name=self._names,
-                    position=[positions[name] for name in self._names],
-                    velocity=[speeds[name] for name in self._names],
-                    effort=efforts,
-                )
+            self._wheel_states.send(
+                time,
+                [positions[name] for name in self._names],
+                [speeds[name] for name in self._names],
+                efforts,
             )
 
 
-@ros_side(ManyWheelsSpec)
+@part_of(ManyWheelsSpec)
 class ManyWheelsPlugin(DrivenBase):
     """Gives the wheels of each side their velocity, whatever the torque that it takes."""
 
     waits_for_time = True
+    advertises = True
 
-    def _outputs(self) -> tuple[Any, Any]:
-        spec = self.spec
-        return (
-            self._odometry if spec.publish_odometry else None,
-            self._tf if spec.publish_tf else None,
-        )
+    def _sends(self) -> tuple[bool, bool]:
+        return self.spec.publish_odometry, self.spec.publish_tf
 
     def update(self, time: float, period: float) -> None:
         spec = self.spec

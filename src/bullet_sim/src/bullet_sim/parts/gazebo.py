@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+
+from bullet_sim.parts.base import Part, Preparing, part_of
 from bullet_sim.plugins.gazebo import InitialVelocitySpec, LiftDragSpec, StandingWheelsSpec
 
-from bullet_bridge.plugins.base import ModelPlugin, Preparing, ros_side
 
-
-@ros_side(StandingWheelsSpec)
+@part_of(StandingWheelsSpec)
 class StandingWheelsPlugin(Preparing):
     """Gives wheels a velocity of 0 before each step."""
 
@@ -17,7 +17,7 @@ class StandingWheelsPlugin(Preparing):
         self.model.joints.impose_velocities(self.spec.joints, [0.0] * len(self.spec.joints))
 
 
-@ros_side(InitialVelocitySpec)
+@part_of(InitialVelocitySpec)
 class InitialVelocityPlugin(Preparing):
     """Gives its model a velocity."""
 
@@ -26,8 +26,8 @@ class InitialVelocityPlugin(Preparing):
         self.model.set_velocity(self.spec.linear, self.spec.angular)
 
 
-@ros_side(LiftDragSpec)
-class LiftDragPlugin(ModelPlugin):
+@part_of(LiftDragSpec)
+class LiftDragPlugin(Part):
     """Applies lift and drag to a link in every step.
 
     As in Gazebo the velocity is that of the center of pressure in the link's frame, and the force

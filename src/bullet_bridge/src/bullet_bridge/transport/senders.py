@@ -1,0 +1,158 @@
+"""What the core's parts send -> messages of ROS on topics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from bullet_sim.parts import outputs
+from bullet_sim.parts.outputs import Output
+from geometry_msgs.msg import Vector3, Vector3Stamped
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import Image, Imu, JointState, LaserScan, MagneticField, NavSatFix, Range
+from tf2_msgs.msg import TFMessage
+
+from bullet_bridge.transport import conversions
+from bullet_bridge.transport.packed import (
+    PackedBase,
+    PackedImage,
+    PackedImu,
+    PackedJointState,
+    PackedOdometry,
+    PackedScan,
+)
+
+# Class of an Output -> function of a RosPart and the Output that makes what sends it.
+SENDERS: dict[type[Output], Callable[[Any, Any], Any]] = {}
+
+
+def sender(part: Any, output: Output) -> Any:
+    """What sends an Output on the topics of a RosPart."""
+    return SENDERS[type(output)](part, output)
+
+
+def sends(kind: type[Output]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Decorator that enters a function which makes senders of a class of Output."""
+
+    def enter(make: Callable[..., Any]) -> Callable[..., Any]:
+        SENDERS[kind] = make
+        return make
+
+    return enter
+
+
+class Converted:
+    """Sends messages that a function makes of a time and what a part sends."""
+
+    def __init__(self, publisher: Any, convert: Callable[..., Any]) -> None:
+        self._publisher, self._convert = publisher, convert
+
+    def has_subscribers(self) -> bool:
+        """Whether the topic has some."""
+        return self._publisher.get_num_connections() > 0
+
+    def send(self, time: float, *values: Any) -> None:
+        """Publish for a simulated time [s]."""
+        self._publisher.publish(self._convert(time, *values))
+
+
+@sends(outputs.JointStatesOutput)
+def _joint_states(part: Any, output: outputs.JointStatesOutput) -> PackedJointState:
+    has = [name in output.parts for name in ("effort", "velocity")]
+    return PackedJointState(part.publisher(output.topic, JointState), output.names, *has)
+
+
+@sends(outputs.OdometryOutput)
+def _odometry(part: Any, output: outputs.OdometryOutput) -> PackedOdometry:
+    return PackedOdometry(
+        part.publisher(output.topic, Odometry),
+        output.frame_id,
+        output.child_frame_id,
+        output.pose_covariance,
+        output.twist_covariance,
+    )
+
+
+@sends(outputs.BaseOutput)
+def _base(part: Any, output: outputs.BaseOutput) -> PackedBase:
+    odometry = part.publisher(output.topic, Odometry) if output.topic else None
+    has_tf = output.advertises or output.with_transform
+    transforms = part.publisher("/tf", TFMessage) if has_tf else None
+    return PackedBase(
+        odometry if output.with_odometry else None,
+        transforms if output.with_transform else None,
+        output,
+        (output.frame_id, output.child_frame_id),
+    )
+
+
+@sends(outputs.TransformsOutput)
+def _transforms(part: Any, output: outputs.TransformsOutput) -> Converted:
+    def convert(time: float, transforms: Any) -> TFMessage:
+        return TFMessage([conversions.transform_to_msg(time, *each) for each in transforms])
+
+    return Converted(part.publisher(output.topic, TFMessage, relayed=output.relayed), convert)
+
+
+@sends(outputs.ScanOutput)
+def _scan(part: Any, output: outputs.ScanOutput) -> PackedScan:
+    pub = part.publisher(output.topic, LaserScan)
+    return PackedScan(pub, output.spec, output.increment, output.count)
+
+
+@sends(outputs.ImuOutput)
+def _imu(part: Any, output: outputs.ImuOutput) -> PackedImu:
+    return PackedImu(part.publisher(output.topic, Imu), output.frame_id, output.variance)
+
+
+@sends(outputs.ImageOutput)
+def _image(part: Any, output: outputs.ImageOutput) -> Any:
+    pub = part.publisher(output.topic, Image, relayed=False)
+    return PackedImage(pub, output.frame_id, output.encoding)
+
+
+def _range(spec: Any, time: float, values: Any) -> Range:
+    return Range(
+        header=conversions.header(time, spec.frame_id),
+        radiation_type=Range.INFRARED if spec.infrared else Range.ULTRASOUND,
+        field_of_view=spec.field_of_view,
+        min_range=spec.range_min,
+        max_range=spec.range_max,
+        range=values[0],
+    )
+
+
+def _fix(spec: Any, time: float, place: Any, status: Any, errors: Any) -> NavSatFix:
+    """Of a latitude, longitude [degrees] and altitude [m]; status and services; an ErrorModel."""
+    fix = NavSatFix(header=conversions.header(time, spec.frame_id))
+    fix.status.status, fix.status.service = status
+    fix.latitude, fix.longitude, fix.altitude = place
+    variances = [n**2 + d**2 for n, d in zip(errors.noise, errors.drift)]
+    fix.position_covariance[::4] = variances
+    fix.position_covariance_type = NavSatFix.COVARIANCE_TYPE_DIAGONAL_KNOWN
+    return fix
+
+
+def _vector(spec: Any, time: float, values: Any) -> Vector3Stamped:
+    header = conversions.header(time, spec.frame_id)
+    return Vector3Stamped(header=header, vector=Vector3(*values))
+
+
+def _field(spec: Any, time: float, values: Any) -> MagneticField:
+    header = conversions.header(time, spec.frame_id)
+    return MagneticField(header=header, magnetic_field=Vector3(*values))
+
+
+NUMBERS: dict[str, tuple[Any, Callable[..., Any]]] = {
+    "sensor_msgs/Range": (Range, _range),
+    "sensor_msgs/NavSatFix": (NavSatFix, _fix),
+    "geometry_msgs/Vector3Stamped": (Vector3Stamped, _vector),
+    "sensor_msgs/MagneticField": (MagneticField, _field),
+}
+
+
+@sends(outputs.NumbersOutput)
+def _numbers(part: Any, output: outputs.NumbersOutput) -> Converted:
+    message, convert = NUMBERS[output.message]
+    pub = part.publisher(output.topic, message)
+    return Converted(pub, lambda time, *values: convert(output.spec, time, *values))
