@@ -11,8 +11,9 @@ import sys
 
 import mutations
 import pytest
-from bullet_bridge.resolve import Resolver
+from bullet_bridge.resolve import RosPackages
 from bullet_sim.errors import SimError
+from bullet_sim.formats.resolve import Resolver
 from bullet_sim.formats.sdf.world import parse_world
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
@@ -46,7 +47,7 @@ over:
 
 @pytest.fixture(scope="module", name="resolve")
 def _resolve():
-    return Resolver()
+    return Resolver(RosPackages())
 
 
 @pytest.fixture(scope="module", name="robots")

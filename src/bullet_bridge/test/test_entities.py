@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 from bullet_bridge.services.entities import find_frame, find_joint, find_link
-from bullet_bridge.services.spawn_text import SpawnText
 from bullet_sim.errors import WorldError
+from bullet_sim.formats.spawn_text import SpawnText
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
 

@@ -3,9 +3,10 @@
 import logging
 
 import pytest
-from bullet_bridge.resolve import GAZEBO_WORLDS, Resolver, load_world, log_warnings
+from bullet_bridge.resolve import GAZEBO_WORLDS, RosPackages, load_world, log_warnings
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.description.warnings import is_loss
+from bullet_sim.formats.resolve import Resolver
 
 from bullet_bridge import resolve
 
@@ -27,12 +28,12 @@ def _said(monkeypatch):
 def test_a_relative_file(tmp_path, monkeypatch, world, logged):
     (tmp_path / "w.world").write_text(WORLD.format(1000, ""))
     monkeypatch.setenv("GAZEBO_RESOURCE_PATH", str(tmp_path))
-    described = load_world(world, "w.world", Resolver())
+    described = load_world(world, "w.world", Resolver(RosPackages()))
     assert world.name == "w" and described.real_time_factor == 2.0 and logged == ([], [])
 
 
 def test_no_path_loads_nothing(world, logged):
-    assert load_world(world, "", Resolver()) is None
+    assert load_world(world, "", Resolver(RosPackages())) is None
     assert not world.models and logged == ([], [])
 
 
@@ -51,7 +52,7 @@ def test_a_world_that_cannot_be_had_is_the_empty_one(tmp_path, world, logged, na
     path = tmp_path / name
     if content is not None:
         path.write_text(content)
-    described = load_world(world, str(path), Resolver())
+    described = load_world(world, str(path), Resolver(RosPackages()))
     assert list(world.models) == ["ground_plane"] and described.real_time_factor == 1.0
     (error,) = logged[1]
     for word in [*words, "empty world takes its place"]:
@@ -61,7 +62,7 @@ def test_a_world_that_cannot_be_had_is_the_empty_one(tmp_path, world, logged, na
 
 
 def test_a_relative_world_that_is_nowhere(world, logged):
-    load_world(world, "worlds/none.world", Resolver())
+    load_world(world, "worlds/none.world", Resolver(RosPackages()))
     assert list(world.models) == ["ground_plane"]
     assert len(logged[1]) == 1 and "'worlds/none.world' is in none of" in logged[1][0]
 
@@ -77,7 +78,7 @@ class Taker:
 
 
 def test_gazebos_own_worlds_are_one_warning(logged):
-    taker, resolve = Taker(), Resolver()
+    taker, resolve = Taker(), Resolver(RosPackages())
     for number, name in enumerate(GAZEBO_WORLDS):
         load_world(taker, f"worlds/{name}.world", resolve)
         assert taker.names == ["ground_plane"] and logged[1] == []
@@ -96,7 +97,7 @@ def test_gazebos_own_worlds_are_one_warning(logged):
 )
 def test_worlds_of_the_stand_in(logged, name, models):
     taker = Taker()
-    load_world(taker, f"worlds/{name}.world", Resolver())
+    load_world(taker, f"worlds/{name}.world", Resolver(RosPackages()))
     assert taker.names == models and logged == ([], [])
 
 
@@ -105,7 +106,7 @@ def test_causes_are_counted_and_details_go_to_the_file(tmp_path, world, logged, 
     path = tmp_path / "w.world"
     path.write_text(WORLD.format(500, includes + "<glitter/>"))
     with caplog.at_level(logging.INFO):
-        load_world(world, str(path), Resolver())
+        load_world(world, str(path), Resolver(RosPackages()))
     assert logged[0][0] == "56 included models cannot be used: 'model://gone_0' and 55 more"
     assert len(logged[0]) == 2 and "<glitter>" in logged[0][1] and logged[1] == []
     details = [text for text in caplog.messages if "gone_" in text]

@@ -4,9 +4,24 @@ import os
 
 import pytest
 import rospkg
-from bullet_bridge.resolve import Resolver
+from bullet_bridge.resolve import RosPackages
+from bullet_sim.formats.resolve import FolderPackages, Resolver
 
 WORLD = '<sdf version="1.6"><world name="w"/></sdf>'
+
+
+def resolver():
+    """A Resolver that finds packages by rospkg."""
+    return Resolver(RosPackages())
+
+
+def test_packages_are_found_without_rospkg_as_with_it():
+    with_rospkg, without = RosPackages(), FolderPackages()
+    names = set(with_rospkg.names())
+    assert "bullet_sim" in names and names <= set(without.names())  # which has metapackages, too
+    assert all(with_rospkg.folder(name) == without.folder(name) for name in names)
+    for key in ("gazebo_model_path", "gazebo_media_path"):
+        assert set(with_rospkg.exported(key)) == set(without.exported(key))
 
 
 @pytest.fixture(name="models")
@@ -21,12 +36,12 @@ def model_folder(tmp_path, monkeypatch):
 
 def test_package():
     share = rospkg.RosPack().get_path("bullet_bridge")
-    assert Resolver()("package://bullet_bridge/package.xml") == f"{share}/package.xml"
+    assert resolver()("package://bullet_bridge/package.xml") == f"{share}/package.xml"
 
 
 def test_unknown_package_is_named():
     with pytest.raises(ValueError, match="package 'no_such_pkg'"):
-        Resolver()("package://no_such_pkg/a.stl")
+        resolver()("package://no_such_pkg/a.stl")
 
 
 @pytest.mark.parametrize(
@@ -41,23 +56,23 @@ def test_unknown_package_is_named():
     ],
 )
 def test_the_package_that_is_missing(models, text, name):
-    assert Resolver().missing_package(text) == name
+    assert resolver().missing_package(text) == name
 
 
 def test_model_by_name_and_file(models):
-    resolve = Resolver()
+    resolve = resolver()
     assert resolve("model://cone") == str(models / "cone" / "model.sdf")
     assert resolve("model://cone/cone.obj") == str(models / "cone" / "cone.obj")
 
 
 def test_model_path_of_a_package():
     share = rospkg.RosPack().get_path("bullet_bridge")
-    assert Resolver()("model://bullet_bridge/package.xml") == f"{share}/package.xml"
+    assert resolver()("model://bullet_bridge/package.xml") == f"{share}/package.xml"
 
 
 def test_a_folder_within_a_model(models):
     (models / "cone" / "materials" / "scripts").mkdir(parents=True)
-    assert Resolver()("model://cone/materials/scripts") == str(
+    assert resolver()("model://cone/materials/scripts") == str(
         models / "cone" / "materials" / "scripts"
     )
 
@@ -81,7 +96,7 @@ def test_model_config_names_the_file(models, config, file):
     for name in ("old.sdf", "new.sdf"):
         (models / "cone" / name).write_text("<sdf/>")
     (models / "cone" / "model.config").write_text(config)
-    assert Resolver()("model://cone") == str(models / "cone" / file)
+    assert resolver()("model://cone") == str(models / "cone" / file)
 
 
 @pytest.mark.parametrize(
@@ -98,7 +113,7 @@ def test_a_package_exports_its_model_folder(tmp_path, monkeypatch, depends):
     (tmp_path / "broken").mkdir()
     (tmp_path / "broken" / "package.xml").write_text("<package><name>broken</name></package>")
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"{tmp_path}:{os.environ['ROS_PACKAGE_PATH']}")
-    assert Resolver()("model://tree") == str(package / "models" / "tree" / "model.sdf")
+    assert resolver()("model://tree") == str(package / "models" / "tree" / "model.sdf")
 
 
 def test_models_of_the_home_folder(tmp_path, monkeypatch):
@@ -107,33 +122,33 @@ def test_models_of_the_home_folder(tmp_path, monkeypatch):
     (folder / "model.sdf").write_text("<sdf/>")
     monkeypatch.setenv("HOME", str(tmp_path))
     monkeypatch.delenv("GAZEBO_MODEL_PATH", raising=False)
-    assert Resolver()("model://tree") == str(folder / "model.sdf")
+    assert resolver()("model://tree") == str(folder / "model.sdf")
 
 
 def test_a_models_folder_by_path(models):
-    assert Resolver()(str(models / "cone")) == str(models / "cone" / "model.sdf")
-    assert Resolver()(f"file://{models / 'cone'}") == str(models / "cone" / "model.sdf")
+    assert resolver()(str(models / "cone")) == str(models / "cone" / "model.sdf")
+    assert resolver()(f"file://{models / 'cone'}") == str(models / "cone" / "model.sdf")
 
 
 def test_relative_file_in_resource_path(tmp_path, monkeypatch):
     (tmp_path / "media").mkdir()
     (tmp_path / "media" / "a.stl").write_text("")
     monkeypatch.setenv("GAZEBO_RESOURCE_PATH", str(tmp_path))
-    assert Resolver()("file://media/a.stl") == str(tmp_path / "media" / "a.stl")
+    assert resolver()("file://media/a.stl") == str(tmp_path / "media" / "a.stl")
     with pytest.raises(ValueError, match="'media/b.stl' is in none of .*" + str(tmp_path)):
-        Resolver()("file://media/b.stl")
+        resolver()("file://media/b.stl")
 
 
 def test_unknown_model_names_it_and_the_folders(models):
     with pytest.raises(ValueError) as error:
-        Resolver()("model://no_such_model")
+        resolver()("model://no_such_model")
     assert "no_such_model" in str(error.value)
     assert str(models) in str(error.value) and "/nowhere" in str(error.value)
 
 
 def test_file_and_absolute_path():
-    assert Resolver()("file:///a/b.stl") == "/a/b.stl"
-    assert Resolver()("/a/b.stl") == "/a/b.stl"
+    assert resolver()("file:///a/b.stl") == "/a/b.stl"
+    assert resolver()("/a/b.stl") == "/a/b.stl"
 
 
 @pytest.mark.parametrize(
@@ -142,27 +157,27 @@ def test_file_and_absolute_path():
 )
 def test_other_uris_are_errors(uri, text):
     with pytest.raises(ValueError, match=text):
-        Resolver()(uri)
+        resolver()(uri)
 
 
 def test_world_file_as_it_is(tmp_path, monkeypatch):
     (tmp_path / "a.world").write_text(WORLD)
     monkeypatch.chdir(tmp_path)
-    assert Resolver().world("a.world") == "a.world"
-    assert Resolver().world(str(tmp_path / "a.world")) == str(tmp_path / "a.world")
+    assert resolver().world("a.world") == "a.world"
+    assert resolver().world(str(tmp_path / "a.world")) == str(tmp_path / "a.world")
 
 
 def test_world_file_in_resource_path(tmp_path, monkeypatch):
     (tmp_path / "worlds").mkdir()
     (tmp_path / "worlds" / "empty.world").write_text(WORLD)
     monkeypatch.setenv("GAZEBO_RESOURCE_PATH", f"/nowhere::{tmp_path}")
-    assert Resolver().world("worlds/empty.world") == str(tmp_path / "worlds" / "empty.world")
+    assert resolver().world("worlds/empty.world") == str(tmp_path / "worlds" / "empty.world")
 
 
 def test_world_file_of_gazebo_ros(monkeypatch):
     monkeypatch.delenv("GAZEBO_RESOURCE_PATH", raising=False)
     share = rospkg.RosPack().get_path("gazebo_ros")
-    assert Resolver().world("worlds/empty.world") == f"{share}/worlds/empty.world"
+    assert resolver().world("worlds/empty.world") == f"{share}/worlds/empty.world"
 
 
 def test_world_file_in_the_media_path_of_a_package(tmp_path, monkeypatch):
@@ -174,13 +189,13 @@ def test_world_file_in_the_media_path_of_a_package(tmp_path, monkeypatch):
         <maintainer email="a@example.org">a</maintainer><license>MIT</license>
         <export><gazebo_ros gazebo_media_path="/nowhere:${prefix}"/></export></package>""")
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"{tmp_path}:{os.environ['ROS_PACKAGE_PATH']}")
-    assert Resolver().world("worlds/park.world") == str(package / "worlds" / "park.world")
+    assert resolver().world("worlds/park.world") == str(package / "worlds" / "park.world")
 
 
 def test_missing_world_file_names_all_places(tmp_path, monkeypatch):
     monkeypatch.setenv("GAZEBO_RESOURCE_PATH", f"/nowhere:{tmp_path}")
     with pytest.raises(ValueError) as error:
-        Resolver().world("worlds/none.world")
+        resolver().world("worlds/none.world")
     for part in (
         "worlds/none.world",
         os.getcwd(),
@@ -203,15 +218,15 @@ def test_every_uri_below_every_resource_path(tmp_path, monkeypatch, variable, be
     (folder / "cone.obj").write_text("")
     (folder / "model.sdf").write_text("<sdf/>")
     monkeypatch.setenv(variable, f"/nowhere:{tmp_path}")
-    assert Resolver()(uri) == str(folder / "cone.obj")
-    assert Resolver()(uri.rpartition("/")[0]) == str(folder / "model.sdf")
+    assert resolver()(uri) == str(folder / "cone.obj")
+    assert resolver()(uri.rpartition("/")[0]) == str(folder / "model.sdf")
 
 
 @pytest.mark.parametrize("uri", ["file://media/materials/scripts", "media/materials/scripts"])
 def test_a_folder_of_materials(tmp_path, monkeypatch, uri):
     (tmp_path / "media" / "materials" / "scripts").mkdir(parents=True)
     monkeypatch.setenv("GAZEBO_RESOURCE_PATH", str(tmp_path))
-    assert Resolver()(uri) == str(tmp_path / "media" / "materials" / "scripts")
+    assert resolver()(uri) == str(tmp_path / "media" / "materials" / "scripts")
 
 
 def test_a_model_comes_before_a_folder_of_its_name(tmp_path, monkeypatch):
@@ -219,7 +234,7 @@ def test_a_model_comes_before_a_folder_of_its_name(tmp_path, monkeypatch):
     (tmp_path / "two" / "cone").mkdir(parents=True)
     (tmp_path / "two" / "cone" / "model.sdf").write_text("<sdf/>")
     monkeypatch.setenv("GAZEBO_MODEL_PATH", f"{tmp_path}/one:{tmp_path}/two")
-    assert Resolver()("model://cone") == str(tmp_path / "two" / "cone" / "model.sdf")
+    assert resolver()("model://cone") == str(tmp_path / "two" / "cone" / "model.sdf")
 
 
 def make_package(folder, name):
@@ -236,7 +251,7 @@ def test_beside_the_world_and_in_its_package(tmp_path, below):
     folder = tmp_path / "park" / below / "tree"
     folder.mkdir(parents=True)
     (folder / "model.sdf").write_text("<sdf/>")
-    resolve = Resolver()
+    resolve = resolver()
     with pytest.raises(ValueError, match="model 'tree' is in none of"):
         resolve("model://tree")
     resolve.set_world(str(tmp_path / "park" / "worlds" / "park.world"))
@@ -244,7 +259,7 @@ def test_beside_the_world_and_in_its_package(tmp_path, below):
 
 
 def test_package_names_that_are_models(models):
-    assert Resolver()("package://cone/cone.obj") == str(models / "cone" / "cone.obj")
+    assert resolver()("package://cone/cone.obj") == str(models / "cone" / "cone.obj")
 
 
 def test_paths_of_another_machine(tmp_path, monkeypatch, models):
@@ -253,7 +268,7 @@ def test_paths_of_another_machine(tmp_path, monkeypatch, models):
     mesh.parent.mkdir()
     mesh.write_text("")
     monkeypatch.setenv("ROS_PACKAGE_PATH", f"{tmp_path}/here:{os.environ['ROS_PACKAGE_PATH']}")
-    resolve = Resolver()
+    resolve = resolver()
     assert resolve("file:///home/ann/ws/src/park_sim/meshes/m.stl") == str(mesh)
     assert resolve("/home/ann/.gazebo/models/cone/cone.obj") == str(models / "cone" / "cone.obj")
     for path in ("/home/ann/ws/src/park_sim/meshes/n.stl", "/home/ann/m.stl"):
@@ -262,5 +277,5 @@ def test_paths_of_another_machine(tmp_path, monkeypatch, models):
 
 def test_worlds_by_plain_name():
     share = rospkg.RosPack().get_path("gazebo_ros")
-    assert Resolver().world("empty_world.world") == f"{share}/worlds/empty_world.world"
-    assert Resolver().world("file://worlds/shapes.world") == f"{share}/worlds/shapes.world"
+    assert resolver().world("empty_world.world") == f"{share}/worlds/empty_world.world"
+    assert resolver().world("file://worlds/shapes.world") == f"{share}/worlds/shapes.world"

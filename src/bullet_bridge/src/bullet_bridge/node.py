@@ -14,6 +14,7 @@ from bullet_sim.description.world import WorldDescription
 from bullet_sim.engine import SOLVERS
 from bullet_sim.errors import SimError
 from bullet_sim.files import LIMITS, keep_python_output, variable_of
+from bullet_sim.formats.resolve import Resolver
 from bullet_sim.render.request import RENDERERS, SWITCHES, Quality
 from bullet_sim.sensors.scenes import WorldViews
 from bullet_sim.world import World
@@ -28,7 +29,7 @@ from bullet_bridge.loop.jobs import JobQueue
 from bullet_bridge.loop.received import ReceivedCounts
 from bullet_bridge.loop.server import Server
 from bullet_bridge.plugins.cameras import Cameras
-from bullet_bridge.resolve import Resolver, load_world
+from bullet_bridge.resolve import RosPackages, load_world
 from bullet_bridge.robots import Robots
 from bullet_bridge.services.attaching import LinkAttacher
 from bullet_bridge.services.gazebo import GazeboServices
@@ -203,7 +204,7 @@ def make_server(parts: ExitStack) -> Server:
     if relay is not None:
         parts.callback(relay.close)
     publishing.set_relay(relay)
-    resolve = Resolver()
+    resolve = Resolver(RosPackages())
     extensions = Extensions()
     extensions.enter()
     described = load_world(world, config.world_file, resolve)

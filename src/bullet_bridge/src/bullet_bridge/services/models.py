@@ -12,6 +12,7 @@ import rospy
 from bullet_sim.errors import SimError
 from bullet_sim.formats.lights import parse_light
 from bullet_sim.formats.sdf.world import parse_model
+from bullet_sim.formats.spawn_text import SpawnText
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Array, Pose
 from bullet_sim.xml_reader import Node
@@ -26,7 +27,6 @@ from bullet_bridge.services.handlers import (
     refusing,
     topic_callback,
 )
-from bullet_bridge.services.spawn_text import SpawnText
 from bullet_bridge.transport.conversions import (
     pose_from_msg,
     pose_to_msg,
