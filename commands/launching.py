@@ -248,8 +248,8 @@ def run(name, launch, environ, arguments, deadline, out, results):
             _build_track(value, environ)
     locks.take_results(out)
     os.makedirs(out, exist_ok=True)
-    for name in os.listdir(out) if results is None else results:
-        path = os.path.join(out, name)
+    for result in os.listdir(out) if results is None else results:
+        path = os.path.join(out, result)
         if os.path.isdir(path) and not os.path.islink(path):
             shutil.rmtree(path)
         elif os.path.lexists(path):
@@ -269,7 +269,7 @@ def run(name, launch, environ, arguments, deadline, out, results):
         raise CommandError(f"roslaunch ended with exit status {status}", where_to_look(environ))
     ok = is_ok(os.path.join(out, "result.json"))
     if not ok:
-        problem = "ended without result.json" if ok is None else "was not content"
+        problem = "ended without result.json" if ok is None else "did not succeed"
         raise CommandError(f"the {name} {problem}", where_to_look(environ))
     say(f"{name}: ok")
 

@@ -41,8 +41,8 @@ def run_child(
     import time
 
     start = time.monotonic()
-    with Signals() if signals is None else contextlib.nullcontext(signals) as signals:
-        signals.check()
+    with Signals() if signals is None else contextlib.nullcontext(signals) as received:
+        received.check()
         process = subprocess.Popen(argv, start_new_session=session, **popen)
         status = None
         while status is None:
@@ -51,14 +51,14 @@ def run_child(
             except subprocess.TimeoutExpired:
                 seconds = time.monotonic() - start
                 late = deadline is not None and seconds > deadline
-                if signals.first is not None or late:
+                if received.first is not None or late:
                     stop([(process, group and session, grace)])
-                    if signals.first is None:
+                    if received.first is None:
                         raise DeadlineExceeded from None
                     break
                 if tick is not None:
                     tick(seconds)
-    signals.check()  # only now: none may come between this and the return
+    received.check()  # only now: none may come between this and the return
     return status
 
 

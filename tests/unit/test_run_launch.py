@@ -157,16 +157,16 @@ def test_a_file_of_the_current_folder_is_no_module_of_python(tmp_path):
 
 
 @pytest.mark.parametrize("probe, sentence", [
-    (result('{"ok": false}'), "the probe was not content"),
-    (result('{"ok": 1}'), "the probe was not content"),
-    (result("[]"), "the probe was not content"),
+    (result('{"ok": false}'), "the probe did not succeed"),
+    (result('{"ok": 1}'), "the probe did not succeed"),
+    (result("[]"), "the probe did not succeed"),
     (result('{"ok": tr'), "the probe ended without result.json"),
     ("pass", "the probe ended without result.json"),
     (result('{"ok": true}') + "; sys.exit(3)", "roslaunch ended with exit status 3"),
 ])  # fmt: skip
 def test_a_result_that_is_not(launched, probe, sentence):
     with pytest.raises(CommandError) as caught:
-        launched(probe)
+        launched(probe, results=["path.csv"])
     assert str(caught.value) == sentence
     assert caught.value.advice == ("Its own words are above; logs in .cache/ros-probe/",)
 

@@ -106,8 +106,8 @@ class Truck:
         wheels = self._kinematics.wheels(steering, speed)
         for hinge, angle in zip(self._hinges, (wheels.left_steering, wheels.right_steering)):
             hinge.set_position(angle)
-        for wheel, speed in zip(self._rear, (wheels.left_rear, wheels.right_rear)):
-            wheel.set_velocity(speed)
+        for wheel, rate in zip(self._rear, (wheels.left_rear, wheels.right_rear)):
+            wheel.set_velocity(rate)
 
     def close(self):
         """Free the engine."""
