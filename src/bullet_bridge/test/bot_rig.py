@@ -84,7 +84,8 @@ class Bot:
         monkeypatch.setattr(
             control.rospy, "logerr_throttle", lambda _period, text, *rest: self._log(text, *rest)
         )
-        self.world, self.jobs = world or World(gravity=(0.0, 0.0, 0.0)), JobQueue()
+        still = World(gravity=(0.0, 0.0, 0.0), fixed_joints="merge")  # else long arms fling it
+        self.world, self.jobs = world or still, JobQueue()
         self.model = self.world.spawn_urdf("bot", urdf, pose, None)
         self.control = RobotControl(self.jobs, self.world, self.model, "bot/")
 

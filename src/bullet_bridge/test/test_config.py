@@ -19,6 +19,7 @@ def parse(**values):
 def test_defaults(monkeypatch):
     monkeypatch.delenv("PADDOCK_NICENESS", raising=False)  # which tests set
     monkeypatch.delenv("PADDOCK_SOLVER", raising=False)
+    monkeypatch.delenv("PADDOCK_FIXED_JOINTS", raising=False)
     monkeypatch.delenv("PADDOCK_MISSING_PACKAGES", raising=False)
     monkeypatch.delenv("PADDOCK_REAL_TIME_FACTOR", raising=False)
     assert parse() == Config(world_pace=True)
@@ -42,10 +43,11 @@ sources.library_path = lambda: pathlib.Path("/nowhere/quickstep.so")
 from bullet_sim.errors import SimError
 from bullet_bridge.node import make_world, parse_config
 try:
-    make_world(parse_config(lambda name, default: default).solver)
+    make_world(parse_config(lambda name, default: default))
 except SimError as error:
     print(error)
-print(type(make_world("bullet").engine).__name__)
+config = parse_config(lambda name, default: {"solver": "bullet"}.get(name, default))
+print(type(make_world(config).engine).__name__)
 """
 
 
@@ -137,7 +139,7 @@ def test_limits_of_files_are_parameters_that_other_processes_have_too(monkeypatc
     monkeypatch.setenv("PADDOCK_MAX_TEXT_BYTES", "4")
     assert parse().max_text_bytes == 4 and parse().max_mesh_bytes == 400_000_000
     assert parse(max_text_bytes=7).max_text_bytes == 7
-    monkeypatch.setattr(node, "make_world", lambda solver: 1 / 0)
+    monkeypatch.setattr(node, "make_world", lambda config: 1 / 0)
     monkeypatch.setattr(
         node.rospy, "get_param", lambda name, d: {"~max_text_bytes": 5}.get(name, d)
     )
@@ -149,6 +151,14 @@ def test_limits_of_files_are_parameters_that_other_processes_have_too(monkeypatc
     monkeypatch.setenv("PADDOCK_MAX_TEXT_BYTES", "many")
     with pytest.raises(ValueError, match="parameter max_text_bytes is 'many'; it must be"):
         parse()
+
+
+def test_fixed_joints_are_gazebos_unless_they_are_to_be_merged(monkeypatch):
+    assert parse().fixed_joints == "keep" and parse(fixed_joints="merge").fixed_joints == "merge"
+    monkeypatch.setenv("PADDOCK_FIXED_JOINTS", "merge")
+    assert parse().fixed_joints == "merge" and parse(fixed_joints="keep").fixed_joints == "keep"
+    with pytest.raises(ValueError, match="parameter fixed_joints is 'rigid'; it must be"):
+        parse(fixed_joints="rigid")
 
 
 def test_missing_packages_of_the_environment_count_where_no_parameter_is_given(monkeypatch):

@@ -13,9 +13,6 @@ STEPS, EVERY = 500, 100  # made in all, between two recorded states
 # Fewer, where contacts of edges, or of depth 0, are there or not by the rounding of a number: from
 # then on all depends on it.
 UNTIL = {
-    "suspension of joints": 300,
-    "a screw": 200,  # whose post yields in Gazebo, by iterations that end, and never moves here
-    "four bars that end at the root": 400,  # then they pass their dead point
     "meshes on a mesh": 400,
     "a tilted box on a mesh": 200,
     "meshes on a box": 200,
@@ -328,6 +325,19 @@ ROBOTS = {
         robot(ARM_ON_A_POST),
         1.0,
         [(200, "hinge", "effort", 4.0, 0.0), (400, "hinge", "effort", -4.0, 0.0)],
+    ),
+    "a rig on the world": (
+        robot(
+            '<link name="world"/>',
+            joint("z_held", "fixed", "world", "base", "0.1 0 0.6"),
+            BASE,
+            link("arm", 3.0, 0.2, center="0.9 0 0.05"),
+            joint("a_arm", "revolute", "base", "arm", "0.02 0.3 0.03", more=ARM),
+            link("mast", 4.0, 0.2, center="0 0 0.7"),
+            joint("m_mast", "continuous", "base", "mast", "0 0 0.1", axis="1 0 0"),
+        ),
+        0.5,
+        [(0, "m_mast", "effort", 30.0, 0.0), (200, "a_arm", "effort", -20.0, 0.0)],
     ),
     "an arm on a merged plate": (
         robot(
@@ -699,6 +709,16 @@ CUBE, BEAM = "<box><size>0.2 0.2 0.2</size></box>", "<box><size>0.4 0.1 0.1</siz
 BALL = "<sphere><radius>0.1</radius></sphere>"
 POST = body("post", "0 0 1 0 0 0", "", 5.0, 0.1) + connected("held", "fixed", "world", "post")
 ODE = "<physics><ode>{}</ode></physics>"
+ROLLER = "<cylinder><radius>0.1</radius><length>0.04</length></cylinder>"
+LONG_ARMS = (
+    body("base", "0 0 1 0 0 0", CUBE, 2.0)
+    + body("left", "0 0.8 1 0 0 0", "", 4.0, 0.2, "0 0.4 0")
+    + body("right", "0.5 0 1.1 0 0 0", "", 6.0, 0.3, "0.9 0 0.1")
+    + body("tip", "2 0 1.2 0 0 0", "", 3.0, 0.1, "0.3 0 0")
+    + connected("left_joint", "revolute", "base", "left", "<xyz>1 0 0</xyz>")
+    + connected("right_joint", "revolute", "base", "right", "<xyz>0 0 1</xyz>")
+    + connected("tip_joint", "revolute", "right", "tip")
+)
 LOW = "<limit><lower>-0.3</lower><upper>0.2</upper></limit>"
 
 
@@ -857,6 +877,48 @@ MODELS = {
         + body("b", "0 0.2 1 0 0 0.3", "", 0.6, 0.004, "-0.1 0 0.02")
         + connected("elbow", "revolute", "a", "b")
         + connected("held", "fixed", "world", "b"),
+        (),
+    ),
+    "arms on a base that is held": (
+        LONG_ARMS + connected("held", "fixed", "world", "base"),
+        ((0, "left_joint", "effort", 60.0, 0), (250, "right_joint", "effort", -40.0, 0)),
+    ),
+    "a base that is held first, and turned": (
+        connected("held", "fixed", "world", "base")
+        + LONG_ARMS.replace('"base"><pose>0 0 1 0 0 0', '"base"><pose>0 0 1 0.2 0.1 0.4'),
+        ((0, "left_joint", "effort", 60.0, 0),),
+    ),
+    "two links that are held, one with an arm of the world": (
+        body("one", "0 0 1 0 0 0.2", CUBE, center="0.02 0 0.01")
+        + body("two", "1 0 1 0.3 0 0", CUBE, 2.0)
+        + body("arm", "0 1 1 0 0 0", BEAM, 3.0, center="0.2 0 0")
+        + body("tip", "0.5 1 1 0 0 0", BEAM, 1.0, center="0.1 0 0")
+        + connected("first", "fixed", "world", "one")
+        + connected("shoulder", "revolute", "world", "arm")
+        + connected("elbow", "revolute", "arm", "tip")
+        + connected("second", "fixed", "world", "two"),
+        (),
+    ),
+    "links on fixed joints": (
+        body("base", "0 0 0.12 0 0 0", BEAM, 5.0, 0.05)
+        + body("head", "0.1 0 0.72 0 0 0.3", BALL, 2.0, 0.02)
+        + body("mast", "0.1 0 0.42 0 0 0", "<box><size>0.05 0.05 0.4</size></box>", 0.5)
+        + body("left", "0 0.2 0.12 -1.5707963 0 0", ROLLER, 0.5, 0.002)
+        + body("right", "0 -0.2 0.12 -1.5707963 0 0", ROLLER, 0.5, 0.002)
+        + connected("left_joint", "revolute", "base", "left", "<xyz>0 0 1</xyz>")
+        + connected("neck", "fixed", "mast", "head")
+        + connected("right_joint", "revolute", "base", "right", "<xyz>0 0 1</xyz>")
+        + connected("foot", "fixed", "base", "mast"),
+        ((100, "left_joint", "velocity", 4.0, 5.0), (100, "right_joint", "velocity", 2.0, 5.0)),
+    ),
+    "a chain of fixed joints": (
+        body("a", "0 0 0.5 0.2 0.1 0.1", BEAM, 0.5)
+        + body("b", "0.4 0 0.5 0.3 0.1 0.1", BEAM, 4.0, 0.05)
+        + body("c", "0.8 0 0.5 0.1 0.2 0", BEAM, 0.3)
+        + body("d", "1.2 0 0.5 0.4 0.1 0", BEAM, 6.0, 0.08)
+        + connected("cd", "fixed", "c", "d")
+        + connected("ab", "fixed", "a", "b")
+        + connected("bc", "fixed", "b", "c"),
         (),
     ),
     "suspension of joints": (

@@ -83,8 +83,7 @@ def spawned(name, text):
 
 def differences_of_links(name, world, model):
     """(step, link) -> how far a link is from where Gazebo has it."""
-    still = {model.description.root} if model.description.fixed_base else set()
-    links = [link for link in model.rigid_parts if link not in still]
+    links = [link for link in model.rigid_parts if link != "world"]
     assert links
     steps, differences = gazebo_states.UNTIL.get(name, gazebo_states.STEPS), {}
     for step, found in drive(world, model, gazebo_states.MODELS[name][1], steps):

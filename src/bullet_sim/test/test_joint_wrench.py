@@ -54,8 +54,8 @@ def test_a_stiff_joint_bears_the_weight_beyond_it(joint, rpy, solver):
     force, torque = joint_wrench(model, "j")
     axes = Pose.from_xyz_rpy((0, 0, 0), tuple(map(float, rpy.split()))).matrix
     pull = axes.T @ np.array((0.0, 0.0, -WEIGHT))
-    assert force == pytest.approx(pull, abs=1e-6)
-    assert torque == pytest.approx(np.cross((ARM, 0.0, 0.0), pull), abs=1e-6)
+    assert force == pytest.approx(pull, abs=1e-4)
+    assert torque == pytest.approx(np.cross((ARM, 0.0, 0.0), pull), abs=1e-4)
     world.close()
 
 
@@ -65,8 +65,8 @@ def test_a_push_on_the_child_is_felt():
     world.forces.apply_wrench(model, "b", (5.0, 0.0, 3.0), (0.0, 0.0, 1.0), (0, math.inf))
     world.step(100)
     force, torque = joint_wrench(model, "j")
-    assert force == pytest.approx((5.0, 0.0, 3.0 - WEIGHT), abs=1e-6)
-    assert torque == pytest.approx((0.0, -ARM * (3.0 - WEIGHT), 1.0), abs=1e-6)
+    assert force == pytest.approx((5.0, 0.0, 3.0 - WEIGHT), abs=1e-4)
+    assert torque == pytest.approx((0.0, -ARM * (3.0 - WEIGHT), 1.0), abs=1e-4)
     world.close()
 
 
@@ -88,7 +88,7 @@ def test_a_foot_on_the_ground_bears_what_stands_on_it():
     model = world.spawn_urdf("r", text, Pose(), str)
     world.step(2000)
     force, _ = joint_wrench(model, "j")
-    assert force[2] == pytest.approx(5.0 * 9.81, rel=0.01)
+    assert force[2] == pytest.approx(5.0 * 9.81, rel=0.02)
     world.close()
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import rospy
 from bullet_sim.description.world import WorldDescription
-from bullet_sim.engine import SOLVERS
+from bullet_sim.engine import FIXED_JOINTS, SOLVERS
 from bullet_sim.errors import SimError
 from bullet_sim.files import LIMITS, keep_python_output, variable_of
 from bullet_sim.formats.resolve import Resolver
@@ -57,6 +57,9 @@ class Config:
         every_picture: wait for each due image, without lockstep, too; time slows down instead.
         solver: ode: steps as Gazebo's ODE makes them, or bullet: PyBullet's own; for launch files
             that do not pass it on, the environment variable PADDOCK_SOLVER.
+        fixed_joints: keep: those of an SDF, and those to the world, are joints, as in Gazebo;
+            merge: they never yield; for launch files that do not pass it on, the environment
+            variable PADDOCK_FIXED_JOINTS.
         renderer: auto, gl or tiny.
         shadows, antialias: auto, true or false: see bullet_sim.render.request.Quality.
         labels: every camera also publishes which model each pixel shows.
@@ -84,6 +87,7 @@ class Config:
     lockstep: bool = flag(False)
     every_picture: bool = flag(False)
     solver: str = choice("ode", SOLVERS)
+    fixed_joints: str = choice("keep", FIXED_JOINTS)
     renderer: str = choice("auto", RENDERERS)
     shadows: str = choice("auto", SWITCHES)
     antialias: str = choice("auto", SWITCHES)
@@ -113,6 +117,7 @@ def parse_config(get: Callable[[str, Any], Any]) -> Config:
     """
     given: dict[str, Any] = {
         "solver": os.environ.get("PADDOCK_SOLVER") or Config.solver,
+        "fixed_joints": os.environ.get("PADDOCK_FIXED_JOINTS") or Config.fixed_joints,
         "niceness": os.environ.get("PADDOCK_NICENESS") or Config.niceness,
         "missing_packages": os.environ.get("PADDOCK_MISSING_PACKAGES") or Config.missing_packages,
     }
@@ -174,13 +179,13 @@ def main() -> int:
     return 1 if master.reason else 0
 
 
-def make_world(solver: str) -> World:
+def make_world(config: Config) -> World:
     """An empty world; its solver is compiled.
 
     Raises:
         SimError: the solver cannot be loaded; no other one takes its place.
     """
-    world = World(solver=solver)
+    world = World(solver=config.solver, fixed_joints=config.fixed_joints)
     if not world.engine.is_compiled():
         rospy.loginfo("the solver is being compiled, once; it takes a minute or two")
     world.engine.compile()
@@ -196,7 +201,7 @@ def make_server(parts: ExitStack) -> Server:
     config = parse_config(lambda name, default: rospy.get_param(f"~{name}", default))
     for name in LIMITS:  # also of the processes that it starts
         os.environ[variable_of(name)] = str(int(getattr(config, f"max_{name}")))
-    world = make_world(config.solver)
+    world = make_world(config)
     parts.callback(world.close)
     world.on_implausible = rospy.logerr
     publishing.set_lockstep(config.lockstep)

@@ -142,13 +142,16 @@ class World:
         time_step: physics step [s].
         gravity: [m/s^2] in the world frame.
         solver: 'ode': steps as Gazebo's ODE makes them; or 'bullet': PyBullet's own.
+        fixed_joints: 'keep': links on an SDF's fixed joints, and what fixed joints hold in the
+            world, are bodies on joints, as in Gazebo; 'merge': they are parts of each other, and
+            of the world, as with 'bullet'.
 
     Attributes:
         on_implausible: function of a message, called once for each model whose state is
             implausible, see implausible_state().
 
     Raises:
-        ModelError: no such solver, or 'ode' cannot be loaded.
+        ModelError: no such solver or fixed_joints, or 'ode' cannot be loaded.
     """
 
     def __init__(
@@ -156,8 +159,9 @@ class World:
         time_step: float = DEFAULT_STEP,
         gravity: Vec3 = (0.0, 0.0, -9.81),
         solver: str = "ode",
+        fixed_joints: str = "keep",
     ) -> None:
-        self.engine: Engine = make_engine(solver, time_step, gravity)
+        self.engine: Engine = make_engine(solver, time_step, gravity, fixed_joints)
         self._folder = OwnFolder()  # of the models' prepared files
         self._next_key = 0
         self.name = "default"

@@ -70,7 +70,9 @@ class JointTransformsSensor(Sensor):
         self._packed = PackedTransforms(
             self.pub, [(prefix + joint.parent, prefix + joint.child) for joint in self._moving]
         )
-        fixed = [joint for joint in joints if joint.name not in model.joints.names]
+        fixed = [
+            joint for joint in joints if joint.name not in model.joints.names and not joint.holds
+        ]
         self._fixed = [
             conversions.transform_to_msg(
                 self.world.time, prefix + joint.parent, prefix + joint.child, joint.origin

@@ -1,7 +1,7 @@
 """Links that fixed joints connect, merged into one; reduced inertias of joints.
 
-Lumping: links on fixed joints are merged into their parent, as in Gazebo. Otherwise PyBullet gives
-links without <inertial> 1 kg; fewer links also make a step faster.
+Lumping: a URDF's links on fixed joints are merged into their parent, as in Gazebo; those of an SDF
+stay bodies there, and so do links that are held in the world. Fewer links make a step faster.
 """
 
 from __future__ import annotations
@@ -13,7 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bullet_sim.description.held import in_world, on_joints
 from bullet_sim.description.model import (
+    WORLD_LINK,
     Gears,
     Joint,
     Link,
@@ -35,14 +37,15 @@ class LumpedModel:
     """A model without fixed joints.
 
     Attributes:
-        links: parents first.
+        links: parents first, or in the order of an SDF.
         joints: the movable joints, in the original's order. What closes a loop has the pose of its
             frame in the child's as its anchor, of others it is none.
         frames: for every original link: the link it is merged into and its pose in that link.
-        welds: fixed joints that are measured or kept, which are not merged: continuous ones that
-            a motor has to hold, as Bullet drops the contacts of links below its fixed joints.
+        welds: fixed joints that are not merged: continuous ones that a motor has to hold, as
+            Bullet drops the contacts of links below its fixed joints.
         loose: of links that move freely: from the root to where each starts, kind 'free'.
         gears: of these links.
+        fixed_base: its root never moves.
     """
 
     links: dict[str, Link]
@@ -52,20 +55,25 @@ class LumpedModel:
     welds: tuple[Joint, ...] = ()
     loose: tuple[Joint, ...] = ()
     gears: tuple[Gears, ...] = ()
+    fixed_base: bool = False
 
     def tree(self) -> list[Joint]:
         """Its joints that make a tree, one above each link but the root and what is loose."""
         return [joint for joint in (*self.joints, *self.welds) if not joint.closes]
 
 
-def lump(model: ModelDescription, as_in_gazebo: bool = False) -> LumpedModel:
-    """Merge all fixed joints (of a static model: all joints, at their zero position).
+def lump(model: ModelDescription, as_in_gazebo: bool = False, is_rigid: bool = True) -> LumpedModel:
+    """Merge fixed joints (of a static model: all joints, at their zero position).
 
     Args:
         as_in_gazebo: links in the order in which Gazebo creates them, and its reading of inertias
             that are not positive definite, loose links move, loops are closed; False: those next to
             the root first, in the order of the file, loose links are fixed to the root.
+        is_rigid: merge those of an SDF, too, and have what they hold in the world never move.
     """
+    is_rigid = is_rigid or model.static or not as_in_gazebo
+    given = model.links
+    model = in_world(model) if is_rigid else on_joints(model, as_created(model))
     if model.loose and (model.static or not as_in_gazebo):
         model = _with_loose_links_fixed(model)
     if not as_in_gazebo:
@@ -79,6 +87,7 @@ def lump(model: ModelDescription, as_in_gazebo: bool = False) -> LumpedModel:
     for joint in as_created(model) if as_in_gazebo else _parents_first(model):
         parent, pose = frames[joint.parent]
         held = joint.name in model.measured or joint.name in model.kept
+        held |= not (is_rigid or model.is_urdf) and joint.kind == "fixed"
         welded = held and not model.static and _is_stiff(joint)
         if not welded and (joint.kind == "fixed" or model.static):
             frames[joint.child] = (parent, pose * joint.origin)
@@ -91,9 +100,10 @@ def lump(model: ModelDescription, as_in_gazebo: bool = False) -> LumpedModel:
             (welds if welded else joints).append(remaining)
     if not model.static:
         for joint in (each for each in model.joints.values() if each.closes):
-            parent, pose = frames[joint.parent]
+            parent, pose = frames.get(joint.parent, (joint.parent, Pose()))
             child, inside = frames[joint.child]
-            closing = _without_anchor(joint, parent, pose, joint.kind == "fixed")
+            welded = joint.kind == "fixed" and not joint.holds
+            closing = _without_anchor(joint, parent, pose, welded)
             closing.child, closing.anchor = child, inside * joint.anchor
             if parent != child:
                 (welds if joint.kind == "fixed" else joints).append(closing)
@@ -106,10 +116,16 @@ def lump(model: ModelDescription, as_in_gazebo: bool = False) -> LumpedModel:
     loose = tuple(
         Joint(f"{name}::free", "free", model.root, name, pose) for name, pose in model.loose.items()
     )
-    if loose:
+    if as_in_gazebo and not model.is_urdf:
+        links = {name: links[name] for name in model.links if name in links}
+    elif loose:
         links = _sorted(links, list(model.links), [j for j in (*joints, *welds) if not j.closes])
     gears = () if model.static else tuple(_merged(g, frames) for g in model.gears.values())
-    return LumpedModel(links, tuple(joints), model.root, frames, tuple(welds), loose, gears)
+    if WORLD_LINK in given:  # a root that is none any more
+        frames.setdefault(WORLD_LINK, (model.root, Pose()))
+    return LumpedModel(
+        links, tuple(joints), model.root, frames, tuple(welds), loose, gears, model.fixed_base
+    )
 
 
 def _without_anchor(joint: Joint, parent: str, pose: Pose, welded: bool) -> Joint:

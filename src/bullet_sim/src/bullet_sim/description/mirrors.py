@@ -19,11 +19,11 @@ _CHAIN_AXES = (_X, _Y, _Z, _Z, _Y, _X)
 
 def links_between(joint: Joint) -> tuple[str, ...]:
     """Names of the links that mirrors have besides, of a joint: within the chain, and the one at
-    the end of a joint that closes a loop."""
+    the end of a joint that closes a loop. What holds a link in the world is none of theirs."""
     count = {"free": 5, "screw": 1}.get(joint.kind, 0)
     end = end_of(joint)
     names = tuple(f"{end}::free{number}" for number in range(1, count + 1))
-    return (*names, end) if joint.closes else names
+    return (*names, end) if joint.closes and not joint.holds else names
 
 
 def end_of(joint: Joint) -> str:
@@ -65,7 +65,7 @@ def mirrored_joints(lumped: LumpedModel) -> list[Joint]:
         if joint.kind == "screw":
             parent, origin = links_between(joint)[0], Pose()
             joint = replace(joint, kind="continuous", parent=parent, origin=origin)
-        if joint.kind != "free":
+        if joint.kind != "free" and not joint.holds:
             joints.append(replace(joint, child=end_of(joint)))
     return joints
 

@@ -130,6 +130,7 @@ class Geometry:
     relief: Geometry | None = None
 
 
+WORLD_LINK = "world"  # what a joint names whose other link it holds in the world
 EVERYTHING = 0xFFFF  # collide_bitmask where none is given
 EVERYWHERE = 0xFFFFFFFF  # visibility_flags where none are given
 VISIBLE = 0x0FFFFFFC  # bits that sensors see; the others are those of Gazebo's window
@@ -356,7 +357,7 @@ class Joint:
         motor: effort and velocity of its motor at the start, for the same; None: its friction.
         thread: of a screw [rad/m] along its axis, for the same.
         anchor: joint's frame in the child link's; in a URDF the two are equal.
-        closes: its child is held by other joints, too, so that it closes a loop.
+        closes: its child is held by other joints, too, so that it closes a loop, or by the world.
         mimic: set if it follows another joint.
     """
 
@@ -386,6 +387,11 @@ class Joint:
     anchor: Pose = Pose()
     closes: bool = False
     mimic: Mimic | None = None
+
+    @property
+    def holds(self) -> bool:
+        """Whether it is a fixed one that holds its child in the world, where the model starts."""
+        return self.closes and self.kind == "fixed" and self.parent == WORLD_LINK
 
 
 def fixed_joint(parent: str, parent_pose: Pose, child: str, pose: Pose) -> Joint:
@@ -440,8 +446,7 @@ class ModelDescription:
         transmissions: hardware interfaces of each joint: 'effort', 'velocity', 'position'.
         bare_interfaces: of joints whose first one is written without `hardware_interface/`.
         static: never moves.
-        fixed_base: the root link is fixed to the world; joints move.
-        anchored: links of an SDF that fixed joints hold in the world.
+        fixed_base: joints hold it in the world; joints move.
         auto_disable: it may sleep while it rests.
         has_sensors: also such as are left out; with the solver 'ode' it does not sleep then.
         is_urdf: its file is a URDF, which Gazebo turns into SDF.
@@ -471,7 +476,6 @@ class ModelDescription:
     static: bool = False
     self_collide: bool = False
     fixed_base: bool = False
-    anchored: list[str] = field(default_factory=list)
     auto_disable: bool = True
     has_sensors: bool = False
     is_urdf: bool = False

@@ -9,6 +9,7 @@ import numpy as np
 
 from bullet_sim.description.model import (
     MOVABLE_TYPES,
+    WORLD_LINK,
     Gears,
     Joint,
     Link,
@@ -275,6 +276,8 @@ class JointReader:
         joint_type = _joint_type(element, label, SDF_TYPES)
         parent, child = self._ends(element, joint_type)
         if parent is None:
+            joint = Joint(name, "fixed", WORLD_LINK, child, self._poses[child], closes=True)
+            model.joints[name] = joint
             return
         error = _ends_error(model, parent, child)
         if error:
@@ -302,20 +305,19 @@ class JointReader:
             self._tree.add(joint)
 
     def _ends(self, element: Node, joint_type: str) -> tuple[str | None, str]:
-        """Names of parent and child; (None, "") where the joint fixes a link to the world."""
+        """Names of parent and child; the first is None where a joint fixes a link to the world."""
         parent, child = child_text(element, "parent"), child_text(element, "child")
-        if child == "world" and joint_type == "fixed":
+        if child == WORLD_LINK and joint_type == "fixed":
             parent, child = child, parent
         name = self._prefix + str(child)
-        if parent != "world" or name not in self._model.links:
+        if parent != WORLD_LINK or name not in self._model.links:
             return self._prefix + str(parent), name
         self._model.fixed_base = True
         if joint_type == "fixed":
-            self._model.anchored.append(name)
-            return None, ""
-        self._model.links.setdefault("world", Link("world"))
-        self._poses.setdefault("world", Pose())
-        return "world", name
+            return None, name
+        self._model.links.setdefault(WORLD_LINK, Link(WORLD_LINK))
+        self._poses.setdefault(WORLD_LINK, Pose())
+        return WORLD_LINK, name
 
     def _add_gears(self, element: Node, joint: Joint, label: str) -> None:
         """Add the gears of a gearbox joint, which is between links that other joints hold."""
@@ -444,10 +446,9 @@ def read_sdf_joints(robot: Node, model: ModelDescription) -> None:
         reader = JointReader(model, poses, "", frames, SDF_OF_URDF, tree)
         for joint in element.findall("joint"):
             child = child_text(joint, "child")
-            if child_text(joint, "parent") != "world":
+            is_held = joint.get("type") == "fixed" and child == model.root
+            if child_text(joint, "parent") != WORLD_LINK or is_held:
                 reader.read(joint)
-            elif joint.get("type") == "fixed" and child == model.root:
-                model.fixed_base = True
             else:
                 joint.warn(
                     f"joint '{joint.get('name')}' of '{model.name}' joins '{child}' to the world, "

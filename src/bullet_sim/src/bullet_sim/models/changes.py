@@ -202,8 +202,9 @@ def link_properties(model: Model, link: str) -> tuple[float, Array, Array, bool]
     Raises:
         ModelError: no such link.
     """
-    model.link_in_body(link)
-    part = model.rigid_parts.get(link) or model.description.links[link]
+    _, offset = model.link_in_body(link)
+    part = model.rigid_parts.get(link)
+    part = model.description.links[link] if part is None else moved(part, offset.inverse())
     center = model.set_masses[link][1] if link in model.set_masses else part.center
     return part.mass, center, part.inertia, part.gravity
 
@@ -238,7 +239,7 @@ def set_link_properties(
     Raises:
         ModelError: the request is impossible or not physical; nothing has changed then.
     """
-    model.link_in_body(link)
+    _, offset = model.link_in_body(link)
     label = f"link '{link}' of '{model.name}'"
     part = model.rigid_parts.get(link)
     if model.is_static:
@@ -259,6 +260,7 @@ def set_link_properties(
         raise ModelError(f"{label}: the center of mass is {told.tolist()} m, must be finite")
     if np.linalg.eigvalsh(inertia).min() <= 0:
         raise ModelError(f"{label}: inertia {inertia.tolist()} is not positive definite")
+    inertia = offset.matrix @ inertia @ offset.matrix.T
     try:
         model.change(("mass", link), lambda: model.body.set_mass(link, mass, inertia))
     except ModelError as error:

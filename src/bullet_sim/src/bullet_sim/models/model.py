@@ -120,7 +120,7 @@ class Model:
         order = mirrored_links(lumped)
         self.source = BodySource(
             key,
-            description.static or description.fixed_base,
+            description.static or lumped.fixed_base,
             visual_links(lumped, order, visuals),
             tuple(tuple(lumped.links[n].visuals) if n in lumped.links else () for n in order),
         )
@@ -247,10 +247,8 @@ class Model:
         return tuple(dict.fromkeys(names))
 
     def stays(self, joint: str) -> bool:
-        """Whether a joint is one in Gazebo: sdformat merges the links of a URDF's fixed ones, and
-        none holds a link of an SDF that has no joint."""
-        child = self.description.joints[joint].child
-        return child in self.bodies and joint != f"{child}__fixed"
+        """Whether a joint is one in Gazebo: sdformat merges the links of a URDF's fixed ones."""
+        return self.description.joints[joint].child in self.bodies
 
     @property
     def rigid_parts(self) -> dict[str, Link]:

@@ -129,7 +129,7 @@ class BulletBody:
         self.joints = [joint.name for joint in (*model.joints, *model.welds)]
         above = {joint.child: joint.name for joint in mirrored_joints(model)}
         self._mirrored = [self.joints.index(above[name]) for name in self.links if name in above]
-        self.is_fixed = description.static or description.fixed_base
+        self.is_fixed = description.static or model.fixed_base
         self.root = model.root
         self._motors = {name: BulletMotor(engine, self, name) for name in self.joints}
         self._indices = [loaded.joints[name] for name in self.joints]

@@ -113,7 +113,7 @@ class BulletEngine:
     def add(self, model: LumpedModel, description: ModelDescription, pose: Pose) -> BulletBody:
         """See api.Engine."""
         pairs, static = self_colliding(description, model), description.static
-        fixed_base = static or description.fixed_base
+        fixed_base = static or model.fixed_base
         loaded = self.client.load(None, model, static, fixed_base, bool(pairs))
         body = self.bodies[loaded.uid] = BulletBody(self, loaded, model, description)
         self.note_layout("add", body.number, len(body.links))

@@ -70,7 +70,8 @@ class Mirror:
         self._client.put(body.number, placement.pose, body.moves)
         if not loaded.is_static:
             self._client.api.resetBaseVelocity(loaded.uid, placement.linear, placement.angular)
-        states = dict(zip(body.joints, placement.joints))
+        held = {joint.name for joint in body.model.welds if joint.holds}
+        states = {n: s for n, s in zip(body.joints, placement.joints) if n not in held}
         if body.has_chains and np.isfinite(placement.linear).all():
             states.update((name, (position, 0.0)) for name, position in body.chains().items())
         self._client.set_joints(body.number, states)

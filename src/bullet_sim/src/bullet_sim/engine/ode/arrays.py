@@ -304,7 +304,7 @@ class ArrayBuilder:
         if child not in rows:
             return  # neither moves
         one, other = rows[child], rows.get(parent, -1)
-        center = np.zeros(3)
+        center: Array | None = None
         if other < 0 and parent != WORLD:
             frame = self._engine.frame_of(parent) * frame
         elif other >= 0:
@@ -314,24 +314,19 @@ class ArrayBuilder:
             if number >= 0:
                 system.bodies[number][q.MAY_SLEEP] = 0.0
         self._attached[key] = len(system.joints)
-        if joint is not None and joint.kind != "fixed":
-            row = self._moving_row(joint, self._link(child), frame, center, at=joint.anchor)
-            system.joints.append(row)
-            system.types.append((KINDS[joint.kind].code, one, other))
-            return
-        anchor = np.array(frame.position) - center + frame.matrix @ self._link(child).center
-        row = _placed_row(frame, np.array((0.0, 0.0, 1.0)), anchor)
-        row[q.LOWER], row[q.UPPER] = 1.0, -1.0
-        row[q.STOP_ERP], row[q.STOP_CFM] = self._settings.erp, self._settings.cfm
-        row[q.STOP_PUSH] = 1.0
+        joint = joint or Joint("", "fixed", "", "")
+        row = self._moving_row(joint, self._link(child), frame, center, at=joint.anchor)
         system.joints.append(row)
-        system.types.append((q.FIXED, one, other))
+        system.types.append((KINDS[joint.kind].code, one, other))
 
     def _link(self, link: BodyLink) -> Link:
         """The description of a link that moves."""
         return self._contents.moving[link[0]].model.links[link[1]]
 
     def _joint_row(self, body: OdeBody, joint: Joint) -> Array:
+        if joint.holds:
+            frame = body.start * body.at_rest[joint.child]
+            return self._moving_row(joint, body.model.links[joint.child], frame, None)
         (child, inside), (parent, frame) = (joint.child, joint.anchor), (joint.parent, joint.origin)
         links, still = body.model.links, body.model.root if body.is_fixed else ""
         if joint.closes:
@@ -340,9 +335,9 @@ class ArrayBuilder:
                 x, y, z = joint.axis
                 joint = replace(joint, axis=(-x, -y, -z))
             frame = frame * inside.inverse()
-        center = links[parent].center
+        center: Array | None = links[parent].center
         if parent == still:
-            frame, center = body.base * frame, np.zeros(3)
+            frame, center = body.base * frame, None
         at, welded = inside if joint.closes else None, joint.name in body.welded
         return self._moving_row(joint, links[child], frame, center, welded, at)
 
@@ -351,7 +346,7 @@ class ArrayBuilder:
         joint: Joint,
         child: Link,
         frame: Pose,
-        center: Array,
+        center: Array | None,
         welded: bool = False,
         at: Pose | None = None,
     ) -> Array:
@@ -359,15 +354,21 @@ class ArrayBuilder:
 
         Args:
             frame: of the child, in that of the second body, at position 0.
-            center: of mass of the second body, in its frame (3,) [m].
+            center: of mass of the second body, in its frame (3,) [m]; None: that is the world.
             welded: it is a fixed one.
             at: joint's frame in the child's; None: they are one.
         """
         axis, place = np.array(joint.axis) / np.linalg.norm(joint.axis), np.zeros(3)
         if at is not None:
             axis, place = at.matrix @ axis, np.array(at.position)
-        anchor = np.array(frame.position) - center
-        if welded or KINDS[joint.kind].at_center:
+        anchor = np.array(frame.position)
+        if center is not None:
+            anchor = anchor - center
+        if center is not None and (welded or joint.kind == "fixed"):
+            # ODE's fixed joint (fixed.cpp) holds the center of the second body by the first one.
+            row = _placed_row(frame, axis, np.zeros(3))
+            row[q.ANCHOR1 : q.ANCHOR1 + 3] = frame.matrix.T @ -anchor - child.center
+        elif welded or KINDS[joint.kind].at_center:
             row = _placed_row(frame, axis, anchor + frame.matrix @ child.center)
         else:
             row = _placed_row(frame, axis, anchor + frame.matrix @ place)
@@ -389,9 +390,7 @@ class ArrayBuilder:
 
     @staticmethod
     def _gear_row(body: OdeBody, gears: Gears, rows: Mapping[str, int]) -> Array:
-        frames = {body.model.root: Pose()}
-        for joint in (*body.tree, *body.model.loose):
-            frames[joint.child] = frames[joint.parent] * joint.origin
+        frames = body.at_rest
         base = frames[gears.base].inverse()
         row = np.zeros(q.J_SIZE)
         row[q.AXIS1 : q.AXIS1 + 3], row[q.AXIS2 : q.AXIS2 + 3] = gears.axis, gears.second_axis

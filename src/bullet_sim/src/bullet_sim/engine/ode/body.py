@@ -77,10 +77,11 @@ class OdeBody:
         welded: names of joints that do not move.
         has_passable: it has shapes that push nothing.
         names: of its links that move, in the order in which Gazebo creates them.
-        tree: joints of these links, in the same order.
+        tree: joints of these links, in the order in which Gazebo creates them.
         gears: of its links that move; they have rows after those of the joints.
         first, first_joint: its first rows of bodies and of joints.
         order: row of each of `joints`.
+        start: where it was added, and where what holds its links in the world has them.
         measured: gives their positions, velocities and motors' efforts of the flat table of joints.
         frame: of the root link where the rows were put last.
         placement: where it is to be put; None: where its rows are.
@@ -97,7 +98,7 @@ class OdeBody:
     ) -> None:
         self._engine, self.number, self.model = engine, number, model
         self.is_static = description.static
-        self.is_fixed = description.static or description.fixed_base
+        self.is_fixed = description.static or model.fixed_base
         self.collisions: Sequence[tuple[str, str]] = ()
         self.links = mirrored_links(model)
         listed = (*model.joints, *model.welds)
@@ -108,7 +109,8 @@ class OdeBody:
         )
         still = model.root if self.is_fixed else ""
         self.names = [name for name in model.links if name != still]
-        self.tree = self._in_order(listed)
+        self._root_place = 0 if self.is_fixed else self.names.index(model.root)
+        self.tree = self._in_order(listed, description)
         moving = set(self.names)
         self.gears: list[Gears] = [g for g in model.gears if {g.first, g.second} <= moving]
         self.may_sleep = (
@@ -126,19 +128,41 @@ class OdeBody:
         self.placement: Placement | None = Placement(
             pose, _STILL, _STILL, [(0.0, 0.0)] * len(self.joints)
         )
-        self.base = pose  # where it was put last, or stays
+        self.base = self.start = pose  # where it was put last, or stays; where it was added
 
-    def _in_order(self, listed: Sequence[Joint]) -> list[Joint]:
-        """Joints in the order of the links below them; what closes a loop is behind those that come
-        before it in the file."""
+    def _in_order(self, listed: Sequence[Joint], description: ModelDescription) -> list[Joint]:
+        """Joints in the order in which Gazebo creates them: of an SDF as they are in the file, of a
+        URDF those of the links, what closes a loop behind those that come before it in the file."""
+        order = {name: number for number, name in enumerate(description.joints)}
+        given = sorted(listed, key=lambda joint: order.get(joint.name, len(order)))
+        if not description.is_urdf:
+            return given
         below = {joint.child: joint for joint in self.model.tree()}
         tree = [below[name] for name in self.model.links if name in below]
-        for number, joint in enumerate(listed):
-            if joint.closes:
-                before = {each.name for each in listed[:number]}
-                places = [place for place, each in enumerate(tree, 1) if each.name in before]
-                tree.insert(max(places, default=0), joint)
+        for number, joint in enumerate(given):
+            if not joint.closes:
+                continue
+            before = {each.name for each in given[:number]}
+            if not description.joints[joint.name].closes:  # below a root `world`
+                links = list(self.model.links)
+                above = set(links[: links.index(joint.child)])
+                before = {each.name for each in tree if each.child in above}
+            places = [place for place, each in enumerate(tree, 1) if each.name in before]
+            tree.insert(max(places, default=0), joint)
         return tree
+
+    @cached_property
+    def _outward(self) -> list[tuple[int, Joint]]:
+        """The joints but those that close loops, parents first, each with its place in `tree`."""
+        below: dict[str, list[tuple[int, Joint]]] = {}
+        for place, joint in enumerate(self.tree):
+            if not joint.closes:
+                below.setdefault(joint.parent, []).append((place, joint))
+        found: list[tuple[int, Joint]] = []
+        for name in (pending := [self.model.root, *(each.child for each in self.model.loose)]):
+            found += below.get(name, ())
+            pending += [joint.child for _, joint in below.get(name, ())]
+        return found
 
     # What it is made of -------------------------------------------------------------------------
     @property
@@ -263,9 +287,9 @@ class OdeBody:
                 velocity, spin = self._velocity(joint.child)
                 motions[joint.child] = pose * there, velocity, spin
         self.has_started = True
-        for joint, row in zip(self.tree, self.joint_rows):
-            if joint.closes:
-                continue
+        rows = self.joint_rows
+        for place, joint in self._outward:
+            row = rows[place]
             pose, velocity, spin = motions[joint.parent]
             axis = np.array(joint.axis) / np.linalg.norm(joint.axis)
             frame = pose * joint.origin
@@ -326,23 +350,23 @@ class OdeBody:
         """Of a link; one that is not finite any more stays where the body was put last."""
         if link == self.model.root:
             if self.placement is None and not self.is_fixed:
-                return self._state(self.first) or self._placed_state(self._lost())
+                row = self.first + self._root_place
+                return self._state(row) or self._placed_state(self._lost())
             return self._placed_state(self.present())
         self._engine.refresh()
         state = self._state(self._engine.arrays.rows[self.number, link])
         if state is None:
-            frame, center = self.base * self._rest[link], vector3(self.model.links[link].center)
+            frame, center = self.base * self.at_rest[link], vector3(self.model.links[link].center)
             place = frame.position, frame.orientation
             return (*place, compose(*place, center, _UNTURNED)[0], _NOWHERE, _NOWHERE)
         return state
 
     @cached_property
-    def _rest(self) -> dict[str, Pose]:
+    def at_rest(self) -> dict[str, Pose]:
         """Poses of links in the frame of the root, with all joints at 0."""
         frames = {self.model.root: Pose()}
-        for joint in (*self.model.loose, *self.tree):
-            if not joint.closes:
-                frames[joint.child] = frames[joint.parent] * joint.origin
+        for joint in (*self.model.loose, *(each for _, each in self._outward)):
+            frames[joint.child] = frames[joint.parent] * joint.origin
         return frames
 
     def _placed_state(self, placement: Placement) -> State:
@@ -438,7 +462,7 @@ class OdeBody:
     @property
     def has_chains(self) -> bool:
         """Whether mirrors have more joints for it: those of chains()."""
-        return len(self._mirrored) > len(self.joints)
+        return bool(self.model.loose) or any(joint.kind == "screw" for joint in self.tree)
 
     def chains(self) -> dict[str, float]:
         """Positions [m, rad] of joints by which mirrors move loose links and screws besides."""

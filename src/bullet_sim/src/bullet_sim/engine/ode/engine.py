@@ -51,7 +51,8 @@ class OdeEngine:
         unlocked: let other threads of Python run during steps: where each has a world of its own.
     """
 
-    def __init__(self, time_step: float, gravity: Vec3) -> None:
+    def __init__(self, time_step: float, gravity: Vec3, merges_fixed_joints: bool = False) -> None:
+        self._merges = merges_fixed_joints
         self.time_step, self.gravity = float(time_step), vector3(gravity)
         self.unlocked, self.placements = False, 0
         self._helpers: Helpers | None = None
@@ -136,7 +137,7 @@ class OdeEngine:
     # Bodies -------------------------------------------------------------------------------------
     def lump(self, description: ModelDescription) -> LumpedModel:
         """See api.Engine."""
-        lumped = lump(description, as_in_gazebo=True)
+        lumped = lump(description, as_in_gazebo=True, is_rigid=self._merges)
         return as_printed(lumped) if description.is_urdf else lumped
 
     def add(self, model: LumpedModel, description: ModelDescription, pose: Pose) -> OdeBody:

@@ -9,10 +9,10 @@ import numpy as np
 from bullet_sim.description.model import (
     EVERYWHERE,
     INERTIA,
+    WORLD_LINK,
     Link,
     ModelDescription,
     Surface,
-    fixed_joint,
 )
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.gazebo import read_surface
@@ -143,30 +143,17 @@ def _add_hollow(link: Link, part: Node, number: int, resolve: Resolve) -> None:
 
 
 def _find_loose_links(model: ModelDescription, poses: dict[str, Pose]) -> None:
-    """Find the links that are loose: those that are no joint's child, but for the root.
-
-    The root is the first of them that is fixed to the world, or the first one; what else is fixed
-    to the world is fixed to the root, also what is a joint's child.
-    """
+    """Find the links that are loose: those that are no joint's child, but for the root, which is
+    the first of them that is held in the world, or the first one; the world where joints move
+    against it."""
     if not model.links:
         raise ModelError(f"model '{model.name}' has no link")
     above = model.above()
-    hanging = [name for name in model.anchored if name in above]
-    if len(hanging) == len(model.anchored) > 0:  # the world alone holds them
-        model.links.setdefault("world", Link("world"))
-        poses.setdefault("world", Pose())
+    held = {joint.child for joint in model.joints.values() if joint.holds}
     roots = [name for name in model.links if name not in above]
-    anchored = [name for name in roots if name in model.anchored or name == "world"]
-    model.root = next(iter(sorted(anchored, key=lambda name: name != "world") or roots), "")
-    for name in roots:
-        if name != model.root and name in anchored:
-            held = fixed_joint(model.root, poses[model.root], name, poses[name])
-            model.joints[held.name] = held
-        elif name != model.root:
-            model.loose[name] = poses[name]
-    for name in hanging:
-        held = fixed_joint(model.root, poses[model.root], name, poses[name])
-        model.joints[held.name] = replace(held, closes=True)
+    roots.sort(key=lambda name: (name != WORLD_LINK, name not in held))
+    model.root = next(iter(roots), "")
+    model.loose = {name: poses[name] for name in model.links if name in roots[1:]}
 
 
 def _number_names(element: Node) -> None:
