@@ -86,8 +86,22 @@ def test_a_folder_within_a_model(models):
         ),
         (
             '<model><sdf version="1.10">new.sdf</sdf><sdf version="1.4">old.sdf</sdf></model>',
+            "old.sdf",
+        ),
+        (
+            '<model><sdf version="1.8">new.sdf</sdf><sdf version="1.9">old.sdf</sdf></model>',
             "new.sdf",
         ),
+        (
+            '<model><sdf version="1.5">old.sdf</sdf><sdf version="1.7">new.sdf</sdf></model>',
+            "new.sdf",
+        ),
+        (
+            '<model><sdf version="1.5">new.sdf</sdf><sdf version="1.5">old.sdf</sdf></model>',
+            "new.sdf",
+        ),
+        ("<model><sdf>old.sdf</sdf><sdf>new.sdf</sdf></model>", "old.sdf"),
+        ("<model><more><sdf>old.sdf</sdf></more></model>", "model.sdf"),
         ("<model><sdf>lost.sdf</sdf></model>", "model.sdf"),
         ("<model", "model.sdf"),
     ],
@@ -97,6 +111,12 @@ def test_model_config_names_the_file(models, config, file):
         (models / "cone" / name).write_text("<sdf/>")
     (models / "cone" / "model.config").write_text(config)
     assert resolver()("model://cone") == str(models / "cone" / file)
+
+
+def test_a_manifest_of_old_names_the_file_where_there_is_no_config(models):
+    (models / "cone" / "old.sdf").write_text("<sdf/>")
+    (models / "cone" / "manifest.xml").write_text("<model><sdf>old.sdf</sdf></model>")
+    assert Resolver()("model://cone") == str(models / "cone" / "old.sdf")
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from bullet_sim.errors import ModelError
 from bullet_sim.files import read_file
 from bullet_sim.xml_reader import parse
 
+NEWEST_SDF = (1, 7, 0)  # that sdformat 9 reads
 SUFFIXES = ("", "models", "media/models", "Media/models")  # below each resource path
 SCHEMES = ("package", "model", "file")
 _COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
@@ -270,17 +271,31 @@ def _package_above(folder: str) -> tuple[str, ...]:
 
 
 def _sdf_file(folder: str) -> str | None:
-    """The SDF file of a model's folder: the newest that its model.config names, or model.sdf."""
-    names: list[tuple[tuple[int, ...], str]] = [((), "model.sdf")]
+    """The SDF file of a model's folder: the one that its model.config names, or else model.sdf."""
+    names = (_named_file(folder), "model.sdf")
+    files = [os.path.join(folder, name) for name in names if name]
+    return next((path for path in files if os.path.isfile(path)), None)
+
+
+def _named_file(folder: str) -> str:
+    """The file that model.config, or manifest.xml of old, names; "" where there is none.
+
+    As getBestSupportedModelVersion of sdformat 9: the highest version that it can read, of one
+    version the first; the first of all where it can read none.
+    """
+    for name in ("model.config", "manifest.xml"):
+        path = os.path.join(folder, name)
+        if os.path.isfile(path):
+            break
     try:
-        path = os.path.join(folder, "model.config")
         config = parse(read_file(path, "file", "text_bytes"), path)
-    except ModelError:
-        pass  # none, or a broken one
-    else:
-        for element in config.iter("sdf"):
-            version = tuple(map(int, re.findall(r"\d{1,9}", element.get("version") or "")))
-            names.append((version, (element.text or "").strip()))
-    names.sort(key=lambda entry: entry[0])  # of one version the last counts
-    files = [os.path.join(folder, name) for _, name in names if name]
-    return next((path for path in reversed(files) if os.path.isfile(path)), None)
+    except ModelError:  # none, or a broken one
+        return ""
+    elements = config.findall("sdf") if config.tag == "model" else []
+    best, version = (elements[0] if elements else None), (0, 0, 0)
+    for element in elements:
+        parts = [*map(int, re.findall(r"\d{1,9}", element.get("version") or "")), 0, 0, 0]
+        own = (parts[0], parts[1], parts[2])
+        if version < own <= NEWEST_SDF:
+            best, version = element, own
+    return "" if best is None else (best.text or "").strip()
