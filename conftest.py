@@ -14,7 +14,7 @@ sys.dont_write_bytecode = False
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as shells start what is in the background
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-pytest_plugins = ["selection", "isolation"]
+pytest_plugins = ["selection", "isolation", "sketches"]
 
 for _name in ("ROS_HOSTNAME", "PYTHONDONTWRITEBYTECODE"):
     os.environ.pop(_name, None)

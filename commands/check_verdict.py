@@ -20,6 +20,7 @@ FIRST = 3.0  # periods in which a sensor sends its first message
 LIBRARY = re.compile(r"lib[\w.+-]+\.so")
 DRIVE = re.compile(r"drive|planar_move|hand_of_god|steer")  # in libraries that move a robot
 NAMED = re.compile(r"(controller|world file|plugin) '([^']+)'")
+MASSLESS = re.compile(r"links of '[^']+' without mass are left out.*, as in Gazebo: ([^;]*)")
 MODEL = re.compile(r"model://([^/\s']+)")
 
 
@@ -270,7 +271,10 @@ def losses(report):
 def _subject(text):
     """What is missing, of a sentence that says that it is."""
     said = check_remedies.finding(text)
-    library, named = LIBRARY.search(said), NAMED.match(said)
+    library, named, massless = LIBRARY.search(said), NAMED.match(said), MASSLESS.search(said)
+    if massless:  # with all of them nothing works
+        names = [name.partition(" ")[0] for name in massless[1].split(", ")]
+        return "" if text.startswith("all ") else f"links without mass: {listed(names)}"
     if library:
         return f"plugin {library.group()}"
     return " ".join(named.groups()) if named else text

@@ -7,6 +7,8 @@ import signal
 from xml.etree import ElementTree
 
 import pytest
+from bullet_sim.description.warnings import is_loss
+from bullet_sim.formats.urdf import parse_urdf
 
 from commands import (
     check_observer,
@@ -251,6 +253,19 @@ def test_problems_come_in_the_order_of_their_causes():
     assert "./run deps" in said[0] and "catkin_make" in said[1] and "Python class" in said[2]
 
 
+def massless(base_has_mass):
+    """What the reader says of a robot whose arm has no mass."""
+    inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>'
+    links = {"base": inertial if base_has_mass else "", "arm": "", "hand": inertial}
+    text = "".join(f'<link name="{name}">{has}</link>' for name, has in links.items())
+    for parent, child in (("base", "arm"), ("arm", "hand")):
+        ends = f'<parent link="{parent}"/><child link="{child}"/>'
+        text += f'<joint name="{child}" type="continuous">{ends}</joint>'
+    (warning,) = parse_urdf(f'<robot name="r">{text}</robot>', str, "car").warnings
+    assert is_loss(warning)
+    return str(warning)
+
+
 @pytest.mark.parametrize(
     "found, line",
     [
@@ -302,6 +317,8 @@ def test_problems_come_in_the_order_of_their_causes():
             changed(died=[dead("car", "drive.py", why="cv2.error: x", drives=True)]),
             "does not drive because node car (drive.py) died with exit code 1: cv2.error: x",
         ),
+        (changed(car_lost=[massless(True)]), "works without links without mass: arm, hand"),
+        (changed(car_lost=[massless(False)]), f"does not work because {massless(False)}"),
         (
             changed(car_lost=[NO_JOINT]),
             f"does not drive because {NO_JOINT}",

@@ -21,6 +21,7 @@ def test_defaults(monkeypatch):
     monkeypatch.delenv("PADDOCK_SOLVER", raising=False)
     monkeypatch.delenv("PADDOCK_FIXED_JOINTS", raising=False)
     monkeypatch.delenv("PADDOCK_MISSING_PACKAGES", raising=False)
+    monkeypatch.delenv("PADDOCK_MASSLESS_LINKS", raising=False)
     monkeypatch.delenv("PADDOCK_REAL_TIME_FACTOR", raising=False)
     assert parse() == Config(world_pace=True)
 
@@ -84,6 +85,7 @@ def test_without_numba_nothing_starts_but_what_is_asked_for_by_name():
         ("seed", 7, "seed", 7),
         ("monotonic_clock", True, "monotonic_clock", True),
         ("missing_packages", "warn", "missing_packages", "warn"),
+        ("massless_links", "keep", "massless_links", "keep"),
         ("step_timeout", 2, "step_timeout", 2.0),
         ("niceness", -5, "niceness", -5),
         ("niceness", 0, "niceness", 0),
@@ -161,10 +163,17 @@ def test_fixed_joints_are_gazebos_unless_they_are_to_be_merged(monkeypatch):
         parse(fixed_joints="rigid")
 
 
-def test_missing_packages_of_the_environment_count_where_no_parameter_is_given(monkeypatch):
-    monkeypatch.setenv("PADDOCK_MISSING_PACKAGES", "warn")
-    assert parse().missing_packages == "warn"
-    assert parse(missing_packages="refuse").missing_packages == "refuse"
+@pytest.mark.parametrize(
+    "name, default, other",
+    [("missing_packages", "refuse", "warn"), ("massless_links", "leave_out", "keep")],
+)
+def test_choices_of_the_environment_count_where_no_parameter_is_given(
+    monkeypatch, name, default, other
+):
+    assert getattr(parse(), name) == default
+    monkeypatch.setenv(f"PADDOCK_{name.upper()}", other)
+    assert getattr(parse(), name) == other
+    assert getattr(parse(**{name: default}), name) == default
 
 
 def test_lockstep_starts_paused():

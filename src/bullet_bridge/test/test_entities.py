@@ -10,6 +10,8 @@ from bullet_sim.formats.spawn_text import SpawnText
 from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 GRAVITY = (0.0, 0.0, 0.0)
 
 LINK = (

@@ -10,6 +10,8 @@ from bullet_sim.plugins.registry import PLUGINS, SENSOR_PLUGINS
 
 from bullet_bridge import extensions as module
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 MANIFEST = (
     '<package format="2"><name>{}</name><version>1.0.0</version><description>d</description>'
     '<maintainer email="a@b.org">m</maintainer><license>BSD</license>'

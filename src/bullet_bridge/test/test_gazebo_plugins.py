@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 from bullet_bridge.plugins import drives
 from bullet_sim.formats.urdf import parse_urdf
-from bullet_sim.plugins.gazebo import InitialVelocitySpec, LiftDragSpec, StandingWheelsSpec
+from bullet_sim.plugins.gazebo import (
+    InitialVelocitySpec,
+    LiftDragSpec,
+    RandomVelocitySpec,
+    StandingWheelsSpec,
+)
 from bullet_sim.pose import Pose
 from fake_impl import FakeServer, fake_publishers, in_thread, plugin_of
 
@@ -50,6 +55,34 @@ def test_wheels_without_a_command_stand(world):
         model.joints.add_effort("left", 5.0)
         world.step()
     assert model.joints.state()[0] == pytest.approx({"left": 0.0, "right": 0.0}, abs=0.02)
+
+
+def test_a_link_has_another_random_velocity_after_each_period(world):
+    tags = (
+        "<link>base</link><initial_velocity>0 0.5 0</initial_velocity><velocity_factor>2"
+        "</velocity_factor><update_period>0.1</update_period><min_z>0</min_z><max_z>0</max_z>"
+        "<min_x>1.5</min_x><max_x>-1.5</max_x>"
+    )
+    text = robot("RandomVelocityPlugin", tags)
+    (spec,) = parse_urdf(text, str).sensors
+    wanted = (0.0, 0.5, 0.0), 2.0, 0.1, (-1.5, 1.5), (-math.inf, math.inf), (0.0, 0.0)
+    assert spec == RandomVelocitySpec("p", "base", *wanted)
+    model = world.spawn_urdf("r", text, Pose((0.0, 0.0, 1.0)), str)
+    plugin = plugin_of(world, model, spec)
+    plugin.prepare()
+    seen = []
+    for _ in range(350):
+        world.step()
+        plugin.update(world.time, world.time_step)
+        seen.append(tuple(model.body.link_motion("base")[2]))
+    periods = list(dict.fromkeys(seen))
+    assert periods[0] == (0.0, 0.5, 0.0) and len(periods) == 4
+    assert [seen.index(velocity) for velocity in periods[1:]] == [99, 200, 301]
+    for x, _, z in periods[1:]:
+        assert abs(x) <= 1.5 and z == 0.0
+    assert max(math.hypot(*velocity) for velocity in periods) <= 2.0
+    missing = parse_urdf(robot("RandomVelocityPlugin", "<link>nose</link>"), str)
+    assert missing.sensors == [] and "nose" in missing.warnings[0]
 
 
 def test_a_model_begins_with_its_velocity(world):

@@ -40,6 +40,8 @@ from visualization_msgs.msg import MarkerArray
 from bullet_bridge import robots
 from bullet_sim import plugins
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 BOT = (
     '<robot name="bot"><link name="base"><inertial><mass value="2"/><inertia ixx="0.02" '
     'iyy="0.02" izz="0.02"/></inertial><collision><geometry><box size="0.4 0.3 0.2"/></geometry>'
@@ -665,6 +667,21 @@ def test_joint_states_plugin(topics, world):
     message = topics["/cart/joint_states"].messages[0]
     assert message.name == ["right_joint", "left_joint"]
     assert (len(message.velocity), len(message.effort)) == (2, 0)
+
+
+def test_joint_states_without_a_joint_name_are_empty_as_in_gazebo(topics, world):
+    plugin = (
+        '<gazebo><plugin name="j" filename="libgazebo_ros_joint_state_publisher.so"><joint_name>'
+        "left_joint</joint_name></plugin></gazebo></robot>"
+    )
+    text = CART.format("").replace("</robot>", plugin)
+    cart = world.spawn_urdf("cart", text, Pose((0.0, 0.0, 0.1)), str)
+    assert "has no jointName" in cart.description.warnings[0]
+    spec = cart.description.sensors[1]
+    assert spec.rate == 100.0
+    plugin_of(world, cart, spec).update(0.2, 0.0)
+    message = topics["/cart/joint_states"].messages[0]
+    assert list(message.name) == list(message.position) == list(message.velocity) == []
 
 
 def test_drive_of_unknown_joints_is_skipped(world):

@@ -9,6 +9,8 @@ from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.bases import UNLIMITED, ForceMoveSpec, ManyWheelsSpec, TricycleSpec
 from bullet_sim.plugins.forces import SlippingWheel
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 JOINTS = ("steer", "front", "left", "right")
 ROBOT = (
     '<robot name="r"><link name="base_footprint"/><link name="base"/><joint name="f" type="fixed">'

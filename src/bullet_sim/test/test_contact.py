@@ -10,6 +10,8 @@ from bullet_sim.pose import Pose
 from bullet_sim.sensors.contact import distance, nearest, watched
 from bullet_sim.world import World
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 MASS = '<inertial><mass value="2"/><inertia ixx="0.02" iyy="0.02" izz="0.02"/></inertial>'
 ROBOT = (
     f'<robot name="r"><link name="base">{MASS}<collision><geometry><box size="0.4 0.2 0.1"/>'

@@ -14,6 +14,8 @@ from bullet_sim.world import World
 from contact_scenes import friction, ground, nowhere, sdf_box, skid_base, world_of
 from PIL import Image
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 both_solvers = pytest.mark.parametrize("solver", ["ode", "bullet"])
 RADIUS, SIZE = 0.2, 0.3
 

@@ -9,6 +9,8 @@ import yaml
 from bullet_sim.controllers.base import configure
 from bullet_sim.formats.urdf import parse_urdf
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 TABLE = yaml.safe_load(
     pathlib.Path(__file__).with_name("controller_parameters.yaml").read_text(encoding="utf-8")
 )
@@ -39,6 +41,7 @@ ROBOT = parse_urdf(
     + "</robot>",
     str,
     "r",
+    "keep",
 )
 PID = {"p": 1.0}
 ONE, LIST = {"joint": "left_joint"}, {"joints": ["left_joint"]}

@@ -11,6 +11,8 @@ from bullet_sim.plugins.custom import CustomSpec, custom_plugin, custom_sensor
 from bullet_sim.plugins.xml import ZERO_POSE
 from bullet_sim.registry import Registry
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 LINKS = (
     '<link name="base"/><link name="arm"/><joint name="elbow" type="continuous">'
     '<parent link="base"/><child link="arm"/></joint>'

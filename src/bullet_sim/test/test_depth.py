@@ -16,6 +16,8 @@ from bullet_sim.snapshot import BodySource, BodyState, Snapshot
 from mirrored import source_of
 from PIL import Image
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 SCENE = """<robot name="s"><link name="base"><visual><origin xyz="3 0 0"/><geometry>
 <box size="1 1 1"/></geometry><material name="m"><color rgba="1 0 0 1"/></material></visual>
 </link></robot>"""

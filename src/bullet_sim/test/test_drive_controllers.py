@@ -15,6 +15,8 @@ from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
 from fake_joints import FakeJoints
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 DIFF = "diff_drive_controller/DiffDriveController"
 ACKERMANN = "ackermann_steering_controller/AckermannSteeringController"
 STEP = 0.001  # [s]
@@ -46,6 +48,7 @@ def _description(axle, wheels):
         + "</robot>",
         str,
         "bot",
+        "keep",
     )
 
 

@@ -16,6 +16,8 @@ from test_controllers import EFFORT_VELOCITY, VELOCITY, Recorded
 from test_drive_controllers import ackermann, diff
 from test_world import box
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 CRANK = (
     '<robot name="r"><link name="base"><inertial><mass value="1"/><inertia ixx="0.1" '
     'iyy="0.1" izz="0.1"/></inertial></link><link name="arm"><inertial><mass value="1"/>'

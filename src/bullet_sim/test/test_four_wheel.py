@@ -9,6 +9,8 @@ from bullet_sim.errors import CommandError, ControllerError
 from bullet_sim.formats.urdf import parse_urdf
 from fake_joints import FakeJoints
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 TYPE = "four_wheel_steering_controller/FourWheelSteeringController"
 STEP = 0.001  # [s]
 LENGTH, WIDTH, OFFSET, RADIUS = 1.2, 0.7, 0.1, 0.25  # [m]; WIDTH between the wheels
@@ -35,6 +37,7 @@ DESCRIPTION = parse_urdf(
     + "</robot>",
     str,
     "bot",
+    "keep",
 )
 CONFIG = {
     "type": TYPE,

@@ -12,6 +12,8 @@ from bullet_sim.plugins.grasping import GripperSpec
 from bullet_sim.plugins.inertial import GroundTruthSpec, ImuSpec
 from bullet_sim.plugins.lidars import RaySpec
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 LINKS = (
     '<link name="base"><visual><geometry><box size="1 1 1"/></geometry></visual><collision>'
     '<geometry><box size="1 1 1"/></geometry></collision></link><link name="head"/>'
@@ -313,7 +315,7 @@ def test_bumper():
 def test_ground_truth():
     spec = one(
         '<gazebo><plugin name="g" filename="libgazebo_ros_p3d.so"><bodyName>base</bodyName>'
-        "<topicName>odom</topicName><frameName>map</frameName><xyzOffsets>1 2 3</xyzOffsets>"
+        "<topicName>odom</topicName><frameName>map</frameName><xyzOffset>1 2 3</xyzOffset>"
         "<robotNamespace>n</robotNamespace></plugin></gazebo>"
     )
     assert type(spec) is GroundTruthSpec
@@ -505,19 +507,19 @@ SDF_LIMIT = (
 @pytest.mark.parametrize(
     "urdf, in_sdf, dynamics, found",
     [
-        ("", "", "", (None, None, 1.0, 0.0, 0.0)),
-        ("<stopErp>0.1</stopErp>", "<limit><erp>0.1</erp></limit>", "", (0.1, None, 1.0, 0.0, 0.0)),
+        ("", "", "", (0.2, 0.0, 1.0, 0.0, 0.0)),
+        ("<stopErp>0.1</stopErp>", "<limit><erp>0.1</erp></limit>", "", (0.1, 0.0, 1.0, 0.0, 0.0)),
         (
             "<stopCfm>0.2</stopCfm><fudgeFactor>0.3</fudgeFactor>",
             "<limit><cfm>0.2</cfm></limit><fudge_factor>0.3</fudge_factor>",
             "",
-            (None, 0.2, 0.3, 0.0, 0.0),
+            (0.2, 0.2, 0.3, 0.0, 0.0),
         ),
         (
             "<springStiffness>40</springStiffness><springReference>0.5</springReference>",
             "",
             "<spring_stiffness>40</spring_stiffness><spring_reference>0.5</spring_reference>",
-            (None, None, 1.0, 40.0, 0.5),
+            (0.2, 0.0, 1.0, 40.0, 0.5),
         ),
     ],
 )
@@ -604,7 +606,7 @@ def test_flags_and_colours():
         "</selfCollide><material>Gazebo/Blue</material></gazebo>"
     )
     link = model.links["base"]
-    assert model.static and link.self_collide and not model.links["head"].self_collide
+    assert model.static and link.self_collide and model.links["head"].self_collide  # one link
     blue = standard("Gazebo/Blue")
     assert (link.visuals[0].color, link.visuals[0].finish) == (blue.color, blue.finish)
     values = read(

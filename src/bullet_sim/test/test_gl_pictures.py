@@ -21,6 +21,8 @@ from mirrored import source_of
 from PIL import Image
 from pinhole import OPTICAL_FROM_CAMERA
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 DOWN = ((0.0, 0.0, 5.0), (0.0, np.pi / 2, 0.0))  # 5 m high, looks down, the picture's top is +x
 AHEAD = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 ZENITH = Light("sun", direction=(0.0, 0.0, -1.0), diffuse=(0.5, 0.5, 0.5), specular=(0.0,) * 3)

@@ -92,7 +92,7 @@ def test_the_links_of_a_urdf_on_fixed_joints_are_one_body(make):
 
 def test_a_base_without_mass_is_a_part_of_the_world(make):
     text = RIG.replace('<mass value="2.0"', '<mass value="0"')
-    world = make()
+    world = make(massless_links="keep")
     assert yielding(world, spawned(world, text)) == 0.0
 
 

@@ -73,7 +73,7 @@ def test_gravity_of_a_kept_link_is_its_own():
         assert links["c"].gravity == links["b"].gravity  # which is merged into it
 
 
-def test_a_link_without_mass_is_merged_with_a_warning():
-    model = parse_urdf(robot(FIXED, ""), str)
+def test_a_link_without_mass_that_is_kept_is_merged_with_a_warning():
+    model = parse_urdf(robot(FIXED, ""), str, "r", "keep")
     (warning,) = model.warnings
     assert model.kept == set() and "'j'" in warning and "no mass" in warning

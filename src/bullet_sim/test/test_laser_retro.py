@@ -10,6 +10,8 @@ from bullet_sim.pose import Pose
 from bullet_sim.sensors.lidar import LayeredLidar, Lidar
 from bullet_sim.world import World
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 SHAPES = {
     "box": "<box><size>1 1 1</size></box>",
     "sphere": "<sphere><radius>0.5</radius></sphere>",

@@ -9,6 +9,8 @@ from bullet_sim.plugins.cameras import MAX_FOV
 from bullet_sim.sensors import camera
 from bullet_sim.sensors.lidar import Lidar
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 PLUGINS = {
     "camera": "libgazebo_ros_camera.so",
     "wideanglecamera": "libgazebo_ros_camera.so",
@@ -97,7 +99,27 @@ LIDARS = {
     "no samples": (scan("<samples>0</samples>"), "samples", 640, "samples> is 0"),
     "samples of a fraction": (scan("<samples>181.5</samples>"), "samples", 181, ""),
     "samples of a word": (scan("<samples>many</samples>"), "samples", 640, "'many'"),
-    "angles the wrong way round": (scan(low=2, high=-2), "min_angle", -2, "angles 2 to -2"),
+    "angles the other way round": (scan(low=2, high=-2), "min_angle", 2, ""),
+    "a bias": (
+        scan().replace(
+            "</ray>", "<noise><bias_mean>1</bias_mean><bias_stddev>-2</bias_stddev></noise></ray>"
+        ),
+        "bias",
+        (1.0, 2.0),
+        "",
+    ),
+    "a bias of noise that is none": (
+        scan().replace("</ray>", "<noise><type>none</type><bias_mean>1</bias_mean></noise></ray>"),
+        "bias",
+        (0.0, 0.0),
+        "",
+    ),
+    "a precision": (
+        scan().replace("</ray>", "<noise><precision>0.1</precision></noise></ray>"),
+        "precision",
+        0.1,
+        "",
+    ),
     "a negative range": (scan(near=-1), "range_min", 0, "<range> is -1 to 8"),
     "no range": (scan(near=0, far=0), "range_max", 100, "<range> is 0 to 0"),
     "endless range": (scan(far="inf"), "range_max", 100, "'inf'"),

@@ -201,7 +201,7 @@ VALUES = {
 
 @pytest.mark.parametrize("text, read, expected, words", VALUES.values(), ids=VALUES)
 def test_a_bad_value_costs_itself(text, read, expected, words):
-    model = parse_urdf(robot(text), str, "car")
+    model = parse_urdf(robot(text), str, "car", "keep")
     assert read(model) == expected
     assert len(model.warnings) == (1 if words else 0), model.warnings
     for word in words:

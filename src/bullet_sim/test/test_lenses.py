@@ -18,6 +18,8 @@ from bullet_sim.sensors import camera
 from bullet_sim.snapshot import BodySource, Snapshot
 from pinhole import OPTICAL_FROM_CAMERA, project
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 LENSES = [
     Distortion(-0.3, 0.05, crop=True),
     Distortion(-0.3, 0.05),

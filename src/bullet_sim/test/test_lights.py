@@ -8,6 +8,8 @@ from bullet_sim.description.world import SUN, Fog
 from bullet_sim.formats.sdf.world import parse_world
 from bullet_sim.formats.urdf import parse_urdf
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 
 def scene_of(text):
     world = parse_world(f'<sdf version="1.6"><world name="w">{text}</world></sdf>', str, "w")

@@ -8,6 +8,8 @@ import yaml
 from bullet_sim.formats.urdf import parse_urdf
 from plugin_robots import CAMERA, LINKS, robot_with
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 TABLE = yaml.safe_load(
     pathlib.Path(__file__).with_name("plugin_parameters.yaml").read_text(encoding="utf-8")
 )

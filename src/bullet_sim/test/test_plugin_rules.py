@@ -6,6 +6,8 @@ from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.plugins.rules import MODEL, NAMESPACE, NEAREST, OWN, RULES, FramePrefix
 from plugin_robots import LINKS, robot_with
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 TAGS = (
     "<bodyName>base</bodyName><jointName>left_joint</jointName><linkName>base</linkName>"
     "<joint>left_joint</joint><mimicJoint>right_joint</mimicJoint><frameName>eye</frameName>"

@@ -11,6 +11,8 @@ from bullet_sim.plugins.lidars import BlockCloudSpec, CloudSpec, RangeSpec, RayS
 from bullet_sim.sensors import inertial
 from bullet_sim.sensors.lidar import LayeredLidar
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 LINKS = (
     '<link name="base"/><link name="left"/><link name="right"/>'
     '<joint name="l" type="continuous"><parent link="base"/><child link="left"/></joint>'

@@ -16,6 +16,8 @@ from bullet_sim.snapshot import BodySource, BodyState, Snapshot
 from mirrored import source_of
 from pinhole import OPTICAL_FROM_CAMERA, project
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 LEVEL = (0.0, 0.0, 0.0, 1.0)
 GHOST = Shape(Geometry("mesh", path="/no/ghost.obj"))
 BOX = """<robot name="box"><link name="base"><visual><geometry><box size="{0} {0} {0}"/></geometry>

@@ -23,6 +23,8 @@ from bullet_sim.snapshot import BodySource
 from test_render import GHOST, PLACES, SIZES, _sources, box_at, check_outline, request, snapshot  # noqa: F401  pylint: disable=unused-import
 from testing import pid_from_killed, wait_ended, wait_for
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 DEADLINE = 90.0  # [s] for anything a worker does
 NO_EGL = {"__EGL_VENDOR_LIBRARY_FILENAMES": "/nonexistent"}
 

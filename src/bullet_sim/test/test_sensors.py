@@ -147,6 +147,26 @@ def test_lidar_counts_counter_clockwise_from_min_angle():
     np.testing.assert_allclose(turned, [2.5, 1.5, 3.5], rtol=1e-6)
 
 
+def test_a_lidar_goes_from_its_first_angle_to_its_last_whichever_is_smaller():
+    """As MultiRayShape of Gazebo; the scan tells a negative angle_increment."""
+    spec = ray_spec(samples=3, min_angle=math.pi / 2, max_angle=-math.pi / 2)
+    lidar = Lidar(spec)
+    assert lidar.angle_increment == pytest.approx(-math.pi / 2)
+    ranges = lidar.scan(Room(3.0, 2.0), (0.5, 0.5, 0), LEVEL)
+    np.testing.assert_allclose(ranges, [1.5, 2.5, 2.5], rtol=1e-6)
+
+
+def test_a_bias_and_a_precision_of_a_lidar():
+    """As RaySensor: what is hit within the ranges gets them, rounded, within the ranges."""
+    room = Room(3.0, 2.0)
+    lidar = Lidar(ray_spec(samples=3, precision=0.25))
+    np.testing.assert_allclose(lidar.scan(room, (0, 0, 0), LEVEL, bias=0.4), [2.5, 3.5, 2.5])
+    far = Lidar(ray_spec(samples=3, range_max=3.2)).scan(room, (0, 0, 0), LEVEL, bias=0.4)
+    np.testing.assert_allclose(far, [2.4, 3.2, 2.4], rtol=1e-6)
+    near = Lidar(ray_spec(samples=3, range_max=2.5)).scan(room, (0, 0, 0), LEVEL, bias=0.4)
+    np.testing.assert_allclose(near, [2.4, math.inf, 2.4], rtol=1e-6)
+
+
 def test_a_single_ray_points_ahead_as_in_gazebo():
     lidar = Lidar(ray_spec(samples=1, min_angle=-1.0, max_angle=1.0))
     np.testing.assert_allclose(lidar.directions, [(1.0, 0.0, 0.0)])
@@ -186,7 +206,6 @@ def test_lidar_noise_has_its_deviation_and_repeats():
     [
         {"samples": 0},
         {"samples": 181_000_000_000},
-        {"min_angle": 1.0, "max_angle": 0.0},
         {"range_min": 5.0, "range_max": 1.0},
         {"range_max": math.inf},
         {"noise_stddev": -0.1},

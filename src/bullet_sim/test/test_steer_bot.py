@@ -9,6 +9,8 @@ from bullet_sim.errors import ControllerError
 from bullet_sim.formats.urdf import parse_urdf
 from fake_joints import FakeJoints
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 LENGTH, WIDTH = 0.79, 0.5  # [m]
 CAR = ("rr", "rl", "fr", "fl", "sr", "sl")
 PARAMETERS = {
@@ -41,6 +43,7 @@ DESCRIPTION = parse_urdf(
     "steer_bot_hardware_gazebo/SteerBotHardwareGazebo</robotSimType></plugin></gazebo></robot>",
     str,
     "bot",
+    "keep",
 )
 
 

@@ -9,6 +9,8 @@ from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 G, RADIUS, INERTIA = 9.8, 0.1, 0.004
 BALL = f"<sphere><radius>{RADIUS}</radius></sphere>"
 BOX = "<box><size>0.4 0.3 0.2</size></box>"

@@ -7,6 +7,8 @@ import pytest
 from bullet_sim.errors import ModelError
 from bullet_sim.formats.urdf import parse_urdf
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 DECLARATION = '<?xml version="1.0" encoding="utf-8"?>\n'
 BOX = '<geometry><box size="1 2 3"/></geometry>'
 TWO_LINKS = '<link name="base"/><link name="tip"/>'

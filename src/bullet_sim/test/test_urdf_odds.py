@@ -7,6 +7,8 @@ from bullet_sim.formats.urdf import parse_urdf
 from bullet_sim.pose import Pose
 from bullet_sim.world import World
 
+pytestmark = pytest.mark.usefixtures("sketches")
+
 BOX = (
     '<inertial><mass value="{m}"/><inertia ixx="{i}" iyy="{i}" izz="{i}" ixy="0" ixz="0" '
     'iyz="0"/></inertial><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision>'

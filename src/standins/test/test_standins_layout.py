@@ -39,6 +39,7 @@ OURS = {
     "labels",
     "every_picture",
     "missing_packages",
+    "massless_links",
 }
 NAMED_IN_FIND_PACKAGE = (
     "gazebo_ros",

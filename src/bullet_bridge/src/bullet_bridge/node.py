@@ -14,6 +14,7 @@ from bullet_sim.description.world import WorldDescription
 from bullet_sim.engine import FIXED_JOINTS, SOLVERS
 from bullet_sim.errors import SimError
 from bullet_sim.files import LIMITS, keep_python_output, variable_of
+from bullet_sim.formats.lumping import LEAVE_OUT, MASSLESS
 from bullet_sim.formats.resolve import Resolver
 from bullet_sim.render.request import RENDERERS, SWITCHES, Quality
 from bullet_sim.sensors.scenes import WorldViews
@@ -72,6 +73,9 @@ class Config:
         missing_packages: of a URDF's package://NAME: refuse: it is not spawned, as in Gazebo; warn:
             it is spawned without what is missing; for launch files that do not pass it on, the
             environment variable PADDOCK_MISSING_PACKAGES.
+        massless_links: of a URDF: leave_out: with all behind them, as in Gazebo; keep: with a small
+            mass; for launch files that do not pass it on, the environment variable
+            PADDOCK_MASSLESS_LINKS.
         step_timeout: wall time that /gazebo/step waits for commands [s].
         niceness: of the simulation thread and the node's session, where that is allowed; 0: none;
             for launch files that do not pass it on, the environment variable PADDOCK_NICENESS.
@@ -97,6 +101,7 @@ class Config:
     seed: int = number(0)
     monotonic_clock: bool = flag(False)
     missing_packages: str = choice("refuse", MISSING_PACKAGES)
+    massless_links: str = choice(LEAVE_OUT, MASSLESS)
     step_timeout: float = number(10.0, min=0.0, unit="s")
     niceness: int = number(-10, min=-20, max=0)
     enable_ros_network: bool = flag(True)
@@ -120,6 +125,7 @@ def parse_config(get: Callable[[str, Any], Any]) -> Config:
         "fixed_joints": os.environ.get("PADDOCK_FIXED_JOINTS") or Config.fixed_joints,
         "niceness": os.environ.get("PADDOCK_NICENESS") or Config.niceness,
         "missing_packages": os.environ.get("PADDOCK_MISSING_PACKAGES") or Config.missing_packages,
+        "massless_links": os.environ.get("PADDOCK_MASSLESS_LINKS") or Config.massless_links,
     }
     for name, default in LIMITS.items():
         given[f"max_{name}"] = os.environ.get(variable_of(name)) or default
@@ -185,7 +191,11 @@ def make_world(config: Config) -> World:
     Raises:
         SimError: the solver cannot be loaded; no other one takes its place.
     """
-    world = World(solver=config.solver, fixed_joints=config.fixed_joints)
+    world = World(
+        solver=config.solver,
+        fixed_joints=config.fixed_joints,
+        massless_links=config.massless_links,
+    )
     if not world.engine.is_compiled():
         rospy.loginfo("the solver is being compiled, once; it takes a minute or two")
     world.engine.compile()

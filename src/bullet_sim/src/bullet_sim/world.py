@@ -25,6 +25,7 @@ from bullet_sim.engine.efforts import MAX_RECORDED
 from bullet_sim.errors import ModelError, SimError, WorldError
 from bullet_sim.files import OwnFolder
 from bullet_sim.formats import urdf
+from bullet_sim.formats.lumping import LEAVE_OUT, check_massless
 from bullet_sim.formats.materials import Resolve
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.meshes.prepare import prepare_meshes
@@ -145,13 +146,14 @@ class World:
         fixed_joints: 'keep': links on an SDF's fixed joints, and what fixed joints hold in the
             world, are bodies on joints, as in Gazebo; 'merge': they are parts of each other, and
             of the world, as with 'bullet'.
+        massless_links: of URDFs: 'leave_out' or 'keep', see formats.urdf.parse_urdf.
 
     Attributes:
         on_implausible: function of a message, called once for each model whose state is
             implausible, see implausible_state().
 
     Raises:
-        ModelError: no such solver or fixed_joints, or 'ode' cannot be loaded.
+        ModelError: no such solver, fixed_joints or massless_links, or 'ode' cannot be loaded.
     """
 
     def __init__(
@@ -160,7 +162,10 @@ class World:
         gravity: Vec3 = (0.0, 0.0, -9.81),
         solver: str = "ode",
         fixed_joints: str = "keep",
+        massless_links: str = LEAVE_OUT,
     ) -> None:
+        check_massless(massless_links)
+        self.massless_links = massless_links
         self.engine: Engine = make_engine(solver, time_step, gravity, fixed_joints)
         self._folder = OwnFolder()  # of the models' prepared files
         self._next_key = 0
@@ -274,7 +279,7 @@ class World:
 
         The <origin> of its <robot> applies within the given pose, as by gazebo_ros.
         """
-        description = urdf.parse_urdf(text, resolve, name)
+        description = urdf.parse_urdf(text, resolve, name, self.massless_links)
         return self.spawn(description, pose * description.origin)
 
     def spawn_sdf(self, name: str, text: str | bytes | Node, pose: Pose, resolve: Resolve) -> Model:

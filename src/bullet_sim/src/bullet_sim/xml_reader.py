@@ -381,13 +381,21 @@ def warn_replaced(
     )
 
 
+def first_child(element: Element, path: str) -> Element | None:
+    """The first element of each name on a path, as sdformat's GetElement; None: there is none."""
+    found: Element | None = element
+    for tag in path.split("/"):
+        found = None if found is None else found.find(tag)
+    return found
+
+
 @overload
 def child_text(element: Element, path: str) -> str | None: ...
 @overload
 def child_text(element: Element, path: str, default: T) -> str | T: ...
 def child_text(element: Element, path: str, default: object = None) -> object:
     """Stripped text of a sub-element, or the default where it is missing or empty."""
-    child = element.find(path)
+    child = first_child(element, path)
     text = child.text.strip() if child is not None and child.text else ""
     return text or default
 
@@ -400,7 +408,7 @@ def _value(element: Element, path: str, label: str) -> tuple[Element | None, str
     """
     if path.startswith("@"):
         return element, element.get(path[1:]), f"{label} {path[1:]}"
-    return element.find(path), child_text(element, path), f"{label} <{path}>"
+    return first_child(element, path), child_text(element, path), f"{label} <{path}>"
 
 
 def child_number(element: Element, path: str, label: str, default: T) -> float | T:

@@ -118,7 +118,7 @@ class Stage:
     """
 
     def __init__(self, name: str, robot: str, world: str, track: str) -> None:
-        self._world = World()
+        self._world = World(massless_links="keep")  # a real robot has them, whatever Gazebo does
         if world:
             with open(world, encoding="utf-8") as stream:
                 self._world.load(parse_world(stream.read(), resolve))

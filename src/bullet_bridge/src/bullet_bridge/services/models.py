@@ -151,7 +151,8 @@ class ModelServices:
         thread need not wait for them."""
         with self._reading:
             if text.kind == "urdf":
-                described = parse_urdf(text.text, self._resolve, name)
+                massless = self._world.massless_links
+                described = parse_urdf(text.text, self._resolve, name, massless)
                 origin = described.origin
             else:
                 described, origin = parse_model(text.text, self._resolve, f"SDF of '{name}'", name)
@@ -290,6 +291,6 @@ class ModelServices:
             ],
             joint_names=named.plain(filter(model.stays, described.joints)),
             child_model_names=named.children,
-            is_static=model.is_static,
+            is_static=model.is_static and not model.description.is_empty,
             status_message="GetModelProperties: got properties",
         )

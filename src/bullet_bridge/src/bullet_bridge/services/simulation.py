@@ -117,7 +117,7 @@ class Describer:
         return {
             **told,
             "name": model.name,
-            "static": model.is_static,
+            "static": model.is_static and not model.description.is_empty,
             "furniture": model.name in self._static_props,
             "control_namespace": None if control is None else control.namespace,
             "sensors": [

@@ -450,6 +450,7 @@ class ModelDescription:
         auto_disable: it may sleep while it rests.
         has_sensors: also such as are left out; with the solver 'ode' it does not sleep then.
         is_urdf: its file is a URDF, which Gazebo turns into SDF.
+        is_empty: all its links were left out; what stands for them has no shape and never moves.
         log_level: of the simulator's log from when the model is there; empty: it stays.
         motion: ActorMotion of an actor, which nothing else moves.
         origin: <origin> of a URDF's <robot>, within the pose at which it is spawned.
@@ -479,6 +480,7 @@ class ModelDescription:
     auto_disable: bool = True
     has_sensors: bool = False
     is_urdf: bool = False
+    is_empty: bool = False
     log_level: str = ""
     motion: Any = None
     origin: Pose = field(default_factory=Pose)

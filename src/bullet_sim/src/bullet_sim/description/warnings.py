@@ -10,6 +10,7 @@ LONGEST = 600  # characters of a message
 LISTED = 3  # items that a line names; with more it names the first and counts the others
 _LOSS = re.compile(
     r"(world plugins|plugins|plugins of sensors) .*(ignored|left out)"
+    r"|links have no mass and are left out, as in Gazebo"
     r"|sensors (have a type that is not known here and )?are left out"
     r"|world files cannot be had"
 )
@@ -59,8 +60,8 @@ def shortened(text: str, length: int = LONGEST) -> str:
 
 
 def is_loss(warning: str) -> bool:
-    """Whether a warning reports that a plugin or sensor of the file is missing, with its topics, or
-    the world."""
+    """Whether a warning reports that a plugin or sensor of the file is missing, with its topics,
+    links without mass, or the world."""
     is_plugin = warning.startswith("plugin '") and warning.endswith("; it is left out")
     return is_plugin or _LOSS.fullmatch(getattr(warning, "cause", "")) is not None
 

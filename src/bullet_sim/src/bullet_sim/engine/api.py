@@ -189,6 +189,10 @@ class Body(Protocol):
         """Set the velocity of a model [m/s, rad/s]: of the centers of mass of all its links, as
         Gazebo's Model::SetLinearVel; with Bullet of the root link's frame, joints keep theirs."""
 
+    def set_link_velocity(self, link: str, linear: Vector) -> None:
+        """Set the velocity of one link's center of mass [m/s], as Gazebo's Link::SetLinearVel; with
+        Bullet that of a root link alone."""
+
     def place_link(self, link: str, pose: Pose, linear: Vector, angular: Vector) -> None:
         """Put one link's frame to a pose, with a velocity of its center of mass [m/s, rad/s];
         joints pull it, and what they connect with it, in the next steps.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Tuple
 
 import numpy as np
@@ -246,6 +246,40 @@ def _ends_error(model: ModelDescription, parent: str | None, child: str | None) 
     return f"joins '{child}' to itself" if parent == child else ""
 
 
+# Attribute of a Joint -> path of its number, {} is the axis, its default, and that beside an <ode>.
+_AXIS_NUMBERS: dict[str, tuple[str, float | None, float | None]] = {
+    "damping": ("{}/dynamics/damping", 0.0, 0.0),
+    "friction": ("{}/dynamics/friction", 0.0, 0.0),
+    "stiffness": ("{}/dynamics/spring_stiffness", 0.0, 0.0),
+    "rest": ("{}/dynamics/spring_reference", 0.0, 0.0),
+    "stop_erp": ("physics/ode/limit/erp", None, 0.2),
+    "stop_cfm": ("physics/ode/limit/cfm", None, 0.0),
+    "stop_push": ("physics/ode/fudge_factor", 1.0, 1.0),
+    "erp": ("physics/ode/erp", None, None),
+    "cfm": ("physics/ode/cfm", None, None),
+    "bounce": ("physics/ode/bounce", 0.0, 0.0),
+}
+_OF_GAZEBO = ("stiffness", "rest", "stop_erp", "stop_cfm", "stop_push")  # of a URDF
+
+
+def read_dynamics(
+    element: Node, joint: Joint, label: str, tag: str = "axis", names: Sequence[str] = _OF_GAZEBO
+) -> None:
+    """Read springs, limits and rows of a <joint> as ODEJoint::Load of Gazebo 11 does.
+
+    Args:
+        tag: of the axis.
+        names: attributes of the Joint to set.
+    """
+    text = child_text(element, "physics/ode/implicit_spring_damper", "false")
+    joint.implicit_damping = is_true(text)
+    has_ode = element.find("physics/ode") is not None
+    for name in names:
+        path, without, beside = _AXIS_NUMBERS[name]
+        default = beside if has_ode else without
+        setattr(joint, name, child_number(element, path.format(tag), label, default))
+
+
 class JointReader:
     """Adds the <joint>s of one <model> to a model.
 
@@ -392,12 +426,7 @@ class JointReader:
             set_limits(joint, lower, upper, label, element)
         joint.effort = max(0.0, child_bound(element, f"{tag}/limit/effort", label) or 0.0)
         joint.velocity = max(0.0, child_bound(element, f"{tag}/limit/velocity", label) or 0.0)
-        joint.implicit_damping = any(
-            is_true(child_text(element, f"physics/ode/{key}", "false"))
-            for key in ("implicit_spring_damper", "cfm_damping")
-        )
-        for key, (path, default) in _AXIS_NUMBERS.items():
-            setattr(joint, key, child_number(element, path.format(tag), label, default))
+        read_dynamics(element, joint, label, tag, tuple(_AXIS_NUMBERS))
         joint.damping, joint.friction = max(0.0, joint.damping), max(0.0, joint.friction)
         if element.find(f"{tag}/dynamics/friction") is None and tag == "axis":
             joint.motor = (
@@ -419,21 +448,6 @@ class JointReader:
             axis_frame = self._frames.pose(frame, xyz) if frame else Pose()
             vector = joint_frame.matrix.T @ axis_frame.matrix @ vector
         return unit_axis(vector, _UP, label, element)
-
-
-# Attribute of a Joint -> path of its number, {} is the axis, and its default.
-_AXIS_NUMBERS: dict[str, tuple[str, float | None]] = {
-    "damping": ("{}/dynamics/damping", 0.0),
-    "friction": ("{}/dynamics/friction", 0.0),
-    "stiffness": ("{}/dynamics/spring_stiffness", 0.0),
-    "rest": ("{}/dynamics/spring_reference", 0.0),
-    "stop_erp": ("physics/ode/limit/erp", None),
-    "stop_cfm": ("physics/ode/limit/cfm", None),
-    "stop_push": ("physics/ode/fudge_factor", 1.0),
-    "erp": ("physics/ode/erp", None),
-    "cfm": ("physics/ode/cfm", None),
-    "bounce": ("physics/ode/bounce", 0.0),
-}
 
 
 def read_sdf_joints(robot: Node, model: ModelDescription) -> None:

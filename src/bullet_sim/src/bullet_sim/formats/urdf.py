@@ -23,6 +23,7 @@ from bullet_sim.formats.joints import (
     read_joints,
     read_sdf_joints,
 )
+from bullet_sim.formats.lumping import LEAVE_OUT, keep_joints, leave_out
 from bullet_sim.formats.materials import Resolve, rgba_of
 from bullet_sim.formats.shapes import first_geometry, hollow_collision, mesh_geometry, usable_size
 from bullet_sim.pose import Pose
@@ -88,12 +89,17 @@ _SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius
 
 
 @reads
-def parse_urdf(text: str | bytes | Node, resolve: Resolve, name: str = "robot") -> ModelDescription:
+def parse_urdf(
+    text: str | bytes | Node, resolve: Resolve, name: str = "robot", massless: str = LEAVE_OUT
+) -> ModelDescription:
     """Read a URDF.
 
     Args:
         resolve: of package://, model://, file:// or a path.
         name: name of the model, used in messages.
+        massless: what happens to links without mass that no fixed joint merges into one that has
+            some: leave_out: they, their joints and all that hangs on them, as in Gazebo; keep: each
+            gets a small mass.
 
     Raises:
         ModelError: malformed, no <robot>, no link, several root links.
@@ -120,13 +126,15 @@ def parse_urdf(text: str | bytes | Node, resolve: Resolve, name: str = "robot") 
         model.find_root(f"URDF of '{name}'")
     except ModelError as error:
         raise ModelError(f"{error}{_unexpanded(robot)}") from None
+    keep_joints(robot, model, massless)
+    gone = leave_out(model) if massless == LEAVE_OUT else set()
     _fix_to_world(model)
     _free_links(model)
     read_sdf_joints(robot, model)
     transmissions = parse_transmissions(robot, model.joints, model.warn)
     model.transmissions, model.bare_interfaces = transmissions
     check_mimics(model)
-    gazebo_tags.apply(robot, model, resolve)
+    gazebo_tags.apply(robot, model, resolve, gone)
     return model
 
 

@@ -290,5 +290,7 @@ class ActorBody:
     def _nothing(self, *_: Any) -> None:
         """Of what only bodies have that something moves."""
 
-    set_pose = set_velocity = place_link = gather = set_joint_positions = apply_force = _nothing
+    set_pose = set_velocity = set_link_velocity = place_link = gather = set_joint_positions = (
+        apply_force
+    ) = _nothing
     set_mass = set_gravity = set_friction = set_slip = set_bitmask = _nothing

@@ -228,6 +228,8 @@ class Model:
 
     def _bodies(self) -> tuple[str, ...]:
         described, joints = self.description, self.description.joints.values()
+        if described.is_empty:
+            return ()
         if not described.is_urdf:
             return tuple(described.links)
         held: set[str] = {"world"} if described.fixed_base else set()

@@ -22,8 +22,10 @@ class RaysSensor(Sensor):
     Attributes:
         lidar: class of the core's lidar.
         too_near: what is nearer than the minimum range has the range -inf; False: rays begin there.
+        bias: added to all ranges [m].
     """
 
+    STATE: ClassVar[tuple[str, ...]] = ("bias",)
     lidar: ClassVar[type[Lidar]] = Lidar
     too_near: ClassVar[bool] = True
 
@@ -34,6 +36,13 @@ class RaysSensor(Sensor):
     def _make_lidar(self) -> Any:
         return self.lidar(self.spec)
 
+    def start(self, time: float) -> None:
+        """Draw the bias, as GaussianNoiseModel of Gazebo: with either sign."""
+        self.bias = 0.0  # [m]
+        if any(self.spec.bias):
+            sign = -1.0 if self.rng.random() < 0.5 else 1.0
+            self.bias = sign * float(self.rng.normal(*self.spec.bias))
+
     def _scan(self) -> Array:
         position, orientation, _, _ = self.model.link_motion(self.spec.link)
         return self._lidar.scan(
@@ -43,6 +52,7 @@ class RaysSensor(Sensor):
             self.rng,
             self.model.body.number,
             self.too_near,
+            self.bias,
         )
 
     def _intensities(self) -> Array | None:

@@ -154,6 +154,10 @@ def control(xml: PluginXml) -> None:
 
 @model_plugin("gazebo_ros_joint_state_publisher", rule=Rule(MODEL, MODEL))
 def joint_states(xml: PluginXml) -> JointStatesSpec | None:
+    """JointStatesSpec; without <jointName> its messages are empty, as upstream's."""
+    if xml.element.find("jointName") is None:
+        xml.warn(f"{xml.label} has no jointName; its messages are empty, as in Gazebo")
+        return read(JointStatesSpec, xml, joints=())
     named = [name.strip() for name in xml.text("jointName").replace(" ", "").split(",")]
     joints = movable(xml, [xml.in_scope(name) for name in named if name])
     return read(JointStatesSpec, xml, joints=joints) if joints else None

@@ -39,6 +39,40 @@ class InitialVelocitySpec(PluginSpec):
     topic: str = ""
 
 
+def _bounds(axis: str) -> Any:
+    """The smaller and the larger of <min_AXIS> and <max_AXIS>; without one no bound."""
+
+    def of(xml: PluginXml) -> tuple[float, float]:
+        low, high = xml.number(f"min_{axis}", -math.inf), xml.number(f"max_{axis}", math.inf)
+        return min(low, high), max(low, high)
+
+    return reading(of, (-math.inf, math.inf))
+
+
+@model_plugin("RandomVelocityPlugin")
+@dataclass(frozen=True)
+class RandomVelocitySpec(PluginSpec):
+    """RandomVelocityPlugin: a link's velocity in each step, from time to time another one.
+
+    Attributes:
+        link: whose center of mass has it.
+        first: until the first period is over [m/s], along the world's axes.
+        speed: of the others, in a random direction [m/s].
+        period: after which another one is drawn [s].
+        x, y, z: bounds of what is drawn [m/s].
+    """
+
+    NAME = "random_velocity"
+    link: str = link_of("link")
+    first: Vec3 = vector("initial_velocity")
+    speed: float = number("velocity_factor", 1.0)
+    period: float = number("update_period", 10.0)
+    x: tuple[float, float] = _bounds("x")
+    y: tuple[float, float] = _bounds("y")
+    z: tuple[float, float] = _bounds("z")
+    topic: str = ""
+
+
 SLOW = 0.01  # [m/s] below which a wing has no lift
 RIGHT_ANGLE = 0.5 * math.pi
 

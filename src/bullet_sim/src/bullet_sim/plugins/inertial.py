@@ -189,7 +189,7 @@ class GroundTruthSpec:
 
     Attributes:
         link: link whose frame is reported.
-        frame_id: of the header.
+        frame_id: of the header, <frameName> unless <headerFrame> says another.
         rate: messages per simulated second [Hz]; 0: every physics step.
         reference: link that pose and twist are relative to; "": the world; None: a link that does
             not exist, nothing is published.
@@ -271,19 +271,17 @@ class MagneticSpec(SensorSpec):
 
 
 def _offset(xml: PluginXml, *tags: str) -> PoseTuple:
-    """Pose of <xyzOffset> and <rpyOffset>, or <xyzOffsets> and <rpyOffsets>.
+    """Pose of <xyzOffset> and <rpyOffset>.
 
     Args:
         tags: of links; where sdformat writes those that they are merged into, it moves the pose.
     """
-    xyz, rpy = (
-        xml.vector(tag, default=xml.vector(f"{tag}s")) for tag in ("xyzOffset", "rpyOffset")
-    )
+    xyz, rpy = xml.vector("xyzOffset"), xml.vector("rpyOffset")
     robot = document_root(xml.element)
     names = [name for name in (xml.text(tag) for tag in tags) if name in xml.model.links]
     if robot.tag != "robot" or all(xml.merged(name) == name for name in names):
         return xyz, rpy
-    moved = offset_of_merged(robot, xml.model, names, Pose.from_xyz_rpy(xyz, rpy))
+    moved = offset_of_merged(xml.model, names, Pose.from_xyz_rpy(xyz, rpy))
     return moved.position, moved.rpy
 
 
@@ -293,7 +291,7 @@ WORLD_FRAMES = ("/world", "world", "/map", "map")  # values of <frameName> that 
 
 @model_plugin("gazebo_ros_p3d", rule=PLAIN)
 def ground_truth(xml: PluginXml) -> GroundTruthSpec:
-    """GroundTruthSpec; <headerFrame> is Paddock's own: another frame_id than <frameName>."""
+    """GroundTruthSpec; <headerFrame> and <twistFrame> are Paddock's own, see there."""
     link = xml.merged(xml.link("bodyName"))
     frame = xml.merged(xml.text("frameName", "world"))
     reference: str | None = "" if frame in WORLD_FRAMES else frame

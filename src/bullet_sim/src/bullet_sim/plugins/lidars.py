@@ -22,9 +22,14 @@ DEFAULT_MAX_RANGE = 100.0  # [m] of a lidar whose file gives no valid one
 class RaySpec(SensorSpec):
     """A planar lidar; angles [rad] about +z from +x, counter-clockwise, ranges [m].
 
+    As in Gazebo its rays go from min_angle to max_angle, whichever is smaller.
+
     Attributes:
         rate: scans per simulated second [Hz].
         noise_stddev, noise_mean: of Gaussian noise on ranges [m].
+        bias: mean and standard deviation of what is added to all of them [m]: it is drawn at the
+            start, with a random sign.
+        precision: to a multiple of which ranges with noise are rounded [m]; 0: they are not.
         sees_visuals: it sees what a camera would see, not what collides (gpu_ray).
     """
 
@@ -39,6 +44,8 @@ class RaySpec(SensorSpec):
     frame_id: str = reading(lambda xml: xml.frame("frameName", "/world"), "laser")
     visualize: bool = reading(lambda xml: is_true(child_text(xml.sensor, "visualize")), False)
     noise_mean: float = 0.0
+    bias: tuple[float, float] = (0.0, 0.0)
+    precision: float = 0.0
     sees_visuals: bool = reading(lambda xml: xml.type == "gpu_ray", False)
 
 
@@ -125,18 +132,6 @@ class RangeSpec(LayeredRays):
     tunable: bool = False
 
 
-def sweep(ray: Values) -> tuple[float, float]:
-    """(first, last) angle of a lidar [rad], the smaller first."""
-    first, last = (ray.number(f"scan/horizontal/{end}_angle") for end in ("min", "max"))
-    if first <= last:
-        return first, last
-    used, text = (last, first), f"{first:g} {last:g}"
-    message = f"{ray.label} has angles {first:g} to {last:g}, the smaller must come first"
-    horizontal = ray.element.find("scan/horizontal")
-    warn_replaced(horizontal, f"{ray.label} angles", text, message, used)
-    return used
-
-
 def scan_range(ray: Values) -> tuple[float, float]:
     """(minimum, maximum) range of a lidar [m]."""
     near, far = ray.number("range/min"), ray.number("range/max", DEFAULT_MAX_RANGE)
@@ -160,7 +155,9 @@ def _rays(xml: SensorXml, samples: int = 1) -> dict[str, Any]:
     """Angles, ranges, layers and noise of <ray>; samples: default number of rays."""
     ray = xml.part("ray", "lidar")
     mean, stddev = ray.noise("noise")
-    first, last = sweep(ray)
+    first, last = (ray.number(f"scan/horizontal/{end}_angle") for end in ("min", "max"))
+    names = ("bias_mean", "bias_stddev", "precision") if ray.has_noise("noise") else ()
+    noise = {name: ray.number(f"noise/{name}") for name in names}
     near, far = scan_range(ray)
     return dict(
         samples=rays_of(ray, "horizontal", samples),
@@ -173,6 +170,8 @@ def _rays(xml: SensorXml, samples: int = 1) -> dict[str, Any]:
         max_elevation=ray.number("scan/vertical/max_angle"),
         noise_mean=mean,
         noise_stddev=stddev,
+        bias=(noise.get("bias_mean", 0.0), abs(noise.get("bias_stddev", 0.0))),
+        precision=max(0.0, noise.get("precision", 0.0)),
     )
 
 
@@ -215,7 +214,7 @@ def velodyne(xml: SensorXml) -> CloudSpec:
 
 def _raw(xml: SensorXml) -> dict[str, Any]:
     """As _rays, for plugins that read the ranges before the sensor adds its noise."""
-    return dict(_rays(xml), noise_mean=0.0, noise_stddev=0.0)
+    return dict(_rays(xml), noise_mean=0.0, noise_stddev=0.0, bias=(0.0, 0.0), precision=0.0)
 
 
 @sensor_plugin("gazebo_ros_block_laser", types=TYPES, rule=PLAIN)
@@ -250,7 +249,7 @@ def sonar(xml: SensorXml) -> RangeSpec:
     Its rate is the plugin's <updateRate>, 10 Hz without one; that of the <sensor> has no effect.
     """
     values = _rays(xml)
-    wide = values["max_angle"] - values["min_angle"]
+    wide = abs(values["max_angle"] - values["min_angle"])
     high = abs(values["max_elevation"] - values["min_elevation"])
     return read(
         RangeSpec,

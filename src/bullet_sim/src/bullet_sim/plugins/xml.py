@@ -20,7 +20,6 @@ from bullet_sim.xml_reader import (
     child_whole,
     document_root,
     floats,
-    is_true,
 )
 
 PoseTuple = Tuple[Vec3, Vec3]
@@ -38,28 +37,18 @@ def library(plugin: Element) -> str:
     return re.sub(r"^lib|\.so$", "", name)
 
 
-def _lumped(robot: Element, model: ModelDescription) -> dict[str, Joint]:
+def _lumped(model: ModelDescription) -> dict[str, Joint]:
     """The fixed joints of a URDF that Gazebo leaves out, by their child links."""
-    kept = {
-        element.get("reference")
-        for element in robot.findall("gazebo")
-        for tag in ("preserveFixedJoint", "disableFixedJointLumping")
-        if is_true(child_text(element, tag))
-    }
     return {
         joint.child: joint
         for joint in model.joints.values()
-        if joint.kind == "fixed" and joint.name not in kept and joint.parent != "world"
+        if joint.kind == "fixed" and joint.name not in model.kept and joint.parent != "world"
     }
 
 
-def merged_links(robot: Element, model: ModelDescription) -> dict[str, str]:
-    """For each link of a URDF: the one that fixed joints merge it into in Gazebo.
-
-    Args:
-        robot: <robot>, whose <gazebo> elements may keep joints.
-    """
-    joints = _lumped(robot, model)
+def merged_links(model: ModelDescription) -> dict[str, str]:
+    """For each link of a URDF: the one that fixed joints merge it into in Gazebo."""
+    joints = _lumped(model)
     found: dict[str, str] = {}
     for name in model.links:
         passed, link = [name], name
@@ -79,15 +68,13 @@ def _above(link: str, joints: dict[str, Joint]) -> list[str]:
     return [*found][1:]
 
 
-def offset_of_merged(
-    robot: Element, model: ModelDescription, names: Iterable[str], offset: Pose
-) -> Pose:
+def offset_of_merged(model: ModelDescription, names: Iterable[str], offset: Pose) -> Pose:
     """<xyzOffset> and <rpyOffset> of a plugin, as sdformat leaves them.
 
     Each time that it writes the parent of a link that it merges in the place of one of the names,
     it puts the offset into that parent's frame, the deepest links first.
     """
-    joints = _lumped(robot, model)
+    joints = _lumped(model)
     chains = [[name, *_above(name, joints)][:-1] for name in names]
     depth = {name: len(_above(name, joints)) for chain in chains for name in chain}
     for link in sorted(depth, key=lambda name: (-depth[name], name)):
@@ -212,10 +199,15 @@ class Values:
         values = floats(text, None, label)
         return values * count if len(values) == 1 else floats(text, count, label)
 
+    def has_noise(self, path: str) -> bool:
+        """Whether there is a <noise>, of another type than none."""
+        noise = self.element.find(path)
+        return noise is not None and (noise.get("type") or child_text(noise, "type")) != "none"
+
     def noise(self, path: str) -> tuple[float, float]:
         """(mean, standard deviation) of a Gaussian <noise>; zeros where there is none."""
         noise = self.element.find(path)
-        if noise is None or (noise.get("type") or child_text(noise, "type")) == "none":
+        if noise is None or not self.has_noise(path):
             return 0.0, 0.0
         values = Values(noise, self.label)
         return values.number("mean"), abs(values.number("stddev"))
@@ -339,7 +331,7 @@ class PluginXml(PluginValues):
         other name stays.
         """
         robot = document_root(self.element)
-        return merged_links(robot, self.model).get(link, link) if robot.tag == "robot" else link
+        return merged_links(self.model).get(link, link) if robot.tag == "robot" else link
 
     def in_scope(self, joint: str) -> str:
         """Name that a joint of the plugin's own model has in the outermost one."""

@@ -22,8 +22,9 @@ MAX_RAYS = 1_000_000  # of a scan; it costs some 100 bytes for each
 class Lidar:
     """Ray directions of one RaySpec, computed once.
 
-    Rays lie in the x-y plane of the sensor frame, counted counter-clockwise from min_angle to
-    max_angle, both included (sensor_msgs/LaserScan). As in Gazebo a single one points ahead.
+    Rays lie in the x-y plane of the sensor frame, counted from min_angle to max_angle, both
+    included (sensor_msgs/LaserScan), which is clockwise where the first is the larger one. As in
+    Gazebo a single one points ahead.
 
     Attributes:
         angles: (n,) [rad].
@@ -33,17 +34,15 @@ class Lidar:
             the ranges (n,) [m] without noise.
 
     Raises:
-        ValueError: samples < 1, more than MAX_RAYS, angles or ranges in the wrong order, negative
-            noise.
+        ValueError: samples < 1, more than MAX_RAYS, ranges in the wrong order, negative noise.
     """
 
     def __init__(self, spec: RaySpec) -> None:
-        n, first, last, noise = spec.samples, spec.min_angle, spec.max_angle, spec.noise_stddev
+        n, noise = spec.samples, spec.noise_stddev
         near, far, rays = spec.range_min, spec.range_max, n * getattr(spec, "layers", 1)
         for holds, text in (
             (int(n) == n and n >= 1, f"samples {n}, a whole number >= 1"),
             (rays <= MAX_RAYS, f"{rays} rays, at most {MAX_RAYS}"),
-            (last >= first, f"min_angle {first}, max_angle {last}: min_angle <= max_angle rad"),
             (0.0 <= near < far < np.inf, f"range_min {near}, range_max {far}: 0 <= min < max m"),
             (noise >= 0.0, f"noise_stddev {noise}, >= 0 m"),
         ):
@@ -69,6 +68,7 @@ class Lidar:
         rng: Any = None,
         own_body: int | None = None,
         too_near: bool = True,
+        bias: float = 0.0,
     ) -> Array:
         """One sweep, all rays at the same instant.
 
@@ -82,6 +82,7 @@ class Lidar:
             rng: numpy.random.Generator for the noise; needed when noise_stddev > 0.
             own_body: the engine's index of the body that carries the sensor.
             too_near: whether to detect what is closer than range_min.
+            bias: added to all ranges [m].
 
         Returns:
             (n,) float32 [m], min_angle first; +inf: nothing up to range_max; -inf: something
@@ -99,11 +100,14 @@ class Lidar:
         rays = Rays(position, directions, spec.range_min, spec.range_max, own_body, too_near)
         ranges = engine.cast_rays(rays)
         self.hits = position, directions, ranges
-        if spec.noise_stddev > 0.0 or spec.noise_mean:
-            noise = spec.noise_mean
-            if spec.noise_stddev > 0.0:
-                noise = noise + rng.normal(0.0, spec.noise_stddev, len(ranges))
-            noisy = np.minimum(np.maximum(ranges + noise, spec.range_min), spec.range_max)
+        noise = spec.noise_mean + bias
+        if spec.noise_stddev > 0.0:
+            noise = noise + rng.normal(0.0, spec.noise_stddev, len(ranges))
+        if spec.noise_stddev > 0.0 or noise or spec.precision > 0.0:
+            noisy = ranges + noise
+            if spec.precision > 0.0:
+                noisy = np.round(noisy / spec.precision) * spec.precision
+            noisy = np.minimum(np.maximum(noisy, spec.range_min), spec.range_max)
             ranges = np.where(np.isfinite(ranges), noisy, ranges)
         return ranges.astype(np.float32)
 

@@ -175,6 +175,11 @@ class BulletBody:
         if self.moves:
             self.set_velocity(linear, angular)
 
+    def set_link_velocity(self, link: str, linear: Vector) -> None:
+        """See api.Body."""
+        if link == self.root and self.moves:
+            self.set_velocity(linear, self.link_motion(link)[3])
+
     def gather(self) -> None:
         """See api.Body: none is loose."""
 

@@ -334,6 +334,16 @@ class OdeBody:
         self.joint_rows[:, q.RATE] = 0.0
         self._engine.is_ahead = True
 
+    def set_link_velocity(self, link: str, linear: Vector) -> None:
+        """See api.Body."""
+        row = self._row(link)
+        if row is None:
+            return
+        self._engine.refresh()
+        self.wake()
+        self._engine.rows[row, q.VEL : q.VEL + 3] = linear
+        self._engine.is_ahead = True
+
     # Where it is --------------------------------------------------------------------------------
     def _state(self, row: int) -> State | None:
         """Of the link of a row; None: it is not finite any more."""

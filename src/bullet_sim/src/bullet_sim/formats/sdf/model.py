@@ -15,13 +15,13 @@ from bullet_sim.description.model import (
     Surface,
 )
 from bullet_sim.errors import ModelError
-from bullet_sim.formats.gazebo import read_surface
 from bullet_sim.formats.joints import JointReader, Tree, Version
 from bullet_sim.formats.lights import parse_light
 from bullet_sim.formats.materials import Resolve
 from bullet_sim.formats.sdf.frames import Frames
 from bullet_sim.formats.sdf.includes import Includes, OpenInclude, unused
 from bullet_sim.formats.shapes import hollow_collision, parse_shape
+from bullet_sim.formats.surfaces import read_flags, read_surface
 from bullet_sim.plugins import parse_plugin, parse_sensor
 from bullet_sim.plugins.grasping import parse_gripper
 from bullet_sim.pose import Pose
@@ -63,13 +63,7 @@ def read_surfaces(element: Node, link: Link, label: str, model: ModelDescription
         read_surface(part, surface, f"{label} collision '{name}'", model.warn)
         _combine(link.surface, surface, first=index == 0)
         surfaces.append(surface)
-    link.self_collide = is_true(child_text(element, "self_collide", "false"))
-    link.kinematic = is_true(child_text(element, "kinematic", "false"))
-    if not is_true(child_text(element, "gravity", "true")):
-        link.gravity = False
-    linear = child_number(element, "velocity_decay/linear", label, 0.0)
-    angular = child_number(element, "velocity_decay/angular", label, 0.0)
-    link.decay = max(0.0, linear), max(0.0, angular)
+    read_flags(element, link, label)
     return surfaces
 
 
