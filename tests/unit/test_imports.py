@@ -145,7 +145,11 @@ def gym(*names):
 # what may not import what: folders, what is forbidden, files that may all the same
 RULES = {
     "the core, ROS": ([ROOT / "src" / "bullet_sim"], is_ros, ()),
-    "the gym, ROS but in its driver": ([GYM], is_ros, gym("driver")),
+    "the gym, ROS but in its driver and for a launch file": (
+        [GYM],
+        is_ros,
+        gym("driver", "simulation/launch_file.py"),
+    ),
     "what a robot needs of the gym, the simulator": (
         [GYM],
         {*SIMULATOR, "gymnasium"}.__contains__,

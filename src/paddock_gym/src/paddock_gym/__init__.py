@@ -6,7 +6,7 @@ Importing this package registers its environments where Gymnasium is installed.
 import importlib.util
 
 from paddock_gym.errors import GymError
-from paddock_gym.ids import IDS
+from paddock_gym.ids import IDS, ROBOT
 
 MAX_STEPS = 3000  # actions of an episode: 200 s at 15 Hz
 
@@ -25,6 +25,12 @@ def register() -> None:
         gymnasium.register(
             IDS[1],
             entry_point="paddock_gym.envs.backing:BackingEnv",
+            max_episode_steps=MAX_STEPS,
+        )
+        gymnasium.register(
+            ROBOT,
+            entry_point="paddock_gym.envs.robot:RobotEnv",
+            vector_entry_point="paddock_gym.envs.worlds:RobotWorldsEnv",
             max_episode_steps=MAX_STEPS,
         )
 

@@ -188,6 +188,9 @@ class Topics:
     def publish(self, step: int, time: float) -> None:
         """Publish what is due; called only while the controller runs."""
 
+    def measure(self, time: float) -> None:
+        """Publish what its controller measures, due or not."""
+
     def on_time_step(self) -> None:
         """Continue after a change of the physics step."""
         for schedule in self.schedules:
@@ -226,8 +229,10 @@ class JointStates(Topics):
 
     def publish(self, step: int, time: float) -> None:
         """Publish joint states that are due."""
-        if not self._schedule.due(step):
-            return
+        if self._schedule.due(step):
+            self.measure(time)
+
+    def measure(self, time: float) -> None:
         columns = self._robot.manager.hardware.joints.columns(self._numbers)
         for number, column in enumerate(columns, 1):
             column += [row[number] for row in self._extra]
@@ -287,8 +292,10 @@ class Drive(Commands):
 
     def publish(self, step: int, time: float) -> None:
         """Publish the odometry of this step."""
-        if not self._schedule.due(step):
-            return
+        if self._schedule.due(step):
+            self.measure(time)
+
+    def measure(self, time: float) -> None:
         self._robot.manager.observe()
         odometry = self.controller.odometry
         half = odometry.heading / 2

@@ -105,7 +105,7 @@ class DeepRacerEnv(gymnasium.Env):
     def observer_image(self) -> np.ndarray:
         """(360, 480, 3) uint8 RGB from behind the car."""
         if self._observer_camera is None:
-            self._observer_camera = ObserverCamera(self.scene.renderer, self.scene.car)
+            self._observer_camera = ObserverCamera(self.scene.renderer, self.scene.car.motion)
         return self._observer_camera.image()
 
     def close(self) -> None:

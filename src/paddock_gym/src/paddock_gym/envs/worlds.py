@@ -13,6 +13,7 @@ import numpy as np
 from gymnasium.vector.utils import batch_space, concatenate, create_empty_array, iterate
 
 from paddock_gym.envs.deepracer import DeepRacerEnv
+from paddock_gym.envs.robot import RobotEnv
 from paddock_gym.errors import GymError
 
 _making = threading.Lock()  # xacro has variables that all threads share
@@ -82,21 +83,26 @@ def _made(maker: Callable[[], gymnasium.Env]) -> gymnasium.Env:
 
 
 class WorldsEnv(gymnasium.vector.VectorEnv):
-    """num_envs DeepRacers, each in a world of its own.
+    """num_envs environments, each in a world of its own; of the base class DeepRacers.
 
     A run that has ended starts anew at the next step, whose action it ignores, as in Gymnasium's
-    SyncVectorEnv; each drives as DeepRacerEnv alone does, to the bit.
+    SyncVectorEnv; each drives as its environment alone does, to the bit.
 
     Args:
         num_envs: how many.
         threads: see Worlds.
         max_episode_steps: actions after which a run is truncated; None: never.
         render_mode: rgb_array or None.
-        options: the others of DeepRacerEnv.
+        options: the others of the environment.
+
+    Attributes:
+        kind: class of the environments.
 
     Raises:
         GymError, TrackError: an option is wrong.
     """
+
+    kind: Callable[..., gymnasium.Env] = DeepRacerEnv
 
     def __init__(
         self,
@@ -110,7 +116,7 @@ class WorldsEnv(gymnasium.vector.VectorEnv):
             raise GymError(f"render_mode is {render_mode!r}; several cars have rgb_array and None")
 
         def make() -> gymnasium.Env:
-            env: gymnasium.Env = DeepRacerEnv(render_mode=render_mode, **options)
+            env: gymnasium.Env = self.kind(render_mode=render_mode, **options)
             if max_episode_steps is not None:
                 env = gymnasium.wrappers.TimeLimit(env, max_episode_steps)
             return env
@@ -191,3 +197,9 @@ class WorldsEnv(gymnasium.vector.VectorEnv):
         """Free the engines."""
         if hasattr(self, "_worlds"):  # not if an option was wrong
             self._worlds.close()
+
+
+class RobotWorldsEnv(WorldsEnv):
+    """num_envs robots, each in a world of its own."""
+
+    kind = RobotEnv

@@ -23,11 +23,18 @@ COLOR_GAIN = (0.8, 1.2)  # factors of each of red, green and blue
 FIRST_STARTS = 0.05  # fraction of the track between starts that are not random
 
 
-def parse(properties: bool | str | Iterable[str]) -> tuple[str, ...]:
-    """Parse the option `randomize`.
+VARIABLE = ("friction", "mass", "delay", "light", "colours", "noise")  # of any robot
+
+
+def parse(
+    properties: bool | str | Iterable[str],
+    known: tuple[str, ...] = RANDOMIZABLE,
+    option: str = "randomize",
+) -> tuple[str, ...]:
+    """Parse the option `randomize`, or another one of its kind.
 
     Args:
-        properties: names of RANDOMIZABLE, or a text of them, separated by commas, as that of
+        properties: names of the known ones, or a text of them, separated by commas, as that of
             ./run train --randomize; True or all: all of them; False, nothing or (): none.
 
     Raises:
@@ -38,71 +45,64 @@ def parse(properties: bool | str | Iterable[str]) -> tuple[str, ...]:
     names = tuple(properties.split(",") if isinstance(properties, str) else properties)
     if {"all", "nothing"} & set(names):
         if len(names) > 1:
-            raise GymError(f"randomize is {properties!r}; all and nothing stand alone")
-        return RANDOMIZABLE if names == ("all",) else ()
+            raise GymError(f"{option} is {properties!r}; all and nothing stand alone")
+        return known if names == ("all",) else ()
     for name in names:
-        if name not in RANDOMIZABLE:
-            raise GymError(f"randomize has {name!r}; there are {', '.join(RANDOMIZABLE)}")
+        if name not in known:
+            raise GymError(f"{option} has {name!r}; there are {', '.join(known)}")
     if len(set(names)) < len(names):
-        raise GymError(f"randomize is {properties!r}; it must have each name once")
+        raise GymError(f"{option} is {properties!r}; it must have each name once")
     return names
 
 
-class Randomizer:
-    """Samples the properties that change from run to run of one car.
+class Variation:
+    """Samples what changes from run to run of any model.
 
     Args:
-        properties: of parse().
+        world: bullet_sim.world.World.
+        model: whose friction (of its wheels, where links are called so) and mass vary.
+        properties: names, as of parse().
+        known: those that there are.
 
     Attributes:
         delay: physics steps from the observation to the command.
         change_image: function that changes an image (H, W, 3) uint8.
-        jitter: Pose of the camera's mount.
     """
 
-    def __init__(self, scene, car, properties):
-        self._scene, self._car, self._properties = scene, car, properties
-        model = car.model
-        self._wheels = [  # link, coefficient
-            (name, link.surface.friction)
-            for name, link in model.rigid_parts.items()
-            if "wheel" in name
-        ]
+    def __init__(self, world, model, properties, known=VARIABLE):
+        self._world, self._model = world, model
+        self._properties = frozenset(parse(properties, known, "vary"))
+        surfaces = {name: link.surface.friction for name, link in model.rigid_parts.items()}
+        links = {name: 1.0 if given is None else given for name, given in surfaces.items()}
+        wheels = {name: friction for name, friction in links.items() if "wheel" in name}
+        self._wheels = wheels or links
         self._chassis = model.description.root
-        self._mass = link_properties(model, self._chassis) if "mass" in properties else None
-        self._round = 0
-        self.delay, self.jitter = 0, Pose()
+        self._mass = link_properties(model, self._chassis) if self.varies("mass") else None
+        self.delay = 0
         self.change_image = lambda rgb: rgb
 
-    def sample(self, rng):
-        """Sample the next run's properties and apply them to the car.
+    def varies(self, name):
+        """Whether a property changes."""
+        return name in self._properties
 
-        Returns:
-            Start (x, y, yaw) [m], [rad].
-        """
-        properties = self._properties
-        if "friction" in properties:
+    def sample(self, rng):
+        """Sample the next run's properties and apply them to the model."""
+        if self.varies("friction"):
             factor = rng.uniform(*FRICTION)
-            for link, friction in self._wheels:
-                self._car.model.body.set_friction(link, factor * friction)
-        if "mass" in properties:
+            for link, friction in self._wheels.items():
+                self._model.body.set_friction(link, factor * friction)
+        if self.varies("mass"):
             factor = rng.uniform(*MASS)
             mass, center, inertia, gravity = self._mass
             set_link_properties(
-                self._car.model, self._chassis, factor * mass, center, factor * inertia, gravity
+                self._model, self._chassis, factor * mass, center, factor * inertia, gravity
             )
-        if "latency" in properties:
-            self.delay = round(rng.uniform(*LATENCY) / self._scene.world.time_step)
+        if self._properties & {"latency", "delay"}:
+            self.delay = round(rng.uniform(*LATENCY) / self._world.time_step)
         self._sample_image(rng)
-        return self._start(rng)
 
     def _sample_image(self, rng):
         properties = self._properties
-        if "camera" in properties:
-            shift = rng.uniform(-CAMERA_SHIFT, CAMERA_SHIFT, 3)
-            self.jitter = Pose.from_xyz_rpy(
-                shift, rng.uniform(-CAMERA_ROTATION, CAMERA_ROTATION, 3)
-            )
         if not properties & {"light", "colours"}:
             return
         light = rng.uniform(*LIGHT) if "light" in properties else 1.0
@@ -115,6 +115,38 @@ class Randomizer:
             return np.clip(rgb * gain + offset, 0.0, 255.0).astype(np.uint8)
 
         self.change_image = change
+
+
+class Randomizer(Variation):
+    """Samples the properties that change from run to run of one car.
+
+    Args:
+        properties: of parse().
+
+    Attributes:
+        jitter: Pose of the camera's mount.
+    """
+
+    def __init__(self, scene, car, properties):
+        super().__init__(scene.world, car.model, properties, RANDOMIZABLE)
+        self._scene, self._round, self.jitter = scene, 0, Pose()
+
+    def sample(self, rng):
+        """Sample the next run's properties and apply them to the car.
+
+        Returns:
+            Start (x, y, yaw) [m], [rad].
+        """
+        super().sample(rng)
+        return self._start(rng)
+
+    def _sample_image(self, rng):
+        if self.varies("camera"):
+            shift = rng.uniform(-CAMERA_SHIFT, CAMERA_SHIFT, 3)
+            self.jitter = Pose.from_xyz_rpy(
+                shift, rng.uniform(-CAMERA_ROTATION, CAMERA_ROTATION, 3)
+            )
+        super()._sample_image(rng)
 
     def _start(self, rng):
         """A pose on the course: at random, or 5 % further with each run."""

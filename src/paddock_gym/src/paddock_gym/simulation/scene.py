@@ -119,12 +119,16 @@ class SceneRenderer:
         Returns:
             (H, W, 3) uint8 RGB, top row first.
         """
+        request_at = dataclasses.replace(request, pose=(pose.position, pose.rpy))
+        return self.render_with_depth(request_at)[0]
+
+    def render_with_depth(self, request):
+        """As render(), from the request's pose; and its depths (H, W) float32 [m], or None."""
         if len(self._world.models) != self._count:
             self._count = len(self._world.models)
             self._renderer.sync_sources(self._world.sources(), self._world.scene)
         self._renderer.apply(self._world.snapshot())
-        request_at = dataclasses.replace(request, pose=(pose.position, pose.rpy))
-        return self._renderer.render(request_at, self._world.step_count)
+        return self._renderer.render_with_depth(request, self._world.step_count)
 
     def close(self):
         """Free the renderer."""

@@ -55,10 +55,10 @@ class CarCamera:
 
 
 class ObserverCamera:
-    """A camera behind and above a car."""
+    """A camera behind and above what has a motion(): a function of a Motion without arguments."""
 
-    def __init__(self, renderer, car):
-        self._renderer, self._car = renderer, car
+    def __init__(self, renderer, motion):
+        self._renderer, self._motion = renderer, motion
         nowhere = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         self._request = CameraRequest(
             "observer", None, 0, nowhere, *OBSERVER_SIZE, OBSERVER_FOV, *CLIP
@@ -66,6 +66,6 @@ class ObserverCamera:
 
     def image(self):
         """(360, 480, 3) uint8 RGB."""
-        motion = self._car.motion()
+        motion = self._motion()
         frame = Pose.from_xyz_rpy((motion.x, motion.y, 0.0), (0.0, 0.0, motion.yaw))
         return self._renderer.render(self._request, frame * OBSERVER_POSE)

@@ -1,0 +1,142 @@
+"""Paddock/Robot-v0 of a launch file is the launched graph: the same commands at the same steps, the
+same messages, to the bit."""
+
+import os
+import tempfile
+import unittest
+import warnings
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import Twist
+from nav_msgs.msg import Odometry
+from paddock_gym.envs.robot import RobotEnv
+from sensor_msgs.msg import Image, Imu, JointState, LaserScan
+from sim_client import START_LIMIT, Recorder, wait_connected, wait_running, wait_until
+from std_msgs.msg import Float64
+from stepping import Time
+
+LAUNCH = """<launch>
+  <include file="$(find gazebo_ros)/launch/empty_world.launch">
+    <arg name="gui" value="false"/>
+    <arg name="lockstep" value="true"/>
+  </include>
+  <param name="cart_description" textfile="$(find paddock_gym)/examples/cart.urdf"/>
+  <node name="spawn_cart" pkg="gazebo_ros" type="spawn_model" output="screen"
+        args="-urdf -param cart_description -model cart -x -1.5 -z 0.1"/>
+  <rosparam command="load" file="$(find paddock_tests)/ros/lidar_bot_control.yaml"/>
+  <node name="spawn_bot" pkg="gazebo_ros" type="spawn_model" output="screen"
+        args="-urdf -file $(find paddock_tests)/ros/lidar_bot.urdf -model bot -z 0.08"/>
+  <node name="bot_spawner" pkg="controller_manager" type="spawner" ns="/bot" output="screen"
+        args="--timeout 120 joint_state_controller left right"/>
+  <node name="listener" pkg="rostopic" type="rostopic" args="list" output="log"/>
+</launch>
+"""
+POSE = {"position": "xyz", "orientation": "xyzw"}
+ACTIONS = 12
+PERIOD = 0.1  # [s]
+
+
+def vector(message, letters):
+    """Numbers of a Vector3, Point or Quaternion."""
+    return [getattr(message, letter) for letter in letters]
+
+
+def arrays(message):
+    """Arrays of a message by the names that the gym's have."""
+    if isinstance(message, LaserScan):
+        return {"ranges": message.ranges, "intensities": message.intensities}
+    if isinstance(message, JointState):
+        rows = {name: getattr(message, name) for name in ("position", "velocity", "effort")}
+        return {name: row for name, row in rows.items() if row}
+    if isinstance(message, Imu):
+        return {
+            "orientation": vector(message.orientation, "xyzw"),
+            "angular_velocity": vector(message.angular_velocity, "xyz"),
+            "linear_acceleration": vector(message.linear_acceleration, "xyz"),
+        }
+    if isinstance(message, Image):
+        pixels = np.frombuffer(message.data, np.uint8)
+        return {"data": pixels.reshape(message.height, message.width, -1)}
+    pose, twist = message.pose.pose, message.twist.twist
+    rows = {name: vector(getattr(pose, name), letters) for name, letters in POSE.items()}
+    rows.update({name: vector(getattr(twist, name), "xyz") for name in ("linear", "angular")})
+    return rows
+
+
+TOPICS = {
+    "/scan": LaserScan,
+    "/imu": Imu,
+    "/odom": Odometry,
+    "/joint_states": JointState,
+    "/camera/image_raw": Image,
+    "/bot/scan": LaserScan,
+    "/bot/odom": Odometry,
+    "/bot/joint_states": JointState,
+}
+COMMANDS = ("/cmd_vel", "/bot/left/command", "/bot/right/command")
+
+
+class RobotGym(unittest.TestCase):
+    """Both robots drive in the graph and in the environment."""
+
+    def test_the_same_messages_to_the_bit(self):
+        wait_running("/bot", 3)
+        recorders = {name: Recorder(name, kind) for name, kind in TOPICS.items()}
+        publishers = [
+            rospy.Publisher(name, Twist if name == "/cmd_vel" else Float64, queue_size=1)
+            for name in COMMANDS
+        ]
+        for publisher in publishers:
+            wait_connected(publisher, publisher.name)
+        time = Time(COMMANDS, TOPICS, rospy.get_name())
+        env = self.environment()
+        env.reset(seed=1)
+        rng, compared = np.random.default_rng(5), dict.fromkeys(TOPICS, 0)
+        for _ in range(ACTIONS):
+            action = rng.uniform(-1.0, 1.0, 4).astype(np.float32) * (0.5, 1.0, 6.0, 6.0)
+            env.step(action)
+            twist = Twist()
+            numbers = env.actions.numbers(action)
+            twist.linear.x, twist.angular.z = numbers[:2]
+            for publisher, message in zip(publishers, (twist, *map(Float64, numbers[2:]))):
+                publisher.publish(message)
+            time.go(PERIOD, 1)
+            self.assertAlmostEqual(time.now, env.world.world.time, 9)
+            for name, recorder in recorders.items():
+                compared[name] += self.compare(env, name, recorder)
+        self.assertEqual(min(compared.values()), ACTIONS, compared)
+        env.close()
+
+    def environment(self):
+        """The environment of the launch file, observed as the graph is."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "robots.launch")
+            with open(path, "w", encoding="utf-8") as file:
+                file.write(LAUNCH)
+            with warnings.catch_warnings(record=True) as told:
+                warnings.simplefilter("always")
+                env = RobotEnv(
+                    path, action=COMMANDS, observation=tuple(TOPICS), settle=0.0, vary=()
+                )
+        self.assertIn("rostopic/rostopic", str(told[-1].message))
+        return env
+
+    def compare(self, env, name, recorder):
+        """Compares the last messages of a topic; 1 where there is one."""
+        stamp = env.stamp(name)
+
+        def there():
+            last = recorder.last
+            return last is not None and last.header.stamp.to_sec() > stamp - 1e-6 and last
+
+        message = wait_until(there, f"{name} at {stamp}", START_LIMIT)
+        self.assertAlmostEqual(message.header.stamp.to_sec(), stamp, 8, name)
+        fields = env.world.topics[name].fields
+        wanted = arrays(message)
+        self.assertEqual(set(wanted), set(fields), name)
+        for field, values in wanted.items():
+            values = np.asarray(values, fields[field].dtype)
+            same = np.array_equal(values, fields[field], equal_nan=True)
+            self.assertTrue(same, f"{name} {field} at {stamp}: {values} and {fields[field]}")
+        return 1
