@@ -82,7 +82,7 @@ class Robots:
     def __init__(self, rate=0.0):
         self.schedule = Schedule(rate, 0.001) if rate else None
         self.seen, self.applied, self.failures, self.restarts = [], [], [], 0
-        self.refreshed = 0
+        self.refreshed = self.prepared = 0
 
     def apply_commands(self):
         self.applied.append(True)
@@ -96,6 +96,9 @@ class Robots:
 
     def refresh(self):
         self.refreshed += 1
+
+    def prepare(self):
+        self.prepared += 1
 
     def restart(self, fresh=True):
         self.restarts += 1

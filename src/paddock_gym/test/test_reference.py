@@ -1,5 +1,6 @@
 """docs/environments.md against the environments: spaces, names, bounds, ends."""
 
+import inspect
 import re
 from pathlib import Path
 
@@ -8,6 +9,9 @@ import numpy as np
 import pytest
 from paddock_gym.contract.actions import Continuous
 from paddock_gym.envs import backing
+from paddock_gym.envs.robot import RobotEnv
+from paddock_gym.envs.tasks import TASKS
+from paddock_gym.simulation.randomize import VARIABLE
 
 import paddock_gym
 from paddock_gym import course, observations
@@ -16,7 +20,7 @@ PAGE = Path(__file__).resolve().parents[3] / "docs" / "environments.md"
 if not PAGE.is_file():
     pytest.skip("the documents are not installed", allow_module_level=True)
 TEXT = PAGE.read_text(encoding="utf-8")
-CAR, TRUCK = re.split(r"^## Paddock/", TEXT, flags=re.MULTILINE)[1:3]
+ROBOT, CAR, TRUCK = re.split(r"^## Paddock/", TEXT, flags=re.MULTILINE)[1:4]
 
 
 def tables(text):
@@ -51,7 +55,10 @@ def truck():
 
 
 def test_the_ids_are_those_that_are_registered():
-    assert re.findall(r"^## (Paddock/\S+)", TEXT, re.MULTILINE) == list(paddock_gym.IDS)
+    assert re.findall(r"^## (Paddock/\S+)", TEXT, re.MULTILINE) == [
+        paddock_gym.ROBOT,
+        *paddock_gym.IDS,
+    ]
 
 
 @pytest.mark.parametrize("options", [{"observation": "lidar"}, {"observation": "camera"}, {}])
@@ -125,3 +132,14 @@ def test_spaces_and_ends_of_the_truck(truck):
     assert numbers(TRUCK.partition("| one action |")[2])[0] == pytest.approx(truck.truck.period)
     named = re.findall(r"`(\w+)`", " ".join(r[0] for r in table(TRUCK, '`info["end"]`', "")))
     assert named == [backing.ARRIVED, backing.JACKKNIFED, backing.OFF_PATH]
+
+
+def test_the_options_of_any_robot():
+    named = set()
+    for row in table(ROBOT, "argument", "default", ""):
+        named |= set(re.findall(r"`(\w+)`", row[0]))
+    assert named == set(inspect.signature(RobotEnv).parameters)
+    (tasks_row,) = (row for row in table(ROBOT, "argument", "default", "") if "`task`" in row[0])
+    assert set(TASKS) <= set(re.findall(r"`\"?(\w+)\"?`", " ".join(tasks_row)))
+    (vary_row,) = (row for row in table(ROBOT, "argument", "default", "") if row[0] == "`vary`")
+    assert set(VARIABLE) <= set(re.findall(r"`(\w+)`", vary_row[2]))

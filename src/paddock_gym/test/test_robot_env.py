@@ -10,11 +10,13 @@ import gymnasium
 import numpy as np
 import pytest
 import yaml
+from bullet_sim.pose import Pose
 from gymnasium.utils.env_checker import check_env
 from paddock_gym.envs.robot import RobotEnv
 from paddock_gym.envs.tasks import Lane, Task
 from paddock_gym.envs.worlds import RobotWorldsEnv
 from paddock_gym.errors import GymError, RewardError
+from paddock_gym.simulation.recipe import Recipe, Spawn
 
 import paddock_gym  # noqa: F401  registers its environments
 
@@ -106,6 +108,21 @@ def test_several_worlds_are_each_as_it_is_alone(make):
         assert rewards[1] == reward
         assert all(np.array_equal(seen[name][1], single[name]) for name in single)
     vector.close()
+
+
+def test_the_order_of_spawning_makes_no_difference(make):
+    """What parts hold in a model from the start, such as brakes, is there after it was sorted."""
+    text = pathlib.Path(CART).read_text(encoding="utf-8")
+    carts = [
+        Spawn(name, text, Pose((x, 0.0, 0.1)), f"/{name}") for name, x in (("a", 0.0), ("b", 1.0))
+    ]
+    seen = []
+    for spawns in (carts, carts[::-1]):
+        env = make(launch=Recipe(spawns=tuple(spawns)), action="a/cmd_vel", observation="truth:a",
+                   settle=0.0)  # fmt: skip
+        env.reset(seed=1)
+        seen.append([env.step((0.5, 0.5))[0] for _ in range(3)])
+    assert np.array_equal(*seen)
 
 
 def test_it_is_registered():

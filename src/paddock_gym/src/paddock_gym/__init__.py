@@ -38,4 +38,4 @@ def register() -> None:
 if importlib.util.find_spec("gymnasium"):  # a driver on a robot needs none
     register()
 
-__all__ = ["IDS", "GymError", "register"]
+__all__ = ["IDS", "ROBOT", "GymError", "register"]

@@ -51,6 +51,9 @@ class ModelOutputs(Reporter, Protocol):
     def refresh(self) -> None:
         """Update what is published, after jobs."""
 
+    def prepare(self) -> None:
+        """Prepare models that were reloaded before the first step."""
+
     def on_time_step(self) -> None:
         """Continue after a change of the physics step."""
 
@@ -267,6 +270,7 @@ class Server:
         """
         world, robots = self._world, self._robots
         if world.sort_before_start():
+            robots.prepare()
             robots.refresh()
         robots.apply_commands()
         due = robots.next_due()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast
 
 from bullet_sim.controllers import Controller, drive, joint
@@ -330,6 +330,11 @@ class Loop:
         for control in self.controls:
             control.apply_commands()
 
+    def prepare(self) -> None:
+        """Prepare models that were reloaded: what parts hold in them is gone."""
+        for part in self.parts:
+            part.prepare()
+
     def first_due(self, check: bool) -> int:
         """Physics step after which publish_due() has to be called at the latest, or infinity.
 
@@ -369,10 +374,3 @@ class Loop:
     def fail(self, part: Any, error: Exception) -> None:
         """A part has raised an exception."""
         raise error
-
-
-def restart_parts(parts: Iterable[Any], time: float) -> None:
-    """Restart parts as after a new start [s]."""
-    for part in parts:
-        part.reset(time)
-        part.prepare()

@@ -168,8 +168,9 @@ class RobotWorld:
             self.close()
             raise
         self.world.engine.unlocked = True  # one thread alone has this world
-        self.world.sort_before_start()
         self._loop.parts, self._loop.controls = tuple(self._parts), tuple(self._robots.values())
+        if self.world.sort_before_start():
+            self._loop.prepare()
 
     # making -----------------------------------------------------------------------------------
     def _spawn(self, spawn: Spawn) -> Model:
