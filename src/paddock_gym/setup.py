@@ -1,6 +1,7 @@
 """Python half of the package: read by catkin_python_setup, and by `pip install ./src/paddock_gym`.
 
-With pip the wheel also contains the packages that paddock_gym needs, and the tracks and meshes.
+With pip the wheel also contains the packages that paddock_gym needs, and the tracks and meshes. A
+source distribution has them in the folder `parts`, see packaging/standalone.py.
 """
 
 import glob
@@ -18,11 +19,11 @@ REQUIRES = (
     "glcontext>=2.3",
     "gymnasium>=1.0,<1.1",
     "moderngl>=5.8,<6",
-    "numpy>=1.23.5,<2",
+    "numba>=0.57",
+    "numpy>=1.23.5,<3",
     "onnxruntime>=1.17",
     "opencv-python-headless>=4.8,<5",
     "pillow",
-    "pybullet==3.2.7",
     "pycollada",
     "PyYAML",
     "scipy",
@@ -32,20 +33,28 @@ REQUIRES = (
 )
 CLUSTER = ("ray==2.60.0; python_version >= '3.10'", "ray==2.10.0; python_version < '3.10'")
 SWEEP = ("optuna==5.0.0; python_version >= '3.10'", "optuna==4.5.0; python_version < '3.10'")
-TRAINING = ("matplotlib", "onnx>=1.12", "stable-baselines3==2.4.1", "torch>=1.13")
+TRAINING = (
+    "matplotlib",
+    "onnx>=1.12",
+    "stable-baselines3==2.4.1; python_version < '3.13'",
+    "stable-baselines3>=2.6,<3; python_version >= '3.13'",  # which allow numpy 2
+    "torch>=1.13",
+)
+BULLET = ("pybullet==3.2.7",)  # the solver "bullet", and shapes that "ode" leaves to it
+PARTS = "parts" if os.path.isdir("parts") else ".."  # of a source distribution, or of the clone
 
 
 def standalone():
     """Arguments of setup() for pip."""
     packages, folders = find_packages("src"), {"": "src"}
     for name in NEEDED:
-        folder = os.path.join("..", name, "src")
+        folder = os.path.join(PARTS, name, "src")
         packages += [package for package in find_packages(folder) if package.split(".")[0] == name]
         folders[name] = os.path.join(folder, name)
     data = []
     for package, shared in SHARED.items():
         for folder in shared:
-            files = sorted(filter(os.path.isfile, glob.glob(f"../{package}/{folder}/*")))
+            files = sorted(filter(os.path.isfile, glob.glob(f"{PARTS}/{package}/{folder}/*")))
             data.append((os.path.join("share", package, folder), files))
     temporary = tempfile.mkdtemp(prefix="paddock_gym_")  # nothing is left in the sources
     return {
@@ -58,7 +67,12 @@ def standalone():
         "package_dir": folders,
         "data_files": data,
         "install_requires": REQUIRES,
-        "extras_require": {"training": TRAINING, "cluster": CLUSTER, "sweep": SWEEP},
+        "extras_require": {
+            "training": TRAINING,
+            "cluster": CLUSTER,
+            "sweep": SWEEP,
+            "bullet": BULLET,
+        },
         "options": {"build": {"build_base": temporary}, "egg_info": {"egg_base": temporary}},
     }
 

@@ -1,6 +1,8 @@
 """paddock_gym as pip installs it: with what it needs of the core, without catkin and ROS."""
 
+import ast
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -26,16 +28,75 @@ print("numba" in sys.modules)
 """
 
 
+PIP = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
+SDIST = (
+    "import sys; sys.path.insert(0, 'packaging'); import standalone; standalone.build_sdist({!r})"
+)
+EXTRAS = {"matplotlib", "onnx", "optuna", "pandas", "ray", "stable_baselines3", "torch"}
+CORE = ("bullet_sim", "paddock_gym")  # others have nodes, too
+OPTIONAL = {"bullet_web", "osgeo", "pybullet", "pygame"}  # imported where something needs it
+STANDARD = set(sys.builtin_module_names) | set(getattr(sys, "stdlib_module_names", ()))
+DISTRIBUTIONS = {"cv2": "opencv-python-headless", "PIL": "pillow", "yaml": "PyYAML",
+                 "collada": "pycollada", "llvmlite": "numba"}  # fmt: skip
+
+
 @pytest.fixture(scope="module")
-def prefix(tmp_path_factory):
-    """Folder that pip has installed the package into."""
-    folder = tmp_path_factory.mktemp("prefix")
-    command = [sys.executable, "-m", "pip", "install", "--no-deps", "--no-build-isolation"]
-    command += ["--no-index", "--quiet", "--disable-pip-version-check", "--ignore-installed"]
+def source(tmp_path_factory):
+    """Path of the source distribution, in a folder outside the clone."""
+    folder = tmp_path_factory.mktemp("source")
     subprocess.run(
-        [*command, "--prefix", str(folder), str(ROOT / "src" / "paddock_gym")], check=True
+        [sys.executable, "-c", SDIST.format(str(folder))],
+        cwd=ROOT / "src" / "paddock_gym",
+        stdout=subprocess.DEVNULL,
+        check=True,
     )
+    (path,) = folder.glob("paddock_gym-*.tar.gz")
+    return path
+
+
+@pytest.fixture(scope="module")
+def prefix(source, tmp_path_factory):
+    """Folder that pip has installed a wheel of the source distribution into."""
+    wheels, folder = tmp_path_factory.mktemp("wheels"), tmp_path_factory.mktemp("prefix")
+    options = ["--no-deps", "--no-index"]
+    command = [*PIP, "wheel", *options, "--no-build-isolation", "--wheel-dir", str(wheels)]
+    subprocess.run([*command, str(source)], cwd=wheels, check=True)
+    (wheel,) = wheels.glob("paddock_gym-*.whl")
+    command = [*PIP, "install", *options, "--ignore-installed", "--prefix", str(folder)]
+    subprocess.run([*command, str(wheel)], cwd=wheels, check=True)
     return folder
+
+
+def imported(path):
+    """Top-level names that a file imports, also in functions; but not for types alone."""
+    names, tree = set(), ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
+            node.body = []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            names |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.level == 0:
+            names.add(node.module.split(".")[0])
+    return names
+
+
+@pytest.mark.skipif(sys.version_info < (3, 10), reason="Python does not tell its modules")
+def test_whatever_it_imports_is_required(prefix):
+    packages = next(prefix.rglob("paddock_gym/__init__.py")).parents[1]
+    own = {path.parent.name for path in packages.glob("*/__init__.py")}
+    (metadata,) = packages.glob("paddock_gym-*.dist-info/METADATA")
+    required = re.findall(r"^Requires-Dist: ([\w.-]+)[^;\n]*$", metadata.read_text(), re.M)
+    required = {name.lower() for name in required}
+    foreign = {}
+    for path in packages.rglob("*.py"):
+        for name in imported(path):
+            foreign.setdefault(name, path.relative_to(packages))
+    for name, path in foreign.items():
+        is_ros = name.endswith(("_msgs", "_srvs")) or name.startswith(("ros", "tf2", "dynamic_rec"))
+        if name in own | EXTRAS | OPTIONAL | STANDARD or is_ros or path.parts[0] not in CORE:
+            continue
+        assert DISTRIBUTIONS.get(name, name).lower() in required, f"{path} imports {name}"
 
 
 def keep_library(packages):

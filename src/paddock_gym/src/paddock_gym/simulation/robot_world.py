@@ -24,7 +24,7 @@ from bullet_sim.world import World
 
 from paddock_gym.errors import GymError
 from paddock_gym.simulation.recipe import Recipe, Spawn
-from paddock_gym.simulation.scene import SceneRenderer
+from paddock_gym.simulation.scene import SceneRenderer, make_world
 
 
 class Topic:
@@ -145,7 +145,7 @@ class RobotWorld:
     """
 
     def __init__(self, recipe: Recipe) -> None:
-        self.recipe, self.world = recipe, World()
+        self.recipe, self.world = recipe, make_world()
         self.warnings: list[str] = []
         self.topics: dict[str, Topic] = {}
         self.commands: dict[str, Command] = {}

@@ -3,11 +3,11 @@
 import dataclasses
 import math
 import os
+import sys
 
 from bullet_sim.errors import RenderError
 from bullet_sim.pose import Pose
 from bullet_sim.render.gl.renderer import GlRenderer
-from bullet_sim.render.pybullet_renderer import PyBulletRenderer
 from bullet_sim.render.request import Quality
 from bullet_sim.world import World
 from paddock_common.settings import Number
@@ -107,6 +107,8 @@ class SceneRenderer:
         try:
             self._renderer, self.backend = GlRenderer(QUALITY), "gl"
         except RenderError:
+            from bullet_sim.render.pybullet_renderer import PyBulletRenderer
+
             self._renderer, self.backend = PyBulletRenderer(), "tiny"
 
     def render(self, request, pose):
@@ -142,6 +144,15 @@ CONTROL_RATE = Number(min=1.0, max=100.0, unit="Hz")
 WINDOW = 0.5  # searched around the last arc length; one action moves a car less [m]
 
 
+def make_world():
+    """An empty World; tells on stderr where its solver is compiled before the first step."""
+    world = World()
+    if not world.engine.is_compiled():
+        text = "paddock: the solver is being compiled, once; it takes a minute or two"
+        print(text, file=sys.stderr, flush=True)
+    return world
+
+
 class Scene:
     """A track with a car.
 
@@ -168,7 +179,7 @@ class Scene:
         self.course = Course(self.track.lane, WINDOW)
         self.period = 1.0 / control_rate
         self.substeps = max(1, round(self.period / time_step))
-        self.world = World()
+        self.world = make_world()
         self.world.load(description.world(time_step))
         ground = self.world.spawn_sdf("track", self.track.sdf(), Pose(), description.resolve)
         self.ground = frozenset({(ground.body.number, ground.link_in_body("ground")[0])})

@@ -7,11 +7,12 @@ import xacro
 import yaml
 from bullet_sim.formats.sdf import world as sdf
 from bullet_sim.pose import Pose, multiply, quaternion_from_rpy
-from bullet_sim.world import World
 from cybertruck.drive.model import CyberModel, RateLimiter, TruckGeometry
 from cybertruck.trailer import paths
 from cybertruck.trailer.geometry import Geometry
 from cybertruck.trailer.kinematics import rear_axle
+
+from paddock_gym.simulation.scene import make_world
 
 DRIVE_PERIOD = 0.008  # of the drive node, whose rate limits apply [s]
 TIME_STEP = 0.004  # [s]; drives end within 0.04 % of where the worlds' 1 ms leads
@@ -47,7 +48,7 @@ class Truck:
         self.period = PERIODS * DRIVE_PERIOD
         truck = TruckGeometry(**values)
         self._kinematics, self._limiter = CyberModel(truck), RateLimiter(truck)
-        self.world = World()
+        self.world = make_world()
         text = (folder / "worlds" / "plane.world").read_text(encoding="utf-8")
         described = sdf.parse_world(text, self._resolve)
         self.world.load(dataclasses.replace(described, step=TIME_STEP))

@@ -30,10 +30,16 @@ from bullet_sim.engine.ode.tables import Tree, make_tree
 from bullet_sim.engine.ode.threads import Helpers, processors
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.engine.quickstep.library import advance, compile_once, is_compiled
+from bullet_sim.errors import ModelError
 from bullet_sim.pose import Array, Pose, Vec3, vector3
 
 if TYPE_CHECKING:
     from bullet_sim.engine.bullet.mirror import Mirror
+
+NO_PYBULLET = (
+    "PyBullet cannot be loaded ({}), and something in this world needs it: a shape or a ray that "
+    "the solver 'ode' leaves to it; ./run setup installs it, or pip install pybullet"
+)
 
 
 class OdeEngine:
@@ -64,8 +70,15 @@ class OdeEngine:
 
     @cached_property
     def mirror(self) -> Mirror:
-        """PyBullet's copies of the bodies; most worlds have none: a client alone takes 30 MB."""
-        from bullet_sim.engine.bullet.mirror import Mirror
+        """PyBullet's copies of the bodies; most worlds have none: a client alone takes 30 MB.
+
+        Raises:
+            ModelError: PyBullet is not installed.
+        """
+        try:
+            from bullet_sim.engine.bullet.mirror import Mirror
+        except ImportError as error:
+            raise ModelError(NO_PYBULLET.format(error)) from error
 
         return Mirror(self)
 
