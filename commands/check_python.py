@@ -52,9 +52,7 @@ def remedy(said, is_package, existing=deps.existing):
         return ""
     if is_package(module):
         return f"; package {module} is not built: ./run setup builds what is in src/"
-    added = sources.adding(module)
-    if added:  # a ROS package: PyPI may have something else of that name
-        return f"; {added}"
     name = "python3-" + module.lower().replace("_", "-")
-    otherwise = f"if it is on PyPI: ./run exec python -m pip install {module}"
-    return f"; {check_remedies.from_debian(lambda: existing([name])) or otherwise}"
+    pip = f"if it is on PyPI: ./run exec python -m pip install {module}"
+    debian = check_remedies.from_debian(lambda: existing([name]))
+    return f"; {debian or sources.adding(module) or pip}"

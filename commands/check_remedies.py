@@ -7,14 +7,8 @@ from commands import sources
 from commands.errors import CommandError
 from commands.subcommands import deps
 
-# Packages that neither Debian nor Paddock has -> what does the same.
-SAME = {
-    "cmd_vel_mux": "twist_mux",
-    "key_teleop": "teleop_twist_keyboard",
-    "robot_pose_ekf": "robot_localization",
-    "turtlebot_teleop": "teleop_twist_keyboard",
-    "yocs_cmd_vel_mux": "twist_mux",
-}
+# Packages that have no sources for Noetic -> what does the same.
+SAME = {"cmd_vel_mux": "twist_mux", "yocs_cmd_vel_mux": "twist_mux"}
 # Libraries of Gazebo plugins that are not here -> what is.
 PLUGINS = {
     "hector_gazebo_thermal_camera": "libgazebo_ros_camera.so has the image in its own colors",
@@ -36,8 +30,7 @@ def for_package(name, existing=deps.existing, resolve=deps.resolve):
         resolve: See deps.resolve().
     """
     if name in SAME:
-        command = sources.adding(SAME[name])
-        return f"{SAME[name]} does the same{command and f': {command}'}"
+        return f"{SAME[name]} does the same"
     return from_debian(lambda: existing(resolve([name])[name])) or sources.adding(name) or GENERIC
 
 

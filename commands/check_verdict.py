@@ -213,6 +213,9 @@ def notes(report):
     ]
     if report.get("stale"):
         said.append(report["stale"])
+    if sum("./run add " in text for text in report.get("problems", ())) > 1:
+        words = " ".join(report["checked"])
+        said.append(f"./run add --for {words} brings all of these packages and models at once")
     if report.get("was_paused"):
         said.append("the file starts the world paused; the check let it go on")
     factor = report.get("real_time_factor")

@@ -12,7 +12,7 @@ from commands import sources
 from commands.bootstrap import workspace
 from commands.errors import CommandError, UsageError, say
 from commands.git import git
-from commands.paths import CACHE, MODELS, SOURCES, read_xml, relative
+from commands.paths import CACHE, MODELS, read_xml, relative
 
 REPOSITORY = sources.Repository(
     "gazebo_models", "git", "https://github.com/osrf/gazebo_models.git", "master"
@@ -48,6 +48,11 @@ def add(words, clone=None):
     )
 
 
+def named_in(folders):
+    """Models of the database that files in folders name."""
+    return set().union(*map(_names_in, folders)) & sources.database() - BUILT_IN
+
+
 def _path(name):
     return os.path.join(MODELS, name)
 
@@ -58,11 +63,9 @@ def _named_by(word, known):
         return {word}
     if os.path.exists(word):
         return _names_in(word)
-    folders = [SOURCES, *filter(None, os.environ.get("ROS_PACKAGE_PATH", "").split(":"))]
-    for folder in folders:
-        package = workspace.manifests_of(folder).get(word)
-        if package:
-            return _names_in(package)
+    package = workspace.package_folder(word)
+    if package:
+        return _names_in(package)
     raise UsageError(
         f"{word!r} is no model of Gazebo's database, no package and no file",
         "config/gazebo_models.txt lists the models",

@@ -1,56 +1,25 @@
-"""Where sources of ROS packages are: the lists of ./run add, and repositories by package.
+"""Where sources of ROS packages are: Noetic's index, and what it lacks or has wrong.
 
-config/sources/NAME.repos are files of vcstool; their comments are the fields of Listed.
+Both are files of lines: REPOSITORY TYPE URL VERSION PACKAGE ...; of a repository with a branch a
+package VERSION has {package} in it.
 """
 
-import glob
+import difflib
+import functools
 import os
 import re
 from dataclasses import dataclass
 
-from commands.errors import CommandError, UsageError
-from commands.paths import ROOT, read, relative
+from commands.errors import UsageError
+from commands.paths import ROOT, read
 
-FOLDER = os.path.join(ROOT, "config", "sources")
+INDEX = os.path.join(ROOT, "config", "sources", "noetic.txt")  # of commands/noetic_index.py
+MORE = os.path.join(ROOT, "config", "sources", "more.txt")
+INDEX_URL = "https://raw.githubusercontent.com/ros/rosdistro/master/index-v4.yaml"
+DEBIANS_LIST = "/usr/share/python3-rosdep2/debian.yaml"  # of rosdep: ROS packages of Debian
+PACKAGE = "{package}"
 DATABASE = os.path.join(ROOT, "config", "gazebo_models.txt")
 URL = re.compile(r"(?:[a-z+]+://|[\w.-]+@[\w.-]+:).+")
-# Packages that no list is there for -> repository of their sources on GitHub and its branch for
-# ROS 1, where that is not the default one.
-ELSEWHERE = {
-    name: repository
-    for repository, names in {
-        "cartographer-project/cartographer_ros": ("cartographer_ros",),
-        "ros-perception/depthimage_to_laserscan": ("depthimage_to_laserscan",),
-        "clearpathrobotics/fath_pivot_mount_description": ("fath_pivot_mount_description",),
-        "ros-drivers/flir_camera_driver#noetic-devel": ("flir_camera_description",),
-        "paulbovbel/frontier_exploration": ("frontier_exploration",),
-        "yujinrobot/kobuki": ("kobuki_description", "kobuki_node", "kobuki_safety_controller"),
-        "yujinrobot/kobuki_desktop": ("kobuki_gazebo", "kobuki_gazebo_plugins"),
-        "ros-perception/laser_filters": ("laser_filters",),
-        "clearpathrobotics/LMS1xx#noetic-devel": ("lms1xx",),
-        "dfki-ric/mir_robot#noetic": ("mir_description", "mir_gazebo", "mir_navigation"),
-        "naturerobots/move_base_flex#noetic": ("mbf_abstract_nav", "mbf_costmap_nav"),
-        "OctoMap/octomap_mapping#kinetic-devel": ("octomap_mapping", "octomap_server"),
-        "ros-perception/pointcloud_to_laserscan#lunar-devel": ("pointcloud_to_laserscan",),
-        "ros-drivers/pointgrey_camera_driver#noetic-devel": ("pointgrey_camera_description",),
-        "PR2/pr2_common": ("pr2_description", "pr2_msgs"),
-        "locusrobotics/robot_navigation": ("dlux_global_planner", "dwb_local_planner", "nav_core2"),
-        "IntelRealSense/realsense-ros#ros1-legacy": ("realsense2_description",),
-        "ros/ros_tutorials#noetic-devel": ("roscpp_tutorials", "rospy_tutorials", "turtlesim"),
-        "introlab/rtabmap_ros": ("rtabmap_ros",),
-        "ros-visualization/rqt_robot_steering": ("rqt_robot_steering",),
-        "agilexrobotics/scout_ros": ("scout_base", "scout_bringup", "scout_msgs"),
-        "uos/sick_tim#noetic": ("sick_tim",),
-        "SteveMacenski/slam_toolbox#noetic-devel": ("slam_toolbox",),
-        "turtlebot/turtlebot": ("turtlebot_bringup", "turtlebot_description"),
-        "turtlebot/turtlebot_apps": ("turtlebot_navigation",),
-        "turtlebot/turtlebot_interactions": ("turtlebot_rviz_launchers",),
-        "turtlebot/turtlebot_simulator": ("turtlebot_gazebo",),
-        "ros-drivers/velodyne": ("velodyne_pointcloud",),
-        "RobotWebTools/web_video_server#ros1": ("web_video_server",),
-    }.items()
-    for name in names
-}
 
 
 @dataclass(frozen=True)
@@ -62,78 +31,80 @@ class Repository:
         kind: As vcstool names it: git, tar, zip.
         url: Where it is.
         version: Branch, tag or commit; of an archive the folder in it. Empty: the default branch.
+        only: Packages of which alone, with what they need of it, it is built; empty: all.
     """
 
     name: str
     kind: str
     url: str
     version: str = ""
+    only: tuple = ()
 
 
-@dataclass(frozen=True)
-class Listed:
-    """What a file of config/sources/ says.
-
-    Attributes:
-        about: What it is, in one line.
-        version: Why these branches.
-        next: Commands to type then.
-        repositories: Tuple of Repository.
-        needs: Names of other files without which it is not built.
-        without: Packages of the repositories that are disabled.
-        packages: Those that it is there for.
-    """
-
-    about: str
-    version: str
-    next: tuple
-    repositories: tuple
-    needs: tuple = ()
-    without: tuple = ()
-    packages: tuple = ()
-
-
-def listed():
-    """Lists the names of config/sources/."""
-    return sorted(
-        os.path.basename(path)[: -len(".repos")] for path in glob.glob(f"{FOLDER}/*.repos")
-    )
-
-
-def entries_of(names):
-    """Returns what names stand for, each after what it needs.
-
-    Args:
-        names: Of the list, or URLs.
+@functools.lru_cache(maxsize=None)
+def index():
+    """Reads both files.
 
     Returns:
-        List of Listed.
+        (dict from a repository to (kind, url, version, packages), dict from a package to its
+        repository).
     """
-    result = {}
-    for name in names:
-        entry = entry_of(name)
-        result.update({needed: entry_of(needed) for needed in entry.needs if needed not in result})
-        result[name] = entry
-    return list(result.values())
+    repositories, packages = {}, {}
+    for line in [*read(INDEX).splitlines(), *read(MORE).splitlines()]:
+        if line and not line.startswith("#"):
+            name, kind, url, version, *of_it = line.split()
+            repositories[name] = (kind, url, version, tuple(of_it))
+            packages.update(dict.fromkeys(of_it, name))
+    return repositories, packages
 
 
-def entry_of(name):
-    """Returns what a name of the list or a URL stands for.
+def names():
+    """Lists the repositories and packages that have sources."""
+    repositories, packages = index()
+    return sorted({*repositories, *packages})
+
+
+def folders():
+    """Names of the folders in src/ into which repositories of the index come."""
+    return {folder_of(url) for _, url, *_ in index()[0].values()}
+
+
+def repositories_of(name):
+    """Returns the repositories for a name: of a repository, else of a package; or a URL.
 
     Raises:
-        UsageError: It is neither.
+        UsageError: It is nothing of these.
     """
     if URL.fullmatch(name):
         url, _, version = name.partition("#")
         folder = folder_of(url)
         if not re.fullmatch(r"[\w.-]+", folder):
             raise UsageError(f"URL is {name!r}; its last part must name the repository")
-        return Listed("", "", (), (Repository(folder, "git", url, version),))
-    if name not in listed():
+        return [Repository(folder, "git", url, version)]
+    repositories, _ = index()
+    found = _of_index(name, repositories[name][3]) if name in repositories else of_package(name)
+    if not found:
+        near = difflib.get_close_matches(name, names(), 3)
         raise UsageError(
-            f"name is {name!r}; there are {', '.join(listed())}, or the URL of a repository"
+            f"name is {name!r}; valid: a repository or a package of Noetic's index"
+            f"{' (' + ', '.join(near) + ')' if near else ''}, a name of ./run add --list, a URL"
         )
-    return read_list(os.path.join(FOLDER, f"{name}.repos"))
+    return found
+
+
+def of_package(name):
+    """Returns the repository that has a package, in a list; empty: none is known."""
+    repository = index()[1].get(name)
+    return _of_index(repository, (name,)) if repository else []
+
+
+def _of_index(name, packages):
+    kind, url, version, _ = index()[0][name]
+    if PACKAGE not in version:
+        return [Repository(folder_of(url), kind, url, version, packages)]
+    return [
+        Repository(package, kind, url, version.replace(PACKAGE, package)) for package in packages
+    ]
 
 
 def database():
@@ -146,48 +117,9 @@ def folder_of(url):
     return re.sub(r"\.git$", "", url.rstrip("/").rpartition("/")[2].rpartition(":")[2])
 
 
-def read_list(path):
-    """Reads a file of vcstool whose comments are the fields of Listed.
-
-    Raises:
-        CommandError: It is not in that format.
-    """
-    keys = ("about", "version", "next", "needs", "without", "packages")
-    words, repositories, fields = {key: [] for key in keys}, [], {}
-    for line in read(path).splitlines():
-        comment = re.fullmatch(rf"# ({'|'.join(keys)}): (.*)", line)
-        entry = re.fullmatch(r"  ([\w.-]+):", line)
-        value = re.fullmatch(r"    (type|url|version): (\S+)", line)
-        if comment:
-            words[comment[1]].append(comment[2])
-        elif entry:
-            fields = {}
-            repositories.append((entry[1], fields))
-        elif value:
-            fields[value[1]] = value[2]
-        elif line.strip() not in ("", "repositories:"):
-            raise CommandError(f"{relative(path)}: the line {line!r} is not of a .repos file")
-    return Listed(
-        " ".join(words["about"]),
-        " ".join(words["version"]),
-        tuple(words["next"]),
-        tuple(
-            Repository(name, values["type"], values["url"], values.get("version", ""))
-            for name, values in repositories
-        ),
-        *(
-            tuple(name for text in words[key] for name in text.partition("#")[0].split())
-            for key in ("needs", "without", "packages")
-        ),
-    )
-
-
 def adding(package):
-    """Returns the command that brings the sources of a ROS package; empty: none is known."""
-    for name in listed():
-        if package in entry_of(name).packages:
-            return f"./run add {name}"
-    if package not in ELSEWHERE:
+    """Returns the command that brings the sources of a ROS package; empty: Debian has it, or none
+    are known."""
+    if package not in index()[1] or f"\n{package}:" in read(DEBIANS_LIST):
         return ""
-    repository, _, branch = ELSEWHERE[package].partition("#")
-    return f"./run add https://github.com/{repository}.git{branch and f'#{branch}'}"
+    return f"./run add {package}"

@@ -187,6 +187,15 @@ def manifests_of(folder, skipped=None):
     return rule().packages_below(folder, skipped)
 
 
+def package_folder(name):
+    """Returns the folder of a package of src/ or of ROS_PACKAGE_PATH; None: there is none."""
+    for place in [SOURCES, *filter(None, os.environ.get("ROS_PACKAGE_PATH", "").split(":"))]:
+        folder = manifests_of(place).get(name)
+        if folder:
+            return folder
+    return None
+
+
 def in_ros(name):
     """Returns whether the ROS below has a package."""
     return os.path.exists(f"{ros.share()}/{name}/package.xml")

@@ -1,40 +1,48 @@
 """Brings ROS packages from their sources into src/, installs what they need of Debian, builds them.
 
-NAME is one of --list (config/sources/NAME.repos: each was built and started with Paddock), or the
-URL of a git repository, with #BRANCH at its end if it is not to be the default branch. For example:
+NAME is a repository or a package of Noetic's index, or of --list: what the index lacks or has
+wrong. Or it is the URL of a git repository, with #BRANCH at its end if it is not to be the default
+branch. For example:
   ./run add navigation gmapping
+  ./run add --for PATH                        # all that packages, or a launch file, lack
   ./run add https://github.com/somebody/their_robot.git#noetic-devel
   ./run add models PACKAGE|FILE|MODEL ...     # of Gazebo's database: those that they name
-Packages in src/ take the place of stand-ins of the same name. What cannot be built is left out and
-named. A repository that is in src/ already stays as it is. Submodules come, too. Of a package that
-is in two repositories the one of --list is used, else the one that came last.
+What the packages depend on, and neither Debian nor Paddock nor src/ has, comes, too. Of a package's
+repository the packages that it does not need are disabled, by CATKIN_IGNORE. Packages in src/ take
+the place of stand-ins of the same name. What cannot be built is left out and named. A repository
+that is in src/ already stays as it is. Submodules come, too. Of a package that is in two
+repositories the one of the index is used, else the one that came last.
 """
 
-import glob
-import json
 import os
-import re
 import subprocess
 
-from commands import bootstrap, gazebo_models, processes
+from commands import bootstrap, gazebo_models, sources
 from commands.bootstrap import left_out, step, workspace
 from commands.errors import CommandError, UsageError, say
-from commands.git import git
-from commands.paths import CACHE, SOURCES, relative, write
-from commands.sources import Repository, entries_of, entry_of, folder_of, listed
+from commands.paths import CACHE, PYTHON, ROOT, SOURCES, read, relative, write
+from commands.repositories import bring, local
+from commands.sources import Repository
 from commands.subcommands import deps, setup
 
-USAGE = "[--from FOLDER] NAME|URL ... | --list"
-ARCHIVES = {".tar": "tar", ".tar.gz": "tar", ".tgz": "tar", ".tar.bz2": "tar", ".zip": "zip"}
-ATTEMPTS = 3  # at bringing a repository
+USAGE = "[--from FOLDER] NAME|URL ... | --for PATH|PACKAGE [FILE.launch] | --list | --refresh"
 LOCK = "add.lock"
-PART = ".part"  # in src/, out of catkin's sight: what is being brought
+INDEX_READER = os.path.join(ROOT, "commands", "noetic_index.py")
+SECONDS = 4.0  # of a processor for a C++ file: 2.6 of navigation, 4.8 of laser_filters
+CPP, HEADERS = (".c", ".cc", ".cpp", ".cxx"), (".h", ".hh", ".hpp")
 
 
 def add_arguments(parser):
     """Declares names, --from and --list."""
-    names = parser.add_argument("names", nargs="*", metavar="NAME", help="of --list, or a URL")
-    names.complete = listed
+    named = parser.add_argument("names", nargs="*", metavar="NAME", help="see above, or a URL")
+    named.complete = sources.names
+    parser.add_argument(
+        "--for",
+        dest="users",
+        nargs="+",
+        metavar="PATH",
+        help="bring what the packages at and below a path, of a name or of a launch file lack",
+    )
     parser.add_argument(
         "--from",
         dest="folder",
@@ -42,189 +50,172 @@ def add_arguments(parser):
         help="take clones (NAME, NAME.git) or archives (NAME.tar.gz, NAME.zip ...) from there "
         "instead of the network",
     )
-    parser.add_argument("--list", action="store_true", help="tell what there is")
+    parser.add_argument("--list", action="store_true", help="tell what there is beside the index")
+    parser.add_argument("--refresh", action="store_true", help="take Noetic's index anew")
 
 
 def run(options, _rest):
     """Brings, builds and says what there is now."""
     if options.list:
         return print_list()
-    if not options.names:
+    if options.refresh:
+        return refresh(options.folder)
+    if not options.names and not options.users:
         raise UsageError("add needs a name", f"usage: ./run add {USAGE}")
     with step.SetupLock(os.path.join(CACHE, LOCK), "bringing packages"):
-        return add(options.names, options.folder)
+        return add(options.names, options.folder, options.users or ())
 
 
-def add(names, folder):
-    """Brings and builds; one ./run at a time."""
-    if names[0] == "models":
+def add(names, folder, users=()):
+    """Brings and builds; one ./run at a time.
+
+    Args:
+        names: As given.
+        folder: Where clones and archives are; None: from the network.
+        users: Paths, packages and launch files that lack something.
+    """
+    if names[:1] == ["models"]:
         deps.prepare()
-        clone = folder and local(gazebo_models.REPOSITORY, folder).url
-        return gazebo_models.add(names[1:], clone)
-    wanted = entries_of(names)
+        return gazebo_models.add(names[1:], _clone_of_models(folder))
+    typed = [found for name in names for found in sources.repositories_of(name)]
     before = set(workspace.users_packages())
     deps.prepare()
-    repositories = {
-        repository.name: repository for entry in wanted for repository in entry.repositories
-    }
-    without = [name for entry in wanted for name in entry.without]
-    for repository in repositories.values():
-        bring(repository, folder, without)
-    leave_copies([*repositories])
+    lacking = _lacking(users, folder) if users else {}
+    nowhere = bring_all(typed, lacking, folder)
     users = workspace.users_packages()
+    new = [name for name in users if name not in before]
+    for line in [*_lines_of_nowhere(nowhere), *sizes(users, new)]:
+        say(line)
     deps.offer(list(users.values()), setup.asked)
     bootstrap.prepare()
     entries = left_out.saved()
     for line in left_out.lines(entries):
         say(line)
     gone = {entry.package for entry in entries if not entry.program}
-    new = sorted(set(users) - before - gone)
+    new = sorted(set(new) - gone)
     say(f"here now: {', '.join(new) or 'nothing new'}")
     if new and deps.has_lists():
         for line in deps.launched(deps.find([users[name] for name in new])):
             say(line)
-    for entry in wanted:
-        for command in entry.next:
-            say(f"  {command}")
+    return 0
+
+
+def _clone_of_models(folder):
+    return folder and local(gazebo_models.REPOSITORY, folder).url
+
+
+def _lacking(words, folder):
+    """Brings models that packages name; returns the packages that they lack: see bring_all()."""
+    folders = deps.folders_of(words)
+    answer = deps.find(folders)
+    if gazebo_models.named_in(folders):
+        gazebo_models.add(folders, _clone_of_models(folder))
+    return {**dict.fromkeys(answer.launched_from_nowhere(), ()), **answer.nowhere}
+
+
+def bring_all(typed, lacking, folder):
+    """Brings repositories, then what their packages lack, round after round.
+
+    Args:
+        typed: Repositories that must be had.
+        lacking: Dict from a package that is missing to those that ask for it.
+        folder: Where clones and archives are; None: from the network.
+
+    Returns:
+        Dict from a package that cannot be had to those that ask for it.
+
+    Raises:
+        CommandError: One of the first cannot be had.
+    """
+    for repository in typed:
+        bring(repository, folder)
+    came, known, nowhere = [repository.name for repository in typed], set(), {}
+    while True:
+        for name in sorted(lacking.keys() - known):
+            try:
+                repositories = sources.of_package(name)
+                for repository in repositories:
+                    bring(repository, folder)
+                    came.append(repository.name)
+            except CommandError as error:
+                say(f"left out: {error}")
+                repositories = []
+            if not repositories:
+                nowhere[name] = lacking[name]
+        leave_copies(came)
+        known |= lacking.keys()
+        folders = [path for path in workspace.users_packages().values() if _top(path) in came]
+        if not (folders and deps.has_lists()):
+            return nowhere
+        lacking = deps.find(folders, tests=False).nowhere
+        if lacking.keys() <= known:
+            return nowhere
+
+
+def _top(path):
+    """Returns the folder in src/ that a path is in."""
+    return os.path.relpath(path, SOURCES).split(os.sep)[0]
+
+
+def _lines_of_nowhere(nowhere):
+    """Yields what is said of packages that cannot be had."""
+    for name, askers in sorted(nowhere.items()):
+        said = f", for {', '.join(askers)}" if askers else ""
+        yield f"{name}{said}: cannot be had"
+
+
+def sizes(users, names):
+    """Yields how much is to be compiled, a line a repository, and about how long it takes.
+
+    Args:
+        users: Dict from packages to their folders.
+        names: Packages that are new.
+    """
+    repositories, total = {}, 0
+    for name in sorted(names):
+        repositories.setdefault(_top(users[name]), []).append(name)
+    for top, packages in repositories.items():
+        walks = [walk for name in packages for walk in os.walk(users[name])]
+        paths = [os.path.join(directory, name) for directory, _, inside in walks for name in inside]
+        lines = sum(read(path).count("\n") for path in paths if path.endswith((*CPP, *HEADERS)))
+        files = sum(path.endswith(CPP) for path in paths)
+        total += files
+        yield f"{top}: {', '.join(packages)}; {files} C++ files, {lines:,} lines with headers"
+    if total:
+        cores = len(os.sched_getaffinity(0))
+        minutes = max(1, round(total * SECONDS / cores / 60))
+        yield f"to compile: {total} files, about {minutes} min on {cores} cores"
+
+
+def refresh(folder):
+    """Writes config/sources/noetic.txt.
+
+    Args:
+        folder: Where a clone of ros/rosdistro is; None: from the network.
+
+    Raises:
+        CommandError: The index cannot be had.
+    """
+    deps.prepare()
+    url = sources.INDEX_URL
+    if folder:
+        clone = local(Repository("rosdistro", "git", url), folder).url
+        url = f"file://{clone}/index-v4.yaml"
+    done = subprocess.run([PYTHON, "-I", INDEX_READER, url], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise CommandError(f"{url} cannot be read", *done.stderr.splitlines()[-1:])
+    comments = [line for line in read(sources.INDEX).splitlines() if line.startswith("#")]
+    write(sources.INDEX, "\n".join([*comments, done.stdout]))
+    say(f"{relative(sources.INDEX)}: {len(done.stdout.splitlines())} repositories")
     return 0
 
 
 def print_list():
-    """Prints the names, what they are and their branches."""
-    for name in listed():
-        entry = entry_of(name)
-        there = all(
-            os.path.isdir(os.path.join(SOURCES, repository.name))
-            for repository in entry.repositories
-        )
-        say(f"{name}{' (in src/)' if there else ''}: {entry.about}")
-        for repository in entry.repositories:
-            say(f"    {repository.url} {repository.version}")
-        say(f"    {entry.version}")
+    """Prints what there is beside the index, and how much that has."""
+    say(read(sources.MORE), end="")
+    repositories, packages = sources.index()
+    say(f"Noetic's index and these: {len(repositories)} repositories, {len(packages)} packages")
     return 0
-
-
-def bring(repository, folder=None, without=()):
-    """Brings a repository into src/, by vcstool: all of it, or nothing.
-
-    Args:
-        folder: Where clones and archives are; None: from the network.
-        without: Names of packages that are disabled in it.
-
-    Raises:
-        CommandError: It is not there, or not as it should be.
-        Interrupted: A signal ended it.
-    """
-    target = os.path.join(SOURCES, repository.name)
-    if os.path.lexists(target):
-        return say(f"{relative(target)} is there already, and stays as it is")
-    source = repository if folder is None else local(repository, folder)
-    say(f"{relative(target)}: {source.url} {source.version}".rstrip())
-    import shutil
-
-    part = os.path.join(SOURCES, PART)
-    place = os.path.join(part, repository.name)
-    shutil.rmtree(part, ignore_errors=True)  # of a ./run that was killed
-    try:
-        _import(source, part)
-        bring_submodules(place, folder)
-        leave_out(without, place)
-        os.rename(place, target)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
-
-
-def _import(result, folder):
-    """Lets vcstool make a repository in a folder.
-
-    Raises:
-        CommandError: It cannot be had.
-        Interrupted: A signal ended it.
-    """
-    import shutil
-    import tempfile
-
-    path = os.path.join(CACHE, "sources.repos")
-    fields = {"type": result.kind, "url": result.url}
-    if result.version:
-        fields["version"] = result.version
-    write(path, json.dumps({"repositories": {result.name: fields}}))  # YAML reads 1.10 as a number
-    for _ in range(ATTEMPTS):
-        os.makedirs(folder, exist_ok=True)
-        with tempfile.TemporaryFile("w+", errors="replace") as said:
-            status = processes.run_child(
-                [deps.VCS, "import", "--retry", "0", "--input", path, folder],
-                env={**os.environ, "GIT_TERMINAL_PROMPT": "0", "LC_ALL": "C"},
-                stdin=subprocess.DEVNULL,
-                stdout=said,
-                stderr=subprocess.STDOUT,
-                pass_fds=step.held_locks(),
-                grace=step.GRACE,
-            )
-            if status == 0:
-                return
-            said.seek(0)
-            lines = [line for line in said.read().splitlines() if line.strip(" .=E")]
-        shutil.rmtree(folder, ignore_errors=True)  # half of it stops the next attempt
-    causes = [line for line in lines if re.search(r"\b(fatal|error):", line)]
-    what = f"{result.url} {result.version}".rstrip()
-    raise CommandError(f"{what} cannot be brought", *(causes or lines[-3:])[:3])
-
-
-def bring_submodules(target, folder=None):
-    """Fills the empty submodules of a repository and theirs; one that cannot be had is named.
-
-    Args:
-        target: The repository's folder.
-        folder: Where clones are; None: from the network.
-    """
-    for path, url in submodules(target):
-        into = os.path.join(target, path)
-        shown = _shown(into)
-        if os.path.isdir(into) and os.listdir(into):
-            continue
-        if folder is None:
-            done = git(target, "submodule", "update", "--init", "--", path)
-        else:
-            name = folder_of(url)
-            try:
-                source = local(Repository(name, "git", url), folder).url
-            except CommandError as error:
-                say(f"left out: submodule {shown} ({url}): {error}")
-                continue
-            done = git(target, "clone", "--quiet", source, path)
-            commit = git(target, "rev-parse", f"HEAD:{path}").stdout.strip()
-            if done.returncode == 0 and git(into, "checkout", "--quiet", commit).returncode != 0:
-                say(f"{shown}: {source} does not have {commit}, its newest commit is used")
-        if done.returncode != 0:
-            lines = [line for line in done.stderr.splitlines() if line.strip()]
-            reason = next((line for line in lines if "fatal" in line), "".join(lines[-1:]))
-            say(f"left out: submodule {shown} ({url}): {reason}")
-            continue
-        say(f"{shown}: {url}, a submodule")
-        bring_submodules(into, folder)
-
-
-def submodules(target):
-    """Lists the (path, URL) of a repository's submodules."""
-    file = os.path.join(target, ".gitmodules")
-    if not (os.path.exists(file) and os.path.exists(os.path.join(target, ".git"))):
-        return []
-    fields = {}
-    for line in git(target, "config", "-f", file, "--list").stdout.splitlines():
-        key, _, value = line.partition("=")
-        name, _, field = key.rpartition(".")
-        fields.setdefault(name, {})[field] = value
-    return [
-        (module["path"], module["url"])
-        for module in fields.values()
-        if {"path", "url"} <= module.keys()
-    ]
-
-
-def _shown(path):
-    """Returns for messages where in src/ something will be."""
-    return relative(path).replace(f"{PART}/", "", 1)
 
 
 def leave_copies(names):
@@ -233,12 +224,12 @@ def leave_copies(names):
     Args:
         names: Repositories that have just been brought.
     """
-    of_list = {known.name for name in listed() for known in entry_of(name).repositories}
+    known = sources.folders()
 
     def rank(path):
         repository = os.path.relpath(path, SOURCES).split(os.sep)[0]
         last = names.index(repository) if repository in names else -1
-        return repository in of_list, last
+        return repository in known, last
 
     for name, folders in sorted(workspace.copies().items()):
         used = max(folders, key=rank)
@@ -249,75 +240,3 @@ def leave_copies(names):
                     f"{name}: {relative(used)} is used; {relative(path)} is disabled by its file "
                     "CATKIN_IGNORE"
                 )
-
-
-def leave_out(names, folder):
-    """Disables packages at and below a folder by CATKIN_IGNORE.
-
-    Args:
-        names: Of packages.
-    """
-    for name, path in sorted(workspace.manifests_of(folder).items()):
-        if name in names:
-            write(os.path.join(path, "CATKIN_IGNORE"), "")
-            say(f"{name}: {_shown(path)} is disabled by its file CATKIN_IGNORE")
-
-
-def _target(member):
-    """Returns what a member of a tar points to, as a name in it; a device is outside."""
-    if member.issym():
-        return os.path.join(os.path.dirname(member.name), member.linkname)
-    if member.islnk():
-        return member.linkname
-    return member.name if member.isreg() or member.isdir() else os.devnull
-
-
-def local(repository, folder):
-    """Finds the clone or the archive of a repository in a folder.
-
-    Raises:
-        CommandError: There is none.
-    """
-    folder = os.path.realpath(folder)
-    for name in (repository.name, f"{repository.name}.git"):
-        path = os.path.join(folder, name)
-        if os.path.exists(os.path.join(path, ".git")) or os.path.exists(os.path.join(path, "HEAD")):
-            return Repository(repository.name, "git", path, repository.version)
-    for path in sorted(glob.glob(os.path.join(folder, f"{glob.escape(repository.name)}*"))):
-        rest = os.path.basename(path)[len(repository.name) :]
-        kind = next((kind for end, kind in ARCHIVES.items() if rest.endswith(end)), None)
-        if kind and (rest in ARCHIVES or rest[0] in "-_"):
-            return Repository(repository.name, kind, f"file://{path}", top_folder(path, kind))
-    raise CommandError(
-        f"{folder} has neither {repository.name}, a clone, nor an archive of it "
-        f"({', '.join(f'{repository.name}{end}' for end in ARCHIVES)})"
-    )
-
-
-def top_folder(path, kind):
-    """Returns the one folder in which all of an archive is; empty: there is none such.
-
-    Raises:
-        CommandError: It is damaged, or has something that would be unpacked elsewhere.
-    """
-    import tarfile
-    import zipfile
-    import zlib
-
-    try:
-        if kind == "zip":
-            with zipfile.ZipFile(path) as archive:
-                names, targets = archive.namelist(), []
-        else:
-            with tarfile.open(path) as archive:
-                members = archive.getmembers()
-            names = [member.name for member in members]
-            targets = [_target(member) for member in members]
-    except (tarfile.TarError, zipfile.BadZipFile, zlib.error, OSError, EOFError) as error:
-        raise CommandError(f"{path} cannot be unpacked: {error}") from None
-    for name in (*names, *targets):
-        if os.path.normpath(name).split(os.sep)[0] in ("", os.pardir):
-            raise CommandError(f"{path} is not unpacked: {name!r} of it is outside of it")
-    tops = {name.partition("/")[0] for name in names if name.partition("/")[0] not in ("", ".")}
-    inside = any("/" in name.rstrip("/") for name in names)
-    return tops.pop() if len(tops) == 1 and inside else ""

@@ -61,6 +61,7 @@ def run(options, rest):
     report = observed(files, environ, port, folder, options.seconds)
     missing = check_remedies.missing_packages(report)
     report["remedies"] = {name: check_remedies.for_package(name) for name in missing}
+    report["checked"] = [options.package, options.file]
     report["companions"] = _companions(files, environ)
     report["stale"] = built_elsewhere(_folder(options.package, environ))
     for name in ("problems", "notes", "verdict"):

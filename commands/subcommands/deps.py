@@ -15,7 +15,7 @@ import subprocess
 from dataclasses import dataclass, field
 
 from commands import sources
-from commands.bootstrap import left_out, old_code, packages, ros
+from commands.bootstrap import left_out, old_code, packages, ros, workspace
 from commands.bootstrap.workspace import (
     given_way,
     manifests_below,
@@ -37,7 +37,6 @@ DEPEND_TAGS = (
     "test_depend",
 )
 OUR_LIST = os.path.join(ROOT, "config", "rosdep", "paddock.yaml")
-DEBIANS_LIST = "/usr/share/python3-rosdep2/debian.yaml"
 LOOKUP = os.path.join(ROOT, "commands", "rosdep_lookup.py")
 ROSDEP, VCS = "/usr/bin/rosdep", "/usr/bin/vcs"
 OS_RELEASE = "/etc/os-release"
@@ -88,6 +87,26 @@ def find_manifests(folder):
     return manifests
 
 
+def folders_of(words):
+    """Returns the folders of packages that words stand for: paths, packages, launch files.
+
+    Raises:
+        UsageError: A word is none of these.
+    """
+    folders = []
+    for word in words:
+        path = workspace.package_folder(word) or word
+        if os.path.isfile(path):
+            path = os.path.dirname(os.path.abspath(path))
+            while not os.path.exists(f"{path}/package.xml") and path != os.path.dirname(path):
+                path = os.path.dirname(path)
+        if os.path.isdir(path) and manifests_below(path):
+            folders.append(path)
+        elif not (folders and word.endswith(".launch")):  # PACKAGE FILE.launch, as of roslaunch
+            raise UsageError(f"{word!r} is no package, and neither a folder nor a file of one")
+    return folders
+
+
 def read_manifest(path):
     """Reads a package.xml.
 
@@ -112,6 +131,11 @@ def read_manifest(path):
         if element.tag in DEPEND_TAGS and text and _for_ros_1(element.get("condition", "")):
             wanted.setdefault(text, []).append(element.tag)
     return name, wanted
+
+
+def without_tests(wanted):
+    """Lists what of read_manifest()'s dependencies not only tests ask for."""
+    return [name for name, tags in wanted.items() if tags != ["test_depend"]]
 
 
 def readable(paths):
@@ -174,7 +198,7 @@ def resolve(names, debians_ros=True):
     import json
 
     prepare()
-    lists = [OUR_LIST, *([DEBIANS_LIST] if debians_ros else [])]
+    lists = [OUR_LIST, *([sources.DEBIANS_LIST] if debians_ros else [])]
     names = sorted(set(names))
     done = subprocess.run(
         [PYTHON, "-I", LOOKUP, _codename(), *lists],
@@ -265,6 +289,10 @@ class Answer:
     nowhere: dict = field(default_factory=dict)
     launched: dict = field(default_factory=dict)
 
+    def launched_from_nowhere(self):
+        """Lists what only launch files ask for and Debian does not have."""
+        return [name for name, packages in self.launched.items() if not packages]
+
 
 def ours():
     """Lists the packages of Paddock's workspace, and what its stand-ins answer for."""
@@ -279,11 +307,12 @@ def of_sourced_ros():
     return {os.path.basename(os.path.dirname(path)) for path in files}
 
 
-def find(folder, existing=existing, installed=installed, paddock=None, resolve=resolve):
+def find(folder, existing=existing, installed=installed, paddock=None, resolve=resolve, tests=True):
     """Looks up everything that the packages of a folder ask for.
 
     Args:
         folder: Or a list of folders.
+        tests: Whether what only tests ask for counts.
         existing, installed: From names of Debian packages to those of which it is true.
         resolve: See resolve().
         paddock: Names of Paddock's packages; None to look.
@@ -300,6 +329,8 @@ def find(folder, existing=existing, installed=installed, paddock=None, resolve=r
     asking, launching = {}, set()
     for path, (name, wanted) in zip(paths, manifests):
         components = left_out.components_of(os.path.dirname(path))
+        if not tests:
+            wanted = without_tests(wanted)
         for dependency in dict.fromkeys([*wanted, *components]):
             asking.setdefault(dependency, []).append(name)
         launching |= named_in_launch_files(os.path.dirname(path))
@@ -354,6 +385,8 @@ def page(answer):
             f"  {name}, for {', '.join(asker)}{_with(sources.adding(name))}"
             for name, asker in answer.nowhere.items()
         ]
+        if sum(bool(sources.adding(name)) for name in answer.nowhere) > 1:
+            lines.append("  ./run add --for PATH brings all of these at once")
     return lines + launched(answer)
 
 

@@ -20,7 +20,7 @@ from commands import check_log, check_python, check_roslaunch, check_verdict
         ("ModuleNotFoundError: No module named 'some_net'", "pip install some_net"),
         (
             "ModuleNotFoundError: No module named 'turtlesim.msg'",
-            "./run add https://github.com/ros/ros_tutorials.git#noetic-devel",
+            "; ./run add turtlesim",
         ),
         ("NameError: name 'speed' is not defined", ""),
     ],

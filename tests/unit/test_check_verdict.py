@@ -439,6 +439,15 @@ def test_sources_of_what_is_missing(tmp_path, monkeypatch):
     }
 
 
+def test_one_command_brings_all_that_is_missing():
+    one = {**GOOD, "problems": ["a is not there; ./run add a"], "checked": ["robot", "a.launch"]}
+    assert check_verdict.notes(one) == []
+    two = {**one, "problems": [*one["problems"], "2 models are missing; ./run add models b c"]}
+    assert check_verdict.notes(two) == [
+        "./run add --for robot a.launch brings all of these packages and models at once"
+    ]
+
+
 def test_what_would_replace_it():
     def resolve(names):
         return {name: ["laser-filters"] if name == "laser_filters" else [] for name in names}
@@ -451,13 +460,11 @@ def test_what_would_replace_it():
         )
     }
     assert remedies["laser_filters"] == "apt-get install laser-filters"
-    assert remedies["move_base"] == "./run add navigation"
-    url = "https://github.com/SteveMacenski/slam_toolbox.git#noetic-devel"
-    assert remedies["slam_toolbox"] == f"./run add {url}"
+    assert remedies["move_base"] == "./run add move_base"
+    assert remedies["slam_toolbox"] == "./run add slam_toolbox"
     assert remedies["robot_localization"] == "./run add robot_localization"
-    assert remedies["robot_pose_ekf"] == (
-        "robot_localization does the same: ./run add robot_localization"
-    )
+    assert remedies["robot_pose_ekf"] == "./run add robot_pose_ekf"
+    assert remedies["cmd_vel_mux"] == "twist_mux does the same"
     assert "./run deps" in remedies["my_own"]
     assert "Python class" in check_remedies.for_plugin("libhover.so")
     assert "libgazebo_ros_camera" in check_remedies.for_plugin("libhector_gazebo_thermal_camera.so")

@@ -12,46 +12,53 @@ import zipfile
 import pytest
 import yaml
 from run_rig import PATIENCE, run
-from users_rig import LIST, MANIFEST, git
+from users_rig import MANIFEST, git
 
-from commands import check_remedies
+from commands import check_remedies, repositories
 from commands import sources as repos
 from commands.bootstrap import workspace
 from commands.errors import CommandError, Interrupted, UsageError
 from commands.subcommands import add
 
 
-@pytest.mark.parametrize("name", repos.listed())
-def test_each_list_is_complete(name):
-    entry = repos.entry_of(name)
-    assert entry.about and entry.version and entry.next and entry.repositories
-    assert set(entry.needs) <= set(repos.listed())
-    for each in entry.repositories:
-        assert each.kind == "git" and each.version
-        assert re.fullmatch(r"https://github\.com/[\w.-]+/[\w.-]+\.git", each.url)
-    for command in entry.next:
-        assert "./run " in command
+def test_the_index_is_complete():
+    repositories, packages = repos.index()
+    assert len(repositories) > 800 and len(packages) > 2000
+    for kind, url, version, names in repositories.values():
+        assert kind == "git" and version and names
+        assert re.fullmatch(r"(https|git)://\S+", url)
 
 
-@pytest.mark.parametrize("name", repos.listed())
-def test_check_names_what_can_be_added(name):
-    packages = repos.entry_of(name).packages
-    assert packages and not set(packages) & set(repos.ELSEWHERE)
-    for package in packages:
+@pytest.mark.parametrize(
+    "name, places",
+    [
+        ("navigation", [("navigation", "noetic-devel", 16)]),
+        ("map_server", [("navigation", "noetic-devel", 1)]),
+        ("explore_lite", [("m-explore", "noetic-devel", 1)]),
+        ("libg2o", [("libg2o", "release/noetic/libg2o/2020.5.3-1", 0)]),  # has a release alone
+        ("turtlebot3", [("turtlebot3", "noetic", 7)]),  # the index names a branch that is gone
+        ("scout", [("ugv_gazebo_sim", "master", 3)]),  # is in no index
+    ],
+)
+def test_where_a_name_has_its_sources(name, places):
+    found = repos.repositories_of(name)
+    assert [(each.name, each.version, len(each.only)) for each in found] == places
+
+
+def test_check_names_what_can_be_added():
+    for package, command in [
+        ("amcl", "./run add amcl"),
+        ("scout_control", "./run add scout_control"),
+    ]:
         remedy = check_remedies.for_package(package, lambda _: set(), lambda names: {package: []})
-        assert remedy == f"./run add {name}"
-
-
-@pytest.mark.parametrize("name", ["husky", "jackal"])
-def test_robots_bring_what_their_launch_files_start(name):
-    brought = {package for entry in repos.entries_of([name]) for package in entry.packages}
-    assert {"robot_localization", "teleop_twist_joy", "interactive_marker_twist_server"} <= brought
+        assert remedy == command
+    assert repos.adding("nobodys_package") == ""
 
 
 def test_the_list_is_printed():
     done = run("add", "--list")
-    assert done.returncode == 0 and "navigation" in done.stdout
-    assert "https://github.com/ros-planning/navigation.git noetic-devel" in done.stdout
+    assert done.returncode == 0 and "# Not in the index:\ncartographer git " in done.stdout
+    assert re.search(r"\d+ repositories, \d+ packages\n$", done.stdout)
 
 
 @pytest.mark.parametrize(
@@ -64,29 +71,29 @@ def test_the_list_is_printed():
     ],
 )
 def test_urls(text, folder, version):
-    (found,) = repos.entry_of(text).repositories
+    (found,) = repos.repositories_of(text)
     assert (found.name, found.kind, found.version) == (folder, "git", version)
     assert found.url == text.partition("#")[0]
 
 
-def test_what_is_neither_in_the_list_nor_a_url():
-    with pytest.raises(UsageError, match="name is 'navigatoin'; there are .*navigation"):
-        repos.entry_of("navigatoin")
+def test_what_is_neither_in_the_index_nor_a_url():
+    with pytest.raises(UsageError, match="name is 'navigatoin'; valid: .*navigation"):
+        repos.repositories_of("navigatoin")
     with pytest.raises(UsageError, match="its last part must name"):
-        repos.entry_of("https://example.org/?")
+        repos.repositories_of("https://example.org/?")
 
 
 def test_where_a_folder_has_a_repository(sources, tmp_path):
     thing = repos.Repository("thing", "git", "https://example.org/thing.git", "noetic")
-    assert add.local(thing, str(sources)).url == str(sources / "thing.git")
-    packed = add.local(repos.Repository("packed", "git", "x", "noetic"), str(sources))
+    assert repositories.local(thing, str(sources)).url == str(sources / "thing.git")
+    packed = repositories.local(repos.Repository("packed", "git", "x", "noetic"), str(sources))
     assert (packed.kind, packed.version) == ("tar", "packed-noetic")
     with zipfile.ZipFile(tmp_path / "packed.zip", "w") as archive:
         archive.writestr("package.xml", "")
-    zipped = add.local(repos.Repository("packed", "git", "x", "noetic"), str(tmp_path))
+    zipped = repositories.local(repos.Repository("packed", "git", "x", "noetic"), str(tmp_path))
     assert (zipped.kind, zipped.version, zipped.url) == ("zip", "", f"file://{tmp_path}/packed.zip")
     with pytest.raises(CommandError, match=r"has neither pack, a clone, nor an archive of it"):
-        add.local(repos.Repository("pack", "git", "x", "noetic"), str(sources))
+        repositories.local(repos.Repository("pack", "git", "x", "noetic"), str(sources))
 
 
 @pytest.fixture
@@ -94,9 +101,10 @@ def here(tmp_path, monkeypatch):
     """An empty src/; returns it."""
     folder = tmp_path / "clone" / "src"
     folder.mkdir(parents=True)
-    for module in (add, workspace):
+    for module in (add, repositories, workspace):
         monkeypatch.setattr(module, "SOURCES", str(folder))
-    monkeypatch.setattr(add, "CACHE", str(tmp_path))
+    for module in (add, repositories):
+        monkeypatch.setattr(module, "CACHE", str(tmp_path))
     return folder
 
 
@@ -128,10 +136,10 @@ def test_archives_fill_no_other_folder(tmp_path, member, outside):
     path = str(tmp_path / "thing.tar")
     tar(path, ("thing/package.xml", tarfile.REGTYPE, ""), member)
     if outside is None:
-        assert add.top_folder(path, "tar") == "thing"
+        assert repositories.top_folder(path, "tar") == "thing"
     else:
         with pytest.raises(CommandError, match=f"'{outside}' of it is outside of it"):
-            add.top_folder(path, "tar")
+            repositories.top_folder(path, "tar")
 
 
 @pytest.mark.parametrize("kind", ["tar", "zip"])
@@ -140,16 +148,18 @@ def test_damaged_archives_are_named(tmp_path, kind):
     for data in (b"", b"PK\x05\x06" + bytes(10), b"\x1f\x8b" + bytes(100), b"x" * 5000):
         path.write_bytes(data)
         with pytest.raises(CommandError, match=f"{path} cannot be unpacked"):
-            add.top_folder(str(path), kind)
+            repositories.top_folder(str(path), kind)
 
 
 def test_branches_that_yaml_reads_as_numbers(here, tmp_path, monkeypatch):
     """1.10 was brought as 1.1."""
     (tmp_path / "vcs").write_text('#!/bin/bash\ncp "$5" "$6/../../../said"\nexit 0\n')
     (tmp_path / "vcs").chmod(0o755)
-    monkeypatch.setattr(add.deps, "VCS", str(tmp_path / "vcs"))
+    monkeypatch.setattr(repositories.deps, "VCS", str(tmp_path / "vcs"))
     for version in ("1.10", "0x10", "on", "a: b", "2024-01-01"):
-        add._import(repos.Repository("thing", "git", "file:///x#y", version), str(here / add.PART))
+        repositories._import(
+            repos.Repository("thing", "git", "file:///x#y", version), str(here / repositories.PART)
+        )
         entry = yaml.safe_load((tmp_path / "said").read_text())["repositories"]["thing"]
         assert (entry["version"], entry["url"]) == (version, "file:///x#y")
 
@@ -171,7 +181,9 @@ def test_submodules_come_with_their_repository(sources, here, tmp_path, capsys):
     git(robot, "add", ".")
     git(robot, "commit", "-q", "-m", "first")
     shutil.copytree(sources / "thing.git", tmp_path / "from" / "thing.git")
-    add.bring(repos.Repository("robot", "git", "https://example.org/robot.git"), str(robot.parent))
+    repositories.bring(
+        repos.Repository("robot", "git", "https://example.org/robot.git"), str(robot.parent)
+    )
     assert (here / "robot" / "things" / "README").exists()
     said = capsys.readouterr().out
     assert f"{here}/robot/things: file://{sources}/thing.git, a submodule\n" in said
@@ -193,26 +205,105 @@ def test_of_two_packages_of_a_name_one_is_used(here, capsys):
     assert capsys.readouterr().out == ""
 
 
-def test_what_a_name_needs_comes_before_it(monkeypatch, tmp_path):
-    monkeypatch.setattr(repos, "FOLDER", str(tmp_path))
-    fields = "# needs: thing\n# without: a b    # they want a real camera\n"
-    (tmp_path / "more.repos").write_text(
-        LIST.replace("thing", "more").replace("# version", fields + "# version")
-    )
-    (tmp_path / "thing.repos").write_text(LIST)
-    more, thing = repos.entry_of("more"), repos.entry_of("thing")
-    assert (more.needs, more.without, thing.needs) == (("thing",), ("a", "b"), ())
-    assert repos.entries_of(["more"]) == [thing, more] == repos.entries_of(["thing", "more"])
+def wanting(folder, name, *wanted, tag="exec_depend"):
+    """Writes a package that asks for others."""
+    text = MANIFEST.format(name)
+    asked = "".join(f"<{tag}>{each}</{tag}>" for each in wanted)
+    package(folder, name)
+    (folder / "package.xml").write_text(text.replace("</package>", f"{asked}</package>"))
 
 
-def test_packages_of_a_repository_are_left_out(here, capsys):
-    for name in ("driver", "description"):
-        package(here / add.PART / "camera" / name, name)
-    add.leave_out(["driver", "driver_2"], str(here / add.PART / "camera"))
-    (here / add.PART / "camera").rename(here / "camera")
-    assert set(workspace.users_packages()) == {"description"}
-    said = f"driver: {here}/camera/driver is disabled by its file CATKIN_IGNORE\n"
-    assert capsys.readouterr().out == said
+def test_of_a_repository_what_is_asked_for_is_enabled(here, capsys):
+    camera = here / "camera"
+    wanting(camera / "driver", "driver", "vendor")
+    wanting(camera / "description", "description", "meshes")
+    wanting(camera / "meshes", "meshes")
+    wanting(camera / "viewer", "viewer", "driver", tag="test_depend")
+    repositories.enable(str(camera), ("description",), is_new=True)
+    assert set(workspace.users_packages()) == {"description", "meshes"}
+    assert "disabled by CATKIN_IGNORE: driver, viewer\n" in capsys.readouterr().out
+    repositories.enable(str(camera), ("viewer",), is_new=False)
+    assert set(workspace.users_packages()) == {"description", "meshes", "viewer"}
+    (camera / "driver" / "CATKIN_IGNORE").write_text("")  # the user's
+    repositories.enable(str(camera), (), is_new=False)
+    assert "driver" not in workspace.users_packages()
+
+
+def test_packages_that_the_index_guesses_wrong_disable_none(here):
+    wanting(here / "camera" / "driver", "driver")
+    repositories.enable(str(here / "camera"), ("camera",), is_new=True)
+    assert set(workspace.users_packages()) == {"driver"}
+
+
+@pytest.fixture
+def hosted(tmp_path, monkeypatch):
+    """Repositories of packages in a folder, which an index has; from a name to what it wants."""
+    folder, lines = tmp_path / "hosted", []
+
+    def host(name, *wanted):
+        wanting(folder / name, name, *wanted)
+        git(folder / name, "init", "-q", "-b", "main")
+        git(folder / name, "add", ".")
+        git(folder / name, "commit", "-q", "-m", "first")
+        lines.append(f"{name} git https://example.org/{name}.git main {name}\n")
+        (tmp_path / "index.txt").write_text("".join(lines))
+        return folder
+
+    monkeypatch.setattr(repos, "INDEX", str(tmp_path / "index.txt"))
+    monkeypatch.setattr(repos, "MORE", str(tmp_path / "none.txt"))
+    repos.index.cache_clear()
+    yield host
+    repos.index.cache_clear()
+
+
+def test_what_packages_depend_on_comes_round_after_round(here, hosted, monkeypatch, capsys):
+    hosted("robot", "drive", "rospy", "nobodys")
+    hosted("drive", "wheels")
+    folder = hosted("wheels", "robot")
+    hosted("sensor")
+    with open(repos.INDEX, "a") as index:
+        index.write("lost git https://example.org/lost.git main lost\n")
+    wanting(folder / "robot" / "more", "more")  # not of the repository's commit
+    monkeypatch.setattr(add.deps, "has_lists", lambda: True)
+    resolve = lambda names, _: {name: ["python3-rospy"] * (name == "rospy") for name in names}  # noqa: E731
+    find = add.deps.find
+    monkeypatch.setattr(
+        add.deps,
+        "find",
+        lambda folders, tests: find(
+            folders, lambda names: set(names), lambda _: {"python3-rospy"},
+            {"catkin", *workspace.users_packages()}, resolve, tests,
+        ),
+    )  # fmt: skip
+    nowhere = add.bring_all(repos.repositories_of("robot"), {"lost": ["me"]}, str(folder))
+    assert set(workspace.users_packages()) == {"robot", "drive", "wheels"}
+    assert nowhere == {"nobodys": ["robot"], "lost": ["me"]}
+    assert f"left out: {folder} has neither lost, a clone" in capsys.readouterr().out
+
+
+def test_sizes_are_told_before_anything_is_compiled(here):
+    package(here / "robot" / "a", "a")
+    (here / "robot" / "a" / "main.cpp").write_text("int main() {}\n" * 10)
+    (here / "robot" / "a" / "main.hpp").write_text("\n" * 5)
+    first, last = add.sizes({"a": str(here / "robot" / "a")}, ["a"])
+    assert first == "robot: a; 1 C++ files, 15 lines with headers"
+    assert re.fullmatch(r"to compile: 1 files, about 1 min on \d+ cores", last)
+
+
+def test_for_whom(here, tmp_path, monkeypatch):
+    robot = package(here / "robot", "robot")
+    (robot / "launch").mkdir()
+    (robot / "launch" / "a.launch").write_text("<launch/>")
+    for words in (
+        ["robot"],
+        [str(robot)],
+        [str(robot / "launch" / "a.launch")],
+        ["robot", "a.launch"],
+    ):
+        assert add.deps.folders_of(words) == [str(robot)]
+    for words in (["nothing"], [str(tmp_path / "none")], ["a.launch"]):
+        with pytest.raises(UsageError, match=f"'{words[0]}' is no package"):
+            add.deps.folders_of(words)
 
 
 # What vcstool does, in place of it: half a clone, then a word of bash.
@@ -243,13 +334,13 @@ def test_half_a_clone_never_counts_as_there(here, sources, tmp_path, monkeypatch
     (tmp_path / "vcs").write_text(HALF.format(word))
     (tmp_path / "vcs").chmod(0o755)
     with monkeypatch.context() as patch:
-        patch.setattr(add.deps, "VCS", str(tmp_path / "vcs"))
+        patch.setattr(repositories.deps, "VCS", str(tmp_path / "vcs"))
         with pytest.raises(error):
-            add.bring(thing, str(sources))
+            repositories.bring(thing, str(sources))
     assert list(here.iterdir()) == []
-    (here / add.PART / "thing").mkdir(parents=True)  # by SIGKILL
-    (here / add.PART / "thing" / "half").touch()
-    add.bring(thing, str(sources))
+    (here / repositories.PART / "thing").mkdir(parents=True)  # by SIGKILL
+    (here / repositories.PART / "thing" / "half").touch()
+    repositories.bring(thing, str(sources))
     assert sorted(path.name for path in here.iterdir()) == ["thing"]
     assert (here / "thing" / "package.xml").exists() and not (here / "thing" / "half").exists()
 
@@ -259,8 +350,10 @@ def test_two_at_once_wait_for_each_other(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr(add, "CACHE", str(tmp_path))
     monkeypatch.setattr(add.step, "SILENT", 0.0)
     asked = []
-    monkeypatch.setattr(add, "add", lambda names, _: asked.append(names))
-    options = argparse.Namespace(list=False, names=["thing"], folder=None)
+    monkeypatch.setattr(add, "add", lambda names, *_: asked.append(names))
+    options = argparse.Namespace(
+        list=False, refresh=False, names=["thing"], folder=None, users=None
+    )
     second = threading.Thread(target=add.run, args=(options, []))
     with add.step.SetupLock(str(tmp_path / add.LOCK)):
         second.start()

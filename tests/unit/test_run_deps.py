@@ -62,6 +62,12 @@ def test_the_four_lists(workspace, debians_ros):
     lines = deps.page(found)
     assert f"  apt-get install --no-install-recommends {' '.join(names)}" in lines
     assert lines[-2:] == ["neither in Debian nor in Paddock:", "  laser_driver, for my_car"]
+    found.nowhere = {"move_base": ["my_car"], "slam_toolbox": ["my_car"]}
+    assert deps.page(found)[-3:] == [
+        "  move_base, for my_car: ./run add move_base",
+        "  slam_toolbox, for my_car: ./run add slam_toolbox",
+        "  ./run add --for PATH brings all of these at once",
+    ]
 
 
 NAMES = {
@@ -99,7 +105,7 @@ def test_what_only_build_and_launch_files_ask_for(workspace, debians_ros):
     assert found.launched == {"move_base": [], "rviz": rviz, "their_arm": []}
     assert deps.page(found)[-4:] == [
         "launch files also ask for:",
-        "  move_base: ./run add navigation",
+        "  move_base: ./run add move_base",
         "  rviz: apt-get install rviz librviz-dev",
         "  their_arm",
     ]
