@@ -138,7 +138,7 @@ def bring_all(typed, lacking, folder):
                     bring(repository, folder)
                     came.append(repository.name)
             except CommandError as error:
-                say(f"left out: {error}")
+                say("; ".join([f"left out: {error}", *error.advice]))
                 repositories = []
             if not repositories:
                 nowhere[name] = lacking[name]
