@@ -40,10 +40,21 @@ def _output(world, text):
     return model, plugin_of(world, model, spec, 1)
 
 
-@pytest.mark.parametrize("feedback, weight", [("true", 2.0 * 9.81), ("false", 0.0)])
-def test_force_torque_in_the_childs_frame(topics, world, feedback, weight):
+SAID = {  # of a joint -> whether its forces are told
+    "<provideFeedback>true</provideFeedback>": True,
+    "<provideFeedback>false</provideFeedback>": False,
+    "<provideFeedback>0</provideFeedback><provideFeedback>1</provideFeedback>": True,
+    "<provideFeedback>1</provideFeedback><provideFeedback>0</provideFeedback>": False,
+    "<physics><provide_feedback>true</provide_feedback></physics>": False,
+    '<sensor name="s" type="force_torque"/>': True,
+}
+
+
+@pytest.mark.parametrize("feedback, told", SAID.items())
+def test_force_torque_in_the_childs_frame(topics, world, feedback, told):
     tags = {"jointName": "j", "topicName": "load", "updateRate": "100", "robotNamespace": "bot"}
-    given = f'<gazebo reference="j"><provideFeedback>{feedback}</provideFeedback></gazebo>'
+    weight = 2.0 * 9.81 if told else 0.0
+    given = f'<gazebo reference="j">{feedback}</gazebo>'
     _, output = _output(world, _robot("fixed", _plugin("gazebo_ros_ft_sensor", tags) + given))
     world.step(100)
     assert output.spec.rate == 100.0

@@ -1,14 +1,30 @@
-"""What SDF 1.4 to 1.6 have and 1.7 has no more, as sdformat 9 converts it."""
+"""What SDF 1.4 to 1.6 have and 1.7 has no more, as sdformat 9 converts it: `gz sdf -p` of Gazebo
+11.1. In a version that does not have it, it has no effect."""
 
 import pytest
 from bullet_sim.formats.sdf.world import parse_model, parse_world
 
 
-@pytest.mark.parametrize("version", ["1.4", "1.5", "1.6"])
-def test_gravity_within_physics(version):
+@pytest.mark.parametrize("version, found", [("1.4", -1.6), ("1.5", -1.6), ("1.6", -9.8)])
+def test_gravity_within_physics(version, found):
     physics = "<physics type='ode'><gravity>0 0 -1.6</gravity></physics>"
     text = f'<sdf version="{version}"><world name="w">{physics}</world></sdf>'
-    assert parse_world(text, str).gravity == (0.0, 0.0, -1.6)
+    assert parse_world(text, str).gravity == (0.0, 0.0, found)
+
+
+@pytest.mark.parametrize("version, x, turned", [("1.6", 1.0, False), ("1.7", 0.0, True)])
+def test_names_that_a_version_no_longer_has(version, x, turned):
+    """<pose frame> and <use_parent_model_frame> of 1.6 in 1.7."""
+    text = (
+        f'<sdf version="{version}"><model name="m"><link name="a"><pose>1 0 0 0 0 0</pose></link>'
+        '<link name="b"><pose frame="a">0 2 0 0 0 1.5707963267948966</pose></link>'
+        '<joint name="j" type="revolute"><parent>a</parent><child>b</child><axis><xyz>1 0 0</xyz>'
+        "<use_parent_model_frame>1</use_parent_model_frame></axis></joint></model></sdf>"
+    )
+    model, _ = parse_model(text, str)
+    assert model.poses()["b"].position == pytest.approx((x, 2, 0))
+    axis = (1.0, 0.0, 0.0) if turned else (0.0, -1.0, 0.0)
+    assert model.joints["j"].axis == pytest.approx(axis)
 
 
 @pytest.mark.parametrize("attribute", ["frame", "relative_to"])
@@ -23,19 +39,21 @@ def test_poses_in_a_frame(attribute):
     assert pose.position == pytest.approx((1, 2, 0)) and model.warnings == []
 
 
-def test_noise_of_an_imu_for_all_axes():
+@pytest.mark.parametrize("version, factor", [("1.4", 1.0), ("1.5", 1.0), ("1.6", 0.0)])
+def test_noise_of_an_imu_for_all_axes(version, factor):
     noise = (
         "<noise><type>gaussian</type><rate><mean>0.1</mean><stddev>0.2</stddev></rate>"
         "<accel><mean>0.3</mean><stddev>0.4</stddev></accel></noise>"
     )
     plugin = '<plugin filename="libgazebo_ros_imu_sensor.so"><frameName>a</frameName></plugin>'
     text = (
-        '<sdf version="1.5"><model name="m"><link name="a"><sensor name="s" type="imu">'
+        f'<sdf version="{version}"><model name="m"><link name="a"><sensor name="s" type="imu">'
         f"<imu>{noise}</imu>{plugin}</sensor></link></model></sdf>"
     )
     (spec,) = parse_model(text, str)[0].sensors
-    assert (spec.gyro_noise_mean, spec.gyro_noise_stddev) == pytest.approx((0.1, 0.2))
-    assert (spec.accel_noise_mean, spec.accel_noise_stddev) == pytest.approx((0.3, 0.4))
+    found = spec.gyro_noise_mean, spec.gyro_noise_stddev
+    found += spec.accel_noise_mean, spec.accel_noise_stddev
+    assert found == pytest.approx(tuple(factor * value for value in (0.1, 0.2, 0.3, 0.4)))
 
 
 @pytest.mark.parametrize("root, version", [("gazebo", "1.2"), ("sdf", "1.2"), ("sdf", "1.3")])

@@ -49,8 +49,16 @@ def test_noise_of_type_none_is_none():
 
 
 def test_an_old_noise_has_a_bias_for_all_axes():
+    """Of SDF up to 1.5; a URDF becomes 1.7, where it has no effect."""
     tags = "<bias_mean>0.1</bias_mean><bias_stddev>0.2</bias_stddev>"
-    spec = imu_of(f"<noise><type>gaussian</type><rate>{tags}</rate><accel>{tags}</accel></noise>")
+    noise = f"<noise><type>gaussian</type><rate>{tags}</rate><accel>{tags}</accel></noise>"
+    assert imu_of(noise).gyro_bias == BiasModel()
+    text = (
+        '<sdf version="1.5"><model name="m"><link name="a"><sensor name="s" type="imu"><imu>'
+        f'{noise}</imu><plugin filename="libgazebo_ros_imu_sensor.so"><frameName>a</frameName>'
+        "</plugin></sensor></link></model></sdf>"
+    )
+    (spec,) = parse_model(text, str)[0].sensors
     assert spec.gyro_bias == spec.accel_bias == BiasModel((0.1,) * 3, (0.2,) * 3)
 
 

@@ -437,8 +437,9 @@ class JointReader:
     def _axis(self, element: Node, joint: Joint, label: str, tag: str, anchor: Pose) -> Vec3:
         """Unit vector of an axis in the joint's frame."""
         vector = child_floats(element, f"{tag}/xyz", 3, f"{label} {tag}", _UP)
-        before = self._version < (1, 5)
-        of_model = child_flag(element, f"{tag}/use_parent_model_frame", label, before)
+        of_model, before = False, self._version < (1, 5)
+        if self._version < (1, 7):
+            of_model = child_flag(element, f"{tag}/use_parent_model_frame", label, before)
         xyz = element.find(f"{tag}/xyz")
         frame = xyz.get("expressed_in") if xyz is not None else None
         if joint.kind == "screw":  # Gazebo 11 (ODEScrewJoint::SetAxis) takes it in the model's

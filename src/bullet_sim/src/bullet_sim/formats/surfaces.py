@@ -108,7 +108,7 @@ _PROPERTIES: dict[str, tuple[Any, ...]] = {
     "slip2": (_not_negative, "surface/friction/ode/slip2"),
     "max_speed": (_not_negative, "surface/contact/ode/max_vel"),
     "min_depth": (_not_negative, "surface/contact/ode/min_depth"),
-    "bitmask": (_bitmask, "surface/contact/collide_bitmask", "surface/contact/bitmask"),
+    "bitmask": (_bitmask, "surface/contact/collide_bitmask"),
     "most": (_whole, "max_contacts"),
     "bounce": (_not_negative, "surface/bounce/restitution_coefficient"),
     "bounce_speed": (number, "surface/bounce/threshold"),

@@ -21,7 +21,7 @@ from bullet_sim.plugins.spec import (
 )
 from bullet_sim.plugins.xml import MissingPart, PluginXml, Values, library
 from bullet_sim.pose import Vec3
-from bullet_sim.xml_reader import child_text, document_root, is_true
+from bullet_sim.xml_reader import document_root, is_true
 
 
 @dataclass(frozen=True)
@@ -224,20 +224,23 @@ def ft_sensor(xml: PluginXml) -> ForceTorqueSpec:
 
 
 def _gives_feedback(xml: PluginXml, joint: str) -> bool:
-    """Whether a joint has <provideFeedback>, <provide_feedback> or a force_torque sensor."""
-    tags = ("provideFeedback", "physics/provide_feedback", "physics/ode/provide_feedback")
-    names = {joint, xml.text("jointName")}
+    """Whether a joint has <provide_feedback> or a force_torque sensor.
+
+    In a URDF the last <provideFeedback> counts, as sdformat writes it before all that it copies.
+    """
+    gives, names = False, {joint, xml.text("jointName")}
     for holder in document_root(xml.element).iter():
-        if holder.tag == "gazebo":
-            name = holder.get("reference")
-        else:
-            name = holder.get("name") if holder.tag == "joint" else None
-        if name in names and (
-            any(is_true(child_text(holder, tag)) for tag in tags)
-            or any(node.get("type") == "force_torque" for node in holder.findall("sensor"))
-        ):
+        tag, name = ("provideFeedback", holder.get("reference"))
+        if holder.tag == "joint":
+            tag, name = "physics/provide_feedback", holder.get("name")
+        if holder.tag not in ("joint", "gazebo") or name not in names:
+            continue
+        if any(node.get("type") == "force_torque" for node in holder.findall("sensor")):
             return True
-    return False
+        said = holder.findall(tag)
+        if said:
+            gives = is_true(said[-1 if holder.tag == "gazebo" else 0].text)
+    return gives
 
 
 @model_plugin("gazebo_ros_wheel_slip", "WheelSlipPlugin")

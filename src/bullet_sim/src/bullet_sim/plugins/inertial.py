@@ -359,11 +359,11 @@ def _alike(values: list[float]) -> float | Vec3:
     return x if x == y == z else (x, y, z)
 
 
-def _bias(sensor: Values, paths: list[tuple[str, str]]) -> BiasModel:
-    """Bias of three axes, each with the paths at which its <noise> may be."""
+def _bias(sensor: Values, paths: list[str]) -> BiasModel:
+    """Bias of three axes, each with the path of its <noise>."""
 
     def of(tag: str) -> Vec3:
-        x, y, z = (sum(sensor.number(f"{path}/{tag}") for path in axis) for axis in paths)
+        x, y, z = (sensor.number(f"{path}/{tag}") for path in paths)
         return x, y, z
 
     return BiasModel(
@@ -391,16 +391,11 @@ def imu_sensor(xml: SensorXml) -> ImuSpec:
         rate = own / math.ceil(own / wanted - NANO)
     mean, stddev, bias = {}, {}, {}
     plugin_noise = abs(plugin.number("gaussianNoise"))
-    for key, tag, old in (
-        ("gyro", "angular_velocity", "imu/noise/rate"),
-        ("accel", "linear_acceleration", "imu/noise/accel"),
-    ):
-        paths = [(f"imu/{tag}/{axis}/noise", old) for axis in "xyz"]  # an old one is of all axes
-        values = [[sensor.noise(path) for path in axis] for axis in paths]
-        mean[key] = _alike([sum(value[0] for value in axis) for axis in values])
-        stddev[key] = _alike(
-            [(plugin_noise**2 + sum(value[1] ** 2 for value in axis)) ** 0.5 for axis in values]
-        )
+    for key, tag in (("gyro", "angular_velocity"), ("accel", "linear_acceleration")):
+        paths = [f"imu/{tag}/{axis}/noise" for axis in "xyz"]
+        values = [sensor.noise(path) for path in paths]
+        mean[key] = _alike([value[0] for value in values])
+        stddev[key] = _alike([math.hypot(plugin_noise, value[1]) for value in values])
         bias[key] = _bias(sensor, paths)
     return _imu_spec(
         xml,

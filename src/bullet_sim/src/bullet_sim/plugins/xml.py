@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import re
 from collections.abc import Iterable
-from typing import Any, Tuple, TypeVar
+from typing import Any, Tuple, TypeVar, cast
 from xml.etree.ElementTree import Element
 
 from bullet_sim.description.model import Joint, ModelDescription
@@ -13,11 +13,14 @@ from bullet_sim.errors import ModelError
 from bullet_sim.plugins.rules import MODEL, NONE, RULES, FrameName, FramePrefix
 from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
+    Node,
+    add_child,
     child_flag,
     child_floats,
     child_number,
     child_text,
     child_whole,
+    copied,
     document_root,
     floats,
 )
@@ -384,14 +387,16 @@ class SensorXml(PluginXml):
         return PluginValues(self.element, f"{sensor_name} '{self.name}'")
 
     def part(self, tag: str, sensor_name: str) -> Values:
-        """The element with the sensor's numbers, e.g. <ray>; without it they are in the <sensor>.
+        """The element with the sensor's numbers, e.g. <ray>; without it all have their defaults.
 
         Args:
             tag: e.g. "ray".
             sensor_name: for messages: "lidar" for "lidar 'front'".
         """
         part = self.sensor.find(tag)
-        return Values(self.sensor if part is None else part, f"{sensor_name} '{self.name}'")
+        if part is None:
+            part = add_child(copied(cast(Node, self.sensor)), tag, "")
+        return Values(part, f"{sensor_name} '{self.name}'")
 
     def rate(self, tag: str | None = "updateRate", default: float = 0.0) -> float:
         """The lower of the sensor's and the plugin's rate [Hz]; 0: neither gives one.

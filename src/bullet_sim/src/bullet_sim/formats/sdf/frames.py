@@ -141,5 +141,5 @@ class Frames:
     def _base(placed: Node | None, default: str) -> str:
         """Name of the frame that an element's pose is relative to."""
         pose = None if placed is None else placed.find("pose")
-        named = None if pose is None else pose.get("relative_to") or pose.get("frame")  # 1.6
+        named = None if pose is None else pose.get("relative_to")
         return named or ("" if placed is None else default)

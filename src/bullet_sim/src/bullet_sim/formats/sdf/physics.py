@@ -48,8 +48,7 @@ def choose_physics(world: Node) -> None:
 
 def read_physics(world: Node, described: WorldDescription, label: str) -> None:
     """Read the <physics> and the <gravity> of a <world>."""
-    gravity = child_floats(world, "physics/gravity", 3, label, DEFAULT_GRAVITY)
-    described.gravity = child_floats(world, "gravity", 3, label, gravity)
+    described.gravity = child_floats(world, "gravity", 3, label, DEFAULT_GRAVITY)
     step = child_number(world, "physics/max_step_size", label, DEFAULT_STEP)
     if not MIN_STEP <= step < 1:
         warn_replaced(

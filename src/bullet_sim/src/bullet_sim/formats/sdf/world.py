@@ -28,7 +28,8 @@ from bullet_sim.formats.sdf.actor import parse_actor
 from bullet_sim.formats.sdf.frames import Frames
 from bullet_sim.formats.sdf.includes import OpenInclude
 from bullet_sim.formats.sdf.model import parse_model_element
-from bullet_sim.formats.sdf.physics import choose_physics, convert_physics, read_physics
+from bullet_sim.formats.sdf.old import upgrade
+from bullet_sim.formats.sdf.physics import choose_physics, read_physics
 from bullet_sim.formats.sdf.population import places
 from bullet_sim.formats.sdf.unread import warn_unread
 from bullet_sim.formats.shapes import parse_road
@@ -141,8 +142,7 @@ def parse_world(
     world = sdf.find("world") if sdf.tag in ("sdf", "gazebo") else None  # gazebo: up to 1.2
     if world is None:
         raise ModelError(f"{label} has no <world> in an <sdf>")
-    if _version(sdf) < (1, 4):
-        convert_physics(world)
+    upgrade(sdf, _version(sdf))
     described.name = world.get("name") or "default"
     warn_unread(sdf)
     described.place = _place(world.find("spherical_coordinates"))
@@ -467,6 +467,7 @@ def _opener(resolve: Resolve, warnings: Warnings) -> OpenInclude:
     def open_include(include: Node) -> tuple[Node, Version]:
         path = resolve(child_text(include, "uri", ""))
         sdf = parse(read_file(path, "SDF", "text_bytes"), path, warnings)
+        upgrade(sdf, _version(sdf))
         warn_unread(sdf)
         return _model_of(sdf, path), _version(sdf)
 
@@ -501,6 +502,7 @@ def parse_model(
         _rename(sdf, name)
     world = sdf.find("world") if sdf.tag != "model" and sdf.find("model") is None else None
     if world is None:
+        upgrade(sdf, _version(sdf))
         warn_unread(sdf)
         element = _model_of(sdf, label)
         pose = sdf_pose(element, f"{label} model '{element.get('name')}'")
