@@ -153,6 +153,27 @@ def test_controllers_of_a_yaml_file_take_commands_with_their_limits(make, tmp_pa
         assert env.step([0.5])[0] != before, kind
 
 
+def test_links_without_mass_are_left_out_or_kept_as_in_the_node(make, tmp_path, monkeypatch):
+    text = pathlib.Path(CART).read_text(encoding="utf-8")
+    more = '<link name="flag"/><joint name="pole" type="continuous"><parent link="base"/>'
+    path = tmp_path / "cart.urdf"
+    path.write_text(text.replace("</robot>", f'{more}<child link="flag"/></joint></robot>'))
+    for given, there in (({}, False), ({"massless_links": "keep"}, True)):
+        env = make(urdf=str(path), pose=ON_GROUND, **given)
+        assert ("flag" in env.world.world.models["robot"].bodies) == there
+    launch = tmp_path / "cart.launch"
+    launch.write_text(
+        '<launch><node name="gazebo" pkg="bullet_bridge" type="bridge">'
+        '<param name="massless_links" value="keep"/></node></launch>'
+    )
+    read = pytest.importorskip("paddock_gym.simulation.launch_file").from_launch
+    assert read(str(launch)).massless_links == "keep"
+    launch.write_text('<launch><node name="gazebo" pkg="bullet_bridge" type="bridge"/></launch>')
+    assert read(str(launch)).massless_links == "leave_out"
+    monkeypatch.setenv("PADDOCK_MASSLESS_LINKS", "keep")
+    assert read(str(launch)).massless_links == "keep"
+
+
 def test_scaled_actions_and_limits(make):
     env = make(limits={"cmd_vel": ((0.0, -1.0), (0.5, 1.0))}, scaled=True)
     assert (env.action_space.low == -1.0).all() and (env.action_space.high == 1.0).all()
@@ -256,6 +277,7 @@ def test_tasks_of_ones_own(make, tmp_path, monkeypatch):
         ({"urdf": CART, "launch": "a b.launch"}, "launch and urdf are given"),
         ({"urdf": "", "launch": ""}, "launch, urdf, sdf or world has to be given"),
         ({"render_mode": "ansi"}, "render_mode is 'ansi'"),
+        ({"massless_links": "drop"}, "massless_links is .drop., must be one of leave_out, keep"),
         ({"robot": "husky"}, "robot is 'husky'; models are ground_plane, robot"),
     ],
 )

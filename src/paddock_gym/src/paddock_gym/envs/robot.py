@@ -10,6 +10,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+from bullet_sim.formats.lumping import MASSLESS
 from bullet_sim.models.model import Model
 from bullet_sim.pose import Pose, multiply, quaternion_from_yaw
 from gymnasium import spaces
@@ -69,6 +70,8 @@ class RobotEnv(gymnasium.Env):
         delay: from an action to its commands [s].
         settle: simulated before the first start [s].
         robot: name of the robot's model; empty: the first that takes commands.
+        massless_links: of URDFs: leave_out, as in Gazebo, or keep; empty: what the launch file
+            says, else leave_out.
         render_mode: rgb_array, human, or None.
 
     Attributes:
@@ -105,6 +108,7 @@ class RobotEnv(gymnasium.Env):
         delay: float = 0.0,
         settle: float = REST,
         robot: str = "",
+        massless_links: str = "",
         render_mode: str | None = None,
     ) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
@@ -113,12 +117,17 @@ class RobotEnv(gymnasium.Env):
                                    ("settle", settle, 0.0)):  # fmt: skip
             if not (math.isfinite(value) and least <= value <= 1000.0):
                 raise GymError(f"{name} is {value!r}, must be from {least:g} to 1000")
+        if massless_links not in ("", *MASSLESS):
+            known = ", ".join(MASSLESS)
+            raise GymError(f"massless_links is {massless_links!r}, must be one of {known}")
         files = {"urdf": urdf, "sdf": sdf, "world": world, "controllers": controllers,
                  "pose": pose, "arguments": arguments}  # fmt: skip
         self.task = make_task(task, task_options or {}, reward, end, start)
         recipe = read_recipe(launch, files)
         spawns = (*recipe.spawns, *self.task.models())
-        self.world = RobotWorld(dataclasses.replace(recipe, spawns=spawns))
+        massless = massless_links or recipe.massless_links
+        recipe = dataclasses.replace(recipe, spawns=spawns, massless_links=massless)
+        self.world = RobotWorld(recipe)
         try:
             self._make_spaces(action, limits, scaled, observation, robot)
             variation = Variation(self.world.world, self._model, vary)

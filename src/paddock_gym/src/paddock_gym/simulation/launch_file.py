@@ -12,6 +12,7 @@ import shlex
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from bullet_sim.formats.lumping import LEAVE_OUT
 from bullet_sim.formats.resolve import Resolver
 from bullet_sim.pose import Pose
 
@@ -79,6 +80,7 @@ class Reader:
             self._set(param.key, param.value)
         self._resolve = Resolver()
         self._world, self._seed = "", 0
+        self._massless = LEAVE_OUT
         self._remaps: dict[str, str] = {}
         self._spawns: list[Spawn] = []
         self._controllers: list[tuple[str, str]] = []
@@ -123,6 +125,7 @@ class Reader:
             parameters=self._parameters,
             remaps=self._remaps,
             seed=self._seed,
+            massless_links=self._massless,
             left_out=tuple(dict.fromkeys(self._left_out)),
             resolve=self._resolve,
         )
@@ -131,6 +134,8 @@ class Reader:
         from rosgraph.names import resolve_name
 
         self._world = str(self._param(node, "~world_file") or "")
+        massless = self._param(node, "~massless_links")
+        self._massless = massless or os.environ.get("PADDOCK_MASSLESS_LINKS") or LEAVE_OUT
         seed = self._param(node, "~seed")
         free = iter(words)
         for word in free:

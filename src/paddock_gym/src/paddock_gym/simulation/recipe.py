@@ -12,6 +12,7 @@ import yaml
 from bullet_sim.description.world import WorldDescription, empty_world
 from bullet_sim.errors import SimError
 from bullet_sim.files import read_file
+from bullet_sim.formats.lumping import LEAVE_OUT
 from bullet_sim.formats.resolve import FolderPackages, Resolver
 from bullet_sim.formats.sdf.world import parse_world
 from bullet_sim.pose import Pose
@@ -49,6 +50,7 @@ class Recipe:
         parameters: tree of the parameter server.
         remaps: resolved names of topics that have other names.
         seed: of all noise.
+        massless_links: of URDFs: see bullet_sim.world.World.
         left_out: nodes of a launch file that are not started, package/type each.
         resolve: finds files.
     """
@@ -59,6 +61,7 @@ class Recipe:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     remaps: Mapping[str, str] = field(default_factory=dict)
     seed: int = 0
+    massless_links: str = LEAVE_OUT
     left_out: tuple[str, ...] = ()
     resolve: Resolver = field(default_factory=Resolver)
 

@@ -145,7 +145,8 @@ class RobotWorld:
     """
 
     def __init__(self, recipe: Recipe) -> None:
-        self.recipe, self.world = recipe, make_world()
+        self.recipe = recipe
+        self.world = make_world(massless_links=recipe.massless_links)
         self.warnings: list[str] = []
         self.topics: dict[str, Topic] = {}
         self.commands: dict[str, Command] = {}
@@ -179,7 +180,8 @@ class RobotWorld:
             raise GymError(f"the root of '{spawn.name}' is <{text.tag}>, must be <robot> or <sdf>")
         resolve = self.recipe.resolve
         if text.kind == "urdf":
-            described = parse_urdf(text.text, resolve, spawn.name)
+            massless = self.recipe.massless_links
+            described = parse_urdf(text.text, resolve, spawn.name, massless)
             origin = described.origin
         else:
             label = f"SDF of '{spawn.name}'"

@@ -144,9 +144,10 @@ CONTROL_RATE = Number(min=1.0, max=100.0, unit="Hz")
 WINDOW = 0.5  # searched around the last arc length; one action moves a car less [m]
 
 
-def make_world():
-    """An empty World; tells on stderr where its solver is compiled before the first step."""
-    world = World()
+def make_world(**options):
+    """An empty World of these options; tells on stderr where its solver is compiled before the
+    first step."""
+    world = World(**options)
     if not world.engine.is_compiled():
         text = "paddock: the solver is being compiled, once; it takes a minute or two"
         print(text, file=sys.stderr, flush=True)

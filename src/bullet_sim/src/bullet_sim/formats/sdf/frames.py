@@ -36,8 +36,7 @@ class Frames:
         self._unnamed: list[Node] = []  # includes whose file has their name
         for tag in _PARTS.get(element.tag, _PARTS_OF_MODEL):
             for part in element.findall(tag):
-                of_include = child_text(part, "name") or "" if tag == "include" else ""
-                key = of_include or part.get("name") or ""
+                key = child_text(part, "name") if tag == "include" else part.get("name")
                 if key:
                     self._elements.setdefault(key, (part, self._default(part, tag)))
                 elif tag == "include":
