@@ -11,6 +11,7 @@ from control_msgs.msg import (
     GripperCommandAction,
     GripperCommandGoal,
 )
+from gazebo_msgs.srv import GetJointProperties
 from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import JointState
 from sim_client import START_LIMIT, Recorder, wait_until
@@ -93,6 +94,7 @@ class Actions(unittest.TestCase):
         self.assertEqual((state, result.error_code), (GoalStatus.REJECTED, result.INVALID_JOINTS))
 
     def test_the_gripper_moves_and_the_thumb_follows(self):
+        self.thumb = rospy.ServiceProxy("/gazebo/get_joint_properties", GetJointProperties)
         for opening in (0.05, 0.02):
             goal = GripperCommandGoal()
             goal.command.position, goal.command.max_effort = opening, 5.0
@@ -101,7 +103,8 @@ class Actions(unittest.TestCase):
             self.assertEqual(state, GoalStatus.SUCCEEDED)
             self.assertTrue(result.reached_goal)
             wait_until(
-                lambda wanted=opening: abs(self.position("thumb") + wanted) < 0.003, "the thumb"
+                lambda wanted=opening: abs(self.thumb("thumb").position[0] + wanted) < 0.003,
+                "the thumb, which no transmission names",
             )
 
     def test_actions_go_on_after_a_reset(self):

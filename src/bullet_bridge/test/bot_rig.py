@@ -19,6 +19,21 @@ LINK = (
 CONTROL = '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo>'
 
 
+def transmissions(kinds, prefix="hardware_interface/"):
+    """A <transmission> for each interface.
+
+    Args:
+        kinds: joint -> interfaces, as "Velocity Effort".
+    """
+    return "".join(
+        f'<transmission name="{kind}_{joint}"><type>transmission_interface/SimpleTransmission'
+        f'</type><joint name="{joint}"><hardwareInterface>{prefix}{kind}JointInterface'
+        f'</hardwareInterface></joint><actuator name="m_{joint}"/></transmission>'
+        for joint, of_joint in kinds.items()
+        for kind in of_joint.split()
+    )
+
+
 def held_robot(parts, link=LINK, control=CONTROL):
     """URDF of the robot 'bot', whose link 'base' is fixed to the world."""
     return (

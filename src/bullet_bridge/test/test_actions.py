@@ -4,7 +4,7 @@ import threading
 
 import pytest
 import rospy
-from bot_rig import LINK, Bot, held_robot
+from bot_rig import LINK, Bot, held_robot, transmissions
 from bullet_bridge.control import actions
 from control_msgs.msg import (
     FollowJointTrajectoryGoal,
@@ -20,7 +20,12 @@ JOINT = (
     '<child link="{0}_link"/><axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="50" '
     'velocity="9"/></joint>'
 )
-URDF = held_robot(LINK.format(f"{n}_link") + JOINT.format(n, at) for n, at in (("a", 0), ("b", 1)))
+URDF = held_robot(
+    [
+        *(LINK.format(f"{n}_link") + JOINT.format(n, at) for n, at in (("a", 0), ("b", 1))),
+        transmissions({"a": "Effort Position", "b": "Effort"}),
+    ]
+)
 GAINS = {"p": 200.0, "d": 20.0}
 PARAMS = {
     "/bot/arm": {

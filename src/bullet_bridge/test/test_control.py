@@ -1,13 +1,17 @@
 """Controller services and commands of a robot with two joints, without a ROS master."""
 
 import math
+import re
 
 import bot_rig
 import pytest
 from bullet_bridge.control import reconfigure
 from bullet_bridge.control import robot as control
 from bullet_bridge.control.robot import RobotControl
+from bullet_bridge.loop.jobs import JobQueue
+from bullet_sim.errors import ControllerError
 from bullet_sim.pose import Pose
+from bullet_sim.world import World
 from std_msgs.msg import Bool, Float64, Float64MultiArray
 
 LINK = (
@@ -18,7 +22,7 @@ JOINT = (
     '<joint name="{0}" type="{1}"><parent link="base"/><child link="{0}_link"/>'
     '<axis xyz="0 0 1"/><limit effort="10" velocity="50" lower="-1" upper="1"/></joint>'
 )
-URDF = (
+BARE = (
     '<robot name="bot">'
     + LINK.format("base")
     + LINK.format("wheel_link")
@@ -27,9 +31,9 @@ URDF = (
     + JOINT.format("arm", "revolute")
     + '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>'
 )
-TRANSMISSION = (
-    '<transmission name="t"><joint name="{}"><hardwareInterface>VelocityJointInterface'
-    "</hardwareInterface></joint></transmission>"
+URDF = BARE.replace(
+    "</robot>",
+    bot_rig.transmissions({"wheel": "Velocity Effort", "arm": "Velocity Position"}) + "</robot>",
 )
 PARAMS = {
     "/bot/states": {"type": "joint_state_controller/JointStateController", "publish_rate": 50},
@@ -106,8 +110,8 @@ def test_types_and_reload(bot):
 def test_a_robot_is_told_of_as_by_gazebo_ros_control(monkeypatch):
     """What is logged for an interface without its package, and once the controllers can come."""
     for prefix, count in (("", 1), ("hardware_interface/", 0)):
-        one = TRANSMISSION.format("wheel").replace("Velocity", f"{prefix}Velocity")
-        bot = bot_rig.Bot(monkeypatch, URDF.replace("</robot>", f"{one}</robot>"), PARAMS)
+        one = bot_rig.transmissions({"wheel": "Velocity"}, prefix)
+        bot = bot_rig.Bot(monkeypatch, BARE.replace("</robot>", f"{one}</robot>"), PARAMS)
         text = (
             "Deprecated syntax, please prepend 'hardware_interface/' to 'VelocityJointInterface' "
             "within the <hardwareInterface> tag in joint 'wheel'."
@@ -121,10 +125,10 @@ def test_a_robot_is_told_of_as_by_gazebo_ros_control(monkeypatch):
 @pytest.mark.parametrize("interface, p, count", [("Velocity", 1.0, 0), ("Effort", None, 0),
                                                  ("Position", "much", 1)])  # fmt: skip
 def test_joints_without_gains_are_told_of(monkeypatch, interface, p, count):
-    one = TRANSMISSION.format("arm").replace("Velocity", interface)
+    one = bot_rig.transmissions({"arm": interface})
     gains = {} if p is None else {"arm": {"p": p, "d": 0.1}}
     params = {**PARAMS, "/bot/gazebo_ros_control/pid_gains": gains}
-    bot = bot_rig.Bot(monkeypatch, URDF.replace("</robot>", f"{one}</robot>"), params)
+    bot = bot_rig.Bot(monkeypatch, BARE.replace("</robot>", f"{one}</robot>"), params)
     assert sum("No p gain specified" in text for text in bot.log) == count
     bot.world.close()
 
@@ -255,13 +259,12 @@ def test_joint_states_come_at_their_rate(bot):
 
 
 def test_joint_states_are_of_joints_with_a_transmission_in_alphabetical_order(monkeypatch):
-    transmissions = "".join(TRANSMISSION.format(name) for name in ("wheel", "arm"))
-    spare = URDF.replace("</robot>", f"{transmissions}</robot>").replace(
+    spare = URDF.replace(
         "</robot>",
         '<link name="loose"/><joint name="aside" type="continuous"><parent link="base"/>'
         '<child link="loose"/></joint></robot>',
     )
-    for urdf, names in ((spare, ["arm", "wheel"]), (URDF, ["arm", "wheel"])):
+    for urdf, names in ((spare, ["arm", "wheel"]), (BARE, [])):
         bot = bot_rig.Bot(monkeypatch, urdf, PARAMS, Pose((0.0, 0.0, 1.0)))
         bot.start("states")
         bot.run(100)
@@ -295,7 +298,6 @@ def test_restart_drops_buffered_commands(bot):
 
 def test_an_emergency_stop_comes_by_its_topic(monkeypatch):
     urdf = URDF.replace('.so"/>', '.so"><eStopTopic>stop</eStopTopic></plugin>')
-    urdf = urdf.replace("</robot>", TRANSMISSION.format("wheel") + "</robot>")
     bot = bot_rig.Bot(monkeypatch, urdf, PARAMS, Pose((0.0, 0.0, 1.0)))
     bot.start("drive")
     bot.command("drive", Float64(3.0))
@@ -404,21 +406,12 @@ def test_a_robot_whose_services_cannot_be_made_leaves_none(bot, monkeypatch):
     assert len(bot.endpoints) == 3 and all(endpoint.closed for endpoint in bot.endpoints.values())
 
 
-def transmission(joint, interface):
-    return (
-        f"<transmission name='t_{joint}'><joint name='{joint}'>"
-        f"<hardwareInterface>hardware_interface/{interface}</hardwareInterface>"
-        "</joint><actuator name='m'/></transmission>"
-    )
-
-
 @pytest.mark.parametrize(
     "text, expected",
     [
-        (f"<robot name='r'>{transmission('arm', 'EffortJointInterface')}</robot>", ("effort",)),
-        (f"<robot name='r'>{transmission('leg', 'EffortJointInterface')}</robot>", ("velocity",)),
-        ("<robot", ("velocity",)),
-        (None, ("velocity",)),
+        (f"<robot name='r'>{bot_rig.transmissions({'arm': 'Effort'})}</robot>", "effort"),
+        ("<robot", "velocity"),
+        (None, "velocity"),
     ],
 )
 def test_transmissions_are_those_of_the_parameter(monkeypatch, text, expected):
@@ -445,10 +438,63 @@ def test_transmissions_are_those_of_the_parameter(monkeypatch, text, expected):
     parts = (
         LINK.format("arm_link"),
         JOINT.format("arm", "revolute"),
-        transmission("arm", "VelocityJointInterface"),
+        bot_rig.transmissions({"arm": "Velocity"}),
     )
     bot = bot_rig.Bot(monkeypatch, bot_rig.held_robot(parts, control=plugin), {})
     assert asked == ["/bot", "it"]
-    assert bot.model.description.transmissions == {"arm": expected}
-    hardware = bot.model.manager.hardware
-    assert hardware.check_interface("c", expected[0], ["arm"]) == []
+    assert bot.model.manager.hardware.registered.interfaces == {"arm": (expected,)}
+    bot.world.close()
+
+
+@pytest.mark.parametrize(
+    "kinds, params, lines",
+    [
+        (
+            {"wheel": "Velocity", "nose": "Effort"},
+            {},
+            ['This robot has a joint named "nose" which is not in the gazebo model.'],
+        ),
+        (
+            {"wheel": "Magic"},
+            {},
+            [
+                "No matching hardware interface found for 'hardware_interface/MagicJointInterface' "
+                "while loading interfaces for wheel"
+            ],
+        ),
+        (
+            {"wheel": "Velocity"},
+            {"/bot/joint_limits": {"wheel": {"has_velocity_limits": False}}},
+            ["Cannot enforce limits for joint 'wheel'. It has no velocity limits specification."],
+        ),
+    ],
+)
+def test_a_robot_that_gazebo_ros_control_cannot_serve_has_no_controllers(
+    monkeypatch, kinds, params, lines
+):
+    text = BARE.replace("</robot>", f"{bot_rig.transmissions(kinds)}</robot>")
+    log = []
+    for level in ("logfatal", "logerr"):
+        monkeypatch.setattr(control.rospy, level, lambda text, *args: log.append(text % args))
+    world = World(gravity=(0.0, 0.0, 0.0))
+    model = world.spawn_urdf("bot", text, Pose(), str)
+    monkeypatch.setattr(
+        control.rospy, "get_param", lambda name, default=None: params.get(name, default)
+    )
+    with pytest.raises(ControllerError, match=re.escape(lines[0])):
+        RobotControl(JobQueue(), world, model, "bot")
+    assert [line for line in log if "gain" not in line] == [
+        *lines,
+        "Could not initialize robot simulation interface",
+    ]
+    world.close()
+
+
+def test_limits_of_the_parameters_hold(monkeypatch):
+    limits = {"wheel": {"has_velocity_limits": True, "max_velocity": 5.0}}
+    bot = bot_rig.Bot(monkeypatch, URDF, {**PARAMS, "/bot/joint_limits": limits})
+    bot.start("drive")
+    bot.endpoints["/bot/drive/command"].call(Float64(15.0))
+    bot.run(100)
+    assert bot.velocity("wheel") == pytest.approx(5.0, abs=1e-6)
+    bot.world.close()

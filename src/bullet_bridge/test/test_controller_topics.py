@@ -5,7 +5,7 @@ import sys
 
 import bot_rig
 import pytest
-from bot_rig import Bot, held_robot
+from bot_rig import Bot, held_robot, transmissions
 from bullet_bridge.control import reconfigure
 from bullet_bridge.control import robot as control
 from bullet_bridge.plugins import base
@@ -38,7 +38,11 @@ PLACES = {
     "rr": "0 0 6",
 }
 URDF = held_robot(
-    (LINK.format(f"{n}_link") + JOINT.format(n, at) for n, at in PLACES.items()), LINK
+    [
+        *(LINK.format(f"{n}_link") + JOINT.format(n, at) for n, at in PLACES.items()),
+        transmissions(dict.fromkeys(PLACES, "Effort Velocity Position")),
+    ],
+    LINK,
 )
 PARAMS = {
     "/bot/arm": {

@@ -10,6 +10,7 @@ from bullet_sim.controllers.base import INTERFACES
 from bullet_sim.controllers.manager import INITIALIZED, RUNNING, STOPPED, Manager
 from bullet_sim.controllers.pid import PidConfig, parse_pid
 from bullet_sim.description.model import Joint, ModelDescription
+from bullet_sim.description.transmissions import Transmission, Transmissions
 from bullet_sim.errors import CommandError, ControllerError
 from fake_joints import FakeJoints, limited_effort
 
@@ -237,8 +238,9 @@ def test_start_and_stop(manager, joints):
     manager.switch(["speed", "state"], [])
     assert joints.calls == [("velocity", ("left",), (0,))]
     assert states(manager)["state"] == RUNNING
+    manager.command("speed", [3.0])
     manager.switch([], ["speed"])
-    assert joints.calls[-1] == ("release", ("left",))
+    assert joints.calls[-1] == ("velocity", ("left",), (3.0,)), "it keeps its last speed"
     assert states(manager)["speed"] == STOPPED
 
 
@@ -252,7 +254,7 @@ def test_swap_of_two_controllers_on_one_joint(manager, joints):
     joints.calls.clear()
     assert manager.switch(["angle"], ["speed"]) == []
     assert (states(manager)["speed"], states(manager)["angle"]) == (STOPPED, RUNNING)
-    assert joints.calls == [("release", ("left",)), ("position", ("left",), (0.25,))]
+    assert joints.calls == [("position", ("left",), (0.25,))]
 
 
 @pytest.mark.parametrize(
@@ -362,7 +364,7 @@ def test_restart_forgets_commands(manager, joints):
     assert states(manager)["speed"] == RUNNING
 
 
-def test_effort_is_given_before_every_step_until_the_stop(joints):
+def test_effort_is_given_before_every_step_also_after_the_stop(joints):
     manager = Manager(joints)
     manager.load("push", {"type": EFFORT, "joint": "left"})
     assert not manager.periodic
@@ -376,7 +378,8 @@ def test_effort_is_given_before_every_step_until_the_stop(joints):
     manager.update(0.001)
     assert joints.calls[-1] == ("effort", {"left": 10.0})
     manager.switch([], ["push"])
-    assert not manager.periodic and joints.calls[-1] == ("release", ("left",))
+    manager.update(0.001)
+    assert manager.periodic and joints.calls[-1] == ("effort", {"left": 10.0})
 
 
 @pytest.mark.parametrize(
@@ -464,7 +467,8 @@ def test_gains_of_a_joint_turn_its_velocity_command_into_an_effort(joints, manag
     assert ("velocity", ("right",), (0.0,)) in joints.calls
     assert not [call for call in joints.calls if call[:2] == ("velocity", ("left",))]
     manager.switch([], ["speed"])
-    assert not manager.periodic and joints.calls[-1] == ("release", ("left",))
+    manager.update(0.001)
+    assert manager.periodic and joints.calls[-1] == ("effort", {"left": 1.5})
 
 
 def test_gains_of_no_joint_are_refused(manager):
@@ -473,18 +477,18 @@ def test_gains_of_no_joint_are_refused(manager):
 
 
 def test_interfaces_of_transmissions(joints):
-    description = ModelDescription("bot", transmissions={"left": ("effort",)})
-    manager = Manager(joints, description)
-    with pytest.raises(
-        ControllerError,
-        match="'v' needs the velocity interface of joint 'left', "
-        "whose <transmission> offers effort",
+    taken = Transmission("t", (("left", ("EffortJointInterface",)),))
+    manager = Manager(joints, ModelDescription("bot", transmissions=Transmissions((taken,))))
+    for values, text in (
+        ({"type": VELOCITY, "joint": "left"}, "'left' in 'hardware_interface::VelocityJointInter"),
+        ({"type": VELOCITY, "joint": "left"}, "its <transmission> offers effort"),
+        ({"type": EFFORT_GROUP, "joints": ["left", "right"]}, "no <transmission> names it"),
     ):
-        manager.load("v", {"type": VELOCITY, "joint": "left"})
+        with pytest.raises(ControllerError, match=text):
+            manager.load("v", values)
     assert manager.list() == []
     assert manager.load("e", {"type": EFFORT, "joint": "left"}).warnings == ()
-    warnings = manager.load("g", {"type": EFFORT_GROUP, "joints": ["left", "right"]}).warnings
-    assert len(warnings) == 1 and "no <transmission> names right" in warnings[0]
+    assert manager.hardware.published_names == ("left",)
 
 
 def test_a_name_given_twice_in_a_switch_counts_once(manager, joints):
@@ -492,7 +496,6 @@ def test_a_name_given_twice_in_a_switch_counts_once(manager, joints):
     assert states(manager)["speed"] == RUNNING
     manager.switch([], ["speed", "speed"])
     assert states(manager)["speed"] == STOPPED
-    assert joints.calls.count(("release", ("left",))) == 1
 
 
 class Faulty(Controller):

@@ -81,13 +81,15 @@ def test_effort_ends_where_the_speed_limit_is(world):
     assert run(world, 800)[1]["slider"] == pytest.approx(1.0, abs=0.01)
 
 
-def test_stop_drops_the_effort_and_the_joint_coasts(world):
+def test_the_effort_stays_after_a_stop(world):
+    """JointEffortController has no stopping(), and DefaultRobotHWSim writes in every step."""
     manager = start(world, "arm", "JointEffortController")
     manager.command("c", [1.0])
     speed = run(world, 100)[1]["arm"]
     manager.switch([], ["c"])
-    assert run(world, 200)[1]["arm"] == pytest.approx(speed, rel=1e-3)
-    assert not manager.periodic
+    assert run(world, 100)[1]["arm"] == pytest.approx(2.0 * speed, rel=1e-3)
+    manager.switch(["c"], [])  # it starts with 0
+    assert run(world, 100)[1]["arm"] == pytest.approx(2.0 * speed, rel=1e-3)
 
 
 def test_critically_damped_position_follows_its_closed_form(world):
@@ -174,8 +176,10 @@ def hanging(solver, interface):
     """World in which the slider is pulled along its axis; its <transmission> has an interface."""
     world = World(gravity=(-5.0, 0.0, 0.0), solver=solver)
     transmission = (
-        '<transmission name="t"><joint name="slider"><hardwareInterface>hardware_interface/'
-        f"{interface}JointInterface</hardwareInterface></joint></transmission></robot>"
+        '<transmission name="t"><type>transmission_interface/SimpleTransmission</type><joint '
+        'name="slider"><hardwareInterface>hardware_interface/'
+        f'{interface}JointInterface</hardwareInterface></joint><actuator name="m"/></transmission>'
+        "</robot>"
     )
     stronger = URDF.replace('effort="4"', 'effort="400"').replace("</robot>", transmission)
     world.spawn_urdf("bot", stronger, Pose(), str)
@@ -186,9 +190,9 @@ def hanging(solver, interface):
 @pytest.mark.parametrize(
     "interface, kind, command, ends",
     [("Position", "position_controllers/JointPositionController", 0.3, 0.3),
-     ("Velocity", "velocity_controllers/JointVelocityController", 0.5, 0.25)],
+     ("Velocity", "velocity_controllers/JointVelocityController", 0.5, 0.5)],
 )  # fmt: skip
-def test_without_a_controller_a_joint_keeps_its_position_or_is_braked(
+def test_a_joint_is_held_before_a_controller_and_keeps_its_command_after_it(
     solver, interface, kind, command, ends
 ):
     world = hanging(solver, interface)
@@ -203,7 +207,8 @@ def test_without_a_controller_a_joint_keeps_its_position_or_is_braked(
         manager.switch([], ["c"])
         positions, velocities = run(world, 500)
         assert positions["slider"] == pytest.approx(ends, abs=5e-3)
-        assert velocities["slider"] == pytest.approx(0.0, abs=5e-3)
+        expected = command if interface == "Velocity" else 0.0
+        assert velocities["slider"] == pytest.approx(expected, abs=5e-3)
         world.reset()  # then the last command is forgotten
     world.close()
 

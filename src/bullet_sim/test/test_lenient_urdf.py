@@ -243,12 +243,6 @@ PARTS = {
         "",
         ["'nose'", "no link and no joint"],
     ),
-    "a transmission of no joint": (
-        '<transmission name="t"><joint name="nose"/></transmission>',
-        "",
-        "",
-        ["'t'", "'nose'"],
-    ),
     "a plugin without a name": ("<gazebo><plugin/></gazebo>", "", "", ["plugin 'None'"]),
 }
 

@@ -108,10 +108,12 @@ def test_deviations_below_the_sensitiveness_are_left():
 
 def test_a_joint_with_a_transmission_is_left_to_its_controllers():
     transmission = (
-        '<transmission name="t"><joint name="tail"><hardwareInterface>PositionJointInterface'
-        "</hardwareInterface></joint></transmission>"
+        '<transmission name="t"><type>transmission_interface/SimpleTransmission</type><joint '
+        'name="{0}"><hardwareInterface>PositionJointInterface</hardwareInterface></joint>'
+        '<actuator name="m"/></transmission>'
     )
-    pair = Pair(mimic=MIMIC, extra=transmission)
+    extra = "".join(map(transmission.format, ("lead", "tail")))
+    pair = Pair(mimic=MIMIC, extra=extra)
     assert not pair.model.mimics
     pair.close()
 

@@ -12,7 +12,7 @@ from scipy.linalg import expm
 STEP = 0.3  # of the set point [rad, rad/s]
 
 
-def rotor(inertia, kind="revolute", friction=0.0, effort=0.0):
+def rotor(inertia, kind="revolute", friction=0.0, effort=1e6):
     """URDF of a disc on a body that the world holds."""
     return (
         '<robot name="bot"><link name="world"/><link name="base"><inertial><mass value="1"/>'
@@ -21,7 +21,7 @@ def rotor(inertia, kind="revolute", friction=0.0, effort=0.0):
         'name="disc"><inertial><mass value="1"/><inertia '
         f'ixx="{inertia}" iyy="{inertia}" izz="{inertia}" ixy="0" ixz="0" iyz="0"/></inertial>'
         f'</link><joint name="axle" type="{kind}"><parent link="base"/><child link="disc"/>'
-        f'<axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="{effort}" velocity="0"/>'
+        f'<axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="{effort}" velocity="1000"/>'
         f'<dynamics friction="{friction}"/></joint>'
         '<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>'
     )

@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import rospy
+from bullet_sim.errors import ControllerError
 from bullet_sim.parts.base import noise_seed
 from bullet_sim.parts.control import Loop
 from bullet_sim.plugins.custom import CustomSpec
@@ -171,8 +172,9 @@ class Robots(Loop):
             return None
         try:
             return RobotControl(self._jobs, self._world, model, namespace, self.received, run)
-        except rospy.ServiceException as error:
+        except (rospy.ServiceException, ControllerError) as error:
             self._release(model)
+            self._skipped.setdefault(model.name, []).append(f"it has no controllers: {error}")
             rospy.logerr("model '%s' has no controllers: %s", model.name, error)
             return None
         except BaseException:

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any, cast
 import rosgraph
 import rospy
 from bullet_sim.controllers import steer_bot
+from bullet_sim.controllers.interfaces import GAINS, Registered, register
 from bullet_sim.controllers.pid import PidGains, parse_pid
 from bullet_sim.controllers.settings import as_number
 from bullet_sim.description.model import STEER_BOT_SIM_TYPE
 from bullet_sim.errors import SimError
-from bullet_sim.formats.urdf import parse_transmissions
+from bullet_sim.formats.transmissions import parse_transmissions
 from bullet_sim.xml_reader import parse
 from control_toolbox.cfg import ParametersConfig
 
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from bullet_sim.controllers.hardware import Hardware
     from bullet_sim.controllers.manager import Manager
     from bullet_sim.description.model import ModelDescription
+    from bullet_sim.description.transmissions import Transmissions
     from bullet_sim.models.model import Model
 
     from bullet_bridge.loop.jobs import JobQueue
@@ -81,67 +83,66 @@ def set_hardware(model: Model, namespace: str, pid_servers: PidServers) -> Calla
     Returns:
         Function that puts the hardware layer into force, for the simulation thread.
     """
-    hardware = cast("Manager", model.manager).hardware
-    _take_transmissions(model, hardware, namespace)
-    if model.description.robot_sim_type != STEER_BOT_SIM_TYPE:
+    hardware, description = cast("Manager", model.manager).hardware, model.description
+    transmissions = _transmissions(description, namespace)
+    limits = rospy.get_param(f"{namespace}/joint_limits", None)
+    registered = register(transmissions, description, model.joints.limits, limits)
+    hardware.set_registered(registered)
+    if description.robot_sim_type != STEER_BOT_SIM_TYPE:
         where = f"{namespace}/{PID_GAINS}"
         entries = rospy.get_param(where, None) or {}
-        _log_joints(model.description, where, entries)
-        _set_joint_gains(hardware, where, entries, pid_servers)
+        _log(registered, where, entries)
+        if not registered.refusal:
+            _set_joint_gains(hardware, where, entries, pid_servers)
         return hardware.restart
     where = f"{namespace}/{steer_bot.NAMESPACE}"
     try:
         config = steer_bot.parse_steer_bot(
-            rospy.get_param(where, None), where, model.joints.names, model.description
+            rospy.get_param(where, None), where, model.joints.names, description
         )
     except SimError as error:
         rospy.logerr("%s; the joints are those of the URDF", error)
         return hardware.restart
     joints = steer_bot.SteerBotJoints(model.joints, config)
-    return functools.partial(hardware.put_before, joints, config.interfaces())
+    return functools.partial(hardware.put_before, joints, Registered(config.interfaces()))
 
 
-def _take_transmissions(model: Model, hardware: Hardware, namespace: str) -> None:
-    """Take the transmissions of the URDF in the parameter that <robotParam> names.
+def _transmissions(description: ModelDescription, namespace: str) -> Transmissions:
+    """The transmissions of the URDF in the parameter that <robotParam> names.
 
     As upstream it is looked for from the namespace upwards. Those of the model's own file count
-    where there is none, for which upstream waits, or where it names no joint of the model.
+    where there is none, for which upstream waits, and where it has no joint of theirs.
     """
-    description = model.description
+    own = description.transmissions
     if not description.robot_param:
-        return
+        return own
     try:
         master = rosgraph.Master(f"/{namespace.strip('/')}")
         name = master.searchParam(description.robot_param)
-        robot = parse(master.getParam(name), f"parameter {name}")
+        found = parse_transmissions(parse(master.getParam(name), f"parameter {name}"))
     except (OSError, rosgraph.MasterException, TypeError, ValueError):
-        return
-    transmissions, bare = parse_transmissions(robot, description.joints, lambda text: None)
-    if transmissions and transmissions != description.transmissions:
-        description.transmissions, description.bare_interfaces = transmissions, bare
-        hardware.set_interfaces(transmissions)
+        return own
+    return found if found.joints & own.joints or not own.joints else own
 
 
-def _log_joints(description: ModelDescription, where: str, entries: Any) -> None:
-    """Say of each joint what gazebo_ros_control says of it when it starts.
+def _log(registered: Registered, where: str, entries: Any) -> None:
+    """Say what gazebo_ros_control says of transmissions and joints when it starts.
 
-    That it has no gains is a line of an error there, and as usual: its command is followed exactly.
+    That a joint has no gains is a line of an error there, and as usual: its command is followed
+    exactly.
 
     Args:
         where: name of the parameter that the gains are in.
         entries: its value.
     """
-    for joint, interfaces in description.transmissions.items():
-        interface = description.bare_interfaces.get(joint)
-        if interface is not None:
-            rospy.logwarn(
-                "Deprecated syntax, please prepend 'hardware_interface/' to '%s' within the "
-                "<hardwareInterface> tag in joint '%s'.",
-                interface,
-                joint,
-            )
-        if interfaces[0] != "effort" and not _has_p(entries, joint):
-            rospy.logerr("No p gain specified for pid.  Namespace: %s/%s", where, joint)
+    for level, text in registered.messages:
+        if level != GAINS:
+            log = {"error": rospy.logerr, "warn": rospy.logwarn, "fatal": rospy.logfatal}[level]
+            log("%s", text)
+        elif not _has_p(entries, text):
+            rospy.logerr("No p gain specified for pid.  Namespace: %s/%s", where, text)
+    if registered.refusal:
+        rospy.logfatal("Could not initialize robot simulation interface")
 
 
 def _has_p(entries: Any, joint: str) -> bool:

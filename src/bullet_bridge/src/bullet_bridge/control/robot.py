@@ -42,6 +42,9 @@ class RobotControl(control.Robot):
     Attributes:
         closed: the model is deleted; no controller can be loaded.
         refused: name of a controller that could not be loaded -> why.
+
+    Raises:
+        ControllerError: gazebo_ros_control cannot be initialized with its transmissions.
     """
 
     def __init__(
@@ -66,6 +69,8 @@ class RobotControl(control.Robot):
         self.manager.on_failure = self._failed
         try:
             run(set_hardware(model, self.namespace, self._pid_servers))
+            if self.manager.hardware.registered.refusal:
+                raise ControllerError(self.manager.hardware.registered.refusal)
             self._subscribe_to_emergency_stop(model.description.emergency_stop)
             self._services = ControllerServices(
                 self.namespace, self.manager, self._run_job, self._load, self._unload

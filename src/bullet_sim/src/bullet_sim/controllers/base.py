@@ -8,19 +8,12 @@ from typing import Any, ClassVar
 
 from bullet_sim.component import Component
 from bullet_sim.controllers.hardware import Hardware
+from bullet_sim.controllers.interfaces import INTERFACES
 from bullet_sim.controllers.settings import ControllerConfig, Settings
 from bullet_sim.description.model import ModelDescription
 from bullet_sim.errors import CommandError, ControllerError, SimError
 from bullet_sim.registry import Registry
 
-INTERFACES = {
-    "velocity": "hardware_interface::VelocityJointInterface",
-    "position": "hardware_interface::PositionJointInterface",
-    "effort": "hardware_interface::EffortJointInterface",
-    "state": "hardware_interface::JointStateInterface",
-    "imu": "hardware_interface::ImuSensorInterface",
-    "force_torque": "hardware_interface::ForceTorqueSensorInterface",
-}
 MAX_STEPS = 2**31  # physics steps: more than are ever made at once
 MAX_COMMAND = 1e9  # larger commands [rad/s, m/s, rad, m, N m, N] are refused
 
@@ -97,9 +90,10 @@ class Controller(Component):
         ]
 
     def stop(self) -> None:
-        """Release the joints."""
+        """Leave its joints their last commands, as a controller of ros_control does whose
+        stopping() does nothing."""
         for _, joints in self.config.claims:
-            self.hardware.release(joints)
+            self.hardware.keep(joints)
 
     def check(self, values: Any) -> Any:
         """Check a command: by default a number for each joint; returns them as floats.

@@ -162,6 +162,11 @@ class Drive(Controller):
         self._written = self._outputs(0.0, 0.0)
         self.write(self._written)
 
+    def stop(self) -> None:
+        """As upstream's brake(): all that it commands is 0."""
+        self.write((0.0,) * len(self.setters))
+        super().stop()
+
     def reset(self, time: float) -> None:
         """Start at the origin."""
         self.odometry.reset(time)

@@ -9,11 +9,12 @@ of the joints; their limits hold where it is applied (limits.py).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, Protocol
 
 from bullet_sim.component import Stateful
 from bullet_sim.controllers.handle import JointHandle
+from bullet_sim.controllers.interfaces import Registered
 from bullet_sim.controllers.pid import Pid, PidGains
 from bullet_sim.description.model import Joint
 from bullet_sim.engine.api import Motor
@@ -40,41 +41,42 @@ class Hardware(Stateful):
     """Commands of one robot's joints.
 
     Args:
-        interfaces: mapping joint name -> offered interfaces, from <transmission>s.
+        registered: their interfaces and limits; None: every joint has all interfaces.
 
     Attributes:
         is_stopped: by an emergency stop, see set_emergency_stop().
         acting: handles of the joints on which an effort acts.
+        limited: handles whose commands limits hold step by step, by name.
     """
 
     STATE = ("is_stopped", "_all")
-    CACHE = ("joints", "_interfaces", "_handles", "acting")
+    CACHE = ("joints", "registered", "_handles", "acting", "limited")
 
-    def __init__(
-        self, joints: RobotJoints, interfaces: Mapping[str, Sequence[str]] | None = None
-    ) -> None:
+    def __init__(self, joints: RobotJoints, registered: Registered | None = None) -> None:
         self.is_stopped = False
-        self._use(joints, interfaces or {})
+        self._use(joints, registered or Registered(interfaces=None))
 
-    def put_before(self, joints: RobotJoints, interfaces: Mapping[str, Sequence[str]]) -> None:
-        """Use other joints than the robot's, e.g. SteerBotJoints before them, with interfaces."""
+    def put_before(self, joints: RobotJoints, registered: Registered) -> None:
+        """Use other joints than the robot's, e.g. SteerBotJoints before them."""
         for joint in self._all:
             joint.motor.release()
-        self._use(joints, interfaces)
+        self._use(joints, registered)
         self.restart()
 
-    def set_interfaces(self, interfaces: Mapping[str, Sequence[str]]) -> None:
+    def set_registered(self, registered: Registered) -> None:
         """Offer other interfaces of the same joints, before a controller has handles of them."""
-        self._use(self.joints, interfaces)
+        self._use(self.joints, registered)
 
-    def _use(self, joints: RobotJoints, interfaces: Mapping[str, Sequence[str]]) -> None:
-        self.joints, self._interfaces = joints, interfaces
+    def _use(self, joints: RobotJoints, registered: Registered) -> None:
+        self.joints, self.registered = joints, registered
+        bounds = registered.limits
         self._handles = {
-            name: JointHandle(name, joints.limits[name], joints.motor(name), self)
+            name: JointHandle(name, joints.limits[name], joints.motor(name), self, bounds.get(name))
             for name in joints.names
         }
         self._all = tuple(self._handles.values())
         self.acting: tuple[JointHandle, ...] = ()
+        self.limited: dict[str, JointHandle] = {}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -83,14 +85,11 @@ class Hardware(Stateful):
 
     @property
     def published_names(self) -> tuple[str, ...]:
-        """Joints of the JointStateInterface, in alphabetical order as in its std::map.
-
-        As in gazebo_ros_control they are those with a <transmission>; without any <transmission>,
-        where it has none, they are all.
-        """
-        return tuple(sorted(self._interfaces.keys() & self._handles.keys())) or tuple(
-            sorted(self._handles)
-        )
+        """Joints of the JointStateInterface, in alphabetical order as in its std::map: those that
+        are registered."""
+        interfaces = self.registered.interfaces
+        names = self._handles if interfaces is None else interfaces.keys() & self._handles.keys()
+        return tuple(sorted(names))
 
     def handles(self, names: Iterable[str]) -> tuple[JointHandle, ...]:
         """The handles of joints.
@@ -111,34 +110,19 @@ class Hardware(Stateful):
         self.joints.read(self._all)
 
     # interfaces -------------------------------------------------------------------------------
-    def check_interface(self, label: str, interface: str, names: Iterable[str]) -> list[str]:
+    def check_interface(self, label: str, interface: str, names: Iterable[str]) -> None:
         """Check that joints have a hardware interface.
 
         Args:
             interface: velocity, position or effort.
 
-        Returns:
-            Messages about joints without <transmission>, which have all interfaces here.
-
         Raises:
-            ControllerError: a joint's transmissions have other interfaces only.
+            ControllerError: a joint has not.
         """
-        without = []
         for name in names:
-            offered = self._interfaces.get(name)
-            if offered is None:
-                without.append(name)
-            elif offered and interface not in offered:
-                raise ControllerError(
-                    f"{label} needs the {interface} interface of joint '{name}', whose "
-                    f"<transmission> offers {' and '.join(offered)}"
-                )
-        if not without:
-            return []
-        return [
-            f"{label}: no <transmission> names {', '.join(without)}; gazebo_ros_control would "
-            "refuse the controller, here such joints take any"
-        ]
+            lacks = self.registered.lacks(name, interface)
+            if lacks:
+                raise ControllerError(f"{label}: {lacks}")
 
     def set_gains(self, joint: str, gains: PidGains) -> None:
         """Drive a joint's velocity and position commands by a PID from the next restart() on.
@@ -167,47 +151,59 @@ class Hardware(Stateful):
         self.acting = tuple(joint for joint in self._all if joint.effort is not None)
 
     def release(self, names: Iterable[str]) -> None:
-        """No controller commands these joints any more.
+        """No controller commands these joints any more, see JointHandle.drop().
 
         As gazebo_ros_control, which writes its commands in every step whether or not a controller
-        runs: a joint with a velocity interface is commanded to stop, one with a position interface
-        keeps its last position, at first 0. All others move freely, with their friction.
+        runs.
         """
         joints = [self._handles[name] for name in names]
         for joint in joints:
-            joint.effort = joint.pid = None
-            joint.motor.release()
+            self.limited.pop(joint.name, None)
+            joint.drop(self._interface(joint))
         self.list_acting()
-        for joint in joints:
-            first = next(iter(self._interfaces.get(joint.name, ())), None)
-            if first == "velocity":
-                joint.set_velocity(0.0, is_release=True)
-            elif first == "position":
-                joint.set_position(joint.last_position, is_release=True)
+
+    def keep(self, names: Iterable[str]) -> None:
+        """Let the last commands of joints stay: their controller has stopped."""
+        for name in names:
+            self._handles[name].keep()
+
+    def _interface(self, joint: JointHandle) -> str:
+        """The first interface of a joint, or ""."""
+        return next(iter((self.registered.interfaces or {}).get(joint.name, ())), "")
 
     def set_emergency_stop(self, active: bool) -> None:
         """Stop the joints, whatever controllers command, until it is no longer active.
 
-        As in gazebo_ros_control: joints with a position interface stay where they are, those with
-        a velocity interface are braked, no effort acts on the others.
+        As in gazebo_ros_control, see JointHandle.suspend(); then the last commands count again.
         """
-        if active and not self.is_stopped:
-            for joint in self._all:
-                joint.last_position = joint.position
-            self.release(self.names)
-        self.is_stopped = active
+        was_stopped, self.is_stopped = self.is_stopped, active
+        if active == was_stopped:
+            return
+        self.limited.clear()
+        for joint in self._all:
+            if active:
+                joint.suspend(self._interface(joint))
+            else:
+                joint.resume()
+        self.list_acting()
 
     def restart(self) -> None:
         """Forget all commands: the body was loaded, or loaded again."""
         for joint in self._all:
-            joint.last_position, joint.motor = 0.0, self.joints.motor(joint.name)
+            joint.forget(self.joints.motor(joint.name))
         self.release(self.names)
 
     # every step -------------------------------------------------------------------------------
     @property
     def periodic(self) -> bool:
         """Whether something has to be written before every step."""
-        return bool(self.acting)
+        return bool(self.acting or self.limited)
+
+    def limit(self, period: float) -> None:
+        """Before a step [s]: hold commands within limits that they meet step by step."""
+        for name, joint in tuple(self.limited.items()):
+            if joint.limit(period):
+                del self.limited[name]
 
     def efforts(self, period: float, computes: bool = False) -> list[EffortRow]:
         """Rows of the efforts that act in the next steps; one that is not finite counts as 0.
@@ -242,3 +238,4 @@ class Hardware(Stateful):
         """Restore a result of get_state()."""
         super().set_state(state)
         self.list_acting()
+        self.limited = {joint.name: joint for joint in self._all if joint.is_limited}

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
 from typing import Any
 
 from bullet_sim.component import Stateful
 from bullet_sim.controllers import CONTROLLERS, Controller, configure
 from bullet_sim.controllers.base import MAX_STEPS
 from bullet_sim.controllers.hardware import Hardware, RobotJoints
+from bullet_sim.controllers.interfaces import register
 from bullet_sim.description.model import ModelDescription
+from bullet_sim.description.transmissions import Transmissions
 from bullet_sim.engine.efforts import EffortRow
 from bullet_sim.errors import ControllerError, SimError
 from bullet_sim.pose import Array
@@ -24,8 +25,8 @@ class Manager(Stateful):
 
     Args:
         joints: of the robot: limits, positions, motors.
-        description: sizes of wheels, <transmission>s, control period; None:
-            every joint offers every interface.
+        description: sizes of wheels, <transmission>s, control period; None, or without a
+            <transmission>: every joint offers every interface.
 
     Attributes:
         efforts, computes: see prepare_steps().
@@ -45,7 +46,10 @@ class Manager(Stateful):
         self._description, self._joints = description, joints
         self.efforts: list[EffortRow] = []
         self.computes = False
-        self.hardware = Hardware(joints, getattr(description, "transmissions", None))
+        registered = None
+        if description is not None and description.transmissions != Transmissions():
+            registered = register(description.transmissions, description, joints.limits)
+        self.hardware = Hardware(joints, registered)
         self._period: float = getattr(description, "control_period", 0.0)
         self._loaded: dict[str, Controller] = {}
         self._states: dict[str, str] = {}
@@ -76,13 +80,11 @@ class Manager(Stateful):
                 f"A controller named '{name}' was already loaded inside the controller manager"
             )
         hardware = self.hardware
+        if hardware.registered.refusal:
+            raise ControllerError(hardware.registered.refusal)
         controller_type, config = configure(name, values, hardware.names, self._description)
-        warnings = [
-            text
-            for interface, joints in config.claims
-            for text in hardware.check_interface(f"controller '{name}'", interface, joints)
-        ]
-        config = replace(config, warnings=(*config.warnings, *warnings))
+        for interface, joints in config.claims:
+            hardware.check_interface(f"controller '{name}'", interface, joints)
         self._loaded[name] = controller_type(config, hardware)
         self._states[name] = INITIALIZED
         return config
@@ -285,6 +287,8 @@ class Manager(Stateful):
                     update(time, elapsed)
                 except Exception as error:
                     self._fail(update.__self__, error)  # type: ignore[attr-defined]
+        if hardware.limited and not hardware.is_stopped:
+            hardware.limit(period)
         efforts = hardware.efforts(elapsed)
         self._pass(period)
         return efforts
@@ -311,7 +315,7 @@ class Manager(Stateful):
             self.efforts = self.hardware.efforts(period, computes=True)
             return steps
         self.efforts = self.update(period)
-        if not self._has_own_joints():
+        if not self._has_own_joints() or self.hardware.limited:
             return 1
         since, steps = self._since, 1  # as many as until the next update is due
         while not self._due and since < self._period - 1e-9:
@@ -352,7 +356,7 @@ class Manager(Stateful):
         """
         if self._due or self._period - 1e-9 > min(self._since, period):
             return 0
-        if self.hardware.is_stopped or not self._has_own_joints():
+        if self.hardware.is_stopped or self.hardware.limited or not self._has_own_joints():
             return 0
         return min((each.steps_until_update(period) for each in self._periodic), default=MAX_STEPS)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite, isnan, nan, remainder
 from typing import Any
@@ -20,12 +21,12 @@ def shortest_distance(start: float, end: float) -> float:
     return -remainder(start - end, law.TURN)
 
 
-def limits_of(joint: Joint) -> tuple[float, float, bool]:
-    """What law.position_error() has to know of a joint: its limits, whether it is prismatic."""
+def limits_of(joint: Joint) -> tuple[float, float, float]:
+    """What law.position_error() has to know of a joint: its limits and the way."""
     lower, upper = joint.lower, joint.upper
     if lower is None or upper is None:
         lower = upper = nan
-    return lower, upper, joint.kind == "prismatic"
+    return lower, upper, law.WAY_LINEAR if joint.kind == "prismatic" else law.WAY_SHORT
 
 
 def position_error(joint: Joint, position: float, target: float) -> float:
@@ -145,11 +146,15 @@ class Pid(Stateful):
     def row(
         self,
         motor: Motor,
-        joint: Joint,
+        limits: tuple[float, float, float],
         of_force: tuple[float, float],
-        bounds: tuple[float, float, float, float],
+        bounds: Sequence[float],
     ) -> EffortRow:
-        """This PID of a joint's effort, for several steps of an engine; arguments of EffortRow."""
+        """This PID of a joint's effort, for several steps of an engine; arguments of EffortRow.
+
+        Args:
+            limits: see limits_of().
+        """
         gains, last = self.gains, self.last_error
         return EffortRow(
             motor,
@@ -158,7 +163,7 @@ class Pid(Stateful):
             self.output,
             self.goal,
             self.target,
-            (*limits_of(joint), gains.p, gains.i, gains.d, gains.i_clamp_min, gains.i_clamp_max,
+            (*limits, gains.p, gains.i, gains.d, gains.i_clamp_min, gains.i_clamp_max,
              gains.antiwindup),
             (nan if last is None else last, self.integral, self.error_rate, *self.terms),
         )  # fmt: skip

@@ -9,6 +9,7 @@ from typing import Any, Tuple
 
 import numpy as np
 
+from bullet_sim.description.transmissions import Transmissions
 from bullet_sim.description.warnings import Warnings
 from bullet_sim.errors import ModelError
 from bullet_sim.pose import Array, Pose, Vec3
@@ -335,6 +336,22 @@ class Mimic:
     sensitiveness: float = 0.0
 
 
+@dataclass(frozen=True)
+class SoftLimits:
+    """A URDF's <safety_controller>, see controllers.limits.CommandLimits.
+
+    Attributes:
+        lower, upper: where it begins to slow down [rad, m].
+        k_position: velocity per distance from there [1/s].
+        k_velocity: effort per velocity beyond the bounds [N m s/rad, N s/m].
+    """
+
+    lower: float
+    upper: float
+    k_position: float
+    k_velocity: float
+
+
 @dataclass
 class Joint:
     """A joint.
@@ -359,6 +376,9 @@ class Joint:
         anchor: joint's frame in the child link's; in a URDF the two are equal.
         closes: its child is held by other joints, too, so that it closes a loop, or by the world.
         mimic: set if it follows another joint.
+        limit: effort [N m, N] and speed [rad/s, m/s] of a URDF's <limit>, which bound what
+            controllers command; infinite where it does not say; None: no <limit>.
+        safety: SoftLimits of a URDF, which bound the same.
     """
 
     name: str
@@ -387,6 +407,8 @@ class Joint:
     anchor: Pose = Pose()
     closes: bool = False
     mimic: Mimic | None = None
+    limit: tuple[float, float] | None = None
+    safety: SoftLimits | None = None
 
     @property
     def holds(self) -> bool:
@@ -443,8 +465,7 @@ class ModelDescription:
         kept: fixed joints that are not merged, as a URDF's <preserveFixedJoint> wants it.
         measured: joints whose force and torque a sensor measures; fixed ones are not merged.
         robot_param: name of the parameter whose URDF has the transmissions; empty: the file's own.
-        transmissions: hardware interfaces of each joint: 'effort', 'velocity', 'position'.
-        bare_interfaces: of joints whose first one is written without `hardware_interface/`.
+        transmissions: which hardware interfaces its joints have, see controllers.interfaces.
         static: never moves.
         fixed_base: joints hold it in the world; joints move.
         auto_disable: it may sleep while it rests.
@@ -472,8 +493,7 @@ class ModelDescription:
     kept: set[str] = field(default_factory=set)
     measured: set[str] = field(default_factory=set)
     robot_param: str = ""
-    transmissions: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    bare_interfaces: dict[str, str] = field(default_factory=dict)
+    transmissions: Transmissions = Transmissions()
     static: bool = False
     self_collide: bool = False
     fixed_base: bool = False

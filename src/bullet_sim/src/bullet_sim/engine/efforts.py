@@ -19,12 +19,13 @@ class EffortRow:
     Args:
         motor: api.Motor of the joint.
         of_force: speed and effort of law.truncated().
-        bounds: limit, lower, upper, speed of law.effort_bounds().
+        bounds: limit, lower, upper, speed, soft_lower, soft_upper, k_position, k_velocity of
+            law.effort_bounds().
         effort: the last one [N m, N].
         goal: what the PID's errors are of, a key of layout.GOALS; "": none, the effort stays.
         target: of the PID [rad, m, rad/s, m/s].
-        pid: lower and upper limit of law.position_error() and whether the joint is prismatic; p, i,
-            d, low, high, antiwindup of law.pid_terms().
+        pid: lower and upper limit and the way of law.position_error(); p, i, d, low, high,
+            antiwindup of law.pid_terms().
         state: of the PID: last error (NaN: none), integral, rate, parts of the last output by
             error, integral and rate.
 
@@ -38,7 +39,7 @@ class EffortRow:
         self,
         motor: Any,
         of_force: tuple[float, float],
-        bounds: tuple[float, float, float, float],
+        bounds: Sequence[float],
         effort: float,
         goal: str = "",
         target: float = 0.0,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from math import inf
 from typing import Tuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from bullet_sim.description.model import (
     Link,
     Mimic,
     ModelDescription,
+    SoftLimits,
 )
 from bullet_sim.formats.sdf.frames import Frames
 from bullet_sim.pose import Pose, Vec3, Vector
@@ -135,7 +137,25 @@ def _joint(element: Node, model: ModelDescription, tree: Tree) -> Joint | None:
         joint.damping = max(0.0, child_number(dynamics, "@damping", label, 0.0))
         joint.friction = max(0.0, child_number(dynamics, "@friction", label, 0.0))
     joint.mimic = _mimic(element, joint, label)
+    joint.safety = _safety(element, joint, label)
     return joint
+
+
+def _safety(element: Node, joint: Joint, label: str) -> SoftLimits | None:
+    """<safety_controller>, of which urdfdom demands k_velocity."""
+    safety = element.find("safety_controller")
+    if safety is None or joint.kind not in MOVABLE_TYPES:
+        return None
+    if safety.get("k_velocity") is None:
+        safety.warn(
+            f"{label} safety_controller has no k_velocity, which URDF demands; it is ignored",
+            "safety_controllers have no k_velocity, which URDF demands, and are ignored",
+            f"'{joint.name}'",
+        )
+        return None
+    keys = ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity")
+    where = f"{label} safety_controller"
+    return SoftLimits(*(child_number(safety, f"@{key}", where, 0.0) for key in keys))
 
 
 def _mimic(element: Node, joint: Joint, label: str) -> Mimic | None:
@@ -163,7 +183,7 @@ def check_mimics(model: ModelDescription) -> None:
                 f"'{joint.name}'",
             )
             joint.mimic = None
-        elif joint.name in model.transmissions:
+        elif joint.name in model.transmissions.joints:
             joint.mimic = None  # controllers move it
 
 
@@ -211,8 +231,10 @@ def _limit(element: Node, joint: Joint, label: str) -> None:
                 f"'{joint.name}'",
             )
         return
-    joint.effort = abs(child_bound(limit, "@effort", f"{label} limit") or 0.0)
-    joint.velocity = abs(child_bound(limit, "@velocity", f"{label} limit") or 0.0)
+    given = (child_bound(limit, f"@{key}", f"{label} limit") for key in ("effort", "velocity"))
+    effort, velocity = (inf if value is None else abs(value) for value in given)
+    joint.limit = effort, velocity
+    joint.effort, joint.velocity = (0.0 if value == inf else value for value in joint.limit)
     for key in ("effort", "velocity"):
         if limit.get(key) is None and joint.kind != "fixed":
             limit.warn(

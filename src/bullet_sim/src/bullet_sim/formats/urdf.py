@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container
 from dataclasses import replace
 
 import numpy as np
@@ -26,62 +25,9 @@ from bullet_sim.formats.joints import (
 from bullet_sim.formats.lumping import LEAVE_OUT, keep_joints, leave_out
 from bullet_sim.formats.materials import Resolve, rgba_of
 from bullet_sim.formats.shapes import first_geometry, hollow_collision, mesh_geometry, usable_size
+from bullet_sim.formats.transmissions import parse_transmissions
 from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import Node, child_floats, child_number, parse, urdf_origin
-
-INTERFACES = {
-    "EffortJointInterface": "effort",
-    "VelocityJointInterface": "velocity",
-    "PositionJointInterface": "position",
-}
-
-
-def parse_transmissions(
-    robot: Node, joint_names: Container[str], warn: Callable[[str], None]
-) -> tuple[dict[str, tuple[str, ...]], dict[str, str]]:
-    """Read every <transmission> child of <robot>.
-
-    Args:
-        warn: gets a message for each ignored element.
-
-    Returns:
-        Joint name -> tuple of 'effort', 'velocity', 'position'; first interface of each joint that
-        has it without `hardware_interface/`.
-    """
-    interfaces: dict[str, tuple[str, ...]] = {}
-    bare: dict[str, str] = {}
-    for element in robot.findall("transmission"):
-        label = f"transmission '{element.get('name') or element.findtext('type') or ''}'"
-        joints = element.findall("joint")
-        if not joints:
-            warn(f"{label} has no <joint>; it is left out")
-        fallback = [i for a in element.findall("actuator") for i in _interfaces(a)]
-        for joint in joints:
-            name = joint.get("name")
-            if name is None or name not in joint_names:
-                warn(f"{label} names joint '{name}', which does not exist; it is left out")
-                continue
-            names = _interfaces(joint) or fallback
-            if not names:
-                warn(f"{label} gives joint '{name}' no <hardwareInterface>; it is left out")
-            elif names[0] in INTERFACES:
-                bare[name] = names[0]
-            for interface in names:
-                known = INTERFACES.get(interface.replace("::", "/").rsplit("/", 1)[-1])
-                if known is None:
-                    warn(
-                        f"{label} gives joint '{name}' the hardware interface '{interface}', "
-                        f"known are {', '.join(INTERFACES)}; it is left out"
-                    )
-                elif known not in interfaces.get(name, ()):
-                    interfaces[name] = interfaces.get(name, ()) + (known,)
-    return interfaces, bare
-
-
-def _interfaces(element: Node) -> list[str]:
-    texts = [e.text.strip() for e in element.findall("hardwareInterface") if e.text]
-    return [text for text in texts if text]
-
 
 PARTS = {"gazebo", "joint", "link", "material", "sensor", "transmission"}  # of a <robot>
 _ONE = (1.0, 1.0, 1.0)
@@ -131,8 +77,7 @@ def parse_urdf(
     _fix_to_world(model)
     _free_links(model)
     read_sdf_joints(robot, model)
-    transmissions = parse_transmissions(robot, model.joints, model.warn)
-    model.transmissions, model.bare_interfaces = transmissions
+    model.transmissions = parse_transmissions(robot)
     check_mimics(model)
     gazebo_tags.apply(robot, model, resolve, gone)
     return model

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, ClassVar, Tuple
 
 from bullet_sim.controllers.base import Controller, ControllerConfig, Settings
+from bullet_sim.controllers.interfaces import register
 from bullet_sim.errors import ControllerError
 
 Claims = Tuple[Tuple[str, Tuple[str, ...]], ...]
@@ -65,7 +66,7 @@ class PosEffOpt(PosEff):
 
     @classmethod
     def claims(cls, settings: Settings, joints: tuple[str, ...], description: Any) -> Claims:
-        offered = description.transmissions
+        offered = register(description.transmissions, description, description.joints).interfaces
         return tuple(
             (interface, names)
             for interface, names in super().claims(settings, joints, description)

@@ -94,15 +94,16 @@ BLOCK_ROWS, MAX_JOINT_ROWS = 6, 7  # of a joint's block; of a joint
 MAX_CONTACT_ROWS = 4  # normal, two directions of friction, torsion
 TORSION = 3.0 * 3.141592653589793 / 16.0  # its moment by radius, coefficient and normal force
 # rows of efforts: number of the joint, limits of its velocity and effort in Gazebo (0: none), what
-# a PID's errors are of and its target, the joint's limits for position_error() and whether it is
-# prismatic, the PID's gains and bounds, what effort_bounds() takes, and the state
+# a PID's errors are of and its target, the joint's limits and the way of position_error(), the
+# PID's gains and bounds, what effort_bounds() takes, and the state
 PID_JOINT, PID_TOP_SPEED, PID_TOP_EFFORT, PID_GOAL, PID_TARGET = range(5)
-PID_LOWER, PID_UPPER, PID_LINEAR = range(5, 8)
+PID_LOWER, PID_UPPER, PID_WAY = range(5, 8)
 PID_P, PID_I, PID_D, PID_LOW, PID_HIGH, PID_ANTIWINDUP = range(8, 14)
 PID_LIMIT, PID_MIN, PID_MAX, PID_SPEED = range(14, 18)
-PID_STATE = 18
-PID_LAST, PID_INTEGRAL, PID_RATE, PID_BY_ERROR, PID_BY_INTEGRAL, PID_BY_RATE = range(18, 24)
-PID_OUTPUT, PID_APPLIED, PID_SIZE = 24, 25, 26
+PID_SOFT_MIN, PID_SOFT_MAX, PID_K_POSITION, PID_K_VELOCITY = range(18, 22)
+PID_STATE = 22
+PID_LAST, PID_INTEGRAL, PID_RATE, PID_BY_ERROR, PID_BY_INTEGRAL, PID_BY_RATE = range(22, 28)
+PID_OUTPUT, PID_APPLIED, PID_SIZE = 28, 29, 30
 GOAL_POSITION, GOAL_VELOCITY, GOAL_EFFORT = range(3)  # what errors are of; an effort, no PID
 GOALS = {"position": GOAL_POSITION, "velocity": GOAL_VELOCITY, "": GOAL_EFFORT}
 # settings of a world: relaxation, fraction of a joint's error that is corrected in a step, CFM of

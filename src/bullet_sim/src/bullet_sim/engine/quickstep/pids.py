@@ -11,7 +11,9 @@ from bullet_sim.engine.quickstep import layout as col
 from bullet_sim.engine.quickstep.compiled import compiled
 from bullet_sim.pose import Array
 
-_remainder = types.ExternalFunction("remainder", types.float64(types.float64, types.float64))
+_of_two = types.float64(types.float64, types.float64)
+_remainder = types.ExternalFunction("remainder", _of_two)
+_fmod = types.ExternalFunction("fmod", _of_two)
 
 
 @overload(math.remainder)
@@ -24,7 +26,27 @@ def _math_remainder(x: Any, y: Any) -> Any:
     return remainder
 
 
-for _part in (law.position_error, law.pid_terms, law.effort_bounds, law.within, law.truncated):
+@overload(math.fmod)
+def _math_fmod(x: Any, y: Any) -> Any:
+    """As remainder."""
+
+    def fmod(x: Any, y: Any) -> Any:
+        return _fmod(x, y)
+
+    return fmod
+
+
+for _part in (
+    law.normalized,
+    law.other_way,
+    law.room,
+    law.distance_with_limits,
+    law.position_error,
+    law.pid_terms,
+    law.effort_bounds,
+    law.within,
+    law.truncated,
+):
     register_jitable(error_model="numpy")(_part)  # what effort_of() calls
 _effort_of = compiled(law.effort_of)
 
