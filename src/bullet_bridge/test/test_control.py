@@ -33,7 +33,8 @@ BARE = (
 )
 URDF = BARE.replace(
     "</robot>",
-    bot_rig.transmissions({"wheel": "Velocity Effort", "arm": "Velocity Position"}) + "</robot>",
+    bot_rig.transmissions({"wheel": "Velocity Effort", "arm": "Velocity Position Effort"})
+    + "</robot>",
 )
 PARAMS = {
     "/bot/states": {"type": "joint_state_controller/JointStateController", "publish_rate": 50},

@@ -611,6 +611,78 @@ def test_every_parameter_of_a_joint_is_taken(desk):
     assert model.joints.arrays()[0][0] == pytest.approx(0.5, abs=0.05)
 
 
+DRIVES = """<sdf version="1.6"><model name="m"><link name="base"><pose>0 0 2 0 0 0</pose>
+  <gravity>0</gravity><inertial><mass>50</mass><inertia><ixx>9</ixx><iyy>9</iyy><izz>9</izz></inertia>
+  </inertial></link>
+  <link name="wheel"><pose>1 0 2 0 0 0</pose><gravity>0</gravity></link>
+  <link name="gear"><pose>2 0 2 0 0 0</pose><gravity>0</gravity></link>
+  <link name="load"><pose>3 0 2 0 0 0</pose><gravity>0</gravity></link>
+  <joint name="hold" type="fixed"><parent>world</parent><child>base</child></joint>
+  <joint name="strut" type="revolute2"><parent>base</parent><child>wheel</child>
+    <axis><xyz>0 0 1</xyz></axis><axis2><xyz>0 1 0</xyz></axis2></joint>
+  <joint name="input" type="revolute"><parent>base</parent><child>gear</child>
+    <axis><xyz>0 0 1</xyz></axis></joint>
+  <joint name="weld" type="fixed"><parent>gear</parent><child>load</child></joint>
+  <joint name="mesh" type="gearbox"><parent>gear</parent><child>wheel</child>
+    <gearbox_reference_body>base</gearbox_reference_body><gearbox_ratio>2</gearbox_ratio>
+    <axis><xyz>0 0 1</xyz></axis><axis2><xyz>0 0 1</xyz></axis2></joint>
+</model></sdf>"""
+
+
+def test_joint_names_are_those_that_gazebo_has(desk):
+    """Fixed joints of an SDF and gearboxes, too; a joint of two axes once."""
+    assert desk.spawn("m", DRIVES, kind="sdf").success
+    names = desk.ask("get_model_properties", "m").joint_names
+    assert names == ["hold", "strut", "input", "weld", "mesh"]
+
+
+def test_the_second_axis_takes_its_own_values(desk):
+    """GazeboRosApiPlugin::setJointProperties gives each value to the axis of its index."""
+    no_gears = DRIVES[: DRIVES.index('  <joint name="mesh"')] + "</model></sdf>"
+    assert desk.spawn("m", no_gears, kind="sdf").success
+    config = ODEJointProperties(
+        fmax=[10.0, 10.0],
+        vel=[0.0, 2.0],
+        hiStop=[1.0, 50.0],
+        loStop=[-1.0, -50.0],
+        damping=[0, 0.1],
+    )
+    assert desk.ask("set_joint_properties", "strut", config).success
+    desk.world.step(500)
+    limits = desk.world.model("m").joints.limits
+    assert (limits["strut"].upper, limits["strut__2"].upper) == (1.0, 50.0)
+    assert (limits["strut"].damping, limits["strut__2"].damping) == (0.0, 0.1)
+    rates = desk.world.model("m").joints.state()[1]
+    assert rates["strut"] == pytest.approx(0.0, abs=0.02)
+    assert rates["strut__2"] == pytest.approx(2.0, abs=0.02)
+
+
+def test_another_center_of_mass_shifts_the_frame_that_is_told(desk):
+    """ODELink::MoveCallback takes Inertial::CoG() off the body's position."""
+    desk.spawn()
+    model = desk.world.model("bot")
+    turned = Pose((1.0, 2.0, 6.0), quaternion_from_yaw(math.pi / 2))
+    model.set_state(turned)
+    values = dict(com=PoseMsg(Point(0.3, 0.0, 0.0), Quaternion(0, 0, 0, 1)), mass=1.0)
+    before = model.rigid_parts["base"].center
+    request = srv.SetLinkPropertiesRequest(link_name="bot::base", **values)
+    assert desk.call("set_link_properties", request).success
+    desk.world.step(1)
+    shifted = (1.0, 2.0 - 0.3 + before[0], 6.0)
+    assert model.link_state("base")[0].position == pytest.approx(shifted, abs=1e-3)
+    for name, arguments in (
+        ("get_link_state", ("bot::base", "")),
+        ("get_model_state", ("bot", "")),
+    ):
+        answer = desk.ask(name, *arguments)
+        place = (answer.link_state if name == "get_link_state" else answer).pose.position
+        assert (place.x, place.y) == pytest.approx(shifted[:2], abs=1e-3)
+    model.set_state(turned)
+    assert model.link_state("base")[0].position == pytest.approx(turned.position)
+    model.set_link_state("base", turned, (0, 0, 0), (0, 0, 0))
+    assert model.link_state("base")[0].position == pytest.approx(turned.position)
+
+
 def test_link_properties_are_read_as_they_were_set(desk):
     assert desk.spawn("bot", HINGED).success
     set_ = srv.SetLinkPropertiesRequest(

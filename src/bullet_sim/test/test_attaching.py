@@ -107,7 +107,7 @@ def test_it_hangs_on_a_moving_arm_and_loads_its_joint():
     world.step(500)
     turned = math.cos(arm.joints.state()[0]["j"])
     moment = 9.81 * (2.0 * 0.3 + 1.0 * 0.6) * turned
-    assert abs(arm.body.joint_states()[0][2]) == pytest.approx(moment, rel=0.02)
+    assert abs(arm.body.motor("j").load()[2]) == pytest.approx(moment, rel=0.02)
     world.close()
 
 

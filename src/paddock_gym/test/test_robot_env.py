@@ -29,7 +29,11 @@ ARM = """<robot name="arm"><link name="world"/><link name="base"><inertial><mass
 <link name="rod"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0"
 iyz="0"/></inertial></link><joint name="elbow" type="revolute"><parent link="base"/>
 <child link="rod"/><axis xyz="0 0 1"/><limit lower="-1" upper="2" effort="30" velocity="3"/></joint>
-<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo></robot>"""
+<gazebo><plugin name="c" filename="libgazebo_ros_control.so"/></gazebo>TRANSMISSION</robot>"""
+TRANSMISSION = """<transmission name="t"><type>transmission_interface/SimpleTransmission</type>
+<joint name="elbow"><hardwareInterface>hardware_interface/EffortJointInterface</hardwareInterface>
+</joint><actuator name="m"/></transmission>"""
+ARM = ARM.replace("TRANSMISSION", TRANSMISSION + TRANSMISSION.replace("Effort", "Velocity"))
 WALLS = """<sdf version="1.6"><world name="default"><include><uri>model://ground_plane</uri></include>
 <model name="wall"><static>true</static><pose>2 0 0.5 0 0 0</pose><link name="l">
 <collision name="c"><geometry><box><size>0.2 8 1</size></box></geometry></collision></link></model>

@@ -150,7 +150,7 @@ class LinkServices:
 
     def _set_properties(self, request: Any) -> srv.SetLinkPropertiesResponse:
         """As Gazebo 11 does: gravity changes; mass and inertia are what get_link_properties tells
-        from then on, and the link moves as before."""
+        from then on, and the link moves as before; another center of mass shifts its frame."""
         inertia = [
             [request.ixx, request.ixy, request.ixz],
             [request.ixy, request.iyy, request.iyz],
@@ -161,6 +161,7 @@ class LinkServices:
             with refusing(f"SetLinkProperties: {NO_LINK}"):
                 model, link = find_link(self._world, request.link_name)
             model.set_masses[link] = request.mass, vector(request.com.position), np.array(inertia)
+            model.tell_center(link, vector(request.com.position))
             if not model.is_static:
                 changes.set_link_gravity(model, link, request.gravity_mode)
 
@@ -211,6 +212,19 @@ def gazebos_joint(world: World, name: str, refusal: str) -> tuple[Model, str]:
     return model, name
 
 
+def _set_axis(model: Model, axis: str, values: dict[str, float]) -> list[str]:
+    """Change properties of one axis of a joint; returns the names of those without effect."""
+    if "loStop" in values or "hiStop" in values:
+        changes.set_joint_stops(model, axis, values.get("loStop"), values.get("hiStop"))
+    if "damping" in values:
+        changes.set_joint_damping(model, axis, values["damping"])
+    return [
+        name
+        for name in PARAMETERS
+        if name in values and not changes.set_joint_parameter(model, axis, name, values[name])
+    ]
+
+
 class JointServices:
     """Services that read, change and drive joints."""
 
@@ -245,29 +259,25 @@ class JointServices:
         return response
 
     def _set_properties(self, request: Any) -> srv.SetJointPropertiesResponse:
-        """Change what is given, of a joint's one axis the first value, as gazebo_ros does."""
+        """Change what is given, of each axis a value, as gazebo_ros does."""
         config = request.ode_joint_config
         given = {
             name: list(getattr(config, name)) for name in config.__slots__ if getattr(config, name)
         }
-        without_effect = [f"{name}[1]" for name, values in given.items() if len(values) > 1]
+        without_effect: list[str] = []
 
         def work() -> None:
             refusal = "SetJointProperties: joint not found"
             model, joint = gazebos_joint(self._world, request.joint_name, refusal)
             if joint not in model.joints.names:
                 return  # a fixed one
-            if "loStop" in given or "hiStop" in given:
-                changes.set_joint_stops(
-                    model, joint, *(given.get(name, (None,))[0] for name in ("loStop", "hiStop"))
-                )
-            if "damping" in given:
-                changes.set_joint_damping(model, joint, given["damping"][0])
-            for name in PARAMETERS:
-                if name in given and not changes.set_joint_parameter(
-                    model, joint, name, given[name][0]
-                ):
-                    without_effect.append(name)
+            axes = model.axes_of(joint)
+            for index, axis in enumerate(axes):
+                of_axis = {name: v[index] for name, v in given.items() if index < len(v)}
+                lacking = _set_axis(model, axis, of_axis)
+                without_effect.extend(f"{name}[{index}]" if index else name for name in lacking)
+            beyond = [name for name, values in given.items() if len(values) > len(axes)]
+            without_effect.extend(f"{name}[{len(axes)}]" for name in beyond)
 
         self._jobs.call(work)
         if without_effect:

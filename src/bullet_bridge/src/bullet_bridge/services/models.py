@@ -289,7 +289,7 @@ class ModelServices:
                 for (link, _), collision in model.collision_names.items()
                 if link in own
             ],
-            joint_names=named.plain(filter(model.stays, described.joints)),
+            joint_names=named.plain(model.joint_names),
             child_model_names=named.children,
             is_static=model.is_static and not model.description.is_empty,
             status_message="GetModelProperties: got properties",

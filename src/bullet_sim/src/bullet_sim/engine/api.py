@@ -219,7 +219,11 @@ class Body(Protocol):
         """Center of mass [m] of a link."""
 
     def joint_states(self) -> Sequence[tuple[float, float, float]]:
-        """(position, velocity, effort) of each joint: [rad, m], [rad/s, m/s] and [N m, N]."""
+        """(position, velocity, effort) of each joint: [rad, m], [rad/s, m/s] and [N m, N].
+
+        The effort is what effort rows have applied in the last step, without that of the motor, as
+        Gazebo's Joint::GetForce.
+        """
 
     def read_joints(self, states: Iterable[JointState]) -> None:
         """Read positions and velocities of the joints, in their order."""

@@ -112,6 +112,7 @@ class Model:
         self._changes: dict[tuple[str, str], Callable[[], None]] = {}
         # mass, center of mass and inertia of links as they were set last
         self.set_masses: dict[str, tuple[float, Array, Array]] = {}
+        self._told: dict[str, Pose] = {}  # where parts' frames are told to be, in their own
         motion = description.motion
         self._lumped = lumped = engine.lump(description) if motion is None else lump(description)
         self._actor = None if motion is None else ActorBody(lumped, motion, clock)
@@ -252,6 +253,23 @@ class Model:
         """Whether a joint is one in Gazebo: sdformat merges the links of a URDF's fixed ones."""
         return self.description.joints[joint].child in self.bodies
 
+    def axes_of(self, joint: str) -> list[str]:
+        """Names of the hinges that make up a joint of several axes; of others its own."""
+        names = [joint]
+        while f"{joint}__{len(names) + 1}" in self.joints.limits:
+            name = f"{joint}__{len(names) + 1}"
+            if self.joints.limits[name].parent != f"{joint}__link{len(names)}":
+                break  # another joint of such a name
+            names.append(name)
+        return names
+
+    @property
+    def joint_names(self) -> list[str]:
+        """Names of the joints that Gazebo has, gearboxes last."""
+        staying = list(filter(self.stays, self.description.joints))
+        later = {name for joint in staying for name in self.axes_of(joint)[1:]}
+        return [name for name in staying if name not in later] + list(self.description.gears)
+
     @property
     def rigid_parts(self) -> dict[str, Link]:
         """Links that remain when fixed joints are merged: Link by name."""
@@ -287,6 +305,40 @@ class Model:
             )
         return self._lumped.frames[link]
 
+    def tell_center(self, link: str, center: Vector) -> None:
+        """Have a link's frame be where another center of mass (3,) [m] puts it.
+
+        As ODELink::MoveCallback of Gazebo 11, which takes Inertial::CoG() off the body's position:
+        the body stays, and the link is told, and placed, with another frame.
+        """
+        part, offset = self.link_in_body(link)
+        if self.is_static or offset != _SAME:
+            return
+        x, y, z = (np.asarray(self.rigid_parts[part].center) - np.asarray(center)).tolist()
+        self._told.pop(part, None)
+        if (x, y, z) != _REST:
+            self._told[part] = Pose((x, y, z))
+
+    def _told_in_body(self, link: str) -> tuple[str, Pose]:
+        """As link_in_body(), of its frame as it is told."""
+        part, offset = self.link_in_body(link)
+        return (part, self._told[part] * offset) if part in self._told else (part, offset)
+
+    def _told_from_frame(self) -> Pose:
+        """Where the model's frame is told to be, in its own."""
+        told = self._told.get(self.root)
+        if told is None:
+            return _SAME
+        position, orientation, _, _ = self.body.link_motion(self.root)
+        root, frame = Pose(position, orientation), Pose(*self.body.pose())
+        in_root = root.inverse() * frame
+        return in_root.inverse() * told * in_root
+
+    def _told_pose(self) -> Pose:
+        """World pose of the model's frame, as it is told."""
+        frame = Pose(*self.body.pose())
+        return frame * self._told_from_frame() if self._told else frame
+
     def is_merged(self, link: str) -> bool:
         """Whether a link of the description is a part of another one in the body."""
         return self._lumped.frames[link][0] != link
@@ -302,7 +354,7 @@ class Model:
         Returns:
             Pose, linear (3,) [m/s], angular (3,) [rad/s]; velocities along world axes.
         """
-        part, offset = self.link_in_body(link)
+        part, offset = self._told_in_body(link)
         position, orientation, linear, angular = self.body.link_motion(part)
         frame = Pose(position, orientation)
         if offset == _SAME:  # not merged into another link
@@ -312,7 +364,7 @@ class Model:
 
     def link_motion(self, link: str) -> tuple[Vec3, Quat, Vec3, Vec3]:
         """As link_state, in four tuples: position, quaternion, linear and angular velocity."""
-        part, offset = self.link_in_body(link)
+        part, offset = self._told_in_body(link)
         if offset == _SAME:
             return self.body.link_motion(part)
         return self.body.link_motion(part, (offset.position, offset.orientation))
@@ -321,19 +373,20 @@ class Model:
         """As link_motion, of each of the bodies; those of a static model do not move."""
         if self.is_static:
             return [(*self.link_motion(body)[:2], _REST, _REST) for body in self.bodies]
-        if self._at_parts:
+        if self._at_parts and not self._told:
             return [self.body.link_motion(self._lumped.frames[body][0]) for body in self.bodies]
         return [self.link_motion(body) for body in self.bodies]
 
     @property
     def pose(self) -> Pose:
         """World pose of the root link's frame."""
-        return Pose(*self.body.pose())
+        return self._told_pose()
 
     def motion(self) -> Motion:
         """Pose of the model's frame, and the velocity of its root link's origin, as in Gazebo."""
         _, _, linear, angular = self.link_motion(self.description.root)
-        return (*self.body.pose(), linear, angular)
+        pose = self._told_pose()
+        return pose.position, pose.orientation, linear, angular
 
     def set_state(
         self, pose: Pose, linear: Vector = (0, 0, 0), angular: Vector = (0, 0, 0)
@@ -349,7 +402,8 @@ class Model:
             )
         self._check_velocity(linear, angular)
         pose = pose.normalized()
-        self.body.set_pose(pose.position, pose.orientation)
+        there = pose * self._told_from_frame().inverse()
+        self.body.set_pose(there.position, there.orientation)
         if not self.is_static:
             self.body.set_velocity(linear, angular)
         self.placed = (pose, linear, angular)
@@ -364,7 +418,7 @@ class Model:
             ModelError: no such link, a number is NaN, infinite or out of bounds, or with Bullet a
                 link that is below a joint.
         """
-        part, offset = self.link_in_body(link)
+        part, offset = self._told_in_body(link)
         if not pose.is_placeable():
             raise ModelError(
                 f"pose for link '{link}' of '{self.name}' is {pose.position}, {pose.orientation}; "

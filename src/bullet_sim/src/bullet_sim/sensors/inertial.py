@@ -203,11 +203,12 @@ def joint_wrench(model: Model, joint: str) -> tuple[Array, Array]:
         force (3,) [N], torque (3,) [N m] about the joint, along the child link's axes: what Gazebo
         calls the wrench on body 2.
     """
-    force, torque, effort = model.body.motor(joint).load()
+    motor = model.body.motor(joint)
+    force, torque, effort = motor.load()
     limits = model.joints.limits.get(joint)
     axis = np.asarray(limits.axis if limits is not None else WELD_AXIS)
-    if limits is not None:
-        (effort,) = model.joints.columns([model.joints.names.index(joint)])[2]
+    if limits is not None and motor.applied is not None:
+        effort = motor.applied
     part = force if limits is not None and limits.kind == "prismatic" else torque
     part += (effort - part @ axis) * axis
     return -force, -torque

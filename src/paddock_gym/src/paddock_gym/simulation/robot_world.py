@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from bullet_sim.controllers import steer_bot
+from bullet_sim.controllers.interfaces import GAINS, Registered, register
 from bullet_sim.controllers.pid import parse_pid
 from bullet_sim.description.model import STEER_BOT_SIM_TYPE
 from bullet_sim.errors import SimError
@@ -264,8 +265,17 @@ class RobotWorld:
                 self.recipe.parameter(where), where, model.joints.names, model.description
             )
             joints = steer_bot.SteerBotJoints(model.joints, config)
-            hardware.put_before(joints, config.interfaces())
+            hardware.put_before(joints, Registered(config.interfaces()))
             return
+        description, limits = model.description, f"{robot.namespace}/joint_limits"
+        registered = register(
+            description.transmissions,
+            description,
+            model.joints.limits,
+            self.recipe.parameter(limits),
+        )
+        hardware.set_registered(registered)
+        self.warnings += [text for level, text in registered.messages if level != GAINS]
         where = f"{robot.namespace}/gazebo_ros_control/pid_gains"
         for joint, values in (self.recipe.parameter(where) or {}).items():
             try:

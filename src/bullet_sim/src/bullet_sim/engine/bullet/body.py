@@ -213,9 +213,9 @@ class BulletBody:
         return self._api.getJointStates(self.number, indices) if indices else ()
 
     def joint_states(self) -> Sequence[tuple[float, float, float]]:
-        """See api.Body; the effort is what is applied and the motor's."""
+        """See api.Body."""
         return [
-            (state[0], state[1], state[3] + (motor.applied or 0.0))
+            (state[0], state[1], motor.applied or 0.0)
             for state, motor in zip(self.states(), self._motors.values())
         ]
 

@@ -427,8 +427,7 @@ class OdeBody:
 
     # Joints -------------------------------------------------------------------------------------
     def joint_states(self) -> Sequence[tuple[float, float, float]]:
-        """See api.Body; an effort that is applied counts without the motor's, as Gazebo's
-        Joint::GetForce."""
+        """See api.Body."""
         if not self.joints:
             return []
         if not self.has_rows():  # it is where it was put
@@ -437,7 +436,7 @@ class OdeBody:
         self._engine.refresh()
         numbers, count = self.measured(self._engine.joint_numbers), len(self.order)
         return [
-            (angle, rate, motor.effort if motor.applied is None else motor.applied)
+            (angle, rate, 0.0 if motor.applied is None else motor.applied)
             for angle, rate, motor in zip(numbers, numbers[count:], self._motors)
         ]
 
