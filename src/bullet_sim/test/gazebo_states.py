@@ -6,6 +6,7 @@ bench/states_beside_gazebo.py makes worlds of them for Gazebo and records gazebo
 import json
 import math
 import struct
+import zlib
 from pathlib import Path
 
 RECORD = Path(__file__).with_name("gazebo_states.json")
@@ -16,6 +17,7 @@ UNTIL = {
     "meshes on a mesh": 400,
     "a tilted box on a mesh": 200,
     "meshes on a box": 200,
+    "meshes as wheels on hills": 300,  # Gazebo's rays at meshes have single precision
     "meshes push a crate": 300,
     "meshes push a can": 400,
     "meshes against a post": 300,
@@ -198,8 +200,25 @@ def tray():
     )
 
 
+def hills():
+    """A heightmap: an image of 65 x 65 pixels, whose colors are three grounds."""
+
+    def at(x, y):
+        blue = 180 + 70 * math.sin(0.45 * x) * math.cos(0.35 * y)
+        return 40 + x, 200 - y, round(blue), 100 + x
+
+    rows = (b"\0" + bytes(v for x in range(65) for v in at(x, y)) for y in range(65))
+    head = struct.pack(">IIBBBBB", 65, 65, 8, 6, 0, 0, 0)
+    image = b"\x89PNG\r\n\x1a\n"
+    for kind, data in ((b"IHDR", head), (b"IDAT", zlib.compress(b"".join(rows))), (b"IEND", b"")):
+        image += struct.pack(">I", len(data)) + kind + data
+        image += struct.pack(">I", zlib.crc32(kind + data))
+    return image
+
+
 def write_meshes(folder):
-    """STL files of the meshes of robots, grounds and crates."""
+    """STL files of the meshes of robots, grounds and crates, and the image of a heightmap."""
+    (folder / "hills.png").write_bytes(hills())
     meshes = {"wheel": wheel_triangles(), "waves": waves(), "tray": tray()}
     meshes["wedge"] = [
         [(x, y, z if x > 0 else 0.03) for x, y, z in corners]
@@ -634,7 +653,7 @@ CRATES = {
     "a mesh in a tray": ((0.02, 0.2, 0.0, 0.1), "tray", 3.0, (0.1, 0.1, 0.2)),
 }  # fmt: skip
 BOX = "40 40 1"  # [m] size of the ground of some of them, instead of a plane; its top is at 0
-ON_A_BOX, ON_A_MESH = " on a box", " on a mesh"  # end their names
+ON_A_BOX, ON_A_MESH, ON_HILLS = " on a box", " on a mesh", " on hills"  # end their names
 for _name in (
     "sphere",
     "skid steering with fdir1, kp and kd",
@@ -647,6 +666,63 @@ for _name in (
     "a sled against blocks",
 ):
     ROBOTS[_name + ON_A_BOX] = ROBOTS[_name]
+for _name in (
+    "sphere",
+    "skid steering with fdir1, kp and kd",
+    "spheres as wheels",
+    "suspension",
+    "five shapes on one link",
+    "meshes as wheels",
+):
+    ROBOTS[_name + ON_HILLS] = ROBOTS[_name]
+SHOCK = '<limit lower="-0.05" upper="0.05" effort="1000" velocity="10"/><dynamics damping="50"/>'
+CHASSIS = link("base", 12.0, (0.3, 0.5, 0.6), '<box size="0.7 0.4 0.1"/>', center="0 0 0.15")
+
+
+def on_shocks(**spring):
+    """A heavy base whose wheels are on sliders that reach their stops."""
+    parts = [CHASSIS]
+    for name, (x, y) in CORNERS.items():
+        slider = joint(
+            f"s{name}", "prismatic", "base", f"{name}_s", f"{x} {y} -0.05", "0 0 1", SHOCK
+        )
+        parts += [link(f"{name}_s", 0.5, 1e-3), slider, wheel(name, 0, 0, f"{name}_s")]
+        parts.append(tags(f"s{name}", springStiffness=2000.0, springReference=0.0, **spring))
+    return robot(*parts)
+
+
+def on_swivels(*places):
+    """Castors of a swivel and a roller each, at x and y."""
+    parts, roller = [], '<cylinder radius="0.05" length="0.03"/>'
+    for i, (x, y) in enumerate(places):
+        swivel = joint(f"swivel{i}", "continuous", "base", f"fork{i}", f"{x} {y} -0.02", "0 0 1")
+        roll = joint(f"roll{i}", "continuous", f"fork{i}", f"castor{i}", "-0.04 0 -0.03")
+        parts += [link(f"fork{i}", 0.2, 2e-4), swivel, roll]
+        parts.append(link(f"castor{i}", 0.3, 4e-4, roller, "1.5707963 0 0"))
+    return parts
+
+
+TALL = link("base", 10.0, (1.0, 1.0, 0.1), '<box size="0.25 0.2 0.9"/>', center="0 0 0.45")
+TALL = TALL.replace("<collision><origin", '<collision><origin xyz="0 0 0.5"', 1)
+LIGHT = "".join(wheel(name, *place) for name, place in CORNERS.items()).replace(
+    '<mass value="0.5"/>', '<mass value="0.05"/>'
+)
+SPIN = [(0, "left_joint", "velocity", -2.0, 30.0), (0, "right_joint", "velocity", 2.0, 30.0)]
+TWO_WHEELS = wheel("left", 0.15, 0.25) + wheel("right", 0.15, -0.25)
+ROBOTS.update({
+    "a truck on shocks": (on_shocks(), 0.25, turn()),
+    "a truck on shocks with implicit dampers": (on_shocks(implicitSpringDamper=1), 0.25, turn()),
+    "two castors behind turn on the spot": (
+        robot(CHASSIS, TWO_WHEELS, *on_swivels((-0.25, 0.15), (-0.25, -0.15))), 0.12, SPIN,
+    ),
+    "a castor in front turns on the spot": (
+        robot(CHASSIS, TWO_WHEELS.replace('xyz="0.15', 'xyz="-0.15'), *on_swivels((0.25, 0))),
+        0.12,
+        SPIN,
+    ),
+    "a tall base on light wheels": (robot(TALL, LIGHT), 0.12, turn(left=1.0, right=6.0, at=100)),
+})  # fmt: skip
+ROBOTS["a tilted box" + ON_HILLS] = ROBOTS["a tilted box" + ON_A_MESH]
 
 
 def ground(name):
@@ -656,6 +732,11 @@ def ground(name):
         shape, height = f"<box><size>{BOX}</size></box>", -0.5
     elif name.endswith(ON_A_MESH):
         shape = "<mesh><uri>file://{folder}/waves.stl</uri></mesh>"
+    elif name.endswith(ON_HILLS):
+        shape = (
+            "<heightmap><uri>file://{folder}/hills.png</uri><size>8 8 0.08</size>"
+            "<pos>0.5 -0.3 -0.08</pos></heightmap>"
+        )
     rough = surface(friction="<ode><mu>100</mu><mu2>50</mu2></ode>")
     return (
         f'<model name="ground_plane"><static>1</static><pose>0 0 {height} 0 0 0</pose>'

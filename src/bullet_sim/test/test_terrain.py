@@ -106,6 +106,18 @@ def test_a_pixel_of_value_1_makes_white_the_full_height(tmp_path):
     assert heights == pytest.approx(gray.ravel() / 255.0 * 4.0)
 
 
+def test_of_colors_blue_counts_and_its_value_in_the_brightest_pixel(tmp_path):
+    """As in Gazebo 11.1, where spheres rest on such a map."""
+    image = np.zeros((3, 3, 4), np.uint8)
+    image[..., 2] = (0, 40, 200), (80, 120, 160), (10, 20, 30)
+    image[1, 1, :2] = 200, 100  # the brightest one
+    path = tmp_path / "colors.png"
+    Image.fromarray(image, "RGBA").save(path)
+    heights = terrain.grid(str(path), (1.0, 1.0, 4.0), 1)
+    assert heights.dtype == np.float32
+    assert heights == pytest.approx(image[..., 2] / 120.0 * 4.0)
+
+
 def test_sampling_interpolates_between_pixels_and_the_brightest_has_the_full_height(tmp_path):
     """As Gazebo 11.1: boxes rest at 2 and 4 m on pixels of 64 and 128, of a map of 4 m."""
     gray = np.full((5, 5), 64, np.uint8)
@@ -150,12 +162,12 @@ def test_both_are_hit_by_rays_where_they_should_be(ramp):
         "<point>2 1</point><point>1 1</point><point>1 3</point><point>0 3</point>"
         "<height>0.5</height></polyline>"
     )
-    model = world.spawn_sdf("block", SDF.format(block), Pose(), str)
+    model = world.spawn_sdf("block", SDF.format(block), Pose((20.0, 0.0, 0.0)), str)
     assert model.description.warnings == []
-    for x in (-2.0, 0.1, 3.0):
-        assert _hit(world, 10.0 + x, -1.0) == pytest.approx(1.0 + (x + 4.0) / 4.0, abs=0.02)
-    assert _hit(world, 0.5, 2.0) == pytest.approx(0.5, abs=1e-3)
-    assert _hit(world, 1.5, 2.0) is None  # between the arms of the U
+    for x in (-2.0, 0.1, 3.0):  # of the <pos> of a collision Gazebo takes the height alone
+        assert _hit(world, x, -1.0) == pytest.approx(1.0 + (x + 4.0) / 4.0, abs=0.02)
+    assert _hit(world, 20.5, 2.0) == pytest.approx(0.5, abs=1e-3)
+    assert _hit(world, 21.5, 2.0) is None  # between the arms of the U
     world.close()
 
 

@@ -147,7 +147,9 @@ def parse_shape(
         return None
     offset = _plane_rotation(geometry, label)
     if parsed.kind == "heightmap":
-        offset = Pose(child_floats(geometry, "pos", 3, f"{label} heightmap", (0.0, 0.0, 0.0)))
+        x, y, z = child_floats(geometry, "pos", 3, f"{label} heightmap", (0.0, 0.0, 0.0))
+        # ODEHeightmapShape takes the height alone.
+        offset = Pose((0.0, 0.0, z) if tag == "collision" else (x, y, z))
     shape = Shape(parsed, pose * offset, name=name, link=link)
     if tag == "collision":
         return shape

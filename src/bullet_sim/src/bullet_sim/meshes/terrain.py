@@ -24,8 +24,9 @@ MAX_POINTS = 513  # per side of a heightmap; larger ones are subsampled
 def heightmap(path: str, size: Sequence[float], sampling: int = 1) -> tuple[Array, Array]:
     """Surface over the pixels of an image or the points of elevation data, the top towards +y.
 
-    As in Gazebo the brightest pixel has the full height, whatever its brightness; but where one of
-    an image of 8 bits has the value 1, white has it: ignition::math::Color takes 1 for white.
+    As in Gazebo the brightest pixel has the full height, whatever its brightness, and of colors
+    blue counts; but where an image of 8 bits has the value 1, white has it: ignition::math::Color
+    takes 1 for white.
     Elevation data have the height between their lowest point, which stays where it is, and highest.
 
     Args:
@@ -41,6 +42,12 @@ def heightmap(path: str, size: Sequence[float], sampling: int = 1) -> tuple[Arra
         ModelError: no such image, or fewer than 2 pixels a side.
     """
     return _surface(_heights(path, size, sampling), size)
+
+
+def grid(path: str, size: Sequence[float], sampling: int) -> Array:
+    """Heights (rows, columns) [m] of heightmap(), in single precision as in Gazebo; the first row
+    is the one at +y."""
+    return _heights(path, size, sampling).astype(np.float32)
 
 
 def _heights(path: str, size: Sequence[float], sampling: int) -> Array:
@@ -65,22 +72,29 @@ def _heights(path: str, size: Sequence[float], sampling: int) -> Array:
             raise
         raise ModelError(f"heightmap '{path}' cannot be read: {error}") from None
     at = np.searchsorted(rows, low)
-    return _between(_between(kept * (size[2] / top), at, part, 0), *across, 1)
+    white = 255.0
+    along = _between(kept / white, *across, 1).astype(np.float32)
+    return _between(along, at, part, 0) * (size[2] / float(np.float32(top / white)))
 
 
 def _rows(image: Image.Image, rows: Array) -> tuple[Array, float]:
     """Some rows of an image, and which value is the full height; strip by strip, as all of a large
-    one are much memory as numbers."""
+    one are much memory as numbers. Of a colored one blue counts, and its value where the image is
+    brightest, as in Gazebo."""
     deep, (width, height) = image.mode.startswith("I"), image.size
     if not deep:
-        image = image.convert("L")
-    kept, top, has_one = [], 0.0, False
+        image = image.convert("L" if image.mode in ("1", "L", "LA", "P", "PA") else "RGB")
+    kept, top, brightest = [], 0.0, -1.0
     for start in range(0, height, STRIP):
         end = min(start + STRIP, height)
         strip = np.asarray(image.crop((0, start, width, end)))
-        top, has_one = max(top, float(strip.max())), has_one or bool((strip == 1).any())
+        shades = strip if deep else np.where(strip == 1, 255, strip)
+        sums, blue = (shades.sum(-1), shades[..., -1]) if strip.ndim == 3 else (shades, shades)
+        if float(sums.max()) > brightest:
+            brightest, top = float(sums.max()), float(blue.flat[sums.argmax()])
+        strip = strip[..., -1] if strip.ndim == 3 else strip
         kept.append(strip[rows[(rows >= start) & (rows < end)] - start])
-    return np.concatenate(kept), 255.0 if not deep and has_one else top or 1.0
+    return np.concatenate(kept), top or 1.0
 
 
 def _surface(heights: Array, size: Sequence[float]) -> tuple[Array, Array]:

@@ -18,7 +18,7 @@ from bullet_sim.engine.api import BodyLink
 from bullet_sim.engine.ode import tables
 from bullet_sim.engine.ode.shapes import ShapeCache
 from bullet_sim.engine.quickstep import layout as q
-from bullet_sim.engine.quickstep.state import Scene, Trees
+from bullet_sim.engine.quickstep.state import Fields, Scene, Trees
 from bullet_sim.pose import Array, Pose
 
 MAX_POINTS = 10  # of a pair of shapes
@@ -34,6 +34,7 @@ class Solid(NamedTuple):
         row, face: of Scene.solids and of its surface.
         kind: of shape.
         tree: of a mesh.
+        field: of a heightmap.
         item: of Scene.
         owner: number of what never moves; -1: it moves.
     """
@@ -44,11 +45,13 @@ class Solid(NamedTuple):
     tree: tables.Tree | None
     item: tuple[int, int]
     owner: int = -1
+    field: tables.Field | None = None
 
 
-def _pack_solids(solids: Sequence[Solid]) -> dict[str, Any]:
-    """The arrays of a Scene of these."""
+def _pack_solids(solids: Sequence[Solid], reach: float) -> dict[str, Any]:
+    """The arrays of a Scene of these; reach: of the largest shape that moves [m]."""
     roots, trees = _pack_trees([solid.tree for solid in solids])
+    fields = _pack_fields([solid.field for solid in solids], roots, reach)
     return {
         "solids": tables.table([solid.row for solid in solids], q.B_COLUMNS),
         "faces": tables.table([solid.face for solid in solids], q.P_COLUMNS),
@@ -56,7 +59,35 @@ def _pack_solids(solids: Sequence[Solid]) -> dict[str, Any]:
         "solid_kinds": np.array([solid.kind for solid in solids], np.int64),
         "roots": roots,
         "trees": trees,
+        "fields": fields,
     }
+
+
+def _pack_fields(used: Sequence[tables.Field | None], roots: Array, reach: float) -> Fields:
+    """The heightmaps of solids, whose rows `roots` gets, with room for a shape of that reach."""
+    rows: list[Array] = []
+    heights, points = [np.zeros(0)], 0
+    for number, each in enumerate(used):
+        if each is None:
+            continue
+        roots[number] = len(rows)
+        row = tables.field_row(each, sum(map(len, heights)))
+        rows.append(row)
+        heights.append(each.heights.astype(float).ravel())
+        counts = np.minimum(
+            np.ceil(2.0 * reach / row[q.FD_STEP_X : q.FD_STEP_Z + 1]) + 3.0,
+            row[q.FD_COUNT_X : q.FD_COUNT_Z + 1],
+        )
+        points = max(points, int(counts.prod()))
+    return Fields(
+        rows=tables.table(rows, q.FD_COLUMNS),
+        heights=np.concatenate(heights),
+        zone=np.zeros(4, np.int64),
+        points=np.zeros((points, q.V_COLUMNS)),
+        triangles=np.zeros((2 * points, q.T_COLUMNS)),
+        order=np.zeros(2 * points, np.int64),
+        plane=np.zeros((1, q.P_COLUMNS)),
+    )
 
 
 @dataclass
@@ -100,25 +131,28 @@ class StaticShapes:
         """
         touched = [shape for shape in link.collisions if not is_passable(shape, link)]
         others = [shape for shape in touched if shape.geometry.kind != "plane"]
-        trees = [cache.tree(shape) for shape in others]
+        fields = [cache.field(shape) for shape in others]
+        trees = [None if terrain else cache.tree(shape) for shape, terrain in zip(others, fields)]
         is_known = all(
-            tree is not None or tables.KINDS.get(shape.geometry.kind, q.MESH) != q.MESH
-            for shape, tree in zip(others, trees)
+            terrain or tree or tables.KINDS.get(shape.geometry.kind, q.MESH) != q.MESH
+            for shape, tree, terrain in zip(others, trees, fields)
         )
         items = {id(shape): (len(self.spaces), -i) for i, shape in enumerate(link.collisions)}
         boxes = []
-        for shape, tree in zip(others, trees):
+        for shape, tree, terrain in zip(others, trees, fields):
             self.owners.append((key[0], bits))
             boxes.append(cache.box_around(shape, frame, key[0], tree if is_known else None))
             if not is_known:
                 self.solids.append(-1)
                 continue
             pose, kind = frame * shape.pose, tables.KINDS[shape.geometry.kind]
+            kind = q.FIELD if terrain else kind
             half = tables.solid_size(kind, shape.geometry.size)
             row = np.concatenate([half, pose.position, pose.matrix.ravel()])
             face = tables.plane_row(np.zeros(3), 0.0, shape.surface or link.surface)
             self.solids.append(len(solids))
-            solids.append(Solid(row, face, kind, tree, items[id(shape)], len(self.known)))
+            item = items[id(shape)]
+            solids.append(Solid(row, face, kind, tree, item, len(self.known), terrain))
         self.aabbs += boxes
         if is_known:
             self.known.append(key)
@@ -229,6 +263,11 @@ class DynamicShapes:
             "solid_of": solid_of,
         }
 
+    @property
+    def reach(self) -> float:
+        """Half the longest diagonal of a box around one of them [m]."""
+        return max((float(np.linalg.norm(each[3:])) for each in self.extents), default=0.0)
+
     def has_unknown(self) -> bool:
         """Whether there are some that the caller has to find the contacts of."""
         return q.OTHER in self.kinds
@@ -255,7 +294,11 @@ def pack_scene(
     """
     immobile = len(static.spaces)
     space_of = np.array(spaces, np.int64) + immobile
-    arrays = {**moving.pack(solids, space_of), **static.pack(), **_pack_solids(solids)}
+    arrays = {
+        **moving.pack(solids, space_of),
+        **static.pack(),
+    }
+    arrays.update(_pack_solids(solids, moving.reach))
     bodies = arrays["kinds"][:, 0]
     space_rows = np.zeros((immobile + len(counts), q.K_COLUMNS))
     space_rows[:immobile] = tables.table(static.spaces, q.K_COLUMNS)

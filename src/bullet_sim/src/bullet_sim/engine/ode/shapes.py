@@ -9,8 +9,10 @@ import numpy as np
 from bullet_sim.description.model import Link, Shape
 from bullet_sim.engine.ode import tables
 from bullet_sim.engine.ode.owner import Owner
+from bullet_sim.errors import ModelError
+from bullet_sim.meshes.terrain import grid
 from bullet_sim.meshes.triangles import mesh_corners, mesh_triangles
-from bullet_sim.pose import Array, Pose
+from bullet_sim.pose import Array, Pose, vector3
 
 
 class ShapeCache:
@@ -20,6 +22,7 @@ class ShapeCache:
         self._engine = engine
         self._vertices: dict[tuple[Any, ...], Array] = {}
         self._trees: dict[tuple[Any, ...], tables.Tree | None] = {}
+        self._fields: dict[tuple[Any, ...], tables.Field | None] = {}
 
     def tree(self, shape: Shape) -> tables.Tree | None:
         """The tree of a mesh; None: it is none, or cannot be read."""
@@ -34,9 +37,26 @@ class ShapeCache:
             )
         return self._trees[key]
 
+    def field(self, shape: Shape) -> tables.Field | None:
+        """A heightmap; None: it is none, or cannot be read."""
+        relief = shape.geometry.relief
+        if relief is None:
+            return None
+        key = relief.path, relief.size, relief.sampling
+        if key not in self._fields:
+            try:
+                heights = grid(relief.path, relief.size, relief.sampling)
+                self._fields[key] = tables.Field(heights, vector3(relief.size))
+            except ModelError:
+                self._fields[key] = None
+        return self._fields[key]
+
     def box_around(self, shape: Shape, frame: Pose, body: int, tree: tables.Tree | None) -> Array:
         """Box (6,) around a shape of what never moves."""
         pose, geometry = frame * shape.pose, shape.geometry
+        field = self.field(shape)
+        if field is not None:
+            return tables.field_box(field, pose)
         if tree is not None:
             corners = tree.corners.reshape(-1, 3) @ pose.matrix.T + pose.position
             return np.concatenate([corners.min(axis=0), corners.max(axis=0)])

@@ -11,11 +11,12 @@ import numpy as np
 from bullet_sim.description.model import Link, Shape, Surface
 from bullet_sim.engine.quickstep import layout as q
 from bullet_sim.engine.quickstep.state import Building
-from bullet_sim.pose import Array, Vec3
+from bullet_sim.pose import Array, Pose, Vec3
 
 STIFFNESS, DAMPING = 1e12, 1.0  # kp, kd of a contact where a file gives none, as in sdformat
 MAX_SPEED = 0.01  # [m/s] max_vel of a contact where a file gives none, as in sdformat
 FRICTION = 1.0
+FIELD_THICKNESS = 1.0  # [m] of a heightmap's box below its zero, as ODEHeightmapShape gives it
 UNKNOWN = 2.0  # [m] radius of shapes of other kinds
 KINDS = {"sphere": q.SPHERE, "cylinder": q.CYLINDER, "box": q.BOX, "mesh": q.MESH}
 
@@ -36,6 +37,18 @@ class Tree(NamedTuple):
     children: Array
     depth: int
     exact: Array
+
+
+class Field(NamedTuple):
+    """A heightmap in its own frame, z upwards.
+
+    Attributes:
+        heights: (rows, columns) [m], those at +y first.
+        size: along x and y, and how high its box is [m].
+    """
+
+    heights: Array
+    size: Vec3
 
 
 def table(rows: Sequence[Any], columns: int, kind: Any = float) -> Array:
@@ -90,7 +103,7 @@ def solid_size(kind: int, size: Sequence[float] | Array) -> Array:
     mesh: 0."""
     if kind == q.BOX:
         return 0.5 * np.asarray(size, float)
-    if kind == q.MESH:
+    if kind in (q.MESH, q.FIELD):
         return np.zeros(3)
     return np.array([size[0], 0.5 * size[1] if kind == q.CYLINDER else 0.0, 0.0])
 
@@ -123,6 +136,23 @@ def half_size(kind: str, size: tuple[float, ...]) -> Array | None:
     if kind == "cylinder":
         return np.array([size[0], size[0], 0.5 * size[1]])
     return 0.5 * np.asarray(size, float) if kind == "box" else None
+
+
+def field_row(field: Field, first: int) -> Array:
+    """Row of a heightmap, whose heights begin at a number."""
+    wide, deep, _ = field.size
+    rows, columns = field.heights.shape
+    steps = wide / (columns - 1), deep / (rows - 1)
+    return np.array([wide, deep, *steps, columns, rows, first])
+
+
+def field_box(field: Field, pose: Pose) -> Array:
+    """Box (6,) around a heightmap in the world: from one meter below its zero to its height, where
+    ODE has it, also where it is lower or higher."""
+    wide, deep, high = field.size
+    middle = pose * Pose((0.0, 0.0, 0.5 * (high - FIELD_THICKNESS)))
+    half = np.abs(pose.matrix) @ (0.5 * np.array((wide, deep, high + FIELD_THICKNESS)))
+    return np.concatenate([middle.position - half, middle.position + half])
 
 
 def around(boxes: Array) -> Array:

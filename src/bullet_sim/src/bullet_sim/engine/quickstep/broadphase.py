@@ -28,7 +28,7 @@ def _place_boxes(b: int, bodies: Array, scene: Scene) -> None:
 
 
 @compiled
-def _solid_around(s: int, body: Array, scene: Scene, solid: Array) -> None:
+def solid_around(s: int, body: Array, scene: Scene, solid: Array) -> None:
     """The box around a shape, turned with its body, as a row of solids."""
     turn = solid[col.B_ROTATION : col.B_ROTATION + 9]
     matrix(body[col.QUAT : col.QUAT + 4], turn)
@@ -86,8 +86,8 @@ def _may_touch(b: int, other: int, bodies: Array, scene: Scene) -> bool:
         box = scene.aabbs[s]
         for t in range(scene.firsts[other], scene.firsts[other + 1]):
             if overlap(box[:3], box[3:], scene.aabbs[t]):
-                _solid_around(s, bodies[b], scene, one)
-                _solid_around(t, bodies[other], scene, two)
+                solid_around(s, bodies[b], scene, one)
+                solid_around(t, bodies[other], scene, two)
                 if box_overlap(one, two, col.PARALLEL, found) >= 0:
                     return True
     return False

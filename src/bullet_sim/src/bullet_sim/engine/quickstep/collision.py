@@ -12,6 +12,7 @@ from bullet_sim.engine.quickstep.contacts import (
     most_contacts,
 )
 from bullet_sim.engine.quickstep.cylinders import cylinder_with_box
+from bullet_sim.engine.quickstep.fields import field_contacts
 from bullet_sim.engine.quickstep.mesh_pairs import mesh_with_mesh
 from bullet_sim.engine.quickstep.meshes import mesh_with_solid
 from bullet_sim.engine.quickstep.mpr import cylinder_with_cylinder
@@ -73,6 +74,8 @@ def _solid_contacts(n: int, pair: Pair, scene: Scene, table: Table) -> int:
     """Contacts of a shape of a body with a solid, from row n; the number of all then."""
     a, b = scene.solid_of[pair.shape], pair.surface
     kind, other = scene.solid_kinds[a], scene.solid_kinds[b]
+    if other == col.FIELD:
+        return field_contacts(n, pair, scene, table)
     if kind == col.MESH or other == col.MESH:
         return _mesh_contacts(n, pair, scene, table)
     points, normal, sign = temporary(16, 4), temporary(3), 1.0

@@ -346,7 +346,12 @@ def _limit_row(
     if joint[col.LOWER] <= joint[col.UPPER]:
         limit = 1 if position <= joint[col.LOWER] else 2 if position >= joint[col.UPPER] else 0
     softness = step * joint[col.STIFFNESS] + joint[col.DAMPING]
-    damped = joint[col.IMPLICIT] != 0.0 and softness > 0.0 and limit == 0
+    damped = joint[col.IMPLICIT] != 0.0 and softness > 0.0
+    if damped and joint[col.LOWER] <= joint[col.UPPER]:
+        # As ODEJoint::ApplyImplicitStiffnessDamping: not where it is near a limit two steps later.
+        ahead = position + 2.0 * joint[col.RATE] * step
+        damped = joint[col.LOWER] < ahead < joint[col.UPPER]
+    limit = 0 if damped else limit
     is_locked = joint[col.LOWER] == joint[col.UPPER]
     powered = joint[col.FMAX] > 0.0 and not (damped or limit and is_locked)
     if kind == col.SCREW and limit == 0:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from bullet_sim.pose import Array
 
 HINGE, SLIDER, FIXED, SCREW, GEARS = 0, 1, 2, 3, 4
-SPHERE, CYLINDER, BOX, MESH, OTHER, PLANE = range(6)
+SPHERE, CYLINDER, BOX, MESH, OTHER, PLANE, FIELD = range(7)
 # what is done with two bodies: they never collide; collided here; collided by the caller
 PAIR_FILTERED, PAIR_NATIVE, PAIR_EXTERNAL = range(3)
 
@@ -61,6 +61,14 @@ K_RANK, K_LEVEL, K_LOW, K_HIGH, K_COUNT, K_COLUMNS = 0, 1, 2, 5, 8, 9
 MIN_LEVEL, MAX_LEVEL = -2, 8  # of cells of 2^level m; what is larger is in none
 # candidates for contacts of a mesh: point, normal, depth, weight of the normal
 F_NORMAL, F_DEPTH, F_WEIGHT, F_COLUMNS = 3, 6, 7, 8
+# heightmaps: size along x, along -y (ODE's z), between points of the grid [m]; points along both,
+# the first height
+FD_SIZE_X, FD_SIZE_Z, FD_STEP_X, FD_STEP_Z, FD_COUNT_X, FD_COUNT_Z, FD_FIRST, FD_COLUMNS = range(8)
+# points of its grid near a shape: height, whether it needs no contact of its own; triangles: plane
+# in the grid's frame, highest point, first point and in which direction the others are, whether it
+# needs nothing more, the first triangle in the same plane, of such a one the plane's highest point
+V_HEIGHT, V_DONE, V_COLUMNS = range(3)
+T_TOP, T_X, T_Z, T_SIGN, T_DONE, T_PLANE, T_PLANE_TOP, T_COLUMNS = range(4, 12)
 # contacts: point, normal towards the first body, depth, mu, mu2, fdir1 (world), erp, cfm, bound
 # of the push, force on the first body, slip1 and slip2, restitution and from what speed on,
 # torsional friction: coefficient (0: none), radius of the patch, of the surface (0: the patch's
@@ -137,6 +145,9 @@ MPR_TOLERANCE, MPR_ITERATIONS = 1e-6, 500  # of cylinders with cylinders
 EDGE_FACTOR = 1.05  # by which edges of boxes have to overlap less than faces
 MAX_CONTACTS = 10  # of a pair of shapes, sdformat's max_contacts of a collision
 MAX_COLLIDE_RETURNS = 250  # of such a pair that are looked for, as in Gazebo
+MAX_FIELD_RETURNS = 10  # of a plane of a heightmap, ODE's HEIGHTFIELDMAXCONTACTPERCELL
+RAY_EPSILON = 1e-6  # volume below which OPCODE's ray is in a triangle's plane
+FEW_SQUARES = 1.5  # of a heightmap, above which its points count for a larger shape
 COPLANAR = 1e-6  # distance from a triangle's plane, times twice its area [m^3], that counts as 0
 PARALLEL = 1e-7
 STANDING = 0.9  # cosine between a cylinder's axis and a normal, above which its disc touches

@@ -113,7 +113,7 @@ def keep_contacts(found: Array, n: int, merge: bool, most: int) -> int:
 
 
 @compiled
-def _box_in_frame(solid: Array, kind: int, mesh: Array, box: Array) -> None:
+def box_in_frame(solid: Array, kind: int, mesh: Array, box: Array) -> None:
     """The box around a solid along the axes of a mesh's frame: center and half the edges."""
     frame = temporary(_SOLID)
     relative(mesh, solid, frame)
@@ -163,7 +163,7 @@ def mesh_with_solid(
     """
     box, corners, plane, normal = temporary(6), temporary(9), temporary(4), temporary(3)
     one, two, points, todo = temporary(3), temporary(3), temporary(16, 4), trees.todo[:, 0]
-    _box_in_frame(solid, kind, mesh, box)
+    box_in_frame(solid, kind, mesh, box)
     todo[0], waiting, n = root, 1, 0
     while waiting > 0:
         waiting -= 1

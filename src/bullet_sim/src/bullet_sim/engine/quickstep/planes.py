@@ -35,11 +35,13 @@ def _sphere_with_plane(n: int, pair: Pair, below: float, center: Array, table: T
 
 
 @compiled
-def _mesh_with_plane(n: int, pair: Pair, below: float, scene: Scene, table: Table) -> int:
+def _mesh_with_plane(
+    n: int, pair: Pair, below: float, scene: Scene, table: Table, returns: int
+) -> int:
     """Contacts of the vertices of a mesh, whose center is its body's.
 
     The first ones below the plane; if there are more than the pair may have, the deepest of the
-    rest in place of the last. Only the first MAX_COLLIDE_RETURNS count.
+    rest in place of the last. Only the first `returns` count.
     """
     offset, at, local = temporary(3), temporary(3), temporary(3)
     found, seen, deepest, last = 0, 0, 0.0, n
@@ -67,7 +69,7 @@ def _mesh_with_plane(n: int, pair: Pair, below: float, scene: Scene, table: Tabl
             if depth <= 0.0:
                 continue
             seen += 1
-            if seen > col.MAX_COLLIDE_RETURNS:
+            if seen > returns:
                 return n
             if found >= most and (depth <= deepest or most <= 0):
                 continue
@@ -222,8 +224,9 @@ _collide = switch(
 
 
 @compiled
-def plane_contacts(n: int, pair: Pair, scene: Scene, table: Table) -> int:
-    """Contacts of a shape of a body with a plane, from row n; the number of all then."""
+def points_with_plane(n: int, pair: Pair, scene: Scene, table: Table, returns: int) -> int:
+    """As plane_contacts(), more than a pair may have where it is of no mesh; returns: vertices of a
+    mesh that count."""
     kind, shape, plane = (
         scene.kinds[pair.shape, 1], table.shapes[pair.shape], pair.surfaces[pair.surface],
     )  # fmt: skip
@@ -239,6 +242,12 @@ def plane_contacts(n: int, pair: Pair, scene: Scene, table: Table) -> int:
     if not below + table.bodies[pair.body, col.RADIUS] >= 0.0:
         return n
     if kind == col.MESH:  # the only one that has more than a row of shapes
-        return _mesh_with_plane(n, pair, below, scene, table)
-    count = _collide(kind, n, pair, below, center, table)
-    return keep_most(n, count, most_contacts(pair, table), table)
+        return _mesh_with_plane(n, pair, below, scene, table, returns)
+    return _collide(kind, n, pair, below, center, table)
+
+
+@compiled
+def plane_contacts(n: int, pair: Pair, scene: Scene, table: Table) -> int:
+    """Contacts of a shape of a body with a plane, from row n; the number of all then."""
+    end = points_with_plane(n, pair, scene, table, col.MAX_COLLIDE_RETURNS)
+    return keep_most(n, end, most_contacts(pair, table), table)

@@ -67,6 +67,27 @@ class Trees(NamedTuple):
     near: Array
 
 
+class Fields(NamedTuple):
+    """Heightmaps, and room to collide with one of them.
+
+    Attributes:
+        rows: (f, FD_COLUMNS).
+        heights: of all [m], row by row along x, those at +y first.
+        zone: (4,) first and last point of the grid near a shape, along x and along -y.
+        points, triangles: (p, V_COLUMNS) and (t, T_COLUMNS) of a zone.
+        order: (t,) first triangles of its planes.
+        plane: (1, P_COLUMNS) a plane of it in the world.
+    """
+
+    rows: Array
+    heights: Array
+    zone: Array
+    points: Array
+    triangles: Array
+    order: Array
+    plane: Array
+
+
 class Scene(NamedTuple):
     """Shapes of bodies, and what never moves.
 
@@ -90,10 +111,11 @@ class Scene(NamedTuple):
         solids: (b, B_COLUMNS) shapes but planes and OTHER: those that never move, then of bodies.
         faces: (b, P_COLUMNS) their surfaces.
         owners: (b,) number of what never moves, for the contacts.
-        solid_kinds: (b,) SPHERE, CYLINDER, BOX or MESH.
+        solid_kinds: (b,) SPHERE, CYLINDER, BOX, MESH or FIELD.
         solid_of: (s,) each shape's row of solids, -1 of OTHER.
-        roots: (b,) of the trees of meshes, else -1.
+        roots: (b,) of the trees of meshes, rows of heightmaps, else -1.
         trees: meshes.
+        fields: heightmaps.
         static_aabbs: (m, 6) lower and upper corners of boxes around what never moves, but planes.
         static_solid: (m,) the solid in each, -1: something of which the caller finds the contacts.
         static_owner: (m, 2) its model, whose own bodies do not touch it, and its collide_bitmask.
@@ -127,6 +149,7 @@ class Scene(NamedTuple):
     solid_of: Array
     roots: Array
     trees: Trees
+    fields: Fields
     static_aabbs: Array
     static_solid: Array
     static_owner: Array
@@ -304,9 +327,10 @@ _1, _2, _3, _N1, _N2 = "f8.1", "f8.2", "f8.3", "i8.1", "i8.2"
 KINDS: dict[Any, tuple[Any, ...]] = {  # of the fields of each record, in their order
     System: (_2, _2, _2, _N2, _N1, _N1, "b1.2"),
     Trees: (_2, _2, _N2, _N1, _N2, _2, _N1, _N2, _N1, _N1),
+    Fields: (_2, _1, _N1, _2, _2, _N1, _2),
     Scene: (
         *(_2, _N2, _N1, _2, _2, _2, _N1, _2, _N2, _N2, _N1, _N2, _2, _N1, _2, _2, _N1, _N1, _N1),
-        *(_N1, Trees, _2, _N1, _N2, _N1, _2, _2, _N1, _N2),
+        *(_N1, Trees, Fields, _2, _N1, _N2, _N1, _2, _2, _N1, _N2),
     ),
     Contacts: (_2, _N2, _N1),
     Constraints: (_2, _N2),

@@ -30,6 +30,15 @@ def rotate(m: Array, v: Array, out: Array) -> None:
 
 
 @compiled
+def rotate_back(m: Array, v: Array, out: Array) -> None:
+    """out = m^T v, of a matrix as nine numbers."""
+    x = m[0] * v[0] + m[3] * v[1] + m[6] * v[2]
+    y = m[1] * v[0] + m[4] * v[1] + m[7] * v[2]
+    z = m[2] * v[0] + m[5] * v[1] + m[8] * v[2]
+    out[0], out[1], out[2] = x, y, z
+
+
+@compiled
 def matrix(q: Array, out: Array) -> None:
     """Rotation matrix (nine numbers) of a quaternion (x, y, z, w)."""
     x, y, z, w = q[0], q[1], q[2], q[3]
