@@ -18,6 +18,7 @@ COMMANDS = {
     "teleop": "start the window alone, for a world that runs already",
     "truck": "start the Cyber Truck with its trailer in a yard, or back its trailer",
     "web": "show the world on a page in a browser: 3-D, driving by keys or thumbs, cameras, plots",
+    "map": "write the map of a world without SLAM, or the world of a map",
     "replay": "make a replay, an HTML file that any browser opens, of a rosbag",
     "desk": "show the window and rviz in a browser, from a machine without a screen",
     "container": "run any of these in a container, for systems without a ROS 1",

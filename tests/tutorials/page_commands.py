@@ -38,6 +38,7 @@ UNRUN = {
     r"^./run (web|world gui|truck web)|bullet_web web|web:=true|--share": "./run test web",
     r"^./run (add|exec catkin_make install)": "fetches or builds for minutes: test_run_add.py, "
     "tests/long/test_install_space.py",
+    r"^./run map": "src/paddock_navigation/test/test_maps.py",
     r"paddock_navigation|move_base|map_saver|map_server": "after ./run add: tests/ros/map_rig.py",
     r"^./run check": "test_check.py, and the tutorial about a package",
     r"^./run (teleop|demo|lap|truck --back|$)|^./run \w+:=|MASTER_URI=|^./run$": "test_window.py, "

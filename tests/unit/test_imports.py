@@ -12,7 +12,14 @@ ROOT = Path(__file__).resolve().parents[2]
 ROBOT_PACKAGES = sorted(
     path.parent.name
     for path in (ROOT / "src").glob("*/package.xml")
-    if path.parent.name not in ("bullet_sim", "bullet_bridge", "bullet_web", "paddock_gym")
+    if path.parent.name
+    not in (
+        "bullet_sim",
+        "bullet_bridge",
+        "bullet_web",
+        "paddock_gym",
+        "paddock_navigation",
+    )  # maps are of simulated worlds
 )
 SIMULATOR = {"bullet_sim", "bullet_bridge", "pybullet", "pybullet_data"}
 ROS_CLIENTS = {
@@ -130,10 +137,10 @@ def test_robot_packages_do_not_know_the_simulator(package):
 GYM = ROOT / "src" / "paddock_gym" / "src" / "paddock_gym"
 
 
-def all_but(package):
-    """The folders of src/ without a package's."""
+def all_but(*packages):
+    """The folders of src/ without those of packages."""
     return [path for path in sorted((ROOT / "src").iterdir())
-            if path.is_dir() and path.name != package]  # fmt: skip
+            if path.is_dir() and path.name not in packages]  # fmt: skip
 
 
 def gym(*names):
@@ -156,7 +163,11 @@ RULES = {
         # __init__.py registers the environments where Gymnasium is installed
         gym("__init__.py", "simulation", "envs", "evaluation", "training", "sweep"),
     ),
-    "all others, the gym": (all_but("paddock_gym"), {"paddock_gym"}.__contains__, ()),
+    "all others, the gym": (
+        all_but("paddock_gym", "paddock_navigation"),  # maps are of its worlds
+        {"paddock_gym"}.__contains__,
+        (),
+    ),
     "all but training, torch": (
         [GYM],
         {"torch", "stable_baselines3", "pandas"}.__contains__,

@@ -1,0 +1,69 @@
+"""Writes the map of a world without SLAM, for map_server; or the world of such a map.
+
+A lidar looks around from the start and from wherever free space goes on: what it sees is free or
+occupied, the rest is unknown. Robots of a launch file are left out; the first one's pose is the
+start. For example:
+  ./run map cybertruck truck.launch --out out/yard.yaml
+  ./run map maze.world --height 0.1 --start 1 2
+  ./run map levine.yaml                       # levine.world, with walls of 0.5 m
+"""
+
+import os
+
+from commands import environment, processes
+from commands.errors import UsageError
+from commands.parsing import existing_file
+from commands.paths import VENV_PYTHON
+
+USAGE = "FILE.world | PACKAGE FILE.launch [ARG:=VALUE ...] | FILE.yaml [OPTIONS]"
+MAPS = (".yaml", ".yml")
+WORLDS = (".world", ".sdf")
+HEIGHTS = 0.2, 0.5  # of the lidar, of walls [m]
+
+
+def add_arguments(parser):
+    """Declares what is read and the options of paddock_navigation.cli."""
+    parser.add_argument("words", nargs="+", metavar="FILE", help="see above")
+    parser.add_argument(
+        "--height",
+        metavar="M",
+        type=_positive,
+        help=f"of the lidar ({HEIGHTS[0]}), or of the walls ({HEIGHTS[1]}) [m]",
+    )
+    parser.add_argument(
+        "--resolution", metavar="M", type=_positive, default=0.05, help="side of a cell [m] (0.05)"
+    )
+    parser.add_argument(
+        "--start", metavar=("X", "Y"), nargs=2, type=float, help="of the first look [m]"
+    )
+    parser.add_argument(
+        "--size", metavar="M", type=_positive, default=60.0, help="largest side of a map [m] (60)"
+    )
+    parser.add_argument("--out", metavar="FILE", help="what to write (out/NAME.yaml or .world)")
+
+
+def _positive(text):
+    value = float(text)
+    if not 0.0 < value < 1e4:
+        raise ValueError
+    return value
+
+
+def run(options, rest):
+    """Becomes the program that writes it."""
+    first = options.words[0]
+    ends_with = os.path.splitext(first)[1]
+    if ends_with in (*MAPS, *WORLDS):
+        options.words = [existing_file(first), *options.words[1:]]
+    elif not any(word.endswith(".launch") for word in options.words):
+        raise UsageError(f"{first!r} is no world, map or launch file", f"usage: ./run map {USAGE}")
+    name = next(word for word in options.words if "." in os.path.basename(word))
+    stem = os.path.splitext(os.path.basename(name))[0]
+    out = os.path.abspath(options.out or os.path.join("out", stem))
+    os.makedirs(os.path.dirname(out), exist_ok=True)
+    height = options.height or HEIGHTS[ends_with in MAPS]
+    words = [*options.words, *rest, "--height", str(height), "--size", str(options.size)]
+    words += ["--resolution", str(options.resolution), "--out", out]
+    if options.start:
+        words += ["--start", *map(str, options.start)]
+    processes.become_module(VENV_PYTHON, ["paddock_navigation.cli", *words], environment.ready())

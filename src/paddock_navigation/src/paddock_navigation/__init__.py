@@ -1,0 +1,1 @@
+"""Occupancy maps of worlds, and worlds of occupancy maps."""
