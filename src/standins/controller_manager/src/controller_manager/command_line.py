@@ -44,10 +44,13 @@ def parse_spawner(argv):
 def parse_unspawner(argv):
     """Parses the unspawner's arguments, see parse_spawner."""
     parser = argparse.ArgumentParser(
-        prog="unspawner", description="Stop controllers; start them again on exit."
+        prog="unspawner", description="Stop controllers; start them again on exit.", add_help=False
     )
     _common(parser, limit=0.0)
     parser.add_argument("controllers", nargs="+", metavar="CONTROLLER")
+    if not argv or argv[0] in ("-h", "--help"):  # as upstream's
+        parser.print_help()
+        sys.exit(1)
     return _with_limit(parser.parse_args(argv))
 
 
@@ -163,14 +166,15 @@ def usage():
 
 
 def main():
-    """Runs one command; returns 0, as upstream's also when the manager refuses; 1 for another."""
+    """Runs one command; returns 0, as upstream's also when the manager refuses; for another, -h
+    among them, the usage, on stdout as well, and 1."""
     argv = rospy.myargv()[1:]
-    if not argv or argv[0] in ("-h", "--help"):
+    if not argv:
         print(usage())
         return 0
     function, _, _ = COMMANDS.get(SHORT.get(argv[0], argv[0]), (None, False, ""))
     if function is None:
-        print(f"controller_manager: no command '{argv[0]}'\n{usage()}", file=sys.stderr)
+        print(usage())
         return 1
     nodes.init_node("controller_manager_command", anonymous=True, disable_rosout=True)
     try:

@@ -57,6 +57,9 @@ def switch(names, others):
     manager = ManagerClient()
     manager.wait(TIMEOUT, ["list_controllers", "load_controller", "switch_controller"])
     states = {controller.name: controller.state for controller in manager.list()}
+    for state in states.values():
+        if state not in ("running", "stopped"):
+            print(f"Unknown controller state {state}", file=sys.stderr)
     for name in names:
         if name not in states and not interface.load_controller(name):
             print("Cancel group switching")
@@ -67,11 +70,12 @@ def switch(names, others):
 
 
 def main():
-    """Runs one command; returns 1 for an error, 0 as upstream's also if a controller refuses."""
+    """Runs one command; returns 1 for an error, 0 as upstream's also if a controller refuses or
+    the group has none."""
     parser = argparse.ArgumentParser(
         prog="controller_group", description="Start the controllers of a group."
     )
-    commands = parser.add_subparsers(dest="command", required=True)
+    commands = parser.add_subparsers(dest="command")
     commands.add_parser("list", help="list the groups and their controllers")
     for name, text in (
         ("spawn", "load and start the controllers of a group"),
@@ -79,6 +83,9 @@ def main():
     ):
         commands.add_parser(name, help=text).add_argument("group")
     options = parser.parse_args(rospy.myargv()[1:])
+    if options.command is None:
+        print("controller_group: a command is missing: list, spawn or switch", file=sys.stderr)
+        return 1
     nodes.init_node("controller_group", anonymous=True, disable_rosout=True)
     try:
         run(options, read_groups())
@@ -95,7 +102,9 @@ def run(options, groups):
     names = list(dict.fromkeys(groups.get(options.group, ())))
     if not names:
         known = ", ".join(sorted(groups)) or "(none)"
-        raise ValueError(f"group '{options.group}' has no controllers; groups are {known}")
+        text = f"There is no controller defined in group {options.group}; groups are {known}"
+        print(text, file=sys.stderr)
+        return False
     if options.command == "spawn":
         return spawn(names)
     others = dict.fromkeys(name for listed in groups.values() for name in listed)
