@@ -386,6 +386,22 @@ def test_reload_libraries_needs_force_to_unload(bot):
     assert bot.ask("reload_controller_libraries", force_kill=False).ok
 
 
+@pytest.mark.parametrize("reset", ["start_over", "reset_models"])
+def test_a_command_keeps_its_stamp_over_a_reset(bot, reset):
+    """diff_drive_controller compares the stamp of its last command with the time of the update:
+    after reset_simulation it drives until its time-out in the time of before."""
+    bot.start("base")
+    bot.run(1000)
+    bot.endpoints["/bot/base/cmd_vel"].call(twist(0.4, 0.0))
+    bot.run(100)
+    getattr(bot.world, reset)()
+    bot.control.restart(fresh=False)
+    bot.run(1495 if reset == "start_over" else 395)
+    assert bot.velocity("left") == pytest.approx(4.0, abs=1e-3)
+    bot.run(100)
+    assert bot.velocity("left") == pytest.approx(0.0, abs=1e-3)
+
+
 def test_gains_beyond_their_ranges_are_told_and_held_within_them_at_a_change(monkeypatch):
     """control_toolbox::Pid::initDynamicReconfig gives the gains to roscpp's server, which clamps
     what it is asked for."""

@@ -534,6 +534,35 @@ def test_planar_move_drives_on_when_time_goes_back_and_its_odometry_waits(topics
     output.close()
 
 
+@pytest.mark.parametrize("resets, count", [(False, 0), (True, 7)])
+def test_a_drive_without_a_reset_of_its_own_waits_for_its_time(topics, world, cart, resets, count):
+    """gazebo_ros_skid_steer_drive has none; gazebo_ros_diff_drive forgets its command, too."""
+    received = FakeReceivedCounts()
+    spec = replace(CART_DRIVE, rate=20.0, resets=resets)
+    output = made(spec, world, cart, received)
+    assert output.resets_with_model is resets
+    command = Twist()
+    command.linear.x = 0.5
+    received.take(command)
+
+    def run(until):
+        while world.time < until - 1e-6:
+            world.step(1)
+            output.schedule.check_subscribers(world.step_count)
+            if output.schedule.due(world.step_count):
+                output.update(world.time, 0.0)
+
+    run(0.4)
+    world.start_over()
+    (output.reset if resets else output.go_back)(world.time)
+    sent = len(topics["/odom"].messages)
+    run(0.39)
+    assert len(topics["/odom"].messages) - sent == count
+    speed = 0.0 if resets else 5.0
+    assert cart.joints.state()[1]["left"] == pytest.approx(speed, abs=0.1)
+    output.close()
+
+
 CART_DRIVE = WheelDriveSpec(
     "d", "base", left=("left",), right=("right",), separation=0.3, diameter=0.2
 )

@@ -448,10 +448,11 @@ class World:
             self.forces.set_state(forces)
             return
         self._next_check = 0.0
+        before = self.time
         if time:
             self.step_count = 0
         for model in self.models.values():
-            model.put_back(self.time, with_joints=True)
+            model.put_back(self.time, with_joints=True, by=before - self.time)
 
     def reset_models(self) -> None:
         """Put every model to its initial pose, at rest, as /gazebo/reset_world does.

@@ -111,6 +111,14 @@ class Controller(Component):
         for set_command, value in zip(self.setters, values):
             set_command(value)
 
+    def go_back(self, by: float, since: float) -> None:
+        """The simulated time, and with it that of its stamps, went back, or an update is forgotten.
+
+        Args:
+            by: how far [s].
+            since: that the manager's time jumps ahead, which is the period of the next update [s].
+        """
+
     def observe(self, time: float) -> None:
         """Update what is published to the joints' present state; nothing is commanded."""
 

@@ -68,6 +68,10 @@ class Odometry(Stateful):
         self._arcs.clear()
         self._time = time
 
+    def go_back(self, by: float) -> None:
+        """The time of add() went back by [s]: no velocity is computed until it has come again."""
+        self._time += by
+
     def move(self, distance: float, turn: float, time: float) -> None:
         """Add an arc.
 
@@ -171,6 +175,12 @@ class Drive(Controller):
         """Start at the origin."""
         self.odometry.reset(time)
         self.start(time)
+
+    def go_back(self, by: float, since: float) -> None:
+        """As Controller's: the last command is as much younger, and so are velocities."""
+        self._age -= by + since
+        self._time += since
+        self.odometry.go_back(by + since)
 
     def check(self, values: Any) -> tuple[float, ...]:
         """Check a command of command_sizes numbers."""

@@ -215,6 +215,9 @@ class FourWheelOdometry(Stateful):
         for rates in self._rates:
             rates.clear()
 
+    def go_back(self, by: float) -> None:
+        """It has no time of its own."""
+
     def move(self, motion: Vec3, angles: tuple[float, float], period: float) -> None:
         """Add a period [s] with a motion (as body_motion gives it) and steering angles [rad].
 

@@ -100,6 +100,11 @@ class GripperControl(ActionControl):
         self.hardware.read()
         self._position, self._max_effort = self.joints[0].position, self.config.max_effort
 
+    def go_back(self, by: float, since: float) -> None:
+        """As Controller's: it has moved as much later."""
+        if self._moved is not None:
+            self._moved += by + since
+
     def execute(self, goal: GripperGoal) -> None:
         """Execute a goal; the one before is cancelled."""
         self._finish("canceled")

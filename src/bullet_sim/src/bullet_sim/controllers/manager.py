@@ -390,13 +390,20 @@ class Manager(Stateful):
         self.hardware.read()
         self._reset_running(0.0)
 
-    def forget_updates(self, time: float) -> None:
+    def forget_updates(self, time: float, by: float = 0.0) -> None:
         """Have the next update at the next step, with the time [s] as its period.
 
-        So gazebo_ros_control has it after a reset of its model: the update before counts as one at
-        zero. Controllers are not restarted.
+        So GazeboRosControlPlugin::Reset has it after a reset of its model: the update before counts
+        as one at zero. Controllers are not restarted: the stamps of commands stay, and so does the
+        time of the odometry, while what counts periods, as trajectories, jumps ahead.
+
+        Args:
+            by: how far simulated time went back [s].
         """
         self._due, self._since = True, time
+        self.time += time
+        for controller in self._loaded.values():
+            controller.go_back(by, time)
 
     def _reset_running(self, time: float) -> None:
         for name, controller in self._loaded.items():

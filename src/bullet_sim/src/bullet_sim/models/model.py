@@ -178,10 +178,11 @@ class Model:
         if self.manager is not None:
             self.manager.restart()
 
-    def put_back(self, time: float, with_joints: bool = False) -> None:
+    def put_back(self, time: float, with_joints: bool = False, by: float = 0.0) -> None:
         """Put it to its initial pose, at rest.
 
         Args:
+            by: how far simulated time went back [s], for the same.
             with_joints: its joints and loose links, too, are put to where they were when it was
                 loaded.
             time: now [s], for its controllers: see Manager.forget_updates.
@@ -193,7 +194,7 @@ class Model:
             now = self.body.joint_positions()
             self.body.set_joint_positions(self._start if with_joints else now)
         if self.manager is not None:
-            self.manager.forget_updates(time)
+            self.manager.forget_updates(time, by)
 
     def save_state(self) -> tuple[Placed | None, tuple[float, ...], dict[str, Motion]]:
         """The pose and velocity set by set_state since it was loaded (or None), the joints, and

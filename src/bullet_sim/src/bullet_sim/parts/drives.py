@@ -117,9 +117,13 @@ class DrivenBase(Part):
 
 @part_of(specs.WheelDriveSpec)
 class WheelDrivePlugin(DrivenBase):
-    """Drives the wheels by geometry_msgs/Twist."""
+    """Drives the wheels by geometry_msgs/Twist.
+
+    Without a Reset() of its source, as skid_steer's, it goes on as it was once its time has come.
+    """
 
     STATE: ClassVar[tuple[str, ...]] = ("_drive",)
+    waits_for_time = True
 
     def __init__(self, context: Any) -> None:
         super().__init__(context)

@@ -192,6 +192,11 @@ class RangeSensor(RaysSensor, TunedSensor):
             NumbersOutput(self.spec.topic, self.spec, "sensor_msgs/Range", "range")
         )
 
+    @property
+    def resets_with_model(self) -> bool:
+        """hector's sonar alone has a Reset()."""
+        return bool(self.spec.tunable)
+
     def tuned(self) -> dict[str, SensorErrors]:
         return {self.spec.topic: self.errors[0]} if self.spec.tunable else {}
 
