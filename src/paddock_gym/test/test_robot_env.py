@@ -324,6 +324,20 @@ def test_a_launch_file_needs_ros(make, monkeypatch):
 
 
 @pytest.mark.skipif(not importlib.util.find_spec("roslaunch"), reason="there is no ROS here")
-def test_a_launch_file_that_is_not_there(make):
+def test_a_launch_file_that_is_not_there(make, tmp_path):
     with pytest.raises(GymError, match=r"launch is 'gazebo_ros none.launch': .*none.launch"):
         make(launch="gazebo_ros none.launch")
+    path = tmp_path / "lacks.launch"
+    path.write_text('<launch><include file="$(find no_such_package)/a.launch"/></launch>')
+    with pytest.raises(GymError, match=r"lacks.launch': .*no_such_package"):
+        make(launch=str(path))
+
+
+def test_a_robot_whose_motion_is_not_finite_is_named(make):
+    env = make(observation="imu")
+    env.reset(seed=1)
+    link_motion = env.world.world.model("robot").body.link_motion
+    body = env.world.world.model("robot").body
+    body.link_motion = lambda link: ((0.0,) * 3, (0.0,) * 4, *link_motion(link)[2:])
+    with pytest.raises(GymError, match=r"model 'robot' cannot be measured at .* not finite"):
+        env.step((0.0, 0.0))

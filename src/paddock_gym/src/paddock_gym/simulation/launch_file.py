@@ -63,9 +63,11 @@ def from_launch(command: str) -> Recipe:
     try:
         files = roslaunch.rlutil.resolve_launch_arguments(names)
         config = roslaunch.config.load_config_default([(files[0], arguments)], None, verbose=False)
-    except (roslaunch.core.RLException, IndexError) as error:
+    except Exception as error:  # roslaunch, rospkg and xacro have many
+        lacks = "package " if type(error).__name__ == "ResourceNotFound" else ""
         raise GymError(
-            f"launch is {command!r}: {error}; it has to be 'PACKAGE FILE.launch arg:=value ...'"
+            f"launch is {command!r}: {lacks}{error}; it has to be 'PACKAGE FILE.launch arg:=value "
+            "...', all packages that it names have to be there"
         ) from error
     return Reader(config).recipe()
 

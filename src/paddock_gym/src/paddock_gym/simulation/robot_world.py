@@ -129,6 +129,16 @@ class Cameras:
             self._renderer.close()
 
 
+class RobotLoop(Loop):
+    """The loop over parts and controllers; a state that is no number ends it."""
+
+    def cannot_publish(self, item: Any, error: Exception) -> None:
+        raise GymError(
+            f"model '{item.model.name}' cannot be measured at {self._world.time:.3f} s: {error}; "
+            "its motion is not finite: look at its masses, inertias, gains and where it starts"
+        ) from error
+
+
 class RobotWorld:
     """A world of robots, stepped as the bridge steps it in lockstep.
 
@@ -154,7 +164,7 @@ class RobotWorld:
         self._parts: list[Any] = []
         self._robots: dict[str, Robot] = {}  # by the namespace of their controllers
         self.cameras = Cameras(self.world)
-        self._loop = Loop(self.world)
+        self._loop = RobotLoop(self.world)
         self._actions = 0
         try:
             self.warnings += map(str, self.world.load(recipe.described_world()))
