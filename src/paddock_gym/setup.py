@@ -40,6 +40,7 @@ TRAINING = (
     "stable-baselines3>=2.6,<3; python_version >= '3.13'",  # which allow numpy 2
     "torch>=1.13",
 )
+SEVERAL = ("pettingzoo>=1.24",)  # several robots that learn in one world
 BULLET = ("pybullet==3.2.7",)  # the solver "bullet", and shapes that "ode" leaves to it
 PARTS = "parts" if os.path.isdir("parts") else ".."  # of a source distribution, or of the clone
 
@@ -72,6 +73,7 @@ def standalone():
             "cluster": CLUSTER,
             "sweep": SWEEP,
             "bullet": BULLET,
+            "several": SEVERAL,
         },
         "options": {"build": {"build_base": temporary}, "egg_info": {"egg_base": temporary}},
     }

@@ -32,7 +32,16 @@ PIP = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
 SDIST = (
     "import sys; sys.path.insert(0, 'packaging'); import standalone; standalone.build_sdist({!r})"
 )
-EXTRAS = {"matplotlib", "onnx", "optuna", "pandas", "ray", "stable_baselines3", "torch"}
+EXTRAS = {
+    "matplotlib",
+    "onnx",
+    "optuna",
+    "pandas",
+    "pettingzoo",
+    "ray",
+    "stable_baselines3",
+    "torch",
+}
 CORE = ("bullet_sim", "paddock_gym")  # others have nodes, too
 OPTIONAL = {"bullet_web", "osgeo", "pybullet", "pygame"}  # imported where something needs it
 STANDARD = set(sys.builtin_module_names) | set(getattr(sys, "stdlib_module_names", ()))

@@ -13,10 +13,12 @@ import yaml
 from bullet_sim.pose import Pose
 from gymnasium.utils.env_checker import check_env
 from paddock_gym.envs.robot import RobotEnv
+from paddock_gym.envs.robots import RobotsEnv
 from paddock_gym.envs.tasks import Lane, Task
 from paddock_gym.envs.worlds import RobotWorldsEnv
 from paddock_gym.errors import GymError, RewardError
 from paddock_gym.simulation.recipe import Recipe, Spawn
+from pettingzoo.test import parallel_api_test
 
 import paddock_gym  # noqa: F401  registers its environments
 
@@ -341,3 +343,49 @@ def test_a_robot_whose_motion_is_not_finite_is_named(make):
     body.link_motion = lambda link: ((0.0,) * 3, (0.0,) * 4, *link_motion(link)[2:])
     with pytest.raises(GymError, match=r"model 'robot' cannot be measured at .* not finite"):
         env.step((0.0, 0.0))
+
+
+def test_robots_of_one_world_pass_pettingzoos_test():
+    carts = two_carts({"observation": "a/scan", "task": "explore"},
+                      {"observation": ("b/odom", "truth:b")})  # fmt: skip
+    parallel_api_test(carts, num_cycles=60)
+    carts.close()
+
+
+def two_carts(*options):
+    """RobotsEnv of the carts a and b, two metres apart, b in front of a."""
+    text = pathlib.Path(CART).read_text(encoding="utf-8")
+    spawns = [
+        Spawn(name, text, Pose((x, 0.0, 0.1)), f"/{name}") for name, x in (("a", 0.0), ("b", 2.0))
+    ]
+    return RobotsEnv(dict(zip("ab", options)), launch=Recipe(spawns=tuple(spawns)), max_steps=100)
+
+
+def test_robots_of_one_world_touch_each_other():
+    carts = two_carts({"observation": "truth:b"}, {"observation": "truth:b"})
+    seen, _ = carts.reset(seed=1)
+    assert np.array_equal(seen["a"], seen["b"])
+    forward, still = np.array((0.8, 0.0)), np.zeros(2)
+    infos, terminated = {}, {"a": False}
+    while not terminated["a"]:
+        _, _, terminated, _, infos = carts.step({"a": forward, "b": still})
+    assert infos["a"]["touched"] == "b" and infos["b"]["touched"] == "a"
+    assert carts.agents == []
+    with pytest.raises(GymError, match="actions of b are missing"):
+        carts.reset(seed=1)
+        carts.step({"a": forward})
+    carts.close()
+
+
+@pytest.mark.parametrize(
+    "robots, text",
+    [
+        ({}, "robots is empty"),
+        ({"c": {}}, "robot is 'c'; models are"),
+        ({"a": {"sensor": 1}}, "options of a robot: .*sensor"),
+    ],
+)
+def test_wrong_options_of_several_robots_are_named(robots, text):
+    cart = Spawn("a", pathlib.Path(CART).read_text(encoding="utf-8"), Pose(), "/a")
+    with pytest.raises(GymError, match=text):
+        RobotsEnv(robots, launch=Recipe(spawns=(cart,)))

@@ -11,16 +11,12 @@ from typing import Any
 import gymnasium
 import numpy as np
 from bullet_sim.formats.lumping import MASSLESS
-from bullet_sim.models.model import Model
-from bullet_sim.pose import Pose, multiply, quaternion_from_yaw
-from gymnasium import spaces
 
-from paddock_gym.course import motion_from
+from paddock_gym.envs.agent import Agent, steps_of
 from paddock_gym.envs.tasks import State, make_task
-from paddock_gym.envs.topics import Actions, observed, resolved, unknown
+from paddock_gym.envs.topics import resolved
 from paddock_gym.envs.window import Window
-from paddock_gym.errors import GymError, RewardError
-from paddock_gym.simulation.randomize import Variation
+from paddock_gym.errors import GymError
 from paddock_gym.simulation.recipe import Recipe, from_files
 from paddock_gym.simulation.robot_world import RobotWorld
 from paddock_gym.simulation.sensors import ObserverCamera
@@ -47,6 +43,37 @@ def read_recipe(launch: str | Recipe, files: Mapping[str, Any]) -> Recipe:
     if not {"urdf", "sdf", "world"} & set(given):
         raise GymError("launch, urdf, sdf or world has to be given")
     return from_files(**given)
+
+
+def begin_apart(
+    world: RobotWorld,
+    rest: Any,
+    agents: Sequence[Agent],
+    rng: np.random.Generator,
+    start: Sequence[float] | None = None,
+) -> None:
+    """Begin a run of agents from a saved rest, at starts that touch nothing.
+
+    Args:
+        start: of each; None: their tasks'.
+
+    Raises:
+        GymError: there is no such start.
+    """
+    for _ in range(TRIES if start is None else 1):
+        world.restore(rest)
+        if any(agent.variation.varies("noise") for agent in agents):
+            world.reseed(rng)
+        places = [agent.begin(rng, start) for agent in agents]
+        if not any(places):
+            return
+        state = world.world.save_state()
+        world.world.step(1)
+        touch = any(agent.touches() for agent in agents)
+        world.world.restore_state(state)
+        if not touch:
+            return
+    raise GymError(f"starts touch something, {TRIES} of the task or the given one: {places}")
 
 
 class RobotEnv(gymnasium.Env):
@@ -77,7 +104,6 @@ class RobotEnv(gymnasium.Env):
     Attributes:
         world: RobotWorld.
         actions: Actions.
-        state: State after the last action.
 
     Raises:
         GymError: an option is wrong.
@@ -129,12 +155,14 @@ class RobotEnv(gymnasium.Env):
         recipe = dataclasses.replace(recipe, spawns=spawns, massless_links=massless)
         self.world = RobotWorld(recipe)
         try:
-            self._make_spaces(action, limits, scaled, observation, robot)
-            variation = Variation(self.world.world, self._model, vary)
+            options = robot, action, limits, scaled, observation, vary
+            self._agent = Agent(self.world, self.task, *options)
         except BaseException:
             self.world.close()
             raise
-        self._variation, self._delay = variation, delay
+        self.actions, self._delay = self._agent.actions, delay
+        self.action_space = self._agent.action_space
+        self.observation_space = self._agent.observation_space
         self.render_mode, self._period = render_mode, 1.0 / control_rate
         self.metadata = dict(self.metadata, render_fps=control_rate)
         self._window = Window() if render_mode == "human" else None
@@ -146,44 +174,16 @@ class RobotEnv(gymnasium.Env):
                 stacklevel=2,
             )
 
-    def _make_spaces(self, action: Any, limits: Any, scaled: bool, names: Any, robot: str) -> None:
-        world = self.world
-        self.actions = Actions(world, action, limits, scaled)
-        self.action_space = self.actions.space
-        robots = world.robot_models
-        if robot and robot not in world.world.models:
-            raise GymError(f"robot is {robot!r}; models are {', '.join(world.world.models)}")
-        name = robot or next(iter(robots), "") or next(iter(world.world.models), "")
-        if not name:
-            raise GymError("the world has no model; give urdf, sdf or a launch file with one")
-        self._model: Model = world.world.models[name]
-        chosen = (names,) if isinstance(names, str) else tuple(names)
-        self._observed = {each: observed(world, each) for each in chosen}
-        boxes = {each: found.space for each, found in self._observed.items()}
-        boxes.update(self.task.spaces)
-        self._alone = isinstance(names, str) and not self.task.spaces
-        self.observation_space = boxes[chosen[0]] if self._alone else spaces.Dict(boxes)
-        topics = [resolved(each.partition(":")[0]) for each, found in self._observed.items()
-                  if found.topic is not None]  # fmt: skip
-        for topic in self.task.topics:
-            if topic not in world.topics:
-                raise unknown("topic of the task", topic, world.topics)
-        world.observe([*topics, *self.task.topics])
-
     def _settle(self, time: float) -> None:
         """Simulate until the robot rests; runs start from that."""
-        world = self.world.world
-        self.world.advance(round(time / world.time_step))
-        self._rest_pose = self._model.pose
-        self._at_rest = self._touching()
+        self.world.advance(round(time / self.world.world.time_step))
+        self._agent.rest()
         self._saved = self.world.save()
-        self._start_step = world.step_count
-        self.state = State(self.world, self._model)
 
-    def _touching(self) -> frozenset[tuple[int, str]]:
-        """Links of other bodies that the robot touches."""
-        body = self._model.body
-        return frozenset((t.body, t.other) for t in body.touching() if t.body != body.number)
+    @property
+    def state(self) -> State:
+        """The run after the last action."""
+        return self._agent.state
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -198,51 +198,12 @@ class RobotEnv(gymnasium.Env):
         unknown = set(options or {}) - {"start"}
         if unknown:
             raise GymError(f"reset has {min(unknown)!r}; there is start")
-        for _ in range(TRIES):
-            place = self._begin(None if options is None else options.get("start"))
-            if place is None or not self._starts_in_contact():
-                break
-            self._put(place)
-        else:
-            raise GymError(f"{TRIES} starts touch something, the last at {place}; give more room")
+        start = None if options is None else options.get("start")
+        begin_apart(self.world, self._saved, [self._agent], self.np_random, start)
         self._steps = 0
         self.task.begun(self.state)
         self.world.measure()
-        return self._observe(), self._info("")
-
-    def _begin(self, start: Sequence[float] | None) -> tuple[float, float, float] | None:
-        """Restore the rest, draw what varies, put the robot to its start."""
-        self.world.restore(self._saved)
-        self._variation.sample(self.np_random)
-        if self._variation.varies("noise"):
-            self.world.reseed(self.np_random)
-        state = self.state = State(self.world, self._model)
-        place = self.task.start(state, self.np_random)
-        if start is not None:
-            place = tuple(map(float, start))  # type: ignore[assignment]
-        if place is not None:
-            self._put(place)
-        state.robot = state.before = self._motion()
-        return place
-
-    def _put(self, place: Sequence[float]) -> None:
-        """Put the robot at x, y [m], yaw [rad], at rest as it stood."""
-        x, y, yaw = place
-        before = self._rest_pose
-        turn = multiply(quaternion_from_yaw(yaw - before.rpy[2]), before.orientation)
-        self._model.set_state(Pose((x, y, before.position[2]), turn))
-
-    def _starts_in_contact(self) -> bool:
-        """Whether the robot touches something at its start."""
-        world = self.world.world
-        state = world.save_state()
-        world.step(1)
-        touches = bool(self._touching() - self._at_rest)
-        world.restore_state(state)
-        return touches
-
-    def _motion(self) -> Any:
-        return motion_from(*self._model.link_motion(self._model.description.root))
+        return self._agent.observe(), self._agent.info("")
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Command an action and advance by one control period.
@@ -251,69 +212,19 @@ class RobotEnv(gymnasium.Env):
             GymError: the action's shape or a number is wrong.
             RewardError: the reward is no finite number, or reward or end raises an exception.
         """
-        numbers, state = self.actions.numbers(action), self.state
-        state.before, state.action = state.robot, numbers
-        steps = self._next_steps()
-        wait = min(steps, round(self._delay / self.world.world.time_step) + self._variation.delay)
+        agent, time_step = self._agent, self.world.world.time_step
+        numbers = agent.decide(action)
+        self._steps += 1
+        steps = steps_of(self._steps, self._period, time_step)
+        wait = min(steps, round(self._delay / time_step) + agent.variation.delay)
         if wait:
             self.world.advance(wait)
-        self.actions.send(numbers)
+        agent.actions.send(numbers)
         if wait < steps:
             self.world.advance(steps - wait)
-        state.steps, state.time = self._steps, self._steps * self._period
-        state.robot = self._motion()
-        new = self._touching() - self._at_rest
-        state.touched = self._names({number for number, _ in new}) if new else ()
-        reward = self._judged("reward", self.task.reward)
-        end = self._judged("end", self.task.end)
+        reward, end = agent.finish(self._steps, self._steps * self._period)
         self._show()
-        return self._observe(), reward, bool(end), False, self._info(str(end or ""))
-
-    def _next_steps(self) -> int:
-        """Physics steps of the next action; a period need not be a multiple of a step."""
-        self._steps += 1
-        ratio = self._period / self.world.world.time_step
-        before, after = (math.floor(n * ratio + 0.5) for n in (self._steps - 1, self._steps))
-        return after - before
-
-    def _names(self, numbers: set[int]) -> tuple[str, ...]:
-        models = self.world.world.models.values()
-        return tuple(m.name for m in models if m.body.number in numbers) or ("world",)
-
-    def _judged(self, name: str, function: Any) -> Any:
-        """What reward or end of the task return."""
-        try:
-            value = function(self.state)
-            if name == "end":
-                return value
-            value = float(value)
-        except Exception as error:
-            kind = type(error).__name__
-            raise RewardError(f"{name} of the task raised {kind}: {error}") from error
-        if not math.isfinite(value):
-            raise RewardError(f"reward is {value}, must be a finite number; state: {self.state}")
-        return value
-
-    def _observe(self) -> Any:
-        if self._alone:
-            return self._seen(next(iter(self._observed)))
-        seen = {name: self._seen(name) for name in self._observed}
-        return {**seen, **self.task.observe(self.state)}
-
-    def _seen(self, name: str) -> np.ndarray:
-        values = self._observed[name].read()
-        is_image = values.dtype == np.uint8 and values.ndim > 1
-        return self._variation.change_image(values) if is_image else values
-
-    def _info(self, end: str) -> dict[str, Any]:
-        robot = self.state.robot
-        return {
-            "end": end,
-            "time": self._steps * self._period,
-            "x": robot.x,
-            "y": robot.y,
-            "touched": ", ".join(self.state.touched),
-        }
+        return agent.observe(), reward, bool(end), False, agent.info(end)
 
     def stamp(self, topic: str) -> float:
         """Simulated time [s] of the last message of an observed topic; NaN: none yet."""
@@ -326,7 +237,7 @@ class RobotEnv(gymnasium.Env):
     def observer_image(self) -> np.ndarray:
         """(360, 480, 3) uint8 RGB from behind the robot."""
         if self._camera is None:
-            self._camera = ObserverCamera(self.world.cameras.renderer, self._motion)
+            self._camera = ObserverCamera(self.world.cameras.renderer, self._agent.motion)
         image: np.ndarray = self._camera.image()
         return image
 

@@ -171,6 +171,7 @@ class Actions:
         names: topics; None: the only one that takes a Twist, else all that take numbers.
         limits: topic -> (low, high) instead of those of the description.
         scaled: actions are from -1 to 1, which are low and high.
+        robot: whose topics count where none are named; empty: all.
 
     Attributes:
         space: Box.
@@ -183,9 +184,11 @@ class Actions:
         names: str | Iterable[str] | None = None,
         limits: Mapping[str, Any] | None = None,
         scaled: bool = False,
+        robot: str = "",
     ) -> None:
         there, limits = world.commands, {resolved(k): v for k, v in (limits or {}).items()}
-        given = _default(there) if names is None else names
+        own = {k: v for k, v in there.items() if not robot or v.model.name == robot}
+        given = _default(own) if names is None else names
         chosen = [resolved(name) for name in ((given,) if isinstance(given, str) else given)]
         for name in (*chosen, *limits):
             if name not in there:
@@ -218,6 +221,10 @@ class Actions:
         if self._scaled:
             values = self._low + (values + 1.0) * 0.5 * (self._high - self._low)
         return np.clip(values, self._low, self._high)
+
+    def stop(self) -> None:
+        """Send zeros, which are at rest for what is commanded by velocities or efforts."""
+        self.send(np.zeros(len(self.names)))
 
     def send(self, numbers: np.ndarray) -> None:
         """Send the messages of numbers()."""
