@@ -21,6 +21,7 @@ for folder in sys.argv[1:]:
     except Exception as error:
         print(folder, " ".join(str(error).split()) or type(error).__name__, sep="\\t")
 """
+GAZEBO = "./run add gazebo brings its libraries (docs/cpp_plugins.md)"
 OWN = "a Python class can take its place (docs/tutorials/your_own_simulation.md)"
 SIMULATOR_HEADERS = ("gazebo", "ignition", "gz", "sdf")
 CONTROL_HEADERS = (
@@ -285,7 +286,7 @@ def _entry(package, target, error):
     if header:
         first = header[1].partition("/")[0]
         if first in SIMULATOR_HEADERS:
-            return LeftOut(package, target, f"it includes Gazebo's {header[1]}", OWN)
+            return LeftOut(package, target, f"it includes Gazebo's {header[1]}", GAZEBO)
         if first in CONTROL_HEADERS:
             return LeftOut(package, target, f"it includes {header[1]} of ros_control", OWN)
         return LeftOut(package, target, *_missing(first, f"it includes {header[1]}"))

@@ -7,6 +7,7 @@ branch. For example:
   ./run add --for PATH                        # all that packages, or a launch file, lack
   ./run add https://github.com/somebody/their_robot.git#noetic-devel
   ./run add models PACKAGE|FILE|MODEL ...     # of Gazebo's database: those that they name
+  ./run add gazebo                            # Gazebo's libraries, for plugins in C++
 What the packages depend on, and neither Debian nor Paddock nor src/ has, comes, too. Of a package's
 repository the packages that it does not need are disabled, by CATKIN_IGNORE. Packages in src/ take
 the place of stand-ins of the same name. What cannot be built is left out and named. A repository
@@ -17,7 +18,7 @@ repositories the one of the index is used, else the one that came last.
 import os
 import subprocess
 
-from commands import bootstrap, gazebo_models, sources
+from commands import bootstrap, gazebo_libraries, gazebo_models, sources
 from commands.bootstrap import left_out, step, workspace
 from commands.errors import CommandError, UsageError, say
 from commands.paths import CACHE, PYTHON, ROOT, SOURCES, read, relative, write
@@ -35,7 +36,7 @@ CPP, HEADERS = (".c", ".cc", ".cpp", ".cxx"), (".h", ".hh", ".hpp")
 def add_arguments(parser):
     """Declares names, --from and --list."""
     named = parser.add_argument("names", nargs="*", metavar="NAME", help="see above, or a URL")
-    named.complete = sources.names
+    named.complete = lambda: [*sources.names(), "gazebo"]
     parser.add_argument(
         "--for",
         dest="users",
@@ -77,9 +78,12 @@ def add(names, folder, users=()):
     if names[:1] == ["models"]:
         deps.prepare()
         return gazebo_models.add(names[1:], _clone_of_models(folder))
-    typed = [found for name in names for found in sources.repositories_of(name)]
+    others = [name for name in names if name != "gazebo"]
+    typed = [found for name in others for found in sources.repositories_of(name)]
     before = set(workspace.users_packages())
     deps.prepare()
+    if "gazebo" in names:
+        gazebo_libraries.add(folder)
     lacking = _lacking(users, folder) if users else {}
     nowhere = bring_all(typed, lacking, folder)
     users = workspace.users_packages()

@@ -1,11 +1,12 @@
 """Runs the tests with pytest: unit tests, linters, and nodes on ROS graphs of their own.
 
 FILTER is unit, lint, ros, the name of a folder (./run test standins: all tests below it) or part of
-a file's name (./run test circle, ./run test bullet_sim). Six stages run only when they are asked
+a file's name (./run test circle, ./run test bullet_sim). Seven stages run only when they are asked
 for: ./run test soak (two minutes of ./run soak, as CI does), ./run test learning (trainings; it
 installs torch, Ray and Optuna), ./run test desk and ./run test web (the desk and the page in
 Chromium, which they install), ./run test tutorials (what the tutorials say to type) and ./run test
-long (laps by each driver, longer drives, all keys, the install space; CI runs it). What else starts
+long (laps by each driver, longer drives, all keys, the install space; CI runs it), ./run test cpp
+(plugins in C++, for which it brings Gazebo's libraries). What else starts
 with a dash goes to pytest, such as -x or --durations=50. JUnit's file, logs and the launch files of
 ROS tests are in test-results/. At the end come the slowest tests, the flaky ones (failed and passed
 in their last ten runs) and what failed. The last line is the sum; the exit status is 0 only if
@@ -21,7 +22,7 @@ from commands.paths import ROOT, SOURCES, VENV_PYTHON
 
 USAGE = "[FILTER ...] [OPTIONS]"
 PASSES_ON = True
-STAGES = ("unit", "lint", "ros", "soak", "learning", "desk", "web", "tutorials", "long")
+STAGES = ("unit", "lint", "ros", "soak", "learning", "desk", "web", "tutorials", "long", "cpp")
 RESULTS = os.path.join(ROOT, "test-results")
 CPU_QUOTA = "/sys/fs/cgroup/cpu.max"  # "QUOTA PERIOD" [us], or "max PERIOD"
 VALUED = ("-k", "-m", "-o", "-p", "-W", "--maxfail", "--deselect")  # of pytest, a value behind each
@@ -123,6 +124,11 @@ def prepare_stages(filters):
         packages.prepare(packages.DESK_LIST, packages.DESK_TEST_LIST)
     if "web" in filters:
         packages.prepare(packages.DESK_TEST_LIST)
+    if "cpp" in filters:
+        from commands import bootstrap, gazebo_libraries
+
+        gazebo_libraries.add()
+        bootstrap.prepare()
 
 
 def complete(_words):

@@ -16,6 +16,7 @@ PLACES = {
     "bullet_sim": (0.0, 0.0),
     "bullet_bridge": (3.3, 0.0),
     "bullet_web": (6.6, 0.0),
+    "bullet_gazebo_host": (10.05, 0.0),
     "paddock_common": (0.0, 3.4),
     "track_model": (1.65, 3.4),
     "deepracer_control": (3.3, 3.4),
@@ -48,6 +49,11 @@ def rooms(package):
     return found
 
 
+def contents(package):
+    """What a package has that has no Python."""
+    return "C++" if list((ROOT / "src" / package).rglob("*.cc")) else "launch files"
+
+
 def imported(package):
     """Packages of ours that a package imports."""
     names = set()
@@ -71,7 +77,7 @@ def draw(axes, package):
         )
     )
     axes.text(x + 0.08, y + high - 0.2, package, weight="bold", fontsize=10)
-    for number, (name, count) in enumerate(rooms(package) or [("launch files", "")]):
+    for number, (name, count) in enumerate(rooms(package) or [(contents(package), "")]):
         column, row = divmod(number, ROWS)
         place = (x + 0.12 + WIDTH * column, y + high - 0.45 - LINE * row)
         axes.text(*place, f"{name or '(top)'}  {count}", fontsize=8, color="#263238")

@@ -23,6 +23,7 @@ STAGES = {  # stage -> what it holds
     "web": "the page in Chromium",
     "tutorials": "the commands of docs/tutorials",
     "long": "laps, longer drives, all keys, the install space",
+    "cpp": "plugins in C++",
 }
 ASKED = {
     "soak",
@@ -31,6 +32,7 @@ ASKED = {
     "web",
     "tutorials",
     "long",
+    "cpp",
 }  # that run only when they are asked for
 STANDINS = ("src", "standins")  # the folder of theirs
 SECONDS = "paddock/seconds"  # in pytest's cache: file -> wall time of its tests in the last run [s]

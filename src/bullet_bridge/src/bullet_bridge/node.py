@@ -16,6 +16,7 @@ from bullet_sim.errors import SimError
 from bullet_sim.files import LIMITS, keep_python_output, variable_of
 from bullet_sim.formats.lumping import LEAVE_OUT, MASSLESS
 from bullet_sim.formats.resolve import Resolver
+from bullet_sim.plugins import cpp
 from bullet_sim.render.request import RENDERERS, SWITCHES, Quality
 from bullet_sim.sensors.scenes import WorldViews
 from bullet_sim.world import World
@@ -25,6 +26,8 @@ from paddock_common.process import exit_with_roslaunch
 from paddock_common.settings import check, choice, flag, number, read, text
 
 from bullet_bridge.extensions import Extensions
+from bullet_bridge.gazebo_host.host import host_of
+from bullet_bridge.gazebo_host.libraries import users_libraries
 from bullet_bridge.loop.clock import SimClock, set_process_time
 from bullet_bridge.loop.jobs import JobQueue
 from bullet_bridge.loop.received import ReceivedCounts
@@ -222,6 +225,7 @@ def make_server(parts: ExitStack) -> Server:
     resolve = Resolver(RosPackages())
     extensions = Extensions()
     extensions.enter()
+    cpp.use(users_libraries())
     described = load_world(world, config.world_file, resolve)
     if config.world_pace and described is not None:
         config = replace(config, real_time_factor=described.real_time_factor)
@@ -237,6 +241,8 @@ def make_server(parts: ExitStack) -> Server:
     advertise(config, world, jobs, robots, server, resolve, described)
     if config.enable_ros_network or config.lockstep:
         StepService(jobs, server, received, config.step_timeout)
+    if described is not None:
+        load_world_plugins(world, described)
     robots.connect_world_models()
     if described is not None and "gazebo_ros_link_attacher" in described.plugins:
         LinkAttacher(world, jobs)
@@ -265,6 +271,15 @@ def advertise(
     advertise_json("~statistics", jobs, server.statistics)
     advertise_json("~describe", jobs, Describer(world, robots, described).describe)
     advertise_views(world, jobs, server)
+
+
+def load_world_plugins(world: World, described: WorldDescription) -> None:
+    """Load the world's plugins in C++, before those of its models; errors are logged."""
+    for spec in described.cpp_plugins:
+        try:
+            host_of(world).load(spec, None)
+        except SimError as error:
+            rospy.logerr("world '%s': %s", world.name, error)
 
 
 def uses_sim_time() -> bool:

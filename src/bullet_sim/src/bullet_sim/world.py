@@ -32,7 +32,7 @@ from bullet_sim.meshes.prepare import prepare_meshes
 from bullet_sim.models.changes import Forces
 from bullet_sim.models.model import PERIOD, Model, Placed, implausible_state
 from bullet_sim.models.wind import WindForces
-from bullet_sim.pose import PLACEABLE, Pose, Vec3
+from bullet_sim.pose import PLACEABLE, Array, Pose, Vec3
 from bullet_sim.sensors.visible import VisibleScene
 from bullet_sim.snapshot import BodySource, Snapshot
 from bullet_sim.xml_reader import Node
@@ -151,6 +151,8 @@ class World:
     Attributes:
         on_implausible: function of a message, called once for each model whose state is
             implausible, see implausible_state().
+        stepper: makes each step in the engine's place, by a call of its step() that something
+            comes before and after; None: nothing does.
 
     Raises:
         ModelError: no such solver, fixed_joints or massless_links, or 'ode' cannot be loaded.
@@ -176,6 +178,7 @@ class World:
         self.models: dict[str, Model] = {}
         self.forces = Forces()
         self.on_implausible: Callable[[str], None] = lambda message: None
+        self.stepper: Callable[..., Array | None] | None = None
         self._reported: set[str] = set()  # models that are in an implausible state
         self.step_count = 0
         self._next_check = 0.0  # simulated time of the next check for implausible states
@@ -377,25 +380,26 @@ class World:
         if wind is not None:
             updates.append(lambda period: wind.update(self.time + period, period))
         engine, forces, time_step = self.engine, self.forces, self.time_step
+        advance = self.stepper or engine.step
         end = self.step_count + count
         while self.step_count < end:
             steps = end - self.step_count
             for _, manager in controlled:
                 steps = min(steps, manager.prepare_steps(time_step))
-            if updates or forces.active:
+            if updates or forces.active or self.stepper:
                 steps = 1
                 for update in updates:
                     update(time_step)
                 if forces.active:
                     forces.apply(self.step_count)
             if not controlled:
-                engine.step(steps)
+                advance(steps)
                 self.step_count += steps
                 continue
             records = any(manager.computes for _, manager in controlled)
             steps = min(steps, MAX_RECORDED) if records else steps
             efforts = [row for _, manager in controlled for row in manager.efforts]
-            recorded = engine.step(steps, efforts, records)
+            recorded = advance(steps, efforts, records)
             self.step_count += steps
             for model, manager in controlled:
                 rows = None

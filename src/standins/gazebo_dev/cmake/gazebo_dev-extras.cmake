@@ -1,1 +1,4 @@
 find_package(gazebo QUIET CONFIG)
+list(APPEND gazebo_dev_INCLUDE_DIRS ${GAZEBO_INCLUDE_DIRS})
+list(APPEND gazebo_dev_LIBRARY_DIRS ${GAZEBO_LIBRARY_DIRS})
+list(APPEND gazebo_dev_LIBRARIES ${GAZEBO_LIBRARIES})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Tuple
+from typing import Any, Tuple
 
 from bullet_sim.description.model import (
     RGB,
@@ -185,6 +185,7 @@ class WorldDescription:
             them to those of `models`, as in Gazebo.
         motions: by the names of models and of their links: how these start, but for those at rest.
         plugins: names of libraries of its plugins that are known here.
+        cpp_plugins: its plugins in C++ (plugins.cpp.CppSpec), in their order.
         wind: that a plugin makes of its <wind>; None: nothing feels it.
         warnings: what was ignored or repaired, also in the models of its file.
     """
@@ -201,6 +202,7 @@ class WorldDescription:
     starts: dict[str, Pose] = field(default_factory=dict)
     motions: dict[str, dict[str, LinkMotion]] = field(default_factory=dict)
     plugins: list[str] = field(default_factory=list)
+    cpp_plugins: list[Any] = field(default_factory=list)
     wind: Wind | None = None
     warnings: Warnings = field(default_factory=Warnings)
 

@@ -33,6 +33,7 @@ from bullet_sim.formats.sdf.physics import choose_physics, read_physics
 from bullet_sim.formats.sdf.population import places
 from bullet_sim.formats.sdf.unread import warn_unread
 from bullet_sim.formats.shapes import parse_road
+from bullet_sim.plugins.cpp import cpp_spec
 from bullet_sim.plugins.xml import PluginValues, library
 from bullet_sim.pose import Pose, Vec3
 from bullet_sim.xml_reader import (
@@ -296,17 +297,30 @@ class WorldReader:
         return _read_model(inner, self._resolve, version)
 
     def _add_plugin(self, element: Node) -> None:
-        name = element.get("filename")
         if library(element) == "WindPlugin":
             self._read_wind(element)
         elif library(element) in WORLD_PLUGINS:
             self._described.plugins.append(library(element))
         elif library(element) not in BUILT_IN_PLUGINS:
+            self._add_cpp_plugin(element)
+
+    def _add_cpp_plugin(self, element: Node) -> None:
+        name = element.get("filename")
+        try:
+            spec = cpp_spec(element)
+        except ModelError as error:
             self._described.warn(
-                f"{self._label}: world plugin '{name}' is not known here and is ignored",
-                "world plugins are not known here and are ignored",
-                f"'{name}'",
+                f"{self._label}: {error}", "world plugins in C++ are left out", f"'{name}'"
             )
+            return
+        if spec is not None:
+            self._described.cpp_plugins.append(spec)
+            return
+        self._described.warn(
+            f"{self._label}: world plugin '{name}' is not known here and is ignored",
+            "world plugins are not known here and are ignored",
+            f"'{name}'",
+        )
 
     def _read_wind(self, plugin: Node) -> None:
         """Read a WindPlugin; in Gazebo 11.1 it does nothing without a factor."""

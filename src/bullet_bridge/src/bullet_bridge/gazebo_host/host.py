@@ -1,0 +1,232 @@
+"""Gazebo's World in this process: it has the models of ours, and our solver makes its steps."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import rosgraph
+import rospy
+from bullet_sim.engine.api import Rays
+from bullet_sim.engine.efforts import EffortRow
+from bullet_sim.engine.quickstep import layout
+from bullet_sim.errors import SimError
+from bullet_sim.pose import Array, Pose
+
+from bullet_bridge.gazebo_host import texts
+from bullet_bridge.gazebo_host.libraries import CAST, STEP, HostLibrary
+
+if TYPE_CHECKING:
+    from bullet_sim.models.model import Model
+    from bullet_sim.plugins.cpp import CppSpec
+    from bullet_sim.world import World
+
+FARTHEST = 1000.0  # [m] which a ray of Gazebo's reaches where it hits nothing
+_hosts: list[GazeboHost] = []
+
+
+def host_of(world: World) -> GazeboHost:
+    """The host of a world, which is made when it is first asked for.
+
+    Raises:
+        SimError: Gazebo's libraries are not there, the solver is another one, or this process has
+            the host of another world.
+    """
+    if not _hosts:
+        _hosts.append(GazeboHost(world, rosgraph.get_master_uri()))
+    if _hosts[0].world is not world:
+        raise SimError("this process has the C++ plugins of another world already")
+    return _hosts[0]
+
+
+def _columns(names: str) -> Array:
+    return np.array([getattr(layout, name) for name in names.split()], np.int32)
+
+
+def _numbers(pose: Pose) -> Array:
+    return np.array((*pose.position, *pose.orientation), float)
+
+
+class GazeboHost:
+    """Has plugins in C++ act on a world, as Gazebo does (simulation thread).
+
+    Args:
+        world: of the solver 'ode'.
+        master: URI of ROS's master, of which plugins are clients; '': of none.
+
+    Attributes:
+        world: whose steps it makes, from when it has a plugin.
+    """
+
+    def __init__(self, world: World, master: str = "") -> None:
+        if world.engine.settings is None:
+            raise SimError("plugins in C++ need the solver 'ode', this is 'bullet'")
+        self.world = world
+        self._engine: Any = world.engine  # with rows: of the solver 'ode'
+        self._library: Any = HostLibrary()
+        library = self._library
+        name = rospy.get_name().strip("/").replace("/", "_")
+        library.check(library.open(master.encode(), f"{name}_cpp".encode()), "C++ plugins")
+        library.check(library.world(texts.world_text(world).encode()), "Gazebo's world")
+        self._chosen = _columns(library.columns().decode())
+        self._rest = np.array((layout.REST_TIME, layout.REST_COUNT), float)
+        self._models: tuple[Model, ...] = ()  # that Gazebo's world has
+        self._static: dict[Model, Pose] = {}  # where it has those without rows
+        self._arrays: Any = None  # whose rows it knows
+        self._stepped = True  # since the last reset
+        self._work: Any = None  # of the step that is made
+        self._result: Array | None = None
+        self._error: BaseException | None = None
+        self._step, self._cast = STEP(self._make_step), CAST(self._cast_ray)
+        self._buffer = np.zeros(7)
+        self._made = ctypes.c_bool()
+        rospy.on_shutdown(library.close)
+
+    def load(self, spec: CppSpec, model: Model | None) -> None:
+        """Load a plugin of a model, or of the world, between two steps.
+
+        Raises:
+            SimError: it cannot be loaded; says why.
+        """
+        self._synchronize()
+        library, name = self._library, "" if model is None else model.name
+        text = texts.with_plugin(spec.text, name)
+        loaded = library.load_plugin(name.encode(), text.encode(), spec.folder.encode())
+        library.check(loaded, f"plugin '{spec.name}' is not loaded")
+        self.world.stepper, self._stepped = self.step, True
+
+    def reset(self, time: float) -> None:
+        """Tell all plugins of a reset, once; of time, too, where that is 0 [s]."""
+        if self._stepped:
+            self._stepped = False
+            self._synchronize()
+            self._library.check(self._library.reset(time == 0.0), "a reset of C++ plugins")
+
+    def step(
+        self, count: int = 1, efforts: Sequence[EffortRow] = (), records: bool = False
+    ) -> Array | None:
+        """As Engine.step, of one step, with Gazebo's events before and after it."""
+        self._synchronize()
+        self._stepped = True
+        self._work, self._result, self._error = (efforts, records), None, None
+        library, world = self._library, self.world
+        done = library.step(
+            world.time, world.time_step, self._step, self._cast, ctypes.byref(self._made)
+        )
+        if self._error is not None:
+            raise self._error
+        if not done:
+            self._unload()
+        if not self._made:
+            self._make_step()
+        self._work = None
+        return self._result
+
+    def _unload(self) -> None:
+        """Go on without the plugin that has thrown something."""
+        reason = self._library.error().decode(errors="replace")
+        plugin = self._library.unload_faulty().decode(errors="replace")
+        what = f"{plugin}: is unloaded, since" if plugin else "a C++ plugin, which is not known:"
+        rospy.logerr("%s %s", what, reason)
+
+    def _make_step(self) -> None:
+        """The solver's step, within Gazebo's."""
+        try:
+            self._take_changes()
+            efforts, records = self._work
+            self._result = self._engine.step(1, efforts, records)
+            self._use_arrays()
+        except BaseException as error:  # C++ is below: it is raised again above it
+            self._error = error
+
+    def _take_changes(self) -> None:
+        """What plugins have set that has no rows."""
+        library, buffer = self._library, self._buffer
+        while (name := library.next_moved(buffer.ctypes.data)) is not None:
+            x, y, z, *turn = buffer.tolist()
+            model = self.world.models.get(name.decode())
+            if model is not None:
+                self._static[model] = pose = Pose((x, y, z), tuple(turn))
+                model.set_state(pose)
+        if library.gravity(buffer.ctypes.data):
+            x, y, z = buffer[:3].tolist()
+            self._engine.set_gravity((x, y, z))
+
+    def _cast_ray(self, start: Any, along: Any) -> float:
+        """Distance to what a ray hits [m]; where it hits nothing: FARTHEST."""
+        try:
+            reach = np.ctypeslib.as_array(ctypes.cast(along, type(start)), (3,)).copy()
+            length = float(np.linalg.norm(reach))
+            center = np.ctypeslib.as_array(start, (3,)).copy()
+            rays = Rays(center, reach[None] / length, 0.0, length)
+            distance = float(self._engine.cast_rays(rays)[0])
+        except (ArithmeticError, ValueError):
+            return FARTHEST
+        return distance if np.isfinite(distance) else FARTHEST
+
+    # What Gazebo's world has --------------------------------------------------------------------
+    def _synchronize(self) -> None:
+        """Have Gazebo's world know what has changed in ours since the last step."""
+        models = tuple(self.world.models.values())
+        if models != self._models:
+            self._change_models(models)
+        self._engine.refresh()
+        self._use_arrays()
+        for model, pose in self._static.items():
+            if model.pose != pose:
+                self._static[model] = model.pose
+                self._place(model)
+        self._library.pull()
+
+    def _change_models(self, models: tuple[Model, ...]) -> None:
+        library = self._library
+        known, self._models, self._arrays = self._models, models, None
+        for model in known:
+            if model not in models:
+                self._static.pop(model, None)
+                library.remove(model.name.encode())
+        for model in models:
+            if model in known or model.body.number < 0:  # an actor
+                continue
+            if not library.insert(texts.model_text(model).encode()):
+                reason = library.error().decode(errors="replace")
+                rospy.logerr("model '%s' is not seen by C++ plugins: %s", model.name, reason)
+            elif model.description.static or model.description.fixed_base:
+                self._static[model] = model.pose
+
+    def _place(self, model: Model) -> None:
+        self._library.place(model.name.encode(), _numbers(model.pose).ctypes.data)
+
+    def _use_arrays(self) -> None:
+        """Tell where the rows of links and joints are, after the arrays were built."""
+        engine = self._engine
+        if engine.arrays is self._arrays:
+            return
+        self._arrays = engine.arrays
+        self._library.tables(
+            engine.rows.ctypes.data,
+            engine.joint_rows.ctypes.data,
+            self._chosen.ctypes.data,
+            self._rest.ctypes.data,
+            layout.INFINITE,
+        )
+        for model in self._models:
+            if model.body.number >= 0:
+                self._bind(model)
+
+    def _bind(self, model: Model) -> None:
+        library, name = self._library, model.name.encode()
+        rows, types = self._arrays.rows, self._arrays.state.system.types
+        for link in model.bodies:
+            part, offset = model.link_in_body(link)
+            row = rows.get((model.body.number, part), -1)
+            frame = offset if row < 0 else Pose(self._arrays.inward[row]) * offset
+            numbers = _numbers(frame).ctypes.data
+            library.bind_link(name, link.encode(), row, numbers, part == link)
+        for joint in texts.joints_of(model):
+            if joint.name in model.body.joints:
+                row = self._engine.bodies[model.body.number].motor(joint.name).row
+                one, two = types[row, 1:].tolist()
+                library.bind_joint(name, joint.name.encode(), row, one, two)

@@ -1,0 +1,111 @@
+"""Libraries: those of users' plugins, and the one that has Gazebo's in this process."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import os
+from collections.abc import Iterator
+from typing import Any
+
+import rospkg
+from bullet_sim.errors import SimError
+from bullet_sim.plugins.cpp import Libraries
+
+from bullet_bridge.resolve import exported_folders
+
+HOST = "libbullet_gazebo_host.so"
+MISSING = (
+    "Gazebo's libraries are not there: ./run add gazebo brings them, or install libgazebo11-dev "
+    "where the system has it, and build the workspace again; it is left out"
+)
+STEP = ctypes.CFUNCTYPE(None)
+CAST = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.POINTER(ctypes.c_double), ctypes.c_void_p)
+_ARGUMENTS: dict[str, tuple[Any, list[Any]]] = {
+    "columns": (ctypes.c_char_p, []),
+    "error": (ctypes.c_char_p, []),
+    "version": (ctypes.c_char_p, []),
+    "open": (ctypes.c_bool, [ctypes.c_char_p] * 2),
+    "world": (ctypes.c_bool, [ctypes.c_char_p]),
+    "tables": (None, [ctypes.c_void_p] * 4 + [ctypes.c_double]),
+    "insert": (ctypes.c_bool, [ctypes.c_char_p]),
+    "remove": (ctypes.c_bool, [ctypes.c_char_p]),
+    "bind_link": (
+        ctypes.c_bool,
+        [ctypes.c_char_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_void_p, ctypes.c_bool],
+    ),
+    "bind_joint": (ctypes.c_bool, [ctypes.c_char_p] * 2 + [ctypes.c_int] * 3),
+    "place": (ctypes.c_bool, [ctypes.c_char_p, ctypes.c_void_p]),
+    "pull": (None, []),
+    "load_plugin": (ctypes.c_bool, [ctypes.c_char_p] * 3),
+    "step": (ctypes.c_bool, [ctypes.c_double] * 2 + [STEP, CAST, ctypes.c_void_p]),
+    "unload_faulty": (ctypes.c_char_p, []),
+    "next_moved": (ctypes.c_char_p, [ctypes.c_void_p]),
+    "gravity": (ctypes.c_bool, [ctypes.c_void_p]),
+    "reset": (ctypes.c_bool, [ctypes.c_bool]),
+    "close": (None, []),
+}
+
+
+def library_folders(packages: rospkg.RosPack | None = None) -> Iterator[str]:
+    """Folders in which Gazebo and the loader look for a plugin's library, in their order."""
+    yield from _listed("GAZEBO_PLUGIN_PATH")
+    yield from exported_folders(packages or rospkg.RosPack(), "plugin_path")
+    yield from _listed("LD_LIBRARY_PATH")
+    for prefix in _listed("CMAKE_PREFIX_PATH"):
+        yield os.path.join(prefix, "lib")
+
+
+def _listed(variable: str) -> list[str]:
+    return [folder for folder in os.environ.get(variable, "").split(":") if folder]
+
+
+def find_host() -> str:
+    """Path of HOST; '': it is not built."""
+    folders = [*_listed("LD_LIBRARY_PATH")]
+    folders += [os.path.join(prefix, "lib") for prefix in _listed("CMAKE_PREFIX_PATH")]
+    paths = (os.path.join(folder, HOST) for folder in folders)
+    return next((path for path in paths if os.path.exists(path)), "")
+
+
+def users_libraries() -> Libraries:
+    """Where plugins in C++ are, for bullet_sim.plugins.cpp; folders are searched once a name."""
+    folders: list[str] = []
+
+    @functools.lru_cache(maxsize=None)
+    def folder_of(name: str) -> str:
+        if not folders:
+            folders.extend(library_folders())
+        has = (each for each in folders if os.path.exists(os.path.join(each, f"lib{name}.so")))
+        return next(has, "")
+
+    return Libraries(folder_of, "" if find_host() else MISSING)
+
+
+class HostLibrary:
+    """The functions of HOST, `paddock_NAME` by their names; see src/bullet_gazebo_host/src/host.cc.
+
+    Raises:
+        SimError: it is not there, or cannot be loaded.
+    """
+
+    def __init__(self) -> None:
+        path = find_host()
+        if not path:
+            raise SimError(f"{HOST} is in no folder of CMAKE_PREFIX_PATH: {MISSING}")
+        try:  # global: plugins and Gazebo's libraries have types and functions of each other
+            self._functions = ctypes.CDLL(path, mode=ctypes.RTLD_GLOBAL)
+        except OSError as error:
+            raise SimError(f"{path} cannot be loaded: {error}") from error
+        for name, (result, arguments) in _ARGUMENTS.items():
+            function = getattr(self._functions, f"paddock_{name}")
+            function.restype, function.argtypes = result, arguments
+            setattr(self, name, function)
+
+    def __getattr__(self, name: str) -> Any:  # those of _ARGUMENTS are set above
+        raise AttributeError(name)
+
+    def check(self, succeeded: bool, what: str) -> None:
+        """Raise SimError with what the library says where something has not succeeded."""
+        if not succeeded:
+            raise SimError(f"{what}: {self.error().decode(errors='replace')}")

@@ -1,0 +1,98 @@
+// Acts on its model in one of several ways, <kind>, before each step.
+#include <ros/ros.h>
+#include <std_msgs/Float64.h>
+
+#include <gazebo/common/common.hh>
+#include <gazebo/gazebo.hh>
+#include <gazebo/physics/physics.hh>
+
+#include <functional>
+#include <map>
+#include <stdexcept>
+
+namespace gazebo {
+
+class Acting : public ModelPlugin {
+ public:
+  void Load(physics::ModelPtr model, sdf::ElementPtr sdf) override {
+    this->model = model;
+    kind = sdf->Get<std::string>("kind");
+    value = sdf->HasElement("value") ? sdf->Get<double>("value") : 0.0;
+    joint = model->GetJoint("hinge");
+    slide = model->GetJoint("slide");
+    if (ros::isInitialized()) {
+      node.reset(new ros::NodeHandle(model->GetName()));
+      command = node->subscribe("command", 1, &Acting::OnCommand, this);
+      position = node->advertise<std_msgs::Float64>("position", 1);
+    }
+    connection = event::Events::ConnectWorldUpdateBegin(std::bind(&Acting::Update, this));
+  }
+
+  void Reset() override { steps = 0; }
+
+ private:
+  void OnCommand(const std_msgs::Float64::ConstPtr &message) { value = message->data; }
+
+  void Update() {
+    ++steps;
+    if (node) {
+      std_msgs::Float64 message;
+      message.data = model->WorldPose().Pos().X();
+      position.publish(message);
+    }
+    Act();
+  }
+
+  void Act() {
+    using ignition::math::Vector3d;
+    const auto link = model->GetLink("link");
+    if (kind == "force") link->AddForce(Vector3d(value, 0, 0));
+    if (kind == "relative_force") link->AddRelativeForce(Vector3d(value, 0, 0));
+    if (kind == "off_center") link->AddForceAtWorldPosition(
+        Vector3d(0, value, 0), link->WorldCoGPose().Pos() + Vector3d(0.5, 0, 0));
+    if (kind == "torque") link->AddTorque(Vector3d(0, 0, value));
+    if (kind == "speed") model->SetLinearVel(Vector3d(value, 0, 0));
+    if (kind == "pose") model->SetWorldPose({value, 2, 3, 0, 0, 0.001 * steps});
+    if (kind == "effort") joint->SetForce(0, value);
+    if (kind == "joint_speed") joint->SetVelocity(0, value);
+    if (kind == "joint_position") joint->SetPosition(0, value);
+    if (kind == "slide_speed") slide->SetVelocity(0, value);
+    if (kind == "motor") joint->SetParam("fmax", 0, 100.0), joint->SetParam("vel", 0, value);
+    if (kind == "pid" && steps == 1) {
+      const auto name = joint->GetScopedName();
+      model->GetJointController()->SetVelocityPID(name, common::PID(value, 0, 0));
+      model->GetJointController()->SetVelocityTarget(name, 1.0);
+    }
+    if (kind == "heavy" && steps == 1) link->GetInertial()->SetMass(value), link->UpdateMass();
+    if (kind == "gravity" && steps == 1) link->SetGravityMode(false);
+    if (kind == "world_gravity" && steps == 1) model->GetWorld()->SetGravity({0, 0, value});
+    if (kind == "physics_off" && steps == 10) model->GetWorld()->SetPhysicsEnabled(false);
+    if (kind == "throw" && steps == 10) throw std::runtime_error("no more fuel");
+    if (kind == "crash" && steps == 10) *static_cast<volatile int *>(nullptr) = 1;
+    if (kind == "hang" && steps == 10) common::Time::Sleep(11);
+    if (kind == "tell") Tell();
+  }
+
+  void Tell() {
+    const auto link = model->GetLink("link");
+    std::cout.precision(17);
+    std::cout << "told " << steps << " " << model->GetWorld()->SimTime().Double() << " "
+              << link->WorldPose().Pos().Z() << " " << link->WorldLinearVel().Z() << " "
+              << (joint ? joint->Position(0) : 0.0) << " " << (joint ? joint->GetVelocity(0) : 0.0)
+              << " " << model->BoundingBox().Max().Z() << std::endl;
+  }
+
+  physics::ModelPtr model;
+  physics::JointPtr joint, slide;
+  event::ConnectionPtr connection;
+  std::unique_ptr<ros::NodeHandle> node;
+  ros::Subscriber command;
+  ros::Publisher position;
+  std::string kind;
+  double value = 0.0;
+  int steps = 0;
+};
+
+GZ_REGISTER_MODEL_PLUGIN(Acting)
+
+}  // namespace gazebo

@@ -1,0 +1,168 @@
+"""What a plugin in C++ does to a model is what the same calls of the engine do, to the bit."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from drop_in_workspace import Workspace
+
+ACTING = Path(__file__).parent / "acting"
+SCRIPT = Path(__file__).with_name("host_script.py")
+MODEL = """<sdf version="1.6"><model name="thing">
+<link name="link"><gravity>0</gravity><pose>0.1 0 0 0 0 0</pose>
+<inertial><pose>0 0 0.05 0 0 0.3</pose><mass>2</mass>
+<inertia><ixx>0.1</ixx><iyy>0.2</iyy><izz>0.15</izz></inertia></inertial>
+<collision name="c"><geometry><box><size>0.2 0.2 0.4</size></box></geometry></collision></link>
+<link name="arm"><gravity>0</gravity><pose>0.5 0 0 0 0 0</pose><inertial><mass>1</mass>
+<inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial></link>
+<link name="cart"><gravity>0</gravity><pose>-0.5 0 0 0 0 0</pose><inertial><mass>1</mass>
+<inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial></link>
+<joint name="hinge" type="revolute"><parent>link</parent><child>arm</child>
+<axis><xyz>0 0 1</xyz></axis></joint>
+<joint name="slide" type="prismatic"><parent>link</parent><child>cart</child>
+<axis><xyz>0 1 0</xyz></axis></joint>{}</model></sdf>"""
+PLUGIN = '<plugin name="p" filename="lib{}.so"><kind>{}</kind><value>{}</value></plugin>'
+MOTOR = "model.body.motor('hinge')"
+CENTER = "model.body.link_center('link')"
+# Kind of the plugin and its value -> what makes the same steps without one.
+SAME = {
+    ("force", 3.0): f"model.body.apply_force('link', (3.0, 0.0, 0.0), {CENTER})",
+    ("torque", 0.3): f"model.body.apply_force('link', (0, 0, 0), {CENTER}, (0.0, 0.0, 0.3))",
+    ("speed", 0.4): "model.set_velocity((0.4, 0.0, 0.0), model.link_state('link')[2])",
+    ("effort", 0.2): f"{MOTOR}.add_effort(0.2)",
+    ("joint_speed", 0.7): f"{MOTOR}.impose_velocity(0.7, 0.0)",
+    ("motor", 0.7): f"{MOTOR}.track_velocity(0.7, 100.0)",
+}
+
+
+@pytest.fixture(scope="module")
+def workspace():
+    """The package of tests/cpp/acting, built on top of this workspace."""
+    files = {
+        str(path.relative_to(ACTING)): path.read_text()
+        for path in ACTING.rglob("*")
+        if path.is_file()
+    }
+    made = Workspace("acting", files)
+    status, output = made.build()
+    assert status == 0, output
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def run(workspace, tmp_path):
+    """Function that makes steps of MODEL: exit status, and what was printed."""
+
+    def made(plugin, steps=50, code="", model=MODEL):
+        (tmp_path / "model.sdf").write_text(model.format(plugin))
+        command = f"source {workspace.setup} && exec {sys.executable} {SCRIPT} "
+        done = subprocess.run(
+            ["bash", "-c", command + '"$@"', "-", str(tmp_path / "model.sdf"), str(steps), code],
+            env={**os.environ, "HOME": str(tmp_path)},
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            check=False,
+            timeout=300.0,
+        )
+        return done.returncode, re.sub(r"\x1b\[[0-9;]*m", "", done.stdout)
+
+    return made
+
+
+def states(output):
+    """(name, numbers) of the states that were printed."""
+    lines = [line.split() for line in output.splitlines() if re.match(r"\w+ -?0x", line)]
+    return {name: [float.fromhex(number) for number in numbers] for name, *numbers in lines}
+
+
+def flat(output):
+    """All numbers of the states that were printed, by name and place."""
+    return {(name, k): n for name, numbers in states(output).items() for k, n in enumerate(numbers)}
+
+
+@pytest.mark.parametrize(("kind", "value"), SAME)
+def test_it_acts_as_the_engine_does(run, kind, value):
+    status, output = run(PLUGIN.format("acting_model", kind, value))
+    expected = run("", code=SAME[kind, value])[1]
+    assert status == 0, output
+    assert len(states(expected)) == 3, expected
+    assert flat(output) == pytest.approx(flat(expected), rel=1e-12, abs=1e-14)
+    again = run(PLUGIN.format("acting_model", kind, value))[1]
+    assert states(output) == states(again)  # to the bit
+
+
+def test_a_joint_is_put_where_a_plugin_says(run):
+    state = states(run(PLUGIN.format("acting_model", "joint_position", 0.25))[1])
+    assert state["hinge"][0] == pytest.approx(0.25, abs=1e-9)
+    state = states(run(PLUGIN.format("acting_model", "slide_speed", 0.5))[1])
+    assert state["slide"] == pytest.approx([0.5 * 0.05, 0.5], rel=1e-2)
+
+
+def test_a_pose_counts_in_the_same_step(run):
+    x, y, z, *_ = states(run(PLUGIN.format("acting_model", "pose", 7.0), steps=20)[1])["state"]
+    assert (x, y, z) == pytest.approx((7.1, 2.0, 3.0), abs=3e-3)
+
+
+def test_the_joint_controller_of_gazebo_acts(run):
+    state = states(run(PLUGIN.format("acting_model", "pid", 5.0), steps=400)[1])
+    assert state["hinge"][1] == pytest.approx(1.0, rel=1e-3)
+
+
+def test_mass_and_gravity_are_changed(run):
+    push = f"model.body.apply_force('link', (1.0, 0.0, 0.0), {CENTER})"
+    alone = MODEL.partition('<link name="arm">')[0] + "{}</model></sdf>"
+    heavy = run(PLUGIN.format("acting_model", "heavy", 8.0), code=push, model=alone)[1]
+    assert states(heavy)["state"][7] == pytest.approx(50 * 0.001 / 8.0, rel=0.03)
+    falling = alone.replace("<gravity>0</gravity>", "")
+    held = run(PLUGIN.format("acting_model", "gravity", 0.0), model=falling)[1]
+    assert states(held)["state"][9] == 0.0
+    moon = run(PLUGIN.format("acting_model", "world_gravity", -1.6), model=falling)[1]
+    assert states(moon)["state"][9] == pytest.approx(-1.6 * 0.05, rel=1e-9)
+
+
+def test_a_plugin_reads_the_state_of_before_the_step(run):
+    alone = MODEL.partition('<link name="arm">')[0] + "{}</model></sdf>"
+    falling = alone.replace("<gravity>0</gravity>", "")
+    output = run(PLUGIN.format("acting_model", "tell", 0.0), steps=3, model=falling)[1]
+    told = [list(map(float, line.split()[1:])) for line in output.splitlines() if "told" in line]
+    assert [line[1] for line in told] == pytest.approx([0.001, 0.002, 0.003], abs=1e-12)
+    assert [line[3] for line in told] == pytest.approx([0.0, -9.81e-3, -19.62e-3], abs=1e-12)
+    assert told[0][6] == pytest.approx(1.2)  # of the box around it
+
+
+def test_without_physics_time_goes_on_and_nothing_moves(run):
+    push = "model.set_velocity((1.0, 0.0, 0.0), (0.0, 0.0, 0.0))"
+    state = states(run(PLUGIN.format("acting_model", "physics_off", 0), code=push)[1])["state"]
+    assert state[0] == pytest.approx(0.1 + 9 * 0.001, abs=1.1e-3)
+
+
+def test_a_plugin_that_throws_is_named_and_unloaded(run):
+    status, output = run(PLUGIN.format("acting_model", "throw", 0), code="")
+    assert status == 0, output
+    assert "plugin 'p' of model 'thing' (libacting_model.so): is unloaded" in output
+    assert "no more fuel" in output
+
+
+def test_a_plugin_that_does_not_return_is_named(run):
+    status, output = run(PLUGIN.format("acting_model", "hang", 0))
+    assert status == 0, output
+    line = next(line for line in output.splitlines() if "has not returned" in line)
+    assert re.search(r"plugin 'p' of model 'thing' \(libacting_model.so, in gazebo::Acting", line)
+
+
+def test_a_crash_names_the_plugin(run):
+    status, output = run(PLUGIN.format("acting_model", "crash", 0))
+    assert status != 0
+    line = next(line for line in output.splitlines() if "[FATAL]" in line)
+    assert re.search(r"Segmentation fault in plugin 'p' of model 'thing' \(libacting_model", line)
+
+
+def test_a_missing_symbol_is_named_with_its_class(run):
+    status, output = run(PLUGIN.format("acting_broken", "", 0))
+    assert status != 0
+    assert re.search(r"plugin 'p' is not loaded: .*undefined symbol: .*gazebo::Nowhere", output)
