@@ -180,6 +180,24 @@ def test_links_without_mass_are_left_out_or_kept_as_in_the_node(make, tmp_path, 
     assert read(str(launch)).massless_links == "keep"
 
 
+def test_fixed_joints_are_kept_or_merged_as_in_the_node(make, tmp_path, monkeypatch):
+    text = pathlib.Path(CART).read_text(encoding="utf-8")
+    more = '<link name="world"/><joint name="held" type="fixed"><parent link="world"/>'
+    path = tmp_path / "cart.urdf"
+    path.write_text(text.replace("</robot>", f'{more}<child link="base"/></joint></robot>'))
+    for given, held in (({}, False), ({"fixed_joints": "merge"}, True)):
+        env = make(urdf=str(path), **given)
+        assert env.world.world.models["robot"].body.is_fixed == held
+    read = pytest.importorskip("paddock_gym.simulation.launch_file").from_launch
+    launch, node = tmp_path / "cart.launch", '<node name="gazebo" pkg="bullet_bridge" type="bridge"'
+    launch.write_text(f'<launch>{node}><param name="fixed_joints" value="merge"/></node></launch>')
+    assert read(str(launch)).fixed_joints == "merge"
+    launch.write_text(f"<launch>{node}/></launch>")
+    assert read(str(launch)).fixed_joints == "keep"
+    monkeypatch.setenv("PADDOCK_FIXED_JOINTS", "merge")
+    assert read(str(launch)).fixed_joints == "merge"
+
+
 def test_scaled_actions_and_limits(make):
     env = make(limits={"cmd_vel": ((0.0, -1.0), (0.5, 1.0))}, scaled=True)
     assert (env.action_space.low == -1.0).all() and (env.action_space.high == 1.0).all()
@@ -284,6 +302,7 @@ def test_tasks_of_ones_own(make, tmp_path, monkeypatch):
         ({"urdf": "", "launch": ""}, "launch, urdf, sdf or world has to be given"),
         ({"render_mode": "ansi"}, "render_mode is 'ansi'"),
         ({"massless_links": "drop"}, "massless_links is .drop., must be one of leave_out, keep"),
+        ({"fixed_joints": "drop"}, "fixed_joints is .drop., must be one of keep, merge"),
         ({"robot": "husky"}, "robot is 'husky'; models are ground_plane, robot"),
     ],
 )

@@ -10,6 +10,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+from bullet_sim.engine import FIXED_JOINTS
 from bullet_sim.formats.lumping import MASSLESS
 
 from paddock_gym.envs.agent import Agent, steps_of
@@ -99,6 +100,7 @@ class RobotEnv(gymnasium.Env):
         robot: name of the robot's model; empty: the first that takes commands.
         massless_links: of URDFs: leave_out, as in Gazebo, or keep; empty: what the launch file
             says, else leave_out.
+        fixed_joints: of SDFs and to the world: keep, as in Gazebo, or merge; empty: as before.
         render_mode: rgb_array, human, or None.
 
     Attributes:
@@ -135,6 +137,7 @@ class RobotEnv(gymnasium.Env):
         settle: float = REST,
         robot: str = "",
         massless_links: str = "",
+        fixed_joints: str = "",
         render_mode: str | None = None,
     ) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
@@ -143,16 +146,21 @@ class RobotEnv(gymnasium.Env):
                                    ("settle", settle, 0.0)):  # fmt: skip
             if not (math.isfinite(value) and least <= value <= 1000.0):
                 raise GymError(f"{name} is {value!r}, must be from {least:g} to 1000")
-        if massless_links not in ("", *MASSLESS):
-            known = ", ".join(MASSLESS)
-            raise GymError(f"massless_links is {massless_links!r}, must be one of {known}")
+        for name, given, known in (("massless_links", massless_links, MASSLESS),
+                                   ("fixed_joints", fixed_joints, FIXED_JOINTS)):  # fmt: skip
+            if given not in ("", *known):
+                raise GymError(f"{name} is {given!r}, must be one of {', '.join(known)}")
         files = {"urdf": urdf, "sdf": sdf, "world": world, "controllers": controllers,
                  "pose": pose, "arguments": arguments}  # fmt: skip
         self.task = make_task(task, task_options or {}, reward, end, start)
         recipe = read_recipe(launch, files)
         spawns = (*recipe.spawns, *self.task.models())
-        massless = massless_links or recipe.massless_links
-        recipe = dataclasses.replace(recipe, spawns=spawns, massless_links=massless)
+        recipe = dataclasses.replace(
+            recipe,
+            spawns=spawns,
+            massless_links=massless_links or recipe.massless_links,
+            fixed_joints=fixed_joints or recipe.fixed_joints,
+        )
         self.world = RobotWorld(recipe)
         try:
             options = robot, action, limits, scaled, observation, vary

@@ -12,6 +12,7 @@ import shlex
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from bullet_sim.engine import FIXED_JOINTS
 from bullet_sim.formats.lumping import LEAVE_OUT
 from bullet_sim.formats.resolve import Resolver
 from bullet_sim.pose import Pose
@@ -82,7 +83,7 @@ class Reader:
             self._set(param.key, param.value)
         self._resolve = Resolver()
         self._world, self._seed = "", 0
-        self._massless = LEAVE_OUT
+        self._massless, self._fixed_joints = LEAVE_OUT, FIXED_JOINTS[0]
         self._remaps: dict[str, str] = {}
         self._spawns: list[Spawn] = []
         self._controllers: list[tuple[str, str]] = []
@@ -128,6 +129,7 @@ class Reader:
             remaps=self._remaps,
             seed=self._seed,
             massless_links=self._massless,
+            fixed_joints=self._fixed_joints,
             left_out=tuple(dict.fromkeys(self._left_out)),
             resolve=self._resolve,
         )
@@ -138,6 +140,8 @@ class Reader:
         self._world = str(self._param(node, "~world_file") or "")
         massless = self._param(node, "~massless_links")
         self._massless = massless or os.environ.get("PADDOCK_MASSLESS_LINKS") or LEAVE_OUT
+        fixed = self._param(node, "~fixed_joints") or os.environ.get("PADDOCK_FIXED_JOINTS")
+        self._fixed_joints = fixed or FIXED_JOINTS[0]
         seed = self._param(node, "~seed")
         free = iter(words)
         for word in free:

@@ -10,6 +10,7 @@ from typing import Any
 import xacro
 import yaml
 from bullet_sim.description.world import WorldDescription, empty_world
+from bullet_sim.engine import FIXED_JOINTS
 from bullet_sim.errors import SimError
 from bullet_sim.files import read_file
 from bullet_sim.formats.lumping import LEAVE_OUT
@@ -50,7 +51,7 @@ class Recipe:
         parameters: tree of the parameter server.
         remaps: resolved names of topics that have other names.
         seed: of all noise.
-        massless_links: of URDFs: see bullet_sim.world.World.
+        massless_links, fixed_joints: see bullet_sim.world.World.
         left_out: nodes of a launch file that are not started, package/type each.
         resolve: finds files.
     """
@@ -62,6 +63,7 @@ class Recipe:
     remaps: Mapping[str, str] = field(default_factory=dict)
     seed: int = 0
     massless_links: str = LEAVE_OUT
+    fixed_joints: str = FIXED_JOINTS[0]
     left_out: tuple[str, ...] = ()
     resolve: Resolver = field(default_factory=Resolver)
 

@@ -157,7 +157,9 @@ class RobotWorld:
 
     def __init__(self, recipe: Recipe) -> None:
         self.recipe = recipe
-        self.world = make_world(massless_links=recipe.massless_links)
+        self.world = make_world(
+            massless_links=recipe.massless_links, fixed_joints=recipe.fixed_joints
+        )
         self.warnings: list[str] = []
         self.topics: dict[str, Topic] = {}
         self.commands: dict[str, Command] = {}
