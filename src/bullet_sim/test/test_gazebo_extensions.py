@@ -163,6 +163,18 @@ def test_a_plugin_within_a_reference_is_not_loaded(name):
     assert len(read((None, plugin)).sensors) == len(read(("", plugin)).sensors) == 1
 
 
+def test_a_sensor_of_a_link_that_is_merged_is_in_that_links_frame():
+    """Its own <pose> counts for nothing in sdformat up to 9.8."""
+    plugin = '<plugin filename="libgazebo_ros_imu_sensor.so"><frameName>f</frameName></plugin>'
+    for place, x, count in (("1 0 0 0 0 0", 0.0, 1), ("0 0 0 0 0 0", 0.0, 0)):
+        sensor = f'<sensor name="s" type="imu"><pose>{place}</pose>{plugin}</sensor>'
+        model = read(("plate", sensor))
+        (spec,) = model.sensors
+        assert (spec.link, spec.pose[0][0]) == ("plate", x) and len(model.warnings) == count
+    (spec,) = read(("base", sensor.replace("0 0 0 0 0 0", "1 0 0 0 0 0"))).sensors
+    assert spec.pose[0][0] == 1.0
+
+
 def test_sensors_of_no_link_are_left_out():
     sensor = '<sensor name="s" type="{}"/>'
     for name, kind, count in ((None, "imu", 1), ("j", "imu", 1), ("j", "force_torque", 0)):

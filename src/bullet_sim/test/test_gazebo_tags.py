@@ -27,9 +27,9 @@ def read(gazebo, name="car"):
 
 
 def sensor(kind, plugin, tags="", inside="", name="eye"):
-    """A <gazebo reference="head"> with one sensor."""
+    """A <gazebo reference="base"> with one sensor."""
     return (
-        f'<gazebo reference="head"><sensor type="{kind}" name="{name}">'
+        f'<gazebo reference="base"><sensor type="{kind}" name="{name}">'
         f"<pose>1 0 0 0 0 0</pose>{inside}"
         f'<plugin name="p" filename="{plugin}">{tags}</plugin></sensor></gazebo>'
     )
@@ -91,7 +91,7 @@ def test_names_of_a_camera(tags, topic, info, frame):
     spec = one(sensor("camera", "libgazebo_ros_camera.so", tags, CAMERA))
     assert type(spec) is CameraSpec
     assert (spec.topic, spec.info_topic, spec.frame_id) == (topic, info, frame)
-    assert (spec.width, spec.height, spec.rate, spec.link) == (64, 48, 20.0, "head")
+    assert (spec.width, spec.height, spec.rate, spec.link) == (64, 48, 20.0, "base")
     assert spec.pose[0] == (1, 0, 0)
 
 
@@ -232,7 +232,7 @@ def test_lidar(kind, plugin):
     spec = one(sensor(kind, plugin, tags, RAY))
     assert spec == RaySpec(
         "eye",
-        "head",
+        "base",
         ((1, 0, 0), (0, 0, 0)),
         181,
         -1.5,
@@ -307,7 +307,7 @@ def test_bumper():
             inside,
         )
     )
-    assert spec == ContactSpec("eye", "head", ("base_collision",), 10.0, "/hit", "base")
+    assert spec == ContactSpec("eye", "base", ("base_collision",), 10.0, "/hit", "base")
     plain = one(sensor("contact", "libgazebo_ros_bumper.so"))
     assert (plain.topic, plain.frame_id, plain.rate) == ("/bumper_states", "world", 0.0)
 

@@ -10,7 +10,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-import roslib.message
 import rospy
 from bullet_sim.errors import RenderError
 from bullet_sim.parts import cameras as parts
@@ -385,14 +384,7 @@ class DepthCameraSensor(CameraSensor, parts.DepthCameraSensor):
 
     def __init__(self, context: PluginContext) -> None:
         super().__init__(context)
-        spec = self.spec
-        self._depth_info = self.publisher(spec.depth_info_topic, CameraInfo, relayed=False)
-        if spec.reflectance_topic:
-            self.publisher(spec.reflectance_topic, Image, relayed=False)
-        # None where the package is not installed
-        markers = roslib.message.get_message_class("visualization_msgs/MarkerArray")
-        if spec.normals_topic and markers is not None:
-            self.publisher(spec.normals_topic, markers, relayed=False)
+        self._depth_info = self.publisher(self.spec.depth_info_topic, CameraInfo, relayed=False)
 
     def is_subscribed(self) -> bool:
         """While a topic but the depths' camera_info has subscribers, which activates no sensor."""

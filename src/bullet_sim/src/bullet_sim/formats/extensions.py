@@ -170,7 +170,7 @@ class Merging:
         self._of: dict[str, list[Node]] = {}
         for element in elements:
             self._of.setdefault(element.get("reference") or "", []).append(element)
-        self._groups = groups
+        self.groups = groups
 
     def of(self, name: str) -> list[Node]:
         """Those with this reference; "": with none."""
@@ -178,7 +178,7 @@ class Merging:
 
     def of_group(self, name: str) -> list[Node]:
         """Those of a link that remains, with those of what is merged into it."""
-        return [element for link in self._groups[name] for element in self.of(link)]
+        return [element for link in self.groups[name] for element in self.of(link)]
 
 
 def copies(element: Node) -> list[Node]:

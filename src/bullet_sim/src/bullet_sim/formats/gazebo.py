@@ -36,6 +36,7 @@ from bullet_sim.formats.surfaces import read_flags, read_surface, soften
 from bullet_sim.plugins import parse_plugin, parse_sensor
 from bullet_sim.plugins.grasping import parse_gripper
 from bullet_sim.plugins.xml import merged_links
+from bullet_sim.pose import Pose
 from bullet_sim.xml_reader import (
     Node,
     child_flag,
@@ -96,7 +97,9 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve, gone: Containe
     elements = [e for e in robot.findall("gazebo") if e.get("reference") not in gone]
     for child in (child for element in elements for child in element if child.tag in CONVERTED):
         child.text = child.get("value", child.text)  # which counts before a text, as in sdformat
-    merging = Merging(elements, _merged(model))
+    groups = _merged(model)
+    into = {name: root for root, names in groups.items() for name in names}
+    merging = Merging(elements, groups)
     _read_model(merging, robot, model)
     retros = {
         name: _read_surface(merging.of(name), link, model) for name, link in model.links.items()
@@ -110,7 +113,9 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve, gone: Containe
                 materials[reference] = material
             label = _label(element)
             lights = [parse_light(light, label) for light in element.findall("light")]
-            model.links[reference].lights += lights
+            model.links[into[reference]].lights += lights  # where they are in that one's frame
+            if into[reference] != reference:
+                _move_sensors(element, model)
         elif reference and reference not in model.joints:
             model.warn(
                 f"<gazebo reference='{reference}'> refers to no link and no joint; "
@@ -130,6 +135,24 @@ def apply(robot: Node, model: ModelDescription, resolve: Resolve, gone: Containe
 
 def _label(element: Node) -> str:
     return f"<gazebo reference='{element.get('reference') or ''}'>"
+
+
+def _move_sensors(element: Node, model: ModelDescription) -> None:
+    """Take the <pose> from sensors of a link that is merged, as sdformat up to 9.8 does it: they
+    are in the link's own frame."""
+    for sensor in element.findall("sensor"):
+        if sdf_pose(sensor, "sensor") == Pose():
+            continue
+        for pose in sensor.findall("pose"):
+            sensor.remove(pose)
+        name, link = sensor.get("name"), element.get("reference")
+        model.warn(
+            f"sensor '{name}' is in the frame of link '{link}', which a fixed joint merges: its "
+            "<pose> has no effect, as in Gazebo 11.1",
+            "sensors of links that fixed joints merge have a <pose>, which has no effect, as in "
+            "Gazebo 11.1",
+            f"'{name}'",
+        )
 
 
 def _sensors_and_plugins(element: Node, model: ModelDescription, reference: str) -> None:
@@ -164,7 +187,7 @@ def _read_model(merging: Merging, robot: Node, model: ModelDescription) -> None:
     model.self_collide = is_true(child_text(own, "self_collide", "false"))
     model.auto_disable = is_true(child_text(own, "allow_auto_disable", "true"))
     windy = child_flag(own, "enable_wind", label, False)
-    for root, names in _merged(model).items():
+    for root, names in merging.groups.items():
         label = f"<gazebo reference='{root}'>"
         element = link_element(merging.of_group(root), robot)
         for name in names:

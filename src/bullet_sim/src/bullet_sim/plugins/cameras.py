@@ -166,8 +166,6 @@ class DepthCameraSpec(CameraSpec):
         organized: whether the points have the rows and columns of the image, instead of one row.
         tells_info: it publishes camera_info, at most plugin_rate times a second.
         millimeters: depth images are 16UC1 [mm] with 0 for unknown, instead of 32FC1 [m].
-        reflectance_topic, normals_topic: of messages that never come; empty: none. Upstream
-            compiles what publishes them for Gazebo 9 alone.
     """
 
     depth_topic: str = "/camera/depth/image_raw"
@@ -178,8 +176,6 @@ class DepthCameraSpec(CameraSpec):
     millimeters: bool = False
     organized: bool = True
     tells_info: bool = True
-    reflectance_topic: str = ""
-    normals_topic: str = ""
 
 
 @dataclass(frozen=True)
@@ -498,8 +494,6 @@ def depth_camera(xml: SensorXml) -> DepthCameraSpec:
     plugin, group = xml.plugin("depth camera"), xml.text("cameraName")
     is_kinect = library(xml.element) == "gazebo_ros_openni_kinect"
     values = _camera_values(xml)
-    reflectance = xml.topic("reflectanceTopicName", "reflectance", group)
-    normals = xml.topic("normalsTopicName", "normals", group)
     if values["is_free"]:
         values.update(plugin_rate=0.0, is_free=False)
     return DepthCameraSpec(
@@ -511,8 +505,6 @@ def depth_camera(xml: SensorXml) -> DepthCameraSpec:
         cutoff_max=plugin.number("pointCloudCutoffMax", 5.0) if is_kinect else math.inf,
         organized=is_kinect,
         tells_info=is_kinect,
-        reflectance_topic="" if is_kinect else reflectance,
-        normals_topic="" if is_kinect else normals,
         millimeters=is_true(xml.text("useDepth16UC1Format")),
     )
 
