@@ -332,6 +332,18 @@ def test_a_position_that_a_pid_follows_moves_at_the_limit_of_speed():
     world.close()
 
 
+def test_a_stop_leaves_the_command_that_the_limits_have_held():
+    """enforceLimits() overwrites the command of its handle; so in Gazebo 11.1: told 4 rad at 0.5
+    rad/s, stopped at 2.18 rad, it stays there."""
+    limit = 'lower="-6.2" upper="6.2" effort="50" velocity="0.5"'
+    world, manager = controlled("position", limit, gains=PidGains(50.0, d=2.0))
+    manager.command("c", [4.0])
+    world.step(1000)
+    manager.switch([], ["c"])
+    assert turned(world, 2000)[0] == pytest.approx(0.5, abs=1e-2)
+    world.close()
+
+
 def test_a_saved_state_of_limited_commands_goes_on_with_the_same_bits():
     world, manager = controlled("velocity", 'effort="5" velocity="30"', **{
         "has_acceleration_limits": True, "max_acceleration": 10.0,

@@ -101,9 +101,11 @@ class JointHandle(Stateful):
         self._robot.release((self.name,))
 
     def keep(self) -> None:
-        """Let the last command stay: no controller computes another."""
+        """Let the last command stay, as limits have held it: no controller computes another."""
         if self.pid is not self.gains_pid:
             self.pid = None
+        if self.is_limited:
+            self.command = self._limiter.held(self.command)
 
     def drop(self, interface: str = "") -> None:
         """Drop the command, as release(): a joint with a velocity interface is told to stop, one

@@ -208,6 +208,10 @@ class Limiter(Stateful):
         """Forget the last command."""
         self._last = nan  # within the limits
 
+    def held(self, value: float) -> float:
+        """What the last step has made of a command; the command before the first."""
+        return value if isnan(self._last) else self._last
+
     def step(
         self, goal: str, value: float, position: float, velocity: float, period: float
     ) -> tuple[float, bool]:
