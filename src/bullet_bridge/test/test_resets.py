@@ -19,7 +19,7 @@ ONCE = "it prepares the model, again after a reset"
 
 PLUGINS = {
     RESET: "ElevatorPlugin GpsSensor MagneticSensor BiasedImuSensor PedestrianPlugin WalkerPlugin "
-    "ServoPlugin RandomVelocityPlugin ResetMessagePlugin",
+    "ServoPlugin RandomVelocityPlugin ResetMessagePlugin CppPlugin",
     EITHER: "WheelDrivePlugin ManyWheelsPlugin",
     WAITS: "ForceMovePlugin ForceTorqueSensor ImuSensor ModelImuSensor PlanarMovePlugin "
     "TricyclePlugin",
