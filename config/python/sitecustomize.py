@@ -12,9 +12,9 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.realpath(__file__
 HEADLESS = os.path.join(ROOT, ".venv", "opencv")
 # The folders of src/ that are Paddock's, as commands.bootstrap.workspace.OURS.
 OURS = (
-    *("bullet_bridge", "bullet_sim", "bullet_web", "cybertruck", "deepracer_control"),
-    *("deepracer_teleop", "paddock_common", "paddock_gym", "paddock_navigation", "standins"),
-    "track_model",
+    *("bullet_bridge", "bullet_gazebo_host", "bullet_sim", "bullet_web", "cybertruck"),
+    *("deepracer_control", "deepracer_teleop", "paddock_common", "paddock_gym"),
+    *("paddock_navigation", "standins", "track_model"),
 )
 # Module -> variable that lets its library run without a screen, and its value.
 WITHOUT_SCREEN = {

@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "unit"))
-from test_gym_package import prefix, use  # noqa: E402, F401
+from test_gym_package import prefix, source, use  # noqa: E402, F401
 
 
 def test_what_numba_has_compiled_is_kept(prefix, tmp_path):  # noqa: F811

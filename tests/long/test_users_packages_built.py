@@ -7,9 +7,9 @@ import subprocess
 
 import pytest
 from run_rig import ROOT, run
-from users_rig import HEAD, LIST, of_type, package
+from users_rig import HEAD, INDEXED, of_type, package
 
-from commands.bootstrap import old_code
+from commands.bootstrap import left_out, old_code
 
 OLD = """#include <boost/bind/bind.hpp>
 #include <boost/program_options.hpp>
@@ -144,7 +144,8 @@ def test_what_cannot_be_built_is_named_and_the_rest_is_there(filled):
     root, done = filled
     lines = [line for line in done.stdout.splitlines() if line.startswith("left out: ")]
     said = "\n".join(lines)
-    assert "left out: mixed (world): it includes Gazebo's gazebo/gazebo.hh; a Python class" in said
+    gazebo = f"left out: mixed (world): it includes Gazebo's gazebo/gazebo.hh; {left_out.GAZEBO}"
+    assert gazebo in said
     assert "left out: mixed (wrong): wrong.cpp:1: 'no_such_name' was not declared" in said
     assert "left out: mixed (loose): undefined reference to `far()'" in said
     assert "left out: needs_mixed: it needs no_such_thing; " in said
@@ -220,11 +221,12 @@ def test_a_failure_of_ours_ends_the_set_up(filled, package_index):
 def test_a_clone_is_filled(clone, tmp_path, sources, package_index):
     root = tmp_path / "paddock"
     shutil.copytree(clone, root, symlinks=True)
-    (root / "config" / "sources" / "thing.repos").write_text(LIST)
+    with (root / "config" / "sources" / "more.txt").open("a") as known:
+        known.write(INDEXED)
     options = {"root": root, "env": package_index.environment()}
-    done = run("add", "--from", str(sources), "thing", **options)
+    done = run("add", "--from", str(sources), "thing", "packed", **options)
     assert done.returncode == 0, done.stdout + done.stderr
-    end = "here now: packed, thing\n  ./run exec rospack find thing\n"
+    end = "here now: packed, thing\n"
     assert done.stdout.endswith(end), done.stdout
     for name in ("thing", "packed"):
         assert (root / "devel" / "share" / name / "cmake" / f"{name}Config.cmake").exists()

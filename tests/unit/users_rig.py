@@ -16,18 +16,8 @@ CMAKE = (
     "cmake_minimum_required(VERSION 3.0.2)\nproject({})\n"
     "find_package(catkin REQUIRED)\ncatkin_package()\n"
 )
-LIST = """# about: a thing of two repositories
-# version: noetic, as it is the last
-# next: ./run exec rospack find thing
-repositories:
-  thing:
-    type: git
-    url: https://example.org/nowhere/thing.git
-    version: noetic
-  packed:
-    type: git
-    url: https://example.org/nowhere/packed.git
-    version: noetic
+INDEXED = """thing git https://example.org/nowhere/thing.git noetic thing
+packed git https://example.org/nowhere/packed.git noetic packed
 """
 
 
