@@ -2,23 +2,21 @@
 
 import ast
 import importlib
-import subprocess
 from pathlib import Path
 
+from commands.bootstrap import workspace
+
 ROOT = Path(__file__).resolve().parents[2]
+FOLDERS = (*(f"src/{name}" for name in workspace.OURS), "commands", "tests", "bench")
 
 
 def sources():
     """Python files of the repository, nodes without an ending among them."""
-    listed = subprocess.run(
-        ["git", "ls-files", "src", "commands", "tests", "bench"],
-        cwd=ROOT,
-        check=True,
-        capture_output=True,
-        text=True,
-    ).stdout.split()
-    for path in (ROOT / name for name in listed):
-        if path.suffix == ".py" or (path.is_file() and path.read_bytes().startswith(b"#!")):
+    below = [path for name in FOLDERS for path in sorted((ROOT / name).rglob("*"))]
+    for path in below:
+        if path.suffix == ".py" or (
+            not path.suffix and path.is_file() and path.read_bytes().startswith(b"#!")
+        ):
             text = path.read_text(encoding="utf-8")
             if path.suffix == ".py" or "python" in text.partition("\n")[0]:
                 yield path, text
