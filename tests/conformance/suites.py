@@ -125,7 +125,6 @@ SUITES = {
         service=MANAGER,
         not_applicable={"combined_robot_hw_test.test": LIBRARY},
     ),
-    "twist_mux": Suite("twist_mux", rostests=("test/*.test",)),
     "xacro": Suite("xacro", modules=("test/test_xacro.py",), plugin="xacro_here", own_name=True),
 }
 # Packages whose tests are not run here, and why.

@@ -18,7 +18,7 @@ class Others(check_rig.Rig):
             self.assertAlmostEqual(z, 0.0, delta=0.01)
             self.assertEqual({state for _, _, state in car["controllers"]}, {"running"})
 
-    def test_controllers_of_a_base_behind_twist_mux(self):
+    def test_controllers_of_a_base_behind_a_relay(self):
         names = {(name, state) for name, _, state in self.model("tug", "tug")["controllers"]}
         self.assertEqual(
             names,

@@ -1,4 +1,4 @@
-"""Nodes of the car, the track and the truck print nothing when they end while messages come."""
+"""Nodes of the car, the track, the truck and the pad print nothing when they end."""
 
 import signal
 import subprocess
@@ -40,6 +40,7 @@ NODES = {  # package, node -> topics that it hears, what else it publishes under
     ("cybertruck", "goal"): (["/odom"], "cmd_vel"),
     ("cybertruck", "joystick"): (["/joy"], "cmd_vel"),
     ("cybertruck", "back_up"): (["/odom"], "cmd_vel"),
+    ("joy", "joy_node"): ([], "joy"),
 }
 
 

@@ -38,9 +38,9 @@ def test_the_folders_of_paddock_are_those_of_the_build():
     "path, is_own",
     [
         ("src/bullet_web/nodes/web", True),
-        ("src/standins/twist_mux/nodes/twist_mux", True),
+        ("src/standins/joy/scripts/joy_node", True),
         ("devel/lib/bullet_web/web", True),
-        ("devel/lib/twist_mux/twist_mux", True),
+        ("devel/lib/joy/joy_node", True),
         ("bench/run.py", True),
         (".venv/lib/python3.11/site-packages/ray/_private/workers/default_worker.py", True),
         ("src/lane_course/scripts/lane.py", False),

@@ -264,11 +264,11 @@ def test_gazebo_ros_is_ours_in_our_shells_alone(tmp_path, shell):
 
 def test_stand_ins_that_give_way_are_not_found_in_the_sources(found, monkeypatch, tmp_path):
     standins = tmp_path / "standins"
-    for name in ("joy", "xacro", "twist_mux", "gazebo_ros", "roslint"):
+    for name in ("joy", "xacro", "control_msgs", "gazebo_ros", "roslint"):
         (standins / name).mkdir(parents=True)
         text = f"<package><name>{name}</name></package>"
         (standins / name / "package.xml").write_text(text)
-    (standins / "twist_mux" / "CATKIN_IGNORE").write_text("")  # somebody's own
+    (standins / "control_msgs" / "CATKIN_IGNORE").write_text("")  # somebody's own
     (standins / "README.md").write_text("")
     monkeypatch.setattr(workspace, "STANDINS", str(standins))
 
@@ -277,9 +277,9 @@ def test_stand_ins_that_give_way_are_not_found_in_the_sources(found, monkeypatch
         return sorted(path.parent.name for path in standins.glob("*/CATKIN_IGNORE"))
 
     found(ros_rig.make_ros(tmp_path / "one", ["rospy", "xacro", "joy", "gazebo_ros"]))
-    assert hidden() == hidden() == ["joy", "twist_mux"]  # xacro.py of old launch files is found
+    assert hidden() == hidden() == ["control_msgs", "joy"]  # xacro.py of old launch files is found
     found(ros_rig.make_ros(tmp_path / "other", ["rospy", "roslint"]))
-    assert hidden() == ["roslint", "twist_mux"]
+    assert hidden() == ["control_msgs", "roslint"]
 
 
 def test_debian_packages_of_ros_are_no_answer_for_a_sourced_one(found, tmp_path):

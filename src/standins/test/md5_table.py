@@ -11,8 +11,8 @@ fields alone. Where an original changed, the sum is that of its last form, as No
 GetModelState has a header since Jade (before: af0f702011820738976b120226dc9d96),
 SwitchController has start_asap and timeout.
 
-Those of gazebo_ros_link_attacher, geographic_msgs, hector_gazebo_plugins, twist_mux_msgs
-and four_wheel_steering_msgs were computed from the originals' definitions; of these GeoPoint,
+Those of gazebo_ros_link_attacher, geographic_msgs, hector_gazebo_plugins and
+four_wheel_steering_msgs were computed from the originals' definitions; of these GeoPoint,
 GeoPath and FourWheelSteering were found in such code, too.
 """
 
@@ -148,8 +148,6 @@ SUMS = {
         "fe903ca95d0210defda73a1629604439",
         EMPTY,
     ),
-    "twist_mux_msgs/action/JoyPriority.action": (EMPTY, EMPTY, EMPTY),
-    "twist_mux_msgs/action/JoyTurbo.action": (EMPTY, EMPTY, EMPTY),
 }
 
 CONNECTION = {
@@ -214,14 +212,4 @@ CONNECTION = {
     "gazebo_ros_link_attacher/srv/Attach.srv": ("c91fb3be70ce66d19130d40294cf4bd5",),
     "hector_gazebo_plugins/srv/SetBias.srv": ("af1f260075d9ba9bd73ca10c6a45df07",),
     "hector_gazebo_plugins/srv/SetReferenceGeoPose.srv": ("fe903ca95d0210defda73a1629604439",),
-    "twist_mux_msgs/action/JoyPriority.action": (
-        "4b30be6cd12b9e72826df56b481f40e0",
-        "1eb06eeff08fa7ea874431638cb52332",
-        "aae20e09065c3809e8a8e87c4c8953fd",
-    ),
-    "twist_mux_msgs/action/JoyTurbo.action": (
-        "4b30be6cd12b9e72826df56b481f40e0",
-        "1eb06eeff08fa7ea874431638cb52332",
-        "aae20e09065c3809e8a8e87c4c8953fd",
-    ),
 }

@@ -25,6 +25,10 @@ EMPTY_WORLD = {
     "server_required": "false",
     "gui_required": "false",
 }
+OURS = (
+    "web real_time_factor lockstep solver renderer shadows antialias labels every_picture "
+    "missing_packages massless_links"
+).split()
 
 
 def arguments(name):
@@ -36,6 +40,10 @@ def arguments(name):
 @pytest.mark.parametrize("name", EMPTY_WORLD)
 def test_an_argument_of_empty_world_has_upstreams_default(name):
     assert arguments("empty")[name] == EMPTY_WORLD[name]
+
+
+def test_empty_world_has_upstreams_arguments_and_ours():
+    assert set(arguments("empty")) == {*EMPTY_WORLD, *OURS}
 
 
 def test_the_arguments_of_the_node():

@@ -1,6 +1,0 @@
-"""Python half of the package, read by catkin_python_setup."""
-
-from catkin_pkg.python_setup import generate_distutils_setup
-from setuptools import setup
-
-setup(**generate_distutils_setup(packages=["velocity_mux"], package_dir={"": "src"}))

@@ -1,1 +1,0 @@
-"""The multiplexer of velocity commands: parameters -> sources and locks -> the active source."""
