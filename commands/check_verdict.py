@@ -67,72 +67,68 @@ def verdict(report):
 
 
 def _problems(report):
-    said = []
+    """Lists the problems of a report, in the order of their causes."""
+    places = report.get("moved", {})
+    return [replace(found, text=_with_places(places, found.text)) for found in _found(report)]
+
+
+def _found(report):
     if report.get("refused"):
-        said.append(Problem(_refused(report)))
+        yield Problem(_refused(report))
     for script, interpreter in report.get("interpreters", ()):
-        said.append(Problem(_without_interpreter(script, interpreter)))
+        yield Problem(_without_interpreter(script, interpreter))
     cannot = [node for node in report["cannot"] if not needs_screen(node[1])]
     for package, kind in sorted(cannot, key=lambda node: _is_installed(report, node[1])):
-        said.append(Problem(_cannot(report, package, kind), f"node {package}/{kind}"))
+        yield Problem(_cannot(report, package, kind), f"node {package}/{kind}")
     for name in report.get("unable", ()):
-        text = f"node {name} has a program that cannot be run"
-        said.append(Problem(text, f"node {name}"))
+        yield Problem(f"node {name} has a program that cannot be run", f"node {name}")
     if not report["simulator"] and not report.get("refused"):
         question = ": does the file include gazebo_ros's empty_world.launch?"
         hint = check_companions.hint(report, "world", question)
-        said.append(Problem(f"no simulator came up{hint}"))
+        yield Problem(f"no simulator came up{hint}")
     for name in check_remedies.unspawned(report):
         remedy = report.get("remedies", {}).get(name, check_remedies.GENERIC)
         text = f"package {name} is not there, so that what names its files is not spawned; {remedy}"
-        said.append(Problem(text))
-    if report["simulator"]:
-        said += [*_files(report), *_plugins(report), *_controllers_of_all(report)]
-    said += _died(report)
-    if report["simulator"]:
-        said += [*_sensors(report), *_motion(report)]
-    return [replace(problem, text=_with_places(report, problem.text)) for problem in said]
+        yield Problem(text)
+    parts = (_files, _plugins, _controllers_of_all, _died, _sensors, _motion)
+    for part in parts if report["simulator"] else (_died,):
+        yield from part(report)
 
 
-def _with_places(report, text):
+def _with_places(moved, text):
     """A sentence, and where files are that it names by their places on another machine."""
-    places = [place for path, place in report.get("moved", {}).items() if path in text]
+    places = [place for path, place in moved.items() if path in text]
     return f"{text}; here it is {' and '.join(places)}" if places else text
 
 
 def _files(report):
     """Models, heightmaps and meshes that are missing."""
-    said, models, parts = [], [], [report, *report.get("models", ())]
-    missing = {}
-    for part in parts:
+    missing, database = {}, set()
+    for part in (report, *report.get("models", ())):
         for cause, items in part.get("missing", {}).items():
-            missing.setdefault(cause, []).extend(items)
-    for cause, items in missing.items():
-        rest = []
-        for item in dict.fromkeys(items):
-            name = MODEL.search(item)
-            if name and name[1] in sources.database():
-                models.append(name[1])
-            else:
-                rest.append(item.strip("'"))
-        if rest:
-            noun, what = _noun(cause)
-            explains = noun != "mesh"
-            if len(rest) == 1:
-                without = f"{noun} {rest[0].rpartition('/')[2]}"
-                text = f"{noun} {rest[0]} {what.replace('are ', 'is ')}"
-            else:
-                without = f"{len(rest)} {noun}{'es' if noun == 'mesh' else 's'}"
-                text = f"{without} {what}: {listed(rest)}"
-            said.append(Problem(text, without, explains))
-    if models:
-        names = sorted(set(models))
+            rest = missing.setdefault(cause, {})
+            for item in items:
+                name = MODEL.search(item)
+                if name and name[1] in sources.database():
+                    database.add(name[1])
+                else:
+                    rest[item.strip("'")] = True
+    if database:
+        names = sorted(database)
         count = "1 model" if len(names) == 1 else f"{len(names)} models"
         verb = "is" if len(names) == 1 else "are"
         text = f"{count} of Gazebo's database {verb} missing: {listed(names)}"
-        remedy = f"./run add models {' '.join(names)}"
-        said.insert(0, Problem(f"{text}; {remedy}", count))
-    return said
+        yield Problem(f"{text}; ./run add models {' '.join(names)}", count)
+    for cause, rest in missing.items():
+        (noun, what), rest = _noun(cause), list(rest)
+        if len(rest) == 1:
+            without = f"{noun} {rest[0].rpartition('/')[2]}"
+            yield Problem(
+                f"{noun} {rest[0]} {what.replace('are ', 'is ')}", without, noun != "mesh"
+            )
+        elif rest:
+            without = f"{len(rest)} {noun}{'es' if noun == 'mesh' else 's'}"
+            yield Problem(f"{without} {what}: {listed(rest)}", without, noun != "mesh")
 
 
 def _noun(cause):
@@ -142,29 +138,24 @@ def _noun(cause):
 
 
 def _plugins(report):
-    said = []
     if not robots(report):
         spawner = next((node for node in report["died"] if _is_spawner(node)), None)
         why = f": {spawner['why']}" if spawner else check_companions.hint(report, "robot")
-        said.append(Problem("no robot was spawned" + why))
+        yield Problem("no robot was spawned" + why)
     for text in losses(report):
         without = _subject(text)
         drives = bool(LIBRARY.search(without) and DRIVE.search(without))
-        said.append(Problem(_lost(report, text), without, True, drives))
-    return said
+        yield Problem(_lost(report, text), without, True, drives)
 
 
 def _controllers_of_all(report):
-    said = []
     for model in robots(report):
         some_run = any(state == "running" for _, _, state in model.get("controllers") or ())
         for text in _controllers(report, model):
-            said.append(Problem(text, text.partition(" is ")[0] if some_run else ""))
-    return said
+            yield Problem(text, text.partition(" is ")[0] if some_run else "")
 
 
 def _died(report):
-    said = []
     is_explained = report["simulator"] and not robots(report)  # by the robot that is missing
     for node in report["died"]:
         if not node["screen"] and not (is_explained and _is_spawner(node)):
@@ -172,8 +163,7 @@ def _died(report):
             why = f": {node['why']}" if node.get("why") else ""
             text = f"node {node['name']} ({node['program']}) died with exit code {node['code']}"
             drives = node.get("drives", False)
-            said.append(Problem(f"{text}{times}{why}", f"node {node['name']}", True, drives))
-    return said
+            yield Problem(f"{text}{times}{why}", f"node {node['name']}", True, drives)
 
 
 def _is_spawner(node):
@@ -182,17 +172,15 @@ def _is_spawner(node):
 
 
 def _sensors(report):
-    said = []
     for model in report["models"]:
         for sensor in model["sensors"]:
             name = f"sensor {sensor['topic']}"
             if not sensor["count"] and not _is_early(report, sensor):
                 text = f"sensor on {sensor['topic']} of {model['name']} sends nothing"
-                said.append(Problem(text, name, False))
+                yield Problem(text, name, False)
             elif sensor["count"] and _is_slow(sensor) and not sensor.get("is_camera"):
                 rates = f"{sensor['measured']:.1f} of {sensor['rate']:g} Hz"
-                said.append(Problem(f"sensor on {sensor['topic']} sends {rates}", name, False))
-    return said
+                yield Problem(f"sensor on {sensor['topic']} sends {rates}", name, False)
 
 
 def _motion(report):
@@ -201,39 +189,37 @@ def _motion(report):
 
 def notes(report):
     """Sentences about what is worth knowing and no fault of the package or of the simulator."""
-    said = [
-        f"node {node['name']} ({node['program']}) wants a screen or terminal and was not looked at"
-        for node in report["died"]
-        if node["screen"]
-    ]
-    said += [
-        f"node {package}/{kind}, a window, is not installed"
-        for package, kind in report["cannot"]
-        if needs_screen(kind)
-    ]
+    return list(_notes(report))
+
+
+def _notes(report):
+    for node in report["died"]:
+        if node["screen"]:
+            who = f"node {node['name']} ({node['program']})"
+            yield f"{who} wants a screen or terminal and was not looked at"
+    for package, kind in report["cannot"]:
+        if needs_screen(kind):
+            yield f"node {package}/{kind}, a window, is not installed"
     if report.get("stale"):
-        said.append(report["stale"])
+        yield report["stale"]
     if sum("./run add " in text for text in report.get("problems", ())) > 1:
         words = " ".join(report["checked"])
-        said.append(f"./run add --for {words} brings all of these packages and models at once")
+        yield f"./run add --for {words} brings all of these packages and models at once"
     if report.get("was_paused"):
-        said.append("the file starts the world paused; the check let it go on")
+        yield "the file starts the world paused; the check let it go on"
     factor = report.get("real_time_factor")
     if report["simulator"] and factor is not None and 0.0 < factor < SLOW:
-        said.append(f"this machine simulates {factor:.2f} s in a second")
+        yield f"this machine simulates {factor:.2f} s in a second"
     restless = _restless(report) if report["simulator"] else []
     if restless:
-        said.append(f"loose things move, fall or lie: {listed(restless)}")
+        yield f"loose things move, fall or lie: {listed(restless)}"
     for model in report.get("models", ()):
         for sensor in model["sensors"]:
             if not sensor["count"] and _is_early(report, sensor):
-                said.append(f"this machine was too slow for a first message on {sensor['topic']}")
+                yield f"this machine was too slow for a first message on {sensor['topic']}"
             elif sensor.get("is_camera") and sensor["count"] and _is_slow(sensor):
-                said.append(
-                    f"this machine draws {sensor['topic']} {sensor['measured']:.1f} times a "
-                    f"simulated second, {sensor['rate']:g} are wanted"
-                )
-    return said
+                times = f"{sensor['topic']} {sensor['measured']:.1f} times a simulated second"
+                yield f"this machine draws {times}, {sensor['rate']:g} are wanted"
 
 
 def robots(report):

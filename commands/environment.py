@@ -13,7 +13,7 @@ import time
 
 from commands import bootstrap, signature
 from commands.bootstrap import left_out, ros
-from commands.bootstrap.workspace import MARKER, STANDINS, in_ros, manifests_below
+from commands.bootstrap.workspace import MARKER, STANDINS, in_ros, manifests_of
 from commands.errors import CommandError
 from commands.paths import (
     CACHE,
@@ -180,14 +180,8 @@ def _leave_workspaces(environ, packages):
 
 def _same_named(folder):
     """Lists the packages below a folder that have the name of one of ours, as folders."""
-    import re
-
-    ours, result = set(os.listdir(SOURCES)), []
-    for path in manifests_below(folder):
-        named = re.search(r"<name>\s*(\S+?)\s*</name>", read(path))
-        if named and named[1] in ours and not path.startswith(SOURCES):
-            result.append(os.path.dirname(path))
-    return result
+    ours, found = set(os.listdir(SOURCES)), manifests_of(folder).items()
+    return [path for name, path in found if name in ours and not path.startswith(SOURCES)]
 
 
 def _workspace_of(packages):

@@ -7,15 +7,13 @@ unpacked and not installed: nothing but plugins in C++ and the host that loads t
 import glob
 import os
 import re
-import subprocess
 
-from commands import processes
 from commands.bootstrap import packages, step
 from commands.errors import CommandError, say
-from commands.paths import CACHE, ROOT, read, relative, write
+from commands.paths import GAZEBO as PREFIX
+from commands.paths import GAZEBO_STAMP as STAMP
+from commands.paths import ROOT, read, relative, write
 
-PREFIX = os.path.join(CACHE, "gazebo")
-STAMP = os.path.join(PREFIX, "packages.txt")  # of a whole one: what is unpacked
 LIST = "apt-gazebo.txt"  # of Debian 12, in config/
 OLD_LIST = os.path.join(ROOT, "config", "apt-gazebo-11.txt")
 MIRRORS = ("http://deb.debian.org/debian", "http://archive.debian.org/debian")
@@ -60,11 +58,6 @@ def add(folder=None):
 def names():
     """Lists the packages of OLD_LIST."""
     return [line for line in read(OLD_LIST).split("\n") if line and not line.startswith("#")]
-
-
-def is_there():
-    """Returns whether the libraries are there, all of them."""
-    return os.path.exists(STAMP)
 
 
 def check_system(text=None):
@@ -141,20 +134,7 @@ def _apt_options(mirror, folder):
 
 def _run(command, problem, folder=None):
     """Runs a program; raises CommandError with its last lines where it fails."""
-    import tempfile
-
-    with tempfile.TemporaryFile("w+", errors="replace") as said:
-        status = processes.run_child(
-            command,
-            cwd=folder,
-            env={**os.environ, "LC_ALL": "C"},
-            stdin=subprocess.DEVNULL,
-            stdout=said,
-            stderr=subprocess.STDOUT,
-            pass_fds=step.held_locks(),
-            grace=step.GRACE,
-        )
-        if status != 0:
-            said.seek(0)
-            lines = [line for line in said.read().splitlines() if line.startswith(("E:", "dpkg"))]
-            raise CommandError(f"{problem}: {'; '.join(lines[-2:]) or f'status {status}'}")
+    status, lines = step.run_quietly(command, cwd=folder)
+    if status != 0:
+        errors = [line for line in lines if line.startswith(("E:", "dpkg"))]
+        raise CommandError(f"{problem}: {'; '.join(errors[-2:]) or f'status {status}'}")

@@ -175,24 +175,27 @@ def whole_number(name, least=1, most=None):
 port = whole_number("port", 1, 65535)
 
 
-def asked_password(variable, what, lengths):
+def asked_password(variable, what, lengths, is_valid):
     """Takes a password out of the environment, so that programs do not inherit it, or asks for one.
 
     Args:
         what: What it is for.
         lengths: How long it has to be, as text.
+        is_valid: From a password to whether it can be used.
 
     Raises:
-        UsageError: There is none, and nobody to ask.
+        UsageError: There is none, and nobody to ask; or it cannot be used.
     """
     password = os.environ.pop(variable, None)
-    if password is not None:
-        return password
-    if not sys.stdin.isatty():
-        raise UsageError(f"--share needs a password, and {variable} is not set")
-    import getpass
+    if password is None:
+        if not sys.stdin.isatty():
+            raise UsageError(f"--share needs a password, and {variable} is not set")
+        import getpass
 
-    return getpass.getpass(f"password for the {what} ({lengths}): ")
+        password = getpass.getpass(f"password for the {what} ({lengths}): ")
+    if not is_valid(password):
+        raise UsageError(f"the {what}'s password has {len(password)} characters; {lengths}")
+    return password
 
 
 def folder_name(value):
@@ -203,9 +206,11 @@ def folder_name(value):
 
 
 def add_options(parser, *rows):
-    """Declares options with a value, a row each: flag, name of the value, type, default, help."""
-    for flag, metavar, kind, default, text in rows:
-        parser.add_argument(flag, metavar=metavar, type=kind, default=default, help=text)
+    """Declares options with a value, a row each: flag, name of the value, type, default, help; and
+    how many values, where they are several."""
+    for flag, metavar, kind, default, text, *count in rows:
+        many = {"nargs": count[0]} if count else {}
+        parser.add_argument(flag, metavar=metavar, type=kind, default=default, help=text, **many)
 
 
 def existing_file(value):

@@ -4,9 +4,7 @@ import glob
 import json
 import os
 import re
-import subprocess
 
-from commands import processes
 from commands.bootstrap import step
 from commands.errors import CommandError, UsageError, say
 from commands.git import git
@@ -58,7 +56,6 @@ def _import(result, folder):
         Interrupted: A signal ended it.
     """
     import shutil
-    import tempfile
 
     path = os.path.join(CACHE, "sources.repos")
     fields = {"type": result.kind, "url": result.url}
@@ -67,21 +64,12 @@ def _import(result, folder):
     write(path, json.dumps({"repositories": {result.name: fields}}))  # YAML reads 1.10 as a number
     for _ in range(ATTEMPTS):
         os.makedirs(folder, exist_ok=True)
-        with tempfile.TemporaryFile("w+", errors="replace") as said:
-            status = processes.run_child(
-                [deps.VCS, "import", "--retry", "0", "--input", path, folder],
-                env={**os.environ, "GIT_TERMINAL_PROMPT": "0", "LC_ALL": "C"},
-                stdin=subprocess.DEVNULL,
-                stdout=said,
-                stderr=subprocess.STDOUT,
-                pass_fds=step.held_locks(),
-                grace=step.GRACE,
-            )
-            if status == 0:
-                return
-            said.seek(0)
-            lines = [line for line in said.read().splitlines() if line.strip(" .=E")]
+        command = [deps.VCS, "import", "--retry", "0", "--input", path, folder]
+        status, lines = step.run_quietly(command)
+        if status == 0:
+            return
         shutil.rmtree(folder, ignore_errors=True)  # half of it stops the next attempt
+    lines = [line for line in lines if line.strip(" .=E")]
     causes = [line for line in lines if re.search(r"\b(fatal|error):", line)]
     what = f"{result.url} {result.version}".rstrip()
     raise CommandError(f"{what} cannot be brought", *(causes or lines[-3:])[:3])

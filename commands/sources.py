@@ -120,6 +120,10 @@ def folder_of(url):
 def adding(package):
     """Returns the command that brings the sources of a ROS package; empty: Debian has it, or none
     are known."""
-    if package not in index()[1] or f"\n{package}:" in read(DEBIANS_LIST):
-        return ""
-    return f"./run add {package}"
+    known = package in index()[1] and package not in _of_debian()
+    return f"./run add {package}" if known else ""
+
+
+@functools.lru_cache(maxsize=None)
+def _of_debian():
+    return frozenset(re.findall(r"^([\w-]+):", read(DEBIANS_LIST), re.MULTILINE))

@@ -32,6 +32,33 @@ def held_locks():
     return tuple(_held)
 
 
+def run_quietly(argv, cwd=None):
+    """Runs a program that asks nothing and holds the locks; signals to ./run stop it.
+
+    Returns:
+        (exit status, as subprocess gives it; lines of its output, in English).
+
+    Raises:
+        Interrupted: ./run was asked to stop.
+    """
+    import subprocess
+    import tempfile
+
+    with tempfile.TemporaryFile("w+", errors="replace") as said:
+        status = processes.run_child(
+            argv,
+            cwd=cwd,
+            env={**os.environ, "GIT_TERMINAL_PROMPT": "0", "LC_ALL": "C"},
+            stdin=subprocess.DEVNULL,
+            stdout=said,
+            stderr=subprocess.STDOUT,
+            pass_fds=held_locks(),
+            grace=GRACE,
+        )
+        said.seek(0)
+        return status, said.read().splitlines()
+
+
 class SetupLock:
     """Holds the lock within a with statement; children get it by pass_fds=held_locks() alone.
 

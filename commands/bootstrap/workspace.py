@@ -11,8 +11,8 @@ from commands.bootstrap import left_out, old_code, packages, plain_cmake, ros
 from commands.bootstrap.step import Step, StepFailed
 from commands.paths import (
     BUILD,
-    CACHE,
     DEVEL,
+    GAZEBO_STAMP,
     ROOT,
     SOURCES,
     SYSTEM_PATH,
@@ -46,7 +46,6 @@ OURS = (
     "track_model",
 )
 GAZEBO_CMAKE = os.path.join(STANDINS, "gazebo_dev", "cmake")
-GAZEBO = (os.path.join(CACHE, "gazebo", "packages.txt"),)  # of ./run add gazebo
 MARKER = "CATKIN_IGNORE"
 SIMULATOR = ("gazebo_ros",)  # its launch files start the simulator: always ours
 ALWAYS_FOUND = ("xacro",)  # though not built: $(find xacro)/xacro.py of old launch files
@@ -271,7 +270,7 @@ def list_packages(inputs):
 def _base():
     """Lists what else a build is bound to: the place of the clone, the ROS, what that has; and what
     is installed at all, if something was left out."""
-    base = [ROOT, *filter(None, [ros.prefix()]), *installed_elsewhere(), *map(read, GAZEBO)]
+    base = [ROOT, *filter(None, [ros.prefix()]), *installed_elsewhere(), read(GAZEBO_STAMP)]
     if left_out.saved() and os.path.exists(packages.INSTALLED):  # it may be there now
         base.append(f"installed at {os.stat(packages.INSTALLED).st_mtime_ns}")
     return base

@@ -60,11 +60,10 @@ GRACE = 10.0  # from SIGTERM to SIGKILL for what the desk started [s]
 
 def add_arguments(parser):
     """Declares the desk's own options."""
-    parser.add_argument(
-        "--size", metavar="WxH", default="1600x900", type=_size, help="of the screen (1600x900)"
-    )
-    parser.add_argument(
-        "--port", metavar="N", type=parsing.port, help="for browsers (6080, or the next free one)"
+    parsing.add_options(
+        parser,
+        ("--size", "WxH", _size, "1600x900", "of the screen (1600x900)"),
+        ("--port", "N", parsing.port, None, "for browsers (6080, or the next free one)"),
     )
     parser.add_argument("--share", action="store_true", help="let other machines in, by password")
 
@@ -102,12 +101,12 @@ def asked_password():
     Raises:
         UsageError: There is none, or VNC cannot use it.
     """
-    password = parsing.asked_password("DESK_PASSWORD", "desk", "6 to 8 characters")
-    if len(password) not in PASSWORD_LENGTHS or not (password.isascii() and password.isprintable()):
-        raise UsageError(
-            f"the desk's password has {len(password)} characters; VNC takes 6 to 8 of ASCII"
-        )
-    return password
+
+    def is_valid(text):
+        return len(text) in PASSWORD_LENGTHS and text.isascii() and text.isprintable()
+
+    lengths = "VNC takes 6 to 8 of ASCII"
+    return parsing.asked_password("DESK_PASSWORD", "desk", lengths, is_valid)
 
 
 complete = parsing.other_commands("desk")

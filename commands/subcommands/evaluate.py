@@ -17,25 +17,13 @@ USAGE = "NAME [--track T ...] [--starts N]"
 
 def add_arguments(parser):
     """Declares policy, tracks and starts."""
-    parser.add_argument(
-        "policy",
-        metavar="NAME",
-        type=launching.resolve_policy,
-        help="of a training, or an .onnx file",
-    )
-    parser.add_argument(
-        "--track",
-        metavar="T",
-        nargs="+",
-        type=launching.resolve_track,
-        help="as of ./run lap; several are welcome (default: the one it was trained on)",
-    )
-    parser.add_argument(
-        "--starts",
-        metavar="N",
-        type=parsing.whole_number("starts", 1, 1000),
-        default=10,
-        help="of each driver on each track (10)",
+    starts = parsing.whole_number("starts", 1, 1000)
+    tracks = "as of ./run lap; several are welcome (default: the one it was trained on)"
+    parsing.add_options(
+        parser,
+        ("policy", "NAME", launching.resolve_policy, None, "of a training, or an .onnx file"),
+        ("--track", "T", launching.resolve_track, None, tracks, "+"),
+        ("--starts", "N", starts, 10, "of each driver on each track (10)"),
     )
 
 

@@ -12,7 +12,7 @@ import os
 
 from commands import environment, processes
 from commands.errors import UsageError
-from commands.parsing import existing_file
+from commands.parsing import add_options, existing_file
 from commands.paths import VENV_PYTHON
 
 USAGE = "FILE.world | PACKAGE FILE.launch [ARG:=VALUE ...] | FILE.yaml [OPTIONS]"
@@ -24,22 +24,15 @@ HEIGHTS = 0.2, 0.5  # of the lidar, of walls [m]
 def add_arguments(parser):
     """Declares what is read and the options of paddock_navigation.cli."""
     parser.add_argument("words", nargs="+", metavar="FILE", help="see above")
-    parser.add_argument(
-        "--height",
-        metavar="M",
-        type=_positive,
-        help=f"of the lidar ({HEIGHTS[0]}), or of the walls ({HEIGHTS[1]}) [m]",
+    height = f"of the lidar ({HEIGHTS[0]}), or of the walls ({HEIGHTS[1]}) [m]"
+    add_options(
+        parser,
+        ("--height", "M", _positive, None, height),
+        ("--resolution", "M", _positive, 0.05, "side of a cell [m] (0.05)"),
+        ("--start", ("X", "Y"), float, None, "of the first look [m]", 2),
+        ("--size", "M", _positive, 60.0, "largest side of a map [m] (60)"),
+        ("--out", "FILE", str, None, "what to write (out/NAME.yaml or .world)"),
     )
-    parser.add_argument(
-        "--resolution", metavar="M", type=_positive, default=0.05, help="side of a cell [m] (0.05)"
-    )
-    parser.add_argument(
-        "--start", metavar=("X", "Y"), nargs=2, type=float, help="of the first look [m]"
-    )
-    parser.add_argument(
-        "--size", metavar="M", type=_positive, default=60.0, help="largest side of a map [m] (60)"
-    )
-    parser.add_argument("--out", metavar="FILE", help="what to write (out/NAME.yaml or .world)")
 
 
 def _positive(text):

@@ -24,13 +24,7 @@ def add_arguments(parser):
     add_options(
         parser,
         ("--out", "FILE.html", str, None, "what to write (FILE.html)"),
-        (
-            "--track",
-            "TRACK",
-            launching.resolve_track,
-            "default",
-            tracks,
-        ),
+        ("--track", "TRACK", launching.resolve_track, "default", tracks),
         ("--world", "FILE", existing_file, None, "a world, not a track"),
         ("--urdf", "FILE", existing_file, None, "the robot: URDF, xacro"),
         ("--odometry", "TOPIC", str, None, "the topic with the robot's pose"),

@@ -36,11 +36,8 @@ def add_arguments(parser):
         f"(there are {', '.join(EXTRAS)})",
     )
     wanted.complete = lambda: EXTRAS
-    parser.add_argument(
-        "--environment",
-        action="store_true",
-        help="print what setup.bash evaluates: the environment of ./run exec, as shell commands",
-    )
+    text = "print what setup.bash evaluates: the environment of ./run exec, as shell commands"
+    parser.add_argument("--environment", action="store_true", help=text)
 
 
 def run(options, _rest):

@@ -18,14 +18,11 @@ USAGE = "FILE.yaml [--name NAME]"
 
 def add_arguments(parser):
     """Declares file and name."""
-    parser.add_argument(
-        "file", metavar="FILE.yaml", type=parsing.existing_file, help="what is tried"
-    )
-    parser.add_argument(
-        "--name",
-        metavar="NAME",
-        type=parsing.folder_name,
-        help="of the folder (the file's, without .yaml)",
+    name = "of the folder (the file's, without .yaml)"
+    parsing.add_options(
+        parser,
+        ("file", "FILE.yaml", parsing.existing_file, None, "what is tried"),
+        ("--name", "NAME", parsing.folder_name, None, name),
     )
 
 

@@ -14,7 +14,7 @@ trust.
 """
 
 from commands import environment, launching, parsing
-from commands.errors import CommandError, UsageError, say
+from commands.errors import CommandError, say
 from commands.launching import LaunchFile
 
 LAUNCH = LaunchFile("deepracer_teleop", "page.launch", fixed=("port", "share"))
@@ -26,13 +26,8 @@ SHORTEST = 6  # characters
 
 def add_arguments(parser):
     """Declares the page's own options."""
-    parser.add_argument(
-        "--port",
-        metavar="N",
-        default=0,
-        type=parsing.port,
-        help="for browsers (7080, or the next free)",
-    )
+    text = "for browsers (7080, or the next free)"
+    parsing.add_options(parser, ("--port", "N", parsing.port, 0, text))
     parser.add_argument("--share", action="store_true", help="let other machines in, by password")
 
 
@@ -65,9 +60,5 @@ def asked_password():
     Raises:
         UsageError: There is none, or it is too short.
     """
-    password = parsing.asked_password(PASSWORD, "page", f"{SHORTEST} characters or more")
-    if len(password) < SHORTEST:
-        raise UsageError(
-            f"the page's password has {len(password)} characters; it must have {SHORTEST} or more"
-        )
-    return password
+    lengths = f"it must have {SHORTEST} or more"
+    return parsing.asked_password(PASSWORD, "page", lengths, lambda text: len(text) >= SHORTEST)

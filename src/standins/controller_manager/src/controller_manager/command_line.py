@@ -36,9 +36,7 @@ def parse_spawner(argv):
         help="name, or YAML file whose top-level keys are controllers",
     )
     options = parser.parse_args(argv)
-    if options.no_timeout:
-        options.timeout = 0.0
-    return _with_limit(options)
+    return _with_limit(options, options.no_timeout)
 
 
 def parse_unspawner(argv):
@@ -54,28 +52,18 @@ def parse_unspawner(argv):
     return _with_limit(parser.parse_args(argv))
 
 
-def _with_limit(options):
+def _with_limit(options, without=False):
     """The options with None for a time-out without limit."""
-    if options.timeout <= 0.0:
+    if without or options.timeout <= 0.0:
         options.timeout = None
     return options
 
 
 def _common(parser, limit=30.0):
-    parser.add_argument(
-        "-n",
-        "--namespace",
-        metavar="NS",
-        default="",
-        help="namespace of the controller manager (default: this node's)",
-    )
-    parser.add_argument(
-        "--timeout",
-        metavar="T",
-        type=float,
-        default=limit,
-        help=f"wall-clock limit for the services [s]; 0: none (default: {limit:g})",
-    )
+    text = "namespace of the controller manager (default: this node's)"
+    parser.add_argument("-n", "--namespace", metavar="NS", default="", help=text)
+    text = f"wall-clock limit for the services [s]; 0: none (default: {limit:g})"
+    parser.add_argument("--timeout", metavar="T", type=float, default=limit, help=text)
 
 
 def expand(names):
@@ -111,46 +99,35 @@ def expand(names):
     return controllers, parameters
 
 
-def _for_each(function):
-    return lambda names: all([function(name) for name in names])
+def _of_names(*functions):
+    """Calls one function with all names after the other, as upstream also if one fails."""
+
+    def call(names):
+        for function in functions:
+            for name in names:
+                function(name)
+
+    return call
 
 
-def _list(_):
-    interface.list_controllers()
-    return True
-
-
-def _list_types(_):
-    interface.list_controller_types()
-    return True
-
-
-def _in_order(*functions):
-    """One function for all names after the other, as upstream also if one fails."""
-    return lambda names: all([_for_each(function)(names) for function in functions])
-
-
-# name: (function, needs controller names, help)
+# name, with what follows it: (function of the words behind it, help)
 COMMANDS = {
-    "list": (_list, False, "list loaded controllers"),
-    "list-types": (_list_types, False, "list the types that can be loaded"),
+    "list": (lambda _: interface.list_controllers(), "list loaded controllers"),
+    "list-types": (lambda _: interface.list_controller_types(), "list the types"),
     "reload-libraries": (
-        lambda names: interface.reload_libraries(True, restore="--restore" in names),
-        False,
+        lambda words: interface.reload_libraries(True, restore="--restore" in words),
         "reload the types [--restore: and the controllers]",
     ),
-    "load": (_in_order(interface.load_controller), True, "load controllers"),
-    "unload": (_in_order(interface.unload_controller), True, "unload controllers"),
-    "start": (_in_order(interface.start_controller), True, "start loaded controllers"),
-    "stop": (_in_order(interface.stop_controller), True, "stop controllers"),
-    "spawn": (
-        _in_order(interface.load_controller, interface.start_controller),
-        True,
+    "load <name> ...": (_of_names(interface.load_controller), "load controllers"),
+    "unload <name> ...": (_of_names(interface.unload_controller), "unload controllers"),
+    "start <name> ...": (_of_names(interface.start_controller), "start loaded controllers"),
+    "stop <name> ...": (_of_names(interface.stop_controller), "stop controllers"),
+    "spawn <name> ...": (
+        _of_names(interface.load_controller, interface.start_controller),
         "load and start controllers",
     ),
-    "kill": (
-        _in_order(interface.stop_controller, interface.unload_controller),
-        True,
+    "kill <name> ...": (
+        _of_names(interface.stop_controller, interface.unload_controller),
         "stop and unload controllers",
     ),
 }
@@ -158,10 +135,7 @@ SHORT = {"lc": "list", "lt": "list-types", "sp": "spawn", "kl": "kill"}
 
 
 def usage():
-    rows = [
-        f"  {name + (' <name> ...' if entry[1] else ''):<28} {entry[2]}"
-        for name, entry in COMMANDS.items()
-    ]
+    rows = [f"  {name:<28} {text}" for name, (_, text) in COMMANDS.items()]
     return "\n".join(["usage: controller_manager <command>", *rows])
 
 
@@ -172,7 +146,8 @@ def main():
     if not argv:
         print(usage())
         return 0
-    function, _, _ = COMMANDS.get(SHORT.get(argv[0], argv[0]), (None, False, ""))
+    functions = {name.split()[0]: function for name, (function, _) in COMMANDS.items()}
+    function = functions.get(SHORT.get(argv[0], argv[0]))
     if function is None:
         print(usage())
         return 1

@@ -41,24 +41,13 @@ def parse(argv, program="gzserver"):
     )
     parser.add_argument("-u", "--pause", action="store_true", help="start paused")
     parser.add_argument("--seed", type=int, default=None, help="of all sensor noise")
-    parser.add_argument("--verbose", action="store_true", help="accepted")
-    parser.add_argument("-q", "--quiet", action="store_true", help="accepted")
-    parser.add_argument("--minimal_comms", action="store_true", help="accepted")
-    parser.add_argument(
-        "-e",
-        "--physics",
-        default="ode",
-        metavar="ENGINE",
-        help="accepted; the engine is always Bullet",
-    )
-    parser.add_argument(
-        "-s",
-        "--server-plugin",
-        action="append",
-        default=[],
-        metavar="FILE",
-        help="plugins for ROS are built in, others are skipped",
-    )
+    for flags in (("--verbose",), ("-q", "--quiet"), ("--minimal_comms",)):
+        parser.add_argument(*flags, action="store_true", help="accepted")
+    text = "accepted; the solver is Paddock's"
+    parser.add_argument("-e", "--physics", default="ode", metavar="ENGINE", help=text)
+    plugins = {"action": "append", "default": [], "metavar": "FILE"}
+    text = "plugins for ROS are built in, others are skipped"
+    parser.add_argument("-s", "--server-plugin", **plugins, help=text)
     for flags in VALUES_WITHOUT_EFFECT:
         parser.add_argument(*flags, metavar="X", help="without effect")
     for flags in FLAGS_WITHOUT_EFFECT:

@@ -31,10 +31,7 @@ def parse_options(argv, default_robot_namespace="/"):
     parser = argparse.ArgumentParser(
         prog="spawn_model", description="Spawn a model into the simulator."
     )
-    _add_model(parser)
-    _add_names(parser, default_robot_namespace)
-    _add_pose(parser)
-    _add_behavior(parser)
+    _declare(parser, default_robot_namespace)
     options = parser.parse_args(argv)
     try:
         options.joints = [(name, float(position)) for name, position in options.joints]
@@ -45,82 +42,38 @@ def parse_options(argv, default_robot_namespace="/"):
     return options
 
 
-def _add_model(parser):
-    """Which model, and where its text is."""
-    service_type = parser.add_mutually_exclusive_group(required=True)
-    service_type.add_argument("-urdf", action="store_true", help="the model is URDF")
-    service_type.add_argument("-sdf", action="store_true", help="the model is SDF")
-    source = parser.add_mutually_exclusive_group(required=True)
+def _declare(parser, default_robot_namespace):
+    """Declares upstream's options."""
+    kind, source = (parser.add_mutually_exclusive_group(required=True) for _ in range(2))
+    kind.add_argument("-urdf", action="store_true", help="the model is URDF")
+    kind.add_argument("-sdf", action="store_true", help="the model is SDF")
     source.add_argument("-file", metavar="FILE", help="read the model from a file")
     source.add_argument("-param", metavar="NAME", help="read the model from a ROS parameter")
     source.add_argument("-database", metavar="MODEL", help="include model://MODEL")
     source.add_argument("-stdin", action="store_true", help="read the model from standard input")
     parser.add_argument("-model", required=True, metavar="NAME", help="name of the new model")
-    parser.add_argument(
-        "-package_to_model",
-        action="store_true",
-        help="replace package:// by model:// in mesh file names",
-    )
-
-
-def _add_names(parser, default_robot_namespace):
-    """Namespaces of the simulator and of the model."""
-    parser.add_argument(
-        "-gazebo_namespace",
-        default="/gazebo",
-        metavar="NS",
-        help="namespace of the simulator (default: /gazebo)",
-    )
-    parser.add_argument(
-        "-robot_namespace",
-        default=default_robot_namespace,
-        metavar="NS",
-        help="namespace of the model's plug-ins (default: this node's)",
-    )
-
-
-def _add_pose(parser):
-    """Where the model is spawned, and where its joints are."""
-    parser.add_argument(
-        "-reference_frame",
-        default="",
-        metavar="FRAME",
-        help="model or link of the pose; empty or world: the world",
-    )
-    for flag, text in (
-        ("-x", "x [m]"),
-        ("-y", "y [m]"),
-        ("-z", "z [m]"),
-        ("-R", "roll [rad]"),
-        ("-P", "pitch [rad]"),
-        ("-Y", "yaw [rad]"),
+    robots = "namespace of the model's plug-ins (default: this node's)"
+    for flag, metavar, default, text in (
+        ("-gazebo_namespace", "NS", "/gazebo", "namespace of the simulator (default: /gazebo)"),
+        ("-robot_namespace", "NS", default_robot_namespace, robots),
+        ("-reference_frame", "FRAME", "", "model or link of the pose; empty or world: the world"),
+        ("-wait", "MODEL", None, "first wait until this model exists"),
     ):
-        parser.add_argument(flag, type=float, default=0.0, help=text)
-    parser.add_argument(
-        "-J",
-        dest="joints",
-        nargs=2,
-        action="append",
-        default=[],
-        metavar=("JOINT", "POSITION"),
-        help="start a joint at a position",
-    )
-
-
-def _add_behavior(parser):
-    """What happens before and after."""
-    parser.add_argument("-unpause", action="store_true", help="unpause physics afterwards")
-    parser.add_argument("-wait", metavar="MODEL", help="first wait until this model exists")
-    parser.add_argument(
-        "-b", dest="bond", action="store_true", help="stay, and delete the model on exit"
-    )
-    parser.add_argument(
-        "-timeout",
-        type=float,
-        default=0.0,
-        metavar="T",
-        help="wall-clock limit for services and for -wait [s] (default: 0, none)",
-    )
+        parser.add_argument(flag, metavar=metavar, default=default, help=text)
+    for name in ("x", "y", "z", "Roll", "Pitch", "Yaw"):
+        text = f"{name.lower()} [{'m' if len(name) == 1 else 'rad'}]"
+        parser.add_argument(f"-{name[0]}", type=float, default=0.0, help=text)
+    joints = {"dest": "joints", "nargs": 2, "metavar": ("JOINT", "POSITION")}
+    text = "start a joint at a position"
+    parser.add_argument("-J", **joints, action="append", default=[], help=text)
+    text = "wall-clock limit for services and for -wait [s] (default: 0, none)"
+    parser.add_argument("-timeout", type=float, default=0.0, metavar="T", help=text)
+    for flag, name, text in (
+        ("-package_to_model", None, "replace package:// by model:// in mesh file names"),
+        ("-unpause", None, "unpause physics afterwards"),
+        ("-b", "bond", "stay, and delete the model on exit"),
+    ):
+        parser.add_argument(flag, dest=name, action="store_true", help=text)
 
 
 DATABASE_TEMPLATE = (
