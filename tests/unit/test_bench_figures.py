@@ -9,7 +9,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
 from figures import WITHIN, BenchError, Spread, call  # noqa: E402
 from pairs import Round, alternate, rate_of_work  # noqa: E402
-from report import ratio_row, table  # noqa: E402
 
 
 @pytest.mark.parametrize(
@@ -103,48 +102,3 @@ def test_a_turn_without_a_rate_is_no_figure(value):
         alternate(lambda: 1.0, {"stalled": lambda: value}, 3)
     with pytest.raises(BenchError, match="the reference measured"):
         alternate(lambda: value, {"good": lambda: 1.0}, 3)
-
-
-def figures_of(*values):
-    """Figures of three pairs, the reference always 100."""
-    measured = alternate(lambda: 100.0, {"x": iter(values).__next__}, 3)
-    return measured["x"].figures()
-
-
-def result(date, *values, quick=False, **more):
-    """What a run of the bench leaves."""
-    return {
-        "quick": quick,
-        "date": date,
-        "machine": {"processor": "x", "cores": 2},
-        "load_average": [0.0, 0.0, 0.0],
-        "errors": {},
-        "solver": {"rows": {"steps, a car": figures_of(*values)}},
-        **more,
-    }
-
-
-def test_a_ratio_is_told_with_its_spread():
-    row = ratio_row("name", figures_of(70.0, 90.0, 80.0), "bare", "Hz")
-    assert row.text == (
-        "0.80 (0.70 to 0.90, quartiles 0.75 0.85) of bare, 3 pairs, 80.0 / 100.0 Hz"
-    )
-    assert row.value.median == 0.8
-
-
-def test_the_table_tells_what_failed_and_that_it_was_quick():
-    text = table(result("a", 1.0, 1.0, 1.0, quick=True, errors={"scale": "no bridge"}))
-    assert "scale FAILED" in text and "no bridge" in text
-    assert "not to be quoted" in text
-    assert "not to be quoted" not in table(result("a", 1.0, 1.0, 1.0))
-
-
-def test_a_machine_that_was_not_idle_is_told():
-    spent = {
-        "spent": {"others": 1.2, "others_most": 2.0, "stolen": 0.05},
-        "rows": [{"spent": {"others": 0.02, "stolen": 0.0}}],
-    }
-    busy = result("a", 1.0, 1.0, 1.0, other_section=spent)
-    assert "others had up to 1.25 processors" in table(busy)
-    spent["spent"]["others"] = 0.04
-    assert "idle" not in table(busy)

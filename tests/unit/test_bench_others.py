@@ -76,14 +76,3 @@ def test_the_car_for_mujoco_has_the_joints_and_masses_of_ours():
         if mass is not None and any(kind in name for kind in kinds)
     )
     assert sorted(float(each.get("mass")) for each in car.iter("inertial")) == ours
-
-
-@pytest.mark.parametrize("kind", others.INSTALL)
-def test_what_is_not_installed_says_how(kind, tmp_path):
-    how = f"{kind} is not measured: install it with: python3"
-    assert others.missing(kind, None).startswith(how)
-    reason = others.missing(kind, str(tmp_path / "absent"))
-    assert "absent', which is no Python that can be run; " + how in reason
-    failing = program(tmp_path / "failing", "#!/bin/sh\nexit 1\n")
-    assert others.missing(kind, failing).startswith(f"{failing} cannot import ")
-    assert others.missing(kind, program(tmp_path / "good", "#!/bin/sh\n")) == ""

@@ -54,25 +54,6 @@ def test_a_recording_is_taken_and_drawn(tmp_path, monkeypatch):
     assert set(command.recorded()) == {"bot", "car"}
 
 
-def test_wrong_recordings_are_named(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(command, "RECORD", tmp_path / "r.json")
-
-    def told():
-        assert command.main(["--update", str(tmp_path)]) == 2
-        return capsys.readouterr().err
-
-    assert "has no file NAME.gazebo.json" in told()
-    write(tmp_path, "bot", gazebo={"turn": circle()})
-    assert "bot.paddock.json' is missing" in told()
-    write(tmp_path, "bot", paddock={})
-    assert 'bot.paddock.json\' has no "paths"' in told()
-    write(tmp_path, "bot", paddock={"straight": circle()})
-    assert "phases of 'bot' are turn in Gazebo, straight in Paddock" in told()
-    write(tmp_path, "bot", paddock={"turn": circle()[:1]})
-    assert "phase 'turn' of" in (text := told()) and "second half has no two states" in text
-    assert not (tmp_path / "r.json").exists()
-
-
 def test_the_page_is_that_of_the_record():
     cases = command.recorded()
     assert command.PAGE.read_text(encoding="utf-8") == command.page(command.compare(cases))

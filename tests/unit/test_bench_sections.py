@@ -2,7 +2,6 @@
 
 import importlib
 import inspect
-import json
 import sys
 from pathlib import Path
 
@@ -12,10 +11,7 @@ BENCH = Path(__file__).resolve().parents[2] / "bench"
 sys.path.insert(0, str(BENCH))
 
 from figures import BenchError  # noqa: E402
-from report import table  # noqa: E402
 from sections import SECTIONS, efficiency, section  # noqa: E402
-
-import bench  # noqa: E402
 
 
 @pytest.mark.parametrize("name", SECTIONS)
@@ -62,41 +58,3 @@ def test_cars_that_do_not_drive_alike_are_no_figure():
     for its, mine in ((0.6, 0.3), (0.6, 0.9), (0.0, 0.0)):
         with pytest.raises(BenchError, match="not the same work"):
             efficiency._same_speeds([bare(speed=its)], [free(speed=mine)])
-
-
-def test_a_section_that_fails_leaves_the_others(monkeypatch, tmp_path):
-    class Failing:
-        @staticmethod
-        def measure(quick, log):
-            raise BenchError("nothing came")
-
-    class Half:
-        @staticmethod
-        def measure(quick, log):
-            return {"quick_was": quick, "errors": {"part": "broke"}}
-
-    modules = {"start": Failing, "camera": Half}
-    monkeypatch.setattr(bench, "section", modules.__getitem__)
-    with (tmp_path / "log").open("w") as log:
-        result = bench.run(["start", "camera"], True, log)
-    assert result["errors"] == {"start": "nothing came", "camera part": "broke"}
-    assert result["camera"] == {"quick_was": True} and "start" not in result
-    assert json.dumps(result)
-    assert "start FAILED" in table({**result, "camera": {}})
-
-
-def test_a_lap_in_the_gym_and_over_ros_is_a_row_each(tmp_path):
-    found = {"state": {"gym": 10.0, "ros": [10.0, 10.1, 10.2]}, "errors": {}}
-    rows = {row.label: row for row in section("gym_gap").rows(found)}
-    assert rows["state, lap in the gym"].value == 10.0
-    assert rows["state, lap over ROS"].value.median == 10.1
-    assert rows["state, over ROS longer by"].value.greatest == pytest.approx(2.0)
-    assert rows["state, over ROS longer by"].unit == "%"
-    path = tmp_path / "result.json"
-    path.write_text(json.dumps({"starts": [{"outcome": "lap", "lap_time": 9.5}]}))
-    assert section("gym_gap").lap_time(path) == 9.5
-    path.write_text(json.dumps({"starts": [{"outcome": "off track", "lap_time": 0.0}]}))
-    with pytest.raises(BenchError, match="no lap came of it: off track"):
-        section("gym_gap").lap_time(path)
-    with pytest.raises(BenchError, match="there was no result"):
-        section("gym_gap").lap_time(tmp_path / "none.json")

@@ -1,7 +1,6 @@
 """Who had the processors: roles by command line, sums between two moments, and this process."""
 
 import os
-import subprocess
 import sys
 import threading
 import time
@@ -69,20 +68,3 @@ def test_this_process_is_read_as_it_counts_itself():
     time.sleep(0.01)
     assert Thread.read(pid, thread).voluntary > after.voluntary
     assert memory_bytes(pid) > 1e6
-
-
-def test_processes_with_a_mark_are_found_while_they_live():
-    code = "print(flush=True); input()"
-    with subprocess.Popen(
-        [sys.executable, "-c", code],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        env={**os.environ, "PADDOCK_PROBE": "a b=c"},
-    ) as child:
-        child.stdout.readline()
-        assert usage.procfs.marked("PADDOCK_PROBE", "a b=c") == [child.pid]
-        assert usage.procfs.marked("PADDOCK_PROBE", "a") == []
-        assert usage.procfs.environment(child.pid)["PADDOCK_PROBE"] == "a b=c"
-        assert usage.procfs.arguments(child.pid) == [sys.executable, "-c", code]
-        child.communicate(b"\n")
-    assert usage.procfs.marked("PADDOCK_PROBE", "a b=c") == []

@@ -3,7 +3,6 @@
 import copy
 import math
 import os
-import signal
 from xml.etree import ElementTree
 
 import pytest
@@ -464,7 +463,7 @@ def test_what_would_replace_it():
     assert remedies["slam_toolbox"] == "./run add slam_toolbox"
     assert remedies["robot_localization"] == "./run add robot_localization"
     assert remedies["robot_pose_ekf"] == "./run add robot_pose_ekf"
-    assert remedies["cmd_vel_mux"] == "twist_mux does the same"
+    assert remedies["cmd_vel_mux"] == "twist_mux does the same: ./run add twist_mux"
     assert "./run deps" in remedies["my_own"]
     assert "Python class" in check_remedies.for_plugin("libhover.so")
     assert "libgazebo_ros_camera" in check_remedies.for_plugin("libhector_gazebo_thermal_camera.so")
@@ -507,14 +506,6 @@ def test_without_a_simulator():
     assert check.page(found, 8.0) == [f"does not work because {sentence}"]
 
 
-@pytest.mark.parametrize(
-    "orientation, degrees",
-    [((0, 0, 0, 1), 0.0), ((1, 0, 0, 0), 180.0), ((0, 0, math.sin(0.4), math.cos(0.4)), 0.0)],
-)
-def test_tilt(orientation, degrees):
-    assert check_verdict.tilt(orientation) == pytest.approx(degrees, abs=1e-6)
-
-
 def test_the_replay_of_the_last_check_of_a_file_is_kept(tmp_path, monkeypatch):
     monkeypatch.setattr(check, "OUT", str(tmp_path / "out"))
     folder = tmp_path / "check-1"
@@ -528,39 +519,6 @@ def test_the_replay_of_the_last_check_of_a_file_is_kept(tmp_path, monkeypatch):
     assert kept.exists()
     assert check.kept_replay(*words) is None  # nor has this one, of the same file
     assert not kept.exists()
-
-
-class Recorder:
-    """What the recorder of a check is told."""
-
-    def __init__(self, code):
-        self.code, self.command, self.signals = code, [], []
-
-    def __call__(self, command, **_):
-        self.command = command
-        return self
-
-    def send_signal(self, number):
-        self.signals.append(number)
-
-    def wait(self, _=None):
-        return self.code
-
-
-def test_a_check_records_the_simulator_that_it_has_found(monkeypatch):
-    recorder = Recorder(0)
-    monkeypatch.setattr(check_observer.subprocess, "Popen", recorder)
-    replay = check_observer.Replay("/folder/replay.html", "my_car drive.launch gui:=true")
-    replay.end()  # no simulator came up
-    assert recorder.signals == []
-    replay.start("/depot/gazebo")
-    replay.end()
-    assert recorder.signals == [signal.SIGINT]
-    assert {
-        "_out:=/folder/replay.html",
-        "_title:=my_car drive.launch gui=true",  # rospy takes one := in an argument
-        "_simulator:=/depot/gazebo",
-    } <= set(recorder.command)
 
 
 def test_several_launch_files():

@@ -22,22 +22,10 @@ ROBOT_PACKAGES = sorted(
     )  # maps are of simulated worlds
 )
 SIMULATOR = {"bullet_sim", "bullet_bridge", "pybullet", "pybullet_data"}
-ROS_CLIENTS = {
-    "rospy",
-    "roslib",
-    "roslaunch",
-    "rosgraph",
-    "rospkg",
-    "rosparam",
-    "genpy",
-    "actionlib",
-    "cv_bridge",
-    "tf",
-    "tf2_ros",
-    "message_filters",
-    "dynamic_reconfigure",
-    "std_srvs",
-}
+ROS_CLIENTS = (
+    "rospy roslib roslaunch rosgraph rospkg rosparam genpy actionlib cv_bridge tf tf2_ros "
+    "message_filters dynamic_reconfigure std_srvs"
+).split()
 
 
 @functools.lru_cache(maxsize=None)
@@ -216,27 +204,9 @@ def test_only_the_engine_sees_its_modules():
 SUITES = {
     "paddock_common": ("process", ""),
     "bullet_sim": (
-        "errors",
-        "pose",
-        "component",
-        "registry",
-        "files",
-        "child",
-        "description",
-        "snapshot",
-        "kinematics",
-        "xml_reader",
-        "plugins",
-        "formats",
-        "meshes",
-        "engine",
-        "controllers",
-        "models",
-        "sensors",
-        "render",
-        "world",
-        "parts",
-    ),
+        "errors pose component registry files child description snapshot kinematics xml_reader "
+        "plugins formats meshes engine controllers models sensors render world parts"
+    ).split(),
     "bullet_bridge": (
         "srv",
         "transport",
@@ -249,22 +219,9 @@ SUITES = {
         "",
     ),
     "bullet_web": (
-        "messages",
-        "driving",
-        "scene",
-        "server",
-        "files",
-        "replay",
-        "window",
-        "sensors",
-        "navigation",
-        "graph",
-        "simulator",
-        "actions",
-        "record",
-        "bag",
-        "node",
-    ),
+        "messages driving scene server files replay window sensors navigation graph simulator "
+        "actions record bag node"
+    ).split(),
     "track_model": (
         "msg",
         "spec",
@@ -282,19 +239,9 @@ SUITES = {
     "cybertruck": ("msg", "srv", "drive", "trailer", "goal", "teleop", "plot", "backing"),
     "deepracer_teleop": ("camera", "input_devices", "recording", "window", "drivers", "runs"),
     "paddock_gym": (
-        "errors",
-        "ids",
-        "course",
-        "contract",
-        "observations",
-        "policy",
-        "driver",
-        "simulation",
-        "envs",
-        "evaluation",
-        "training",
-        "sweep",
-    ),
+        "errors ids course contract observations policy driver simulation envs evaluation "
+        "training sweep"
+    ).split(),
 }
 
 

@@ -37,41 +37,16 @@ NODES = [
     ("topic_tools", "throttle"),
     ("topic_tools", "transform"),
 ]
-MODULES = [
-    "angles",
-    "diagnostic_updater",
-    "interactive_markers.interactive_marker_server",
-    "laser_geometry",
-    "map_msgs.msg",
-    "message_filters",
-    "move_base_msgs.msg",
-    "tf",
-    "tf.transformations",
-    "tf2_geometry_msgs",
-    "tf2_ros",
-    "tf_conversions",
-    "topic_tools.srv",
-]
-NAMED_IN_FIND_PACKAGE = [
-    "angles",
-    "camera_info_manager",
-    "diagnostic_updater",
-    "dynamic_reconfigure",
-    "image_transport",
-    "interactive_markers",
-    "laser_geometry",
-    "map_msgs",
-    "message_filters",
-    "move_base_msgs",
-    "nodelet",
-    "pluginlib",
-    "robot_state_publisher",
-    "tf",
-    "tf2_ros",
-    "tf_conversions",
-    "topic_tools",
-    "urdf",
-]
+MODULES = (
+    "angles diagnostic_updater interactive_markers.interactive_marker_server laser_geometry "
+    "map_msgs.msg message_filters move_base_msgs.msg tf tf.transformations tf2_geometry_msgs "
+    "tf2_ros tf_conversions topic_tools.srv"
+).split()
+NAMED_IN_FIND_PACKAGE = (
+    "angles camera_info_manager diagnostic_updater dynamic_reconfigure image_transport "
+    "interactive_markers laser_geometry map_msgs message_filters move_base_msgs nodelet pluginlib "
+    "robot_state_publisher tf tf2_ros tf_conversions topic_tools urdf"
+).split()
 
 
 @pytest.mark.parametrize("package, node", NODES)

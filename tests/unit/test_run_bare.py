@@ -38,13 +38,6 @@ def test_bad_arguments(arguments, words):
     assert (done.returncode, done.stdout) == (2, "") and f"run: {words}\n" in done.stderr
 
 
-def test_completion_knows_the_suites():
-    from commands.subcommands.completion import candidates
-
-    assert candidates("./run bare --suite ") == ["bookworm", "trixie"]
-    assert candidates("./run bare --") == ["--check", "--help", "--suite"]
-
-
 @pytest.mark.parametrize("arguments", [["--check"], ["true"]])
 def test_without_root_it_is_refused(arguments):
     folder = tempfile.mkdtemp(prefix="bare-")  # not below tmp_path, which is root's alone

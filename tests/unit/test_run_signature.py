@@ -1,7 +1,6 @@
 """Signatures of files: they may say "changed" too often, but never too seldom."""
 
 import os
-import re
 
 import pytest
 
@@ -34,15 +33,6 @@ def test_a_signature_tells_what_changed(tmp_path, signatures):
     os.utime(path, ns=(before.st_atime_ns, before.st_mtime_ns))  # same size, same time
     assert not signatures.unchanged("probe", "key")
     path.unlink()
-    assert not signatures.unchanged("probe", "key")
-
-
-def test_a_signature_that_was_cut_off_counts_for_nothing(tmp_path, signatures):
-    path = tmp_path / "file"
-    path.write_text("text")
-    signatures.save("probe", "key", [str(path)])
-    saved = tmp_path / "signatures" / "probe"
-    saved.write_text(re.sub("end$", "", saved.read_text()))
     assert not signatures.unchanged("probe", "key")
 
 

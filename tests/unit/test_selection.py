@@ -45,17 +45,6 @@ def test_a_filter_that_matches_nothing_is_named(project, options):
     assert status != 0 and "nothing matches 'no_such'; there are the stages unit, lint" in output
 
 
-def test_flaky_tests_are_named(project):
-    flaky = "import os\n\ndef test_it():\n    assert 'WRONG' not in os.environ\n"
-    project.add(SKID, flaky)
-    project.environment["WRONG"] = "1"
-    status, output = project.run("src")
-    assert status == 1 and "flaky" not in output
-    del project.environment["WRONG"]
-    status, output = project.run("src")
-    assert status == 0 and f"flaky: {SKID}::test_it failed in 1 of its last 2 runs" in output
-
-
 def test_a_process_is_found_as_soon_as_it_is_started():
     for number in range(200):
         value = f"{os.getpid()}_{number}"

@@ -1,6 +1,5 @@
 """The soak's own parts: the order of faults, growth, the log, the page, limits of a shutdown."""
 
-import json
 import sys
 from itertools import islice
 from pathlib import Path
@@ -11,10 +10,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "bench"))
 
 from soaking import report  # noqa: E402
 from soaking.faults import FAULTS, SHUTDOWNS, rounds  # noqa: E402
-from soaking.limits import SHUTDOWN_LIMIT, violation  # noqa: E402
 from soaking.monitor import WARM_UP, Sample, growth, problems  # noqa: E402
-from soaking.process_under_test import Shutdown  # noqa: E402
-from soaking.run import Event, Timeline  # noqa: E402
 
 BRIDGE_TRACEBACK = """[INFO] fine
 Traceback (most recent call last):
@@ -74,39 +70,3 @@ def test_tracebacks_in_the_log():
     assert "ValueError: no" in found
     assert problems(MASTERS_TRACEBACK) == []
     assert problems("\x1b[31mSegmentation fault\x1b[0m") == ["Segmentation fault"]
-
-
-@pytest.mark.parametrize("failure", ["", "it hung"])
-def test_the_page(tmp_path, failure):
-    timeline = Timeline(seed=5)
-    timeline.events = [Event(0.0, 3.0, "pause", "paused, 3 steps", failure)]
-    timeline.samples = [samples(100e6, count=4), []]
-    bad = report.write(timeline, tmp_path, 1.0)
-    text = (tmp_path / "soak.md").read_text()
-    assert json.loads((tmp_path / "soak.json").read_text())["ok"] is not bool(failure)
-    if failure:
-        assert bad == ["0 s: pause: it hung"] and "FAILED" in text
-    else:
-        assert bad == [] and "seed 5: ok" in text and "| pause | 1 |" in text
-    assert sorted(path.name for path in tmp_path.glob("*.png")) == [
-        "files.png", "memory.png", "pace.png", "rates.png", "threads.png",
-    ]  # fmt: skip
-
-
-LIVES = [("gazebo", 1.0), ("roslaunch", 2.0)]
-
-
-@pytest.mark.parametrize(
-    "seconds, left, slowdown, files, word",
-    [
-        (SHUTDOWN_LIMIT, [], 1.0, [], ""),
-        (SHUTDOWN_LIMIT + 0.1, [], 1.0, [], "roslaunch 2.0 s"),
-        (SHUTDOWN_LIMIT + 0.1, [], 2.0, [], ""),
-        (2.0 * SHUTDOWN_LIMIT + 0.1, [], 2.0, [], "at most 10.0 s"),
-        (1.0, ["sleep 9"], 9.0, [], "left ['sleep 9']"),
-        (1.0, [], 1.0, ["world"], "left files"),
-    ],
-)
-def test_what_breaks_the_limit(seconds, left, slowdown, files, word):
-    text = violation(Shutdown(seconds, left, LIVES, slowdown), files)
-    assert word in text and bool(text) == bool(word)
